@@ -1,0 +1,1 @@
+"""ICP-based motion estimation from 2D LiDAR scans."""

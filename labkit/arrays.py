@@ -1,0 +1,134 @@
+"""What a caller hands in, checked once at the door: points, weights, parameters.
+
+Every message names the argument, the value received and the way out, so that the
+mathematics behind the door can assume clean float64 arrays.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from labkit.errors import InvalidParameterError, InvalidPointsError
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
+
+
+def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:
+    """Return `values` as float64, or say what they are instead of numbers."""
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        received = repr(values)
+        shown = received if len(received) <= 60 else received[:57] + "..."
+        advice = f"; {hint}" if hint else ""
+        raise InvalidPointsError(f"`{name}` must hold numbers, got {shown}{advice}") from None
+
+
+def as_points(points: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
+    """Check an array of 2D points.
+
+    Parameters
+    ----------
+    points : array_like, shape (N, 2)
+        Points in metres. NaN and infinity are refused, with the index of the first one.
+    name : str
+        The caller's name for the argument; every message begins with it.
+    minimum : int
+        The fewest points that make sense.
+
+    Returns
+    -------
+    ndarray, shape (N, 2), float64
+    """
+    checked = as_floats(points, name, hint="give an (N, 2) array of metres")
+    if checked.size == 0 and minimum > 0:
+        raise InvalidPointsError(
+            f"`{name}` is empty, got shape {checked.shape}; it needs at least {minimum} "
+            f"point{'s' if minimum > 1 else ''} (were all ranges dropped?)"
+        )
+    if checked.ndim != 2 or checked.shape[1] != 2:
+        advice = "; transpose it (`.T`)" if checked.ndim == 2 and checked.shape[0] == 2 else ""
+        raise InvalidPointsError(f"`{name}` must have shape (N, 2), got {checked.shape}{advice}")
+    if len(checked) < minimum:
+        raise InvalidPointsError(f"`{name}` needs at least {minimum} points, got {len(checked)}")
+    if not np.isfinite(checked).all():
+        index = int(np.flatnonzero(~np.isfinite(checked).all(axis=1))[0])
+        raise InvalidPointsError(
+            f"`{name}` must be finite, got {checked[index].tolist()} at index {index}; "
+            f"drop such points first"
+        )
+    return checked
+
+
+def as_pairs(
+    source: ArrayLike, target: ArrayLike, weights: ArrayLike | None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Check matched points and their weights: equal lengths, weights finite and ≥ 0."""
+    p = as_points(source, "source")
+    q = as_points(target, "target")
+    if len(p) != len(q):
+        raise InvalidPointsError(
+            f"`source` and `target` must be pairs, got {len(p)} and {len(q)} points; "
+            f"row i of one belongs to row i of the other"
+        )
+    if weights is None:
+        return p, q, np.ones(len(p))
+    w = as_floats(weights, "weights", hint="give one number per pair")
+    if w.shape != (len(p),):
+        raise InvalidPointsError(
+            f"`weights` must have shape ({len(p)},), one per pair, got {w.shape}"
+        )
+    wrong = np.flatnonzero(~(np.isfinite(w) & (w >= 0.0)))
+    if wrong.size:
+        raise InvalidPointsError(
+            f"`weights` must be finite and not negative, got {w[wrong[0]]} at index {wrong[0]}"
+        )
+    return p, q, w
+
+
+def as_transform(T: ArrayLike, name: str) -> FloatArray:
+    """Check a single (3, 3) rigid transform: finite, proper rotation, last row 0 0 1."""
+    checked = as_floats(T, name, hint="build one with `labkit.transform(x, y, theta)`")
+    if checked.shape != (3, 3):
+        raise InvalidPointsError(
+            f"`{name}` must be a (3, 3) transform, got shape {checked.shape}; "
+            f"build one with `labkit.transform(x, y, theta)`"
+        )
+    R = checked[:2, :2]
+    rigid = np.allclose(R @ R.T, np.eye(2), atol=1e-6) and np.linalg.det(R) > 0.0
+    if not (np.isfinite(checked).all() and rigid and (checked[2] == (0.0, 0.0, 1.0)).all()):
+        raise InvalidPointsError(
+            f"`{name}` must be a proper rigid transform, got {checked.tolist()}; "
+            f"build one with `labkit.transform(x, y, theta)`"
+        )
+    return checked
+
+
+def check_range(
+    value: float,
+    name: str,
+    *,
+    above: float = -math.inf,
+    at_least: float = -math.inf,
+    at_most: float = math.inf,
+    unit: str = "",
+) -> None:
+    """Raise `InvalidParameterError` unless ``above < value`` and ``at_least <= value <= at_most``.
+
+    ``inf`` passes where no upper bound is given (it reads "off"); NaN never does.
+    """
+    try:
+        inside = bool(value > above and at_least <= value <= at_most)
+    except TypeError:
+        inside = False
+    if inside:
+        return
+    low = f"({above:g}" if above > at_least else f"[{at_least:g}"
+    high = f"{at_most:g}]" if math.isfinite(at_most) else "inf]"
+    suffix = f" {unit}" if unit else ""
+    raise InvalidParameterError(f"`{name}` must be in {low}, {high}{suffix}, got {value!r}")

@@ -1,0 +1,27 @@
+"""The errors that labkit raises for a mistake of its caller.
+
+Every one of them is a `LabkitError`, so one ``except`` serves a command line or a
+grader; every one is a `ValueError` too, so code that never heard of labkit copes.
+What the *data* do (too few correspondences, an iteration budget spent) is no error:
+`labkit.icp` returns it as a termination.
+"""
+
+
+class LabkitError(ValueError):
+    """Base of every error that names a caller's mistake, its place and the way out."""
+
+
+class InvalidPointsError(LabkitError):
+    """An array of points (or of weights, ranges, poses) of the wrong shape or content."""
+
+
+class InvalidParameterError(LabkitError):
+    """A parameter outside its range; the message carries the value that was received."""
+
+
+class DegenerateAlignmentError(LabkitError):
+    """Pairs that leave the rotation undetermined: no rigid transform is *the* best one."""
+
+
+class LogError(LabkitError):
+    """A log or trajectory file that cannot be read; the message names file and line."""

@@ -1,0 +1,69 @@
+"""Pre-processing of a scan: box B of the lesson's flow chart.
+
+Each filter takes a scan (or bare points) and returns a scan; the order of the points
+and the beams they came from survive, so that later stages can still lean on them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
+
+from labkit.arrays import check_range
+from labkit.errors import InvalidParameterError
+from labkit.scan import Scan, as_scan
+
+
+def range_band(scan: Scan | ArrayLike, minimum: float = 0.0, maximum: float = math.inf) -> Scan:
+    """Keep the points whose distance from the scanner lies in [minimum, maximum] metres."""
+    check_range(minimum, "minimum", at_least=0.0, unit="m")
+    if not maximum > minimum:
+        raise InvalidParameterError(
+            f"`maximum` must exceed `minimum`, got {maximum!r} and {minimum!r} m"
+        )
+    scan = as_scan(scan)
+    r = np.hypot(scan.points[:, 0], scan.points[:, 1])
+    return scan.select((r >= minimum) & (r <= maximum))
+
+
+def voxel_downsample(scan: Scan | ArrayLike, size: float) -> Scan:
+    """Replace the points of each `size` × `size` cell [m] by their centroid.
+
+    The grid is anchored at the scanner. Cells come in the order in which the scan
+    first enters them, and a centroid takes over the beam of that first point.
+    """
+    check_range(size, "size", above=0.0, unit="m")
+    scan = as_scan(scan)
+    cells = np.floor(scan.points / size).astype(np.int64)
+    _, first, member = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+    member = member.reshape(-1)
+    count = np.bincount(member, minlength=len(first))
+    sums = [np.bincount(member, scan.points[:, axis], len(first)) for axis in (0, 1)]
+    centroids = np.column_stack(sums) / count[:, None]
+    order = np.argsort(first)
+    thinned = scan.select(first[order])
+    return Scan(
+        points=centroids[order],
+        beams=thinned.beams,
+        ranges=scan.ranges,
+        angles=scan.angles,
+        stamp=scan.stamp,
+    )
+
+
+def remove_isolated(scan: Scan | ArrayLike, radius: float, min_neighbors: int = 1) -> Scan:
+    """Drop points with fewer than `min_neighbors` others within `radius` metres.
+
+    A lone return is mostly a mixed pixel at an edge, dust, or somebody's leg.
+    """
+    check_range(radius, "radius", above=0.0, unit="m")
+    check_range(min_neighbors, "min_neighbors", at_least=1)
+    scan = as_scan(scan)
+    if len(scan) == 0:
+        return scan
+    tree = cKDTree(scan.points)
+    neighbors = tree.query_ball_point(scan.points, radius, return_length=True) - 1
+    return scan.select(neighbors >= min_neighbors)

@@ -1,0 +1,88 @@
+"""A 2D LiDAR scan: its points, the beams they came from, and its time (section 2)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from labkit.arrays import BoolArray, FloatArray, IntArray, as_floats, as_points
+from labkit.errors import InvalidPointsError
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Scan:
+    """One sweep of a planar scanner, in the scanner's own frame (x ahead, y left).
+
+    Attributes
+    ----------
+    points : ndarray, shape (N, 2)
+        The returns in metres, in beam order where the scan has beams.
+    beams : ndarray of int, shape (N,), or None
+        The beam that each point came from; None for points without a scan order.
+    ranges, angles : ndarray, shape (B,), or None
+        All B beams as measured [m] and their directions [rad], no-returns included.
+    stamp : float
+        Time in seconds; NaN where the file has none.
+    """
+
+    points: FloatArray
+    beams: IntArray | None = None
+    ranges: FloatArray | None = None
+    angles: FloatArray | None = None
+    stamp: float = math.nan
+
+    @classmethod
+    def from_ranges(
+        cls,
+        ranges: ArrayLike,
+        angles: ArrayLike,
+        *,
+        stamp: float = math.nan,
+        range_min: float = 0.0,
+        range_max: float = math.inf,
+    ) -> Scan:
+        """Points r·(cos α, sin α) of the beams with ``range_min < r < range_max``.
+
+        A range that is NaN, infinite, or not strictly inside the band is a no-return:
+        it makes no point. A scan in which no beam returned is legal and has no points.
+
+        Examples
+        --------
+        >>> Scan.from_ranges([1.0, np.inf], [0.0, 0.1]).points.tolist()
+        [[1.0, 0.0]]
+        """
+        r = as_floats(ranges, "ranges")
+        alpha = as_floats(angles, "angles")
+        if r.ndim != 1 or r.shape != alpha.shape:
+            raise InvalidPointsError(
+                f"`ranges` and `angles` must have one shape (B,), got {r.shape} and {alpha.shape}"
+            )
+        if not np.isfinite(alpha).all():
+            index = int(np.flatnonzero(~np.isfinite(alpha))[0])
+            raise InvalidPointsError(f"`angles` must be finite, got {alpha[index]} at beam {index}")
+        beams = np.flatnonzero(np.isfinite(r) & (r > range_min) & (r < range_max))
+        direction = np.column_stack([np.cos(alpha[beams]), np.sin(alpha[beams])])
+        points = r[beams, None] * direction
+        return cls(points=points, beams=beams, ranges=r, angles=alpha, stamp=stamp)
+
+    @classmethod
+    def from_points(cls, points: ArrayLike, *, stamp: float = math.nan) -> Scan:
+        """A scan of bare points, shape (N, 2) [m], in no particular order."""
+        return cls(points=as_points(points, "points"), stamp=stamp)
+
+    def __len__(self) -> int:
+        """How many points the scan has."""
+        return len(self.points)
+
+    def select(self, kept: BoolArray | IntArray) -> Scan:
+        """The same scan with the points named by a mask or by indices, beams included."""
+        beams = None if self.beams is None else self.beams[kept]
+        return replace(self, points=self.points[kept], beams=beams)
+
+
+def as_scan(scan: Scan | ArrayLike) -> Scan:
+    """Return `scan` if it is one, else a scan of its points without an order."""
+    return scan if isinstance(scan, Scan) else Scan.from_points(scan)
