@@ -1,1 +1,28 @@
 """ICP-based motion estimation from 2D LiDAR scans."""
+
+from labkit.alignment import align, align_svd
+from labkit.errors import LabkitError
+from labkit.icp import icp
+from labkit.registration import IcpParameters, IcpResult, Termination
+from labkit.scan import Scan
+from labkit.se2 import apply, compose, from_xytheta, invert, to_xytheta, transform, wrap
+from labkit.target import Target
+
+__all__ = [
+    "IcpParameters",
+    "IcpResult",
+    "LabkitError",
+    "Scan",
+    "Target",
+    "Termination",
+    "align",
+    "align_svd",
+    "apply",
+    "compose",
+    "from_xytheta",
+    "icp",
+    "invert",
+    "to_xytheta",
+    "transform",
+    "wrap",
+]

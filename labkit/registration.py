@@ -1,0 +1,215 @@
+"""What goes into a registration and what comes out: parameters, history, result."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+from typing import Literal, get_args
+
+from labkit.arrays import BoolArray, FloatArray, IntArray, check_range
+from labkit.errors import InvalidParameterError
+
+Metric = Literal["point_to_point", "point_to_line"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class IcpParameters:
+    """Everything that the ICP loop can be told; checked when it is made.
+
+    Attributes
+    ----------
+    max_correspondence_distance : float
+        The gate d_max [m]: pairs farther apart are rejected. ``inf`` turns it off.
+    overlap_ratio : float
+        ρ in (0, 1]: the share of the source points, closest first, that is kept.
+    huber_delta : float
+        δ [m]: residuals beyond it weigh δ/r. ``inf`` turns it off.
+    max_iterations : int
+        The budget k_max.
+    translation_tolerance, rotation_tolerance : float
+        ε_t [m] and ε_ψ [rad]: converged when a step stays below *both*.
+    cost_tolerance : float
+        ε_J [m²]: converged when the cost changes by less.
+    metric : {"point_to_point", "point_to_line"}
+        What a residual is: the distance between the points of a pair, or that of the
+        source point from the line through the target's surface.
+
+    Examples
+    --------
+    >>> IcpParameters(overlap_ratio=1.3)
+    Traceback (most recent call last):
+    ...
+    labkit.errors.InvalidParameterError: `overlap_ratio` must be in (0, 1], got 1.3
+    """
+
+    max_correspondence_distance: float = 0.5
+    overlap_ratio: float = 0.85
+    huber_delta: float = 0.2
+    max_iterations: int = 60
+    translation_tolerance: float = 1e-6
+    rotation_tolerance: float = 1e-6
+    cost_tolerance: float = 1e-12
+    metric: Metric = "point_to_point"
+
+    def __post_init__(self) -> None:
+        gate = self.max_correspondence_distance
+        check_range(gate, "max_correspondence_distance", above=0.0, unit="m")
+        check_range(self.overlap_ratio, "overlap_ratio", above=0.0, at_most=1.0)
+        check_range(self.huber_delta, "huber_delta", above=0.0, unit="m")
+        check_range(self.max_iterations, "max_iterations", at_least=1)
+        if self.max_iterations != int(self.max_iterations):
+            raise InvalidParameterError(
+                f"`max_iterations` must be a whole number, got {self.max_iterations!r}"
+            )
+        check_range(self.translation_tolerance, "translation_tolerance", at_least=0.0, unit="m")
+        check_range(self.rotation_tolerance, "rotation_tolerance", at_least=0.0, unit="rad")
+        check_range(self.cost_tolerance, "cost_tolerance", at_least=0.0, unit="m²")
+        if self.metric not in get_args(Metric):
+            raise InvalidParameterError(
+                f"`metric` must be one of {', '.join(get_args(Metric))}, got {self.metric!r}"
+            )
+
+
+class Termination(Enum):
+    """How a run ended; the value is the message for a person."""
+
+    CONVERGED_POSE = "converged: the last step was below both pose tolerances"
+    CONVERGED_COST = "converged: the cost stopped changing"
+    BUDGET_SPENT = "not converged: the iteration budget is spent"
+    TOO_FEW_CORRESPONDENCES = (
+        "failed: fewer than 3 correspondences are left; widen the gate or improve the guess"
+    )
+    DEGENERATE = "failed: the correspondences leave the motion undetermined"
+
+    @property
+    def converged(self) -> bool:
+        """Whether a convergence test ended the run."""
+        return self in (Termination.CONVERGED_POSE, Termination.CONVERGED_COST)
+
+    @property
+    def failed(self) -> bool:
+        """Whether the run ended without an estimate."""
+        return self in (Termination.TOO_FEW_CORRESPONDENCES, Termination.DEGENERATE)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Correspondences:
+    """The pairs of one association and what became of each; row i is source point i.
+
+    Attributes
+    ----------
+    target_index : ndarray of int, shape (N,)
+        The nearest target point.
+    distances : ndarray, shape (N,)
+        Its distance [m].
+    residuals : ndarray, shape (N,)
+        What the metric minimises [m]: the distance, or the distance from the line (NaN
+        where the target has no normal).
+    within_gate, within_overlap, kept : ndarray of bool, shape (N,)
+        `kept` passed both, and has a residual.
+    weights : ndarray, shape (N,)
+        Huber's weight of a kept pair, 0 for a rejected one.
+    """
+
+    target_index: IntArray
+    distances: FloatArray
+    residuals: FloatArray
+    within_gate: BoolArray
+    within_overlap: BoolArray
+    kept: BoolArray
+    weights: FloatArray
+
+    @property
+    def inlier_count(self) -> int:
+        """How many pairs were kept."""
+        return int(self.kept.sum())
+
+    @property
+    def fitness(self) -> float:
+        """Kept pairs over source points, in [0, 1]."""
+        return self.inlier_count / len(self.kept)
+
+    @property
+    def inlier_rmse(self) -> float:
+        """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
+        d = self.distances[self.kept]
+        return math.sqrt(float(d @ d) / len(d)) if len(d) else math.nan
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Iteration:
+    """The state after one iteration; number 0 is the initial guess, before any step.
+
+    `translation_step` [m] and `rotation_step` [rad] are how far the pose moved to get
+    here (NaN at number 0); `cost` [m²], `inlier_count` and `inlier_rmse` [m] belong to
+    the association made here.
+    """
+
+    T_target_source: FloatArray
+    translation_step: float
+    rotation_step: float
+    cost: float
+    inlier_count: int
+    inlier_rmse: float
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class IcpResult:
+    """The outcome of one registration.
+
+    Attributes
+    ----------
+    T_target_source : ndarray, shape (3, 3)
+        The estimate; all NaN where the run failed, so that no guess passes for one. The
+        last pose that was tried stays in ``history[-1]``.
+    termination : Termination
+        How the run ended.
+    correspondences : Correspondences
+        The last association, at the final pose.
+    cost : float
+        The truncated Huber cost J [m²] there; see `labkit.icp`.
+    history : tuple of Iteration
+        From the initial guess (number 0) to the last step.
+    """
+
+    T_target_source: FloatArray
+    termination: Termination
+    correspondences: Correspondences
+    cost: float
+    history: tuple[Iteration, ...]
+
+    @property
+    def converged(self) -> bool:
+        """Whether a convergence test ended the run."""
+        return self.termination.converged
+
+    @property
+    def message(self) -> str:
+        """How the run ended, in words."""
+        return self.termination.value
+
+    @property
+    def iterations(self) -> int:
+        """How many steps were taken."""
+        return len(self.history) - 1
+
+    @property
+    def fitness(self) -> float:
+        """Kept pairs over source points, in [0, 1]."""
+        return self.correspondences.fitness
+
+    @property
+    def inlier_count(self) -> int:
+        """How many pairs were kept."""
+        return self.correspondences.inlier_count
+
+    @property
+    def inlier_rmse(self) -> float:
+        """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
+        return self.correspondences.inlier_rmse
+
+    @property
+    def rotation(self) -> float:
+        """Magnitude |Δψ| of the estimated rotation [rad]."""
+        return abs(math.atan2(self.T_target_source[1, 0], self.T_target_source[0, 0]))

@@ -1,0 +1,37 @@
+"""A target scan prepared once and matched against as often as one likes."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+from numpy.typing import ArrayLike
+
+from labkit.arrays import FloatArray, as_points
+from labkit.correspondences import NearestNeighbors
+from labkit.normals import estimate_normals
+from labkit.scan import Scan, as_scan
+
+
+class Target:
+    """A scan with its search tree and, once a metric asks for them, its normals.
+
+    Parameters
+    ----------
+    scan : Scan or array_like, shape (M, 2)
+        Points in metres. A scan's own beam order makes for better normals.
+    """
+
+    def __init__(self, scan: Scan | ArrayLike) -> None:
+        self.scan = as_scan(scan)
+        self.points = as_points(self.scan.points, "target")
+        self.search = NearestNeighbors(self.points)
+
+    @cached_property
+    def normals(self) -> FloatArray:
+        """Unit normals, shape (M, 2); NaN where a point lies on no line."""
+        return estimate_normals(self.scan)
+
+
+def as_target(target: Target | Scan | ArrayLike) -> Target:
+    """Return `target` if it is prepared already, else prepare it."""
+    return target if isinstance(target, Target) else Target(target)
