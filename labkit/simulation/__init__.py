@@ -1,0 +1,37 @@
+"""Simulated data with a known truth: worlds, a ray-casting scanner, wheel odometry.
+
+Two roads lead to a scan. `lesson_experiment` repeats the lesson's own point sampler,
+number for number. `cast` and `scan_along` look into a world of walls as a real scanner
+does: beam by beam, the nearest wall hides what lies behind it.
+"""
+
+from labkit.simulation.lesson import (
+    LessonExperiment,
+    lesson_experiment,
+    lesson_world,
+    sample_scan,
+)
+from labkit.simulation.lidar import Lidar, cast, scan_along
+from labkit.simulation.wheels import WheelNoise, wheel_increments
+from labkit.simulation.world import MovingObject, World
+from labkit.simulation.worlds import corner, corridor, crowd, room, room_with_door, two_rooms
+
+__all__ = [
+    "LessonExperiment",
+    "Lidar",
+    "MovingObject",
+    "WheelNoise",
+    "World",
+    "cast",
+    "corner",
+    "corridor",
+    "crowd",
+    "lesson_experiment",
+    "lesson_world",
+    "room",
+    "room_with_door",
+    "sample_scan",
+    "scan_along",
+    "two_rooms",
+    "wheel_increments",
+]

@@ -1,0 +1,173 @@
+"""A planar laser scanner that looks into a simulated world."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from labkit.arrays import FloatArray, as_floats, as_transform, check_range
+from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.scan import Scan
+from labkit.se2 import from_xytheta
+from labkit.simulation.checks import as_poses, check_count
+from labkit.simulation.raycast import first_hits
+from labkit.simulation.world import World
+
+SWEEP_PERIOD = 0.1  # s between two scans where the caller gives no stamps
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lidar:
+    """What a scanner can do.
+
+    The defaults are the lesson's: 270° and 10 m with 1 cm of noise. 541 beams make the
+    step 0.5°, every second beam of a common 270° scanner.
+
+    Attributes
+    ----------
+    beam_count : int
+        How many beams a sweep has.
+    field_of_view : float
+        Angle in radians in (0, 2π] from the first beam to the last, half of it to either
+        side of straight ahead. At 2π the last beam stops one step short of the first.
+    range_min, range_max : float
+        Metres. A measurement that is not strictly between them is a no-return, and what
+        is nearer than `range_min` still hides what lies behind it.
+    noise_std : float
+        Standard deviation in metres of the Gaussian noise along the beam.
+    dropout_ratio : float
+        The fraction in [0, 1] of beams that never come back.
+
+    Raises
+    ------
+    InvalidParameterError
+        For a value outside its range; the message carries it.
+
+    Examples
+    --------
+    >>> np.degrees(Lidar(beam_count=3, field_of_view=np.pi).angles).tolist()
+    [-90.0, 0.0, 90.0]
+    """
+
+    beam_count: int = 541
+    field_of_view: float = math.radians(270.0)
+    range_min: float = 0.1
+    range_max: float = 10.0
+    noise_std: float = 0.01
+    dropout_ratio: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_count(self.beam_count, "beam_count", at_least=2)
+        check_range(
+            self.field_of_view, "field_of_view", above=0.0, at_most=2.0 * math.pi, unit="rad"
+        )
+        check_range(self.range_min, "range_min", at_least=0.0, unit="m")
+        if not self.range_max > self.range_min:
+            raise InvalidParameterError(
+                f"`range_max` must exceed `range_min`, got {self.range_max!r} "
+                f"and {self.range_min!r} m"
+            )
+        check_range(self.noise_std, "noise_std", at_least=0.0, at_most=self.range_max, unit="m")
+        check_range(self.dropout_ratio, "dropout_ratio", at_least=0.0, at_most=1.0)
+
+    @property
+    def angles(self) -> FloatArray:
+        """The beams' directions [rad], counter-clockwise, shape (beam_count,)."""
+        half = self.field_of_view / 2.0
+        full_circle = self.field_of_view == 2.0 * math.pi
+        return np.linspace(-half, half, self.beam_count, endpoint=not full_circle)
+
+
+def cast(
+    world: World,
+    T_world_scanner: ArrayLike,
+    lidar: Lidar,
+    *,
+    rng: np.random.Generator | int,
+    stamp: float = 0.0,
+) -> Scan:
+    """One sweep, taken in an instant: no beam is older than another.
+
+    Parameters
+    ----------
+    world : World
+        What there is to see.
+    T_world_scanner : array_like, shape (3, 3)
+        Where the scanner stands.
+    lidar : Lidar
+        What it can do.
+    rng : numpy.random.Generator or int
+        A generator, or the seed of one. How much is drawn from it depends on the number
+        of beams alone, never on the world.
+    stamp : float
+        The time in seconds; moving objects are where they are then.
+
+    Returns
+    -------
+    Scan
+        With all beams' `ranges` (infinity for a no-return) and `angles`.
+
+    Examples
+    --------
+    >>> from labkit.simulation import room
+    >>> len(cast(room(), np.eye(3), Lidar(), rng=0))
+    541
+    """
+    T = as_transform(T_world_scanner, "T_world_scanner")
+    rng = np.random.default_rng(rng)
+    ranges = first_hits(world.at(stamp), T, lidar.angles)
+    ranges += rng.normal(0.0, lidar.noise_std, size=lidar.beam_count)
+    lost = rng.random(lidar.beam_count) < lidar.dropout_ratio
+    ranges[lost | (ranges <= lidar.range_min) | (ranges >= lidar.range_max)] = np.inf
+    return Scan.from_ranges(ranges, lidar.angles, stamp=stamp)
+
+
+def scan_along(
+    world: World,
+    poses: ArrayLike,
+    lidar: Lidar,
+    *,
+    rng: np.random.Generator | int,
+    stamps: ArrayLike | None = None,
+) -> list[Scan]:
+    """One scan from each pose of a trajectory, while moving objects move on.
+
+    Parameters
+    ----------
+    world : World
+        What there is to see.
+    poses : array_like, shape (K, 3)
+        Rows (x [m], y [m], θ [rad]) of the scanner in the world frame.
+    lidar : Lidar
+        What it can do.
+    rng : numpy.random.Generator or int
+        A generator, or the seed of one.
+    stamps : array_like, shape (K,), optional
+        Times in seconds; ten scans per second from 0 on by default.
+
+    Returns
+    -------
+    list of Scan
+        K scans, the oldest first.
+
+    Raises
+    ------
+    InvalidPointsError
+        For poses that are not finite rows of three, or another number of stamps.
+    """
+    checked = as_poses(poses, "poses")
+    times = (
+        SWEEP_PERIOD * np.arange(len(checked)) if stamps is None else as_floats(stamps, "stamps")
+    )
+    if times.shape != (len(checked),):
+        raise InvalidPointsError(
+            f"`stamps` must have shape ({len(checked)},), one per pose, got {times.shape}"
+        )
+    rng = np.random.default_rng(rng)
+    return [
+        cast(world, T, lidar, rng=rng, stamp=float(stamp))
+        for T, stamp in zip(from_xytheta(checked), times, strict=True)
+    ]

@@ -1,0 +1,92 @@
+"""A world to look at: walls as line segments, and things that move between them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from labkit.arrays import FloatArray, as_floats
+from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.simulation.checks import as_segments, check_count
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MovingObject:
+    """Segments that move as one body, straight on and without turning.
+
+    Attributes
+    ----------
+    segments : ndarray, shape (M, 2, 2)
+        The end points in metres in the world frame, where they are at time 0.
+    velocity : ndarray, shape (2,)
+        Metres per second in the world frame.
+    """
+
+    segments: FloatArray
+    velocity: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "segments", as_segments(self.segments, "segments"))
+        velocity = as_floats(self.velocity, "velocity", hint="give (vx, vy) in m/s")
+        if velocity.shape != (2,) or not np.isfinite(velocity).all():
+            raise InvalidPointsError(
+                f"`velocity` must be finite (vx, vy) in m/s, got {velocity.tolist()}"
+            )
+        object.__setattr__(self, "velocity", velocity)
+
+    def at(self, stamp: float) -> FloatArray:
+        """The segments [m] at time `stamp` [s], shape (M, 2, 2)."""
+        return self.segments + stamp * self.velocity
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class World:
+    """Walls that stay, and objects that move.
+
+    Attributes
+    ----------
+    segments : ndarray, shape (M, 2, 2)
+        The walls: M pairs of end points in metres in the world frame.
+    moving : tuple of MovingObject
+        What moves; nothing by default.
+
+    Examples
+    --------
+    >>> wall = World(segments=polyline([[1.0, -1.0], [1.0, 1.0]]))
+    >>> wall.at(0.0).shape
+    (1, 2, 2)
+    """
+
+    segments: FloatArray
+    moving: tuple[MovingObject, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "segments", as_segments(self.segments, "segments"))
+
+    def at(self, stamp: float) -> FloatArray:
+        """Everything there is to see at time `stamp` [s]: segments [m], shape (M, 2, 2)."""
+        if not math.isfinite(stamp):
+            raise InvalidParameterError(f"`stamp` must be a finite time in s, got {stamp!r}")
+        return np.concatenate([self.segments, *(thing.at(stamp) for thing in self.moving)])
+
+
+def polyline(vertices: ArrayLike, *, closed: bool = False) -> FloatArray:
+    """Segments from each of the (N, 2) vertices [m] to the next, shape (N − 1, 2, 2).
+
+    A closed one has N segments: the last leads back to the first vertex.
+    """
+    v = np.asarray(vertices, dtype=np.float64)
+    if closed:
+        v = np.vstack([v, v[:1]])
+    return np.stack([v[:-1], v[1:]], axis=1)
+
+
+def circle(center: ArrayLike, radius: float, sides: int = 16) -> FloatArray:
+    """A round thing as a polygon inscribed in its circle [m], shape (sides, 2, 2)."""
+    check_count(sides, "sides", at_least=3)
+    turn = 2.0 * np.pi * np.arange(sides) / sides
+    rim = radius * np.column_stack([np.cos(turn), np.sin(turn)])
+    return polyline(np.asarray(center, dtype=np.float64) + rim, closed=True)

@@ -1,0 +1,219 @@
+"""Places to scan. Each shows one thing that helps or harms a scan matcher."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from labkit.arrays import FloatArray, check_range
+from labkit.errors import InvalidParameterError
+from labkit.se2 import rotation
+from labkit.simulation.checks import check_count
+from labkit.simulation.world import MovingObject, World, circle, polyline
+
+WIDTH, DEPTH = 8.0, 6.0  # m, along x and along y
+DOOR_WIDTH = 0.9  # m
+
+
+def room(width: float = WIDTH, depth: float = DEPTH) -> World:
+    """A room around the origin that looks the same from no two places.
+
+    An alcove, a cut corner and a pillar break the rectangle's symmetry, so a scan tells
+    where it was taken, and which way the scanner looked. The alcove lies beyond the depth,
+    by an eighth of it.
+
+    Parameters
+    ----------
+    width, depth : float
+        Extent along x and along y in metres.
+
+    Raises
+    ------
+    InvalidParameterError
+        For an extent that is not positive.
+
+    Examples
+    --------
+    >>> room().segments.shape
+    (13, 2, 2)
+    """
+    _check_lengths(width=width, depth=depth)
+    outline = polyline(_outline(width, depth), closed=True)
+    return World(segments=np.concatenate([outline, _pillar(width, depth)]))
+
+
+def corner(width: float = WIDTH, depth: float = DEPTH) -> World:
+    """The lesson's L as solid walls, from the origin along x and along y.
+
+    Parameters
+    ----------
+    width, depth : float
+        Lengths in metres of the wall along x and of the wall along y.
+    """
+    _check_lengths(width=width, depth=depth)
+    return World(segments=polyline([[width, 0.0], [0.0, 0.0], [0.0, depth]]))
+
+
+def corridor(width: float = 2.0, length: float = 200.0) -> World:
+    """Two parallel walls along x, centred at the origin, and nothing else.
+
+    As long as both ends are out of reach, every place along it looks the same: no scan
+    tells how far the robot drove (problem 4 of the lesson).
+
+    Parameters
+    ----------
+    width, length : float
+        Metres.
+    """
+    _check_lengths(width=width, length=length)
+    x, y = length / 2.0, width / 2.0
+    return World(segments=np.array([[[-x, -y], [x, -y]], [[x, y], [-x, y]]]))
+
+
+def crowd(
+    count: int = 8,
+    *,
+    rng: np.random.Generator | int,
+    speed: float = 1.0,
+    radius: float = 0.25,
+    clearance: float = 1.0,
+    width: float = WIDTH,
+    depth: float = DEPTH,
+) -> World:
+    """The room with round people in it, who walk straight on and through walls.
+
+    At time 0 they stand anywhere in the ring around the origin that begins at the
+    clearance and ends at the nearer walls; each walks in a direction of its own.
+
+    Parameters
+    ----------
+    count : int
+        How many people.
+    rng : numpy.random.Generator or int
+        A generator, or the seed of one: it places people and sets their directions.
+    speed : float
+        Metres per second, the same for everybody.
+    radius : float
+        Metres from a person's middle to the outside.
+    clearance : float
+        Metres around the origin that stay free at time 0.
+    width, depth : float
+        Extent of the room in metres.
+
+    Raises
+    ------
+    InvalidParameterError
+        For a parameter out of range, or people who do not fit between clearance and wall.
+    """
+    _check_lengths(width=width, depth=depth, radius=radius)
+    check_count(count, "count", at_least=0)
+    check_range(speed, "speed", at_least=0.0, at_most=100.0, unit="m/s")
+    nearest_wall = min(width, depth) / 2.0
+    check_range(clearance, "clearance", at_least=0.0, at_most=nearest_wall - 2.0 * radius, unit="m")
+    rng = np.random.default_rng(rng)
+    distance = rng.uniform(clearance + radius, nearest_wall - radius, size=count)
+    bearing, heading = rng.uniform(0.0, 2.0 * math.pi, size=(2, count))
+    centers = distance[:, None] * _direction(bearing)
+    people = tuple(
+        MovingObject(segments=circle(center, radius), velocity=velocity)
+        for center, velocity in zip(centers, speed * _direction(heading), strict=True)
+    )
+    return World(segments=room(width, depth).segments, moving=people)
+
+
+def room_with_door(opening: float, width: float = WIDTH, depth: float = DEPTH) -> World:
+    """The room with a door in its south wall and a passage 1.5 m wide behind it.
+
+    Two scans with different openings disagree on the leaf, and on what stands behind it.
+
+    Parameters
+    ----------
+    opening : float
+        Angle in radians in [0, π] by which the leaf has swung into the room; 0 is shut.
+    width, depth : float
+        Extent of the room in metres; the door needs a width of at least 2 m.
+
+    Raises
+    ------
+    InvalidParameterError
+        For a parameter out of range.
+    """
+    check_range(opening, "opening", at_least=0.0, at_most=math.pi, unit="rad")
+    check_range(width, "width", at_least=2.0, unit="m")
+    _check_lengths(width=width, depth=depth)
+    y = -depth / 2.0
+    hinge, latch = np.array([0.0, y]), np.array([DOOR_WIDTH, y])
+    walls = polyline(np.vstack([latch, _outline(width, depth), hinge]))
+    leaf = polyline([hinge, hinge + rotation(opening) @ (latch - hinge)])
+    passage = polyline([[-width / 2.0, y - 1.5], [width / 2.0, y - 1.5]])
+    return World(segments=np.concatenate([walls, _pillar(width, depth), leaf, passage]))
+
+
+def two_rooms(doorway: float = 1.2, width: float = 5.0, depth: float = DEPTH) -> World:
+    """Two rooms side by side, joined by a doorway at the origin.
+
+    From (−1.5, 0) most of a scan is the west room, from (0.5, 0) most of it is the
+    east one: the two overlap in part, and only the shared part can be matched.
+
+    Parameters
+    ----------
+    doorway : float
+        Width in metres of the opening in the wall x = 0; less than `depth`.
+    width, depth : float
+        Extent in metres of each room along x and along y.
+
+    Raises
+    ------
+    InvalidParameterError
+        For a parameter out of range.
+    """
+    _check_lengths(width=width, depth=depth)
+    if not 0.0 < doorway < depth:
+        raise InvalidParameterError(
+            f"`doorway` must be in (0, depth = {depth:g}) m, got {doorway!r}"
+        )
+    y, jamb = depth / 2.0, doorway / 2.0
+    east = np.array([[0.0, -y], [width, -y], [width, 0.4 * y], [0.6 * width, y], [0.0, y]])
+    west = np.array([[-0.5 * width, y], [-0.5 * width, 0.7 * y], [-width, 0.7 * y], [-width, -y]])
+    outline = polyline(np.vstack([east, west]), closed=True)
+    wall = np.array([[[0.0, -y], [0.0, -jamb]], [[0.0, jamb], [0.0, y]]])
+    shelf = _box(0.4 * width, -0.7 * y, 0.1 * width)
+    return World(segments=np.concatenate([outline, wall, shelf]))
+
+
+def _outline(width: float, depth: float) -> FloatArray:
+    """The room's walls counter-clockwise from the south-east; the south wall closes them."""
+    x, y = width / 2.0, depth / 2.0
+    return np.array(
+        [
+            [x, -y],
+            [x, 0.4 * y],  # the cut corner
+            [0.6 * x, y],
+            [-0.1 * x, y],  # the alcove
+            [-0.1 * x, 1.25 * y],
+            [-0.5 * x, 1.25 * y],
+            [-0.5 * x, y],
+            [-x, y],
+            [-x, -y],
+        ]
+    )
+
+
+def _pillar(width: float, depth: float) -> FloatArray:
+    return _box(-0.3 * width, -0.3 * depth, 0.05 * min(width, depth))
+
+
+def _box(x: float, y: float, half: float) -> FloatArray:
+    """An upright square around (x, y)."""
+    corners = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
+    return polyline(np.array([x, y]) + corners, closed=True)
+
+
+def _direction(angle: FloatArray) -> FloatArray:
+    return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def _check_lengths(**lengths: float) -> None:
+    for name, value in lengths.items():
+        check_range(value, name, above=0.0, at_most=1e4, unit="m")
