@@ -1,0 +1,26 @@
+"""How good a trajectory is: against a reference, step by step, and against a survey.
+
+Everything takes poses as rows (x [m], y [m], θ [rad]). An error is one translation [m]
+and one rotation [rad] per pose or pair; the two are never mixed into one number.
+"""
+
+from labkit.evaluation.absolute import AbsoluteErrors, ate
+from labkit.evaluation.association import associate
+from labkit.evaluation.pose_errors import ErrorSummary, PoseErrors
+from labkit.evaluation.relation_files import read_relations
+from labkit.evaluation.relations import RelationErrors, Relations, relation_errors
+from labkit.evaluation.relative import RelativeErrors, rpe
+
+__all__ = [
+    "AbsoluteErrors",
+    "ErrorSummary",
+    "PoseErrors",
+    "RelationErrors",
+    "Relations",
+    "RelativeErrors",
+    "associate",
+    "ate",
+    "read_relations",
+    "relation_errors",
+    "rpe",
+]

@@ -1,0 +1,64 @@
+"""Which pose of one trajectory belongs to which of another: the nearest in time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from labkit.arrays import FloatArray, IntArray, check_range
+from labkit.evaluation.checks import as_stamps
+
+
+def associate(stamps_a: ArrayLike, stamps_b: ArrayLike, tolerance: float) -> IntArray:
+    """Pair two sets of stamps one to one.
+
+    Two stamps make a pair where each is the other's nearest and they lie no further apart
+    than the tolerance. No stamp is used twice, and exchanging a and b changes nothing
+    but the columns.
+
+    Parameters
+    ----------
+    stamps_a, stamps_b : array_like, shape (A,) and (B,)
+        Seconds, in any order.
+    tolerance : float
+        The greatest difference in seconds.
+
+    Returns
+    -------
+    ndarray of int, shape (M, 2)
+        Indices into `stamps_a` and `stamps_b`, in the order of `stamps_a`.
+
+    Raises
+    ------
+    InvalidPointsError
+        For stamps that are not finite or not in one row.
+    InvalidParameterError
+        For a negative tolerance.
+
+    Examples
+    --------
+    >>> associate([0.0, 1.0, 2.0], [1.02, 1.9, 2.01], tolerance=0.05).tolist()
+    [[1, 0], [2, 2]]
+    """
+    a, b = as_stamps(stamps_a, "stamps_a"), as_stamps(stamps_b, "stamps_b")
+    check_range(tolerance, "tolerance", at_least=0.0, unit="s")
+    if a.size == 0 or b.size == 0:
+        return np.empty((0, 2), dtype=np.intp)
+    b_of_a, a_of_b = nearest(b, a), nearest(a, b)
+    index = np.arange(len(a))
+    mutual = a_of_b[b_of_a] == index
+    near = np.abs(b[b_of_a] - a) <= tolerance
+    return np.column_stack([index, b_of_a])[mutual & near]
+
+
+def nearest(stamps: FloatArray, queries: FloatArray) -> IntArray:
+    """The index of the stamp nearest to each query; at a tie, of the earlier one.
+
+    There must be a stamp. Of equal stamps the first is taken.
+    """
+    values, first = np.unique(stamps, return_index=True)
+    after = np.minimum(np.searchsorted(values, queries), len(values) - 1)
+    before = np.maximum(after - 1, 0)
+    earlier = np.abs(queries - values[before]) <= np.abs(values[after] - queries)
+    index: IntArray = first[np.where(earlier, before, after)]
+    return index

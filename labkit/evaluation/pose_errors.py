@@ -1,0 +1,110 @@
+"""Errors of poses, and what is said about many of them in a line."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from labkit.arrays import FloatArray, as_floats
+from labkit.errors import InvalidPointsError
+from labkit.se2 import relative, to_xytheta
+
+
+@dataclass(frozen=True, kw_only=True)
+class ErrorSummary:
+    """Statistics of many errors, in the unit of the errors.
+
+    Where there was no error to summarise, `count` is 0 and everything else is NaN: a
+    mean of 0.0 would look perfect.
+
+    Attributes
+    ----------
+    count : int
+    mean, std, median, p95, max, rmse : float
+        `std` is the population's (divided by `count`), and `p95` the 95th percentile,
+        linear between two errors.
+    """
+
+    count: int
+    mean: float
+    std: float
+    median: float
+    p95: float
+    max: float
+    rmse: float
+
+    @classmethod
+    def of(cls, errors: ArrayLike) -> ErrorSummary:
+        """Summarise errors of shape (N,); N may be 0.
+
+        Raises
+        ------
+        InvalidPointsError
+            For another shape, or for an error that is NaN or infinite: leave out what has
+            no number, and say how many those are.
+
+        Examples
+        --------
+        >>> ErrorSummary.of([3.0, 4.0, 5.0]).median
+        4.0
+        >>> ErrorSummary.of([]).rmse
+        nan
+        """
+        e = as_floats(errors, "errors")
+        if e.ndim != 1 or not np.isfinite(e).all():
+            shown = f"shape {e.shape}" if e.ndim != 1 else f"{e[~np.isfinite(e)][0]}"
+            raise InvalidPointsError(f"`errors` must be finite and of shape (N,), got {shown}")
+        if e.size == 0:
+            none = math.nan
+            return cls(count=0, mean=none, std=none, median=none, p95=none, max=none, rmse=none)
+        return cls(
+            count=e.size,
+            mean=float(e.mean()),
+            std=float(e.std()),
+            median=float(np.median(e)),
+            p95=float(np.percentile(e, 95.0)),
+            max=float(e.max()),
+            rmse=float(np.sqrt(np.mean(e**2))),
+        )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PoseErrors:
+    """One translation error and one rotation error per pose or pair.
+
+    Attributes
+    ----------
+    translation_errors : ndarray, shape (N,)
+        Metres, ≥ 0.
+    rotation_errors : ndarray, shape (N,)
+        Radians in [0, π].
+    """
+
+    translation_errors: FloatArray
+    rotation_errors: FloatArray
+
+    @property
+    def translation(self) -> ErrorSummary:
+        """The translation errors in a line [m]."""
+        return ErrorSummary.of(self.translation_errors)
+
+    @property
+    def rotation(self) -> ErrorSummary:
+        """The rotation errors in a line [rad]."""
+        return ErrorSummary.of(self.rotation_errors)
+
+    def __len__(self) -> int:
+        """How many poses or pairs were compared."""
+        return len(self.translation_errors)
+
+
+def pose_differences(T_true: FloatArray, T_estimated: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """How far apart two stacks of transforms, shape (N, 3, 3), lie: ``invert(T_true) @ T``.
+
+    Returns the lengths [m] and the angles [rad], ≥ 0, each of shape (N,).
+    """
+    difference = to_xytheta(relative(T_true, T_estimated))
+    return np.hypot(difference[:, 0], difference[:, 1]), np.abs(difference[:, 2])

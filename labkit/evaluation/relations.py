@@ -1,0 +1,161 @@
+"""Surveyed relations: how a trajectory is judged where no reference trajectory exists.
+
+Somebody matched chosen pairs of scans by hand and wrote down how one lies in the other.
+These relations hold whatever the frame of the map, and they are all that is known of
+most of the classic logs [1]_.
+
+References
+----------
+.. [1] Kümmerle, Steder, Dornhege, Ruhnke, Grisetti, Stachniss, Kleiner, "On measuring
+       the accuracy of SLAM algorithms", Autonomous Robots 27(4), 2009.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from labkit.arrays import BoolArray, FloatArray, IntArray, as_floats, check_range
+from labkit.errors import InvalidPointsError
+from labkit.evaluation.association import nearest
+from labkit.evaluation.checks import as_poses, as_stamps
+from labkit.evaluation.pose_errors import PoseErrors, pose_differences
+from labkit.se2 import from_xytheta, relative
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Relations:
+    """Surveyed poses of one scan in the frame of another.
+
+    Attributes
+    ----------
+    ends : ndarray, shape (N, 2)
+        The two scans of each relation, by their 0-based index, or by their time in seconds.
+    by_stamp : bool
+        Whether `ends` are times.
+    increments : ndarray, shape (N, 3)
+        Rows (x [m], y [m], θ [rad]) of the second scan in the frame of the first.
+    """
+
+    ends: FloatArray
+    by_stamp: bool
+    increments: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "increments", as_poses(self.increments, "increments"))
+        ends = as_floats(self.ends, "ends")
+        if ends.shape != (len(self.increments), 2) or not np.isfinite(ends).all():
+            raise InvalidPointsError(
+                f"`ends` must be finite and of shape ({len(self.increments)}, 2), one row per "
+                f"increment, got shape {ends.shape}"
+            )
+        if not self.by_stamp and ((ends < 0.0) | (ends != np.floor(ends))).any():
+            raise InvalidPointsError(
+                "`ends` must be 0-based scan indices; give by_stamp=True if they are times"
+            )
+        object.__setattr__(self, "ends", ends)
+
+    def __len__(self) -> int:
+        """How many relations there are."""
+        return len(self.ends)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RelationErrors(PoseErrors):
+    """The errors of a trajectory against the relations that it covers.
+
+    Attributes
+    ----------
+    translation_errors, rotation_errors : ndarray, shape (M,)
+        Metres and radians, one per relation that was found.
+    pairs : ndarray of int, shape (M, 2)
+        The poses that each of them compared.
+    found : ndarray of bool, shape (N,)
+        Which of all N relations those are; the others have no pose at one end or both.
+    """
+
+    pairs: IntArray
+    found: BoolArray
+
+    @property
+    def unmatched(self) -> int:
+        """How many relations the trajectory does not cover."""
+        return int(np.count_nonzero(~self.found))
+
+
+def relation_errors(
+    relations: Relations,
+    poses: ArrayLike,
+    stamps: ArrayLike | None = None,
+    *,
+    tolerance: float = 0.05,
+) -> RelationErrors:
+    """The error of each relation: ``invert(relation) @ (invert(x_i) @ x_j)``.
+
+    Translations and rotations are kept apart, as equation (5) of the paper allows, because
+    no weight between metres and radians serves every task.
+
+    Parameters
+    ----------
+    relations : Relations
+        From `read_relations`.
+    poses : array_like, shape (K, 3)
+        The estimate's rows (x [m], y [m], θ [rad]), in any frame.
+    stamps : array_like, shape (K,), optional
+        The poses' times in seconds; needed where relations name times.
+    tolerance : float
+        How far in seconds a pose may lie from the time that a relation names.
+
+    Returns
+    -------
+    RelationErrors
+        Its summaries are NaN where the poses cover no relation.
+
+    Raises
+    ------
+    InvalidPointsError
+        For rows that are not three finite numbers, or for stamps that are missing, not
+        finite, or not one per pose.
+    InvalidParameterError
+        For a negative tolerance.
+
+    Examples
+    --------
+    >>> survey = Relations(ends=[[0, 1], [1, 9]], by_stamp=False,
+    ...                    increments=[[1, 0, 0], [1, 0, 0]])
+    >>> errors = relation_errors(survey, [[0, 0, 0], [1.5, 0, 0]])
+    >>> errors.translation.mean, errors.unmatched
+    (0.5, 1)
+    """
+    x = as_poses(poses, "poses")
+    check_range(tolerance, "tolerance", at_least=0.0, unit="s")
+    if relations.by_stamp:
+        times = _stamps_of(x, stamps)
+        index = nearest(times, relations.ends.reshape(-1)).reshape(-1, 2)
+        covered = np.abs(times[index] - relations.ends) <= tolerance
+    else:
+        index = relations.ends.astype(np.intp)
+        covered = index < len(x)
+    found = np.logical_and(covered[:, 0], covered[:, 1])
+    pairs = index[found]
+    T = from_xytheta(x)
+    i, j = pairs.T
+    translation, rotation = pose_differences(
+        from_xytheta(relations.increments[found]), relative(T[i], T[j])
+    )
+    return RelationErrors(
+        translation_errors=translation, rotation_errors=rotation, pairs=pairs, found=found
+    )
+
+
+def _stamps_of(poses: FloatArray, stamps: ArrayLike | None) -> FloatArray:
+    if stamps is None:
+        raise InvalidPointsError("these relations name times; give the `stamps` of the poses")
+    times = as_stamps(stamps, "stamps")
+    if len(times) != len(poses):
+        raise InvalidPointsError(
+            f"`stamps` must have shape ({len(poses)},), one per pose, got {times.shape}"
+        )
+    return times

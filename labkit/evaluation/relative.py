@@ -1,0 +1,125 @@
+"""Relative pose error: how far odometry drifts over a stretch of the way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from labkit.arrays import FloatArray, IntArray, check_range
+from labkit.errors import InvalidParameterError
+from labkit.evaluation.checks import as_trajectories
+from labkit.evaluation.pose_errors import PoseErrors, pose_differences
+from labkit.se2 import from_xytheta, relative
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RelativeErrors(PoseErrors):
+    """The errors of every stretch that was compared.
+
+    Attributes
+    ----------
+    translation_errors, rotation_errors : ndarray, shape (N,)
+        Metres and radians, one per stretch.
+    pairs : ndarray of int, shape (N, 2)
+        The poses at which each stretch begins and ends.
+    """
+
+    pairs: IntArray
+
+
+def rpe(
+    estimate: ArrayLike,
+    reference: ArrayLike,
+    delta: float = 1,
+    unit: Literal["steps", "metres"] = "steps",
+    *,
+    tolerance: float = 0.1,
+) -> RelativeErrors:
+    """The relative pose error [1]_, over every stretch of a given length.
+
+    The error of the stretch from i to j is that of the estimate's ``T_i_j`` against the
+    reference's. No alignment is needed, and an early mistake is counted where it is made.
+
+    Parameters
+    ----------
+    estimate, reference : array_like, shape (K, 3)
+        Rows (x [m], y [m], θ [rad]); row k of one belongs to row k of the other.
+    delta : float
+        How long a stretch is: a whole number of steps, or metres of the reference's path.
+    unit : {"steps", "metres"}
+        With "steps", every i is paired with i + delta. With "metres", every i is paired
+        with the later pose whose distance along the path is nearest to delta.
+    tolerance : float
+        With "metres": the fraction of delta by which a stretch may be longer or shorter;
+        what differs by more is left out.
+
+    Returns
+    -------
+    RelativeErrors
+        Without pairs, and its summaries NaN, where the trajectory is too short.
+
+    Raises
+    ------
+    InvalidPointsError
+        For rows that are not three finite numbers, or unequal lengths.
+    InvalidParameterError
+        For a `delta`, `unit` or `tolerance` out of range.
+
+    Notes
+    -----
+    Stretches overlap, and the reference's path measures them, so that all estimates of
+    one run are compared over the same pairs. `evo` measures the estimate's path and lets
+    stretches follow one another unless told ``all_pairs=True, pairs_from_reference=True``;
+    then the two select the same pairs.
+
+    References
+    ----------
+    .. [1] Sturm, Engelhard, Endres, Burgard, Cremers, "A benchmark for the evaluation
+           of RGB-D SLAM systems", IROS 2012.
+
+    Examples
+    --------
+    >>> reference = [[0, 0, 0], [1, 0, 0], [2, 0, 0]]
+    >>> estimate = [[0, 0, 0], [1, 0, 0], [2.5, 0, 0]]
+    >>> rpe(estimate, reference).translation_errors.tolist()
+    [0.0, 0.5]
+    """
+    x, x_reference = as_trajectories(estimate, reference)
+    if unit == "steps":
+        pairs = _pairs_by_steps(len(x), delta)
+    elif unit == "metres":
+        check_range(delta, "delta", above=0.0, at_most=1e9, unit="m")
+        check_range(tolerance, "tolerance", at_least=0.0, at_most=1.0)
+        pairs = _pairs_by_path(x_reference, delta, tolerance * delta)
+    else:
+        raise InvalidParameterError(f'`unit` must be "steps" or "metres", got {unit!r}')
+    T, T_true = from_xytheta(x), from_xytheta(x_reference)
+    i, j = pairs.T
+    translation, rotation = pose_differences(relative(T_true[i], T_true[j]), relative(T[i], T[j]))
+    return RelativeErrors(translation_errors=translation, rotation_errors=rotation, pairs=pairs)
+
+
+def _pairs_by_steps(length: int, delta: float) -> IntArray:
+    """All (i, i + delta)."""
+    if not (delta >= 1 and float(delta).is_integer()):
+        raise InvalidParameterError(
+            f"`delta` must be a whole number of at least 1 step, got {delta!r}"
+        )
+    start = np.arange(length - int(delta))
+    return np.column_stack([start, start + int(delta)])
+
+
+def _pairs_by_path(poses: FloatArray, delta: float, slack: float) -> IntArray:
+    """For each i, the j > i that lies nearest to `delta` metres further on, within `slack`."""
+    steps = np.diff(poses[:, :2], axis=0)
+    travelled = np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))])
+    pairs = []
+    for i in range(len(poses) - 1):
+        miss = np.abs(travelled[i + 1 :] - travelled[i] - delta)
+        nearest = int(np.argmin(miss))
+        if miss[nearest] <= slack:
+            pairs.append((i, i + 1 + nearest))
+    return np.array(pairs, dtype=np.intp).reshape(-1, 2)
