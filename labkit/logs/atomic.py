@@ -1,0 +1,95 @@
+"""Files that are written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any, Literal
+
+from labkit.errors import LogError
+
+
+@contextmanager
+def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "w") -> Iterator[IO[Any]]:
+    """Open a file for writing that takes its name only when the block ends well.
+
+    What is written goes to a temporary file beside `path`, which replaces it in one step
+    (`os.replace`). On an exception or Ctrl-C the temporary file is removed and what stood
+    at `path` stays as it was. A device or a pipe cannot be replaced: it is written to.
+
+    Parameters
+    ----------
+    path : path-like
+        The file to write; a symbolic link is followed.
+    mode : {"w", "wb"}
+        Text (UTF-8, with the line ends of Unix) or bytes.
+
+    Yields
+    ------
+    file object
+        Open for writing in `mode`.
+
+    Raises
+    ------
+    LogError
+        If `path` cannot be written: the message names it and the way out.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     target = Path(folder) / "note.txt"
+    ...     with atomic_write(target) as file:
+    ...         _ = file.write("whole")
+    ...     target.read_text()
+    'whole'
+    """
+    target = Path(os.path.realpath(path))
+    try:
+        _refuse_unwritable(target, path)
+        if target.exists() and not target.is_file():
+            with _open(target, mode) as file:
+                yield file
+            return
+        temporary = target.with_name(f".{secrets.token_hex(8)}.tmp")
+        try:
+            with _open(temporary, mode) as file:
+                yield file
+            if target.exists():
+                shutil.copymode(target, temporary)
+            os.replace(temporary, target)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise LogError(
+            f"cannot write {os.fspath(path)}: {error.strerror or error}; choose another place"
+        ) from error
+
+
+def _refuse_unwritable(target: Path, path: str | os.PathLike[str]) -> None:
+    shown = os.fspath(path)
+    if target.is_dir():
+        raise LogError(f"cannot write {shown}: it is a directory; name a file in it")
+    if not target.parent.exists():
+        raise LogError(
+            f"cannot write {shown}: the directory {target.parent} does not exist; make it first"
+        )
+    if not target.parent.is_dir():
+        raise LogError(
+            f"cannot write {shown}: {target.parent} is a file, not a directory; "
+            f"choose another place"
+        )
+    if target.exists() and not os.access(target, os.W_OK):
+        raise LogError(
+            f"cannot write {shown}: it is write-protected; choose another name, or lift that"
+        )
+
+
+def _open(path: Path, mode: Literal["w", "wb"]) -> IO[Any]:
+    if mode == "wb":
+        return path.open("wb")
+    return path.open("w", encoding="utf-8", newline="\n")

@@ -1,0 +1,93 @@
+"""CARMEN logs: ``FLASER`` and ``ROBOTLASER1`` scans, each with the odometry at its time.
+
+``ODOM x y theta tv rv accel ipc_timestamp host logger_timestamp`` lines are checked and
+passed over, since every scan brings its own pose; ``PARAM``, ``NEFF``, ``#``,
+``RAWLASER…``, ``TRUEPOS`` and all other first words are passed over unread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from labkit.arrays import FloatArray
+from labkit.errors import LogError
+from labkit.logs.laser_lines import LASER_WORDS, LaserLine, parse_laser_line
+from labkit.logs.lines import DamagedLine, DamageReport, expect_fields, finite, pose
+from labkit.logs.log import Log
+from labkit.logs.poses import (
+    is_declared,
+    is_rigid,
+    mounting,
+    move_to_scanner,
+    refuse_second_offset,
+)
+
+CARMEN_WORDS = LASER_WORDS | {"ODOM", "PARAM", "NEFF", "TRUEPOS", "RAWLASER1"}
+"""First words of a line that tell a CARMEN log."""
+
+
+def read_carmen(
+    lines: Sequence[str],
+    report: DamageReport,
+    *,
+    name: str,
+    range_max: float | None,
+    laser_offset: FloatArray,
+) -> Log:
+    """Read the lines of a CARMEN log; see `labkit.logs.read_log` for the parameters.
+
+    The odometry is the pose of the *scanner*. Which pose of the line that is, the two
+    triples tell: where both are equal, the log does not say where the scanner sits, and
+    `laser_offset` is composed on; where they differ by one fixed mounting, it is the
+    laser's triple; where their difference changes along the run, the laser's triple is
+    no odometry but a corrected pose: it becomes the reference, and the odometry is the
+    robot's triple with `laser_offset`.
+    """
+    found: list[LaserLine] = []
+    for number, line in enumerate(lines, start=1):
+        fields = line.split()
+        try:
+            if fields and fields[0] in LASER_WORDS:
+                found.append(parse_laser_line(fields, range_max))
+            elif fields and fields[0] == "ODOM":
+                _check_odom(fields)
+        except DamagedLine as damage:
+            report.skip(number, damage)
+    if not found:
+        raise LogError(
+            f"{report.file}: a CARMEN log without any scan, expected FLASER or ROBOTLASER1 "
+            f"lines{report.summary()}"
+        )
+    odometry, reference = _scanner_poses(found, laser_offset, report.file)
+    return Log(
+        scans=tuple(line.scan for line in found),
+        odometry=odometry,
+        reference=reference,
+        name=name,
+        format="carmen",
+        skipped=report.skipped,
+    )
+
+
+def _check_odom(fields: Sequence[str]) -> None:
+    expect_fields(fields, 10, "ODOM")
+    pose(fields[1:4], "the robot pose")
+    finite(fields[7], "the timestamp")
+
+
+def _scanner_poses(
+    found: Sequence[LaserLine], laser_offset: FloatArray, file: str
+) -> tuple[FloatArray, FloatArray | None]:
+    """The scanner's odometry and, in a corrected log, its reference."""
+    laser = np.array([line.laser for line in found])
+    robot = np.array([line.robot for line in found])
+    mounts = mounting(laser, robot)
+    still = np.zeros(3)
+    if not is_declared(mounts):
+        return move_to_scanner(robot, laser_offset), None
+    if not is_rigid(mounts):
+        return move_to_scanner(robot, laser_offset), move_to_scanner(laser, still)
+    refuse_second_offset(laser_offset, mounts, file)
+    return move_to_scanner(laser, still), None

@@ -1,0 +1,179 @@
+"""Pose graphs in g2o's text format: scans and vertices in, vertices and edges out.
+
+::
+
+    VERTEX_SE2 id x y theta
+    ROBOTLASER1 …                      (the scan at the vertex above; see `laser_lines`)
+    EDGE_SE2 i j dx dy dtheta I11 I12 I13 I22 I23 I33
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from labkit.arrays import FloatArray, IntArray, as_floats
+from labkit.errors import InvalidPointsError, LogError
+from labkit.logs.atomic import atomic_write
+from labkit.logs.laser_lines import LaserLine, Pose, parse_laser_line
+from labkit.logs.lines import DamagedLine, DamageReport, expect_fields, pose
+from labkit.logs.log import Log
+from labkit.logs.poses import (
+    as_poses,
+    is_declared,
+    mounting,
+    move_to_scanner,
+    refuse_second_offset,
+)
+from labkit.se2 import wrap
+
+G2O_WORDS = frozenset({"VERTEX_SE2", "EDGE_SE2"})
+"""First words of a line that tell a g2o graph."""
+
+
+def read_g2o(
+    lines: Sequence[str],
+    report: DamageReport,
+    *,
+    name: str,
+    range_max: float | None,
+    laser_offset: FloatArray,
+) -> Log:
+    """Read a g2o graph with ``ROBOTLASER1`` lines; see `labkit.logs.read_log`.
+
+    A scan belongs to the vertex above it. The vertices are the reference, carried to the
+    scanner by the laser line's own mounting, or by `laser_offset` where the line declares
+    none. The laser lines' poses are the odometry, unless they merely repeat the vertices,
+    as in the Killian graph: then the log holds no odometry, and says None.
+    """
+    found: list[LaserLine] = []
+    vertices: list[Pose] = []
+    vertex: Pose | None = None
+    for number, line in enumerate(lines, start=1):
+        word = line.split(maxsplit=1)[:1]
+        try:
+            if word == ["VERTEX_SE2"]:
+                vertex = None
+                vertex = _parse_vertex(line.split())
+            elif word == ["ROBOTLASER1"]:
+                laser_line = parse_laser_line(line.split(), range_max)
+                if vertex is None:
+                    raise DamagedLine("a scan of no vertex, expected a VERTEX_SE2 line above it")
+                found.append(laser_line)
+                vertices.append(vertex)
+                vertex = None
+        except DamagedLine as damage:
+            report.skip(number, damage)
+    if not found:
+        raise LogError(
+            f"{report.file}: a g2o graph without any scan, expected a ROBOTLASER1 line below "
+            f"each VERTEX_SE2{report.summary()}"
+        )
+    odometry, reference = _scanner_poses(found, np.array(vertices), laser_offset, report.file)
+    return Log(
+        scans=tuple(line.scan for line in found),
+        odometry=odometry,
+        reference=reference,
+        name=name,
+        format="g2o",
+        skipped=report.skipped,
+    )
+
+
+def write_g2o(
+    path: str | os.PathLike[str],
+    poses: ArrayLike,
+    increments: ArrayLike,
+    *,
+    pairs: ArrayLike | None = None,
+    information: ArrayLike | None = None,
+) -> None:
+    """Write a pose graph: one ``VERTEX_SE2`` per pose, one ``EDGE_SE2`` per increment.
+
+    Parameters
+    ----------
+    path : path-like
+        The file, written whole or not at all.
+    poses : array_like, shape (K, 3)
+        Vertices 0 … K−1 in the world, rows (x [m], y [m], θ [rad]).
+    increments : array_like, shape (E, 3)
+        Edges: the pose of vertex j seen from vertex i, ``T_i_j``.
+    pairs : array_like of int, shape (E, 2), optional
+        The (i, j) of each edge; by default edge k goes from k to k + 1, and E = K − 1.
+    information : array_like, shape (3, 3) or (E, 3, 3), optional
+        Inverse covariance of all edges or of each, [1/m², 1/rad²]; identity by default.
+
+    Raises
+    ------
+    InvalidPointsError
+        If shapes do not fit together, or a number is not finite.
+    LogError
+        If the file cannot be written.
+    """
+    vertices = as_poses(poses, "poses")
+    edges = as_poses(increments, "increments")
+    ends = _as_pairs(pairs, len(vertices), len(edges))
+    upper = _upper_triangles(information, len(edges))
+    with atomic_write(path) as file:
+        for index, row in enumerate(vertices.tolist()):
+            file.write(" ".join(["VERTEX_SE2", str(index), *map(repr, row)]) + "\n")
+        for (i, j), row, weights in zip(ends.tolist(), edges.tolist(), upper.tolist(), strict=True):
+            numbers = [repr(number) for number in (*row, *weights)]
+            file.write(" ".join(["EDGE_SE2", str(i), str(j), *numbers]) + "\n")
+
+
+def _parse_vertex(fields: Sequence[str]) -> Pose:
+    expect_fields(fields, 5, "VERTEX_SE2")
+    return pose(fields[2:5], "the vertex")
+
+
+def _scanner_poses(
+    found: Sequence[LaserLine], vertices: FloatArray, laser_offset: FloatArray, file: str
+) -> tuple[FloatArray | None, FloatArray]:
+    """The scanner's odometry, if the graph has any, and its reference."""
+    robot = np.array([line.robot for line in found])
+    mounts = mounting(np.array([line.laser for line in found]), robot)
+    if is_declared(mounts):
+        refuse_second_offset(laser_offset, mounts, file)
+    else:
+        mounts = np.broadcast_to(laser_offset, mounts.shape)
+    gap = robot - vertices
+    repeated = (np.abs(gap[:, :2]) < 1e-4).all() and (np.abs(wrap(gap[:, 2])) < 1e-4).all()
+    odometry = None if repeated else move_to_scanner(robot, mounts)
+    return odometry, move_to_scanner(vertices, mounts)
+
+
+def _as_pairs(pairs: ArrayLike | None, n_vertices: int, n_edges: int) -> IntArray:
+    if pairs is None:
+        if n_edges != max(n_vertices - 1, 0):
+            raise InvalidPointsError(
+                f"`increments` must have one row fewer than `poses`, got {n_edges} and "
+                f"{n_vertices}; other edges need their `pairs`"
+            )
+        return np.column_stack([np.arange(n_edges), np.arange(1, n_edges + 1)])
+    ends = np.asarray(pairs)
+    if ends.shape != (n_edges, 2) or ends.dtype.kind not in "iu":
+        raise InvalidPointsError(
+            f"`pairs` must be integers of shape ({n_edges}, 2), one row per increment, "
+            f"got {ends.dtype} of shape {ends.shape}"
+        )
+    if n_edges and (ends.min() < 0 or ends.max() >= n_vertices):
+        raise InvalidPointsError(
+            f"`pairs` must name vertices 0 to {n_vertices - 1}, got {ends.min()} to {ends.max()}"
+        )
+    return ends.astype(np.intp)
+
+
+def _upper_triangles(information: ArrayLike | None, n_edges: int) -> FloatArray:
+    matrices = np.eye(3) if information is None else as_floats(information, "information")
+    if matrices.shape not in {(3, 3), (n_edges, 3, 3)} or not np.isfinite(matrices).all():
+        raise InvalidPointsError(
+            f"`information` must be finite, of shape (3, 3) or ({n_edges}, 3, 3), "
+            f"got shape {matrices.shape}"
+        )
+    row, column = np.triu_indices(3)
+    upper: FloatArray = np.broadcast_to(matrices, (n_edges, 3, 3))[:, row, column]
+    return upper

@@ -1,0 +1,32 @@
+"""The built-in run: MIT Killian Court, 3,873 scans over 1.9 km, from the package rtb-data."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+
+from labkit.errors import LogError
+
+KILLIAN = "killian"
+"""The name by which `labkit.logs.read_log` knows the built-in run."""
+
+
+def killian_archive() -> Path:
+    """Where ``killian.g2o.zip`` lies in this Python environment.
+
+    Raises
+    ------
+    LogError
+        If the package rtb-data is not installed, or came without the file.
+    """
+    spec = find_spec("rtbdata")
+    folders = [] if spec is None else list(spec.submodule_search_locations or [])
+    for folder in folders:
+        archive = Path(folder) / "data" / "killian.g2o.zip"
+        if archive.is_file():
+            return archive
+    found = "is not installed" if spec is None else "has no data/killian.g2o.zip"
+    raise LogError(
+        f'the built-in run "{KILLIAN}" needs the package rtb-data, which {found}: '
+        f'pip install "labkit[killian]" (a file of that name is "./{KILLIAN}")'
+    )

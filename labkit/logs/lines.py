@@ -1,0 +1,121 @@
+"""Lines of text and what to do with a damaged one: count it, or stop at it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from labkit.errors import LogError
+from labkit.logs.log import SkippedLine
+
+FARTHEST = 1e9
+"""No robot drives farther [m]: a pose beyond it is a damaged number."""
+
+
+class DamagedLine(Exception):
+    """What one line holds instead of what its format asks for."""
+
+
+class DamageReport:
+    """Collects the damaged lines of one file; under `strict` the first one raises.
+
+    Parameters
+    ----------
+    file : str
+        The file's name for the messages.
+    strict : bool
+        Whether a damaged line raises `LogError` instead of being collected.
+    """
+
+    def __init__(self, file: str, *, strict: bool) -> None:
+        self.file = file
+        self.strict = strict
+        self._skipped: list[SkippedLine] = []
+
+    @property
+    def skipped(self) -> tuple[SkippedLine, ...]:
+        """The lines left out so far, in the order of the file."""
+        return tuple(sorted(self._skipped, key=lambda skipped: skipped.line))
+
+    def skip(self, line: int, reason: object) -> None:
+        """Leave out a line for a reason, or raise `LogError` ``FILE:LINE: reason``."""
+        skipped = SkippedLine(file=self.file, line=line, reason=str(reason))
+        if self.strict:
+            raise LogError(str(skipped))
+        self._skipped.append(skipped)
+
+    def summary(self) -> str:
+        """The tail of a message about a file of which nothing was left."""
+        if not self._skipped:
+            return ""
+        count, first = len(self._skipped), self._skipped[0]
+        lines = "line was" if count == 1 else "lines were"
+        return f"; {count} damaged {lines} skipped, the first is {first.line}: {first.reason}"
+
+
+def split_lines(data: bytes) -> list[str]:
+    """Text lines of a file; bytes that are not UTF-8 become U+FFFD and harm their line only."""
+    text = data.removeprefix(b"\xef\xbb\xbf")
+    return [line.decode("utf-8", "replace") for line in text.splitlines()]
+
+
+def numbers(fields: Sequence[str], what: str) -> list[float]:
+    """The fields as floats, NaN and infinity included, or `DamagedLine` naming the bad one."""
+    try:
+        return [float(field) for field in fields]
+    except ValueError:
+        for index, field in enumerate(fields):
+            if not _is_number(field):
+                raise DamagedLine(
+                    f"{what} {index + 1} is {_shorten(field)}, expected a number"
+                ) from None
+        raise
+
+
+def finite(field: str, what: str) -> float:
+    """One field as a finite float, or `DamagedLine` naming it."""
+    value = float(field) if _is_number(field) else math.nan
+    if not math.isfinite(value):
+        raise DamagedLine(f"{what} is {_shorten(field)}, expected a finite number")
+    return value
+
+
+def pose(fields: Sequence[str], what: str) -> tuple[float, float, float]:
+    """Three fields as a finite pose (x, y, θ), or `DamagedLine`."""
+    x, y, theta = (
+        finite(field, f"{name} of {what}")
+        for name, field in zip(("x", "y", "theta"), fields, strict=True)
+    )
+    if max(abs(x), abs(y)) > FARTHEST:
+        raise DamagedLine(f"{what} is ({x:g}, {y:g}), expected to lie within {FARTHEST:g} m")
+    return x, y, theta
+
+
+def count(fields: Sequence[str], index: int, what: str, at_least: int) -> int:
+    """The count written at `index`, or `DamagedLine` if there is none or it is too small."""
+    if index >= len(fields):
+        raise DamagedLine(f"{len(fields)} fields, the line ends before the number of {what}")
+    field = fields[index]
+    if not (field.isdecimal() and field.isascii() and len(field) < 10 and int(field) >= at_least):
+        raise DamagedLine(
+            f"the number of {what} is {_shorten(field)}, expected an integer ≥ {at_least}"
+        )
+    return int(field)
+
+
+def expect_fields(fields: Sequence[str], expected: int, what: str) -> None:
+    """Raise `DamagedLine` unless the line has the `expected` number of fields."""
+    if len(fields) != expected:
+        raise DamagedLine(f"{len(fields)} fields, expected {expected} for {what}")
+
+
+def _is_number(field: str) -> bool:
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return True
+
+
+def _shorten(field: str) -> str:
+    return repr(field if len(field) <= 30 else field[:27] + "...")

@@ -1,0 +1,87 @@
+"""A log: the scans of one run, with the poses that came along with them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from labkit.arrays import FloatArray
+from labkit.errors import InvalidPointsError
+from labkit.scan import Scan
+
+
+@dataclass(frozen=True, kw_only=True)
+class SkippedLine:
+    """A line of a log that could not be used: where it stands and what is wrong with it.
+
+    Attributes
+    ----------
+    file : str
+        The file as the caller named it.
+    line : int
+        Its line number from 1; in a ROS bag, the number of the message.
+    reason : str
+        What was found and what was expected.
+    """
+
+    file: str
+    line: int
+    reason: str
+
+    def __str__(self) -> str:
+        """``FILE:LINE: reason``, the form in which editors jump to the place."""
+        return f"{self.file}:{self.line}: {self.reason}"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Log:
+    """K scans in the order of the file, and the poses of the scanner at each of them.
+
+    Attributes
+    ----------
+    scans : tuple of Scan, length K
+        What the scanner saw, each in its own frame.
+    odometry : ndarray, shape (K, 3), or None
+        The scanner's pose by raw wheel odometry, rows (x [m], y [m], θ [rad]) with θ in
+        (−π, π]; None where the file has none.
+    reference : ndarray, shape (K, 3), or None
+        The scanner's pose by somebody's better estimate (an optimised pose graph, a
+        corrected log), rows as above; None where the file has none.
+    name : str
+        The run's name: the file's, without its suffixes.
+    format : str
+        ``"carmen"``, ``"g2o"``, ``"ros"`` or ``"points"``.
+    skipped : tuple of SkippedLine
+        The damaged lines that were left out.
+
+    Raises
+    ------
+    InvalidPointsError
+        If `odometry` or `reference` does not have one row for each scan.
+    """
+
+    scans: tuple[Scan, ...]
+    odometry: FloatArray | None = None
+    reference: FloatArray | None = None
+    name: str
+    format: str
+    skipped: tuple[SkippedLine, ...] = ()
+
+    def __post_init__(self) -> None:
+        for field in ("odometry", "reference"):
+            poses = getattr(self, field)
+            if poses is not None and np.shape(poses) != (len(self.scans), 3):
+                raise InvalidPointsError(
+                    f"`{field}` must have shape ({len(self.scans)}, 3), one pose per scan, "
+                    f"got {np.shape(poses)}"
+                )
+
+    def __len__(self) -> int:
+        """How many scans the log has."""
+        return len(self.scans)
+
+    @property
+    def stamps(self) -> FloatArray:
+        """The times of the scans [s], shape (K,); NaN where the file has none."""
+        return np.array([scan.stamp for scan in self.scans], dtype=np.float64)
