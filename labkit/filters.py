@@ -7,23 +7,20 @@ and the beams they came from survive, so that later stages can still lean on the
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from labkit.arrays import check_range
-from labkit.errors import InvalidParameterError
 from labkit.scan import Scan, as_scan
 
 
 def range_band(scan: Scan | ArrayLike, minimum: float = 0.0, maximum: float = math.inf) -> Scan:
     """Keep the points whose distance from the scanner lies in [minimum, maximum] metres."""
     check_range(minimum, "minimum", at_least=0.0, unit="m")
-    if not maximum > minimum:
-        raise InvalidParameterError(
-            f"`maximum` must exceed `minimum`, got {maximum!r} and {minimum!r} m"
-        )
+    check_range(maximum, "maximum", above=minimum, unit="m")
     scan = as_scan(scan)
     r = np.hypot(scan.points[:, 0], scan.points[:, 1])
     return scan.select((r >= minimum) & (r <= maximum))
@@ -67,3 +64,40 @@ def remove_isolated(scan: Scan | ArrayLike, radius: float, min_neighbors: int = 
     tree = cKDTree(scan.points)
     neighbors = tree.query_ball_point(scan.points, radius, return_length=True) - 1
     return scan.select(neighbors >= min_neighbors)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Preprocessing:
+    """The filters that every scan of a run goes through, in the flow chart's order.
+
+    Attributes
+    ----------
+    range_min, range_max : float
+        The band of `range_band` [m]; all ranges by default.
+    voxel_size : float
+        The cell of `voxel_downsample` [m]; 0 turns it off.
+    isolation_radius : float
+        The radius of `remove_isolated` [m]; 0 turns it off.
+    """
+
+    range_min: float = 0.0
+    range_max: float = math.inf
+    voxel_size: float = 0.0
+    isolation_radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_range(self.range_min, "range_min", at_least=0.0, unit="m")
+        check_range(self.range_max, "range_max", above=self.range_min, unit="m")
+        check_range(self.voxel_size, "voxel_size", at_least=0.0, unit="m")
+        check_range(self.isolation_radius, "isolation_radius", at_least=0.0, unit="m")
+
+    def __call__(self, scan: Scan | ArrayLike) -> Scan:
+        """Return the filtered scan; the very same one where every filter is off."""
+        scan = as_scan(scan)
+        if self.range_min > 0.0 or self.range_max < math.inf:
+            scan = range_band(scan, self.range_min, self.range_max)
+        if self.voxel_size > 0.0:
+            scan = voxel_downsample(scan, self.voxel_size)
+        if self.isolation_radius > 0.0:
+            scan = remove_isolated(scan, self.isolation_radius)
+        return scan

@@ -26,7 +26,7 @@ from labkit.registration import (
     Termination,
 )
 from labkit.scan import Scan, as_scan
-from labkit.se2 import apply, wrap
+from labkit.se2 import apply, from_xytheta, to_xytheta, wrap
 from labkit.target import Target, as_target
 
 DEFAULTS = IcpParameters()
@@ -153,8 +153,12 @@ def minimise(
     index = pairs.target_index[kept]
     p, q, w = apply(T, source[kept]), target.points[index], pairs.weights[kept]
     if parameters.metric == "point_to_point":
-        return align(p, q, w)
-    return align_to_lines(p, q, target.normals[index], w)
+        dT = align(p, q, w)
+    else:
+        dT = align_to_lines(p, q, target.normals[index], w)
+    if parameters.step_fraction < 1.0:
+        dT = from_xytheta(parameters.step_fraction * to_xytheta(dT))
+    return dT
 
 
 def check_convergence(history: list[Iteration], parameters: IcpParameters) -> Termination | None:

@@ -34,6 +34,8 @@ class IcpParameters:
     metric : {"point_to_point", "point_to_line"}
         What a residual is: the distance between the points of a pair, or that of the
         source point from the line through the target's surface.
+    step_fraction : float
+        The share of each step that is taken, in (0, 1]; below 1 calms a run that swings.
 
     Examples
     --------
@@ -51,6 +53,7 @@ class IcpParameters:
     rotation_tolerance: float = 1e-6
     cost_tolerance: float = 1e-12
     metric: Metric = "point_to_point"
+    step_fraction: float = 1.0
 
     def __post_init__(self) -> None:
         gate = self.max_correspondence_distance
@@ -65,6 +68,7 @@ class IcpParameters:
         check_range(self.translation_tolerance, "translation_tolerance", at_least=0.0, unit="m")
         check_range(self.rotation_tolerance, "rotation_tolerance", at_least=0.0, unit="rad")
         check_range(self.cost_tolerance, "cost_tolerance", at_least=0.0, unit="m²")
+        check_range(self.step_fraction, "step_fraction", above=0.0, at_most=1.0)
         if self.metric not in get_args(Metric):
             raise InvalidParameterError(
                 f"`metric` must be one of {', '.join(get_args(Metric))}, got {self.metric!r}"

@@ -1,0 +1,77 @@
+"""Which part of a motion a scan cannot see: corridors and single walls (section 5).
+
+Two tests stand side by side. `observability` asks the surface normals, direction by
+direction; `spread_ratio` is the lesson's cheap one, which only looks at how the points
+are spread, and so takes any narrow room for a corridor.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from labkit.arrays import FloatArray, as_points, as_transform
+from labkit.errors import DegenerateAlignmentError, InvalidPointsError
+from labkit.line_alignment import Information, line_information
+from labkit.registration import Correspondences
+from labkit.scan import Scan, as_scan
+from labkit.se2 import apply
+from labkit.target import Target
+
+
+def observability(
+    source: Scan | ArrayLike, target: Target, T_target_source: ArrayLike, pairs: Correspondences
+) -> Information | None:
+    """What the kept pairs say about each direction of the motion between two scans.
+
+    Parameters
+    ----------
+    source : Scan or array_like, shape (N, 2)
+        The newer scan, in metres.
+    target : Target
+        The older scan; its normals are used, whatever metric made the pairs.
+    T_target_source : array_like, shape (3, 3)
+        The pose at which the pairs were made.
+    pairs : Correspondences
+        ``result.correspondences``.
+
+    Returns
+    -------
+    Information or None
+        None where no kept pair lies on a surface, so that nothing can be said.
+    """
+    points = as_points(as_scan(source).points, "source")
+    T = as_transform(T_target_source, "T_target_source")
+    normals = target.normals[pairs.target_index]
+    used = pairs.kept & np.isfinite(normals[:, 0])
+    try:
+        return line_information(apply(T, points[used]), normals[used], pairs.weights[used])
+    except DegenerateAlignmentError:
+        return None
+
+
+def spread_ratio(points: ArrayLike, motion: ArrayLike) -> float:
+    """The lesson's cheap corridor test: spread across the motion over spread along it.
+
+    Parameters
+    ----------
+    points : array_like, shape (N, 2)
+        A scan, in metres.
+    motion : array_like, shape (2,)
+        Direction of the motion in the scan's frame; its length does not matter.
+
+    Returns
+    -------
+    float
+        Well below 1 in a corridor that is driven along; NaN without motion or points.
+    """
+    p = as_points(points, "points")
+    direction: FloatArray = np.asarray(motion, dtype=np.float64)
+    if direction.shape != (2,):
+        raise InvalidPointsError(f"`motion` must have shape (2,), got {direction.shape}")
+    length = np.hypot(*direction)
+    if not length > 0.0:
+        return float("nan")
+    along = p @ (direction / length)
+    across = p @ (np.array([-direction[1], direction[0]]) / length)
+    return float(across.std() / along.std()) if along.std() > 0.0 else float("nan")

@@ -1,0 +1,20 @@
+"""Scan-matching odometry with sanity checks and fallbacks (section 5 of the lesson)."""
+
+from labkit.odometry.estimator import OdometryResult, ScanMatchingOdometry, estimate_odometry
+from labkit.odometry.integration import increments_between, integrate, integrate_step
+from labkit.odometry.sanity import SanityLimits
+from labkit.odometry.step import Decision, OdometryParameters, StepRecord, estimate_step
+
+__all__ = [
+    "Decision",
+    "OdometryParameters",
+    "OdometryResult",
+    "SanityLimits",
+    "ScanMatchingOdometry",
+    "StepRecord",
+    "estimate_odometry",
+    "estimate_step",
+    "increments_between",
+    "integrate",
+    "integrate_step",
+]

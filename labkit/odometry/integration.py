@@ -1,0 +1,62 @@
+"""From increments to poses (section 5): where scan matching becomes odometry."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from labkit.arrays import FloatArray, as_floats
+from labkit.errors import InvalidPointsError
+from labkit.se2 import from_xytheta, relative, rotation, to_xytheta, wrap
+
+
+def integrate_step(pose: ArrayLike, increment: ArrayLike) -> FloatArray:
+    """Move `pose` by an increment given in its own frame.
+
+    Parameters
+    ----------
+    pose : array_like, shape (3,)
+        (x, y, ψ) at scan k, in metres and radians.
+    increment : array_like, shape (3,)
+        (Δx, Δy, Δψ) in the frame of scan k: what ICP returns.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        (x, y, ψ) at scan k+1, ψ in (−π, π].
+
+    Examples
+    --------
+    >>> np.round(integrate_step([1.0, 0.0, np.pi / 2], [0.5, 0.0, 0.1]), 3).tolist()
+    [1.0, 0.5, 1.671]
+    """
+    x, delta = as_pose(pose, "pose"), as_pose(increment, "increment")
+    position = x[:2] + rotation(x[2]) @ delta[:2]  # (5.4)
+    return np.array([*position, wrap(x[2] + delta[2])])  # (5.3)
+
+
+def integrate(increments: ArrayLike, start: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
+    """Poses (K+1, 3) from K increments (K, 3), each in the frame of the pose before it."""
+    steps = as_floats(increments, "increments", hint="give rows (Δx, Δy, Δψ)")
+    if steps.ndim != 2 or steps.shape[1] != 3:
+        raise InvalidPointsError(f"`increments` must have shape (K, 3), got {steps.shape}")
+    poses = [as_pose(start, "start")]
+    for increment in steps:
+        poses.append(integrate_step(poses[-1], increment))
+    return np.array(poses)
+
+
+def increments_between(poses: ArrayLike) -> FloatArray:
+    """Increments (K−1, 3) that `integrate` turns back into the poses (K, 3)."""
+    T_world = from_xytheta(poses)
+    return to_xytheta(relative(T_world[:-1], T_world[1:]))
+
+
+def as_pose(values: ArrayLike, name: str) -> FloatArray:
+    """Check three finite numbers (x, y, angle), in metres and radians."""
+    row = as_floats(values, name, hint="give three numbers: metres, metres, radians")
+    if row.shape != (3,) or not np.isfinite(row).all():
+        raise InvalidPointsError(
+            f"`{name}` must be three finite numbers (x, y, angle), got {row.tolist()}"
+        )
+    return row

@@ -1,0 +1,87 @@
+"""Sanity checks on a matched step: box D of the lesson's second flow chart."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from labkit.arrays import FloatArray, check_range
+from labkit.line_alignment import MIN_INFORMATION
+from labkit.se2 import from_xytheta, relative, to_xytheta
+
+
+@dataclass(frozen=True, kw_only=True)
+class SanityLimits:
+    """What a step may look like before it is believed; checked when it is made.
+
+    Attributes
+    ----------
+    max_translation, max_rotation : float
+        The farthest the robot can move between two scans, [m] and [rad].
+    max_prior_translation, max_prior_rotation : float
+        How far the step may lie from the prior, where there is one, [m] and [rad].
+    min_inlier_ratio : float
+        Kept pairs over source points. It cannot exceed ICP's overlap ratio.
+    max_rmse : float
+        Inlier RMSE [m].
+    min_information : float
+        Smallest eigenvalue of the information; see `labkit.line_alignment.Information`.
+    """
+
+    max_translation: float = 2.0
+    max_rotation: float = math.radians(90.0)
+    max_prior_translation: float = 0.5
+    max_prior_rotation: float = math.radians(20.0)
+    min_inlier_ratio: float = 0.4
+    max_rmse: float = 0.2
+    min_information: float = MIN_INFORMATION
+
+    def __post_init__(self) -> None:
+        for name, unit in (
+            ("max_translation", "m"),
+            ("max_rotation", "rad"),
+            ("max_prior_translation", "m"),
+            ("max_prior_rotation", "rad"),
+            ("max_rmse", "m"),
+        ):
+            check_range(getattr(self, name), name, above=0.0, unit=unit)
+        check_range(self.min_inlier_ratio, "min_inlier_ratio", at_least=0.0, at_most=1.0)
+        check_range(self.min_information, "min_information", at_least=0.0, at_most=0.5)
+
+
+def motion_complaints(
+    increment: FloatArray, prior: FloatArray | None, limits: SanityLimits
+) -> list[str]:
+    """Why a robot would not have moved by `increment`; empty where it may have."""
+    complaints = []
+    distance = math.hypot(increment[0], increment[1])
+    if distance > limits.max_translation:
+        complaints.append(f"translation {distance:.2f} m > {limits.max_translation:.2f} m")
+    if abs(increment[2]) > limits.max_rotation:
+        complaints.append(f"rotation {_degrees(increment[2])} > {_degrees(limits.max_rotation)}")
+    if prior is not None:
+        gap = to_xytheta(relative(from_xytheta(prior), from_xytheta(increment)))
+        apart = math.hypot(gap[0], gap[1])
+        if apart > limits.max_prior_translation:
+            complaints.append(
+                f"{apart:.2f} m from the prior > {limits.max_prior_translation:.2f} m"
+            )
+        if abs(gap[2]) > limits.max_prior_rotation:
+            complaints.append(
+                f"{_degrees(gap[2])} from the prior > {_degrees(limits.max_prior_rotation)}"
+            )
+    return complaints
+
+
+def quality_complaints(inlier_ratio: float, rmse: float, limits: SanityLimits) -> list[str]:
+    """Why a match is not good enough; empty where it is. NaN never is."""
+    complaints = []
+    if not inlier_ratio >= limits.min_inlier_ratio:
+        complaints.append(f"inlier ratio {inlier_ratio:.2f} < {limits.min_inlier_ratio:.2f}")
+    if not rmse <= limits.max_rmse:
+        complaints.append(f"RMSE {rmse:.3f} m > {limits.max_rmse:.3f} m")
+    return complaints
+
+
+def _degrees(angle: float) -> str:
+    return f"{abs(math.degrees(angle)):.1f}°"

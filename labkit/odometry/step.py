@@ -1,0 +1,241 @@
+"""One step of odometry: match, check, and fall back in a stated order (section 5).
+
+1. ICP from the prior, or from the last motion where there is none.
+2. Where a sanity check fails: ICP once more, with a reduced gate and reduced steps.
+3. Where that fails too: the prior.
+4. Without a prior: skip the update, that is hold the last motion or stand still.
+
+A step depends on nothing but its arguments, so steps with a prior may run in any order.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from typing import Literal, get_args
+
+import numpy as np
+
+from labkit.arrays import FloatArray, check_range
+from labkit.correspondences import MIN_PAIRS
+from labkit.degeneracy import observability, spread_ratio
+from labkit.errors import InvalidParameterError
+from labkit.filters import Preprocessing
+from labkit.icp import icp
+from labkit.odometry.sanity import SanityLimits, motion_complaints, quality_complaints
+from labkit.registration import IcpParameters, Termination
+from labkit.scan import Scan
+from labkit.se2 import from_xytheta, to_xytheta
+from labkit.target import Target
+
+OnSkip = Literal["hold", "stand"]
+STILL = np.zeros(3)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OdometryParameters:
+    """How scans become odometry; checked when it is made.
+
+    Attributes
+    ----------
+    icp : IcpParameters
+        The matcher's parameters.
+    limits : SanityLimits
+        What a step must pass.
+    preprocessing : Preprocessing
+        Filters that every scan goes through first.
+    retry_gate, retry_step : float
+        The retry's share of the gate and of each ICP step, in (0, 1].
+    on_skip : {"hold", "stand"}
+        Without a match and without a prior: hold the last motion, or stand still. The
+        same motion is ICP's initial guess where there is no prior.
+    """
+
+    icp: IcpParameters = field(
+        default_factory=lambda: IcpParameters(
+            metric="point_to_line",
+            huber_delta=0.05,
+            translation_tolerance=1e-3,
+            rotation_tolerance=1e-3,
+        )
+    )
+    limits: SanityLimits = field(default_factory=SanityLimits)
+    preprocessing: Preprocessing = field(default_factory=Preprocessing)
+    retry_gate: float = 0.5
+    retry_step: float = 0.5
+    on_skip: OnSkip = "hold"
+
+    def __post_init__(self) -> None:
+        check_range(self.retry_gate, "retry_gate", above=0.0, at_most=1.0)
+        check_range(self.retry_step, "retry_step", above=0.0, at_most=1.0)
+        if self.on_skip not in get_args(OnSkip):
+            raise InvalidParameterError(
+                f"`on_skip` must be one of {', '.join(get_args(OnSkip))}, got {self.on_skip!r}"
+            )
+
+    @property
+    def retry(self) -> IcpParameters:
+        """The matcher's parameters for the second attempt."""
+        return replace(
+            self.icp,
+            max_correspondence_distance=self.retry_gate * self.icp.max_correspondence_distance,
+            step_fraction=self.retry_step * self.icp.step_fraction,
+        )
+
+
+class Decision(Enum):
+    """Where a step's motion came from; the value is the word for a table."""
+
+    START = "start"
+    ICP = "icp"
+    RETRY = "retry"
+    PRIOR = "prior"
+    HOLD = "hold"
+    STAND = "stand"
+
+    @property
+    def matched(self) -> bool:
+        """Whether the motion came from matching the scans."""
+        return self in (Decision.ICP, Decision.RETRY)
+
+    @property
+    def skipped(self) -> bool:
+        """Whether the update was skipped."""
+        return self in (Decision.HOLD, Decision.STAND)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StepRecord:
+    """What one step decided, and on what grounds.
+
+    The numbers are those of the last match that was tried; NaN where there was none.
+
+    Attributes
+    ----------
+    increment : ndarray, shape (3,)
+        (Δx, Δy, Δψ) taken, in the frame of scan k, [m, m, rad].
+    decision : Decision
+        Where it came from.
+    reason : str
+        The checks that failed on the way; empty where the first match passed.
+    inlier_count, inlier_ratio, rmse, rotation : float
+        Kept pairs, their share of the source, their RMSE [m], matched |Δψ| [rad].
+    information : float
+        Smallest eigenvalue of the information: near 0 where a direction is free.
+    degenerate : bool
+        Whether it is below the limit. The point-to-line metric leaves a free direction
+        at the prior, and the step is then believed; without a prior it is not.
+    spread : float
+        The lesson's cheap corridor test; see `labkit.degeneracy.spread_ratio`.
+    iterations : int
+        ICP steps of the last match.
+    termination : Termination or None
+        How it ended.
+    """
+
+    increment: FloatArray
+    decision: Decision
+    reason: str = ""
+    inlier_count: int = 0
+    inlier_ratio: float = math.nan
+    rmse: float = math.nan
+    rotation: float = math.nan
+    information: float = math.nan
+    spread: float = math.nan
+    iterations: int = 0
+    degenerate: bool = False
+    termination: Termination | None = None
+
+
+def estimate_step(
+    source: Scan,
+    target: Target | None,
+    prior: FloatArray | None,
+    last_motion: FloatArray,
+    parameters: OdometryParameters,
+) -> StepRecord:
+    """Estimate the motion from scan k (`target`) to scan k+1 (`source`).
+
+    Parameters
+    ----------
+    source : Scan
+        The newer scan, filtered already.
+    target : Target or None
+        The older one; None where it had no points.
+    prior : ndarray, shape (3,), or None
+        Expected increment from wheels or an IMU.
+    last_motion : ndarray, shape (3,)
+        The increment of the step before: guess and last resort without a prior.
+    parameters : OdometryParameters
+        Matcher, limits and fallbacks.
+
+    Returns
+    -------
+    StepRecord
+    """
+    skipped = last_motion if parameters.on_skip == "hold" else STILL
+    guess = skipped if prior is None else prior
+    if prior is not None:
+        last_resort = Decision.PRIOR
+    else:
+        last_resort = Decision.HOLD if parameters.on_skip == "hold" else Decision.STAND
+    if target is None or len(source) < MIN_PAIRS:
+        which = "older" if target is None else "newer"
+        reason = f"the {which} scan has fewer than {MIN_PAIRS} points"
+        return StepRecord(increment=guess, decision=last_resort, reason=reason)
+
+    reasons: list[str] = []
+    for decision, matcher in (
+        (Decision.ICP, parameters.icp),
+        (Decision.RETRY, parameters.retry),
+    ):
+        record, complaints = _attempt(
+            source, target, guess=guess, prior=prior, matcher=matcher, limits=parameters.limits
+        )
+        if not complaints:
+            return replace(record, decision=decision, reason="; ".join(reasons))
+        reasons.append(f"{decision.value}: {', '.join(complaints)}")
+    return replace(record, increment=guess, decision=last_resort, reason="; ".join(reasons))
+
+
+def _attempt(
+    source: Scan,
+    target: Target,
+    *,
+    guess: FloatArray,
+    prior: FloatArray | None,
+    matcher: IcpParameters,
+    limits: SanityLimits,
+) -> tuple[StepRecord, list[str]]:
+    """Match once; the record of it, and every sanity check that it fails."""
+    result = icp(source, target, from_xytheta(guess), matcher)
+    increment = to_xytheta(result.T_target_source)
+    if result.termination.failed:
+        seen = None
+        complaints = [result.message]
+    else:
+        seen = observability(source, target, result.T_target_source, result.correspondences)
+        complaints = motion_complaints(increment, prior, limits)
+        complaints += quality_complaints(result.fitness, result.inlier_rmse, limits)
+    information = math.nan if seen is None else float(seen.values[0])
+    degenerate = not information >= limits.min_information
+    free_part_from_prior = prior is not None and matcher.metric == "point_to_line"
+    if degenerate and not result.termination.failed and not free_part_from_prior:
+        complaints.append(
+            f"degenerate: information {information:.3f} < {limits.min_information:.3f}"
+        )
+    record = StepRecord(
+        increment=increment,
+        decision=Decision.ICP,
+        inlier_count=result.inlier_count,
+        inlier_ratio=result.fitness,
+        rmse=result.inlier_rmse,
+        rotation=result.rotation,
+        information=information,
+        spread=spread_ratio(source.points, increment[:2]),
+        iterations=result.iterations,
+        degenerate=degenerate,
+        termination=result.termination,
+    )
+    return record, complaints
