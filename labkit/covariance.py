@@ -1,0 +1,105 @@
+"""How far to trust a match: Censi's closed-form covariance (section 5).
+
+The estimate x = (Δx, Δy, Δψ) minimises a cost J(x, z) of the measured ranges z. Where the
+gradient ∂J/∂x vanishes, the implicit function theorem tells how x follows z, so
+
+    cov(x) ≈ A⁻¹ B cov(z) Bᵀ A⁻¹ ,   A = ∂²J/∂x² ,   B = ∂²J/∂z ∂x               (5.2)
+
+J is the point-to-line cost Σ wᵢ rᵢ², rᵢ = nᵢ·(R pᵢ + t − qᵢ), with the correspondences,
+normals and weights of the last association held fixed.
+
+References
+----------
+.. [1] Censi, "An accurate closed-form estimate of ICP's covariance", ICRA 2007.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from labkit.arrays import FloatArray, as_points, check_range
+from labkit.errors import DegenerateAlignmentError
+from labkit.registration import IcpResult
+from labkit.scan import Scan, as_scan
+from labkit.se2 import apply
+from labkit.target import Target, as_target
+
+
+def censi_covariance(
+    source: Scan | ArrayLike,
+    target: Target | Scan | ArrayLike,
+    result: IcpResult,
+    range_std: float,
+) -> FloatArray:
+    """Covariance of an estimated motion, from the noise of the ranges.
+
+    Parameters
+    ----------
+    source, target : Scan or array_like, shape (N, 2) and (M, 2)
+        The two scans of the match, each in its scanner's frame [m].
+    result : IcpResult
+        What `labkit.icp` returned for them.
+    range_std : float
+        Standard deviation of one range of either scan [m].
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+        Covariance of (Δx, Δy, Δψ), in m², m rad and rad². Along a free direction it is
+        very large: the ranges say nothing there.
+
+    Raises
+    ------
+    DegenerateAlignmentError
+        Where the match failed, or a direction is free without any doubt (A is singular).
+
+    Notes
+    -----
+    The point-to-point metric lets points stick to their nearest neighbours, so its own
+    spread may exceed this covariance where the scans are sparse.
+    """
+    check_range(range_std, "range_std", above=0.0, unit="m")
+    if result.termination.failed:
+        raise DegenerateAlignmentError(f"no covariance without an estimate: {result.message}")
+    prepared = as_target(target)
+    pairs = result.correspondences
+    index = pairs.target_index
+    used = pairs.kept & np.isfinite(prepared.normals[index, 0])
+    p, q = as_points(as_scan(source).points, "source")[used], prepared.points[index[used]]
+    n, w = prepared.normals[index[used]], pairs.weights[used]
+
+    T = result.T_target_source
+    moved, turned = apply(T, p), p @ T[:2, :2].T
+    r = _dot(n, moved - q)
+    slope = np.column_stack([n, _dot(n, _perpendicular(turned))])  # ∂r/∂x
+    A = 2.0 * (slope * w[:, None]).T @ slope
+    A[2, 2] -= 2.0 * np.sum(w * r * _dot(n, turned))  # ∂²r/∂ψ² = −n·R p
+
+    ray = turned / np.linalg.norm(p, axis=1)[:, None]  # p = ρ u: how p moves with its range
+    B_source = slope * _dot(n, ray)[:, None]
+    B_source[:, 2] += r * _dot(n, _perpendicular(ray))
+    B_pairs = -slope * _dot(n, q / np.linalg.norm(q, axis=1)[:, None])[:, None]
+    B_target = np.zeros((len(prepared.points), 3))
+    np.add.at(B_target, index[used], w[:, None] * B_pairs)  # one range may serve many pairs
+    B = 2.0 * np.vstack([w[:, None] * B_source, B_target])
+    try:
+        gain = np.linalg.solve(A, B.T)
+    except np.linalg.LinAlgError:
+        raise DegenerateAlignmentError(
+            f"{used.sum()} pairs on surfaces leave a direction of the motion free, "
+            f"so its variance is unbounded"
+        ) from None
+    covariance: FloatArray = range_std**2 * gain @ gain.T
+    return covariance
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Row by row a·b."""
+    product: FloatArray = (a * b).sum(axis=1)
+    return product
+
+
+def _perpendicular(v: FloatArray) -> FloatArray:
+    """Each row (x, y) turned by a right angle to the left: (−y, x)."""
+    return np.column_stack([-v[:, 1], v[:, 0]])
