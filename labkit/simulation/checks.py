@@ -38,9 +38,10 @@ def check_count(value: int, name: str, at_least: int) -> None:
 
 
 def _finite_rows(rows: FloatArray, name: str) -> FloatArray:
-    wrong = np.flatnonzero(~np.isfinite(rows).reshape(len(rows), -1).all(axis=1))
+    wrong = np.argwhere(~np.isfinite(rows))
     if wrong.size:
+        index = int(wrong[0, 0])
         raise InvalidPointsError(
-            f"`{name}` must be finite, got {rows[wrong[0]].tolist()} at index {wrong[0]}"
+            f"`{name}` must be finite, got {rows[index].tolist()} at index {index}"
         )
     return rows

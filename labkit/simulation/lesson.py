@@ -133,8 +133,8 @@ def sample_scan(
     """
     points = as_points(world, "world")
     T = as_transform(T_world_scanner, "T_world_scanner")
-    check_range(noise_std, "noise_std", at_least=0.0, at_most=range_max, unit="m")
     check_range(range_max, "range_max", above=0.0, unit="m")
+    check_range(noise_std, "noise_std", at_least=0.0, at_most=range_max, unit="m")
     check_range(field_of_view, "field_of_view", above=0.0, at_most=2.0 * math.pi, unit="rad")
     rng = np.random.default_rng(rng)
     # invert(T) would round otherwise in the last bit; the lesson subtracts t first.

@@ -1,0 +1,131 @@
+"""The scanner: its beams, its noise, and what time does to its view."""
+
+import math
+
+import numpy as np
+import pytest
+
+from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.se2 import transform
+from labkit.simulation import Lidar, MovingObject, World, cast, room, scan_along
+from labkit.simulation.raycast import first_hits
+from labkit.simulation.world import circle, polyline
+
+RING = World(segments=circle([0.0, 0.0], 5.0, sides=720))
+QUIET = Lidar(noise_std=0.0)
+
+
+def test_beams_span_the_field_of_view():
+    angles = Lidar().angles
+    assert len(angles) == 541
+    np.testing.assert_allclose(np.degrees(np.diff(angles)), 0.5)
+    assert angles[0] == -angles[-1] == -math.radians(135.0)
+
+
+def test_a_full_circle_does_not_repeat_its_first_beam():
+    angles = Lidar(beam_count=4, field_of_view=2.0 * math.pi).angles
+    np.testing.assert_allclose(np.degrees(angles), [-180.0, -90.0, 0.0, 90.0])
+
+
+def test_without_noise_the_ranges_are_exact():
+    T = transform(0.4, -0.7, 2.0)
+    scan = cast(room(), T, QUIET, rng=0)
+    np.testing.assert_array_equal(scan.ranges, first_hits(room().segments, T, QUIET.angles))
+    np.testing.assert_array_equal(scan.angles, QUIET.angles)
+    np.testing.assert_array_equal(scan.beams, np.arange(541))
+
+
+def test_the_seed_decides():
+    first, again = (cast(room(), np.eye(3), Lidar(), rng=4).ranges for _ in range(2))
+    np.testing.assert_array_equal(first, again)
+    assert not np.array_equal(first, cast(room(), np.eye(3), Lidar(), rng=5).ranges)
+
+
+def test_noise_has_the_stated_spread_along_the_beam():
+    lidar = Lidar(beam_count=20_000, noise_std=0.03)
+    residual = cast(RING, np.eye(3), lidar, rng=1).ranges - first_hits(
+        RING.segments, np.eye(3), lidar.angles
+    )
+    assert residual.std() == pytest.approx(0.03, rel=0.02)  # its own spread is 0.5 %
+    assert abs(residual.mean()) < 4.0 * 0.03 / math.sqrt(20_000)
+
+
+def test_dropouts_have_the_stated_share_and_make_no_points():
+    lidar = Lidar(beam_count=20_000, dropout_ratio=0.2)
+    scan = cast(RING, np.eye(3), lidar, rng=2)
+    assert np.mean(np.isinf(scan.ranges)) == pytest.approx(0.2, abs=0.012)
+    assert len(scan) == np.count_nonzero(np.isfinite(scan.ranges))
+    assert len(cast(RING, np.eye(3), Lidar(dropout_ratio=1.0), rng=0)) == 0
+
+
+def test_dropouts_leave_the_noise_of_the_others_alone():
+    full = cast(RING, np.eye(3), Lidar(), rng=3)
+    thinned = cast(RING, np.eye(3), Lidar(dropout_ratio=0.5), rng=3)
+    np.testing.assert_array_equal(thinned.ranges[thinned.beams], full.ranges[thinned.beams])
+
+
+@pytest.mark.parametrize(
+    ("distance", "seen"), [(0.05, False), (0.2, True), (2.9, True), (3.1, False)]
+)
+def test_only_the_band_returns(distance, seen):
+    wall = World(segments=polyline([[distance, -1.0], [distance, 1.0]]))
+    lidar = Lidar(beam_count=3, field_of_view=0.01, range_max=3.0, noise_std=0.0)
+    assert (len(cast(wall, np.eye(3), lidar, rng=0)) == 3) is seen
+
+
+def test_what_is_too_near_still_hides_the_rest():
+    walls = polyline([[0.05, -1.0], [0.05, 1.0], [2.0, 1.0], [2.0, -1.0]])
+    lidar = Lidar(beam_count=3, field_of_view=0.01, noise_std=0.0)
+    assert len(cast(World(segments=walls), np.eye(3), lidar, rng=0)) == 0
+
+
+def test_an_object_comes_nearer_with_the_stamps():
+    wall = MovingObject(segments=polyline([[5.0, -1.0], [5.0, 1.0]]), velocity=[-2.0, 0.0])
+    world = World(segments=np.empty((0, 2, 2)), moving=(wall,))
+    lidar = Lidar(beam_count=3, field_of_view=0.01, noise_std=0.0)
+    default = scan_along(world, np.zeros((3, 3)), lidar, rng=0)
+    np.testing.assert_allclose([scan.ranges[1] for scan in default], [5.0, 4.8, 4.6])
+    np.testing.assert_allclose([scan.stamp for scan in default], [0.0, 0.1, 0.2])
+    stamped = scan_along(world, np.zeros((2, 3)), lidar, rng=0, stamps=[0.5, 2.0])
+    np.testing.assert_allclose([scan.ranges[1] for scan in stamped], [4.0, 1.0])
+
+
+def test_a_trajectory_is_one_cast_per_pose_from_one_generator():
+    poses = [[0.0, 0.0, 0.0], [0.3, 0.1, 0.2]]
+    scans = scan_along(room(), poses, Lidar(), rng=9)
+    rng = np.random.default_rng(9)
+    for scan, pose in zip(scans, poses, strict=True):
+        alone = cast(room(), transform(*pose), Lidar(), rng=rng)
+        np.testing.assert_array_equal(scan.ranges, alone.ranges)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"beam_count": 1}, "`beam_count` must be a whole number of at least 2, got 1"),
+        ({"beam_count": 10.5}, "`beam_count` must be a whole number of at least 2, got 10.5"),
+        ({"field_of_view": 0.0}, r"`field_of_view` must be in \(0, 6.28319\] rad, got 0.0"),
+        ({"range_min": -1.0}, r"`range_min` must be in \[0, inf\] m, got -1.0"),
+        ({"range_max": 0.1}, "`range_max` must exceed `range_min`, got 0.1 and 0.1 m"),
+        ({"range_max": math.nan}, "`range_max` must exceed `range_min`, got nan and 0.1 m"),
+        ({"noise_std": -0.1}, r"`noise_std` must be in \[0, 10\] m, got -0.1"),
+        ({"dropout_ratio": 1.1}, r"`dropout_ratio` must be in \[0, 1\], got 1.1"),
+    ],
+)
+def test_parameters_out_of_range(change, message):
+    with pytest.raises(InvalidParameterError, match=message):
+        Lidar(**change)
+
+
+@pytest.mark.parametrize(
+    ("poses", "stamps", "message"),
+    [
+        ([], None, r"`poses` must have shape \(K, 3\), rows \(x, y, theta\), got \(0,\)"),
+        (np.empty((0, 3)), None, "`poses` needs at least 1 poses, got 0"),
+        ([[0, 0, math.nan]], None, r"`poses` must be finite, got \[0.0, 0.0, nan\] at index 0"),
+        ([[0, 0, 0]], [0.0, 0.1], r"`stamps` must have shape \(1,\), one per pose, got \(2,\)"),
+    ],
+)
+def test_trajectories_that_cannot_be_meant(poses, stamps, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        scan_along(room(), poses, Lidar(), rng=0, stamps=stamps)

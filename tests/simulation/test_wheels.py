@@ -1,0 +1,110 @@
+"""Wheel odometry: exact without noise, and as noisy as it says."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.se2 import compose, from_xytheta
+from labkit.simulation import WheelNoise, wheel_increments
+
+SILENT = WheelNoise(along=0.0, across=0.0, turn=0.0, drift=0.0)
+coordinate = st.floats(-50.0, 50.0)
+trajectories = st.lists(
+    st.tuples(coordinate, coordinate, st.floats(-10.0, 10.0)), min_size=2, max_size=8
+)
+
+
+def repeated(step, count=20_000):
+    """A trajectory that goes back to its start after every step, so each one is `step`."""
+    return np.tile([[0.0, 0.0, 0.0], step], (count, 1))
+
+
+def residuals(step, noise, rng=0):
+    poses = repeated(step)
+    return (wheel_increments(poses, noise, rng=rng) - wheel_increments(poses, SILENT, rng=0))[::2]
+
+
+@given(trajectories)
+def test_without_noise_the_increments_lead_along_the_trajectory(poses):
+    T = from_xytheta(poses)
+    steps = from_xytheta(wheel_increments(poses, SILENT, rng=0))
+    for k in range(len(poses)):
+        np.testing.assert_allclose(compose(T[0], *steps[:k]), T[k], atol=1e-10)
+
+
+def test_one_step_forward_after_a_quarter_turn():
+    steps = wheel_increments([[1.0, 1.0, math.pi / 2], [1.0, 3.0, math.pi]], SILENT, rng=0)
+    np.testing.assert_allclose(steps, [[2.0, 0.0, math.pi / 2]], atol=1e-15)
+
+
+def test_the_spread_is_the_stated_one():
+    noise = WheelNoise(along=0.1, across=0.04, turn=0.05, drift=0.02)
+    d, turn = np.array([3.0, 4.0]), 2.0
+    error = residuals([*d, turn], noise)
+    along, across = error[:, :2] @ d / 5.0, error[:, :2] @ [-d[1], d[0]] / 5.0
+    assert along.std() == pytest.approx(0.1 * 5.0, rel=0.03)
+    assert across.std() == pytest.approx(0.04 * 5.0, rel=0.03)
+    assert error[:, 2].std() == pytest.approx(math.hypot(0.05 * 2.0, 0.02 * 5.0), rel=0.03)
+
+
+def test_errors_are_centred_and_independent():
+    error = residuals([1.0, 0.0, 1.0], WheelNoise())
+    assert (np.abs(error.mean(axis=0)) < 4.0 * error.std(axis=0) / math.sqrt(len(error))).all()
+    correlation = np.corrcoef(error.T) - np.eye(3)
+    assert np.abs(correlation).max() < 4.0 / math.sqrt(len(error))
+
+
+@pytest.mark.parametrize(("kind", "column"), [("along", 0), ("across", 1), ("drift", 2)])
+def test_each_number_moves_its_own_component(kind, column):
+    noise = WheelNoise(**({"along": 0.0, "across": 0.0, "turn": 0.0, "drift": 0.0} | {kind: 0.1}))
+    error = residuals([2.0, 0.0, 0.0], noise)
+    spread = np.zeros(3)
+    spread[column] = 0.2
+    np.testing.assert_allclose(error.std(axis=0), spread, rtol=0.03)
+
+
+def test_backing_up_errs_as_driving_ahead_does():
+    ahead, back = (residuals([x, 0.0, 0.0], WheelNoise()) for x in (1.0, -1.0))
+    np.testing.assert_allclose(ahead.std(axis=0), back.std(axis=0), rtol=1e-9)
+
+
+def test_a_robot_at_rest_makes_no_error():
+    steps = wheel_increments(np.ones((5, 3)), WheelNoise(along=1.0, turn=1.0), rng=0)
+    np.testing.assert_allclose(steps, np.zeros((4, 3)), atol=1e-15)
+
+
+def test_headings_stay_wrapped():
+    steps = wheel_increments(repeated([0.0, 0.0, 3.1], 500), WheelNoise(turn=0.5), rng=0)
+    assert (steps[:, 2] > -math.pi).all()
+    assert (steps[:, 2] <= math.pi).all()
+
+
+def test_the_seed_decides():
+    poses = repeated([1.0, 0.0, 0.1], 5)
+    first, again = (wheel_increments(poses, WheelNoise(), rng=3) for _ in range(2))
+    np.testing.assert_array_equal(first, again)
+    assert not np.array_equal(first, wheel_increments(poses, WheelNoise(), rng=4))
+
+
+@pytest.mark.parametrize("name", ["along", "across", "turn", "drift"])
+@pytest.mark.parametrize("value", [-0.1, math.nan, math.inf])
+def test_noise_out_of_range(name, value):
+    with pytest.raises(InvalidParameterError, match=rf"`{name}` must be in \[0, 10\], got {value}"):
+        WheelNoise(**{name: value})
+
+
+@pytest.mark.parametrize(
+    ("poses", "message"),
+    [
+        ([[0.0, 0.0, 0.0]], "`poses` needs at least 2 poses, got 1"),
+        (np.zeros((4, 2)), r"`poses` must have shape \(K, 3\), rows \(x, y, theta\), got \(4, 2\)"),
+        ([[0, 0, 0], [0, math.inf, 0]], r"`poses` must be finite, got .* at index 1"),
+    ],
+)
+def test_trajectories_that_cannot_be_meant(poses, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        wheel_increments(poses, WheelNoise(), rng=0)

@@ -1,0 +1,148 @@
+"""Places: closed where they should be, and as observable as they claim."""
+
+import math
+
+import numpy as np
+import pytest
+
+from labkit.errors import InvalidParameterError
+from labkit.se2 import apply, transform
+from labkit.simulation import (
+    Lidar,
+    cast,
+    corner,
+    corridor,
+    crowd,
+    room,
+    room_with_door,
+    two_rooms,
+)
+from labkit.simulation.raycast import first_hits
+
+QUIET = Lidar(noise_std=0.0)
+AROUND = Lidar(beam_count=720, field_of_view=2.0 * math.pi, noise_std=0.0)
+
+
+def ranges(world, x=0.0, y=0.0, theta=0.0, lidar=AROUND):
+    return cast(world, transform(x, y, theta), lidar, rng=0).ranges
+
+
+def sensitivity(world, x=0.0, y=0.0, theta=0.0, step=1e-5):
+    """Singular values of d(ranges)/d(x, y, θ): a small one is a motion that no scan shows."""
+    columns = []
+    for shift in step * np.eye(3):
+        ahead, behind = (
+            first_hits(world.segments, transform(*pose), AROUND.angles)
+            for pose in (np.array([x, y, theta]) + shift, np.array([x, y, theta]) - shift)
+        )
+        lost = np.isinf(ahead) | np.isinf(behind)
+        columns.append(np.where(lost, np.inf, ahead - np.where(lost, 0.0, behind)) / (2.0 * step))
+    J = np.column_stack(columns)
+    smooth = (np.abs(J) < 50.0).all(axis=1)  # a beam that slips off an edge jumps
+    return np.linalg.svd(J[smooth] / math.sqrt(np.count_nonzero(smooth)), compute_uv=False)
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (2.0, 1.0), (-1.0, -2.0), (3.5, -2.5)])
+def test_the_room_shows_every_motion(x, y):
+    assert sensitivity(room(), x, y).min() > 0.1
+    assert np.isfinite(ranges(room(), x, y)).all()
+
+
+def test_the_room_looks_different_after_any_half_or_quarter_turn():
+    here = ranges(room())
+    for quarter in (1, 2, 3):
+        turned = np.roll(here, quarter * len(here) // 4)
+        assert np.abs(turned - here).mean() > 0.2
+
+
+def test_a_corridor_hides_the_motion_along_it():
+    straight = sensitivity(corridor(), y=0.3)
+    assert straight[-1] < 1e-6 < 0.1 < straight[-2]
+    np.testing.assert_allclose(ranges(corridor()), ranges(corridor(), x=3.0), rtol=1e-12)
+
+
+def test_a_corridor_has_no_end_in_reach():
+    blind = np.flatnonzero(np.isinf(ranges(corridor())))
+    width_at_reach = math.asin(1.0 / AROUND.range_max)
+    ahead = np.abs(np.sin(AROUND.angles[blind])) <= math.sin(width_at_reach) + 1e-12
+    assert ahead.all()
+    assert blind.size
+
+
+def test_the_corner_is_the_lessons_l():
+    assert corner().segments.tolist() == [[[8, 0], [0, 0]], [[0, 0], [0, 6]]]
+
+
+def test_people_stand_clear_of_the_scanner_and_of_the_walls():
+    world = crowd(50, rng=0, clearance=1.2, radius=0.3)
+    assert len(world.moving) == 50
+    distance = np.array([np.hypot(*person.segments[:, 0].T) for person in world.moving])
+    assert distance.min() >= 1.2
+    assert distance.max() <= 3.0 + 1e-12
+
+
+def test_people_walk_at_their_speed_and_the_walls_stay():
+    world = crowd(8, rng=1, speed=1.5)
+    np.testing.assert_allclose([np.hypot(*person.velocity) for person in world.moving], 1.5)
+    walls = len(room().segments)
+    np.testing.assert_array_equal(world.at(3.0)[:walls], room().segments)
+    assert not np.allclose(world.at(3.0)[walls:], world.at(0.0)[walls:])
+
+
+def test_a_crowd_of_nobody_is_the_room():
+    np.testing.assert_array_equal(crowd(0, rng=0).at(1.0), room().segments)
+
+
+def test_people_hide_walls():
+    empty, crowded = ranges(room()), ranges(crowd(rng=3))
+    assert (crowded <= empty + 1e-12).all()
+    assert np.mean(crowded < empty - 0.1) > 0.2
+
+
+def test_a_shut_door_is_wall():
+    np.testing.assert_allclose(ranges(room_with_door(0.0), 0.3), ranges(room(), 0.3), rtol=1e-12)
+
+
+def test_an_open_door_shows_the_passage():
+    shut, open_ = (ranges(room_with_door(angle), 0.45) for angle in (0.0, math.pi / 2.0))
+    beyond = open_ > shut + 1.0
+    assert beyond.any()
+    south = AROUND.angles[beyond]
+    assert (np.abs(south + math.pi / 2.0) < math.radians(20.0)).all()
+    assert open_[np.argmin(np.abs(AROUND.angles + math.pi / 2.0))] == pytest.approx(4.5)
+
+
+def test_two_rooms_overlap_in_part():
+    """Each pose sees its own room for the most part, and both see some of it."""
+    poses = transform(-1.5, 0.0, 0.0), transform(0.5, 0.0, 0.0)
+    west, east = (apply(T, cast(two_rooms(), T, QUIET, rng=0).points) for T in poses)
+    gap = np.hypot(*(east[:, None] - west).T).min(axis=0)
+    assert 0.1 < np.mean(gap < 0.1) < 0.67
+    assert np.mean(west[:, 0] < 0.01) > 0.6
+    assert np.mean(east[:, 0] > -0.01) > 0.6
+
+
+@pytest.mark.parametrize("world", [room(), two_rooms(), room_with_door(0.0)])
+def test_a_closed_place_returns_every_beam(world):
+    lidar = Lidar(beam_count=720, field_of_view=2.0 * math.pi, range_max=20.0)
+    for x, y in [(0.5, 0.5), (2.0, -1.0), (0.7, 2.0)]:
+        assert len(cast(world, transform(x, y, 0.1), lidar, rng=0)) == 720
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: room(width=0.0), r"`width` must be in \(0, 10000\] m, got 0.0"),
+        (lambda: corner(depth=-1.0), r"`depth` must be in \(0, 10000\] m, got -1.0"),
+        (lambda: corridor(length=math.inf), r"`length` must be in \(0, 10000\] m, got inf"),
+        (lambda: crowd(-1, rng=0), "`count` must be a whole number of at least 0, got -1"),
+        (lambda: crowd(rng=0, clearance=3.0), r"`clearance` must be in \[0, 2.5\] m, got 3.0"),
+        (lambda: crowd(rng=0, speed=-1.0), r"`speed` must be in \[0, 100\] m/s, got -1.0"),
+        (lambda: room_with_door(4.0), r"`opening` must be in \[0, 3.14159\] rad, got 4.0"),
+        (lambda: room_with_door(0.0, width=1.0), r"`width` must be in \[2, inf\] m, got 1.0"),
+        (lambda: two_rooms(doorway=6.0), r"`doorway` must be in \(0, depth = 6\) m, got 6.0"),
+    ],
+)
+def test_places_that_cannot_be_built(make, message):
+    with pytest.raises(InvalidParameterError, match=message):
+        make()
