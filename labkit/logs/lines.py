@@ -55,8 +55,7 @@ class DamageReport:
 
 def split_lines(data: bytes) -> list[str]:
     """Text lines of a file; bytes that are not UTF-8 become U+FFFD and harm their line only."""
-    text = data.removeprefix(b"\xef\xbb\xbf")
-    return [line.decode("utf-8", "replace") for line in text.splitlines()]
+    return [line.decode("utf-8", "replace") for line in data.splitlines()]
 
 
 def numbers(fields: Sequence[str], what: str) -> list[float]:

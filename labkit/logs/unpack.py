@@ -15,6 +15,7 @@ from labkit.errors import LogError
 GZIP_MAGIC = b"\x1f\x8b"
 ZIP_MAGIC = b"PK\x03\x04"
 ZIP_EMPTY_MAGIC = b"PK\x05\x06"
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 GZIP_WINDOW = 31
 RAW_DEFLATE_WINDOW = -15
@@ -56,6 +57,7 @@ def load(path: str | os.PathLike[str]) -> Content:
         data, damage = _unzip(packed, file)
     else:
         data, damage = packed, ""
+    data = data.removeprefix(BYTE_ORDER_MARK)
     if not data.strip():
         raise LogError(f"{file}: the file is empty" + (f" ({damage})" if damage else ""))
     return Content(file=file, data=data, damage=damage)

@@ -1,0 +1,95 @@
+import os
+
+import pytest
+
+from labkit.errors import LogError
+from labkit.logs import atomic_write
+
+
+def test_text_and_bytes(tmp_path):
+    with atomic_write(tmp_path / "note.txt") as file:
+        file.write("größer\n")
+    assert (tmp_path / "note.txt").read_bytes() == "größer\n".encode()
+    with atomic_write(str(tmp_path / "note.txt"), "wb") as file:
+        file.write(b"\0")
+    assert (tmp_path / "note.txt").read_bytes() == b"\0"
+    assert os.listdir(tmp_path) == ["note.txt"]
+
+
+def test_the_name_is_taken_only_at_the_end(tmp_path):
+    path = tmp_path / "note.txt"
+    with atomic_write(path) as file:
+        file.write("half")
+        file.flush()
+        assert not path.exists()
+    assert path.read_text() == "half"
+
+
+def write_half(path, interruption):
+    with atomic_write(path) as file:
+        file.write("half")
+        raise interruption
+
+
+@pytest.mark.parametrize("interruption", [KeyboardInterrupt, ValueError, SystemExit])
+@pytest.mark.parametrize("before", [None, "as it was"])
+def test_an_interruption_leaves_things_as_they_were(tmp_path, interruption, before):
+    path = tmp_path / "note.txt"
+    if before is not None:
+        path.write_text(before)
+    with pytest.raises(interruption):
+        write_half(path, interruption)
+    assert os.listdir(tmp_path) == ([] if before is None else ["note.txt"])
+    assert before is None or path.read_text() == before
+
+
+def test_a_full_disk_is_a_log_error(tmp_path):
+    path = tmp_path / "note.txt"
+    with (
+        pytest.raises(LogError, match=r"cannot write .*note\.txt: No space left on device"),
+        atomic_write(path),
+    ):
+        raise OSError(28, "No space left on device")
+    assert os.listdir(tmp_path) == []
+
+
+def test_paths_that_cannot_be_written(tmp_path):
+    (tmp_path / "file").touch()
+    places = {
+        tmp_path: "it is a directory; name a file in it",
+        tmp_path / "gone" / "out": f"the directory {tmp_path / 'gone'} does not exist; make it",
+        tmp_path / "file" / "out": "is a file, not a directory; choose another place",
+        tmp_path / ("x" * 300): "File name too long",
+    }
+    for path, reason in places.items():
+        with pytest.raises(LogError) as raised, atomic_write(path):
+            pytest.fail("the block must not run")
+        assert str(raised.value).startswith(f"cannot write {path}: ")
+        assert reason in str(raised.value)
+
+
+def test_a_write_protected_file_is_not_replaced(tmp_path, monkeypatch):
+    path = tmp_path / "note.txt"
+    path.write_text("mine")
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    with pytest.raises(LogError, match=r"note\.txt: it is write-protected"), atomic_write(path):
+        pytest.fail("the block must not run")
+
+
+def test_links_are_followed_and_permissions_kept(tmp_path):
+    target, link = tmp_path / "target", tmp_path / "link"
+    target.touch()
+    target.chmod(0o640)
+    link.symlink_to(target)
+    with atomic_write(link) as file:
+        file.write("through")
+    assert link.is_symlink()
+    assert target.read_text() == "through"
+    assert target.stat().st_mode & 0o777 == 0o640
+
+
+def test_a_device_is_written_to_and_stays_a_device():
+    with atomic_write(os.devnull) as file:
+        file.write("nowhere")
+    assert os.path.exists(os.devnull)
+    assert not os.path.isfile(os.devnull)

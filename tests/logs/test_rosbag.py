@@ -1,0 +1,221 @@
+import math
+import sys
+
+import numpy as np
+import pytest
+
+from labkit.errors import LogError
+from labkit.logs import read_log
+
+pytest.importorskip("rosbags")
+from rosbags import rosbag1, rosbag2
+from rosbags.typesys import Stores, get_typestore
+
+LASER_SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
+
+
+class Bag:
+    """A bag under construction: ROS 1 in one file, ROS 2 in a directory."""
+
+    def __init__(self, path, ros):
+        self.ros = ros
+        self.path = path
+        self.store = get_typestore(Stores.ROS1_NOETIC if ros == 1 else Stores.ROS2_HUMBLE)
+        plugin = rosbag2.StoragePlugin.MCAP if ros == "mcap" else rosbag2.StoragePlugin.SQLITE3
+        self.writer = (
+            rosbag1.Writer(path)
+            if ros == 1
+            else rosbag2.Writer(path, version=9, storage_plugin=plugin)
+        )
+        self.writer.open()
+        self.connections = {}
+
+    def add(self, topic, msgtype, message, stamp):
+        if topic not in self.connections:
+            self.connections[topic] = self.writer.add_connection(
+                topic, msgtype, typestore=self.store
+            )
+        encode = self.store.serialize_ros1 if self.ros == 1 else self.store.serialize_cdr
+        raw = encode(message, msgtype)
+        self.writer.write(self.connections[topic], round((stamp + 0.5) * 1e9), bytes(raw))
+
+    def header(self, stamp):
+        types = self.store.types
+        time = types["builtin_interfaces/msg/Time"](
+            sec=int(stamp), nanosec=round((stamp % 1.0) * 1e9)
+        )
+        sequence = {"seq": 0} if self.ros == 1 else {}
+        return types["std_msgs/msg/Header"](stamp=time, frame_id="laser", **sequence)
+
+    def scan(self, stamp, ranges=(1.0, 2.0, math.inf, 0.05, 30.0), topic="/scan", header=None):
+        message = self.store.types[LASER_SCAN](
+            header=self.header(stamp if header is None else header),
+            angle_min=-0.5,
+            angle_max=0.5,
+            angle_increment=0.25,
+            time_increment=0.0,
+            scan_time=0.1,
+            range_min=0.1,
+            range_max=25.0,
+            ranges=np.array(ranges, dtype=np.float32),
+            intensities=np.zeros(0, dtype=np.float32),
+        )
+        self.add(topic, LASER_SCAN, message, stamp)
+
+    def odometry(self, stamp, x, y, theta, topic="/odom"):
+        types = self.store.types
+        vector, point = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Point"]
+        quaternion = types["geometry_msgs/msg/Quaternion"]
+        pose = types["geometry_msgs/msg/Pose"](
+            position=point(x=x, y=y, z=0.0),
+            orientation=quaternion(x=0.0, y=0.0, z=math.sin(theta / 2), w=math.cos(theta / 2)),
+        )
+        still = vector(x=0.0, y=0.0, z=0.0)
+        twist = types["geometry_msgs/msg/Twist"](linear=still, angular=still)
+        message = types[ODOMETRY](
+            header=self.header(stamp),
+            child_frame_id="base",
+            pose=types["geometry_msgs/msg/PoseWithCovariance"](pose=pose, covariance=np.zeros(36)),
+            twist=types["geometry_msgs/msg/TwistWithCovariance"](
+                twist=twist, covariance=np.zeros(36)
+            ),
+        )
+        self.add(topic, ODOMETRY, message, stamp)
+
+    def close(self):
+        self.writer.close()
+        return self.path
+
+
+@pytest.fixture(params=[1, 2, "mcap"])
+def bag(request, tmp_path):
+    return Bag(tmp_path / ("run.bag" if request.param == 1 else "run"), request.param)
+
+
+def test_scans_and_interpolated_odometry(bag):
+    bag.odometry(10.0, 0.0, 0.0, 3.0)
+    bag.scan(10.25)
+    bag.odometry(11.0, 1.0, 2.0, -3.0)
+    bag.scan(11.0)
+    log = read_log(bag.close(), strict=True)
+    assert (len(log), log.name, log.format, log.reference) == (2, "run", "ros", None)
+    assert log.stamps.tolist() == [10.25, 11.0]
+    scan = log.scans[0]
+    assert scan.beams.tolist() == [0, 1]
+    np.testing.assert_allclose(scan.angles, [-0.5, -0.25, 0.0, 0.25, 0.5])
+    np.testing.assert_allclose(scan.points[0], [math.cos(-0.5), math.sin(-0.5)])
+    quarter = 3.0 + 0.25 * (2.0 * math.pi - 6.0)
+    np.testing.assert_allclose(log.odometry, [[0.25, 0.5, quarter], [1.0, 2.0, -3.0]])
+
+
+def test_options(bag):
+    bag.odometry(10.0, 0.0, 0.0, math.pi / 2)
+    bag.scan(10.0)
+    path = bag.close()
+    log = read_log(path, range_max=1.5, laser_offset=(0.2, 0.1, 0.3))
+    assert log.scans[0].beams.tolist() == [0]
+    np.testing.assert_allclose(log.odometry, [[-0.1, 0.2, math.pi / 2 + 0.3]])
+
+
+def test_no_odometry_is_none(bag):
+    bag.scan(10.0)
+    path = bag.close()
+    assert read_log(path).odometry is None
+    with pytest.raises(LogError, match="`odometry_topic` is '/odom', the bag has None"):
+        read_log(path, odometry_topic="/odom")
+
+
+def test_a_header_without_time_takes_that_of_the_bag(bag):
+    bag.scan(10.0, header=0.0)
+    assert read_log(bag.close()).stamps.tolist() == [10.5]
+
+
+def test_a_topic_is_chosen_where_there_are_several(bag):
+    bag.scan(10.0, topic="/front")
+    bag.scan(11.0, topic="/rear")
+    bag.odometry(11.0, 0.0, 0.0, 0.0, topic="/wheels")
+    bag.odometry(11.0, 9.0, 0.0, 0.0, topic="/filtered")
+    path = bag.close()
+    with pytest.raises(LogError, match=r"2 topics of one type \(/front, /rear\); choose .*`topic`"):
+        read_log(path)
+    with pytest.raises(LogError, match=r"\(/filtered, /wheels\); choose one by `odometry_topic`"):
+        read_log(path, topic="/rear")
+    with pytest.raises(LogError, match="`topic` is '/top', the bag has /front, /rear"):
+        read_log(path, topic="/top")
+    log = read_log(path, topic="/rear", odometry_topic="/wheels")
+    assert (log.stamps.tolist(), log.odometry.tolist()) == ([11.0], [[0.0, 0.0, 0.0]])
+
+
+def test_a_scan_outside_the_odometry_is_skipped(bag):
+    for stamp in (9.95, 10.0, 10.5):
+        bag.scan(stamp)
+    bag.odometry(10.0, 1.0, 0.0, 0.0)
+    path = bag.close()
+    log = read_log(path)
+    assert log.odometry.tolist() == [[1.0, 0.0, 0.0]] * 2
+    assert [s.line for s in log.skipped] == [3]
+    with pytest.raises(LogError, match=r":3: a scan 0\.500 s outside the odometry"):
+        read_log(path, strict=True)
+
+
+def test_a_pose_that_is_no_number_is_skipped(bag):
+    bag.scan(10.0)
+    bag.odometry(10.0, math.nan, 0.0, 0.0)
+    bag.odometry(10.0, 1.0, 0.0, 0.0)
+    log = read_log(bag.close())
+    assert log.odometry.tolist() == [[1.0, 0.0, 0.0]]
+    assert "its pose is not finite" in log.skipped[0].reason
+
+
+def test_bags_without_scans(bag):
+    bag.odometry(10.0, 0.0, 0.0, 0.0)
+    with pytest.raises(LogError, match="a bag without any scan, expected sensor_msgs/msg/Las"):
+        read_log(bag.close())
+
+
+def test_bags_without_a_usable_scan_or_pose(bag):
+    bag.scan(10.0)
+    bag.odometry(90.0, 0.0, 0.0, 0.0)
+    with pytest.raises(LogError, match=r"no usable scan in the bag; 1 damaged line was skipped"):
+        read_log(bag.close())
+
+
+def test_only_unusable_odometry(bag):
+    bag.scan(10.0)
+    bag.odometry(10.0, math.inf, 0.0, 0.0)
+    with pytest.raises(LogError, match="no usable nav_msgs/msg/Odometry message on /odom; 1 dam"):
+        read_log(bag.close())
+
+
+def test_a_ros_1_bag_is_told_from_its_content(tmp_path):
+    bag = Bag(tmp_path / "run.log", ros=1)
+    bag.scan(10.0)
+    assert read_log(bag.close()).format == "ros"
+
+
+@pytest.mark.parametrize("ros", [2, "mcap"])
+def test_the_file_inside_a_ros_2_bag(tmp_path, ros):
+    bag = Bag(tmp_path / "run", ros)
+    bag.scan(10.0)
+    (storage,) = (path for path in bag.close().iterdir() if path.suffix in {".db3", ".mcap"})
+    assert len(read_log(storage)) == 1
+
+
+def test_a_cut_bag(bag):
+    for k in range(20):
+        bag.scan(10.0 + k)
+    path = bag.close()
+    (file,) = [path] if path.is_file() else [f for f in path.iterdir() if f.suffix != ".yaml"]
+    whole = file.read_bytes()
+    for cut in (20, len(whole) // 2, len(whole) - 10):
+        file.write_bytes(whole[:cut])
+        with pytest.raises(LogError, match=r"run(\.bag)?:"):
+            read_log(path, strict=True)
+
+
+def test_a_missing_package_is_named_with_its_remedy(bag, monkeypatch):
+    bag.scan(10.0)
+    path = bag.close()
+    monkeypatch.setitem(sys.modules, "rosbags", None)
+    with pytest.raises(LogError, match=r'needs the package rosbags: pip install "labkit\[ros\]"'):
+        read_log(path)

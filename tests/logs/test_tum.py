@@ -1,0 +1,109 @@
+import gzip
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from labkit.errors import InvalidPointsError, LogError
+from labkit.logs import read_tum, write_tum
+
+HALF = math.sqrt(0.5)
+
+
+def test_a_quarter_turn_as_it_stands_in_the_file(tmp_path):
+    path = tmp_path / "out.tum"
+    write_tum(path, [1031745824.658], [[1.5, -2.0, math.pi / 2]])
+    header, line = path.read_text().splitlines()
+    assert header.startswith("#")
+    assert line.startswith("1031745824.658 1.5 -2.0 0.0 0.0 0.0 0.7071067811865")
+    np.testing.assert_allclose(list(map(float, line.split()[6:])), [HALF, HALF])
+
+
+coordinates = st.floats(-1e6, 1e6)
+
+
+@given(
+    rows=hnp.arrays(np.float64, st.tuples(st.integers(1, 10), st.just(3)), elements=coordinates),
+    angles=st.lists(
+        st.floats(-math.pi, math.pi, exclude_min=True) | st.sampled_from([math.pi, -1e-300]),
+        min_size=10,
+        max_size=10,
+    ),
+)
+def test_a_trajectory_comes_back(scratch, rows, angles):
+    poses = np.column_stack([rows[:, :2], angles[: len(rows)]])
+    write_tum(scratch, rows[:, 2], poses)
+    stamps, read = read_tum(scratch)
+    assert (stamps == rows[:, 2]).all()
+    assert (read[:, :2] == poses[:, :2]).all()
+    turn = np.abs(read[:, 2] - poses[:, 2])
+    assert (np.minimum(turn, 2.0 * np.pi - turn) < 1e-15).all()
+    assert (np.abs(read[:, 2]) <= np.pi).all()
+
+
+def test_evo_reads_it(tmp_path):
+    file_interface = pytest.importorskip("evo.tools.file_interface")
+    poses = np.array([[1.0, 2.0, 0.3], [2.0, 2.5, -3.1]])
+    write_tum(tmp_path / "out.tum", [10.5, 11.25], poses)
+    trajectory = file_interface.read_tum_trajectory_file(str(tmp_path / "out.tum"))
+    assert trajectory.timestamps.tolist() == [10.5, 11.25]
+    assert (trajectory.positions_xyz[:, :2] == poses[:, :2]).all()
+    angles = [math.atan2(T[1, 0], T[0, 0]) for T in trajectory.poses_se3]
+    np.testing.assert_allclose(angles, poses[:, 2], atol=1e-15)
+
+
+def test_comments_and_gzip(save):
+    text = "# one\n\n1 2 3 9 0 0 0 1\n  # two\n2 2 3 9 0 0 1 0\n"
+    stamps, poses = read_tum(save(gzip.compress(text.encode())))
+    assert stamps.tolist() == [1.0, 2.0]
+    assert poses.tolist() == [[2.0, 3.0, 0.0], [2.0, 3.0, math.pi]]
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ("1 2 3 0 0 0 1", "7 fields, expected 8 for `timestamp tx ty tz qx qy qz qw`"),
+        ("1 2 3 0 0 0 0 1 9", "9 fields, expected 8"),
+        ("1 2 x 0 0 0 0 1", "ty is 'x', expected a finite number"),
+        ("nan 2 3 0 0 0 0 1", "timestamp is 'nan', expected a finite number"),
+        ("1 2 3 0 0 0 0 0", "the quaternion has length 0, expected 1"),
+        ("1 2 3 0 0 0 1 1", "the quaternion has length 1.414, expected 1"),
+        (f"1 2 3 0 {HALF} 0 0 {HALF}", "a rotation out of the plane, qx = 0.707107 and qy = 0"),
+        (f"1 2 3 0 0 {HALF} {HALF} 0", "a rotation out of the plane, qx = 0 and qy = 0.707107"),
+    ],
+)
+def test_a_bad_line_is_named(save, line, reason):
+    with pytest.raises(LogError) as raised:
+        read_tum(save(f"# t\n1 2 3 0 0 0 0 1\n{line}\n", "path.tum"))
+    assert f"path.tum:3: {reason}" in str(raised.value)
+
+
+def test_a_file_without_poses(save):
+    with pytest.raises(LogError, match=r"run\.log: a trajectory without any pose"):
+        read_tum(save("# nothing\n"))
+    with pytest.raises(LogError, match=r"gone\.tum: no such file"):
+        read_tum("gone.tum")
+
+
+def test_a_cut_stream_is_refused(save):
+    packed = gzip.compress(b"1 2 3 0 0 0 0 1\n" * 50)
+    with pytest.raises(LogError, match=r"run\.log:\d+: the gzip stream ends early"):
+        read_tum(save(packed[:-4]))
+
+
+@pytest.mark.parametrize(
+    ("stamps", "poses", "message"),
+    [
+        ([1.0], np.zeros((2, 3)), r"`stamps` must have shape \(2,\), one per pose, got \(1,\)"),
+        ([1.0, np.nan], np.zeros((2, 3)), r"`stamps` must be finite, got nan at index 1"),
+        ([1.0], np.eye(3)[None], r"`poses` must have shape \(K, 3\).*got \(1, 3, 3\).*to_xytheta"),
+        ([1.0], [[0.0, np.inf, 0.0]], r"`poses` must be finite, got \[0.0, inf, 0.0\] at index 0"),
+    ],
+)
+def test_what_cannot_be_written(tmp_path, stamps, poses, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        write_tum(tmp_path / "out.tum", stamps, poses)
+    assert list(tmp_path.iterdir()) == []
