@@ -17,7 +17,10 @@ def as_poses(poses: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
             f"`{name}` must have shape (K, 3), rows (x, y, theta), got {checked.shape}"
         )
     if len(checked) < minimum:
-        raise InvalidPointsError(f"`{name}` needs at least {minimum} poses, got {len(checked)}")
+        plural = "s" if minimum > 1 else ""
+        raise InvalidPointsError(
+            f"`{name}` needs at least {minimum} pose{plural}, got {len(checked)}"
+        )
     return _finite_rows(checked, name)
 
 

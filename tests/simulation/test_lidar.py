@@ -11,7 +11,7 @@ from labkit.simulation import Lidar, MovingObject, World, cast, room, scan_along
 from labkit.simulation.raycast import first_hits
 from labkit.simulation.world import circle, polyline
 
-RING = World(segments=circle([0.0, 0.0], 5.0, sides=720))
+RING = World(segments=circle([0.0, 0.0], 5.0, sides=90))
 QUIET = Lidar(noise_std=0.0)
 
 
@@ -121,7 +121,7 @@ def test_parameters_out_of_range(change, message):
     ("poses", "stamps", "message"),
     [
         ([], None, r"`poses` must have shape \(K, 3\), rows \(x, y, theta\), got \(0,\)"),
-        (np.empty((0, 3)), None, "`poses` needs at least 1 poses, got 0"),
+        (np.empty((0, 3)), None, "`poses` needs at least 1 pose, got 0"),
         ([[0, 0, math.nan]], None, r"`poses` must be finite, got \[0.0, 0.0, nan\] at index 0"),
         ([[0, 0, 0]], [0.0, 0.1], r"`stamps` must have shape \(1,\), one per pose, got \(2,\)"),
     ],

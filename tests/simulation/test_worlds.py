@@ -112,6 +112,12 @@ def test_an_open_door_shows_the_passage():
     assert open_[np.argmin(np.abs(AROUND.angles + math.pi / 2.0))] == pytest.approx(4.5)
 
 
+def test_the_leaf_swings_into_the_room():
+    ajar = room_with_door(math.pi / 2.0).segments
+    beam = first_hits(ajar, transform(-1.0, -2.5, 0.0), np.zeros(1))
+    np.testing.assert_allclose(beam, [1.0])
+
+
 def test_two_rooms_overlap_in_part():
     """Each pose sees its own room for the most part, and both see some of it."""
     poses = transform(-1.5, 0.0, 0.0), transform(0.5, 0.0, 0.0)
