@@ -15,7 +15,7 @@ from labkit.evaluation.checks import as_trajectories
 from labkit.evaluation.pose_errors import PoseErrors, pose_differences
 from labkit.se2 import from_xytheta, invert, rotation, transform
 
-# Relative to the spread of the positions; a sum over a long trajectory rounds below it.
+# Relative to the size of the positions; a sum over a long trajectory rounds below it.
 RESOLUTION = 1e-12
 
 
@@ -101,7 +101,9 @@ def _fit(p: FloatArray, q: FloatArray) -> FloatArray:
     x, y = p - p_mean, q - q_mean
     a = float((x * y).sum())
     b = float((x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]).sum())
-    if math.hypot(a, b) <= RESOLUTION * math.sqrt(float((x**2).sum() * (y**2).sum())):
+    x_size, y_size = np.linalg.norm(x), np.linalg.norm(y)
+    rests = x_size <= RESOLUTION * np.linalg.norm(p) or y_size <= RESOLUTION * np.linalg.norm(q)
+    if rests or math.hypot(a, b) <= RESOLUTION * x_size * y_size:
         raise DegenerateAlignmentError(
             f"the {len(p)} positions leave the rotation undetermined (a trajectory that stays "
             f'in its place?); use align="origin"'

@@ -48,7 +48,8 @@ def associate(stamps_a: ArrayLike, stamps_b: ArrayLike, tolerance: float) -> Int
     index = np.arange(len(a))
     mutual = a_of_b[b_of_a] == index
     near = np.abs(b[b_of_a] - a) <= tolerance
-    return np.column_stack([index, b_of_a])[mutual & near]
+    pairs: IntArray = np.column_stack([index, b_of_a])[mutual & near]
+    return pairs
 
 
 def nearest(stamps: FloatArray, queries: FloatArray) -> IntArray:

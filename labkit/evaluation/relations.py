@@ -94,8 +94,8 @@ def relation_errors(
 ) -> RelationErrors:
     """The error of each relation: ``invert(relation) @ (invert(x_i) @ x_j)``.
 
-    Translations and rotations are kept apart, as equation (5) of the paper allows, because
-    no weight between metres and radians serves every task.
+    Translations and rotations are kept apart: no weight between metres and radians
+    serves every task.
 
     Parameters
     ----------

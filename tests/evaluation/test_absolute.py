@@ -1,0 +1,109 @@
+"""Absolute trajectory error: symmetries here, the comparison with evo in test_evo.py."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from labkit.errors import DegenerateAlignmentError, InvalidParameterError, InvalidPointsError
+from labkit.evaluation import ate
+from labkit.se2 import from_xytheta, to_xytheta
+
+motions = st.tuples(st.floats(-50, 50), st.floats(-50, 50), st.floats(-math.pi, math.pi))
+seeds = st.integers(0, 2**32 - 1)
+
+
+def walk(seed, length=30):
+    steps = np.random.default_rng(seed).normal([0.5, 0.0, 0.0], [0.1, 0.1, 0.3], (length, 3))
+    T = [from_xytheta([1.0, -2.0, 0.5])]
+    for step in from_xytheta(steps):
+        T.append(T[-1] @ step)
+    return to_xytheta(T)
+
+
+def moved(motion, poses):
+    return to_xytheta(from_xytheta(motion) @ from_xytheta(poses))
+
+
+def noisy(seed, poses):
+    return poses + np.random.default_rng(seed).normal(0.0, 0.05, poses.shape)
+
+
+@pytest.mark.parametrize("align", ["rigid", "origin"])
+@given(seed=seeds, motion=motions)
+def test_a_moved_copy_has_no_error(align, seed, motion):
+    errors = ate(moved(motion, walk(seed)), walk(seed), align)
+    assert errors.translation.max < 1e-11
+    assert errors.rotation.max < 1e-11
+    np.testing.assert_allclose(
+        errors.T_reference_estimate @ from_xytheta(motion), np.eye(3), atol=1e-9
+    )
+
+
+@given(seed=seeds, motion=motions)
+def test_the_frame_of_the_estimate_does_not_matter(seed, motion):
+    reference = walk(seed)
+    estimate = noisy(seed, reference)
+    here, there = ate(estimate, reference), ate(moved(motion, estimate), reference)
+    np.testing.assert_allclose(here.translation_errors, there.translation_errors, atol=1e-10)
+    np.testing.assert_allclose(here.rotation_errors, there.rotation_errors, atol=1e-10)
+
+
+@given(seed=seeds, nudge=motions)
+def test_no_other_rigid_motion_fits_better(seed, nudge):
+    reference = walk(seed)
+    estimate = noisy(seed, reference)
+    errors = ate(estimate, reference)
+    T = from_xytheta(0.01 * np.array(nudge)) @ errors.T_reference_estimate
+    other = ate(to_xytheta(T @ from_xytheta(estimate)), reference, align=None)
+    assert errors.translation.rmse <= other.translation.rmse + 1e-12
+
+
+def test_origin_pins_the_first_pose():
+    reference = walk(1)
+    errors = ate(moved((3.0, -1.0, 2.0), noisy(1, reference)), reference, "origin")
+    assert errors.translation_errors[0] < 1e-14
+    assert errors.rotation_errors[0] < 1e-14
+
+
+def test_without_alignment_an_offset_counts():
+    errors = ate(walk(2) + np.array([3.0, 4.0, 0.0]), walk(2), align=None)
+    np.testing.assert_allclose(errors.translation_errors, 5.0)
+    np.testing.assert_array_equal(errors.T_reference_estimate, np.eye(3))
+    assert len(errors) == 31
+
+
+def test_headings_are_compared_the_short_way_round():
+    errors = ate([[0.0, 0.0, 3.1]], [[0.0, 0.0, -3.1]], align=None)
+    assert errors.rotation_errors[0] == pytest.approx(2.0 * math.pi - 6.2)
+
+
+@pytest.mark.parametrize("poses", [np.zeros((1, 3)), np.zeros((5, 3)), np.full((7, 3), 0.1)])
+def test_a_robot_that_stays_has_no_rigid_alignment(poses):
+    with pytest.raises(DegenerateAlignmentError, match="leave the rotation undetermined"):
+        ate(poses, np.arange(3.0 * len(poses)).reshape(-1, 3))
+    assert ate(poses, poses, "origin").translation.max < 1e-15
+
+
+@pytest.mark.parametrize(
+    ("estimate", "reference", "message"),
+    [
+        (np.zeros((2, 3)), np.zeros((3, 3)), "same length, got 2 and 3 poses; pair them by"),
+        (np.zeros((2, 2)), np.zeros((2, 3)), r"`estimate` must have shape \(K, 3\), .*\(2, 2\)"),
+        (np.zeros((0, 3)), np.zeros((0, 3)), r"`estimate` is empty, got shape \(0, 3\)"),
+        (np.zeros((1, 3)), [[0, math.nan, 0]], r"`reference` must be finite, got .* at index 0"),
+        ("poses", np.zeros((1, 3)), "`estimate` must hold numbers, got 'poses'"),
+    ],
+)
+def test_trajectories_that_cannot_be_meant(estimate, reference, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        ate(estimate, reference)
+
+
+@pytest.mark.parametrize("align", ["umeyama", True, 0])
+def test_an_alignment_that_is_none(align):
+    message = f'`align` must be "rigid", "origin" or None, got {align!r}'
+    with pytest.raises(InvalidParameterError, match=message):
+        ate(walk(0), walk(0), align)

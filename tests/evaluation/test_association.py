@@ -1,0 +1,76 @@
+"""Association by stamp: one to one, nearest, symmetric."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.evaluation import associate
+from labkit.evaluation.association import nearest
+
+# Quarter seconds, so that ties and equal stamps do occur.
+times = st.lists(st.integers(-20, 20).map(lambda n: n / 4.0), max_size=25)
+
+
+@given(times, times, st.sampled_from([0.0, 0.25, 1.0, 100.0]))
+def test_pairs_are_one_to_one_and_within_tolerance(a, b, tolerance):
+    pairs = associate(a, b, tolerance)
+    assert pairs.shape == (len(pairs), 2)
+    for column in pairs.T:
+        assert len(np.unique(column)) == len(column)
+    for i, j in pairs:
+        gap = abs(a[i] - b[j])
+        assert gap <= tolerance
+        assert gap == min(abs(a[i] - t) for t in b) == min(abs(b[j] - t) for t in a)
+
+
+@given(times, times)
+def test_exchanging_the_two_exchanges_the_columns(a, b):
+    there, back = associate(a, b, 1.0), associate(b, a, 1.0)
+    assert {(i, j) for i, j in there.tolist()} == {(i, j) for j, i in back.tolist()}
+
+
+@given(times.filter(len), times)
+def test_nearest_is_the_nearest_and_the_first_of_the_earlier(stamps, queries):
+    found = nearest(np.array(stamps), np.array(queries))
+    for query, index in zip(queries, found, strict=True):
+        expected = min(range(len(stamps)), key=lambda k: (abs(stamps[k] - query), stamps[k], k))
+        assert index == expected
+
+
+def test_equal_trajectories_pair_throughout():
+    stamps = np.arange(10.0)
+    np.testing.assert_array_equal(associate(stamps, stamps, 0.0), np.tile(np.arange(10), (2, 1)).T)
+
+
+def test_the_order_of_stamps_does_not_matter():
+    assert associate([2.0, 0.0, 1.0], [0.1, 2.1], 0.2).tolist() == [[0, 1], [1, 0]]
+
+
+@pytest.mark.parametrize(("a", "b"), [([], [1.0]), ([1.0], []), ([], []), ([0.0], [9.0])])
+def test_nothing_in_common(a, b):
+    assert associate(a, b, 1.0).shape == (0, 2)
+
+
+@pytest.mark.parametrize("tolerance", [-0.1, math.nan])
+def test_tolerance_out_of_range(tolerance):
+    with pytest.raises(
+        InvalidParameterError, match=rf"`tolerance` must be in \[0, inf\] s, got {tolerance}"
+    ):
+        associate([0.0], [0.0], tolerance)
+
+
+@pytest.mark.parametrize(
+    ("stamps", "message"),
+    [
+        ([[0.0]], r"`stamps_b` must have shape \(K,\), got \(1, 1\)"),
+        ([0.0, math.nan], "`stamps_b` must be finite, got nan at index 1"),
+        (["noon"], r"`stamps_b` must hold numbers, got \['noon'\]; give seconds"),
+    ],
+)
+def test_stamps_that_are_none(stamps, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        associate([0.0], stamps, 1.0)

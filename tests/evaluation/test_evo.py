@@ -1,0 +1,100 @@
+"""Absolute and relative errors against evo, the field's own evaluation package."""
+
+import numpy as np
+import pytest
+
+from labkit.evaluation import associate, ate, rpe
+from labkit.se2 import from_xytheta, to_xytheta
+
+pytest.importorskip("evo", reason="evo is the oracle of this module")
+
+from evo.core import sync
+from evo.core.metrics import APE, RPE, PoseRelation
+from evo.core.trajectory import PosePath3D
+from evo.core.units import Unit
+
+RELATIONS = {
+    "translation_errors": PoseRelation.translation_part,
+    "rotation_errors": PoseRelation.rotation_angle_rad,
+}
+STATISTICS = ["mean", "std", "median", "max", "rmse"]
+
+
+def trajectories(seed, length=120):
+    rng = np.random.default_rng(seed)
+    steps = rng.normal([0.4, 0.0, 0.05], [0.2, 0.05, 0.3], (length, 3))
+    wrong = steps + rng.normal(0.0, 0.03, steps.shape)
+    T, T_wrong = [from_xytheta([-1.0, 4.0, 2.0])], [from_xytheta([3.0, -2.0, 1.0])]
+    for step, wrong_step in zip(from_xytheta(steps), from_xytheta(wrong), strict=True):
+        T.append(T[-1] @ step)
+        T_wrong.append(T_wrong[-1] @ wrong_step)
+    return to_xytheta(T_wrong), to_xytheta(T)
+
+
+def as_path(poses):
+    """The same poses in space: z = 0 and a turn about z."""
+    spatial = np.tile(np.eye(4), (len(poses), 1, 1))
+    T = from_xytheta(poses)
+    spatial[:, :2, :2], spatial[:, :2, 3] = T[:, :2, :2], T[:, :2, 2]
+    return PosePath3D(poses_se3=list(spatial))
+
+
+def assert_same(errors, name, metric):
+    np.testing.assert_allclose(getattr(errors, name), metric.error, rtol=0, atol=1e-9)
+    summary = errors.translation if name == "translation_errors" else errors.rotation
+    expected = metric.get_all_statistics()
+    for statistic in STATISTICS:
+        assert getattr(summary, statistic) == pytest.approx(expected[statistic], abs=1e-9)
+
+
+@pytest.mark.parametrize("name", RELATIONS)
+@pytest.mark.parametrize("align", ["rigid", "origin", None])
+@pytest.mark.parametrize("seed", range(5))
+def test_absolute_errors(seed, align, name):
+    estimate, reference = trajectories(seed)
+    path, truth = as_path(estimate), as_path(reference)
+    if align == "rigid":
+        path.align(truth)
+    elif align == "origin":
+        path.align_origin(truth)
+    metric = APE(RELATIONS[name])
+    metric.process_data((truth, path))
+    assert_same(ate(estimate, reference, align), name, metric)
+
+
+@pytest.mark.parametrize("name", RELATIONS)
+@pytest.mark.parametrize(
+    ("delta", "unit", "their_unit"),
+    [
+        (1, "steps", Unit.frames),
+        (7, "steps", Unit.frames),
+        (1.0, "metres", Unit.meters),
+        (5.0, "metres", Unit.meters),
+    ],
+)
+@pytest.mark.parametrize("seed", range(5))
+def test_relative_errors(seed, delta, unit, their_unit, name):
+    estimate, reference = trajectories(seed)
+    metric = RPE(RELATIONS[name], delta, their_unit, all_pairs=True, pairs_from_reference=True)
+    metric.process_data((as_path(reference), as_path(estimate)))
+    errors = rpe(estimate, reference, delta, unit)
+    np.testing.assert_array_equal(errors.pairs[:, 1], metric.delta_ids)
+    assert_same(errors, name, metric)
+
+
+@pytest.mark.parametrize("name", RELATIONS)
+def test_single_steps_are_the_same_in_evos_default_mode(name):
+    """With delta = 1 stretches that follow one another and all stretches are one thing."""
+    estimate, reference = trajectories(9)
+    metric = RPE(RELATIONS[name])
+    metric.process_data((as_path(reference), as_path(estimate)))
+    assert_same(rpe(estimate, reference), name, metric)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_association_of_streams_at_one_rate(seed):
+    rng = np.random.default_rng(seed)
+    a = np.arange(200) * 0.1 + rng.uniform(-0.02, 0.02, 200)
+    b = np.arange(200)[rng.random(200) < 0.7] * 0.1 + 0.01
+    indices_b, indices_a = sync.matching_time_indices(b, a, max_diff=0.025)
+    np.testing.assert_array_equal(associate(a, b, 0.025), np.transpose([indices_a, indices_b]))

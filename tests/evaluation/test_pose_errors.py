@@ -1,0 +1,68 @@
+"""Summaries: numpy's statistics, and NaN where there is nothing."""
+
+import math
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from labkit.errors import InvalidPointsError
+from labkit.evaluation import ErrorSummary, PoseErrors
+from labkit.evaluation.pose_errors import pose_differences
+from labkit.se2 import from_xytheta
+
+
+@given(st.lists(st.floats(0.0, 1e3), min_size=1, max_size=50))
+def test_the_statistics_hang_together(errors):
+    summary = ErrorSummary.of(errors)
+    assert summary.count == len(errors)
+    assert summary.rmse == pytest.approx(math.hypot(summary.mean, summary.std))
+    assert summary.median <= summary.max
+    assert summary.p95 <= summary.max
+    assert summary.mean <= summary.rmse * (1.0 + 1e-12) + 1e-12
+
+
+def test_known_numbers():
+    summary = ErrorSummary.of(np.arange(101.0))
+    assert (summary.mean, summary.median, summary.p95, summary.max) == (50.0, 50.0, 95.0, 100.0)
+    assert summary.std == pytest.approx(math.sqrt((101**2 - 1) / 12))
+
+
+def test_nothing_has_no_number():
+    summary = ErrorSummary.of([])
+    assert summary.count == 0
+    others = [getattr(summary, field.name) for field in fields(summary) if field.name != "count"]
+    assert len(others) == 6
+    assert all(math.isnan(value) for value in others)
+
+
+@pytest.mark.parametrize(
+    ("errors", "message"),
+    [
+        ([1.0, math.nan], r"`errors` must be finite and of shape \(N,\), got nan"),
+        ([math.inf], r"`errors` must be finite and of shape \(N,\), got inf"),
+        ([[1.0]], r"`errors` must be finite and of shape \(N,\), got shape \(1, 1\)"),
+        (3.0, r"`errors` must be finite and of shape \(N,\), got shape \(\)"),
+        (["far"], r"`errors` must hold numbers, got \['far'\]"),
+    ],
+)
+def test_errors_that_are_none(errors, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        ErrorSummary.of(errors)
+
+
+def test_translation_and_rotation_are_summed_up_apart():
+    errors = PoseErrors(
+        translation_errors=np.array([1.0, 3.0]), rotation_errors=np.array([0.1, 0.2])
+    )
+    assert len(errors) == 2
+    assert errors.translation == ErrorSummary.of([1.0, 3.0])
+    assert errors.rotation == ErrorSummary.of([0.1, 0.2])
+
+
+def test_a_difference_is_the_same_from_either_side():
+    rng = np.random.default_rng(0)
+    A, B = (from_xytheta(rng.uniform(-4.0, 4.0, (50, 3))) for _ in range(2))
+    np.testing.assert_allclose(pose_differences(A, B), pose_differences(B, A), atol=1e-14)
