@@ -110,6 +110,13 @@ def cast(
     Scan
         With all beams' `ranges` (infinity for a no-return) and `angles`.
 
+    Raises
+    ------
+    InvalidPointsError
+        For a pose that is no rigid transform.
+    InvalidParameterError
+        For a stamp that is not finite.
+
     Examples
     --------
     >>> from labkit.simulation import room

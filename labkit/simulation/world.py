@@ -23,6 +23,11 @@ class MovingObject:
         The end points in metres in the world frame, where they are at time 0.
     velocity : ndarray, shape (2,)
         Metres per second in the world frame.
+
+    Raises
+    ------
+    InvalidPointsError
+        For another shape, or a number that is not finite.
     """
 
     segments: FloatArray
@@ -52,6 +57,11 @@ class World:
         The walls: M pairs of end points in metres in the world frame.
     moving : tuple of MovingObject
         What moves; nothing by default.
+
+    Raises
+    ------
+    InvalidPointsError
+        For segments of another shape, or not finite.
 
     Examples
     --------

@@ -50,6 +50,11 @@ def corner(width: float = WIDTH, depth: float = DEPTH) -> World:
     ----------
     width, depth : float
         Lengths in metres of the wall along x and of the wall along y.
+
+    Raises
+    ------
+    InvalidParameterError
+        For a length that is not positive.
     """
     _check_lengths(width=width, depth=depth)
     return World(segments=polyline([[width, 0.0], [0.0, 0.0], [0.0, depth]]))
@@ -65,6 +70,11 @@ def corridor(width: float = 2.0, length: float = 200.0) -> World:
     ----------
     width, length : float
         Metres.
+
+    Raises
+    ------
+    InvalidParameterError
+        For a length that is not positive.
     """
     _check_lengths(width=width, length=length)
     x, y = length / 2.0, width / 2.0
