@@ -92,12 +92,15 @@ def _robotlaser(fields: Sequence[str], range_max: float | None) -> LaserLine:
             strict=True,
         )
     )
-    for value, name in ((step, "angular step"), (declared, "maximum range")):
-        if value <= 0.0:
-            raise DamagedLine(f"the {name} is {value}, expected a positive number")
+    if not (abs(start) <= 2.0 * math.pi and 0.0 < step <= 2.0 * math.pi):
+        raise DamagedLine(
+            f"beams from {start:g} in steps of {step:g}, expected radians and a positive step"
+        )
+    if declared <= 0.0:
+        raise DamagedLine(f"the maximum range is {declared:g}, expected a positive number")
     scan = Scan.from_ranges(
         numbers(fields[9 : n + 9], "range"),
-        _beam_angles(start, _refine(step, fov), n),
+        _beam_angles(start, _refine(step, fov, n), n),
         stamp=_stamp(*fields[-3:]),
         range_max=_declared_maximum(declared) if range_max is None else range_max,
     )
@@ -119,13 +122,15 @@ def _is_no_return(ranges: FloatArray) -> BoolArray:
     return mask
 
 
-def _refine(step: float, fov: float) -> float:
+def _refine(step: float, fov: float, n: int) -> float:
     """The step as a fraction of the field of view, where that agrees with its six decimals.
 
     0.017453 is short of one degree by 3e-7 rad, which 179 steps make 5e-5 rad.
     """
-    exact = fov / max(round(fov / step), 1)
-    return exact if abs(exact - step) <= 1e-6 else step
+    for exact in (fov / n, fov / max(n - 1, 1)):
+        if abs(exact - step) <= 1e-6:
+            return exact
+    return step
 
 
 @lru_cache(maxsize=64)

@@ -145,8 +145,9 @@ ROBOTLASER_DAMAGE = [
     (lambda f: f[:5], "5 fields, the line ends before the number of beams"),
     (lambda f: f[:11], "the line ends before the number of remissions"),
     (lambda f: f[:-1], "27 fields, expected 28 for ROBOTLASER1 with 4 beams and 0 remissions"),
-    (lambda f: [*f[:4], "0", *f[5:]], "the angular step is 0.0, expected a positive number"),
-    (lambda f: [*f[:5], "-1", *f[6:]], "the maximum range is -1.0, expected a positive number"),
+    (lambda f: [*f[:4], "0", *f[5:]], "in steps of 0, expected radians and a positive step"),
+    (lambda f: [*f[:2], "-90", *f[3:]], "beams from -90 in steps of 0.017453, expected radians"),
+    (lambda f: [*f[:5], "-1", *f[6:]], "the maximum range is -1, expected a positive number"),
     (lambda f: [*f[:2], "left", *f[3:]], "start angle is 'left', expected a finite number"),
     (lambda f: [*f[:14], "?", *f[15:]], "x of the laser pose is '?'"),
 ]
