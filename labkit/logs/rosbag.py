@@ -16,7 +16,7 @@ import numpy as np
 
 from labkit.arrays import FloatArray
 from labkit.errors import LabkitError, LogError
-from labkit.logs.lines import DamageReport
+from labkit.logs.lines import FARTHEST, DamageReport
 from labkit.logs.log import Log
 from labkit.logs.poses import move_to_scanner
 from labkit.scan import Scan
@@ -169,8 +169,9 @@ def _scan(
     number: int, stamp: float, message: Any, range_max: float | None, report: DamageReport
 ) -> Scan | None:
     """The scan of one message, counter-clockwise from `angle_min`; None for a damaged one."""
-    ranges = np.asarray(message.ranges, dtype=np.float64)
-    angles = message.angle_min + message.angle_increment * np.arange(len(ranges))
+    with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is judged below
+        ranges = np.asarray(message.ranges, dtype=np.float64)
+        angles = message.angle_min + message.angle_increment * np.arange(len(ranges))
     try:
         return Scan.from_ranges(
             ranges,
@@ -185,17 +186,19 @@ def _scan(
 
 
 def _track(bag: OpenBag, topic: str, report: DamageReport) -> FloatArray:
-    """The odometry messages as rows (t, x, y, θ) in the order of time, finite ones only."""
+    """The odometry messages as rows (t, x, y, θ) in the order of time, the usable ones only."""
     rows = []
     for number, stamp, message in _messages(bag, topic, ODOMETRY, report):
         position, q = message.pose.pose.position, message.pose.pose.orientation
         sine = 2.0 * (q.w * q.z + q.x * q.y)
-        cosine = 1.0 - 2.0 * (q.y**2 + q.z**2)
+        cosine = 1.0 - 2.0 * (q.y * q.y + q.z * q.z)
         row = (stamp, position.x, position.y, math.atan2(sine, cosine))
-        if all(map(math.isfinite, row)):
+        if all(abs(number) <= FARTHEST for number in row[1:]):
             rows.append(row)
         else:
-            report.skip(number, f"a damaged {ODOMETRY} message: its pose is not finite")
+            report.skip(
+                number, f"a damaged {ODOMETRY} message: its pose is not within {FARTHEST:g} m"
+            )
     if not rows:
         raise LogError(f"{report.file}: no usable {ODOMETRY} message on {topic}{report.summary()}")
     track = np.array(rows)

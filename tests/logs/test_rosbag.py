@@ -164,7 +164,7 @@ def test_a_pose_that_is_no_number_is_skipped(bag):
     bag.odometry(10.0, 1.0, 0.0, 0.0)
     log = read_log(bag.close())
     assert log.odometry.tolist() == [[1.0, 0.0, 0.0]]
-    assert "its pose is not finite" in log.skipped[0].reason
+    assert "its pose is not within 1e+09 m" in log.skipped[0].reason
 
 
 def test_bags_without_scans(bag):
@@ -219,3 +219,13 @@ def test_a_missing_package_is_named_with_its_remedy(bag, monkeypatch):
     monkeypatch.setitem(sys.modules, "rosbags", None)
     with pytest.raises(LogError, match=r'needs the package rosbags: pip install "labkit\[ros\]"'):
         read_log(path)
+
+
+def test_signalling_nan_and_huge_poses_pass_without_a_warning(bag):
+    signalling = np.array([0x7F800001, 0x3F800000], dtype=np.uint32).view(np.float32)
+    bag.scan(10.0, ranges=signalling)
+    bag.odometry(10.0, 1e300, 0.0, 0.0)
+    bag.odometry(10.0, 1.0, 0.0, 0.0)
+    log = read_log(bag.close())
+    assert log.scans[0].beams.tolist() == [1]
+    assert len(log.skipped) == 1
