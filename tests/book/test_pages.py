@@ -1,0 +1,73 @@
+"""Every page of the book in a real browser: offline, without errors, with its formulas drawn."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from playwright.sync_api import Browser, Page
+
+TOC = yaml.safe_load((Path(__file__).parents[2] / "_toc.yml").read_text("utf-8"))
+
+
+def files(entry: dict[str, Any]) -> Iterator[str]:
+    """Names of the pages in a part of the table of contents."""
+    yield from filter(None, [entry.get("root"), entry.get("file")])
+    for group in ("parts", "chapters", "sections"):
+        for child in entry.get(group, []):
+            yield from files(child)
+
+
+@pytest.fixture(params=["file", "http"])
+def base(request: pytest.FixtureRequest, html: Path) -> str:
+    """Where the pages lie: in a folder that is opened, or behind a web server."""
+    return html.as_uri() if request.param == "file" else request.getfixturevalue("server")
+
+
+@contextmanager
+def visit(browser: Browser, base: str, name: str) -> Iterator[Page]:
+    """Open a page; on leaving, require that all it asked for is its own and nothing failed."""
+    page = browser.new_page()
+    outside: list[str] = []
+    complaints: list[str] = []
+    own = (base, "data:", "blob:")
+    page.on("request", lambda r: None if r.url.startswith(own) else outside.append(r.url))
+    page.on("requestfailed", lambda r: complaints.append(f"{r.url}: {r.failure}"))
+    page.on("response", lambda r: complaints.append(r.url) if r.status >= 400 else None)
+    page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
+    page.on("pageerror", lambda e: complaints.append(str(e)))
+    page.goto(f"{base}/{name}.html", wait_until="networkidle")
+    page.evaluate("() => window.MathJax?.startup?.promise")
+    yield page
+    page.close()
+    assert outside == []
+    assert complaints == []
+
+
+@pytest.mark.parametrize("name", list(files(TOC)))
+def test_a_page_needs_no_network_draws_all_it_holds_and_fits_a_telephone(browser, base, name):
+    with visit(browser, base, name) as page:
+        assert page.locator("article h1").count() == 1
+        assert page.locator(".math").count() <= page.locator(".math mjx-container").count()
+        assert page.locator("mjx-merror").count() == 0
+        text = page.locator("main").inner_text()
+        assert not [raw for raw in (r"\[", r"\(", "$$", "flowchart") if raw in text]
+        unloaded = "all => all.filter(i => !(i.complete && i.naturalWidth)).map(i => i.src)"
+        assert page.locator("main img").evaluate_all(unloaded) == []
+        page.set_viewport_size({"width": 390, "height": 844})
+        assert page.evaluate("() => document.documentElement.scrollWidth") <= 390
+
+
+@pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
+def test_widgets_live_without_a_kernel(browser, base):
+    with visit(browser, base, "widgets") as page:
+        page.locator(".widget-slider .noUi-handle").wait_for()
+        page.locator(".widget-label mjx-container").wait_for()
+        counter = page.locator("button.counter")
+        counter.click()
+        assert counter.inner_text() == "1"
