@@ -56,13 +56,45 @@ def as_points(points: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
         raise InvalidPointsError(f"`{name}` must have shape (N, 2), got {checked.shape}{advice}")
     if len(checked) < minimum:
         raise InvalidPointsError(f"`{name}` needs at least {minimum} points, got {len(checked)}")
-    if not np.isfinite(checked).all():
-        index = int(np.flatnonzero(~np.isfinite(checked).all(axis=1))[0])
+    return as_finite(checked, name, hint="drop such points first")
+
+
+def as_poses(poses: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
+    """Check a trajectory: rows (x [m], y [m], θ [rad]), shape (K, 3), finite."""
+    checked = as_floats(poses, name, hint="give rows (x, y, theta)")
+    if checked.ndim != 2 or checked.shape[1] != 3:
         raise InvalidPointsError(
-            f"`{name}` must be finite, got {checked[index].tolist()} at index {index}; "
-            f"drop such points first"
+            f"`{name}` must have shape (K, 3), rows (x, y, theta), got {checked.shape}; "
+            f"transforms go through `labkit.to_xytheta` first"
+        )
+    if len(checked) < minimum:
+        plural = "s" if minimum > 1 else ""
+        raise InvalidPointsError(
+            f"`{name}` needs at least {minimum} pose{plural}, got {len(checked)}"
+        )
+    return as_finite(checked, name)
+
+
+def as_pose(pose: ArrayLike, name: str) -> FloatArray:
+    """Check one pose or increment: (x [m], y [m], angle [rad]), shape (3,), finite."""
+    checked = as_floats(pose, name, hint="give three numbers: metres, metres, radians")
+    if checked.shape != (3,) or not np.isfinite(checked).all():
+        raise InvalidPointsError(
+            f"`{name}` must be three finite numbers (x, y, angle), got {checked.tolist()}"
         )
     return checked
+
+
+def as_finite(rows: FloatArray, name: str, hint: str = "") -> FloatArray:
+    """Return `rows`, or name the first one along axis 0 that is NaN or infinite."""
+    wrong = np.argwhere(~np.isfinite(rows))
+    if wrong.size:
+        index = int(wrong[0, 0])
+        advice = f"; {hint}" if hint else ""
+        raise InvalidPointsError(
+            f"`{name}` must be finite, got {rows[index].tolist()} at index {index}{advice}"
+        )
+    return rows
 
 
 def as_pairs(
@@ -132,3 +164,11 @@ def check_range(
     high = f"{at_most:g}]" if math.isfinite(at_most) else "inf]"
     suffix = f" {unit}" if unit else ""
     raise InvalidParameterError(f"`{name}` must be in {low}, {high}{suffix}, got {value!r}")
+
+
+def check_count(value: int, name: str, at_least: int) -> None:
+    """Raise `InvalidParameterError` unless `value` is a whole number ≥ `at_least`."""
+    if not isinstance(value, (int, np.integer)) or value < at_least:
+        raise InvalidParameterError(
+            f"`{name}` must be a whole number of at least {at_least}, got {value!r}"
+        )

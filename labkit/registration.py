@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Literal, get_args
 
-from labkit.arrays import BoolArray, FloatArray, IntArray, check_range
+from labkit.arrays import BoolArray, FloatArray, IntArray, check_count, check_range
 from labkit.errors import InvalidParameterError
 
 Metric = Literal["point_to_point", "point_to_line"]
@@ -60,11 +60,7 @@ class IcpParameters:
         check_range(gate, "max_correspondence_distance", above=0.0, unit="m")
         check_range(self.overlap_ratio, "overlap_ratio", above=0.0, at_most=1.0)
         check_range(self.huber_delta, "huber_delta", above=0.0, unit="m")
-        check_range(self.max_iterations, "max_iterations", at_least=1)
-        if self.max_iterations != int(self.max_iterations):
-            raise InvalidParameterError(
-                f"`max_iterations` must be a whole number, got {self.max_iterations!r}"
-            )
+        check_count(self.max_iterations, "max_iterations", at_least=1)
         check_range(self.translation_tolerance, "translation_tolerance", at_least=0.0, unit="m")
         check_range(self.rotation_tolerance, "rotation_tolerance", at_least=0.0, unit="rad")
         check_range(self.cost_tolerance, "cost_tolerance", at_least=0.0, unit="m²")

@@ -1,29 +1,11 @@
-"""What only an evaluation asks of its caller: poses, pairs of trajectories, stamps."""
+"""What only an evaluation asks of its caller: pairs of trajectories, stamps."""
 
 from __future__ import annotations
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats
+from labkit.arrays import FloatArray, as_finite, as_floats, as_poses
 from labkit.errors import InvalidPointsError
-
-
-def as_poses(poses: ArrayLike, name: str) -> FloatArray:
-    """Check a trajectory: rows (x [m], y [m], θ [rad]), shape (K, 3), K ≥ 1, finite."""
-    checked = as_floats(poses, name, hint="give rows (x, y, theta)")
-    if checked.ndim != 2 or checked.shape[1] != 3:
-        raise InvalidPointsError(
-            f"`{name}` must have shape (K, 3), rows (x, y, theta), got {checked.shape}"
-        )
-    if len(checked) == 0:
-        raise InvalidPointsError(f"`{name}` is empty, got shape {checked.shape}")
-    wrong = np.flatnonzero(~np.isfinite(checked).all(axis=1))
-    if wrong.size:
-        raise InvalidPointsError(
-            f"`{name}` must be finite, got {checked[wrong[0]].tolist()} at index {wrong[0]}"
-        )
-    return checked
 
 
 def as_trajectories(estimate: ArrayLike, reference: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -42,9 +24,4 @@ def as_stamps(stamps: ArrayLike, name: str) -> FloatArray:
     checked = as_floats(stamps, name, hint="give seconds")
     if checked.ndim != 1:
         raise InvalidPointsError(f"`{name}` must have shape (K,), got {checked.shape}")
-    wrong = np.flatnonzero(~np.isfinite(checked))
-    if wrong.size:
-        raise InvalidPointsError(
-            f"`{name}` must be finite, got {checked[wrong[0]]} at index {wrong[0]}"
-        )
-    return checked
+    return as_finite(checked, name)

@@ -17,10 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import BoolArray, FloatArray, IntArray, as_floats, check_range
+from labkit.arrays import BoolArray, FloatArray, IntArray, as_floats, as_poses, check_range
 from labkit.errors import InvalidPointsError
 from labkit.evaluation.association import nearest
-from labkit.evaluation.checks import as_poses, as_stamps
+from labkit.evaluation.checks import as_stamps
 from labkit.evaluation.pose_errors import PoseErrors, pose_differences
 from labkit.se2 import from_xytheta, relative
 

@@ -4,7 +4,7 @@
 `write_tum` and `write_g2o` write what was estimated, whole or not at all.
 """
 
-from labkit.logs.atomic import atomic_write
+from labkit.logs.atomic import atomic_write, refuse_unwritable
 from labkit.logs.g2o import write_g2o
 from labkit.logs.log import Log, SkippedLine
 from labkit.logs.points import read_points, write_points
@@ -19,6 +19,7 @@ __all__ = [
     "read_log",
     "read_points",
     "read_tum",
+    "refuse_unwritable",
     "write_g2o",
     "write_points",
     "write_tum",

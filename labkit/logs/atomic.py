@@ -50,7 +50,7 @@ def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "w") -
     """
     target = Path(os.path.realpath(path))
     try:
-        _refuse_unwritable(target, path)
+        refuse_unwritable(path)
         if target.exists() and not target.is_file():
             with _open(target, mode) as file:
                 yield file
@@ -70,8 +70,9 @@ def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "w") -
         ) from error
 
 
-def _refuse_unwritable(target: Path, path: str | os.PathLike[str]) -> None:
-    shown = os.fspath(path)
+def refuse_unwritable(path: str | os.PathLike[str]) -> None:
+    """Raise the `LogError` that writing to `path` would raise, before any work is done."""
+    target, shown = Path(os.path.realpath(path)), os.fspath(path)
     if target.is_dir():
         raise LogError(f"cannot write {shown}: it is a directory; name a file in it")
     if not target.parent.exists():

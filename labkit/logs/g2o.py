@@ -15,14 +15,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, IntArray, as_floats
+from labkit.arrays import FloatArray, IntArray, as_floats, as_poses
 from labkit.errors import InvalidPointsError, LogError
 from labkit.logs.atomic import atomic_write
 from labkit.logs.laser_lines import LaserLine, Pose, parse_laser_line
 from labkit.logs.lines import DamagedLine, DamageReport, expect_fields, pose
 from labkit.logs.log import Log
 from labkit.logs.poses import (
-    as_poses,
     is_declared,
     mounting,
     move_to_scanner,

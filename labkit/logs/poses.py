@@ -1,4 +1,4 @@
-"""Rows of poses (x, y, θ): their check, and the way from the robot to its scanner."""
+"""Rows of poses (x, y, θ): and the way from the robot to its scanner."""
 
 from __future__ import annotations
 
@@ -6,24 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, as_floats
-from labkit.errors import InvalidParameterError, InvalidPointsError, LogError
+from labkit.errors import InvalidParameterError, LogError
 from labkit.se2 import from_xytheta, relative, to_xytheta, transform, wrap
-
-
-def as_poses(poses: ArrayLike, name: str) -> FloatArray:
-    """Check rows (x [m], y [m], θ [rad]) of shape (K, 3): numbers, all of them finite."""
-    checked = as_floats(poses, name, hint="give a (K, 3) array of x, y, θ")
-    if checked.ndim != 2 or checked.shape[1] != 3:
-        raise InvalidPointsError(
-            f"`{name}` must have shape (K, 3), rows x, y, θ, got {checked.shape}; "
-            f"transforms go through `labkit.se2.to_xytheta` first"
-        )
-    bad = np.flatnonzero(~np.isfinite(checked).all(axis=1))
-    if bad.size:
-        raise InvalidPointsError(
-            f"`{name}` must be finite, got {checked[bad[0]].tolist()} at index {bad[0]}"
-        )
-    return checked
 
 
 def as_offset(laser_offset: ArrayLike) -> FloatArray:

@@ -9,11 +9,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats
+from labkit.arrays import FloatArray, as_floats, as_poses
 from labkit.errors import InvalidPointsError, LogError
 from labkit.logs.atomic import atomic_write
 from labkit.logs.lines import DamagedLine, expect_fields, finite, split_lines
-from labkit.logs.poses import as_poses
 from labkit.logs.unpack import load
 from labkit.se2 import wrap
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray
+from labkit.arrays import FloatArray, as_pose
 from labkit.correspondences import MIN_PAIRS
 from labkit.errors import InvalidPointsError
-from labkit.odometry.integration import as_pose, increments_between, integrate_step
+from labkit.odometry.integration import increments_between, integrate_step
 from labkit.odometry.step import (
     STILL,
     Decision,
@@ -76,7 +76,8 @@ class ScanMatchingOdometry:
         else:
             record = StepRecord(increment=STILL, decision=Decision.START)
         self._started = True
-        self._last_motion = record.increment
+        # A motion is held once: nobody saw it, so it is no ground for holding it again.
+        self._last_motion = STILL if record.decision.skipped else record.increment
         self._target = Target(filtered) if len(filtered) >= MIN_PAIRS else None
         self.pose = integrate_step(self.pose, record.increment)
         return record

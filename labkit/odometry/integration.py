@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats
+from labkit.arrays import FloatArray, as_floats, as_pose
 from labkit.errors import InvalidPointsError
 from labkit.se2 import from_xytheta, relative, rotation, to_xytheta, wrap
 
@@ -50,13 +50,3 @@ def increments_between(poses: ArrayLike) -> FloatArray:
     """Increments (K−1, 3) that `integrate` turns back into the poses (K, 3)."""
     T_world = from_xytheta(poses)
     return to_xytheta(relative(T_world[:-1], T_world[1:]))
-
-
-def as_pose(values: ArrayLike, name: str) -> FloatArray:
-    """Check three finite numbers (x, y, angle), in metres and radians."""
-    row = as_floats(values, name, hint="give three numbers: metres, metres, radians")
-    if row.shape != (3,) or not np.isfinite(row).all():
-        raise InvalidPointsError(
-            f"`{name}` must be three finite numbers (x, y, angle), got {row.tolist()}"
-        )
-    return row

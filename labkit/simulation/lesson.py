@@ -14,10 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_points, as_transform, check_range
+from labkit.arrays import FloatArray, as_points, as_transform, check_count, check_range
 from labkit.scan import Scan
 from labkit.se2 import transform
-from labkit.simulation.checks import check_count
 
 WIDTH, DEPTH = 8.0, 6.0  # m, the lengths of the two walls
 CLUTTER = 2.0  # m, spurious returns lie within ± this in x and in y

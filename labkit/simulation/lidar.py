@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats, as_transform, check_range
+from labkit.arrays import FloatArray, as_floats, as_poses, as_transform, check_count, check_range
 from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta
-from labkit.simulation.checks import as_poses, check_count
 from labkit.simulation.raycast import first_hits
 from labkit.simulation.world import World
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats
+from labkit.arrays import FloatArray, as_floats, check_count
 from labkit.errors import InvalidParameterError, InvalidPointsError
-from labkit.simulation.checks import as_segments, check_count
+from labkit.simulation.checks import as_segments
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

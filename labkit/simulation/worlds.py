@@ -6,10 +6,9 @@ import math
 
 import numpy as np
 
-from labkit.arrays import FloatArray, check_range
+from labkit.arrays import FloatArray, check_count, check_range
 from labkit.errors import InvalidParameterError
 from labkit.se2 import rotation
-from labkit.simulation.checks import check_count
 from labkit.simulation.world import MovingObject, World, circle, polyline
 
 WIDTH, DEPTH = 8.0, 6.0  # m, along x and along y
