@@ -26,6 +26,7 @@ def wrap(angle: ArrayLike) -> FloatArray:
     """
     theta = np.asarray(angle, dtype=np.float64)
     turned = np.pi - np.mod(np.pi - theta, 2.0 * np.pi)
+    turned = np.where(turned == -np.pi, np.pi, turned)  # mod rounds up to 2π just above π
     return np.where((theta > -np.pi) & (theta <= np.pi), theta, turned)
 
 

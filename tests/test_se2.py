@@ -1,0 +1,157 @@
+"""SE(2): a group, at every angle, in every batch."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from labkit.se2 import (
+    apply,
+    compose,
+    from_xytheta,
+    invert,
+    relative,
+    rotation,
+    to_xytheta,
+    transform,
+    wrap,
+)
+
+PI = math.pi
+ANGLES = [
+    PI,
+    -PI,
+    math.nextafter(-PI, 0.0),
+    math.nextafter(PI, 0.0),
+    PI / 2,
+    -PI / 2,
+    0.0,
+    1e-300,
+    -1e-300,
+    1e-16,
+    -1e-12,
+    *np.linspace(-PI, PI, 73),
+]
+
+angles = st.floats(-PI, PI)
+metres = st.floats(-1e3, 1e3)
+poses = st.tuples(metres, metres, angles).map(np.array)
+
+
+@pytest.mark.parametrize("angle", [a for a in ANGLES if a != -PI])
+def test_wrap_leaves_an_angle_inside_bit_for_bit(angle):
+    assert wrap(angle).tobytes() == np.float64(angle).tobytes()
+
+
+@pytest.mark.parametrize("ulps", range(-4, 5))
+def test_wrap_lands_in_the_interval_around_every_cut(ulps):
+    cuts = (2 * np.array([*range(-50, 51), 10**6, -(10**6)]) + 1) * PI
+    for _ in range(abs(ulps)):
+        cuts = np.nextafter(cuts, math.copysign(math.inf, ulps))
+    wrapped = wrap(cuts)
+    assert ((wrapped > -PI) & (wrapped <= PI)).all()
+
+
+@given(st.floats(-1e6, 1e6))
+def test_wrap_takes_away_whole_turns(angle):
+    wrapped = float(wrap(angle))
+    assert -PI < wrapped <= PI
+    turns = (angle - wrapped) / (2 * PI)
+    assert turns == pytest.approx(round(turns), abs=1e-9)
+    assert wrap(wrapped) == wrapped
+
+
+def test_wrap_takes_the_half_turn_as_plus_pi_and_keeps_nan():
+    np.testing.assert_array_equal(wrap([-PI, PI, 3 * PI, -3 * PI]), [PI] * 4)
+    assert math.isnan(wrap(math.nan))
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+def test_a_rotation_is_proper_and_comes_back(angle):
+    R = rotation(angle)
+    np.testing.assert_allclose(R @ R.T, np.eye(2), atol=1e-15)
+    assert np.linalg.det(R) == pytest.approx(1.0, abs=1e-15)
+    back = to_xytheta(transform(0.0, 0.0, angle))[2]
+    assert -PI < back <= PI
+    assert abs(wrap(back - angle)) <= np.spacing(PI)
+
+
+def test_rotation_is_counter_clockwise():
+    np.testing.assert_allclose(rotation(PI / 2) @ [1.0, 0.0], [0.0, 1.0], atol=1e-16)
+
+
+@given(poses)
+def test_poses_round_trip(pose):
+    back = to_xytheta(from_xytheta(pose))
+    np.testing.assert_array_equal(back[:2], pose[:2])
+    assert abs(wrap(back[2] - pose[2])) <= np.spacing(PI)
+
+
+@given(poses, poses, poses)
+def test_the_group_laws(first, second, third):
+    A, B, C = map(from_xytheta, (first, second, third))
+    size = 1.0 + np.abs([first, second, third]).max()
+    np.testing.assert_allclose((A @ B) @ C, A @ (B @ C), atol=1e-14 * size)
+    np.testing.assert_allclose(invert(A) @ A, np.eye(3), atol=1e-14 * size)
+    np.testing.assert_allclose(A @ invert(A), np.eye(3), atol=1e-14 * size)
+    np.testing.assert_allclose(invert(A @ B), invert(B) @ invert(A), atol=1e-14 * size)
+    np.testing.assert_array_equal(compose(A, B, C), A @ B @ C)
+    np.testing.assert_array_equal(compose(A), A)
+
+
+def test_no_factors_compose_to_the_identity():
+    np.testing.assert_array_equal(compose(), np.eye(3))
+
+
+@given(poses)
+def test_invert_agrees_with_a_general_solve(pose):
+    T = from_xytheta(pose)
+    np.testing.assert_allclose(invert(T), np.linalg.inv(T), rtol=1e-11, atol=1e-11)
+
+
+@given(poses)
+def test_inverting_twice_is_exact_in_the_rotation(pose):
+    T = from_xytheta(pose)
+    np.testing.assert_array_equal(invert(invert(T))[:2, :2], T[:2, :2])
+
+
+@given(poses, poses)
+def test_relative_is_what_leads_from_one_pose_to_the_other(first, second):
+    T_w_a, T_w_b = from_xytheta(first), from_xytheta(second)
+    size = 1.0 + np.abs([first, second]).max()
+    np.testing.assert_allclose(T_w_a @ relative(T_w_a, T_w_b), T_w_b, atol=1e-14 * size)
+
+
+@given(poses, poses)
+def test_apply_is_an_action_of_the_group(first, second):
+    A, B = from_xytheta(first), from_xytheta(second)
+    points = np.array([[0.0, 0.0], [1.0, 0.0], [-2.5, 7.0]])
+    size = 10.0 + np.abs([first, second]).max()
+    np.testing.assert_allclose(apply(A, apply(B, points)), apply(A @ B, points), atol=1e-14 * size)
+    np.testing.assert_array_equal(apply(np.eye(3), points), points)
+    homogeneous = np.column_stack([points, np.ones(3)]) @ A.T
+    np.testing.assert_allclose(apply(A, points), homogeneous[:, :2], atol=1e-14 * size)
+
+
+@pytest.mark.parametrize("shape", [(), (1,), (5,), (2, 3), (0,)])
+def test_stacks_go_through_every_function(shape):
+    rng = np.random.default_rng(1)
+    rows = rng.uniform(-3.0, 3.0, (*shape, 3))
+    T = from_xytheta(rows)
+    points = rng.uniform(-1.0, 1.0, (4, 2))
+    for result in (T, invert(T), relative(T, T), compose(T, T)):
+        assert result.shape == (*shape, 3, 3)
+    assert to_xytheta(T).shape == (*shape, 3)
+    assert rotation(rows[..., 2]).shape == (*shape, 2, 2)
+    assert wrap(rows[..., 2]).shape == shape
+    assert apply(T, points).shape == (*shape, 4, 2)
+    for place in np.ndindex(shape):
+        np.testing.assert_array_equal(T[place], transform(*rows[place]))
+        np.testing.assert_array_equal(invert(T)[place], invert(T[place]))
+        np.testing.assert_allclose(apply(T, points)[place], apply(T[place], points), atol=1e-15)
+
+
+def test_transform_broadcasts():
+    assert transform([1.0, 2.0], 0.0, 0.1).shape == (2, 3, 3)
