@@ -1,0 +1,41 @@
+"""What the core's tests share: a hypothesis profile, and two scans with a known motion."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import settings
+
+from labkit import Scan, transform
+from labkit.arrays import FloatArray
+from labkit.logs import Log, read_killian
+from labkit.simulation import Lidar, cast, room
+
+# The same examples in every run: a red test stays red, and no clock decides.
+settings.register_profile("lab", deadline=None, derandomize=True, print_blob=True)
+settings.load_profile("lab")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Pair:
+    """Two scans and the true ``T_target_source`` between them."""
+
+    source: Scan
+    target: Scan
+    T_target_source: FloatArray
+
+
+@pytest.fixture(scope="session")
+def in_the_room() -> Pair:
+    """A noisy look at the room, and another after (0.1, 0.05) m and 3°."""
+    T = transform(0.1, 0.05, np.radians(3.0))
+    rng = np.random.default_rng(5)
+    target, source = (cast(room(), pose, Lidar(), rng=rng) for pose in (np.eye(3), T))
+    return Pair(source=source, target=target, T_target_source=T)
+
+
+@pytest.fixture(scope="session")
+def killian() -> Log:
+    """The built-in run; skips where rtb-data is not installed."""
+    pytest.importorskip("rtbdata")
+    return read_killian()

@@ -1,0 +1,126 @@
+"""Filters: what stays, in which order, with which beams."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.spatial.distance import cdist
+
+from labkit import Scan
+from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.filters import Preprocessing, range_band, remove_isolated, voxel_downsample
+
+clouds = arrays(float, st.tuples(st.integers(1, 30), st.just(2)), elements=st.floats(-5, 5))
+EMPTY = Scan.from_ranges([math.inf], [0.0])
+
+
+def beam_scan(points):
+    """A scan with beams, so that it shows which points survived."""
+    return Scan(points=points, beams=np.arange(len(points)) + 100)
+
+
+@given(clouds, st.floats(0.0, 3.0), st.floats(3.5, 8.0))
+def test_range_band_keeps_what_lies_within(points, low, high):
+    kept = range_band(beam_scan(points), low, high)
+    r = np.hypot(*points.T)
+    np.testing.assert_array_equal(kept.beams - 100, np.flatnonzero((low <= r) & (r <= high)))
+    np.testing.assert_array_equal(kept.points, points[kept.beams - 100])
+
+
+def test_range_band_includes_its_ends():
+    assert len(range_band([[1.0, 0.0], [2.0, 0.0]], 1.0, 2.0)) == 2
+
+
+@given(clouds, st.floats(0.05, 2.0))
+def test_voxels_hold_one_centroid_each(points, size):
+    thinned = voxel_downsample(beam_scan(points), size)
+    cells = {}
+    for beam, point in enumerate(points):
+        cells.setdefault(tuple(np.floor(point / size)), []).append(beam)
+    assert len(thinned) == len(cells)
+    for row, members in enumerate(cells.values()):  # in the order of first entry
+        np.testing.assert_allclose(thinned.points[row], points[members].mean(axis=0), atol=1e-14)
+        assert thinned.beams[row] == 100 + members[0]
+
+
+def test_voxels_keep_the_measurement_and_the_stamp():
+    scan = Scan.from_ranges([1.0, 1.0, 5.0], [0.0, 0.01, 1.0], stamp=3.0)
+    thinned = voxel_downsample(scan, 0.6)
+    assert len(thinned) == 2
+    assert thinned.ranges is scan.ranges
+    assert thinned.angles is scan.angles
+    assert thinned.stamp == 3.0
+
+
+@given(clouds, st.floats(0.05, 4.0), st.integers(1, 4))
+def test_isolated_points_go(points, radius, min_neighbors):
+    kept = remove_isolated(beam_scan(points), radius, min_neighbors)
+    distances = cdist(points, points)
+    np.fill_diagonal(distances, math.inf)
+    assume((np.abs(distances - radius) > 1e-9).all())  # no verdict on a tie with the radius
+    neighbors = (distances < radius).sum(axis=1)
+    np.testing.assert_array_equal(kept.beams - 100, np.flatnonzero(neighbors >= min_neighbors))
+
+
+def test_a_lone_return_goes_and_the_wall_stays():
+    wall = np.column_stack([np.full(11, 2.0), np.linspace(-0.5, 0.5, 11)])
+    kept = remove_isolated(np.vstack([wall, [[0.5, 0.5]]]), 0.15)
+    np.testing.assert_array_equal(kept.points, wall)
+
+
+def test_an_empty_scan_passes_every_filter():
+    everything = Preprocessing(range_min=0.1, range_max=9.0, voxel_size=0.1, isolation_radius=0.3)
+    assert len(everything(EMPTY)) == 0
+
+
+def test_preprocessing_is_the_filters_in_order():
+    rng = np.random.default_rng(2)
+    scan = beam_scan(rng.uniform(-4.0, 4.0, (300, 2)))
+    by_hand = remove_isolated(voxel_downsample(range_band(scan, 0.5, 4.0), 0.2), 0.3)
+    at_once = Preprocessing(range_min=0.5, range_max=4.0, voxel_size=0.2, isolation_radius=0.3)
+    np.testing.assert_array_equal(at_once(scan).points, by_hand.points)
+    np.testing.assert_array_equal(at_once(scan).beams, by_hand.beams)
+    assert 0 < len(by_hand) < len(scan)
+
+
+def test_each_filter_can_stand_alone():
+    scan = beam_scan(np.random.default_rng(3).uniform(-4.0, 4.0, (200, 2)))
+    assert Preprocessing()(scan) is scan
+    for settings, expected in (
+        ({"range_min": 1.0}, range_band(scan, 1.0)),
+        ({"range_max": 3.0}, range_band(scan, 0.0, 3.0)),
+        ({"voxel_size": 0.7}, voxel_downsample(scan, 0.7)),
+        ({"isolation_radius": 0.2}, remove_isolated(scan, 0.2)),
+    ):
+        np.testing.assert_array_equal(Preprocessing(**settings)(scan).points, expected.points)
+        assert len(expected) < len(scan)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda p: range_band(p, -1.0), r"`minimum` must be in \[0, inf\] m, got -1\.0"),
+        (lambda p: range_band(p, 2.0, 2.0), r"`maximum` must be in \(2, inf\] m, got 2\.0"),
+        (lambda p: voxel_downsample(p, 0.0), r"`size` must be in \(0, inf\] m, got 0\.0"),
+        (lambda p: remove_isolated(p, -0.1), r"`radius` must be in \(0, inf\] m, got -0\.1"),
+        (lambda p: remove_isolated(p, 1.0, 0), r"`min_neighbors` must be in \[1, inf\], got 0"),
+        (lambda p: Preprocessing(range_min=math.nan), r"`range_min` must be in \[0, .* got nan"),
+        (
+            lambda p: Preprocessing(range_min=3, range_max=2),
+            r"`range_max` must be in \(3, .* got 2",
+        ),
+        (lambda p: Preprocessing(voxel_size=-1), r"`voxel_size` must be in \[0, inf\] m, got -1"),
+        (lambda p: Preprocessing(isolation_radius="x"), r"`isolation_radius` .* got 'x'"),
+    ],
+)
+def test_bad_parameters(call, message):
+    with pytest.raises(InvalidParameterError, match=message):
+        call([[1.0, 0.0]])
+
+
+def test_bad_points_are_refused():
+    with pytest.raises(InvalidPointsError, match="`points` must be finite"):
+        range_band([[math.nan, 0.0]])

@@ -1,0 +1,99 @@
+"""Scans: which beams make points, and what is refused at the door."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from labkit import Scan
+from labkit.errors import InvalidPointsError, LabkitError
+from labkit.scan import as_scan
+
+NAN, INF = math.nan, math.inf
+
+
+def test_points_stand_where_the_beams_ended():
+    angles = np.radians([-90.0, 0.0, 30.0, 90.0])
+    scan = Scan.from_ranges([2.0, 3.0, 2.0, 1.0], angles, stamp=7.5)
+    expected = [[0.0, -2.0], [3.0, 0.0], [math.sqrt(3.0), 1.0], [0.0, 1.0]]
+    np.testing.assert_allclose(scan.points, expected, atol=1e-15)
+    assert (scan.stamp, len(scan)) == (7.5, 4)
+
+
+@pytest.mark.parametrize("lost", [NAN, INF, -INF, 0.5, 0.2, -1.0, 8.0, 9.0])
+def test_a_range_not_strictly_inside_the_band_is_no_return(lost):
+    scan = Scan.from_ranges([1.0, lost, 2.0], [0.0, 0.1, 0.2], range_min=0.5, range_max=8.0)
+    np.testing.assert_array_equal(scan.beams, [0, 2])
+    np.testing.assert_array_equal(scan.ranges, [1.0, lost, 2.0])
+
+
+def test_a_range_of_zero_makes_no_point():
+    assert len(Scan.from_ranges([0.0], [0.0])) == 0
+
+
+@given(st.lists(st.floats(allow_nan=True, allow_infinity=True), max_size=20))
+def test_points_and_beams_go_together(ranges):
+    angles = np.linspace(-2.0, 2.0, len(ranges))
+    scan = Scan.from_ranges(ranges, angles, range_max=1e6)
+    assert len(scan) == len(scan.beams) == sum(0.0 < r < 1e6 for r in ranges)
+    np.testing.assert_allclose(np.hypot(*scan.points.T), scan.ranges[scan.beams], rtol=1e-14)
+
+
+def test_select_takes_points_with_their_beams():
+    scan = Scan.from_ranges([1.0, INF, 2.0, 3.0], [0.0, 0.1, 0.2, 0.3], stamp=1.0)
+    for kept in (np.array([False, True, True]), np.array([1, 2])):
+        part = scan.select(kept)
+        np.testing.assert_array_equal(part.points, scan.points[1:])
+        np.testing.assert_array_equal(part.beams, [2, 3])
+        assert part.ranges is scan.ranges
+        assert part.stamp == 1.0
+    assert Scan.from_points([[1.0, 2.0], [3.0, 4.0]]).select(np.array([1])).beams is None
+
+
+def test_as_scan_keeps_a_scan_and_wraps_points():
+    scan = Scan.from_points([[1, 2]])
+    assert as_scan(scan) is scan
+    wrapped = as_scan([[1, 2]])
+    assert wrapped.points.dtype == np.float64
+    assert wrapped.beams is None
+    assert math.isnan(wrapped.stamp)
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        (np.empty((0, 2)), r"`points` is empty, got shape \(0, 2\); it needs at least 1 point \("),
+        ([], r"`points` is empty, got shape \(0,\)"),
+        ([1.0, 2.0], r"`points` must have shape \(N, 2\), got \(2,\)$"),
+        (np.zeros((2, 5)), r"must have shape \(N, 2\), got \(2, 5\); transpose it \(`\.T`\)$"),
+        (np.zeros((5, 3)), r"must have shape \(N, 2\), got \(5, 3\)$"),
+        (np.zeros((2, 2, 2)), r"must have shape \(N, 2\), got \(2, 2, 2\)$"),
+        ([[0, 0], [1, NAN]], r"`points` must be finite, got \[1\.0, nan\] at index 1; drop"),
+        ([[INF, 0], [1, NAN]], r"`points` must be finite, got \[inf, 0\.0\] at index 0; drop"),
+        ([["a", "b"]], r"`points` must hold numbers, got \[\['a', 'b'\]\]; give an \(N, 2\) array"),
+        ([[0, 0], [1]], r"`points` must hold numbers, got \[\[0, 0\], \[1\]\]"),
+        (None, r"`points`"),
+        ([["x" * 99, 0]], r"must hold numbers, got .{57}\.\.\.; give"),
+    ],
+)
+def test_bad_points(points, message):
+    with pytest.raises(InvalidPointsError, match=message) as caught:
+        Scan.from_points(points)
+    assert isinstance(caught.value, LabkitError)
+    assert isinstance(caught.value, ValueError)
+
+
+@pytest.mark.parametrize(
+    ("ranges", "angles", "message"),
+    [
+        ([1.0, 2.0], [0.0], r"must have one shape \(B,\), got \(2,\) and \(1,\)"),
+        ([[1.0]], [[0.0]], r"must have one shape \(B,\), got \(1, 1\) and \(1, 1\)"),
+        ([1.0, 1.0], [0.0, NAN], r"`angles` must be finite, got nan at beam 1"),
+        (["far"], [0.0], r"`ranges` must hold numbers, got \['far'\]$"),
+    ],
+)
+def test_bad_beams(ranges, angles, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        Scan.from_ranges(ranges, angles)
