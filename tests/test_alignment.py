@@ -1,0 +1,224 @@
+"""Alignment of given pairs: the closed form, the SVD, and what neither can answer."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from labkit.alignment import align, align_svd
+from labkit.errors import DegenerateAlignmentError, InvalidPointsError
+from labkit.se2 import apply, invert, to_xytheta, transform, wrap
+
+PI = math.pi
+SOLVERS = pytest.mark.parametrize("solve", [align, align_svd])
+CIRCLE = [-PI, math.nextafter(-PI, 0), -1e-9, 0.0, 1e-9, PI, *np.linspace(-PI, PI, 121)]
+
+seeds = st.integers(0, 2**32 - 1)
+angles = st.floats(-PI, PI)
+coordinates = st.floats(-20.0, 20.0)
+transforms = st.builds(transform, coordinates, coordinates, angles)
+
+
+def problem(seed, theta=0.7, noise=0.3, count=None):
+    """Noisy pairs around a rotation by `theta`, with uneven weights."""
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(3, 40)) if count is None else count
+    source = rng.normal(0.0, 2.0, (count, 2)) + rng.uniform(-5.0, 5.0, 2)
+    target = apply(transform(*rng.uniform(-5.0, 5.0, 2), theta), source)
+    return source, target + rng.normal(0.0, noise, (count, 2)), rng.uniform(0.05, 2.0, count)
+
+
+def cost(T, source, target, weights):
+    return weights @ ((apply(T, source) - target) ** 2).sum(axis=1)
+
+
+@pytest.mark.parametrize("theta", CIRCLE)
+def test_closed_form_and_svd_agree_around_the_circle(theta):
+    for seed in range(5):
+        pairs = problem(seed, theta)
+        np.testing.assert_allclose(align(*pairs), align_svd(*pairs), atol=1e-12)
+
+
+@given(seeds, angles)
+def test_closed_form_and_svd_agree_on_random_weighted_problems(seed, theta):
+    pairs = problem(seed, theta)
+    np.testing.assert_allclose(align(*pairs), align_svd(*pairs), atol=1e-12)
+
+
+@SOLVERS
+@pytest.mark.parametrize("theta", CIRCLE)
+def test_pairs_without_noise_give_the_motion_back(solve, theta):
+    source, _, weights = problem(11, count=20)
+    T = transform(-3.0, 0.5, theta)
+    estimate = solve(source, apply(T, source), weights)
+    np.testing.assert_allclose(estimate, T, atol=1e-13)
+    assert abs(wrap(to_xytheta(estimate)[2] - theta)) < 1e-14
+
+
+@given(seeds, angles, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-0.5, 0.5))
+def test_no_other_transform_costs_less(seed, theta, x, y, turn):
+    pairs = problem(seed, theta)
+    best = align(*pairs)
+    least = cost(best, *pairs)
+    for size in (1.0, 1e-2, 1e-4):
+        other = transform(size * x, size * y, size * turn) @ best
+        assert cost(other, *pairs) >= least * (1.0 - 1e-12)
+
+
+@SOLVERS
+@given(seed=seeds, A=transforms, B=transforms)
+def test_moving_the_frames_moves_the_answer(solve, seed, A, B):
+    source, target, weights = problem(seed)
+    T = solve(source, target, weights)
+    np.testing.assert_allclose(solve(source, apply(A, target), weights), A @ T, atol=1e-11)
+    np.testing.assert_allclose(solve(apply(B, source), target, weights), T @ invert(B), atol=1e-11)
+
+
+@SOLVERS
+@given(seed=seeds)
+def test_swapping_the_scans_inverts_the_answer(solve, seed):
+    source, target, weights = problem(seed)
+    T = solve(source, target, weights)
+    np.testing.assert_allclose(solve(target, source, weights), invert(T), atol=1e-12)
+
+
+@SOLVERS
+@pytest.mark.parametrize("factor", [1e-9, 0.5, 3.0, 1e9])
+def test_only_the_ratios_of_weights_matter(solve, factor):
+    source, target, weights = problem(3)
+    expected = solve(source, target, weights)
+    np.testing.assert_allclose(solve(source, target, factor * weights), expected, atol=1e-13)
+
+
+@SOLVERS
+def test_no_weights_are_equal_weights(solve):
+    source, target, _ = problem(4)
+    equal = np.full(len(source), 2.5)
+    np.testing.assert_allclose(solve(source, target), solve(source, target, equal), atol=1e-13)
+
+
+@SOLVERS
+def test_a_pair_without_weight_is_not_there(solve):
+    source, target, weights = problem(5, count=12)
+    outliers = np.full((3, 2), 90.0)
+    T = solve(
+        np.vstack([source, outliers]),
+        np.vstack([target, -outliers]),
+        np.concatenate([weights, np.zeros(3)]),
+    )
+    np.testing.assert_allclose(T, solve(source, target, weights), atol=1e-13)
+
+
+@SOLVERS
+def test_a_whole_weight_is_a_repeated_pair(solve):
+    source, target, _ = problem(6, count=10)
+    repeats = np.arange(10) % 4
+    repeated = solve(np.repeat(source, repeats, axis=0), np.repeat(target, repeats, axis=0))
+    np.testing.assert_allclose(solve(source, target, repeats), repeated, atol=1e-13)
+
+
+@SOLVERS
+@pytest.mark.parametrize("theta", np.linspace(-PI, PI, 9))
+def test_a_mirrored_scene_yields_a_rotation_all_the_same(solve, theta):
+    """Points stretched along x keep a best rotation when they are mirrored."""
+    source = np.random.default_rng(7).normal(0.0, [3.0, 0.5], (50, 2))
+    mirrored = source * [1.0, -1.0] @ transform(0.0, 0.0, theta)[:2, :2].T
+    T = solve(source, mirrored)
+    assert np.linalg.det(T[:2, :2]) == pytest.approx(1.0, abs=1e-14)
+    np.testing.assert_allclose(T, align(source, mirrored), atol=1e-12)
+
+
+@SOLVERS
+def test_order_does_not_matter_but_pairing_does(solve):
+    source, target, weights = problem(8, count=15)
+    order = np.random.default_rng(0).permutation(15)
+    T = solve(source, target, weights)
+    shuffled = solve(source[order], target[order], weights[order])
+    np.testing.assert_allclose(shuffled, T, atol=1e-13)
+    assert not np.allclose(solve(source[order], target, weights), T, atol=0.1)
+
+
+@SOLVERS
+@pytest.mark.parametrize("far", [1e3, 1e6])
+def test_far_from_the_origin(solve, far):
+    source, _, weights = problem(9, count=30)
+    target = apply(transform(0.3, -0.2, 0.4), source)
+    shift = transform(far, -far, 0.0)
+    T = solve(apply(shift, source), apply(shift, target), weights)
+    residual = apply(T, apply(shift, source)) - apply(shift, target)
+    assert np.abs(residual).max() < 1e-14 * far
+    assert to_xytheta(T)[2] == pytest.approx(0.4, abs=1e-15 * far)
+
+
+@SOLVERS
+@pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3])
+def test_scale_is_not_judged(solve, scale):
+    source, target, weights = problem(10)
+    expected = to_xytheta(solve(source, target, weights)) * [scale, scale, 1.0]
+    np.testing.assert_allclose(
+        to_xytheta(solve(scale * source, scale * target, weights)), expected, rtol=1e-11
+    )
+
+
+@SOLVERS
+def test_two_pairs_are_enough(solve):
+    T = transform(1.0, 2.0, -2.5)
+    source = np.array([[0.0, 0.0], [0.3, 0.1]])
+    np.testing.assert_allclose(solve(source, apply(T, source)), T, atol=1e-14)
+
+
+LINE = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [4.0, 1.0]])
+SPOT = np.full((4, 2), 0.1)
+SQUARE = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
+
+
+@SOLVERS
+@pytest.mark.parametrize(
+    ("source", "target", "weights", "message"),
+    [
+        (LINE[:1], LINE[:1], None, r"weighted source points coincide \(spread 0 m over 1 pairs\)"),
+        (SPOT, LINE, None, r"weighted source points coincide .* over 4 pairs\), so the rotation"),
+        (LINE, SPOT, None, r"weighted target points coincide .* at least 2 distinct pairs"),
+        (1e6 + SPOT, LINE, None, r"weighted source points coincide"),
+        (LINE, LINE, [0, 0, 3, 0], r"weighted source points coincide \(spread 0 m over 4 pairs"),
+        (LINE, LINE, [0, 0, 0, 0], r"all 4 weights are zero, so no pair says anything; relax"),
+        (SQUARE, SQUARE * [1, -1], None, r"every rotation fits these 4 pairs .* mirror image"),
+        (SQUARE + 9, SQUARE * [1, -1], None, r"\(a = b = 0 within 1e-10 of their scale 8 m²\)"),
+    ],
+)
+def test_pairs_that_leave_the_rotation_open(solve, source, target, weights, message):
+    with pytest.raises(DegenerateAlignmentError, match=message):
+        solve(source, target, weights)
+
+
+@SOLVERS
+@pytest.mark.parametrize(
+    ("source", "target", "weights", "message"),
+    [
+        ([], LINE, None, r"`source` is empty, got shape \(0,\); it needs at least 1 point \("),
+        (LINE, np.empty((0, 2)), None, r"`target` is empty, got shape \(0, 2\)"),
+        (LINE, LINE[:3], None, r"must be pairs, got 4 and 3 points; row i of one"),
+        (LINE.T, LINE, None, r"`source` must have shape \(N, 2\), got \(2, 4\); transpose it"),
+        (
+            LINE,
+            LINE * [math.nan, 1],
+            None,
+            r"`target` must be finite, got \[nan, 0\.0\] at index 0",
+        ),
+        (LINE, LINE, [1, 1], r"`weights` must have shape \(4,\), one per pair, got \(2,\)"),
+        (LINE, LINE, [1, 1, -2, 1], r"must be finite and not negative, got -2\.0 at index 2"),
+        (LINE, LINE, [1, math.nan, 1, 1], r"must be finite and not negative, got nan at index 1"),
+        (LINE, LINE, [1, 1, 1, math.inf], r"must be finite and not negative, got inf at index 3"),
+        (
+            LINE,
+            LINE,
+            "heavy",
+            r"`weights` must hold numbers, got 'heavy'; give one number per pair",
+        ),
+    ],
+)
+def test_bad_input(solve, source, target, weights, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        solve(source, target, weights)

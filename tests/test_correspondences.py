@@ -1,0 +1,169 @@
+"""Matching, rejecting, weighting: each against the plainest way to say the same."""
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.spatial.distance import cdist
+
+from labkit.correspondences import (
+    MIN_PAIRS,
+    NearestNeighbors,
+    distance_gate,
+    huber_loss,
+    huber_weights,
+    nearest_by_brute_force,
+    overlap,
+    overlap_count,
+)
+from labkit.errors import InvalidParameterError, InvalidPointsError
+
+# On a coarse lattice ties and duplicates are the rule.
+lattice = arrays(
+    float,
+    st.tuples(st.integers(1, 40), st.just(2)),
+    elements=st.integers(-3, 3).map(lambda k: 0.5 * k),
+)
+clouds = arrays(float, st.tuples(st.integers(1, 40), st.just(2)), elements=st.floats(-1e3, 1e3))
+distances = arrays(float, st.integers(1, 40), elements=st.integers(0, 8).map(lambda k: 0.25 * k))
+ratios = st.integers(1, 32).map(lambda k: k / 32)  # exact, so that ⌊ρN⌋ is beyond doubt
+
+
+@given(st.one_of(lattice, clouds), st.one_of(lattice, clouds))
+def test_tree_and_brute_force_agree_bit_for_bit(points, target):
+    by_tree = NearestNeighbors(target, method="tree").query(points)
+    by_force = NearestNeighbors(target, method="brute").query(points)
+    np.testing.assert_array_equal(by_tree[0], by_force[0])
+    assert by_tree[1].tobytes() == by_force[1].tobytes()
+
+
+@given(lattice, lattice)
+def test_of_equally_near_points_the_first_is_taken(points, target):
+    index, distance = NearestNeighbors(target).query(points)
+    table = cdist(points, target, "sqeuclidean")  # exact on the lattice
+    np.testing.assert_array_equal(index, table.argmin(axis=1))
+    np.testing.assert_array_equal(distance, np.sqrt(table.min(axis=1)))
+
+
+@pytest.mark.parametrize("method", ["tree", "brute"])
+def test_distances_are_metres(method):
+    index, distance = NearestNeighbors([[0.0, 0.0], [9.0, 9.0]], method).query([[3.0, 4.0]])
+    assert (index[0], distance[0]) == (0, 5.0)
+
+
+def test_brute_force_works_through_its_blocks():
+    """2^20 distances at once: 600 × 3000 take two blocks."""
+    rng = np.random.default_rng(0)
+    points, target = rng.normal(size=(600, 2)), rng.normal(size=(3000, 2))
+    expected = cdist(points, target).argmin(axis=1)
+    np.testing.assert_array_equal(nearest_by_brute_force(points, target), expected)
+
+
+@pytest.mark.parametrize(
+    ("target", "points", "message"),
+    [
+        (np.empty((0, 2)), [[0, 0]], "`target` is empty"),
+        ([[0, math.inf]], [[0, 0]], r"`target` must be finite, got \[0\.0, inf\] at index 0"),
+        ([[0, 0]], [[math.nan, 0]], r"`points` must be finite, got \[nan, 0\.0\] at index 0"),
+        ([[0, 0]], [0, 0], r"`points` must have shape \(N, 2\), got \(2,\)"),
+    ],
+)
+def test_bad_points(target, points, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        NearestNeighbors(target).query(points)
+
+
+def test_unknown_method():
+    with pytest.raises(
+        InvalidParameterError, match='`method` must be "tree" or "brute", got \'kd\''
+    ):
+        NearestNeighbors([[0, 0]], "kd")
+
+
+@pytest.mark.parametrize("gate", [0.25, 0.5, 2.0, math.inf])
+def test_the_gate_is_in_metres_and_includes_its_edge(gate):
+    d = np.array([0.0, 0.2, 0.25, 0.3, 0.5, 0.6, 2.0, 2.1, 1e9])
+    np.testing.assert_array_equal(distance_gate(d, gate), [x <= gate for x in d])
+
+
+@given(distances, ratios)
+def test_overlap_keeps_an_exact_count_of_the_closest_first_of_ties(d, ratio):
+    kept = overlap(d, ratio)
+    count = min(len(d), max(MIN_PAIRS, math.floor(Fraction(ratio) * len(d))))
+    by_rank = sorted(range(len(d)), key=lambda i: (d[i], i))[:count]
+    np.testing.assert_array_equal(np.flatnonzero(kept), sorted(by_rank))
+    assert overlap_count(len(d), ratio) == count
+
+
+@pytest.mark.parametrize(
+    ("points", "ratio", "count"),
+    [(10, 1.0, 10), (10, 0.85, 8), (10, 0.05, 3), (2, 0.5, 2), (100, 0.999, 99), (4, 0.8, 3)],
+)
+def test_overlap_count_rounds_down_but_keeps_three(points, ratio, count):
+    assert overlap_count(points, ratio) == count
+
+
+@given(distances, ratios, st.sampled_from([0.25, 0.75, 1.5, math.inf]))
+def test_gate_and_overlap_commute(d, ratio, gate):
+    """Gating first means an infinite residual: the kept pairs are the same."""
+    gated = np.where(distance_gate(d, gate), d, math.inf)
+    gate_first = overlap(gated, ratio) & np.isfinite(gated)
+    np.testing.assert_array_equal(gate_first, overlap(d, ratio) & distance_gate(d, gate))
+
+
+@given(st.floats(1e-6, 1e3), st.floats(1e-3, 1e3))
+def test_huber_weight_is_half_the_slope_of_the_loss_over_the_residual(r, delta):
+    h = 1e-6 * min(r, delta)
+    ahead, behind = huber_loss([r + h, r - h], delta)
+    slope = (ahead - behind) / (2.0 * h)
+    assert huber_weights([r], delta)[0] == pytest.approx(slope / (2.0 * r), rel=1e-4)
+
+
+@given(st.floats(1e-3, 1e3))
+def test_huber_is_continuous_at_delta(delta):
+    at, beyond = delta, math.nextafter(delta, math.inf)
+    assert huber_weights([at], delta)[0] == 1.0
+    assert huber_weights([beyond], delta)[0] == pytest.approx(1.0, rel=1e-15)
+    assert huber_loss([at], delta)[0] == delta**2
+    assert huber_loss([beyond], delta)[0] == pytest.approx(delta**2, rel=1e-14)
+
+
+def test_huber_by_hand():
+    np.testing.assert_array_equal(
+        huber_weights([0.0, 0.1, 0.2, 0.4, 2.0], 0.2), [1, 1, 1, 0.5, 0.1]
+    )
+    np.testing.assert_allclose(huber_loss([0.0, 0.1, 0.2, 0.4], 0.2), [0, 0.01, 0.04, 0.12])
+
+
+def test_an_infinite_delta_is_least_squares():
+    r = np.array([0.0, 1.0, 1e6])
+    np.testing.assert_array_equal(huber_weights(r, math.inf), np.ones(3))
+    np.testing.assert_array_equal(huber_loss(r, math.inf), r**2)
+
+
+@pytest.mark.parametrize("function", [huber_weights, huber_loss])
+@pytest.mark.parametrize("delta", [0.0, -0.1, math.nan, "big"])
+def test_bad_delta(function, delta):
+    with pytest.raises(
+        InvalidParameterError, match=rf"`huber_delta` must be in \(0, inf\] m, got {delta!r}"
+    ):
+        function([0.1], delta)
+
+
+@pytest.mark.parametrize("ratio", [0.0, -0.5, 1.0001, math.nan, math.inf, None])
+def test_bad_overlap_ratio(ratio):
+    with pytest.raises(
+        InvalidParameterError, match=rf"`overlap_ratio` must be in \(0, 1\], got {ratio!r}"
+    ):
+        overlap([0.1, 0.2, 0.3], ratio)
+
+
+@pytest.mark.parametrize("gate", [0.0, -1.0, math.nan])
+def test_bad_gate(gate):
+    message = rf"`max_correspondence_distance` must be in \(0, inf\] m, got {gate!r}"
+    with pytest.raises(InvalidParameterError, match=message):
+        distance_gate([0.1], gate)
