@@ -92,5 +92,5 @@ def _fit_lines(points: FloatArray, neighbors: IntArray, on_surface: BoolArray) -
     larger = 0.5 * (cxx + cyy) + half_difference
     normals = np.column_stack([-np.sin(along), np.cos(along)])
     normals[(normals * points).sum(axis=1) > 0.0] *= -1.0
-    normals[(on_line < MIN_ON_LINE) | (smaller > LINEARITY**2 * larger)] = np.nan
+    normals[(on_line < MIN_ON_LINE) | (smaller >= LINEARITY**2 * larger)] = np.nan
     return normals

@@ -1,0 +1,123 @@
+"""Normals: exact on a wall, absent where there is no line, turned towards the scanner."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from labkit import Scan
+from labkit.normals import estimate_normals
+from labkit.se2 import apply, rotation, transform
+from labkit.simulation import Lidar, World, cast
+from labkit.simulation.world import polyline
+
+QUIET = Lidar(noise_std=0.0)
+
+
+def look(*walls):
+    """A noise-free scan of polylines from the origin."""
+    segments = np.concatenate([polyline(np.array(wall, dtype=float)) for wall in walls])
+    return cast(World(segments=segments), np.eye(3), QUIET, rng=0)
+
+
+def unordered(scan):
+    return Scan.from_points(scan.points)
+
+
+@pytest.mark.parametrize("order", [lambda scan: scan, unordered])
+@given(direction=st.floats(-2.0, 2.0), distance=st.floats(0.5, 5.0))
+def test_a_wall_has_its_own_normal_everywhere(order, direction, distance):
+    away, along = rotation(direction).T
+    scan = order(look([distance * away - 1.2 * along, distance * away + 1.2 * along]))
+    normals = estimate_normals(scan)
+    seen = np.isfinite(normals[:, 0])
+    assert seen.mean() > 0.9
+    np.testing.assert_allclose(normals[seen], np.broadcast_to(-away, (seen.sum(), 2)), atol=1e-10)
+
+
+@pytest.mark.parametrize("order", [lambda scan: scan, unordered])
+def test_normals_are_unit_vectors_towards_the_scanner(order, in_the_room):
+    scan = order(in_the_room.target)
+    normals = estimate_normals(scan)
+    seen = np.isfinite(normals[:, 0])
+    assert seen.mean() > 0.8
+    np.testing.assert_allclose(np.hypot(*normals[seen].T), 1.0, atol=1e-14)
+    assert ((normals * scan.points).sum(axis=1)[seen] <= 0.0).all()
+    assert (np.isnan(normals).all(axis=1) == ~seen).all()
+
+
+@pytest.mark.parametrize("order", [lambda scan: scan, unordered])
+@pytest.mark.parametrize("theta", np.linspace(-math.pi, math.pi, 9))
+def test_normals_turn_with_the_scan(order, theta, in_the_room):
+    scan = order(in_the_room.target)
+    turned = replace(scan, points=apply(transform(0.0, 0.0, theta), scan.points))
+    expected = estimate_normals(scan) @ rotation(theta).T
+    np.testing.assert_allclose(estimate_normals(turned), expected, atol=1e-9)
+
+
+def test_the_sweep_order_may_run_backwards(in_the_room):
+    scan = in_the_room.target
+    backwards = scan.select(np.arange(len(scan))[::-1])
+    np.testing.assert_allclose(estimate_normals(backwards)[::-1], estimate_normals(scan), atol=1e-9)
+
+
+def test_two_walls_at_different_depth_do_not_mix():
+    """A pillar's face before a wall: the sweep jumps, and no line bridges the jump."""
+    scan = look([[2.0, -0.4], [2.0, 0.4]], [[2.3, -3.0], [2.3, 3.0]])
+    normals = estimate_normals(scan)
+    near = np.isclose(scan.points[:, 0], 2.0)
+    assert near.any()
+    assert (~near).any()
+    seen = np.isfinite(normals[:, 0])
+    assert seen.all()
+    np.testing.assert_allclose(normals, np.broadcast_to([-1.0, 0.0], normals.shape), atol=1e-10)
+
+
+def test_around_a_sharp_corner_there_is_no_normal():
+    """60° at the tip: the neighbours spread ahead as much as across; farther off is a wall."""
+    rise = math.tan(math.radians(30.0))
+    scan = look([[3.0, -rise], [2.0, 0.0], [3.0, rise]])
+    normals = estimate_normals(scan)
+    from_tip = np.hypot(*(scan.points - [2.0, 0.0]).T)
+    assert np.isnan(normals[from_tip.argmin()]).all()
+    far = from_tip > 0.35
+    expected = np.where(scan.points[far, 1:] > 0.0, [[-0.5, 0.75**0.5]], [[-0.5, -(0.75**0.5)]])
+    np.testing.assert_allclose(normals[far], expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("order", [lambda scan: scan, unordered])
+def test_a_lone_return_has_no_normal(order):
+    lone = np.array([[1.0, 0.0]])
+    walls = [np.column_stack([np.full(21, 3.0), s * np.linspace(0.5, 1.5, 21)]) for s in (-1, 1)]
+    points = np.vstack([walls[0][::-1], lone, walls[1]])
+    scan = order(Scan(points=points, beams=np.arange(43)))
+    normals = estimate_normals(scan)
+    assert np.isnan(normals[21]).all()
+    assert np.isfinite(np.delete(normals, 21, axis=0)).all()
+
+
+@pytest.mark.parametrize("beams", [True, False])
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_fewer_than_three_points_are_no_line(beams, count):
+    points = np.array([[1.0, 0.0], [1.0, 0.1]])[:count]
+    scan = Scan(points=points, beams=np.arange(count) if beams else None)
+    normals = estimate_normals(scan)
+    assert normals.shape == (count, 2)
+    assert np.isnan(normals).all()
+
+
+@pytest.mark.parametrize("beams", [True, False])
+def test_scatter_wider_than_the_reach_has_no_normals(beams):
+    points = 2.0 * np.stack(np.meshgrid(np.arange(5), np.arange(5)), axis=-1).reshape(-1, 2) + 1.0
+    scan = Scan(points=points, beams=np.arange(25) if beams else None)
+    assert np.isnan(estimate_normals(scan)).all()
+
+
+@pytest.mark.parametrize("beams", [True, False])
+def test_coinciding_points_have_no_normals(beams):
+    points = np.full((12, 2), 0.1)
+    scan = Scan(points=points, beams=np.arange(12) if beams else None)
+    assert np.isnan(estimate_normals(scan)).all()

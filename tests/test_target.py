@@ -1,0 +1,40 @@
+"""A prepared target: the same points, searched and given normals once."""
+
+import math
+
+import numpy as np
+import pytest
+
+from labkit import Scan, Target
+from labkit.errors import InvalidPointsError
+from labkit.normals import estimate_normals
+from labkit.target import as_target
+
+
+def test_a_target_is_prepared_once():
+    target = Target([[0.0, 0.0], [1.0, 0.0]])
+    assert as_target(target) is target
+    assert target.normals is target.normals
+    index, distance = target.search.query([[0.9, 0.0]])
+    assert (index[0], distance[0]) == (1, pytest.approx(0.1))
+
+
+def test_the_beam_order_reaches_the_normals(in_the_room):
+    scan = in_the_room.target
+    np.testing.assert_array_equal(Target(scan).normals, estimate_normals(scan))
+    bare = Target(scan.points)
+    np.testing.assert_array_equal(bare.normals, estimate_normals(Scan.from_points(scan.points)))
+    assert not np.array_equal(bare.normals, Target(scan).normals, equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        (Scan.from_ranges([math.inf], [0.0]), r"`target` is empty, got shape \(0, 2\)"),
+        (Scan(points=np.array([[0.0, math.nan]])), r"`target` must be finite, got \[0\.0, nan\]"),
+        ([[1.0, 2.0, 3.0]], r"must have shape \(N, 2\), got \(1, 3\)"),
+    ],
+)
+def test_bad_targets(points, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        Target(points)
