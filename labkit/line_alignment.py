@@ -129,7 +129,7 @@ def _linearise(
     center = weights @ points / total
     arm = points - center
     length = math.sqrt(float(weights @ (arm * arm).sum(axis=1)) / total)
-    if length == 0.0:
+    if length <= 64.0 * np.finfo(float).eps * np.abs(points).max():  # what the mean rounds by
         raise DegenerateAlignmentError(f"all {len(points)} surface points coincide")
     turning = (normals[:, 1] * arm[:, 0] - normals[:, 0] * arm[:, 1]) / length
     return center, length, np.column_stack([normals, turning])

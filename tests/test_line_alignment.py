@@ -1,0 +1,164 @@
+"""The point-to-line step: what a surface fixes is solved for, the rest stays at rest."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from labkit.errors import DegenerateAlignmentError
+from labkit.line_alignment import MIN_INFORMATION, align_to_lines, line_information
+from labkit.se2 import apply, invert, rotation, to_xytheta, transform
+
+seeds = st.integers(0, 2**32 - 1)
+angles = st.floats(-math.pi, math.pi)
+
+
+def surface(seed, count=40):
+    """Points with unit normals in every direction, and uneven weights."""
+    rng = np.random.default_rng(seed)
+    direction = rng.uniform(-math.pi, math.pi, count)
+    normals = np.column_stack([np.cos(direction), np.sin(direction)])
+    return rng.uniform(-4.0, 4.0, (count, 2)), normals, rng.uniform(0.2, 2.0, count)
+
+
+def wall(direction=0.0, count=21):
+    """A straight wall through (2, 1), seen along `direction`."""
+    away, along = rotation(direction).T
+    points = [2.0, 1.0] + np.linspace(-1.0, 1.0, count)[:, None] * along
+    return points, np.broadcast_to(-away, (count, 2)), np.ones(count)
+
+
+def residuals(T, source, target, normals):
+    return (normals * (apply(T, source) - target)).sum(axis=1)
+
+
+@given(seeds, st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1))
+def test_gauss_newton_converges_quadratically(seed, x, y, turn):
+    target, normals, weights = surface(seed)
+    T = transform(0.1 * x, 0.1 * y, 0.05 * turn)
+    source = apply(invert(T), target)
+    first = align_to_lines(source, target, normals, weights)
+    second = align_to_lines(apply(first, source), target, normals, weights) @ first
+    third = align_to_lines(apply(second, source), target, normals, weights) @ second
+    errors = [np.abs(step - T).max() for step in (np.eye(3), first, third)]
+    assert errors[1] <= 3.0 * errors[0] ** 2 + 1e-12
+    np.testing.assert_allclose(third, T, atol=1e-10)
+
+
+@given(seeds)
+def test_the_step_solves_the_linearised_least_squares(seed):
+    """Against `lstsq` on the numerical Jacobian, with noise that no motion explains."""
+    target, normals, weights = surface(seed)
+    rng = np.random.default_rng(seed)
+    source = target + rng.normal(0.0, 1e-4, target.shape)
+    h = 1e-6
+    columns = [
+        residuals(transform(*(+h * e)), source, target, normals)
+        - residuals(transform(*(-h * e)), source, target, normals)
+        for e in np.eye(3)
+    ]
+    J = np.column_stack(columns) / (2.0 * h)
+    root = np.sqrt(weights)
+    r = residuals(np.eye(3), source, target, normals)
+    expected = np.linalg.lstsq(root[:, None] * J, -root * r, rcond=None)[0]
+    step = to_xytheta(align_to_lines(source, target, normals, weights))
+    np.testing.assert_allclose(step, expected, atol=1e-7)  # second order: |step|² ~ 1e-8
+
+
+@given(seeds, st.floats(-5, 5), st.floats(-5, 5), angles)
+def test_the_frame_does_not_matter(seed, x, y, theta):
+    target, normals, weights = surface(seed)
+    source = apply(transform(0.03, -0.02, 0.01), target)
+    A = transform(x, y, theta)
+    step = align_to_lines(source, target, normals, weights)
+    moved = align_to_lines(apply(A, source), apply(A, target), normals @ A[:2, :2].T, weights)
+    np.testing.assert_allclose(moved, A @ step @ invert(A), atol=1e-9)
+
+
+def test_weights_weigh():
+    target, normals, _ = surface(1)
+    source = apply(transform(0.03, -0.02, 0.01), target)
+    outlier = source.copy()
+    outlier[0] += 5.0 * normals[0]
+    counts = np.ones(len(target))
+    counts[3] = 3.0
+    repeat = np.r_[np.arange(len(target)), 3, 3]
+    np.testing.assert_allclose(
+        align_to_lines(source, target, normals, counts),
+        align_to_lines(source[repeat], target[repeat], normals[repeat], np.ones(len(repeat))),
+        atol=1e-13,
+    )
+    counts[0] = 0.0
+    np.testing.assert_allclose(
+        align_to_lines(outlier, target, normals, counts),
+        align_to_lines(source[1:], target[1:], normals[1:], counts[1:]),
+        atol=1e-13,
+    )
+
+
+@pytest.mark.parametrize("direction", np.linspace(-math.pi, math.pi, 9))
+def test_a_single_wall_fixes_depth_and_turn_and_leaves_the_slide_at_rest(direction):
+    target, normals, weights = wall(direction)
+    along = rotation(direction)[:, 1]
+    source = target + 0.05 * normals  # too near by 5 cm
+    step = align_to_lines(source, target, normals, weights)
+    np.testing.assert_allclose(step, transform(*(-0.05 * normals[0]), 0.0), atol=1e-14)
+    information = line_information(source, normals, weights)
+    assert information.degenerate
+    (free,) = information.free.T
+    np.testing.assert_allclose(np.abs(free @ [*along, 0.0]), 1.0, atol=1e-12)
+
+
+def test_information_by_hand():
+    """Along x only: n·n = 1 in y; the turn answers with the lever arm over ℓ, 1 on average."""
+    points, normals, _ = wall(math.pi / 2)
+    information = line_information(points, normals)
+    np.testing.assert_allclose(information.values, [0.0, 1.0, 1.0], atol=1e-14)
+    np.testing.assert_allclose(information.center, [2.0, 1.0], atol=1e-14)
+    arm = points - points.mean(axis=0)
+    assert information.length == pytest.approx(math.sqrt((arm**2).sum(axis=1).mean()))
+    assert information.degenerate
+    assert information.free.shape == (3, 1)
+
+
+@given(seeds, st.floats(-5, 5), st.floats(-5, 5), angles)
+def test_information_is_a_matter_of_shape_alone(seed, x, y, theta):
+    points, normals, weights = surface(seed)
+    expected = line_information(points, normals, weights)
+    A = transform(x, y, theta)
+    for scale in (1e-3, 1.0, 50.0):
+        moved = line_information(scale * apply(A, points), normals @ A[:2, :2].T, 7.0 * weights)
+        np.testing.assert_allclose(moved.values, expected.values, atol=1e-11)
+        assert moved.length == pytest.approx(scale * expected.length)
+    assert (np.diff(expected.values) >= 0.0).all()
+    assert expected.degenerate == (expected.values[0] < MIN_INFORMATION)
+
+
+CIRCLE = np.linspace(-math.pi, math.pi, 90, endpoint=False)
+
+
+def test_a_ring_leaves_its_turn_free():
+    normals = -np.column_stack([np.cos(CIRCLE), np.sin(CIRCLE)])
+    information = line_information(-2.0 * normals + [1.0, 1.0], normals)
+    np.testing.assert_allclose(information.values, [0.0, 0.5, 0.5], atol=1e-14)
+    np.testing.assert_allclose(np.abs(information.free.ravel()), [0.0, 0.0, 1.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("count", [1, 3, 7, 10])
+@pytest.mark.parametrize("place", [(0.0, 0.0), (0.1, 0.9), (1e6, -0.3)])
+def test_coinciding_points_are_refused_wherever_they_lie(place, count):
+    """Their mean may round: the rest is no lever arm to turn about."""
+    points, normals = np.tile(place, (count, 1)), np.tile([0.0, 1.0], (count, 1))
+    with pytest.raises(DegenerateAlignmentError, match=f"all {count} surface points coincide"):
+        line_information(points, normals, np.ones(count))
+    with pytest.raises(DegenerateAlignmentError, match=f"all {count} surface points coincide"):
+        align_to_lines(points, points + 0.1, normals, np.linspace(0.5, 1.0, count))
+
+
+@pytest.mark.parametrize("count", [0, 4])
+def test_pairs_without_weight_are_refused(count):
+    points, normals, _ = surface(2, count)
+    with pytest.raises(DegenerateAlignmentError, match=f"none of {count} pairs has weight"):
+        line_information(points, normals, np.zeros(count))
