@@ -132,8 +132,12 @@ def as_transform(T: ArrayLike, name: str) -> FloatArray:
             f"build one with `labkit.transform(x, y, theta)`"
         )
     R = checked[:2, :2]
-    rigid = np.allclose(R @ R.T, np.eye(2), atol=1e-6) and np.linalg.det(R) > 0.0
-    if not (np.isfinite(checked).all() and rigid and (checked[2] == (0.0, 0.0, 1.0)).all()):
+    if not (
+        np.isfinite(checked).all()
+        and np.allclose(R @ R.T, np.eye(2), atol=1e-6)
+        and np.linalg.det(R) > 0.0
+        and (checked[2] == (0.0, 0.0, 1.0)).all()
+    ):
         raise InvalidPointsError(
             f"`{name}` must be a proper rigid transform, got {checked.tolist()}; "
             f"build one with `labkit.transform(x, y, theta)`"
