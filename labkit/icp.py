@@ -87,11 +87,8 @@ def icp(
 
     pairs, cost = associate(points, target, T, parameters)  # D, E
     history = [_record(T, T, pairs, cost)]
-    termination = None
+    termination = check_pairs(pairs)
     while termination is None:
-        if pairs.inlier_count < MIN_PAIRS:
-            termination = Termination.TOO_FEW_CORRESPONDENCES
-            break
         try:
             dT = minimise(points, target, T, pairs, parameters)  # F
         except DegenerateAlignmentError:
@@ -100,7 +97,7 @@ def icp(
         T, T_before = dT @ T, T  # G: the update composes on the left
         pairs, cost = associate(points, target, T, parameters)  # D, E
         history.append(_record(T, T_before, pairs, cost))
-        termination = check_convergence(history, parameters)  # H
+        termination = check_pairs(pairs) or check_convergence(history, parameters)  # H
     return IcpResult(  # I
         T_target_source=np.full((3, 3), np.nan) if termination.failed else T,
         termination=termination,
@@ -161,6 +158,15 @@ def minimise(
     return dT
 
 
+def check_pairs(pairs: Correspondences) -> Termination | None:
+    """Why no step can come from `pairs`; None where one can."""
+    if pairs.inlier_count >= MIN_PAIRS:
+        return None
+    if (pairs.within_gate & pairs.within_overlap).sum() >= MIN_PAIRS:
+        return Termination.DEGENERATE  # matched, but to points that lie on no surface
+    return Termination.TOO_FEW_CORRESPONDENCES
+
+
 def check_convergence(history: list[Iteration], parameters: IcpParameters) -> Termination | None:
     """Whether to stop after ``history[-1]``, and why; None to go on.
 
@@ -168,8 +174,6 @@ def check_convergence(history: list[Iteration], parameters: IcpParameters) -> Te
     from the first step on, and under "any of them" it would stop there.
     """
     before, now = history[-2:]
-    if now.inlier_count < MIN_PAIRS:
-        return Termination.TOO_FEW_CORRESPONDENCES
     if (
         now.translation_step < parameters.translation_tolerance
         and now.rotation_step < parameters.rotation_tolerance

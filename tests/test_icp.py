@@ -1,0 +1,490 @@
+"""The loop: the lesson's run, symmetries, a cost that never rises, and every ending."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from labkit import IcpParameters, Scan, Target, Termination, icp
+from labkit.errors import InvalidPointsError
+from labkit.se2 import apply, invert, rotation, to_xytheta, transform, wrap
+from labkit.simulation import Lidar, cast, corridor, lesson_experiment, room
+
+PI = math.pi
+BY_POINT = IcpParameters()
+BY_LINE = IcpParameters(metric="point_to_line")
+NOISY = {"translation_tolerance": 1e-4, "rotation_tolerance": 1e-4}  # below it, noise swings
+AROUND = Lidar(beam_count=720, field_of_view=2.0 * PI, noise_std=0.0)
+METRICS = pytest.mark.parametrize("parameters", [BY_POINT, BY_LINE], ids=["point", "line"])
+ANGLES = pytest.mark.parametrize("theta", [-PI, *np.radians([-135, -90, 0, 45, 90, 135, 180])])
+
+# Nothing rejected, nothing weighed down, and only the pose decides when to stop.
+PLAIN = IcpParameters(
+    max_correspondence_distance=math.inf,
+    overlap_ratio=1.0,
+    huber_delta=math.inf,
+    cost_tolerance=0.0,
+)
+
+
+def error(T, T_true):
+    """Distance [m] and angle [rad] between two transforms."""
+    x, y, theta = to_xytheta(invert(T_true) @ T)
+    return math.hypot(x, y), abs(theta)
+
+
+def scatter(seed, count=80, size=4.0):
+    return np.random.default_rng(seed).uniform(-size, size, (count, 2))
+
+
+# ---------------------------------------------------------------- the lesson's own run
+
+
+def test_the_lessons_experiment():
+    """The numbers that the lesson's program prints; its RMSE is over all points."""
+    experiment = lesson_experiment()
+    result = icp(experiment.source, experiment.target, experiment.T_init)
+    x, y, theta = to_xytheta(result.T_target_source)
+    rmse = math.sqrt(np.mean(result.correspondences.distances**2))
+    assert round(math.degrees(theta), 3) == 6.011
+    assert (round(x, 4), round(y, 4)) == (0.3496, 0.1008)
+    assert round(rmse, 4) == 0.1283
+    assert result.converged
+    assert result.inlier_count == math.floor(0.85 * len(experiment.source)) == 507
+
+
+# ---------------------------------------------------------------- symmetries
+
+
+@METRICS
+@ANGLES
+def test_moving_the_target_moves_the_estimate(parameters, theta, in_the_room):
+    """Bare points, so that both metrics see the same geometry in every frame."""
+    source, target = in_the_room.source.points, in_the_room.target.points
+    A = transform(1.5, -0.7, theta)
+    plain = icp(source, target, None, parameters)
+    moved = icp(source, apply(A, target), A, parameters)
+    np.testing.assert_allclose(moved.T_target_source, A @ plain.T_target_source, atol=1e-9)
+    assert (moved.iterations, moved.termination) == (plain.iterations, plain.termination)
+
+
+@METRICS
+@ANGLES
+def test_moving_the_source_moves_the_estimate_back(parameters, theta, in_the_room):
+    source, target = in_the_room.source, Target(in_the_room.target)
+    B = transform(-0.4, 0.9, theta)
+    plain = icp(source, target, None, parameters)
+    moved = icp(apply(B, source.points), target, invert(B), parameters)
+    np.testing.assert_allclose(moved.T_target_source, plain.T_target_source @ invert(B), atol=1e-9)
+
+
+@METRICS
+def test_the_order_of_the_source_does_not_matter(parameters, in_the_room):
+    order = np.random.default_rng(0).permutation(len(in_the_room.source))
+    plain = icp(in_the_room.source, in_the_room.target, None, parameters)
+    shuffled = icp(in_the_room.source.points[order], in_the_room.target, None, parameters)
+    np.testing.assert_allclose(shuffled.T_target_source, plain.T_target_source, atol=1e-10)
+    np.testing.assert_array_equal(shuffled.correspondences.kept, plain.correspondences.kept[order])
+
+
+def test_scan_target_and_array_are_the_same_to_it(in_the_room):
+    source, target = in_the_room.source, in_the_room.target
+    expected = icp(source, target)
+    for p, q in (
+        (source, Target(target)),
+        (source.points, target.points),
+        (source.points.tolist(), Target(target.points.tolist())),
+    ):
+        result = icp(p, q)
+        np.testing.assert_array_equal(result.T_target_source, expected.T_target_source)
+        assert result.cost == expected.cost
+
+
+@METRICS
+@ANGLES
+def test_every_angle_is_reached_from_a_near_guess(parameters, theta):
+    """A right-hand composition is harmless near 0° and fails from 90° on."""
+    T = transform(0.3, 0.2, theta)
+    target, source = (cast(room(), pose, AROUND, rng=8) for pose in (np.eye(3), T))
+    guess = transform(0.38, 0.14, theta + math.radians(5.0))
+    result = icp(source, target, guess, parameters)
+    assert result.converged
+    distance, angle = error(result.T_target_source, T)
+    assert distance < 0.01
+    assert angle < math.radians(0.2)
+    assert result.inlier_rmse < 0.03
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(-PI, PI))
+def test_pairs_that_are_known_need_one_step(seed, theta):
+    """Points far apart and a near guess: the first association is the right one."""
+    grid = 3.0 * np.stack(np.meshgrid(np.arange(5.0), np.arange(4.0)), axis=-1).reshape(-1, 2)
+    target = grid + np.random.default_rng(seed).uniform(-0.5, 0.5, grid.shape)
+    T = transform(2.0, -1.0, theta)
+    source = apply(invert(T), target)
+    result = icp(source, target, transform(0.1, -0.1, 0.01) @ T, PLAIN)
+    np.testing.assert_allclose(result.history[1].T_target_source, T, atol=1e-12)
+    assert result.termination is Termination.CONVERGED_POSE
+    assert result.iterations == 2
+
+
+# ---------------------------------------------------------------- the cost never rises
+
+
+def assert_cost_never_rises(result, scale):
+    for before, now in pairwise(result.history):
+        assert now.cost <= before.cost + 1e-13 * scale**2
+
+
+parameter_sets = st.builds(
+    IcpParameters,
+    max_correspondence_distance=st.sampled_from([0.05, 0.3, 1.0, math.inf]),
+    overlap_ratio=st.floats(0.2, 1.0),
+    huber_delta=st.sampled_from([0.02, 0.2, 1.0, math.inf]),
+    max_iterations=st.just(40),
+    cost_tolerance=st.just(0.0),
+)
+guesses = st.builds(transform, st.floats(-1, 1), st.floats(-1, 1), st.floats(-PI, PI))
+
+
+@settings(max_examples=200)
+@given(st.integers(0, 2**32 - 1), guesses, parameter_sets)
+def test_no_step_raises_the_cost_between_any_two_clouds(seed, guess, parameters):
+    source, target = scatter(seed, 40), scatter(seed + 1, 50)
+    assert_cost_never_rises(icp(source, target, guess, parameters), scale=4.0)
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 2**32 - 1), parameter_sets)
+def test_no_step_raises_the_cost_between_simulated_scans(seed, parameters):
+    rng = np.random.default_rng(seed)
+    T = transform(*rng.uniform([-0.3, -0.3, -0.3], 0.3))
+    target, source = (cast(room(), pose, Lidar(beam_count=181), rng=rng) for pose in (np.eye(3), T))
+    assert_cost_never_rises(icp(source, target, None, parameters), scale=10.0)
+
+
+def test_no_step_raises_the_cost_on_a_real_log(killian):
+    parameters = IcpParameters(cost_tolerance=0.0)
+    for k in range(0, len(killian) - 1, 200):
+        older, newer = killian.scans[k : k + 2]
+        assert_cost_never_rises(icp(newer, older, None, parameters), scale=50.0)
+
+
+# ---------------------------------------------------------------- the endings
+
+
+def test_ends_when_both_pose_tolerances_hold(in_the_room):
+    parameters = IcpParameters(cost_tolerance=0.0)
+    result = icp(in_the_room.source, in_the_room.target, None, parameters)
+    assert result.termination is Termination.CONVERGED_POSE
+    *earlier, last = result.history[1:]
+    assert last.translation_step < parameters.translation_tolerance
+    assert last.rotation_step < parameters.rotation_tolerance
+    assert earlier
+    for step in earlier:
+        assert (
+            step.translation_step >= parameters.translation_tolerance
+            or step.rotation_step >= parameters.rotation_tolerance
+        )
+
+
+def test_ends_when_the_cost_stops_changing(in_the_room):
+    parameters = IcpParameters(
+        translation_tolerance=0.0, rotation_tolerance=0.0, cost_tolerance=1e-6
+    )
+    result = icp(in_the_room.source, in_the_room.target, None, parameters)
+    assert result.termination is Termination.CONVERGED_COST
+    changes = [abs(now.cost - before.cost) for before, now in pairwise(result.history)]
+    assert changes[-1] < 1e-6
+    assert min(changes[:-1]) >= 1e-6
+
+
+@pytest.mark.parametrize("budget", [1, 3])
+def test_ends_with_the_budget(budget, in_the_room):
+    parameters = IcpParameters(max_iterations=budget)
+    result = icp(in_the_room.source, in_the_room.target, None, parameters)
+    assert result.termination is Termination.BUDGET_SPENT
+    assert result.iterations == budget
+    assert not result.converged
+    np.testing.assert_array_equal(result.T_target_source, result.history[-1].T_target_source)
+
+
+@METRICS
+def test_ends_where_too_few_pairs_are_left(parameters):
+    guess = transform(100.0, 0.0, 0.3)
+    result = icp(scatter(1), scatter(2), guess, parameters)
+    assert result.termination is Termination.TOO_FEW_CORRESPONDENCES
+    assert result.iterations == 0
+    assert_failed(result, guess)
+    assert (result.inlier_count, result.fitness) == (0, 0.0)
+    assert math.isnan(result.inlier_rmse)
+
+
+def test_ends_where_a_step_leaves_too_few_pairs():
+    """Offsets of +, − and + 0.4 m meet at a mean that puts the middle pair outside the gate."""
+    target = np.array([[0.0, 0.0], [0.0, 50.0], [0.0, 100.0]])
+    source = target + np.array([[0.4, 0.0], [-0.4, 0.0], [0.4, 0.0]])
+    result = icp(source, target, None, replace(PLAIN, max_correspondence_distance=0.45))
+    assert result.termination is Termination.TOO_FEW_CORRESPONDENCES
+    assert [step.inlier_count for step in result.history] == [3, 2]
+    assert_failed(result, result.history[1].T_target_source)
+    np.testing.assert_allclose(
+        result.history[1].T_target_source, transform(-0.4 / 3.0, 0.0, 0.0), atol=1e-14
+    )
+
+
+def assert_failed(result, last_tried):
+    """No estimate, yet the last pose that was tried is on record."""
+    assert result.termination.failed
+    assert not result.converged
+    assert np.isnan(result.T_target_source).all()
+    assert math.isnan(result.rotation)
+    np.testing.assert_array_equal(result.history[-1].T_target_source, last_tried)
+
+
+@METRICS
+def test_a_source_of_one_spot_is_degenerate(parameters):
+    wall = np.column_stack([np.linspace(-1.0, 1.0, 41), np.ones(41)])
+    for count in (3, 10):
+        result = icp(np.tile([0.1, 0.9], (count, 1)), wall, None, parameters)
+        assert result.termination is Termination.DEGENERATE
+        assert_failed(result, np.eye(3))
+        assert result.inlier_count >= 3
+
+
+def test_a_target_of_one_spot_is_degenerate():
+    result = icp(0.1 * scatter(3), np.tile([0.1, 0.0], (5, 1)))
+    assert result.termination is Termination.DEGENERATE
+    assert_failed(result, np.eye(3))
+
+
+def test_lines_without_any_surface_are_degenerate_not_far_away():
+    """Scatter wider than a surface: every point has a partner, none has a normal."""
+    sparse = 3.0 * np.stack(np.meshgrid(np.arange(5.0), np.arange(4.0)), axis=-1).reshape(-1, 2)
+    result = icp(sparse, sparse, None, BY_LINE)
+    assert result.termination is Termination.DEGENERATE
+    assert_failed(result, np.eye(3))
+    assert result.inlier_count == 0
+    assert np.isnan(result.correspondences.residuals).all()
+    assert icp(sparse, sparse, None, BY_POINT).converged
+
+
+@METRICS
+@pytest.mark.parametrize("count", [1, 2])
+def test_fewer_than_three_points_are_too_few(parameters, count):
+    points = scatter(4, count)
+    result = icp(points, points, None, parameters)
+    assert result.termination is Termination.TOO_FEW_CORRESPONDENCES
+    assert_failed(result, np.eye(3))
+
+
+# ---------------------------------------------------------------- why both pose tests
+
+
+def test_under_any_a_turn_on_the_spot_would_end_at_once():
+    """A symmetric scene turned about its centre: no step ever translates it.
+
+    With the lesson's "any of them" the run would end after its first step, most of the
+    turn still ahead. Here both must hold, and the run goes on to the end.
+    """
+    half = scatter(3, 60)
+    target = np.vstack([half, -half])
+    T = transform(0.0, 0.0, math.radians(8.0))
+    result = icp(apply(invert(T), target), target, None, PLAIN)
+    assert result.termination is Termination.CONVERGED_POSE
+    under_any = next(
+        step
+        for step in result.history[1:]
+        if step.translation_step < PLAIN.translation_tolerance
+        or step.rotation_step < PLAIN.rotation_tolerance
+    )
+    assert under_any is result.history[1]
+    assert under_any.rotation_step > math.radians(1.0)
+    _, error_under_any = error(under_any.T_target_source, T)
+    _, error_at_the_end = error(result.T_target_source, T)
+    assert error_under_any > math.radians(4.0)
+    assert error_at_the_end < 1e-12
+    assert error_under_any > 10.0 * error_at_the_end
+
+
+# ---------------------------------------------------------------- the record
+
+
+@METRICS
+def test_history_and_result_agree(parameters, in_the_room):
+    result = icp(in_the_room.source, in_the_room.target, None, parameters)
+    first, last = result.history[0], result.history[-1]
+    assert result.iterations == len(result.history) - 1 > 1
+    np.testing.assert_array_equal(first.T_target_source, np.eye(3))
+    assert math.isnan(first.translation_step)
+    assert math.isnan(first.rotation_step)
+    np.testing.assert_array_equal(last.T_target_source, result.T_target_source)
+    assert (last.cost, last.inlier_count) == (result.cost, result.inlier_count)
+    assert last.inlier_rmse == result.inlier_rmse
+    assert result.fitness == result.inlier_count / len(in_the_room.source)
+    assert result.rotation == abs(to_xytheta(result.T_target_source)[2])
+    assert result.message == result.termination.value
+    for before, now in pairwise(result.history):
+        x, y, theta = to_xytheta(now.T_target_source) - to_xytheta(before.T_target_source)
+        assert now.translation_step == pytest.approx(math.hypot(x, y), abs=1e-15)
+        assert now.rotation_step == pytest.approx(abs(wrap(theta)), abs=1e-15)
+
+
+def test_steps_are_measured_across_the_cut_at_pi():
+    target = scatter(9)
+    T = transform(0.0, 0.0, PI - 0.01)
+    result = icp(apply(invert(T), target), target, transform(0.0, 0.0, -PI + 0.01), PLAIN)
+    assert error(result.T_target_source, T)[1] < 1e-12
+    assert max(step.rotation_step for step in result.history[1:]) < 0.05
+
+
+@METRICS
+def test_correspondences_belong_to_the_final_pose(parameters, in_the_room):
+    source, target = in_the_room.source, Target(in_the_room.target)
+    result = icp(source, target, None, parameters)
+    pairs = result.correspondences
+    moved = apply(result.T_target_source, source.points)
+    index, distances = target.search.query(moved)
+    np.testing.assert_array_equal(pairs.target_index, index)
+    np.testing.assert_array_equal(pairs.distances, distances)
+    np.testing.assert_array_equal(
+        pairs.kept, pairs.within_gate & pairs.within_overlap & np.isfinite(pairs.residuals)
+    )
+    assert pairs.within_overlap.sum() == math.floor(parameters.overlap_ratio * len(source))
+    np.testing.assert_array_equal(pairs.weights > 0.0, pairs.kept)
+    assert (pairs.residuals[pairs.kept] <= pairs.distances[pairs.kept] + 1e-15).all()
+    inliers = distances[pairs.kept]
+    assert result.inlier_rmse == pytest.approx(math.sqrt(np.mean(inliers**2)))
+
+
+def test_the_cost_by_hand():
+    """Four points: two matched, one trimmed, and one outside the gate, charged at its edge."""
+    target = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [30.0, 0.0]])
+    source = target + np.array([[0.0, 0.1], [0.0, 0.3], [0.0, 2.0], [0.0, 3.0]])
+    parameters = IcpParameters(
+        max_correspondence_distance=1.0, overlap_ratio=0.75, huber_delta=0.2, max_iterations=1
+    )
+    first = icp(source, target, None, parameters).history[0]
+    expected = (0.1**2 + (2 * 0.2 * 0.3 - 0.2**2) + (2 * 0.2 * 1.0 - 0.2**2)) / 4
+    assert first.cost == pytest.approx(expected, rel=1e-12)
+    assert first.inlier_count == 2
+
+
+def test_a_calmer_step_is_the_same_way_in_smaller_strides(in_the_room):
+    calm = replace(BY_LINE, step_fraction=0.5)
+    source, target = in_the_room.source, Target(in_the_room.target)
+    full, half = icp(source, target, None, BY_LINE), icp(source, target, None, calm)
+    np.testing.assert_allclose(
+        to_xytheta(half.history[1].T_target_source),
+        0.5 * to_xytheta(full.history[1].T_target_source),
+        atol=1e-15,
+    )
+    assert half.iterations > full.iterations
+    distance, angle = error(half.T_target_source, full.T_target_source)
+    assert distance < 1e-3
+    assert angle < 1e-3
+
+
+# ---------------------------------------------------------------- robustness
+
+
+def test_outliers_within_the_overlap_are_dropped():
+    """Two pairs of ten are wrong: trimmed they cost nothing, kept they tear."""
+    target = scatter(12, 50, size=8.0)
+    T = transform(0.05, -0.02, 0.01)
+    source = apply(invert(T), target)
+    source[::5] += [0.4, 0.3]
+    trimmed = icp(source, target, None, replace(PLAIN, overlap_ratio=0.8))
+    kept = icp(source, target, None, PLAIN)
+    assert error(trimmed.T_target_source, T)[0] < 1e-12
+    assert error(kept.T_target_source, T)[0] > 0.01
+
+
+# ---------------------------------------------------------------- point to line
+
+
+def test_lines_converge_sooner_and_no_worse_in_a_room():
+    """20 draws of noise: lines slide along walls where points stick to points."""
+    T = transform(0.1, 0.05, math.radians(3.0))
+    errors, iterations = {}, {}
+    for name, metric in (("point", BY_POINT), ("line", BY_LINE)):
+        parameters = replace(metric, **NOISY)
+        runs = []
+        for seed in range(20):
+            rng = np.random.default_rng(seed)
+            target, source = (cast(room(), pose, Lidar(), rng=rng) for pose in (np.eye(3), T))
+            result = icp(source, target, None, parameters)
+            assert result.converged
+            runs.append((*error(result.T_target_source, T), result.iterations))
+        errors[name] = np.sqrt(np.mean(np.square(runs)[:, :2], axis=0))
+        iterations[name] = np.array(runs)[:, 2]
+    assert (iterations["line"] < iterations["point"]).all()
+    assert (errors["line"] < errors["point"]).all()
+
+
+@pytest.mark.parametrize("direction", np.linspace(-PI, PI, 9))
+def test_a_straight_wall_is_solved_across_and_left_at_the_guess_along(direction):
+    away, along = rotation(direction).T
+    place = np.linspace(-2.0, 2.0, 81)[:, None]
+    target = 2.0 * away + place * along
+    inner = 2.0 * away + place[10:-10] * along
+    T = transform(*(0.05 * away), 0.01)
+    slide = 0.017
+    guess = transform(*(slide * along), 0.0)
+    result = icp(apply(invert(T), inner), target, guess, BY_LINE)
+    assert result.converged
+    placed = apply(result.T_target_source, apply(invert(T), inner))
+    np.testing.assert_allclose(placed @ away, 2.0, atol=1e-9)
+    assert to_xytheta(result.T_target_source)[2] == pytest.approx(0.01, abs=1e-9)
+    # The source's centre goes where the guess put it, up to the bend of its turn.
+    centre = apply(invert(T), inner).mean(axis=0)
+    moved = apply(result.T_target_source, [centre])[0] - apply(guess, [centre])[0]
+    assert abs(moved @ along) < 1e-3 * slide
+
+
+def test_a_corridor_leaves_the_drive_at_the_guess():
+    T = transform(0.3, 0.05, 0.02)
+    lidar = Lidar(noise_std=0.0)
+    target, source = (cast(corridor(), pose, lidar, rng=0) for pose in (np.eye(3), T))
+    for guess in (0.0, 0.15):
+        result = icp(source, target, transform(guess, 0.0, 0.0), BY_LINE)
+        x, y, theta = to_xytheta(result.T_target_source)
+        assert result.converged
+        assert abs(x - guess) < 0.01
+        assert y == pytest.approx(0.05, abs=1e-3)
+        assert theta == pytest.approx(0.02, abs=1e-3)
+
+
+# ---------------------------------------------------------------- the caller's mistakes
+
+CLOUD = scatter(0, 6)
+EMPTY = Scan.from_ranges([math.inf], [0.0])
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "T_init", "message"),
+    [
+        (EMPTY, CLOUD, None, r"`source` is empty, got shape \(0, 2\); it needs at least 1 point"),
+        (CLOUD, EMPTY, None, r"`target` is empty, got shape \(0, 2\)"),
+        ([], CLOUD, None, r"is empty, got shape \(0,\)"),
+        (CLOUD.T, CLOUD, None, r"must have shape \(N, 2\), got \(2, 6\); transpose it"),
+        (CLOUD, CLOUD * [1, math.nan], None, r"must be finite, got \[.*nan\] at index 0"),
+        (CLOUD * [math.inf, 1], CLOUD, None, r"must be finite, got \[.*inf, .*\] at index 0"),
+        (CLOUD, CLOUD, np.eye(2), r"`T_init` must be a \(3, 3\) transform, got shape \(2, 2\); b"),
+        (CLOUD, CLOUD, (0, 0, 0), r"`T_init` must be a \(3, 3\) transform, got shape \(3,\)"),
+        (CLOUD, CLOUD, 2 * np.eye(3), r"`T_init` must be a proper rigid transform, got \[\[2\.0"),
+        (CLOUD, CLOUD, np.diag([1, -1, 1]), r"`T_init` must be a proper rigid transform"),
+        (CLOUD, CLOUD, np.full((3, 3), math.nan), r"proper rigid transform, got \[\[nan, nan"),
+        (CLOUD, CLOUD, np.full((3, 3), math.inf), r"proper rigid transform, got \[\[inf, inf"),
+        (CLOUD, CLOUD, np.diag([math.inf, 1, 1]), r"proper rigid transform, got \[\[inf, 0\.0"),
+        (CLOUD, CLOUD, np.ones((3, 3)), r"proper rigid transform, .*`labkit\.transform\(x, y, t"),
+        (CLOUD, CLOUD, "here", r"`T_init` must hold numbers, got 'here'; build one with"),
+    ],
+)
+def test_bad_input(source, target, T_init, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        icp(source, target, T_init)
