@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_pose
+from labkit.arrays import FloatArray, as_floats, as_pose
 from labkit.correspondences import MIN_PAIRS
 from labkit.errors import InvalidPointsError
 from labkit.odometry.integration import increments_between, integrate_step
@@ -133,7 +133,7 @@ def estimate_odometry(
 
 
 def _as_increments(priors: ArrayLike, scan_count: int) -> FloatArray:
-    rows = np.asarray(priors, dtype=np.float64)
+    rows = as_floats(priors, "priors", hint="give rows (x, y, ψ) or (Δx, Δy, Δψ)")
     if rows.shape == (scan_count, 3):
         return increments_between(rows)
     if rows.shape == (scan_count - 1, 3):

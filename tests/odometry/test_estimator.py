@@ -1,0 +1,197 @@
+"""Odometry over a run: streaming and whole logs, priors, and scans that are lost."""
+
+import math
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from labkit import Scan
+from labkit.errors import InvalidPointsError
+from labkit.filters import Preprocessing
+from labkit.odometry import (
+    Decision,
+    OdometryParameters,
+    ScanMatchingOdometry,
+    estimate_odometry,
+    increments_between,
+    integrate,
+)
+from labkit.se2 import apply, from_xytheta, to_xytheta
+from labkit.simulation import Lidar, room, scan_along
+
+EMPTY = Scan.from_ranges([math.inf], [0.0])
+STEP = [0.12, 0.02, math.radians(4.0)]
+TRUTH = integrate([STEP] * 11, start=[-0.5, -0.3, 0.2])
+SCANS = scan_along(room(), TRUTH, Lidar(beam_count=271), rng=4)
+NOISE = np.random.default_rng(0).normal(0.0, [0.01, 0.01, 0.005], (11, 3))
+PRIORS = increments_between(TRUTH) + NOISE
+
+
+def assert_same_records(actual, expected):
+    for one, other in zip(actual, expected, strict=True):
+        for field in fields(one):
+            np.testing.assert_equal(getattr(one, field.name), getattr(other, field.name))
+
+
+def test_it_drives_the_true_way():
+    result = estimate_odometry(SCANS, PRIORS, start=TRUTH[0])
+    assert result.poses.shape == (12, 3)
+    assert np.abs(result.poses - TRUTH).max() < 0.03
+    assert result.records[0].decision is Decision.START
+    assert result.count(Decision.START) == 1
+    assert result.count(Decision.ICP, Decision.RETRY) == 11
+    dead_reckoning = integrate(PRIORS, TRUTH[0])
+    errors = [np.hypot(*(p - TRUTH)[:, :2].T).max() for p in (result.poses, dead_reckoning)]
+    assert errors[0] < errors[1]
+
+
+def test_poses_are_the_integral_of_the_records():
+    result = estimate_odometry(SCANS, start=TRUTH[0])
+    increments = [record.increment for record in result.records[1:]]
+    np.testing.assert_array_equal(result.poses, integrate(increments, TRUTH[0]))
+    np.testing.assert_array_equal(result.records[0].increment, np.zeros(3))
+
+
+@pytest.mark.parametrize("priors", [None, PRIORS])
+def test_streaming_is_the_same_as_the_whole_log(priors):
+    odometry = ScanMatchingOdometry(start=TRUTH[0])
+    records, poses = [], []
+    for k, scan in enumerate(SCANS):
+        prior = None if priors is None or k == 0 else priors[k - 1]
+        records.append(odometry.update(scan, prior))
+        poses.append(odometry.pose)
+    whole = estimate_odometry(SCANS, priors, start=TRUTH[0])
+    np.testing.assert_array_equal(poses, whole.poses)
+    assert_same_records(records, whole.records)
+
+
+def test_priors_may_be_poses_or_increments():
+    by_increments = estimate_odometry(SCANS, PRIORS)
+    wheels = integrate(PRIORS, start=[7.0, -3.0, 2.0])  # wheels count from anywhere
+    by_poses = estimate_odometry(SCANS, wheels)
+    np.testing.assert_allclose(by_poses.poses, by_increments.poses, atol=1e-9)
+    assert_decisions(by_poses, [record.decision for record in by_increments.records])
+
+
+def test_a_prior_that_lies_is_found_out():
+    lie = PRIORS.copy()
+    lie[4] += [0.0, 1.0, 0.0]
+    record = estimate_odometry(SCANS, lie).records[5]
+    assert record.decision is Decision.PRIOR
+    np.testing.assert_array_equal(record.increment, lie[4])
+
+
+@pytest.mark.parametrize("start", [(0, 0, 0), (5.0, -2.0, 3.0)])
+def test_the_start_moves_the_run_as_a_whole(start):
+    plain = estimate_odometry(SCANS[:4])
+    moved = estimate_odometry(SCANS[:4], start=start)
+    expected = to_xytheta(from_xytheta(start) @ from_xytheta(plain.poses))
+    np.testing.assert_allclose(moved.poses, expected, atol=1e-12)
+
+
+def assert_decisions(result, decisions):
+    assert [record.decision for record in result.records] == decisions
+
+
+def test_a_lost_scan_costs_two_steps_and_the_prior_bridges_them():
+    scans = [*SCANS[:4], EMPTY, *SCANS[5:8]]
+    result = estimate_odometry(scans, PRIORS[:7], start=TRUTH[0])
+    icp, prior = Decision.ICP, Decision.PRIOR
+    assert_decisions(result, [Decision.START, icp, icp, icp, prior, prior, icp, icp])
+    assert result.records[4].reason == "the newer scan has fewer than 3 points"
+    assert result.records[5].reason == "the older scan has fewer than 3 points"
+    np.testing.assert_array_equal(result.records[4].increment, PRIORS[3])
+    assert np.abs(result.poses - TRUTH[:8]).max() < 0.06
+
+
+def test_without_a_prior_a_motion_is_held_once():
+    scans = [*SCANS[:3], EMPTY, EMPTY, *SCANS[5:7]]
+    result = estimate_odometry(scans)
+    np.testing.assert_array_equal(result.records[3].increment, result.records[2].increment)
+    for record in result.records[4:6]:
+        np.testing.assert_array_equal(record.increment, np.zeros(3))
+    assert result.count(Decision.HOLD) == 3
+    standing = estimate_odometry(scans, parameters=OdometryParameters(on_skip="stand"))
+    assert standing.count(Decision.STAND) == 3
+    np.testing.assert_array_equal(standing.records[3].increment, np.zeros(3))
+
+
+def test_only_empty_scans_stand_still():
+    result = estimate_odometry([EMPTY] * 3, start=[1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(result.poses, [[1.0, 2.0, 3.0]] * 3)
+    assert_decisions(result, [Decision.START, Decision.HOLD, Decision.HOLD])
+
+
+def test_a_log_without_scans_has_no_poses():
+    result = estimate_odometry([])
+    assert result.poses.shape == (0, 3)
+    assert result.records == ()
+
+
+def test_scans_are_filtered_on_both_sides():
+    """What the filter drops must be gone from source and target alike."""
+    clutter = np.random.default_rng(1).uniform(-0.2, 0.2, (40, 2))
+    dirty = [Scan.from_points(np.vstack([scan.points, clutter])) for scan in SCANS[:4]]
+    clean = [Scan.from_points(scan.points) for scan in SCANS[:4]]
+    filtering = OdometryParameters(preprocessing=Preprocessing(range_min=0.3))
+    with_filter = estimate_odometry(dirty, parameters=filtering)
+    expected = estimate_odometry(clean, parameters=filtering)
+    np.testing.assert_array_equal(with_filter.poses, expected.poses)
+    assert with_filter.records[1].inlier_count < 0.9 * len(clean[1])
+
+
+def test_progress_sees_every_scan():
+    seen = []
+
+    def watch(scans):
+        for scan in scans:
+            seen.append(scan)
+            yield scan
+
+    estimate_odometry(SCANS[:3], progress=watch)
+    assert [a is b for a, b in zip(seen, SCANS[:3], strict=True)] == [True] * 3
+
+
+def test_frames_do_not_matter_to_a_run():
+    """A scanner mounted turned by A sees A⁻¹ p: its increments are A⁻¹ T A."""
+    A = from_xytheta([0.0, 0.0, 2.0])
+    turned = [replace(scan, points=apply(A.T, scan.points)) for scan in SCANS[:5]]
+    plain, other = estimate_odometry(SCANS[:5]), estimate_odometry(turned)
+    for one, two in zip(plain.records[1:], other.records[1:], strict=True):
+        expected = to_xytheta(A.T @ from_xytheta(one.increment) @ A)
+        np.testing.assert_allclose(two.increment, expected, atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("priors", "message"),
+    [
+        (PRIORS[:5], r"`priors` must have shape \(12, 3\), a pose a scan, or \(11, 3\), an inc"),
+        (PRIORS[:, :2], r"an increment a step, got \(11, 2\)"),
+        (PRIORS.ravel(), r"an increment a step, got \(33,\)"),
+        (np.where(np.arange(11)[:, None] == 2, math.nan, PRIORS), r"`priors?` must .*nan"),
+        ([["a", "b", "c"]] * 11, r"`priors` must hold numbers"),
+    ],
+)
+def test_bad_priors(priors, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        estimate_odometry(SCANS, priors)
+
+
+@pytest.mark.parametrize("prior", [[0.0, 0.0], [0.0, 0.0, math.inf], "ahead"])
+def test_a_bad_prior_while_streaming(prior):
+    odometry = ScanMatchingOdometry()
+    odometry.update(SCANS[0])
+    with pytest.raises(InvalidPointsError, match="`prior` must"):
+        odometry.update(SCANS[1], prior)
+
+
+@pytest.mark.parametrize("start", [[0.0, 0.0], [math.nan, 0.0, 0.0]])
+def test_a_bad_start(start):
+    with pytest.raises(InvalidPointsError, match="`start` must be"):
+        ScanMatchingOdometry(start=start)
+
+
+def test_bad_points_while_streaming():
+    with pytest.raises(InvalidPointsError, match="`points` must be finite"):
+        ScanMatchingOdometry().update([[math.nan, 0.0]])
