@@ -1,0 +1,89 @@
+"""Sanity checks: each limit has its own complaint, and a good step has none."""
+
+import math
+
+import numpy as np
+import pytest
+
+from labkit.errors import InvalidParameterError
+from labkit.odometry import SanityLimits
+from labkit.odometry.sanity import motion_complaints, quality_complaints
+
+LIMITS = SanityLimits(
+    max_translation=1.0,
+    max_rotation=math.radians(45.0),
+    max_prior_translation=0.2,
+    max_prior_rotation=math.radians(10.0),
+    min_inlier_ratio=0.5,
+    max_rmse=0.1,
+)
+GOOD = np.array([0.6, -0.6, math.radians(-40.0)])
+
+
+@pytest.mark.parametrize(
+    ("increment", "prior", "complaints"),
+    [
+        (GOOD, None, []),
+        (GOOD, GOOD, []),
+        ([1.0, 0.0, math.radians(45.0)], None, []),  # the limit itself is allowed
+        ([0.0, -1.1, 0.0], None, ["translation 1.10 m > 1.00 m"]),
+        ([0.8, 0.8, 0.0], None, ["translation 1.13 m > 1.00 m"]),
+        ([0.0, 0.0, math.radians(-50.0)], None, ["rotation 50.0° > 45.0°"]),
+        ([0.5, 0.0, 0.0], [0.2, 0.0, 0.0], ["0.30 m from the prior > 0.20 m"]),
+        ([0.0, 0.0, math.radians(-6)], [0, 0, math.radians(6)], ["12.0° from the prior > 10.0°"]),
+        (
+            [2.0, 0.0, math.radians(50.0)],
+            [0.0, 0.0, 0.0],
+            [
+                "translation 2.00 m > 1.00 m",
+                "rotation 50.0° > 45.0°",
+                "2.00 m from the prior > 0.20 m",
+                "50.0° from the prior > 10.0°",
+            ],
+        ),
+    ],
+)
+def test_motion(increment, prior, complaints):
+    prior = None if prior is None else np.array(prior, dtype=float)
+    assert motion_complaints(np.array(increment), prior, LIMITS) == complaints
+
+
+def test_the_distance_to_the_prior_is_measured_across_the_cut_at_pi():
+    wide = SanityLimits(max_rotation=4.0, max_prior_rotation=0.1)
+    increment, prior = np.array([0.0, 0.0, math.pi]), np.array([0.0, 0.0, -math.pi + 0.05])
+    assert motion_complaints(increment, prior, wide) == []
+
+
+@pytest.mark.parametrize(
+    ("ratio", "rmse", "complaints"),
+    [
+        (0.5, 0.1, []),
+        (1.0, 0.0, []),
+        (0.49, 0.1, ["inlier ratio 0.490 < 0.500"]),
+        (0.5, 0.101, ["RMSE 0.101 m > 0.100 m"]),
+        (0.0, math.nan, ["inlier ratio 0.000 < 0.500", "RMSE nan m > 0.100 m"]),
+        (math.nan, 0.0, ["inlier ratio nan < 0.500"]),
+    ],
+)
+def test_quality(ratio, rmse, complaints):
+    assert quality_complaints(ratio, rmse, LIMITS) == complaints
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "interval"),
+    [
+        ("max_translation", 0.0, "(0, inf] m"),
+        ("max_rotation", -1.0, "(0, inf] rad"),
+        ("max_prior_translation", math.nan, "(0, inf] m"),
+        ("max_prior_rotation", 0.0, "(0, inf] rad"),
+        ("max_rmse", 0.0, "(0, inf] m"),
+        ("min_inlier_ratio", 1.1, "[0, 1]"),
+        ("min_inlier_ratio", -0.1, "[0, 1]"),
+        ("min_information", 0.6, "[0, 0.5]"),
+        ("min_information", -0.1, "[0, 0.5]"),
+    ],
+)
+def test_limits_out_of_range(name, value, interval):
+    with pytest.raises(InvalidParameterError) as caught:
+        SanityLimits(**{name: value})
+    assert str(caught.value) == f"`{name}` must be in {interval}, got {value!r}"

@@ -1,0 +1,215 @@
+"""One step: the match, the checks, and the fallbacks in their stated order."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from labkit import IcpParameters, Scan, Target, Termination, icp
+from labkit.degeneracy import observability, spread_ratio
+from labkit.errors import InvalidParameterError
+from labkit.odometry import Decision, OdometryParameters, SanityLimits, estimate_step
+from labkit.se2 import apply, from_xytheta, invert, to_xytheta, transform
+from labkit.simulation import Lidar, cast, corridor, room
+
+STILL = np.zeros(3)
+LAST = np.array([0.02, 0.0, 0.01])
+MOTION = np.array([0.1, 0.05, math.radians(3.0)])
+PRIOR = MOTION + np.array([0.02, -0.01, 0.005])
+PARAMETERS = OdometryParameters()
+EMPTY = Scan.from_ranges([math.inf], [0.0])
+
+
+def looks(world, motion=MOTION, rng=0):
+    """The newer scan and the prepared older one."""
+    rng = np.random.default_rng(rng)
+    older, newer = (cast(world, from_xytheta(x), Lidar(), rng=rng) for x in (STILL, motion))
+    return newer, Target(older)
+
+
+def no_way(**limits):
+    """Parameters under which no match is ever believed."""
+    return replace(PARAMETERS, limits=SanityLimits(max_rmse=1e-9), **limits)
+
+
+def test_a_good_match_is_taken_and_its_numbers_are_the_matchs():
+    source, target = looks(room())
+    record = estimate_step(source, target, PRIOR, LAST, PARAMETERS)
+    result = icp(source, target, from_xytheta(PRIOR), PARAMETERS.icp)
+    increment = to_xytheta(result.T_target_source)
+    seen = observability(source, target, result.T_target_source, result.correspondences)
+    assert record.decision is Decision.ICP
+    assert record.reason == ""
+    np.testing.assert_array_equal(record.increment, increment)
+    np.testing.assert_allclose(record.increment, MOTION, atol=0.006)
+    assert record.inlier_count == result.inlier_count
+    assert record.inlier_ratio == result.fitness
+    assert record.rmse == result.inlier_rmse
+    assert record.rotation == abs(increment[2])
+    assert record.information == seen.values[0]
+    assert not record.degenerate
+    assert record.spread == spread_ratio(source.points, increment[:2])
+    assert record.iterations == result.iterations
+    assert record.termination is result.termination
+
+
+def test_without_a_prior_the_last_motion_is_the_guess():
+    """A jump that only a near guess reaches; whoever stands on a skip starts from rest."""
+    jump = np.array([0.9, 0.0, math.radians(75.0)])
+    source, target = looks(room(), jump)
+    held = estimate_step(source, target, None, jump, PARAMETERS)
+    assert held.decision is Decision.ICP
+    np.testing.assert_allclose(held.increment, jump, atol=0.006)
+    stood = estimate_step(source, target, None, jump, replace(PARAMETERS, on_skip="stand"))
+    assert np.abs(stood.increment - jump).max() > 0.1
+
+
+# An L of two walls; in the newer scan a part of it is seen 0.3 m before the wall, as behind
+# a curtain. A gate of 0.5 m pairs the curtain with the wall, one of 0.25 m does not.
+PLACE = np.linspace(0.0, 4.0, 81)
+WALLS = np.vstack(
+    [np.column_stack([PLACE, np.full(81, -2.0)]), np.column_stack([np.full(81, 5.0), PLACE])]
+)
+CURTAIN = np.column_stack([PLACE[::3], np.full(27, -1.7)])
+CURTAINED = Scan.from_points(np.vstack([WALLS, CURTAIN]))
+STRICT = OdometryParameters(
+    icp=IcpParameters(overlap_ratio=1.0, huber_delta=math.inf),
+    limits=SanityLimits(max_rmse=0.05),
+)
+
+
+def test_the_retry_succeeds_where_the_first_match_failed():
+    record = estimate_step(CURTAINED, Target(WALLS), None, STILL, STRICT)
+    assert record.decision is Decision.RETRY
+    assert record.reason.startswith("icp: RMSE 0.")
+    assert record.reason.endswith(" m > 0.050 m")
+    np.testing.assert_allclose(record.increment, STILL, atol=1e-6)
+    assert record.inlier_count == len(WALLS)
+    first = icp(CURTAINED, WALLS, None, STRICT.icp)
+    assert first.inlier_rmse > 0.05
+
+
+def test_the_retry_has_a_smaller_gate_and_smaller_steps():
+    parameters = replace(STRICT, retry_gate=0.4, retry_step=0.25)
+    assert parameters.retry == replace(
+        STRICT.icp, max_correspondence_distance=0.2, step_fraction=0.25
+    )
+    unreduced = replace(STRICT, retry_gate=1.0)
+    record = estimate_step(CURTAINED, Target(WALLS), None, STILL, unreduced)
+    assert record.decision is Decision.HOLD
+    first, second = record.reason.split("; ")
+    assert first.startswith("icp: RMSE")
+    assert second.startswith("retry: RMSE")
+
+
+@pytest.mark.parametrize(
+    ("prior", "on_skip", "decision", "increment"),
+    [
+        (PRIOR, "hold", Decision.PRIOR, PRIOR),
+        (PRIOR, "stand", Decision.PRIOR, PRIOR),
+        (None, "hold", Decision.HOLD, LAST),
+        (None, "stand", Decision.STAND, STILL),
+    ],
+)
+def test_the_last_resort(prior, on_skip, decision, increment):
+    source, target = looks(room())
+    for newer, older, why in (
+        (source, target, "icp: RMSE"),
+        (EMPTY, target, "the newer scan has fewer than 3 points"),
+        (source.select(np.arange(2)), target, "the newer scan has fewer than 3 points"),
+        (source, None, "the older scan has fewer than 3 points"),
+    ):
+        record = estimate_step(newer, older, prior, LAST, no_way(on_skip=on_skip))
+        assert record.decision is decision
+        np.testing.assert_array_equal(record.increment, increment)
+        assert record.reason.startswith(why)
+    assert record.inlier_count == 0
+    assert math.isnan(record.rmse)
+    assert record.termination is None
+
+
+def test_decisions_know_their_kind():
+    assert {d for d in Decision if d.matched} == {Decision.ICP, Decision.RETRY}
+    assert {d for d in Decision if d.skipped} == {Decision.HOLD, Decision.STAND}
+
+
+@pytest.mark.parametrize(
+    ("limits", "complaint"),
+    [
+        ({"max_translation": 0.05}, "translation 0.11 m > 0.05 m"),
+        ({"max_rotation": 0.01}, "rotation 3.0° > 0.6°"),
+        ({"max_prior_translation": 1e-3}, "m from the prior > 0.00 m"),
+        ({"max_prior_rotation": 1e-3}, "° from the prior > 0.1°"),
+        ({"min_inlier_ratio": 0.9}, "inlier ratio 0.848 < 0.900"),
+        ({"max_rmse": 0.001}, "m > 0.001 m"),
+    ],
+)
+def test_each_check_sends_the_step_to_the_prior(limits, complaint):
+    source, target = looks(room())
+    parameters = replace(PARAMETERS, limits=SanityLimits(**limits))
+    record = estimate_step(source, target, PRIOR, LAST, parameters)
+    assert record.decision is Decision.PRIOR
+    for attempt, reason in zip(("icp", "retry"), record.reason.split("; "), strict=True):
+        assert reason.startswith(attempt + ": ")
+        assert complaint in reason
+
+
+def test_a_failed_match_is_its_own_complaint():
+    source, target = looks(room())
+    record = estimate_step(source, target, np.array([50.0, 0.0, 0.0]), LAST, PARAMETERS)
+    assert record.decision is Decision.PRIOR
+    message = Termination.TOO_FEW_CORRESPONDENCES.value
+    assert record.reason == f"icp: {message}; retry: {message}"
+    assert record.termination is Termination.TOO_FEW_CORRESPONDENCES
+    assert math.isnan(record.information)
+    assert math.isnan(record.rotation)
+
+
+def test_a_corridor_is_believed_with_a_prior_and_not_without():
+    source, target = looks(corridor(), rng=1)
+    with_prior = estimate_step(source, target, PRIOR, LAST, PARAMETERS)
+    assert with_prior.decision is Decision.ICP
+    assert with_prior.degenerate
+    assert with_prior.increment[0] == pytest.approx(PRIOR[0], abs=0.01)
+    assert with_prior.increment[1:] == pytest.approx(MOTION[1:], abs=0.006)
+    without = estimate_step(source, target, None, LAST, PARAMETERS)
+    assert without.decision is Decision.HOLD
+    assert without.degenerate
+    assert "degenerate: information 0.00" in without.reason
+    by_points = replace(PARAMETERS, icp=IcpParameters())
+    assert estimate_step(source, target, PRIOR, LAST, by_points).decision is Decision.PRIOR
+
+
+def test_a_room_far_from_degenerate_can_be_called_so_by_the_limit():
+    source, target = looks(room())
+    demanding = replace(PARAMETERS, limits=SanityLimits(min_information=0.5))
+    record = estimate_step(source, target, None, STILL, demanding)
+    assert record.decision is Decision.HOLD
+    assert record.degenerate
+    assert "< 0.500" in record.reason
+
+
+def test_steps_are_in_the_frame_of_the_older_scan():
+    """Source points seen from where the robot stands now: T_target_source, not its inverse."""
+    points = np.random.default_rng(6).uniform(-4.0, 4.0, (100, 2))
+    T = transform(0.1, 0.0, 0.05)
+    by_points = replace(PARAMETERS, icp=IcpParameters(), limits=SanityLimits(min_information=0.0))
+    newer = Scan.from_points(apply(invert(T), points))
+    record = estimate_step(newer, Target(points), None, STILL, by_points)
+    np.testing.assert_allclose(record.increment, [0.1, 0.0, 0.05], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("retry_gate", 0.0, "`retry_gate` must be in (0, 1], got 0.0"),
+        ("retry_gate", 1.5, "`retry_gate` must be in (0, 1], got 1.5"),
+        ("retry_step", math.nan, "`retry_step` must be in (0, 1], got nan"),
+        ("on_skip", "jump", "`on_skip` must be one of hold, stand, got 'jump'"),
+    ],
+)
+def test_bad_parameters(name, value, message):
+    with pytest.raises(InvalidParameterError) as caught:
+        OdometryParameters(**{name: value})
+    assert str(caught.value) == message

@@ -1,0 +1,125 @@
+"""Which motions a scan does not see: corridors yes, rooms no."""
+
+import math
+
+import numpy as np
+import pytest
+
+from labkit import IcpParameters, Target, icp
+from labkit.degeneracy import observability, spread_ratio
+from labkit.errors import InvalidPointsError
+from labkit.line_alignment import line_information
+from labkit.se2 import apply, transform
+from labkit.simulation import Lidar, World, cast, corridor, room
+from labkit.simulation.world import polyline
+
+BY_LINE = IcpParameters(metric="point_to_line")
+MOTION = transform(0.1, 0.05, math.radians(3.0))
+
+
+def matched(world, rng, metric=BY_LINE):
+    """Source, target and result of a match between two noisy looks at `world`."""
+    rng = np.random.default_rng(rng)
+    target, source = (cast(world, T, Lidar(), rng=rng) for T in (np.eye(3), MOTION))
+    target = Target(target)
+    return source, target, icp(source, target, None, metric)
+
+
+def seen(source, target, result):
+    return observability(source, target, result.T_target_source, result.correspondences)
+
+
+@pytest.mark.slow
+def test_corridors_are_flagged_and_rooms_are_not():
+    """200 draws of noise of each: the flag is the data's, not one seed's luck."""
+    flagged = {
+        world: np.mean([seen(*matched(world(), seed)).degenerate for seed in range(200)])
+        for world in (corridor, room)
+    }
+    assert flagged[corridor] >= 0.99
+    assert flagged[room] <= 0.01
+
+
+def test_the_free_direction_is_the_corridors():
+    (free,) = seen(*matched(corridor(), 3)).free.T
+    np.testing.assert_allclose(np.abs(free), [1.0, 0.0, 0.0], atol=0.05)
+
+
+@pytest.mark.parametrize("metric", [BY_LINE, IcpParameters()])
+def test_observability_is_the_information_of_the_kept_pairs(metric):
+    source, target, result = matched(room(), 4, metric)
+    pairs = result.correspondences
+    normals = target.normals[pairs.target_index]
+    used = pairs.kept & np.isfinite(normals[:, 0])
+    assert used.sum() > 100
+    moved = apply(result.T_target_source, source.points)
+    expected = line_information(moved[used], normals[used], pairs.weights[used])
+    np.testing.assert_array_equal(seen(source, target, result).values, expected.values)
+
+
+def test_without_a_surface_nothing_can_be_said():
+    sparse = 3.0 * np.stack(np.meshgrid(np.arange(5.0), np.arange(4.0)), axis=-1).reshape(-1, 2)
+    target = Target(sparse)
+    assert seen(sparse, target, icp(sparse, target)) is None
+
+
+def test_a_failed_match_has_no_pose_to_ask_about():
+    points = np.array([[0.0, 0.0], [1.0, 0.0]])
+    target = Target(points)
+    with pytest.raises(InvalidPointsError, match="`T_target_source` must be a proper rigid"):
+        seen(points, target, icp(points, target))
+
+
+GRID = np.stack(np.meshgrid(np.linspace(-4, 4, 9), np.linspace(-1, 1, 5)), axis=-1).reshape(-1, 2)
+
+
+def test_spread_by_hand():
+    """Uniform grids of half width 4 and 1; their spreads go as √(n² − 1) times the step."""
+    expected = 0.5 * math.sqrt(5**2 - 1) / math.sqrt(9**2 - 1)
+    assert spread_ratio(GRID, [1.0, 0.0]) == pytest.approx(expected)
+    assert spread_ratio(GRID, [0.0, 1.0]) == pytest.approx(1.0 / expected)
+
+
+@pytest.mark.parametrize("theta", np.linspace(-math.pi, math.pi, 9))
+def test_spread_turns_with_scan_and_motion_and_ignores_speed_and_place(theta):
+    A = transform(5.0, -3.0, theta)
+    direction = A[:2, :2] @ [1.0, 0.3]
+    expected = spread_ratio(GRID, [1.0, 0.3])
+    for speed in (1e-6, 1.0, -20.0):
+        assert spread_ratio(apply(A, GRID), speed * direction) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("points", "motion"),
+    [
+        (GRID, [0.0, 0.0]),
+        (GRID, [math.nan, math.nan]),
+        (np.array([[1.0, -1.0], [1.0, 1.0]]), [1.0, 0.0]),
+        (np.array([[1.0, 2.0]]), [1.0, 0.0]),
+    ],
+)
+def test_no_motion_or_no_spread_along_it_is_no_number(points, motion):
+    assert math.isnan(spread_ratio(points, motion))
+
+
+def test_the_cheap_test_takes_a_narrow_room_for_a_corridor():
+    """What the module's docstring warns of: the spread is a corridor's, the ends are seen."""
+    box = np.array([[-2.0, -0.5], [2.0, -0.5], [2.0, 0.5], [-2.0, 0.5]])
+    for world, degenerate in (
+        (World(segments=polyline(box, closed=True)), False),
+        (corridor(), True),
+    ):
+        source, target, result = matched(world, 0)
+        assert spread_ratio(source.points, [1.0, 0.0]) < 0.75
+        assert seen(source, target, result).degenerate == degenerate
+
+
+@pytest.mark.parametrize("motion", [[1.0, 0.0, 0.0], 1.0, [[1.0, 0.0]]])
+def test_bad_motion(motion):
+    with pytest.raises(InvalidPointsError, match=r"`motion` must have shape \(2,\), got \("):
+        spread_ratio(GRID, motion)
+
+
+def test_bad_points():
+    with pytest.raises(InvalidPointsError, match="`points` is empty"):
+        spread_ratio(np.empty((0, 2)), [1.0, 0.0])
