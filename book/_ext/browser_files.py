@@ -4,6 +4,8 @@
 repository; with them in the built book a reader needs no network. The folder that
 `provide` fills holds each file beside its licence, and a copy of the list: as long as
 the copy equals the list, nothing is fetched again.
+
+The Sphinx extension `labbook` calls it; run as a script it does the same ahead of a build.
 """
 
 from __future__ import annotations
@@ -23,14 +25,26 @@ from pathlib import Path
 from typing import Any
 
 LIST = Path(__file__).with_suffix(".toml")
+VENDOR = Path(__file__).parents[1] / "_static" / "vendor"
 PATIENCE = 300  # seconds for one package
+# One version with one hash is always the same file, so a copy in npm's cache will do; and where
+# there is no network, npm's own patience would be minutes.
+NPM_PACK = (
+    "pack --loglevel=error --ignore-scripts --prefer-offline "
+    "--fetch-retries=1 --fetch-retry-mintimeout=1000 --fetch-timeout=60000"
+)
+
+ADVICE = """\
+The pages of the book carry the browser files that they need, and the first build fetches
+them. Connect to the network and run the same command again; later builds need no network.
+Behind a proxy or a mirror: npm and pip follow their own configuration files."""
 
 
 class BrowserFilesError(Exception):
     """The browser files cannot be had; the message says why and what to do."""
 
 
-def provide(folder: Path) -> None:
+def provide(folder: Path = VENDOR) -> None:
     """Fill `folder` with the listed files, unless it holds them already."""
     copy = folder / LIST.name
     if copy.is_file() and copy.read_bytes() == LIST.read_bytes():
@@ -93,7 +107,7 @@ def _npm(scratch: Path, package: str) -> list[str]:
 def _pack(npm: list[str], package: str, scratch: Path) -> Path:
     """Fetch one package as a tarball, without what it depends on and without running it."""
     folder = Path(tempfile.mkdtemp(dir=scratch))
-    arguments = ["pack", package, "--silent", "--ignore-scripts", "--pack-destination", str(folder)]
+    arguments = [*NPM_PACK.split(), "--pack-destination", str(folder), package]
     _run([*npm, *arguments], f"npm could not fetch {package}")
     return next(folder.glob("*.tgz"))
 
@@ -107,7 +121,7 @@ def _run(command: list[str], failure: str) -> None:
     except (OSError, subprocess.TimeoutExpired) as error:
         said, failed = str(error), True
     if failed:
-        raise BrowserFilesError(f"{failure}:\n{said[-600:]}")
+        raise BrowserFilesError(f"{failure}:\n{said[-600:]}\n\n{ADVICE}")
 
 
 def _require_integrity(tarball: Path, package: str, integrity: str) -> None:
@@ -115,3 +129,10 @@ def _require_integrity(tarball: Path, package: str, integrity: str) -> None:
     received = "sha512-" + base64.b64encode(digest).decode()
     if received != integrity:
         raise BrowserFilesError(f"{package} must have {integrity}, got {received}")
+
+
+if __name__ == "__main__":
+    try:
+        provide()
+    except BrowserFilesError as failure:
+        sys.exit(str(failure))

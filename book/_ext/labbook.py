@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import browser_files
@@ -11,21 +10,13 @@ from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.errors import ExtensionError
 
-HERE = Path(__file__).parent
-VENDOR = HERE.parent / "_static" / "vendor"
-
-ADVICE = """\
-The book carries the browser files that it needs (book/_ext/browser_files.toml), and the first
-build fetches them. Connect to the network and run the same command again; later builds need
-no network. Behind a proxy or a mirror: npm and pip follow their own configuration files."""
-
 
 def provide_browser_files(app: Sphinx, config: Config) -> None:
     """Fetch what the pages load, or stop the build."""
     try:
-        browser_files.provide(VENDOR)
+        browser_files.provide()
     except browser_files.BrowserFilesError as error:
-        raise ExtensionError(f"{error}\n\n{ADVICE}") from error
+        raise ExtensionError(str(error)) from error
 
 
 def declare_thebe_once(
