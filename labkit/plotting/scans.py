@@ -1,0 +1,91 @@
+"""Two scans in one picture, before or after a registration."""
+
+from __future__ import annotations
+
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from numpy.typing import ArrayLike
+
+from labkit.arrays import FloatArray, as_transform
+from labkit.plotting.checks import scan_points
+from labkit.plotting.style import BLACK, VERMILLION, legend_below, style_plane
+from labkit.scan import Scan
+from labkit.se2 import apply
+
+
+def plot_scans(
+    ax: Axes,
+    source: Scan | ArrayLike,
+    target: Scan | ArrayLike,
+    T_target_source: ArrayLike | None = None,
+) -> Axes:
+    """Draw the target, and the source moved into its frame.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    source : Scan or array_like, shape (N, 2)
+        The newer scan [m]: open circles.
+    target : Scan or array_like, shape (M, 2)
+        The older scan [m]: black dots.
+    T_target_source : array_like, shape (3, 3), optional
+        Where to put the source: the guess, or the estimate. By default it stays in its
+        own coordinates, which is the picture before any registration.
+
+    Returns
+    -------
+    Axes
+        The `ax` given.
+
+    Raises
+    ------
+    InvalidPointsError
+        For an empty scan, a wrong shape, numbers that are not finite, no rigid transform.
+
+    Examples
+    --------
+    >>> from labkit.plotting import book_figure
+    >>> ax = plot_scans(book_figure().subplots(), [[0.0, 1.0]], [[0.0, 0.9]])
+    >>> ax.get_xlabel()
+    'x [m]'
+    """
+    p, q = scan_points(source, "source"), scan_points(target, "target")
+    if T_target_source is not None:
+        p = apply(as_transform(T_target_source, "T_target_source"), p)
+    draw_target(ax, q)
+    name = "source" if T_target_source is None else "source, moved"
+    draw_source(ax, p, f"{name} ({len(p)} points)")
+    ax.set_title("Scans as measured" if T_target_source is None else "Source moved onto the target")
+    style_plane(ax)
+    legend_below(ax)
+    return ax
+
+
+def draw_target(ax: Axes, points: FloatArray) -> Line2D:
+    """The older scan, shape (M, 2) [m], as black dots."""
+    (line,) = ax.plot(
+        *points.T,
+        linestyle="none",
+        marker=".",
+        markersize=3.5,
+        color=BLACK,
+        markeredgewidth=0.0,
+        label=f"target ({len(points)} points)",
+    )
+    return line
+
+
+def draw_source(ax: Axes, points: FloatArray, label: str) -> Line2D:
+    """The newer scan, shape (N, 2) [m], as open circles that let the target show."""
+    (line,) = ax.plot(
+        *points.T,
+        linestyle="none",
+        marker="o",
+        markersize=3.8,
+        markerfacecolor="none",
+        markeredgecolor=VERMILLION,
+        markeredgewidth=0.8,
+        label=label,
+    )
+    return line

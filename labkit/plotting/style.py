@@ -1,0 +1,85 @@
+"""The look that all figures share: colours, the book's width, legends below the axes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.transforms import ScaledTranslation
+
+from labkit.arrays import check_range
+
+# The palette of Okabe and Ito, told apart by colour-blind readers:
+# https://jfly.uni-koeln.de/color/
+BLACK = "#000000"
+ORANGE = "#E69F00"
+SKY = "#56B4E9"
+GREEN = "#009E73"
+BLUE = "#0072B2"
+VERMILLION = "#D55E00"
+PURPLE = "#CC79A7"
+GREY = "#8C8C8C"
+
+BOOK_WIDTH = 7.0  # inches: 700 px at 100 dpi
+BOOK_DPI = 100
+_BELOW_LABEL = 34.0  # points from the axes to a legend that clears ticks and label
+_ENTRY, _LETTER = 0.5, 0.065  # inches that an entry takes in a legend, and a letter of it
+
+
+def book_figure(height: float = 4.5) -> Figure:
+    """An empty figure as wide as the book's page (700 px), `height` inches high.
+
+    It belongs to no pyplot, so nothing is left open.
+
+    Examples
+    --------
+    >>> book_figure().get_size_inches().tolist()
+    [7.0, 4.5]
+    """
+    check_range(height, "height", above=0.0, at_most=50.0, unit="in")
+    figure = Figure(figsize=(BOOK_WIDTH, height), dpi=BOOK_DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def style_plane(ax: Axes) -> None:
+    """Make `ax` a map of the plane: one metre as long in x as in y."""
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_xlabel("x [m]")
+    ax.set_ylabel("y [m]")
+    style_grid(ax)
+
+
+def style_grid(ax: Axes) -> None:
+    """Put a faint grid behind the data and take away the frame's upper and right side."""
+    ax.grid(color="0.9", linewidth=0.6)
+    ax.set_axisbelow(True)
+    ax.spines[["top", "right"]].set_visible(False)
+
+
+def legend_below(ax: Axes, handles: Sequence[Artist] | None = None) -> Legend:
+    """A legend under the axes' label, where it hides no data, in as many columns as fit."""
+    root, figure = ax.get_figure(root=True), ax.get_figure()
+    assert root is not None
+    assert figure is not None
+    below = ax.transAxes + ScaledTranslation(0.0, -_BELOW_LABEL / 72.0, root.dpi_scale_trans)
+    found = ax.get_legend_handles_labels()[0] if handles is None else handles
+    longest = max((len(str(handle.get_label())) for handle in found), default=1)
+    width = ax.get_position(original=True).width * figure.bbox.width / root.dpi
+    columns = max(1, int(width / (_ENTRY + _LETTER * longest)))
+    return ax.legend(
+        handles=found,
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0.0),
+        bbox_transform=below,
+        ncols=min(columns, max(1, len(found))),
+        frameon=False,
+        borderaxespad=0.0,
+        columnspacing=1.6,
+        handlelength=2.6,
+        markerscale=1.3,
+    )

@@ -1,0 +1,98 @@
+"""Pairs as lines: one for each, in the look of its fate."""
+
+import numpy as np
+import pytest
+
+from labkit.errors import InvalidPointsError
+from labkit.icp import associate, icp
+from labkit.plotting import Fate, fates, plot_correspondences
+from labkit.plotting.pair_artists import PairArtists
+from labkit.registration import IcpParameters
+from labkit.se2 import apply
+from labkit.target import Target
+
+
+@pytest.fixture(scope="module")
+def first(lesson):
+    """The association at the lesson's guess, where all four fates occur."""
+    experiment = lesson.experiment
+    points, target = experiment.source.points, Target(experiment.target)
+    return associate(points, target, experiment.T_init, lesson.parameters)[0]
+
+
+def draw(ax, lesson, pairs):
+    experiment = lesson.experiment
+    return plot_correspondences(ax, experiment.source, experiment.target, experiment.T_init, pairs)
+
+
+def test_each_pair_is_one_line_of_its_fate(ax, lesson, first):
+    assert draw(ax, lesson, first) is ax
+    shown = [Fate.GATED, Fate.TRIMMED, Fate.DOWN_WEIGHTED, Fate.KEPT]
+    moved = apply(lesson.experiment.T_init, lesson.experiment.source.points)
+    partner = lesson.experiment.target.points[first.target_index]
+    assert len(ax.collections) == len(shown)
+    assert sum(len(lines.get_segments()) for lines in ax.collections) == len(first.kept)
+    for fate, lines, points in zip(shown, ax.collections, ax.lines[1:], strict=True):
+        chosen = fates(first) == fate
+        assert chosen.any()
+        expected = np.stack([moved[chosen], partner[chosen]], axis=1)
+        np.testing.assert_array_equal(lines.get_segments(), expected)
+        np.testing.assert_array_equal(points.get_xydata(), moved[chosen])
+
+
+def test_the_legend_counts(ax, lesson, first, labels):
+    draw(ax, lesson, first)
+    assert labels(ax) == [
+        "target (615 points)",
+        *(
+            f"{fate.label}: {np.count_nonzero(fates(first) == fate)}"
+            for fate in Fate
+            if fate is not Fate.NO_LINE
+        ),
+    ]
+    assert ax.get_title() == f"{first.inlier_count} of 597 pairs kept"
+
+
+def test_the_view_holds_everything(ax, lesson, first):
+    draw(ax, lesson, first)
+    ends = np.concatenate([segment for c in ax.collections for segment in c.get_segments()])
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    assert left < ends[:, 0].min() < ends[:, 0].max() < right
+    assert low < ends[:, 1].min() < ends[:, 1].max() < high
+    assert ax.get_aspect() == 1.0
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x [m]", "y [m]")
+
+
+def test_pairs_without_a_line_show_where_they_occur(ax, labels):
+    grid = np.stack(np.meshgrid(np.arange(6.0), [0.0]), axis=-1).reshape(-1, 2)
+    target = np.vstack([grid, [[40.0, 40.0]]])
+    result = icp(target, target, parameters=IcpParameters(metric="point_to_line"))
+    T = result.history[-1].T_target_source
+    plot_correspondences(ax, target, target, T, result.correspondences)
+    count = np.count_nonzero(fates(result.correspondences) == Fate.NO_LINE)
+    assert count > 0
+    assert f"no line: {count}" in labels(ax)
+
+
+def test_artists_can_be_set_again(ax, lesson, first):
+    target, source = lesson.experiment.target.points, lesson.experiment.source.points
+    artists = PairArtists(ax, list(Fate))
+    for pairs in (first, lesson.result.correspondences):
+        artists.update(source, target, pairs)
+        for fate in Fate:
+            count = np.count_nonzero(fates(pairs) == fate)
+            assert len(artists.lines[fate].get_segments()) == count
+            assert artists.points[fate].get_label() == f"{fate.label}: {count}"
+    assert len(ax.collections) == len(Fate)
+
+
+def test_pairs_of_other_scans(ax, lesson, first):
+    experiment = lesson.experiment
+    source, target, T = experiment.source, experiment.target, experiment.T_init
+    message = "`pairs` must have one row per source point, got 597 rows for 2 points"
+    with pytest.raises(InvalidPointsError, match=message):
+        plot_correspondences(ax, source.points[:2], target, T, first)
+    with pytest.raises(InvalidPointsError, match=r"`pairs` must point into `target`, got index"):
+        plot_correspondences(ax, source, target.points[:9], T, first)
+    with pytest.raises(InvalidPointsError, match="`T_target_source` must be"):
+        plot_correspondences(ax, source, target, np.full((3, 3), np.nan), first)

@@ -1,0 +1,59 @@
+"""Every pair has one fate, and the fates agree with the masks."""
+
+import numpy as np
+import pytest
+
+from labkit.icp import icp
+from labkit.plotting import Fate, fates
+from labkit.registration import Correspondences, IcpParameters
+from labkit.simulation import lesson_experiment
+
+GATES = (0.02, 0.1, 0.5, np.inf)
+
+
+def random_pairs(rng, count=200):
+    """Masks in every combination, with `kept` and `weights` as ICP sets them."""
+    within_gate, within_overlap, with_line = rng.random((3, count)) < 0.6
+    kept = within_gate & within_overlap & with_line
+    return Correspondences(
+        target_index=np.zeros(count, dtype=np.intp),
+        distances=np.ones(count),
+        residuals=np.where(with_line, 1.0, np.nan),
+        within_gate=within_gate,
+        within_overlap=within_overlap,
+        kept=kept,
+        weights=np.where(kept, rng.choice([0.3, 1.0], count), 0.0),
+    )
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_fates_partition_the_pairs_as_the_masks_say(seed):
+    pairs = random_pairs(np.random.default_rng(seed))
+    fate = fates(pairs)
+    gate, overlap, full = pairs.within_gate, pairs.within_overlap, pairs.weights == 1.0
+    np.testing.assert_array_equal(fate == Fate.GATED, ~gate)
+    np.testing.assert_array_equal(fate == Fate.TRIMMED, gate & ~overlap)
+    np.testing.assert_array_equal(fate == Fate.NO_LINE, gate & overlap & ~pairs.kept)
+    np.testing.assert_array_equal(fate == Fate.DOWN_WEIGHTED, pairs.kept & ~full)
+    np.testing.assert_array_equal(fate == Fate.KEPT, full)
+    assert sum(np.count_nonzero(fate == each) for each in Fate) == len(fate)
+
+
+@pytest.mark.parametrize("gate", GATES)
+@pytest.mark.parametrize("metric", ["point_to_point", "point_to_line"])
+def test_the_two_kept_fates_are_the_inliers(gate, metric):
+    experiment = lesson_experiment()
+    parameters = IcpParameters(max_correspondence_distance=gate, metric=metric, max_iterations=2)
+    result = icp(experiment.source, experiment.target, experiment.T_init, parameters)
+    fate = fates(result.correspondences)
+    kept = np.count_nonzero((fate == Fate.DOWN_WEIGHTED) | (fate == Fate.KEPT))
+    assert kept == result.inlier_count
+    if metric == "point_to_point":
+        assert not (fate == Fate.NO_LINE).any()
+    if gate == np.inf:
+        assert not (fate == Fate.GATED).any()
+
+
+def test_labels_are_words():
+    words = ["gated", "trimmed", "no line", "down-weighted", "kept"]
+    assert [fate.label for fate in Fate] == words
