@@ -1,0 +1,101 @@
+"""How the cost fell and the steps shrank, iteration by iteration."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from labkit.arrays import FloatArray
+from labkit.plotting.style import BLACK, BLUE, GREEN, VERMILLION, legend_below, style_grid
+from labkit.registration import IcpResult
+
+_TITLE_WIDTH = 66  # characters of a title across the book's page
+_FLOOR = 1e-7  # of the greatest value: what is smaller would only stretch the scale
+_STYLES: dict[str, dict[str, Any]] = {
+    "cost J": {"color": BLUE, "marker": "o", "linestyle": "-"},
+    "translation step": {"color": VERMILLION, "marker": "^", "linestyle": "--"},
+    "rotation step": {"color": GREEN, "marker": "s", "linestyle": ":", "markerfacecolor": "white"},
+}
+
+
+def plot_convergence(ax: Axes, result: IcpResult, step_ax: Axes | None = None) -> Axes:
+    """Draw cost and step sizes over the iterations; the title says how the run ended.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw the cost J [m²], on a log scale. What is exactly 0, or less than
+        1e-7 of the greatest value, is marked at the foot of the scale.
+    result : IcpResult
+        The run, with its history.
+    step_ax : Axes, optional
+        Where to draw the steps, translation [m] and rotation [rad]; by default a second
+        y-axis at the right of `ax`.
+
+    Returns
+    -------
+    Axes
+        The `ax` given.
+
+    Examples
+    --------
+    >>> import labkit
+    >>> from labkit.plotting import book_figure
+    >>> corner = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [0.0, 3.0]]
+    >>> run = labkit.icp([[0.1, 0.0], [2.1, 0.1], [0.0, 1.1], [0.1, 3.0]], corner)
+    >>> plot_convergence(book_figure().subplots(), run).get_ylabel()
+    'cost J [m²]'
+    """
+    lower = ax.twinx() if step_ax is None else step_ax
+    cost, moved, turned = (
+        np.array([getattr(each, name) for each in result.history])
+        for name in ("cost", "translation_step", "rotation_step")
+    )
+    costs = _draw(ax, "cost", {"cost J": cost})
+    steps = _draw(lower, "step", {"translation step": moved, "rotation step": turned})
+    ax.set_ylabel("cost J [m²]")
+    lower.set_ylabel("step [m] or [rad]")
+    for each in (ax, lower):
+        style_grid(each)
+        each.set_xlim(-0.4, len(cost) - 0.6)
+        each.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+        each.set_xlabel("iteration")
+    if step_ax is None:
+        lower.grid(visible=False)
+        lower.spines["right"].set_visible(True)
+        legend_below(ax, costs + steps)
+    else:
+        if ax.get_shared_x_axes().joined(ax, step_ax):
+            ax.set_xlabel("")
+        legend_below(step_ax, steps)
+    count = result.iterations
+    ended = textwrap.fill(result.message, _TITLE_WIDTH)
+    ax.set_title(f"{count} iteration{'' if count == 1 else 's'}\n{ended}")
+    return ax
+
+
+def _draw(ax: Axes, what: str, curves: dict[str, FloatArray]) -> list[Line2D]:
+    """Curves on one log scale, their legend entries; what is as good as 0 at its foot."""
+    top = max(np.max(values, initial=0.0, where=values > 0.0) for values in curves.values())
+    if top > 0.0:
+        ax.set_yscale("log")
+    elif not any(np.isfinite(values).any() for values in curves.values()):
+        ax.set_yticks([])  # a run that took no step
+    floor = _FLOOR * top
+    entries = []
+    for name, values in curves.items():
+        style = _STYLES[name]
+        shown = np.where(values < floor, floor, values)
+        entries += ax.plot(shown, label=name, markersize=4.5, linewidth=1.4, **style)
+    tiny = [np.flatnonzero(values < floor) for values in curves.values()]
+    if any(map(len, tiny)):
+        at = np.unique(np.concatenate(tiny))
+        foot = np.full(len(at), floor)
+        label = f"{what} below the scale"
+        entries += ax.plot(at, foot, "v", markersize=7.0, color=BLACK, label=label)
+    return entries

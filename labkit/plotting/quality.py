@@ -1,0 +1,170 @@
+"""The signals to log of each step (section 5), over the whole run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from numpy.typing import ArrayLike
+from scipy.ndimage import median_filter
+
+from labkit.arrays import FloatArray, as_floats
+from labkit.errors import InvalidPointsError
+from labkit.odometry.sanity import SanityLimits
+from labkit.odometry.step import Decision, StepRecord
+from labkit.plotting.style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, style_grid
+
+FALLBACKS = {  # decision: colour, marker
+    Decision.RETRY: (ORANGE, "^"),
+    Decision.PRIOR: (VERMILLION, "X"),
+    Decision.HOLD: (PURPLE, "s"),
+    Decision.STAND: (GREEN, "D"),
+}
+_MEDIAN_SHARE = 80  # the running median looks at one part in so many of the run,
+_MEDIAN_STEPS = 15  # but at so many steps at least
+
+
+def plot_quality(
+    figure: Figure | SubFigure,
+    records: Sequence[StepRecord],
+    *,
+    stamps: ArrayLike | None = None,
+    limits: SanityLimits | None = None,
+) -> tuple[Axes, ...]:
+    """Draw RMSE, inlier ratio, rotation, information and decisions over a run.
+
+    Every step is a grey dot, the blue line a running median. A step that fell back
+    carries the mark of its decision in each panel that has a number for it, and in the
+    lowest panel always.
+
+    Parameters
+    ----------
+    figure : Figure or SubFigure
+        An empty one; about 7 × 7 inches suit a page.
+    records : sequence of StepRecord, length K
+        The steps of an `OdometryResult`.
+    stamps : array_like, shape (K,), optional
+        Times of the scans [s]; then the abscissa is the time since the first of them
+        instead of the number of the step.
+    limits : SanityLimits, optional
+        The limits that the steps were held to: dashed lines.
+
+    Returns
+    -------
+    tuple of 5 Axes
+        RMSE [m], inlier ratio, rotation [°], information, decisions.
+
+    Raises
+    ------
+    InvalidPointsError
+        For no records, or stamps that are not K finite numbers.
+
+    Examples
+    --------
+    >>> from labkit.plotting import book_figure
+    >>> record = StepRecord(increment=np.zeros(3), decision=Decision.ICP, rmse=0.01)
+    >>> axes = plot_quality(book_figure(7.0), [record])
+    >>> [ax.get_ylabel() for ax in axes]
+    ['RMSE [m]', 'inlier ratio [–]', 'rotation [°]', 'information [–]', 'decision']
+    """
+    if len(records) == 0:
+        raise InvalidPointsError("`records` is empty, got 0 steps; it needs at least 1")
+    at = _abscissa(len(records), stamps)
+    decisions = [record.decision for record in records]
+    axes = tuple(figure.subplots(5, 1, sharex=True, height_ratios=[3, 3, 3, 3, 2]))
+    signals = (
+        ("RMSE [m]", [record.rmse for record in records]),
+        ("inlier ratio [–]", [record.inlier_ratio for record in records]),
+        ("rotation [°]", np.degrees([record.rotation for record in records])),
+        ("information [–]", [record.information for record in records]),
+    )
+    for ax, (name, values) in zip(axes, signals, strict=False):
+        _draw_signal(ax, at, np.asarray(values, dtype=np.float64), decisions)
+        ax.set_ylabel(name)
+    if limits is not None:
+        _draw_limits(axes, limits)
+    _draw_decisions(axes[-1], at, decisions)
+    axes[-1].set_xlabel("step" if stamps is None else "time [s]")
+    axes[0].set_title(_headline(decisions))
+    figure.align_ylabels(axes)
+    return axes
+
+
+def _abscissa(count: int, stamps: ArrayLike | None) -> FloatArray:
+    if stamps is None:
+        return np.arange(count, dtype=np.float64)
+    t = as_floats(stamps, "stamps", hint="give one time a step")
+    if t.shape != (count,) or not np.isfinite(t).all():
+        raise InvalidPointsError(
+            f"`stamps` must be {count} finite times, one a step, got shape {t.shape} "
+            f"with {np.count_nonzero(~np.isfinite(t))} not finite"
+        )
+    since_first: FloatArray = t - t[0]
+    return since_first
+
+
+def _draw_signal(
+    ax: Axes, at: FloatArray, values: FloatArray, decisions: Sequence[Decision]
+) -> None:
+    ax.plot(at, values, ".", color=GREY, markersize=2.6, markeredgewidth=0, rasterized=True)
+    known = np.isfinite(values)
+    window = max(_MEDIAN_STEPS, len(values) // _MEDIAN_SHARE)
+    if np.count_nonzero(known) > window:
+        ax.plot(at[known], median_filter(values[known], window, mode="nearest"), color=BLUE, lw=1.2)
+    for decision, (color, marker) in FALLBACKS.items():
+        fell = np.array([each is decision for each in decisions]) & known
+        if fell.any():
+            ax.plot(
+                at[fell],
+                values[fell],
+                marker,
+                color=color,
+                markersize=7.0,
+                markeredgecolor="white",
+                markeredgewidth=0.5,
+            )
+    _show_from_zero(ax, ax.get_ylim()[1])
+    style_grid(ax)
+
+
+def _draw_limits(axes: Sequence[Axes], limits: SanityLimits) -> None:
+    """Dashed lines; the view is stretched to show one that the data come near to."""
+    bounds = (
+        limits.max_rmse,
+        limits.min_inlier_ratio,
+        np.degrees(limits.max_rotation),
+        limits.min_information,
+    )
+    for ax, bound in zip(axes, bounds, strict=False):
+        top = ax.get_ylim()[1]
+        ax.axhline(bound, color="black", linestyle="--", linewidth=0.9)
+        _show_from_zero(ax, max(top, 1.08 * bound) if bound < 2.0 * top else top)
+
+
+def _show_from_zero(ax: Axes, top: float) -> None:
+    ax.set_ylim(-0.03 * top, top)  # a mark at 0 stays whole
+
+
+def _draw_decisions(ax: Axes, at: FloatArray, decisions: Sequence[Decision]) -> None:
+    """A row for ICP and for each fallback that occurred; a tick for each step in it."""
+    shown = [Decision.ICP, *(each for each in FALLBACKS if each in decisions)]
+    for row, decision in enumerate(shown):
+        here = at[[each is decision for each in decisions]]
+        if decision is Decision.ICP:
+            ax.plot(here, np.full(len(here), row), "|", color=GREY, markersize=5, rasterized=True)
+        else:
+            color, marker = FALLBACKS[decision]
+            ax.plot(here, np.full(len(here), row), marker, color=color, markersize=6)
+        ax.text(1.01, row, f"{len(here):,}", transform=ax.get_yaxis_transform(), va="center")
+    ax.set_yticks(range(len(shown)), [decision.value for decision in shown])
+    ax.set_ylim(len(shown) - 0.4, -0.6)
+    ax.set_ylabel("decision")
+    style_grid(ax)
+
+
+def _headline(decisions: Sequence[Decision]) -> str:
+    steps = [each for each in decisions if each is not Decision.START]
+    fell = sum(each in FALLBACKS for each in steps)
+    return f"Quality of {len(steps):,} steps, {fell:,} of them fell back"

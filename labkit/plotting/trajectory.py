@@ -1,0 +1,112 @@
+"""A trajectory over the map that its own poses make of the scans."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from numpy.typing import ArrayLike
+
+from labkit.arrays import FloatArray
+from labkit.plotting.checks import pose_rows
+from labkit.plotting.map_points import map_points
+from labkit.plotting.style import BLACK, BLUE, GREEN, VERMILLION, legend_below, style_plane
+from labkit.scan import Scan
+
+MAP_GREY = "0.55"  # lighter than any trajectory, in grey print too
+
+
+def plot_trajectory(
+    ax: Axes,
+    poses: ArrayLike,
+    scans: Sequence[Scan] | None = None,
+    reference: ArrayLike | None = None,
+    *,
+    label: str = "estimate",
+    reference_label: str = "reference",
+    range_max: float = math.inf,
+) -> Axes:
+    """Draw a trajectory, its map, and a reference to compare it with.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    poses : array_like, shape (K, 3)
+        The trajectory, rows (x [m], y [m], θ [rad]).
+    scans : sequence of Scan, length K, optional
+        What was seen at each pose: grey points, one picture also in a PDF.
+    reference : array_like, shape (R, 3), optional
+        Another trajectory in the same world: a dashed line.
+    label, reference_label : str
+        Their names in the legend.
+    range_max : float
+        The map leaves out points farther than this from their scanner [m].
+
+    Returns
+    -------
+    Axes
+        The `ax` given.
+
+    Raises
+    ------
+    InvalidPointsError
+        For rows of a wrong shape or not finite, or scans that are not one per pose.
+
+    Examples
+    --------
+    >>> from labkit.plotting import book_figure
+    >>> ax = plot_trajectory(book_figure().subplots(), [[0, 0, 0], [1, 0, 0], [2, 1, 0.5]])
+    >>> ax.get_title()
+    'Trajectory: 3 poses, 2.4 m'
+    """
+    rows = pose_rows(poses, "poses")
+    dashed = None if reference is None else pose_rows(reference, "reference")
+    if scans is not None:
+        _draw_map(ax, map_points(rows, scans, range_max=range_max))
+    if dashed is not None:
+        ax.plot(*dashed[:, :2].T, "--", color=VERMILLION, linewidth=1.2, label=reference_label)
+    ax.plot(*rows[:, :2].T, "-", color=BLUE, linewidth=1.0, label=label, zorder=2.1)
+    _mark(ax, rows[0], "start", marker="o", size=9.0, color=GREEN)
+    _mark(ax, rows[-1], "end", marker="s", size=7.0, color=BLACK)
+    ax.set_title(f"Trajectory: {len(rows):,} pose{'' if len(rows) == 1 else 's'}, {_length(rows)}")
+    style_plane(ax)
+    handles = ax.get_legend_handles_labels()[0]
+    if scans is not None:  # a pixel would not show in a legend
+        handles.append(Line2D([], [], linestyle="none", marker=".", color=MAP_GREY, label="map"))
+    legend_below(ax, handles)
+    return ax
+
+
+def _draw_map(ax: Axes, points: FloatArray) -> None:
+    # Nearly transparent pixels: what is seen often grows dark, a stray return stays faint.
+    ax.plot(
+        *points.T,
+        linestyle="none",
+        marker=",",
+        color=MAP_GREY,
+        alpha=0.2,
+        rasterized=True,
+        zorder=1.5,
+    )
+
+
+def _mark(ax: Axes, pose: FloatArray, label: str, *, marker: str, size: float, color: str) -> None:
+    ax.plot(
+        *pose[:2],
+        linestyle="none",
+        marker=marker,
+        markersize=size,
+        color=color,
+        markeredgecolor="white",
+        label=label,
+        zorder=4,
+    )
+
+
+def _length(rows: FloatArray) -> str:
+    steps = rows[1:, :2] - rows[:-1, :2]
+    metres = sum(math.hypot(dx, dy) for dx, dy in steps)
+    return f"{metres / 1000.0:.2f} km" if metres >= 1000.0 else f"{metres:.1f} m"

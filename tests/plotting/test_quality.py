@@ -1,0 +1,138 @@
+"""The panels of a run: each step a dot, each fallback a mark."""
+
+import numpy as np
+import pytest
+
+from labkit.errors import InvalidPointsError
+from labkit.odometry import Decision, SanityLimits, StepRecord
+from labkit.plotting import book_figure, plot_quality
+from labkit.plotting.quality import FALLBACKS
+
+DECISIONS = [Decision.START, *[Decision.ICP] * 90, *FALLBACKS, *[Decision.ICP] * 5, Decision.PRIOR]
+
+
+def make_records(decisions=DECISIONS):
+    rng = np.random.default_rng(0)
+    records = [StepRecord(increment=np.zeros(3), decision=Decision.START)]
+    for decision in decisions[1:]:
+        rmse, ratio, turn, information = rng.uniform(0.0, 0.1, 4)
+        records.append(
+            StepRecord(
+                increment=np.zeros(3),
+                decision=decision,
+                rmse=rmse,
+                inlier_ratio=0.8 + ratio,
+                rotation=turn,
+                information=information,
+            )
+        )
+    return records
+
+
+def marks(ax, decision):
+    color, marker = FALLBACKS[decision]
+    return [line for line in ax.lines if line.get_marker() == marker and line.get_color() == color]
+
+
+def test_every_step_is_a_dot_of_each_signal():
+    records = make_records()
+    axes = plot_quality(book_figure(7.0), records)
+    signals = (
+        [r.rmse for r in records],
+        [r.inlier_ratio for r in records],
+        np.degrees([r.rotation for r in records]),
+        [r.information for r in records],
+    )
+    for ax, values in zip(axes, signals, strict=False):
+        dots = ax.lines[0]
+        np.testing.assert_array_equal(dots.get_xdata(), range(len(records)))
+        np.testing.assert_array_equal(dots.get_ydata(), values)
+
+
+def test_fallbacks_are_marked_where_they_happened():
+    axes = plot_quality(book_figure(7.0), make_records())
+    for decision in FALLBACKS:
+        at = [k for k, each in enumerate(DECISIONS) if each is decision]
+        for ax in axes:
+            (line,) = marks(ax, decision)
+            np.testing.assert_array_equal(line.get_xdata(), at)
+
+
+def test_the_lowest_panel_counts_decisions():
+    axes = plot_quality(book_figure(7.0), make_records())
+    rows = [label.get_text() for label in axes[-1].get_yticklabels()]
+    assert rows == ["icp", "retry", "prior", "hold", "stand"]
+    assert [text.get_text() for text in axes[-1].texts] == ["95", "1", "2", "1", "1"]
+    assert axes[0].get_title() == "Quality of 100 steps, 5 of them fell back"
+
+
+def test_a_decision_that_never_fell_takes_no_row():
+    axes = plot_quality(book_figure(7.0), make_records([Decision.START, Decision.ICP]))
+    assert [label.get_text() for label in axes[-1].get_yticklabels()] == ["icp"]
+
+
+def test_a_fallback_without_a_match_is_marked_below_only():
+    blank = StepRecord(increment=np.zeros(3), decision=Decision.HOLD)
+    axes = plot_quality(book_figure(7.0), [*make_records(), blank])
+    assert marks(axes[0], Decision.HOLD)[0].get_xdata().tolist() == [93]
+    assert marks(axes[-1], Decision.HOLD)[0].get_xdata().tolist() == [93, len(DECISIONS)]
+
+
+def test_labels_have_units():
+    axes = plot_quality(book_figure(7.0), make_records())
+    names = ["RMSE [m]", "inlier ratio [–]", "rotation [°]", "information [–]", "decision"]
+    assert [ax.get_ylabel() for ax in axes] == names
+    assert axes[-1].get_xlabel() == "step"
+
+
+def test_stamps_make_it_a_time_axis():
+    stamps = 1e9 + 0.5 * np.arange(len(DECISIONS))
+    axes = plot_quality(book_figure(7.0), make_records(), stamps=stamps)
+    np.testing.assert_array_equal(axes[0].lines[0].get_xdata(), stamps - 1e9)
+    assert axes[-1].get_xlabel() == "time [s]"
+
+
+def test_limits_are_dashed_lines():
+    limits = SanityLimits(max_rmse=0.15, min_inlier_ratio=0.3)
+    axes = plot_quality(book_figure(7.0), make_records(), limits=limits)
+    bounds = (0.15, 0.3, 90.0, limits.min_information)
+    for ax, bound in zip(axes, bounds, strict=False):
+        line = ax.lines[-1]
+        assert line.get_linestyle() == "--"
+        np.testing.assert_allclose(line.get_ydata(), bound)
+    assert axes[0].get_ylim()[1] > 0.15
+    assert axes[2].get_ylim()[1] < 20.0  # 90° would flatten what there is to see
+
+
+def test_a_run_without_any_match():
+    records = [StepRecord(increment=np.zeros(3), decision=Decision.STAND)] * 3
+    figure = book_figure(7.0)
+    plot_quality(figure, records, limits=SanityLimits())
+    figure.draw_without_rendering()
+
+
+def test_the_line_is_a_running_median():
+    records = make_records([Decision.START, *[Decision.ICP] * 60])
+    dots, line = plot_quality(book_figure(7.0), records)[0].lines
+    at, values = dots.get_xydata()[1:].T
+    np.testing.assert_array_equal(line.get_xdata(), at)
+    for k in range(7, 53):
+        assert line.get_ydata()[k] == np.median(values[k - 7 : k + 8])
+
+
+def test_no_records():
+    with pytest.raises(InvalidPointsError, match="`records` is empty, got 0 steps"):
+        plot_quality(book_figure(), [])
+
+
+@pytest.mark.parametrize(
+    ("stamps", "message"),
+    [
+        ([1.0, 2.0], r"must be 101 finite times, one a step, got shape \(2,\) with 0 not finite"),
+        (np.full(101, np.nan), r"got shape \(101,\) with 101 not finite"),
+        ("now", "`stamps` must hold numbers, got 'now'"),
+    ],
+)
+def test_bad_stamps(stamps, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        plot_quality(book_figure(), make_records(), stamps=stamps)

@@ -1,0 +1,78 @@
+"""The trajectory, its map, its reference and its two ends."""
+
+import numpy as np
+import pytest
+
+from labkit.errors import InvalidPointsError
+from labkit.plotting import map_points, plot_trajectory
+from labkit.scan import Scan
+
+POSES = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.5], [3.0, 4.0, 1.0]])
+SCANS = [Scan.from_points([[1.0, k], [2.0, k]]) for k in range(3)]
+
+
+def by_label(ax):
+    return {line.get_label(): line for line in ax.lines}
+
+
+def test_the_line_is_the_trajectory(ax, labels):
+    assert plot_trajectory(ax, POSES) is ax
+    lines = by_label(ax)
+    np.testing.assert_array_equal(lines["estimate"].get_xydata(), POSES[:, :2])
+    np.testing.assert_array_equal(lines["start"].get_xydata(), POSES[:1, :2])
+    np.testing.assert_array_equal(lines["end"].get_xydata(), POSES[-1:, :2])
+    assert lines["start"].get_marker() != lines["end"].get_marker()
+    assert labels(ax) == ["estimate", "start", "end"]
+
+
+def test_the_map_is_drawn_point_for_point_and_rasterised(ax, labels):
+    plot_trajectory(ax, POSES, SCANS)
+    grey = ax.lines[0]
+    np.testing.assert_array_equal(grey.get_xydata(), map_points(POSES, SCANS))
+    assert grey.get_rasterized()
+    assert labels(ax)[-1] == "map"
+
+
+def test_the_map_can_be_cut(ax):
+    plot_trajectory(ax, POSES, SCANS, range_max=1.5)
+    assert len(ax.lines[0].get_xydata()) == 2
+
+
+def test_the_reference_is_dashed(ax, labels):
+    reference = POSES + 0.1
+    plot_trajectory(ax, POSES, reference=reference, label="ICP", reference_label="survey")
+    lines = by_label(ax)
+    np.testing.assert_array_equal(lines["survey"].get_xydata(), reference[:, :2])
+    assert (lines["survey"].get_linestyle(), lines["ICP"].get_linestyle()) == ("--", "-")
+    assert labels(ax) == ["survey", "ICP", "start", "end"]
+
+
+@pytest.mark.parametrize(
+    ("scale", "title"),
+    [(1.0, "Trajectory: 3 poses, 7.0 m"), (1000.0, "Trajectory: 3 poses, 7.00 km")],
+)
+def test_title_and_axes(ax, scale, title):
+    plot_trajectory(ax, POSES * scale)
+    assert ax.get_title() == title
+    assert ax.get_aspect() == 1.0
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x [m]", "y [m]")
+
+
+def test_a_single_pose(ax):
+    plot_trajectory(ax, [[1.0, 2.0, 0.0]], SCANS[:1])
+    assert ax.get_title() == "Trajectory: 1 pose, 0.0 m"
+    ax.figure.draw_without_rendering()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"poses": POSES[:, :2]}, r"`poses` must have shape \(K, 3\)"),
+        ({"poses": POSES, "scans": SCANS[:2]}, "got 2 scans and 3 poses"),
+        ({"poses": POSES, "reference": [[0, 0, np.inf]]}, "`reference` must be finite"),
+    ],
+)
+def test_bad_input_draws_nothing(ax, arguments, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        plot_trajectory(ax, **arguments)
+    assert not ax.lines
