@@ -1,0 +1,33 @@
+"""Pictures of what the lab computes: scans, pairs, convergence, trajectories, quality.
+
+A plotter draws on the `ax` that it is given and returns it; none touches pyplot. Lengths
+are in metres, axes are equal where they show the plane, and no figure leans on colour
+alone: markers, line styles and lightness tell things apart in grey too.
+"""
+
+from labkit.plotting.animation import animate_icp
+from labkit.plotting.convergence import plot_convergence
+from labkit.plotting.correspondences import plot_correspondences
+from labkit.plotting.fates import Fate, fates
+from labkit.plotting.map_points import map_points
+from labkit.plotting.quality import plot_quality
+from labkit.plotting.save import animation_html, save_animation, save_figure
+from labkit.plotting.scans import plot_scans
+from labkit.plotting.style import book_figure
+from labkit.plotting.trajectory import plot_trajectory
+
+__all__ = [
+    "Fate",
+    "animate_icp",
+    "animation_html",
+    "book_figure",
+    "fates",
+    "map_points",
+    "plot_convergence",
+    "plot_correspondences",
+    "plot_quality",
+    "plot_scans",
+    "plot_trajectory",
+    "save_animation",
+    "save_figure",
+]

@@ -1,0 +1,66 @@
+"""The shared look, and the promise to leave pyplot alone."""
+
+import subprocess
+import sys
+from itertools import pairwise
+
+import pytest
+from matplotlib.colors import to_rgb
+
+from labkit.errors import InvalidParameterError
+from labkit.plotting import book_figure
+from labkit.plotting.pair_artists import STYLES
+from labkit.plotting.quality import FALLBACKS
+from labkit.plotting.style import legend_below, style_plane
+
+
+def test_nothing_imports_pyplot():
+    code = "import sys, labkit.plotting; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_figure_is_as_wide_as_the_page():
+    figure = book_figure(3.0)
+    assert tuple(figure.get_size_inches() * figure.dpi) == (700.0, 300.0)
+
+
+@pytest.mark.parametrize("height", [0.0, -1.0, float("nan"), 51.0])
+def test_a_figure_needs_a_height(height):
+    with pytest.raises(InvalidParameterError, match=r"`height` must be in \(0, 50\] in, got"):
+        book_figure(height)
+
+
+def test_a_plane_has_equal_axes_in_metres(ax):
+    style_plane(ax)
+    assert ax.get_aspect() == 1.0
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x [m]", "y [m]")
+
+
+@pytest.mark.parametrize("panels", [1, 2, 3])
+def test_a_legend_stays_below_its_axes_and_inside_the_figure(panels):
+    figure = book_figure(4.0)
+    for ax in figure.subplots(1, panels, squeeze=False)[0]:
+        for name in ("first", "second", "a third one", "the fourth of all"):
+            ax.plot([0.0, 1.0], [0.0, 1.0], label=name)
+        ax.set_xlabel("x [m]")
+        legend_below(ax)
+    figure.draw_without_rendering()
+    boxes = [ax.get_legend().get_window_extent() for ax in figure.axes]
+    for ax, box in zip(figure.axes, boxes, strict=True):
+        assert box.y1 <= ax.xaxis.label.get_window_extent().y0 + 1.0
+        assert figure.bbox.x0 <= box.x0
+        assert box.x1 <= figure.bbox.x1
+        assert box.y0 >= figure.bbox.y0
+    for left, right in pairwise(boxes):
+        assert left.x1 <= right.x0
+
+
+def test_fates_differ_without_their_colour():
+    styles = STYLES.values()
+    assert len({style.marker for style in styles}) == len(styles)
+    assert len({(style.dash, style.filled) for style in styles}) == len(styles)
+
+
+def test_decisions_differ_without_their_colour():
+    assert len({marker for _, marker in FALLBACKS.values()}) == len(FALLBACKS)
+    assert len({to_rgb(color) for color, _ in FALLBACKS.values()}) == len(FALLBACKS)
