@@ -1,0 +1,177 @@
+"""The layers, read from the sources: who may import whom, and how long a file may be.
+
+Every module under `labkit` is looked at, so one that is written tomorrow is held to the
+same rules; a package that is new altogether has to be given its place in `LAYERS` first.
+"""
+
+import ast
+import importlib
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import labkit
+
+ROOT = Path(labkit.__file__).parent
+MAX_LINES = 250
+
+# What a module or package may import from labkit, lower layers first. A package may import
+# from itself; "" is labkit/__init__.py, what labkit exports to its users.
+BASE = {"errors", "arrays"}
+DATA = BASE | {"se2", "scan"}
+STAGES = {
+    "filters": DATA,
+    "alignment": DATA,
+    "correspondences": DATA,
+    "normals": DATA,
+    "line_alignment": DATA,
+    "registration": BASE,
+    "target": DATA | {"correspondences", "normals"},
+}
+MATCHING = DATA | STAGES.keys()
+ESTIMATION = MATCHING | {"icp", "degeneracy", "covariance", "odometry"}
+MATHS = ESTIMATION | {"simulation", "evaluation", "logs"}
+BELOW_PLOTTING = MATHS | {""}
+# What the student writes: a grader that imported it would grade it by itself.
+GRADED = {"", "alignment", "correspondences", "line_alignment", "icp", "odometry"}
+LAYERS = {
+    "errors": set(),
+    "arrays": {"errors"},
+    "se2": BASE,
+    "scan": BASE | {"se2"},
+    **STAGES,
+    "icp": MATCHING,
+    "degeneracy": MATCHING,
+    "covariance": MATCHING,
+    "odometry": ESTIMATION,
+    "simulation": DATA,
+    "evaluation": DATA,
+    "logs": DATA,
+    "": MATHS,
+    "plotting": BELOW_PLOTTING,
+    "grading": BELOW_PLOTTING - GRADED,
+    "interactive": BELOW_PLOTTING | {"plotting", "grading"},
+    "cli": BELOW_PLOTTING | {"plotting", "grading"},
+    "__main__": {"cli"},
+}
+
+
+def modules():
+    """Every source file by its dotted name below labkit; packages by the package's name."""
+    for path in sorted(ROOT.rglob("*.py")):
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        yield ".".join(part for part in parts if part != "__init__"), path
+
+
+MODULES = dict(modules())
+
+
+def layer(name):
+    """The first part of a dotted name below labkit: what `LAYERS` speaks of."""
+    return name.split(".")[0]
+
+
+@cache
+def parsed(name):
+    return ast.parse(MODULES[name].read_text(encoding="utf-8"))
+
+
+def imported(name):
+    """The absolute names of all that a module imports, inside functions too."""
+    for node in ast.walk(parsed(name)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"labkit.{name} imports relatively, in line {node.lineno}"
+            if node.module == "labkit":  # labkit itself, or one of its modules
+                yield from (f"labkit.{alias.name}" for alias in node.names)
+            else:
+                yield node.module
+
+
+def imported_layers(name):
+    """The other layers of labkit that a module imports; "" for what labkit itself exports."""
+    below = (
+        target.removeprefix("labkit").lstrip(".")
+        for target in imported(name)
+        if layer(target) == "labkit"
+    )
+    return {layer(target) if layer(target) in LAYERS else "" for target in below} - {layer(name)}
+
+
+def offenders(packages, allowed_in=()):
+    """The modules outside `allowed_in` that import one of `packages`."""
+    return {
+        name
+        for name in MODULES
+        if layer(name) not in allowed_in and packages & set(map(layer, imported(name)))
+    }
+
+
+def test_the_reader_of_imports_sees_them_all():
+    assert {"labkit.alignment", "labkit.se2", "numpy", "math"} <= set(imported("icp"))
+    assert {"icp", "filters", "scan"} <= imported_layers("odometry.step")
+    assert imported_layers("arrays") == {"errors"}
+    assert offenders({"scipy"}) >= {"normals", "correspondences"}
+
+
+def test_every_module_has_its_place():
+    assert {layer(name) for name in MODULES} <= LAYERS.keys()
+
+
+def test_the_layers_have_no_circle():
+    """Each layer is allowed only what is listed before it, down to `errors`."""
+    before = set()
+    for name, allowed in LAYERS.items():
+        assert allowed - {name} <= before
+        before.add(name)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_imports_point_one_way(name):
+    assert imported_layers(name) <= LAYERS[layer(name)]
+
+
+def test_only_plotting_and_what_stands_on_it_import_matplotlib():
+    assert not offenders({"matplotlib"}, allowed_in={"plotting", "interactive", "cli"})
+
+
+def test_only_one_module_imports_widgets():
+    assert offenders({"ipywidgets", "anywidget"}) <= {"interactive"}
+
+
+def test_only_the_command_line_prints():
+    calls = {
+        (name, node.func.id)
+        for name in MODULES
+        for node in ast.walk(parsed(name))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+    }
+    printing = {name for name, function in calls if function == "print"}
+    assert {layer(name) for name in printing} <= {"cli"}
+
+
+def test_a_file_holds_one_idea():
+    lines = {name: len(path.read_text("utf-8").splitlines()) for name, path in MODULES.items()}
+    assert not {name: count for name, count in lines.items() if count > MAX_LINES}
+
+
+def test_every_module_says_what_it_is():
+    assert not [name for name in MODULES if not ast.get_docstring(parsed(name))]
+
+
+def exports(name):
+    """Whether a module has an `__all__`; read, not run."""
+    return any(
+        isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__"
+        for node in parsed(name).body
+    )
+
+
+@pytest.mark.parametrize("name", [name for name in MODULES if exports(name)])
+def test_every_public_name_is_there_once_and_documented(name):
+    module = importlib.import_module(f"labkit.{name}" if name else "labkit")
+    assert len(set(module.__all__)) == len(module.__all__)
+    undocumented = [public for public in module.__all__ if not getattr(module, public).__doc__]
+    assert not undocumented
