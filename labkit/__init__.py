@@ -3,6 +3,7 @@
 from labkit.alignment import align, align_svd
 from labkit.errors import LabkitError
 from labkit.icp import icp
+from labkit.logs import read_log
 from labkit.registration import IcpParameters, IcpResult, Termination
 from labkit.scan import Scan
 from labkit.se2 import apply, compose, from_xytheta, invert, to_xytheta, transform, wrap
@@ -22,6 +23,7 @@ __all__ = [
     "from_xytheta",
     "icp",
     "invert",
+    "read_log",
     "to_xytheta",
     "transform",
     "wrap",

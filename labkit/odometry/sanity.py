@@ -77,7 +77,7 @@ def quality_complaints(inlier_ratio: float, rmse: float, limits: SanityLimits) -
     """Why a match is not good enough; empty where it is. NaN never is."""
     complaints = []
     if not inlier_ratio >= limits.min_inlier_ratio:
-        complaints.append(f"inlier ratio {inlier_ratio:.2f} < {limits.min_inlier_ratio:.2f}")
+        complaints.append(f"inlier ratio {inlier_ratio:.3f} < {limits.min_inlier_ratio:.3f}")
     if not rmse <= limits.max_rmse:
         complaints.append(f"RMSE {rmse:.3f} m > {limits.max_rmse:.3f} m")
     return complaints

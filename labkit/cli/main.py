@@ -1,0 +1,63 @@
+"""Parsing, dispatch, and what a person sees when something is wrong."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import sys
+from collections.abc import Sequence
+
+from labkit.cli import demo, evaluate, match, odometry
+from labkit.errors import InvalidParameterError, LabkitError
+
+BAD_INPUT, USAGE, INTERRUPTED = 1, 2, 130
+
+DESCRIPTION = """\
+ICP-based motion estimation from 2D LiDAR scans.
+
+  labkit demo                                the lesson's experiment, with its known truth
+  labkit odometry killian                    the motion of a real robot over 1.9 km
+  labkit match target.csv source.csv         the transform between two scans
+  labkit evaluate run.tum --reference r.tum  how good a trajectory is"""
+
+EPILOG = """\
+Exit status: 0 done; 1 the input cannot be used, or the scans cannot be matched; 2 the
+command line is wrong. `labkit COMMAND --help` explains each command."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status."""
+    parser = build_parser()
+    args = parser.parse_args(arguments)
+    try:
+        status: int = args.run(args)
+        sys.stdout.flush()
+    except InvalidParameterError as error:  # an option's value: `some_name` is --some-name
+        named = re.sub(r"^`(\w+)`", lambda m: "--" + m[1].replace("_", "-"), str(error))
+        print(f"labkit {args.command}: {named}", file=sys.stderr)
+        return USAGE
+    except LabkitError as error:
+        print(f"labkit {args.command}: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print(f"\nlabkit {args.command}: interrupted; no file is left half-written", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader (`| head`) has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    return status
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser of the whole command line."""
+    parser = argparse.ArgumentParser(
+        prog="labkit",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for module in (demo, odometry, match, evaluate):
+        module.add_command(commands)
+    return parser

@@ -1,0 +1,77 @@
+"""``labkit match``: the transform between two scans in CSV files."""
+
+from __future__ import annotations
+
+import argparse
+
+from labkit.cli.options import add_icp_options, from_options
+from labkit.cli.text import pose_text, to_json
+from labkit.icp import icp
+from labkit.logs import read_points
+from labkit.registration import IcpParameters, IcpResult
+from labkit.se2 import from_xytheta, to_xytheta
+
+DESCRIPTION = """\
+Find the rigid transform that maps the points of SOURCE (the newer scan) onto TARGET (the
+older one). Each file holds one point a line, `x,y` in metres."""
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add ``match`` to the command line."""
+    parser = commands.add_parser(
+        "match",
+        help="match two scans of x,y in metres",
+        description=DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("target", metavar="TARGET", help="the older scan, CSV")
+    parser.add_argument("source", metavar="SOURCE", help="the newer scan, CSV")
+    parser.add_argument(
+        "--initial",
+        nargs=3,
+        type=float,
+        default=(0.0, 0.0, 0.0),
+        metavar=("X", "Y", "THETA"),
+        help="initial guess in metres and radians (default 0 0 0)",
+    )
+    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+    add_icp_options(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Match the two files and print the result; status 1 where they do not match."""
+    target, source = read_points(args.target), read_points(args.source)
+    result = icp(source, target, from_xytheta(args.initial), from_options(IcpParameters, args))
+    print(to_json(_as_dict(result)) if args.json else _as_text(result))
+    return 1 if result.termination.failed else 0
+
+
+def _as_text(result: IcpResult) -> str:
+    lines = [result.message]
+    if not result.termination.failed:
+        lines.insert(0, pose_text(to_xytheta(result.T_target_source)))
+    lines.append(
+        f"{result.iterations} iterations, {result.inlier_count} inliers "
+        f"(fitness {result.fitness:.3f}), inlier RMSE {result.inlier_rmse:.4f} m, "
+        f"cost {result.cost:.3g} m²"
+    )
+    return "\n".join(lines)
+
+
+def _as_dict(result: IcpResult) -> dict[str, object]:
+    x, y, theta = to_xytheta(result.T_target_source).tolist()
+    return {
+        "x": x,
+        "y": y,
+        "theta": theta,
+        "T_target_source": result.T_target_source,
+        "converged": result.converged,
+        "termination": result.termination.name.lower(),
+        "message": result.message,
+        "iterations": result.iterations,
+        "fitness": result.fitness,
+        "inlier_count": result.inlier_count,
+        "inlier_rmse": result.inlier_rmse,
+        "cost": result.cost,
+    }

@@ -1,0 +1,167 @@
+"""``labkit odometry``: the main job, from a log to a trajectory, a map and a quality file."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from tqdm import tqdm
+
+from labkit.arrays import FloatArray, check_count
+from labkit.cli.options import add_icp_options, add_options, from_options
+from labkit.cli.outputs import add_output_options, choose_outputs
+from labkit.cli.summary import decision_text, error_table
+from labkit.errors import InvalidPointsError
+from labkit.filters import Preprocessing
+from labkit.logs import Log, read_log
+from labkit.odometry import (
+    OdometryParameters,
+    SanityLimits,
+    estimate_odometry,
+    increments_between,
+)
+from labkit.registration import IcpParameters
+from labkit.simulation import WheelNoise, wheel_increments
+
+DESCRIPTION = """\
+Estimate the motion of a robot from its laser scans, step by step, with sanity checks and
+fallbacks. LOG is a CARMEN or g2o log, a ROS bag, a CSV of points (the format is told from
+the content), or `killian`: a real run of 1.9 km that comes with the lab.
+
+The prior is where a step's search begins, and what it falls back to:
+  log        the log's own odometry
+  simulated  wheel odometry simulated from the log's reference: per step, sd 10 % of the way
+             along and 5 % across, 10 % of the turn and 0.05 rad/m of heading
+  none       the motion of the step before
+  auto       the first of these that the log allows (the default)"""
+
+SIMULATED_WHEELS = WheelNoise(along=0.10, across=0.05, turn=0.10, drift=0.05)
+SHOWN_DAMAGE = 5  # damaged lines that are named one by one
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add ``odometry`` to the command line."""
+    parser = commands.add_parser(
+        "odometry",
+        help="estimate the motion of a whole log",
+        description=DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("log", metavar="LOG", help="a log file, or `killian`")
+    parser.add_argument(
+        "--prior", choices=("auto", "log", "simulated", "none"), default="auto", help="see above"
+    )
+    parser.add_argument(
+        "--seed", type=int, default=0, metavar="N", help="of the simulated prior (default 0)"
+    )
+    parser.add_argument(
+        "--scans", type=int, metavar="N", help="use the first N scans only (default all)"
+    )
+    parser.add_argument(
+        "--laser-offset",
+        nargs=3,
+        type=float,
+        default=(0.0, 0.0, 0.0),
+        metavar=("X", "Y", "THETA"),
+        help="the scanner's place on the robot, where the log does not say it [m, m, rad]",
+    )
+    parser.add_argument("--topic", help="of the scans, in a bag with several")
+    parser.add_argument("--odometry-topic", metavar="TOPIC", help="of the odometry, likewise")
+    parser.add_argument("--strict", action="store_true", help="refuse a log with damaged lines")
+    add_output_options(parser)
+    defaults = OdometryParameters()
+    add_icp_options(parser, defaults.icp)
+    add_options(parser, "sanity checks", defaults.limits)
+    add_options(parser, "fallbacks", defaults, names=("retry_gate", "retry_step", "on_skip"))
+    add_options(parser, "filters", defaults.preprocessing)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Estimate the motion, write what was asked for and print a summary."""
+    parameters = from_options(
+        OdometryParameters,
+        args,
+        icp=from_options(IcpParameters, args),
+        limits=from_options(SanityLimits, args),
+        preprocessing=from_options(Preprocessing, args),
+    )
+    check_count(args.seed, "seed", at_least=0)
+    log = read_log(
+        args.log,
+        strict=args.strict,
+        laser_offset=args.laser_offset,
+        topic=args.topic,
+        odometry_topic=args.odometry_topic,
+    )
+    _report_damage(log)
+    log = _head(log, args.scans)
+    outputs = choose_outputs(args, log.name)
+    prior, source = choose_prior(log, args.prior, args.seed)
+    print(f"{log.name}: {len(log)} scans, {parameters.icp.metric} metric, prior: {source}")
+    start = np.zeros(3) if log.reference is None else log.reference[0]
+    began = time.perf_counter()
+    result = estimate_odometry(
+        log.scans,
+        prior,
+        parameters,
+        start=start,
+        progress=partial(tqdm, unit="scan", desc="matching", disable=None),
+    )
+    seconds = time.perf_counter() - began
+    print(decision_text(result, seconds))
+    if log.reference is not None:
+        print(error_table(log.reference, result, prior))
+    for path, write in outputs:
+        write(path, log, result)
+    if outputs:
+        print("wrote " + ", ".join(path for path, _ in outputs))
+    return 0
+
+
+def choose_prior(log: Log, wanted: str, seed: int) -> tuple[FloatArray | None, str]:
+    """Increments (K−1, 3) that a run starts its steps from, and a word on their origin."""
+    if wanted == "auto":
+        allowed = {"log": log.odometry, "simulated": log.reference}
+        wanted = next((name for name, poses in allowed.items() if poses is not None), "none")
+    if wanted == "none":
+        return None, "the last motion"
+    if wanted == "log":
+        if log.odometry is None:
+            raise InvalidPointsError(
+                f"{log.name} holds no odometry for `--prior log`; try `--prior none`"
+            )
+        return increments_between(log.odometry), "the log's odometry"
+    if log.reference is None:
+        raise InvalidPointsError(
+            f"{log.name} holds no reference to simulate wheels from; try `--prior none`"
+        )
+    increments = wheel_increments(log.reference, SIMULATED_WHEELS, rng=seed)
+    return increments, f"wheel odometry simulated from the reference, seed {seed}"
+
+
+def _head(log: Log, scans: int | None) -> Log:
+    """The first scans of the log, and the poses that belong to them; two at the least."""
+    if scans is not None:
+        check_count(scans, "scans", at_least=2)
+    if len(log) < 2:
+        raise InvalidPointsError(f"{log.name} holds a single scan; a motion needs two")
+    first = slice(scans)
+    return replace(
+        log,
+        scans=log.scans[first],
+        odometry=None if log.odometry is None else log.odometry[first],
+        reference=None if log.reference is None else log.reference[first],
+    )
+
+
+def _report_damage(log: Log) -> None:
+    for line in log.skipped[:SHOWN_DAMAGE]:
+        print(f"skipped {line}", file=sys.stderr)
+    if len(log.skipped) > SHOWN_DAMAGE:
+        rest = len(log.skipped) - SHOWN_DAMAGE
+        print(f"... and {rest} more damaged lines", file=sys.stderr)

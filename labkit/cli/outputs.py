@@ -1,0 +1,68 @@
+"""The files of a run: trajectory, quality and map, each written whole or not at all."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from labkit.arrays import FloatArray
+from labkit.cli.quality import write_quality
+from labkit.logs import Log, refuse_unwritable, write_g2o, write_tum
+from labkit.odometry import OdometryResult, increments_between
+from labkit.plotting import plot_trajectory, save_figure
+
+NOTHING = "none"  # the word for no file
+Writer = Callable[[str, Log, OdometryResult], None]
+
+
+def add_output_options(parser: argparse.ArgumentParser) -> None:
+    """Add one option for each file."""
+    group = parser.add_argument_group("output, in this folder by default; `none` writes nothing")
+    group.add_argument("--out", metavar="FILE", help="trajectory, TUM or .g2o (LOG-odometry.tum)")
+    group.add_argument("--quality", metavar="FILE", help="a CSV row a step (LOG-quality.csv)")
+    group.add_argument("--plot", metavar="FILE", help="map and trajectory (LOG-map.png)")
+
+
+def choose_outputs(args: argparse.Namespace, name: str) -> list[tuple[str, Writer]]:
+    """The files that were asked for and what writes each; raise where one cannot be written.
+
+    Called before the work begins: a typing mistake must not cost a long run.
+    """
+    outputs: list[tuple[str, Writer]] = [
+        (args.out or f"{name}-odometry.tum", write_trajectory),
+        (args.quality or f"{name}-quality.csv", _write_quality),
+        (args.plot or f"{name}-map.png", write_map),
+    ]
+    wanted = [(path, writer) for path, writer in outputs if path != NOTHING]
+    for path, _ in wanted:
+        refuse_unwritable(path)
+    return wanted
+
+
+def write_trajectory(path: str, log: Log, result: OdometryResult) -> None:
+    """Write the poses, as g2o where the suffix says so, else as TUM."""
+    if path.endswith(".g2o"):
+        write_g2o(path, result.poses, increments_between(result.poses))
+    else:
+        write_tum(path, _stamps(log), result.poses)
+
+
+def write_map(path: str, log: Log, result: OdometryResult) -> None:
+    """Draw the scans at the estimated poses, the trajectory and the reference."""
+    figure = Figure(figsize=(10.0, 7.0), layout="constrained")
+    ax = figure.add_subplot()
+    plot_trajectory(ax, result.poses, scans=log.scans, reference=log.reference)
+    ax.set_title(f"{log.name}: map and trajectory by scan matching")
+    save_figure(figure, path)
+
+
+def _write_quality(path: str, log: Log, result: OdometryResult) -> None:
+    write_quality(path, _stamps(log), result.records)
+
+
+def _stamps(log: Log) -> FloatArray:
+    """The scans' times [s], or their numbers where the log has no times."""
+    return np.arange(len(log), dtype=float) if np.isnan(log.stamps).any() else log.stamps

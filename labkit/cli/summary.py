@@ -1,0 +1,36 @@
+"""What a run says at its end: where its steps came from, and how good they are."""
+
+from __future__ import annotations
+
+from labkit.arrays import FloatArray
+from labkit.cli.text import ERROR_HEADER, error_row, table
+from labkit.evaluation import ate, rpe
+from labkit.odometry import Decision, OdometryResult, integrate
+
+
+def decision_text(result: OdometryResult, seconds: float) -> str:
+    """How many steps came from where."""
+    steps = len(result.records) - 1
+    icp, retry = result.count(Decision.ICP), result.count(Decision.RETRY)
+    prior, skipped = result.count(Decision.PRIOR), result.count(Decision.HOLD, Decision.STAND)
+    degenerate = sum(record.degenerate for record in result.records)
+    pace = f" ({1e3 * seconds / steps:.2f} ms a step)" if steps else ""
+    return (
+        f"{steps} steps in {seconds:.1f} s{pace}: {icp + retry} from ICP ({retry} on the second "
+        f"attempt), {prior} from the prior, {skipped} skipped; {degenerate} degenerate"
+    )
+
+
+def error_table(reference: FloatArray, result: OdometryResult, prior: FloatArray | None) -> str:
+    """Errors of the estimate against the log's reference, and the prior's beside them."""
+    trajectories = {"odometry": result.poses}
+    if prior is not None:
+        trajectories["prior"] = integrate(prior, reference[0])
+    rows = []
+    for name, poses in trajectories.items():
+        rows.append(error_row(f"{name}, RPE a step", rpe(poses, reference)))
+    for name, poses in trajectories.items():
+        rows.append(error_row(f"{name}, RPE over 10 m", rpe(poses, reference, 10.0, "metres")))
+    for name, poses in trajectories.items():
+        rows.append(error_row(f"{name}, ATE", ate(poses, reference)))
+    return table(ERROR_HEADER, rows)

@@ -1,0 +1,71 @@
+"""How numbers stand in a terminal: poses in metres and degrees, errors in a table."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from labkit.arrays import FloatArray
+from labkit.evaluation import PoseErrors
+
+
+def pose_text(pose: FloatArray) -> str:
+    """A pose or increment (x, y, θ) on one line.
+
+    >>> pose_text(np.array([0.35, 0.1, np.pi / 30]))
+    't = (0.3500, 0.1000) m, theta = 6.000 deg'
+    """
+    return f"t = ({pose[0]:.4f}, {pose[1]:.4f}) m, theta = {math.degrees(pose[2]):.3f} deg"
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Columns under a header, the first one to the left and the others to the right."""
+    lines = [list(header), *map(list, rows)]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(header))]
+    return "\n".join(
+        "  ".join(
+            cell.ljust(width) if i == 0 else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(line, widths, strict=True))
+        ).rstrip()
+        for line in lines
+    )
+
+
+ERROR_HEADER = ("error", "median", "p95", "max", "rmse", "", "median", "p95", "max", "rmse")
+
+
+def error_row(name: str, errors: PoseErrors) -> list[str]:
+    """Translation errors in metres and rotation errors in degrees, for `ERROR_HEADER`."""
+    t, r = errors.translation, errors.rotation
+    return [
+        name,
+        *(f"{value:.3f} m" for value in (t.median, t.p95, t.max, t.rmse)),
+        "|",
+        *(f"{math.degrees(value):.3f}°" for value in (r.median, r.p95, r.max, r.rmse)),
+    ]
+
+
+def error_dict(errors: PoseErrors) -> dict[str, dict[str, float]]:
+    """The same for JSON: metres and radians."""
+    return {"translation_m": vars(errors.translation), "rotation_rad": vars(errors.rotation)}
+
+
+def to_json(content: Mapping[str, Any]) -> str:
+    """JSON with null where there is no number, for readers that know no NaN."""
+    return json.dumps(_plain(content), indent=2, allow_nan=False)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

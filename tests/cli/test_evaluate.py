@@ -1,0 +1,70 @@
+"""``labkit evaluate``: a trajectory against a reference or a survey."""
+
+import json
+
+import numpy as np
+import pytest
+
+from labkit.logs import write_tum
+from labkit.odometry import increments_between
+
+
+@pytest.fixture
+def trajectories(tmp_path):
+    """A circle of 20 m radius, and the same with a known error in its second half."""
+    angle = np.linspace(0.0, 3.0, 100)
+    reference = np.column_stack([20 * np.sin(angle), 20 - 20 * np.cos(angle), angle])
+    estimate = reference.copy()
+    estimate[50:, 0] += 0.5
+    write_tum(tmp_path / "reference.tum", np.arange(100.0), reference)
+    write_tum(tmp_path / "estimate.tum", np.arange(100.0) + 0.001, estimate)
+    return reference
+
+
+def test_against_a_reference(run, trajectories):
+    status, out, err = run("evaluate", "estimate.tum", "--reference", "reference.tum")
+    assert (status, err) == (0, "")
+    assert "100 of 100 poses have a partner" in out
+    assert "ATE" in out
+    assert "RPE, 10 m" in out
+
+
+def test_json_in_metres_and_radians(run, trajectories):
+    _, out, _ = run("evaluate", "estimate.tum", "--reference", "reference.tum", "--json")
+    step = json.loads(out)["RPE, a step"]
+    assert step["count"] == 99
+    assert step["translation_m"]["max"] == pytest.approx(0.5)
+    assert step["rotation_rad"]["max"] < 1e-12
+
+
+def test_against_relations(run, trajectories, tmp_path):
+    steps = increments_between(trajectories)
+    rows = [f"{k},{k + 1}," + ",".join(map(repr, steps[k].tolist())) for k in (3, 49, 70)]
+    (tmp_path / "survey.csv").write_text("i,j,dx,dy,dtheta\n" + "\n".join(rows) + "\n")
+    _, out, _ = run("evaluate", "estimate.tum", "--relations", "survey.csv", "--json")
+    survey = json.loads(out)["relations"]
+    assert survey["count"] == 3
+    assert survey["translation_m"]["max"] == pytest.approx(0.5)
+    assert survey["translation_m"]["median"] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("file", "content", "message"),
+    [
+        ("reference.tum", "1.0 2.0\n", "reference.tum:1: "),
+        ("reference.tum", "900 0 0 0 0 0 0 1\n901 0 0 0 0 0 0 1\n", "share 0 stamps within"),
+        ("estimate.tum", "", "empty"),
+    ],
+)
+def test_files_that_do_not_fit(run, trajectories, tmp_path, file, content, message):
+    (tmp_path / file).write_text(content)
+    status, out, err = run("evaluate", "estimate.tum", "--reference", "reference.tum")
+    assert (status, out) == (1, "")
+    assert message in err
+
+
+def test_relations_of_another_log(run, trajectories, tmp_path):
+    (tmp_path / "survey.csv").write_text("i,j,dx,dy,dtheta\n500,501,0,0,0\n")
+    status, _, err = run("evaluate", "estimate.tum", "--relations", "survey.csv")
+    assert status == 1
+    assert "none of the 1 relations of survey.csv joins two poses" in err

@@ -1,0 +1,86 @@
+"""The command line as a whole: help, exit statuses, and what an interruption leaves behind."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+COMMANDS = ("demo", "odometry", "match", "evaluate")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_explains_itself(run, command):
+    status, out, _ = run(command, "--help")
+    assert status == 0
+    assert "usage: labkit " + command in out
+
+
+def test_the_help_names_every_command(run):
+    status, out, _ = run("--help")
+    assert status == 0
+    assert all(f"labkit {command}" in out for command in COMMANDS)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "required: COMMAND"),
+        (("mach",), "invalid choice: 'mach'"),
+        (("demo", "--gate", "wide"), "argument --gate/--max-correspondence-distance: invalid"),
+        (("demo", "--gate", "0"), "--max-correspondence-distance must be in (0, inf] m, got 0.0"),
+        (("demo", "--overlap", "1.3"), "--overlap-ratio must be in (0, 1], got 1.3"),
+        (("demo", "--overlap", "nan"), "--overlap-ratio must be in (0, 1], got nan"),
+        (("demo", "--huber-delta", "-1"), "--huber-delta must be in (0, inf] m, got -1.0"),
+        (("demo", "--metric", "point_to_plane"), "argument --metric: invalid choice"),
+        (("match", "a.csv"), "the following arguments are required: SOURCE"),
+        (("evaluate", "a.tum"), "one of the arguments --reference --relations is required"),
+        (("odometry", "killian", "--scans", "1"), "--scans must be a whole number of at least 2"),
+        (("odometry", "killian", "--seed", "-1"), "--seed must be a whole number of at least 0"),
+    ],
+)
+def test_a_wrong_command_line_ends_with_2(run, arguments, message):
+    status, out, err = run(*arguments)
+    assert (status, out) == (2, "")
+    assert message in err
+    assert "Traceback" not in err
+
+
+def test_the_module_runs_as_the_command_does():
+    done = subprocess.run(
+        [sys.executable, "-m", "labkit", "demo"], capture_output=True, text=True, check=True
+    )
+    assert "theta = 6.011 deg" in done.stdout
+
+
+def test_a_reader_that_stops_early_is_no_error():
+    shell = f"{sys.executable} -m labkit demo | true"
+    done = subprocess.run(["sh", "-c", shell], capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for a child alone")
+def test_ctrl_c_leaves_no_file(tmp_path, carmen_log):
+    """Interrupted in the middle of a long run, the command says so and writes nothing."""
+    log, _ = carmen_log
+    long_log = tmp_path / "long.log"
+    long_log.write_text(log.read_text() * 300)
+    folder = tmp_path / "out"
+    folder.mkdir()
+    process = subprocess.Popen(
+        [sys.executable, "-u", "-m", "labkit", "odometry", str(long_log)],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert "2400 scans" in process.stdout.readline()
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "interrupted; no file is left half-written" in err
+    assert "Traceback" not in err
+    assert list(folder.iterdir()) == []

@@ -1,0 +1,82 @@
+"""``labkit match``: two CSV scans in, one transform out."""
+
+import json
+
+import numpy as np
+import pytest
+
+
+def test_the_transform_between_two_files(run, scan_files):
+    target, source, pose = scan_files
+    status, out, err = run("match", target, source)
+    assert (status, err) == (0, "")
+    assert "t = (0.1000, -0.0500) m, theta = 1.719 deg" in out
+    assert "102 inliers (fitness 0.850)" in out
+    assert np.degrees(pose[2]) == pytest.approx(1.719, abs=1e-3)
+
+
+def test_json_holds_the_same(run, scan_files):
+    target, source, pose = scan_files
+    status, out, _ = run("match", target, source, "--json", "--initial", 0.05, 0, 0)
+    result = json.loads(out)
+    assert status == 0
+    assert [result[key] for key in ("x", "y", "theta")] == pytest.approx(pose, abs=1e-6)
+    assert result["T_target_source"][2] == [0.0, 0.0, 1.0]
+    assert result["termination"].startswith("converged")
+    assert (result["converged"], result["inlier_count"]) == (True, 102)
+
+
+def test_no_match_is_status_1_and_null(run, scan_files):
+    target, source, _ = scan_files
+    status, out, _ = run("match", target, source, "--json", "--initial", 50, 0, 0)
+    result = json.loads(out)
+    assert status == 1
+    assert result["termination"] == "too_few_correspondences"
+    assert result["x"] is None
+    assert result["inlier_rmse"] is None
+    assert run("match", target, source, "--initial", 50, 0, 0)[1].startswith("failed: fewer than")
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "empty"),
+        ("1.0,2.0\nnan,3.0\n", "source.csv:2: "),
+        ("1.0,2.0\n3.0\n", "source.csv:2: "),
+        ("1.0,2.0\n3.0,mud\n", "source.csv:2: "),
+    ],
+)
+def test_a_bad_file_is_named_with_its_line(run, scan_files, tmp_path, content, message):
+    (tmp_path / "source.csv").write_text(content)
+    status, out, err = run("match", "target.csv", "source.csv")
+    assert (status, out) == (1, "")
+    assert message in err
+    assert err.startswith("labkit match: ")
+
+
+def test_a_missing_file(run, scan_files):
+    status, _, err = run("match", "target.csv", "gone.csv")
+    assert status == 1
+    assert "gone.csv" in err
+
+
+@pytest.mark.parametrize("guess", [(1, 2), ("a", 0, 0), ("nan", 0, 0)])
+def test_a_guess_that_is_none(run, scan_files, guess):
+    status, _, err = run("match", "target.csv", "source.csv", "--initial", *guess)
+    assert status in (1, 2)
+    assert "initial" in err or "T_init" in err
+
+
+def test_one_point_is_too_few(run, scan_files, tmp_path):
+    (tmp_path / "source.csv").write_text("1.0,2.0\n")
+    status, out, _ = run("match", "target.csv", "source.csv")
+    assert status == 1
+    assert "fewer than 3 correspondences" in out
+
+
+def test_equal_points_are_degenerate(run, tmp_path):
+    for name in ("target.csv", "source.csv"):
+        (tmp_path / name).write_text("1.0,2.0\n" * 10)
+    status, out, _ = run("match", "target.csv", "source.csv")
+    assert status == 1
+    assert "leave the motion undetermined" in out

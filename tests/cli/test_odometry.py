@@ -1,0 +1,112 @@
+"""``labkit odometry``: the main job, on a small log and on the head of the real one."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from labkit.logs import read_tum
+
+
+@pytest.fixture
+def files(tmp_path):
+    return lambda: sorted(path.name for path in tmp_path.iterdir())
+
+
+def test_a_log_becomes_a_trajectory_a_table_and_a_map(run, carmen_log, files, tmp_path):
+    log, path = carmen_log
+    status, out, err = run("odometry", log)
+    assert status == 0
+    assert "room: 8 scans, point_to_line metric, prior: the log's odometry" in out
+    assert "7 steps" in out
+    assert "7 from ICP (0 on the second attempt), 0 from the prior, 0 skipped" in out
+    assert files() == ["room-map.png", "room-odometry.tum", "room-quality.csv"]
+    stamps, poses = read_tum(tmp_path / "room-odometry.tum")
+    assert stamps.tolist() == [k + 0.5 for k in range(8)]
+    driven = path - path[0]
+    c, s = np.cos(path[0, 2]), np.sin(path[0, 2])
+    assert np.abs(poses[:, :2] - driven[:, :2] @ [[c, -s], [s, c]]).max() < 0.01
+    assert "Traceback" not in err
+
+
+def test_the_quality_file_has_a_row_a_scan(run, carmen_log, tmp_path):
+    run("odometry", carmen_log[0], "--plot", "none", "--out", "none", "--quality", "q.csv")
+    rows = list(csv.DictReader((tmp_path / "q.csv").read_text().splitlines()))
+    assert [row["decision"] for row in rows] == ["start"] + 7 * ["icp"]
+    assert rows[0]["rmse_m"] == ""
+    assert 0.0 < float(rows[3]["rmse_m"]) < 0.1
+    assert 0.4 < float(rows[3]["inlier_ratio"]) <= 1.0
+    assert rows[3]["termination"].startswith("converged")
+
+
+def test_none_writes_nothing(run, carmen_log, files):
+    nothing = ("--out", "none", "--quality", "none", "--plot", "none")
+    status, out, _ = run("odometry", carmen_log[0], *nothing)
+    assert (status, files()) == (0, [])
+    assert "wrote" not in out
+
+
+def test_a_trajectory_as_a_graph(run, carmen_log, tmp_path):
+    run("odometry", carmen_log[0], "--out", "graph.g2o", "--quality", "none", "--plot", "none")
+    words = [line.split()[0] for line in (tmp_path / "graph.g2o").read_text().splitlines()]
+    assert words.count("VERTEX_SE2"), words.count("EDGE_SE2") == (8, 7)
+
+
+def test_the_head_of_killian_against_its_reference(run, files):
+    """The built-in run: simulated wheels, errors of the odometry and of the prior."""
+    status, out, _ = run("odometry", "killian", "--scans", "60", "--plot", "none")
+    assert status == 0
+    assert "killian: 60 scans" in out
+    assert "prior: wheel odometry simulated from the reference, seed 0" in out
+    assert "odometry, RPE a step" in out
+    assert "prior, RPE a step" in out
+    assert files() == ["killian-odometry.tum", "killian-quality.csv"]
+
+
+def test_the_same_seed_gives_the_same_bytes(run, tmp_path):
+    for name in ("a.tum", "b.tum"):
+        nothing_else = ("--quality", "none", "--plot", "none")
+        run("odometry", "killian", "--scans", 20, "--out", name, *nothing_else)
+    assert (tmp_path / "a.tum").read_bytes() == (tmp_path / "b.tum").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("gone.log",), "gone.log"),
+        (("{log}", "--out", "no/such/t.tum"), "cannot write no/such/t.tum"),
+        (("{log}", "--plot", "."), "cannot write .: it is a directory"),
+        (("{log}", "--prior", "simulated"), "no reference to simulate wheels from"),
+        (("{pair}", "--prior", "log"), "holds no odometry for `--prior log`"),
+        (("{points}", "--scans", "2"), "a single scan; a motion needs two"),
+        (("{binary}",), "unknown format"),
+        (("{cut}", "--strict"), "cut.log:8: "),
+    ],
+)
+def test_what_cannot_be_done_is_said_and_leaves_no_file(
+    run, carmen_log, tmp_path, arguments, message
+):
+    log, _ = carmen_log
+    names = ("points", "pair", "binary", "cut")
+    inputs = {"log": log} | {name: tmp_path / f"{name}.log" for name in names}
+    inputs["points"].write_text("1.0,2.0\n1.5,2.0\n2.0,2.5\n")
+    inputs["pair"].write_text("scan,x,y\n0,1.0,2.0\n1,1.0,2.1\n")
+    inputs["binary"].write_bytes(bytes(range(256)) * 8)
+    inputs["cut"].write_text(log.read_text()[:-400])
+    before = sorted(tmp_path.iterdir())
+    status, _, err = run("odometry", *(text.format(**inputs) for text in arguments))
+    assert status == 1
+    assert message in err
+    assert "Traceback" not in err
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_damaged_line_is_reported_and_skipped(run, carmen_log, tmp_path):
+    log, _ = carmen_log
+    cut = tmp_path / "cut.log"
+    cut.write_text(log.read_text()[:-400])
+    status, out, err = run("odometry", cut, "--plot", "none")
+    assert status == 0
+    assert "7 scans" in out
+    assert "skipped " in err
+    assert "cut.log:8: " in err

@@ -1,0 +1,42 @@
+"""Options and fields stay one thing: every field has an option, and defaults pass through."""
+
+import argparse
+import math
+from dataclasses import fields
+
+import pytest
+
+from labkit.cli.options import EXPLANATIONS, add_options, from_options, number_or_off
+from labkit.filters import Preprocessing
+from labkit.odometry import OdometryParameters, SanityLimits
+from labkit.registration import IcpParameters
+
+OBJECTS = (IcpParameters(), SanityLimits(), Preprocessing())
+
+
+@pytest.mark.parametrize("defaults", OBJECTS, ids=lambda item: type(item).__name__)
+def test_no_option_gives_the_defaults(defaults):
+    parser = argparse.ArgumentParser()
+    add_options(parser, "all", defaults)
+    assert from_options(type(defaults), parser.parse_args([])) == defaults
+
+
+@pytest.mark.parametrize("defaults", OBJECTS, ids=lambda item: type(item).__name__)
+def test_every_number_can_be_set(defaults):
+    parser = argparse.ArgumentParser()
+    add_options(parser, "all", defaults)
+    for field in fields(defaults):
+        if isinstance(getattr(defaults, field.name), float | int):
+            value = 1 if isinstance(getattr(defaults, field.name), int) else 0.5
+            args = parser.parse_args([f"--{field.name.replace('_', '-')}", str(value)])
+            assert getattr(from_options(type(defaults), args), field.name) == value
+
+
+def test_every_explanation_belongs_to_a_field():
+    kinds = (IcpParameters, SanityLimits, Preprocessing, OdometryParameters)
+    assert set(EXPLANATIONS) <= {field.name for kind in kinds for field in fields(kind)}
+
+
+def test_off_is_infinity():
+    assert number_or_off("OFF") == math.inf
+    assert number_or_off("0.5") == 0.5
