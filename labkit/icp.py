@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.alignment import align
-from labkit.arrays import FloatArray, as_points, as_transform
+from labkit.arrays import FloatArray, as_points, as_transform, by_column, dots, take_rows
 from labkit.correspondences import (
     MIN_PAIRS,
     distance_gate,
-    huber_loss,
     huber_weights,
     overlap,
 )
@@ -26,7 +25,7 @@ from labkit.registration import (
     Termination,
 )
 from labkit.scan import Scan, as_scan
-from labkit.se2 import apply, from_xytheta, to_xytheta, wrap
+from labkit.se2 import apply, from_xytheta, to_xytheta
 from labkit.target import Target, as_target
 
 DEFAULTS = IcpParameters()
@@ -81,78 +80,72 @@ def icp(
     >>> bool(np.allclose(result.T_target_source, T_target_source)), result.inlier_count
     (True, 85)
     """
-    points = as_points(as_scan(source).points, "source")
+    points = by_column(as_points(as_scan(source).points, "source"))
     target = as_target(target)
     T = np.eye(3) if T_init is None else as_transform(T_init, "T_init")
 
-    pairs, cost = associate(points, target, T, parameters)  # D, E
-    history = [_record(T, T, pairs, cost)]
+    pairs = associate(points, target, T, parameters)  # D, E
+    history = [_record(T, T, pairs)]
     termination = check_pairs(pairs)
     while termination is None:
         try:
-            dT = minimise(points, target, T, pairs, parameters)  # F
+            dT = minimise(pairs, parameters)  # F
         except DegenerateAlignmentError:
             termination = Termination.DEGENERATE
             break
         T, T_before = dT @ T, T  # G: the update composes on the left
-        pairs, cost = associate(points, target, T, parameters)  # D, E
-        history.append(_record(T, T_before, pairs, cost))
-        termination = check_pairs(pairs) or check_convergence(history, parameters)  # H
+        pairs = associate(points, target, T, parameters)  # D, E
+        history.append(_record(T, T_before, pairs))
+        termination = check_pairs(pairs) or check_convergence(history)  # H
     return IcpResult(  # I
         T_target_source=np.full((3, 3), np.nan) if termination.failed else T,
         termination=termination,
-        correspondences=pairs,
-        cost=cost,
         history=tuple(history),
     )
 
 
 def associate(
     source: FloatArray, target: Target, T: FloatArray, parameters: IcpParameters
-) -> tuple[Correspondences, float]:
-    """Match, reject and weight at the pose `T`; the cost (4.4) of what remains."""
+) -> Correspondences:
+    """Match, reject and weight at the pose `T`."""
     moved = apply(T, source)
-    index, distances = target.search.query(moved)
+    index = target.search.nearest(moved)
+    nearest = take_rows(target.points, index)
+    offset = moved - nearest
+    distances = np.sqrt(dots(offset, offset))
     if parameters.metric == "point_to_point":
-        residuals = distances
+        normals, residuals = None, distances
     else:
-        offset = moved - target.points[index]
-        residuals = np.abs((target.normals[index] * offset).sum(axis=1))
-    gate = parameters.max_correspondence_distance
-    within_gate = distance_gate(distances, gate)
+        normals = take_rows(target.normals, index)
+        residuals = np.abs(dots(normals, offset))
+
+    within_gate = distance_gate(distances, parameters.max_correspondence_distance)
     within_overlap = overlap(distances, parameters.overlap_ratio)
-    usable = within_gate & np.isfinite(residuals)
-    kept = usable & within_overlap
+    kept = within_gate & within_overlap & np.isfinite(residuals)
     weights = np.where(kept, huber_weights(residuals, parameters.huber_delta), 0.0)
-    charged = np.where(usable, residuals, np.minimum(distances, gate))[within_overlap]
-    cost = huber_loss(charged, parameters.huber_delta).sum() / len(source)
-    pairs = Correspondences(
+    return Correspondences(
+        source=moved,
+        target=nearest,
         target_index=index,
+        normals=normals,
         distances=distances,
         residuals=residuals,
         within_gate=within_gate,
         within_overlap=within_overlap,
         kept=kept,
         weights=weights,
+        parameters=parameters,
     )
-    return pairs, float(cost)
 
 
-def minimise(
-    source: FloatArray,
-    target: Target,
-    T: FloatArray,
-    pairs: Correspondences,
-    parameters: IcpParameters,
-) -> FloatArray:
+def minimise(pairs: Correspondences, parameters: IcpParameters) -> FloatArray:
     """The step dT that best moves the kept pairs together under the metric."""
-    kept = pairs.kept
-    index = pairs.target_index[kept]
-    p, q, w = apply(T, source[kept]), target.points[index], pairs.weights[kept]
-    if parameters.metric == "point_to_point":
+    kept = np.flatnonzero(pairs.kept)
+    p, q, w = take_rows(pairs.source, kept), take_rows(pairs.target, kept), pairs.weights[kept]
+    if pairs.normals is None:
         dT = align(p, q, w)
     else:
-        dT = align_to_lines(p, q, target.normals[index], w)
+        dT = align_to_lines(p, q, take_rows(pairs.normals, kept), w)
     if parameters.step_fraction < 1.0:
         dT = from_xytheta(parameters.step_fraction * to_xytheta(dT))
     return dT
@@ -167,33 +160,34 @@ def check_pairs(pairs: Correspondences) -> Termination | None:
     return Termination.TOO_FEW_CORRESPONDENCES
 
 
-def check_convergence(history: list[Iteration], parameters: IcpParameters) -> Termination | None:
+def check_convergence(history: list[Iteration]) -> Termination | None:
     """Whether to stop after ``history[-1]``, and why; None to go on.
 
     The two pose tests hold together: a scan that turns about its own centre has Δt ≈ 0
     from the first step on, and under "any of them" it would stop there.
     """
     before, now = history[-2:]
+    parameters = now.correspondences.parameters
     if (
         now.translation_step < parameters.translation_tolerance
         and now.rotation_step < parameters.rotation_tolerance
     ):
         return Termination.CONVERGED_POSE
-    if abs(now.cost - before.cost) < parameters.cost_tolerance:
+    if parameters.cost_tolerance > 0.0 and abs(now.cost - before.cost) < parameters.cost_tolerance:
         return Termination.CONVERGED_COST
     if len(history) > parameters.max_iterations:
         return Termination.BUDGET_SPENT
     return None
 
 
-def _record(T: FloatArray, T_before: FloatArray, pairs: Correspondences, cost: float) -> Iteration:
+def _record(T: FloatArray, T_before: FloatArray, pairs: Correspondences) -> Iteration:
     first = T is T_before
-    turned = math.atan2(T[1, 0], T[0, 0]) - math.atan2(T_before[1, 0], T_before[0, 0])
+    (c, _, x), (s, _, y), _ = T.tolist()
+    (c_before, _, x_before), (s_before, _, y_before), _ = T_before.tolist()
+    turned = math.atan2(c_before * s - s_before * c, c_before * c + s_before * s)
     return Iteration(
         T_target_source=T,
-        translation_step=math.nan if first else math.hypot(*(T - T_before)[:2, 2]),
-        rotation_step=math.nan if first else abs(float(wrap(turned))),
-        cost=cost,
-        inlier_count=pairs.inlier_count,
-        inlier_rmse=pairs.inlier_rmse,
+        correspondences=pairs,
+        translation_step=math.nan if first else math.hypot(x - x_before, y - y_before),
+        rotation_step=math.nan if first else abs(turned),
     )

@@ -25,14 +25,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from labkit.arrays import FloatArray
+from labkit.arrays import FloatArray, dots
 from labkit.errors import DegenerateAlignmentError
-from labkit.se2 import compose, transform
 
 # A direction of motion is free when the residuals answer it, on average, by less than
 # this share of what they answer straight motion into a wall: √0.02 is a mean angle of 8°
 # between the surface and the direction, about the noise of a normal.
 MIN_INFORMATION = 0.02
+EPSILON = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -80,8 +80,8 @@ def line_information(
         Where there is no point with weight, or all of them coincide.
     """
     w = np.ones(len(points)) if weights is None else weights
-    center, length, jacobian = _linearise(points, normals, w)
-    values, vectors = np.linalg.eigh((jacobian * w[:, None]).T @ jacobian / w.sum())
+    A, _, center, length = _normal_equations(points, points, normals, w)
+    values, vectors = np.linalg.eigh(A)
     return Information(center=center, length=length, values=values, vectors=vectors)
 
 
@@ -107,29 +107,49 @@ def align_to_lines(
     DegenerateAlignmentError
         Where every direction is free.
     """
-    information = line_information(source, normals, weights)
-    constrained = information.values >= MIN_INFORMATION
-    _, _, jacobian = _linearise(source, normals, weights)
-    residual = (normals * (source - target)).sum(axis=1)
-    gradient = jacobian.T @ (weights * residual) / weights.sum()
-    basis = information.vectors[:, constrained]
-    x = -basis @ ((basis.T @ gradient) / information.values[constrained])
-    c = information.center
-    turn = transform(c[0] + x[0], c[1] + x[1], x[2] / information.length)
-    return compose(turn, transform(-c[0], -c[1], 0.0))
+    A, g, center, length = _normal_equations(source, target, normals, weights)
+    dx, dy, turn = _solve_constrained(A, g).tolist()
+    cx, cy = center.tolist()
+    c, s = math.cos(turn / length), math.sin(turn / length)
+    return np.array(  # turn about the centre, then shift
+        [[c, -s, cx + dx - c * cx + s * cy], [s, c, cy + dy - s * cx - c * cy], [0.0, 0.0, 1.0]]
+    )
 
 
-def _linearise(
-    points: FloatArray, normals: FloatArray, weights: FloatArray
-) -> tuple[FloatArray, float, FloatArray]:
-    """Centre c, length ℓ and the rows of (5.1) in the coordinates (Δx, Δy, ℓ Δψ)."""
-    total = weights.sum() if len(points) else 0.0
+def _normal_equations(
+    source: FloatArray, target: FloatArray, normals: FloatArray, weights: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """A (3, 3) and g (3,) of the motion (Δx, Δy, ℓ Δψ), per unit of weight; centre and ℓ."""
+    total = float(weights.sum()) if len(source) else 0.0
     if total <= 0.0:
-        raise DegenerateAlignmentError(f"none of {len(points)} pairs has weight on a surface")
-    center = weights @ points / total
-    arm = points - center
-    length = math.sqrt(float(weights @ (arm * arm).sum(axis=1)) / total)
-    if length <= 64.0 * np.finfo(float).eps * np.abs(points).max():  # what the mean rounds by
-        raise DegenerateAlignmentError(f"all {len(points)} surface points coincide")
-    turning = (normals[:, 1] * arm[:, 0] - normals[:, 0] * arm[:, 1]) / length
-    return center, length, np.column_stack([normals, turning])
+        raise DegenerateAlignmentError(f"none of {len(source)} pairs has weight on a surface")
+    center = weights @ source / total
+    arm = source - center
+    length = math.sqrt(float(weights @ dots(arm, arm)) / total)
+    if length <= 64.0 * EPSILON * max(map(abs, center.tolist())):  # what the mean rounds by
+        raise DegenerateAlignmentError(f"all {len(source)} surface points coincide")
+    rows = np.empty((4, len(source)))  # (5.1) and the residual, one column a pair
+    rows[:2] = normals.T
+    rows[2] = (normals[:, 1] * arm[:, 0] - normals[:, 0] * arm[:, 1]) / length
+    rows[3] = dots(normals, source - target)
+    M = (rows * (weights / total)) @ rows.T
+    return M[:3, :3], M[:3, 3], center, length
+
+
+def _solve_constrained(A: FloatArray, g: FloatArray) -> FloatArray:
+    """x = −A⁻¹ g, in the directions alone whose eigenvalue reaches `MIN_INFORMATION`."""
+    (a, b, c), (_, d, e), (_, _, f) = A.tolist()
+    u, v, w = d * f - e * e, c * e - b * f, b * e - c * d  # first row of the adjugate
+    determinant = a * u + b * v + c * w
+    # λ₁ = det A / (λ₂ λ₃) ≥ 4 det A / (λ₂ + λ₃)²: mostly this settles it without eigenvalues.
+    if 4.0 * determinant >= MIN_INFORMATION * (a + d + f) ** 2:
+        p, q, r = a * f - c * c, b * c - a * e, a * d - b * b
+        gx, gy, gt = (g / -determinant).tolist()
+        return np.array(
+            [u * gx + v * gy + w * gt, v * gx + p * gy + q * gt, w * gx + q * gy + r * gt]
+        )
+    values, vectors = np.linalg.eigh(A)
+    constrained = values >= MIN_INFORMATION
+    values, vectors = values[constrained], vectors[:, constrained]
+    x: FloatArray = -vectors @ ((g @ vectors) / values)
+    return x

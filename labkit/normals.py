@@ -11,21 +11,21 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from labkit.arrays import BoolArray, FloatArray, IntArray
+from labkit.arrays import FloatArray, IntArray, dots
 from labkit.scan import Scan
 
-HALF_WINDOW = 3  # neighbours looked at on either side along the sweep
-HALF_WIDTH = 0.2  # [m]: where beams are denser than this over the window, take every n-th
+HALF_WIDTH = 0.3  # [m]: how far a window along the sweep reaches to either side
+HALF_BEAMS = 2  # and at the least this many beams
 NEIGHBORS = 9  # neighbours looked at in space, the point itself included
 REACH = 0.5  # [m]: neighbours farther than this are not on the same surface
 GAP_RATIO = 4.0  # a step this much longer than its shorter neighbour leaves the surface
 GAP_FLOOR = 0.05  # [m]: a step this short never does
 LINEARITY = 0.6  # largest ratio of the spreads across and along that still is a line
-MIN_ON_LINE = 3  # points that a line needs
+MIN_ON_LINE = 3  # points that a line in space needs
 
 
 def estimate_normals(scan: Scan) -> FloatArray:
-    """Fit a line around every point.
+    """Find the direction of the surface at every point.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def estimate_normals(scan: Scan) -> FloatArray:
     -------
     ndarray, shape (N, 2)
         Unit normals, turned towards the scanner; NaN where the neighbourhood is no line
-        (a corner, a lone return, scatter).
+        (a lone return, scatter, an edge sharper than a right angle).
 
     Examples
     --------
@@ -46,51 +46,65 @@ def estimate_normals(scan: Scan) -> FloatArray:
     """
     if len(scan) < MIN_ON_LINE:
         return np.full((len(scan), 2), np.nan)
-    look_around = _neighbors_in_space if scan.beams is None else _neighbors_along_sweep
-    neighbors, on_surface = look_around(scan.points)
-    return _fit_lines(scan.points, neighbors, on_surface)
+    normals = _normals_in_space if scan.beams is None else _normals_along_sweep
+    return normals(scan.points)
 
 
-def _neighbors_along_sweep(points: FloatArray) -> tuple[IntArray, BoolArray]:
-    """Indices (N, 2h + 1) of the neighbours by scan order, and which share the surface."""
+def _normals_along_sweep(points: FloatArray) -> FloatArray:
+    """Normals of the total-least-squares lines through a window of the sweep.
+
+    A window reaches `HALF_WIDTH` to either side, at least `HALF_BEAMS` beams, and ends
+    with the surface. Sums over windows are differences of running sums.
+    """
     count = len(points)
-    step = np.hypot(*np.diff(points, axis=0).T)
-    padded = np.concatenate([step[:1], step, step[-1:]])
-    shorter_neighbor = np.minimum(padded[:-2], padded[2:])
-    gap = step > np.maximum(GAP_RATIO * shorter_neighbor, GAP_FLOOR)
+    x, y = points.T
+    step = np.hypot(x[1:] - x[:-1], y[1:] - y[:-1])
+    before, after = np.concatenate([step[:1], step]), np.concatenate([step, step[-1:]])
+    gap = step > np.maximum(GAP_RATIO * np.minimum(before[:-1], after[1:]), GAP_FLOOR)
+    breaks = np.flatnonzero(gap)
     surface = np.concatenate([[0], np.cumsum(gap)])
-    spacing = np.maximum(np.minimum(padded[:-1], padded[1:]), 1e-3 * HALF_WIDTH)
-    stride = np.maximum(HALF_WIDTH / (HALF_WINDOW * spacing), 1.0).astype(np.intp)
-    offsets = np.arange(-HALF_WINDOW, HALF_WINDOW + 1)
-    index = np.arange(count)[:, None] + stride[:, None] * offsets
-    inside = (index >= 0) & (index < count)
-    index = np.clip(index, 0, count - 1)
-    return index, inside & (surface[index] == surface[:, None])
+    first = np.concatenate([[0], breaks + 1])[surface]
+    last = np.concatenate([breaks, [count - 1]])[surface]
+    spacing = np.maximum(np.minimum(before, after), 1e-3 * HALF_WIDTH)
+    beams = np.maximum(HALF_WIDTH / spacing, HALF_BEAMS).astype(np.intp)
+    here = np.arange(count)
+    start, stop = np.maximum(here - beams, first), np.minimum(here + beams, last) + 1
+
+    running = np.zeros((5, count + 1))
+    np.cumsum([x, y, x * x, x * y, y * y], axis=1, out=running[:, 1:])
+    size = stop - start
+    mx, my, mxx, mxy, myy = (running.take(stop, axis=1) - running.take(start, axis=1)) / size
+    normals = _line_normals(mxx - mx * mx, mxy - mx * my, myy - my * my, size)
+    # The sweep turns counter-clockwise, so the scanner is at the left of the line.
+    dx, dy = x[stop - 1] - x[start], y[stop - 1] - y[start]
+    normals[normals[:, 1] * dx - normals[:, 0] * dy < 0.0] *= -1.0
+    return normals
 
 
-def _neighbors_in_space(points: FloatArray) -> tuple[IntArray, BoolArray]:
-    """Indices (N, k) of the nearest neighbours, the point itself included."""
+def _normals_in_space(points: FloatArray) -> FloatArray:
+    """Normals of the total-least-squares lines through the nearest neighbours."""
     k = min(NEIGHBORS, len(points))
-    _, index = cKDTree(points).query(points, k=k)
-    return index, np.ones(index.shape, dtype=bool)
-
-
-def _fit_lines(points: FloatArray, neighbors: IntArray, on_surface: BoolArray) -> FloatArray:
-    """Total-least-squares line through each point's neighbours; its normal, or NaN."""
+    distance, neighbors = cKDTree(points).query(points, k=k)
+    near = distance <= REACH
+    on_line = near.sum(axis=1)
     offset = points[neighbors] - points[:, None, :]
-    weight = on_surface & ((offset * offset).sum(axis=2) <= REACH * REACH)
-    on_line = weight.sum(axis=1)
-    mean = np.einsum("nk,nkd->nd", weight, offset) / on_line[:, None]
-    centered = (offset - mean[:, None, :]) * weight[:, :, None]
+    mean = np.einsum("nk,nkd->nd", near, offset) / on_line[:, None]
+    centered = (offset - mean[:, None, :]) * near[:, :, None]
     cxx, cxy, cyy = (
         np.einsum("nk,nk->n", centered[..., i], centered[..., j])
         for i, j in ((0, 0), (0, 1), (1, 1))
     )
-    along = 0.5 * np.arctan2(2.0 * cxy, cxx - cyy)
-    half_difference = np.hypot(0.5 * (cxx - cyy), cxy)
-    smaller = 0.5 * (cxx + cyy) - half_difference
-    larger = 0.5 * (cxx + cyy) + half_difference
-    normals = np.column_stack([-np.sin(along), np.cos(along)])
-    normals[(normals * points).sum(axis=1) > 0.0] *= -1.0
-    normals[(on_line < MIN_ON_LINE) | (smaller >= LINEARITY**2 * larger)] = np.nan
+    normals = _line_normals(cxx, cxy, cyy, on_line)
+    normals[dots(normals, points) > 0.0] *= -1.0
     return normals
+
+
+def _line_normals(
+    cxx: FloatArray, cxy: FloatArray, cyy: FloatArray, count: IntArray
+) -> FloatArray:
+    """Direction of least spread, from the second moments about the mean; NaN for no line."""
+    along = 0.5 * np.arctan2(2.0 * cxy, cxx - cyy)
+    mean, half_difference = 0.5 * (cxx + cyy), np.hypot(0.5 * (cxx - cyy), cxy)
+    smaller, larger = mean - half_difference, mean + half_difference
+    along[(count < MIN_ON_LINE) | (smaller >= LINEARITY**2 * larger)] = np.nan
+    return np.column_stack([-np.sin(along), np.cos(along)])

@@ -5,9 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 from typing import Literal, get_args
 
+import numpy as np
+
 from labkit.arrays import BoolArray, FloatArray, IntArray, check_count, check_range
+from labkit.correspondences import huber_loss
 from labkit.errors import InvalidParameterError
 
 Metric = Literal["point_to_point", "point_to_line"]
@@ -30,7 +34,7 @@ class IcpParameters:
     translation_tolerance, rotation_tolerance : float
         ε_t [m] and ε_ψ [rad]: converged when a step stays below *both*.
     cost_tolerance : float
-        ε_J [m²]: converged when the cost changes by less.
+        ε_J [m²]: converged when the cost changes by less. 0 turns the test off.
     metric : {"point_to_point", "point_to_line"}
         What a residual is: the distance between the points of a pair, or that of the
         source point from the line through the target's surface.
@@ -99,10 +103,16 @@ class Correspondences:
 
     Attributes
     ----------
+    source : ndarray, shape (N, 2)
+        The source points in the target's frame, at the pose of the association [m].
+    target : ndarray, shape (N, 2)
+        The nearest target point of each [m].
     target_index : ndarray of int, shape (N,)
-        The nearest target point.
+        Its row in the target.
+    normals : ndarray, shape (N, 2), or None
+        Its normal, zero where it has none; None under the point-to-point metric.
     distances : ndarray, shape (N,)
-        Its distance [m].
+        How far the pair is apart [m].
     residuals : ndarray, shape (N,)
         What the metric minimises [m]: the distance, or the distance from the line (NaN
         where the target has no normal).
@@ -110,20 +120,26 @@ class Correspondences:
         `kept` passed both, and has a residual.
     weights : ndarray, shape (N,)
         Huber's weight of a kept pair, 0 for a rejected one.
+    parameters : IcpParameters
+        The gate, overlap and Huber delta that they were judged by.
     """
 
+    source: FloatArray
+    target: FloatArray
     target_index: IntArray
+    normals: FloatArray | None
     distances: FloatArray
     residuals: FloatArray
     within_gate: BoolArray
     within_overlap: BoolArray
     kept: BoolArray
     weights: FloatArray
+    parameters: IcpParameters
 
     @property
     def inlier_count(self) -> int:
         """How many pairs were kept."""
-        return int(self.kept.sum())
+        return int(np.count_nonzero(self.kept))
 
     @property
     def fitness(self) -> float:
@@ -136,22 +152,48 @@ class Correspondences:
         d = self.distances[self.kept]
         return math.sqrt(float(d @ d) / len(d)) if len(d) else math.nan
 
+    @cached_property
+    def cost(self) -> float:
+        """The truncated Huber cost J [m²] over all source points, (4.4) of `labkit.icp`."""
+        gate, delta = self.parameters.max_correspondence_distance, self.parameters.huber_delta
+        usable = self.within_gate & np.isfinite(self.residuals)
+        charged = np.where(usable, self.residuals, np.minimum(self.distances, gate))
+        return float(huber_loss(charged[self.within_overlap], delta).sum() / len(charged))
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Iteration:
     """The state after one iteration; number 0 is the initial guess, before any step.
 
-    `translation_step` [m] and `rotation_step` [rad] are how far the pose moved to get
-    here (NaN at number 0); `cost` [m²], `inlier_count` and `inlier_rmse` [m] belong to
-    the association made here.
+    Attributes
+    ----------
+    T_target_source : ndarray, shape (3, 3)
+        The pose.
+    correspondences : Correspondences
+        The association made there.
+    translation_step, rotation_step : float
+        How far the pose moved to get here, [m] and [rad]; NaN at number 0.
     """
 
     T_target_source: FloatArray
+    correspondences: Correspondences
     translation_step: float
     rotation_step: float
-    cost: float
-    inlier_count: int
-    inlier_rmse: float
+
+    @property
+    def cost(self) -> float:
+        """The truncated Huber cost J [m²]; see `labkit.icp`."""
+        return self.correspondences.cost
+
+    @property
+    def inlier_count(self) -> int:
+        """How many pairs were kept."""
+        return self.correspondences.inlier_count
+
+    @property
+    def inlier_rmse(self) -> float:
+        """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
+        return self.correspondences.inlier_rmse
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -165,19 +207,23 @@ class IcpResult:
         last pose that was tried stays in ``history[-1]``.
     termination : Termination
         How the run ended.
-    correspondences : Correspondences
-        The last association, at the final pose.
-    cost : float
-        The truncated Huber cost J [m²] there; see `labkit.icp`.
     history : tuple of Iteration
         From the initial guess (number 0) to the last step.
     """
 
     T_target_source: FloatArray
     termination: Termination
-    correspondences: Correspondences
-    cost: float
     history: tuple[Iteration, ...]
+
+    @property
+    def correspondences(self) -> Correspondences:
+        """The last association, at the final pose."""
+        return self.history[-1].correspondences
+
+    @property
+    def cost(self) -> float:
+        """The truncated Huber cost J [m²] there; see `labkit.icp`."""
+        return self.correspondences.cost
 
     @property
     def converged(self) -> bool:

@@ -10,6 +10,8 @@ Every function takes stacks too: a leading shape ``...`` goes through unchanged.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -57,6 +59,9 @@ def transform(x: ArrayLike, y: ArrayLike, theta: ArrayLike) -> FloatArray:
     >>> np.round(apply(T, [[1.0, 0.0]]), 12).tolist()
     [[1.0, 3.0]]
     """
+    if np.ndim(x) == np.ndim(y) == np.ndim(theta) == 0:  # the short way of a single one
+        c, s = math.cos(theta), math.sin(theta)
+        return np.array([[c, -s, x], [s, c, y], [0.0, 0.0, 1.0]])
     x, y, theta = np.broadcast_arrays(x, y, theta)
     T = np.zeros((*x.shape, 3, 3))
     T[..., :2, :2] = rotation(theta)
@@ -105,4 +110,5 @@ def apply(T_a_b: ArrayLike, points_b: ArrayLike) -> FloatArray:
     """Move points of shape (N, 2) [m] from frame b to frame a: R p + t for each row."""
     T = np.asarray(T_a_b, dtype=np.float64)
     points = np.asarray(points_b, dtype=np.float64)
-    return points @ np.swapaxes(T[..., :2, :2], -1, -2) + T[..., None, :2, 2]
+    moved: FloatArray = (T[..., :2, :2] @ points.mT + T[..., :2, 2:]).mT
+    return moved

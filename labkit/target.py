@@ -6,8 +6,8 @@ from functools import cached_property
 
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_points
-from labkit.correspondences import NearestNeighbors
+from labkit.arrays import FloatArray, as_points, by_column
+from labkit.neighbors import NearestNeighbors
 from labkit.normals import estimate_normals
 from labkit.scan import Scan, as_scan
 
@@ -23,13 +23,13 @@ class Target:
 
     def __init__(self, scan: Scan | ArrayLike) -> None:
         self.scan = as_scan(scan)
-        self.points = as_points(self.scan.points, "target")
-        self.search = NearestNeighbors(self.points)
+        self.points = by_column(as_points(self.scan.points, "target"))
+        self.search = NearestNeighbors(self.points, method="auto")
 
     @cached_property
     def normals(self) -> FloatArray:
         """Unit normals, shape (M, 2); NaN where a point lies on no line."""
-        return estimate_normals(self.scan)
+        return by_column(estimate_normals(self.scan))
 
 
 def as_target(target: Target | Scan | ArrayLike) -> Target:

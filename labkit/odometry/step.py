@@ -58,6 +58,7 @@ class OdometryParameters:
             huber_delta=0.05,
             translation_tolerance=1e-3,
             rotation_tolerance=1e-3,
+            cost_tolerance=0.0,
         )
     )
     limits: SanityLimits = field(default_factory=SanityLimits)
