@@ -169,6 +169,18 @@ def test_two_pairs_are_enough(solve):
     np.testing.assert_allclose(solve(source, apply(T, source)), T, atol=1e-14)
 
 
+@SOLVERS
+@pytest.mark.parametrize("count", [2, 3, 7, 10])
+@pytest.mark.parametrize("place", [(0.0, 0.0), (0.1, 0.9), (1e6, -0.3)])
+def test_coinciding_points_are_refused_wherever_they_lie(solve, place, count):
+    """Their mean may round: the rest is no direction to turn to."""
+    spot, spread = np.tile(place, (count, 1)), np.arange(2.0 * count).reshape(count, 2)
+    with pytest.raises(DegenerateAlignmentError, match="weighted source points coincide"):
+        solve(spot, spread, np.linspace(0.5, 1.0, count))
+    with pytest.raises(DegenerateAlignmentError, match="weighted target points coincide"):
+        solve(spread, spot)
+
+
 LINE = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [4.0, 1.0]])
 SPOT = np.full((4, 2), 0.1)
 SQUARE = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])

@@ -6,6 +6,7 @@ from typing import Any
 
 import browser_files
 from diagrams import MermaidDirective
+from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.errors import ExtensionError
@@ -17,6 +18,17 @@ def provide_browser_files(app: Sphinx, config: Config) -> None:
         browser_files.provide()
     except browser_files.BrowserFilesError as error:
         raise ExtensionError(str(error)) from error
+
+
+def keep_tagged_formulas_whole(app: Sphinx, doctree: nodes.document, page: str) -> None:
+    """Hand a formula with a tag (its number) over as it stands.
+
+    Sphinx puts whatever has a line break into a ``split``, where no tag may be.
+    """
+    for formula in doctree.findall(nodes.math_block):
+        if r"\tag" in formula.astext() and not formula.get("nowrap"):
+            formula["nowrap"] = True
+            formula[:] = [nodes.Text(rf"\[{formula.astext()}\]")]
 
 
 def declare_thebe_once(
@@ -33,8 +45,9 @@ def declare_thebe_once(
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Register the two steps above, the diagrams, and what the pages load."""
+    """Register the steps above, the diagrams, and what the pages load."""
     app.connect("config-inited", provide_browser_files)
+    app.connect("doctree-resolved", keep_tagged_formulas_whole)
     app.connect("html-page-context", declare_thebe_once, priority=900)
     app.add_directive("mermaid", MermaidDirective)
     app.add_css_file("labbook.css")

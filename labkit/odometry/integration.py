@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats, as_pose
+from labkit.arrays import FloatArray, as_floats, as_pose, as_poses
 from labkit.errors import InvalidPointsError
 from labkit.se2 import from_xytheta, relative, rotation, to_xytheta, wrap
 
@@ -48,5 +48,5 @@ def integrate(increments: ArrayLike, start: ArrayLike = (0.0, 0.0, 0.0)) -> Floa
 
 def increments_between(poses: ArrayLike) -> FloatArray:
     """Increments (K−1, 3) that `integrate` turns back into the poses (K, 3)."""
-    T_world = from_xytheta(poses)
+    T_world = from_xytheta(as_poses(poses, "poses", minimum=0))
     return to_xytheta(relative(T_world[:-1], T_world[1:]))

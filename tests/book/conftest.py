@@ -42,7 +42,7 @@ def html(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Path:
     jupyter_book = Path(sys.executable).with_name("jupyter-book")
     command = [str(jupyter_book), "build", str(source), "-W", "-n"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
     return source / "_build" / "html"
 
 

@@ -81,6 +81,8 @@ def test_no_increments_are_the_start_alone():
             r"`pose` must be .*got \[0\.0, 0\.0, inf",
         ),
         (lambda: integrate_step([0, 0, 0], [[0, 0, 0]]), r"`increment` must be"),
+        (lambda: increments_between([0, 0, 0]), r"`poses` must have shape \(K, 3\), .*got \(3,\)"),
+        (lambda: increments_between([[0, 0, math.nan]]), r"`poses` must be finite, .* at index 0"),
     ],
 )
 def test_bad_input(call, message):
