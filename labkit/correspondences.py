@@ -1,6 +1,7 @@
 """Which target point belongs to which source point, and which pairs to believe (section 4).
 
-The stages of the lesson's flow chart, each one function:
+The stages of the lesson's flow chart, each one function, and `Correspondences`, what
+they leave:
 
 =============  =================================================================
 associate      `labkit.neighbors`: the nearest target point of each source point
@@ -20,11 +21,13 @@ References
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import BoolArray, FloatArray, check_range
+from labkit.arrays import BoolArray, FloatArray, IntArray, check_range
 
 MIN_PAIRS = 3  # the fewest pairs a step is computed from, as in the lesson
 
@@ -61,7 +64,7 @@ def overlap(distances: ArrayLike, overlap_ratio: float) -> BoolArray:
     if count == len(d):
         return np.ones(count, dtype=bool)
     largest = np.partition(d, count - 1)[count - 1]
-    kept = d <= largest
+    kept: BoolArray = d <= largest
     surplus = np.count_nonzero(kept) - count
     if surplus:  # residuals equal to the largest one: the last of them go
         kept[np.flatnonzero(d == largest)[-surplus:]] = False
@@ -102,3 +105,68 @@ def huber_loss(residuals: ArrayLike, huber_delta: float) -> FloatArray:
     capped = np.minimum(r, huber_delta)
     loss: FloatArray = capped * (2.0 * r - capped)
     return loss
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Correspondences:
+    """The pairs of one association and what became of each; row i is source point i.
+
+    Attributes
+    ----------
+    source : ndarray, shape (N, 2)
+        The source points in the target's frame, at the pose of the association [m].
+    target : ndarray, shape (N, 2)
+        The nearest target point of each [m].
+    target_index : ndarray of int, shape (N,)
+        Its row in the target.
+    normals : ndarray, shape (N, 2), or None
+        Its normal, zero where it has none; None under the point-to-point metric.
+    distances : ndarray, shape (N,)
+        How far the pair is apart [m].
+    residuals : ndarray, shape (N,)
+        What the metric minimises [m]: the distance, or the distance from the line (NaN
+        where the target has no normal).
+    within_gate, within_overlap, kept : ndarray of bool, shape (N,)
+        `kept` passed both, and has a residual.
+    weights : ndarray, shape (N,)
+        Huber's weight of a kept pair, 0 for a rejected one.
+    gate, huber_delta : float
+        d_max and δ [m] that they were judged by.
+    """
+
+    source: FloatArray
+    target: FloatArray
+    target_index: IntArray
+    normals: FloatArray | None
+    distances: FloatArray
+    residuals: FloatArray
+    within_gate: BoolArray
+    within_overlap: BoolArray
+    kept: BoolArray
+    weights: FloatArray
+    gate: float
+    huber_delta: float
+
+    @property
+    def inlier_count(self) -> int:
+        """How many pairs were kept."""
+        return int(np.count_nonzero(self.kept))
+
+    @property
+    def fitness(self) -> float:
+        """Kept pairs over source points, in [0, 1]."""
+        return self.inlier_count / len(self.kept)
+
+    @property
+    def inlier_rmse(self) -> float:
+        """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
+        d = self.distances[self.kept]
+        return math.sqrt(float(d @ d) / len(d)) if len(d) else math.nan
+
+    @cached_property
+    def cost(self) -> float:
+        """The truncated Huber cost J [m²] over all source points, (4.4) of `labkit.icp`."""
+        usable = self.within_gate & np.isfinite(self.residuals)
+        charged = np.where(usable, self.residuals, np.minimum(self.distances, self.gate))
+        loss = huber_loss(charged[self.within_overlap], self.huber_delta)
+        return float(loss.sum() / len(charged))

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, as_points, as_transform
+from labkit.correspondences import Correspondences
 from labkit.errors import DegenerateAlignmentError, InvalidPointsError
 from labkit.line_alignment import Information, line_information
-from labkit.registration import Correspondences
 from labkit.scan import Scan, as_scan
 from labkit.se2 import apply
 from labkit.target import Target

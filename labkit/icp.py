@@ -11,6 +11,7 @@ from labkit.alignment import align
 from labkit.arrays import FloatArray, as_points, as_transform, by_column, dots, take_rows
 from labkit.correspondences import (
     MIN_PAIRS,
+    Correspondences,
     distance_gate,
     huber_weights,
     overlap,
@@ -18,14 +19,13 @@ from labkit.correspondences import (
 from labkit.errors import DegenerateAlignmentError
 from labkit.line_alignment import align_to_lines
 from labkit.registration import (
-    Correspondences,
     IcpParameters,
     IcpResult,
     Iteration,
     Termination,
 )
 from labkit.scan import Scan, as_scan
-from labkit.se2 import apply, from_xytheta, to_xytheta
+from labkit.se2 import apply, compose, from_xytheta, to_xytheta, transform
 from labkit.target import Target, as_target
 
 DEFAULTS = IcpParameters()
@@ -96,7 +96,7 @@ def icp(
         T, T_before = dT @ T, T  # G: the update composes on the left
         pairs = associate(points, target, T, parameters)  # D, E
         history.append(_record(T, T_before, pairs))
-        termination = check_pairs(pairs) or check_convergence(history)  # H
+        termination = check_pairs(pairs) or check_convergence(history, parameters)  # H
     return IcpResult(  # I
         T_target_source=np.full((3, 3), np.nan) if termination.failed else T,
         termination=termination,
@@ -134,7 +134,8 @@ def associate(
         within_overlap=within_overlap,
         kept=kept,
         weights=weights,
-        parameters=parameters,
+        gate=parameters.max_correspondence_distance,
+        huber_delta=parameters.huber_delta,
     )
 
 
@@ -146,9 +147,14 @@ def minimise(pairs: Correspondences, parameters: IcpParameters) -> FloatArray:
         dT = align(p, q, w)
     else:
         dT = align_to_lines(p, q, take_rows(pairs.normals, kept), w)
-    if parameters.step_fraction < 1.0:
-        dT = from_xytheta(parameters.step_fraction * to_xytheta(dT))
-    return dT
+    return dT if parameters.step_fraction == 1.0 else _shorten(dT, p, parameters.step_fraction)
+
+
+def _shorten(dT: FloatArray, points: FloatArray, fraction: float) -> FloatArray:
+    """The same motion, seen from the points' centroid, but less far."""
+    x, y = points.mean(axis=0).tolist()
+    to_center, back = transform(-x, -y, 0.0), transform(x, y, 0.0)
+    return compose(back, from_xytheta(fraction * to_xytheta(to_center @ dT @ back)), to_center)
 
 
 def check_pairs(pairs: Correspondences) -> Termination | None:
@@ -160,14 +166,13 @@ def check_pairs(pairs: Correspondences) -> Termination | None:
     return Termination.TOO_FEW_CORRESPONDENCES
 
 
-def check_convergence(history: list[Iteration]) -> Termination | None:
+def check_convergence(history: list[Iteration], parameters: IcpParameters) -> Termination | None:
     """Whether to stop after ``history[-1]``, and why; None to go on.
 
     The two pose tests hold together: a scan that turns about its own centre has Δt ≈ 0
     from the first step on, and under "any of them" it would stop there.
     """
     before, now = history[-2:]
-    parameters = now.correspondences.parameters
     if (
         now.translation_step < parameters.translation_tolerance
         and now.rotation_step < parameters.rotation_tolerance

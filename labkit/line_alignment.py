@@ -105,7 +105,7 @@ def align_to_lines(
     Raises
     ------
     DegenerateAlignmentError
-        Where every direction is free.
+        Where there is no pair with weight, or all of them coincide.
     """
     A, g, center, length = _normal_equations(source, target, normals, weights)
     dx, dy, turn = _solve_constrained(A, g).tolist()
@@ -137,7 +137,7 @@ def _normal_equations(
 
 
 def _solve_constrained(A: FloatArray, g: FloatArray) -> FloatArray:
-    """x = −A⁻¹ g, in the directions alone whose eigenvalue reaches `MIN_INFORMATION`."""
+    """X = −A⁻¹ g, in the directions alone whose eigenvalue reaches `MIN_INFORMATION`."""
     (a, b, c), (_, d, e), (_, _, f) = A.tolist()
     u, v, w = d * f - e * e, c * e - b * f, b * e - c * d  # first row of the adjugate
     determinant = a * u + b * v + c * w

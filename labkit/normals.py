@@ -21,7 +21,8 @@ REACH = 0.5  # [m]: neighbours farther than this are not on the same surface
 GAP_RATIO = 4.0  # a step this much longer than its shorter neighbour leaves the surface
 GAP_FLOOR = 0.05  # [m]: a step this short never does
 LINEARITY = 0.6  # largest ratio of the spreads across and along that still is a line
-MIN_ON_LINE = 3  # points that a line in space needs
+MIN_ON_LINE = 3  # points that a line needs
+EPSILON = float(np.finfo(float).eps)
 
 
 def estimate_normals(scan: Scan) -> FloatArray:
@@ -57,10 +58,11 @@ def _normals_along_sweep(points: FloatArray) -> FloatArray:
     with the surface. Sums over windows are differences of running sums.
     """
     count = len(points)
-    x, y = points.T
+    x, y = (points - points.mean(axis=0)).T  # running sums round by their own size
     step = np.hypot(x[1:] - x[:-1], y[1:] - y[:-1])
     before, after = np.concatenate([step[:1], step]), np.concatenate([step, step[-1:]])
     gap = step > np.maximum(GAP_RATIO * np.minimum(before[:-1], after[1:]), GAP_FLOOR)
+    gap |= step > REACH
     breaks = np.flatnonzero(gap)
     surface = np.concatenate([[0], np.cumsum(gap)])
     first = np.concatenate([[0], breaks + 1])[surface]
@@ -74,11 +76,9 @@ def _normals_along_sweep(points: FloatArray) -> FloatArray:
     np.cumsum([x, y, x * x, x * y, y * y], axis=1, out=running[:, 1:])
     size = stop - start
     mx, my, mxx, mxy, myy = (running.take(stop, axis=1) - running.take(start, axis=1)) / size
-    normals = _line_normals(mxx - mx * mx, mxy - mx * my, myy - my * my, size)
-    # The sweep turns counter-clockwise, so the scanner is at the left of the line.
-    dx, dy = x[stop - 1] - x[start], y[stop - 1] - y[start]
-    normals[normals[:, 1] * dx - normals[:, 0] * dy < 0.0] *= -1.0
-    return normals
+    rounding = 64.0 * EPSILON * (running[2, -1] + running[4, -1])
+    spread = (mxx - mx * mx, mxy - mx * my, myy - my * my)
+    return _line_normals(points, spread, size, rounding)
 
 
 def _normals_in_space(points: FloatArray) -> FloatArray:
@@ -94,17 +94,22 @@ def _normals_in_space(points: FloatArray) -> FloatArray:
         np.einsum("nk,nk->n", centered[..., i], centered[..., j])
         for i, j in ((0, 0), (0, 1), (1, 1))
     )
-    normals = _line_normals(cxx, cxy, cyy, on_line)
-    normals[dots(normals, points) > 0.0] *= -1.0
-    return normals
+    return _line_normals(points, (cxx, cxy, cyy), on_line)
 
 
 def _line_normals(
-    cxx: FloatArray, cxy: FloatArray, cyy: FloatArray, count: IntArray
+    points: FloatArray,
+    moments: tuple[FloatArray, FloatArray, FloatArray],
+    count: IntArray,
+    rounding: float = 0.0,
 ) -> FloatArray:
-    """Direction of least spread, from the second moments about the mean; NaN for no line."""
+    """Directions of least spread, from the second moments about the mean; NaN for no line."""
+    cxx, cxy, cyy = moments
     along = 0.5 * np.arctan2(2.0 * cxy, cxx - cyy)
     mean, half_difference = 0.5 * (cxx + cyy), np.hypot(0.5 * (cxx - cyy), cxy)
     smaller, larger = mean - half_difference, mean + half_difference
-    along[(count < MIN_ON_LINE) | (smaller >= LINEARITY**2 * larger)] = np.nan
-    return np.column_stack([-np.sin(along), np.cos(along)])
+    no_line = (smaller >= LINEARITY**2 * larger) | (larger <= rounding)
+    along[no_line | (count < MIN_ON_LINE)] = np.nan
+    normals = np.column_stack([-np.sin(along), np.cos(along)])
+    normals[dots(normals, points) > 0.0] *= -1.0  # towards the scanner
+    return normals

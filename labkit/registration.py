@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
 from typing import Literal, get_args
 
-import numpy as np
-
-from labkit.arrays import BoolArray, FloatArray, IntArray, check_count, check_range
-from labkit.correspondences import huber_loss
+from labkit.arrays import FloatArray, check_count, check_range
+from labkit.correspondences import Correspondences
 from labkit.errors import InvalidParameterError
 
 Metric = Literal["point_to_point", "point_to_line"]
@@ -95,70 +92,6 @@ class Termination(Enum):
     def failed(self) -> bool:
         """Whether the run ended without an estimate."""
         return self in (Termination.TOO_FEW_CORRESPONDENCES, Termination.DEGENERATE)
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Correspondences:
-    """The pairs of one association and what became of each; row i is source point i.
-
-    Attributes
-    ----------
-    source : ndarray, shape (N, 2)
-        The source points in the target's frame, at the pose of the association [m].
-    target : ndarray, shape (N, 2)
-        The nearest target point of each [m].
-    target_index : ndarray of int, shape (N,)
-        Its row in the target.
-    normals : ndarray, shape (N, 2), or None
-        Its normal, zero where it has none; None under the point-to-point metric.
-    distances : ndarray, shape (N,)
-        How far the pair is apart [m].
-    residuals : ndarray, shape (N,)
-        What the metric minimises [m]: the distance, or the distance from the line (NaN
-        where the target has no normal).
-    within_gate, within_overlap, kept : ndarray of bool, shape (N,)
-        `kept` passed both, and has a residual.
-    weights : ndarray, shape (N,)
-        Huber's weight of a kept pair, 0 for a rejected one.
-    parameters : IcpParameters
-        The gate, overlap and Huber delta that they were judged by.
-    """
-
-    source: FloatArray
-    target: FloatArray
-    target_index: IntArray
-    normals: FloatArray | None
-    distances: FloatArray
-    residuals: FloatArray
-    within_gate: BoolArray
-    within_overlap: BoolArray
-    kept: BoolArray
-    weights: FloatArray
-    parameters: IcpParameters
-
-    @property
-    def inlier_count(self) -> int:
-        """How many pairs were kept."""
-        return int(np.count_nonzero(self.kept))
-
-    @property
-    def fitness(self) -> float:
-        """Kept pairs over source points, in [0, 1]."""
-        return self.inlier_count / len(self.kept)
-
-    @property
-    def inlier_rmse(self) -> float:
-        """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
-        d = self.distances[self.kept]
-        return math.sqrt(float(d @ d) / len(d)) if len(d) else math.nan
-
-    @cached_property
-    def cost(self) -> float:
-        """The truncated Huber cost J [m²] over all source points, (4.4) of `labkit.icp`."""
-        gate, delta = self.parameters.max_correspondence_distance, self.parameters.huber_delta
-        usable = self.within_gate & np.isfinite(self.residuals)
-        charged = np.where(usable, self.residuals, np.minimum(self.distances, gate))
-        return float(huber_loss(charged[self.within_overlap], delta).sum() / len(charged))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

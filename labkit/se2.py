@@ -60,7 +60,8 @@ def transform(x: ArrayLike, y: ArrayLike, theta: ArrayLike) -> FloatArray:
     [[1.0, 3.0]]
     """
     if np.ndim(x) == np.ndim(y) == np.ndim(theta) == 0:  # the short way of a single one
-        c, s = math.cos(theta), math.sin(theta)
+        angle = float(theta)  # type: ignore[arg-type]
+        c, s = math.cos(angle), math.sin(angle)
         return np.array([[c, -s, x], [s, c, y], [0.0, 0.0, 1.0]])
     x, y, theta = np.broadcast_arrays(x, y, theta)
     T = np.zeros((*x.shape, 3, 3))

@@ -8,80 +8,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from scipy.spatial.distance import cdist
 
 from labkit.correspondences import (
     MIN_PAIRS,
-    NearestNeighbors,
     distance_gate,
     huber_loss,
     huber_weights,
-    nearest_by_brute_force,
     overlap,
     overlap_count,
 )
-from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.errors import InvalidParameterError
 
-# On a coarse lattice ties and duplicates are the rule.
-lattice = arrays(
-    float,
-    st.tuples(st.integers(1, 40), st.just(2)),
-    elements=st.integers(-3, 3).map(lambda k: 0.5 * k),
-)
-clouds = arrays(float, st.tuples(st.integers(1, 40), st.just(2)), elements=st.floats(-1e3, 1e3))
 distances = arrays(float, st.integers(1, 40), elements=st.integers(0, 8).map(lambda k: 0.25 * k))
 ratios = st.integers(1, 32).map(lambda k: k / 32)  # exact, so that ⌊ρN⌋ is beyond doubt
-
-
-@given(st.one_of(lattice, clouds), st.one_of(lattice, clouds))
-def test_tree_and_brute_force_agree_bit_for_bit(points, target):
-    by_tree = NearestNeighbors(target, method="tree").query(points)
-    by_force = NearestNeighbors(target, method="brute").query(points)
-    np.testing.assert_array_equal(by_tree[0], by_force[0])
-    assert by_tree[1].tobytes() == by_force[1].tobytes()
-
-
-@given(lattice, lattice)
-def test_of_equally_near_points_the_first_is_taken(points, target):
-    index, distance = NearestNeighbors(target).query(points)
-    table = cdist(points, target, "sqeuclidean")  # exact on the lattice
-    np.testing.assert_array_equal(index, table.argmin(axis=1))
-    np.testing.assert_array_equal(distance, np.sqrt(table.min(axis=1)))
-
-
-@pytest.mark.parametrize("method", ["tree", "brute"])
-def test_distances_are_metres(method):
-    index, distance = NearestNeighbors([[0.0, 0.0], [9.0, 9.0]], method).query([[3.0, 4.0]])
-    assert (index[0], distance[0]) == (0, 5.0)
-
-
-def test_brute_force_works_through_its_blocks():
-    """2^20 distances at once: 600 × 3000 take two blocks."""
-    rng = np.random.default_rng(0)
-    points, target = rng.normal(size=(600, 2)), rng.normal(size=(3000, 2))
-    expected = cdist(points, target).argmin(axis=1)
-    np.testing.assert_array_equal(nearest_by_brute_force(points, target), expected)
-
-
-@pytest.mark.parametrize(
-    ("target", "points", "message"),
-    [
-        (np.empty((0, 2)), [[0, 0]], "`target` is empty"),
-        ([[0, math.inf]], [[0, 0]], r"`target` must be finite, got \[0\.0, inf\] at index 0"),
-        ([[0, 0]], [[math.nan, 0]], r"`points` must be finite, got \[nan, 0\.0\] at index 0"),
-        ([[0, 0]], [0, 0], r"`points` must have shape \(N, 2\), got \(2,\)"),
-    ],
-)
-def test_bad_points(target, points, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        NearestNeighbors(target).query(points)
-
-
-def test_unknown_method():
-    with pytest.raises(
-        InvalidParameterError, match='`method` must be "tree" or "brute", got \'kd\''
-    ):
-        NearestNeighbors([[0, 0]], "kd")
 
 
 @pytest.mark.parametrize("gate", [0.25, 0.5, 2.0, math.inf])

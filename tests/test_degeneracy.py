@@ -54,7 +54,8 @@ def test_observability_is_the_information_of_the_kept_pairs(metric):
     assert used.sum() > 100
     moved = apply(result.T_target_source, source.points)
     expected = line_information(moved[used], normals[used], pairs.weights[used])
-    np.testing.assert_array_equal(seen(source, target, result).values, expected.values)
+    found = seen(source, target, result).values
+    np.testing.assert_allclose(found, expected.values, rtol=1e-12)  # sums in another order
 
 
 def test_without_a_surface_nothing_can_be_said():

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from labkit import IcpParameters, Termination
+from labkit.correspondences import Correspondences
 from labkit.errors import InvalidParameterError
-from labkit.registration import Correspondences
 
 NAN, INF = math.nan, math.inf
 
@@ -99,6 +99,11 @@ def correspondences(distances, kept):
     kept = np.array(kept, dtype=bool)
     d = np.array(distances, dtype=float)
     return Correspondences(
+        source=np.zeros((len(d), 2)),
+        target=np.column_stack([d, 0 * d]),
+        normals=None,
+        gate=10.0,
+        huber_delta=math.inf,
         target_index=np.zeros(len(d), dtype=np.intp),
         distances=d,
         residuals=d,
@@ -114,6 +119,7 @@ def test_numbers_count_the_kept_pairs_alone():
     assert pairs.inlier_count == 2
     assert pairs.fitness == 0.5
     assert pairs.inlier_rmse == math.sqrt((9.0 + 16.0) / 2.0)
+    assert pairs.cost == (9.0 + 16.0 + 2 * 10.0**2) / 4  # all four, the far ones at the gate
 
 
 def test_nothing_kept_is_no_number_rather_than_a_perfect_one():

@@ -12,17 +12,15 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, check_range
-from labkit.errors import InvalidParameterError
-from labkit.icp import associate
+from labkit.correspondences import Correspondences
 from labkit.plotting.checks import scan_points
 from labkit.plotting.fates import Fate
 from labkit.plotting.pair_artists import PairArtists
 from labkit.plotting.scans import draw_source, draw_target
 from labkit.plotting.style import BLUE, book_figure, legend_below, style_grid, style_plane
-from labkit.registration import Correspondences, IcpParameters, IcpResult
+from labkit.registration import IcpResult
 from labkit.scan import Scan
 from labkit.se2 import apply
-from labkit.target import Target
 
 Update = Callable[[int], None]
 
@@ -31,8 +29,8 @@ def animate_icp(
     source: Scan | ArrayLike,
     target: Scan | ArrayLike,
     result: IcpResult,
-    parameters: IcpParameters | None = None,
     *,
+    fates: bool = False,
     interval: int = 400,
 ) -> FuncAnimation:
     """Animate a run: the source on its way to the target, and the cost on its way down.
@@ -45,8 +43,8 @@ def animate_icp(
         The older scan [m].
     result : IcpResult
         The run, with its history.
-    parameters : IcpParameters, optional
-        Those of the run. With them each frame shows the pairs and their fates too.
+    fates : bool
+        Whether each frame shows the pairs and their fates too.
     interval : int
         Milliseconds that a frame stands.
 
@@ -60,13 +58,11 @@ def animate_icp(
     ------
     InvalidPointsError
         For scans that cannot be meant.
-    InvalidParameterError
-        If `parameters` are not those of the run (its inlier counts do not come back).
     """
     p, q = scan_points(source, "source"), scan_points(target, "target")
     check_range(interval, "interval", at_least=1, unit="ms")
     path = [apply(each.T_target_source, p) for each in result.history]
-    pairs = None if parameters is None else _repeat(p, target, result, parameters)
+    pairs = [each.correspondences for each in result.history] if fates else None
 
     figure = book_figure(6.4)
     plane, cost = figure.subplots(2, 1, height_ratios=[4, 1])
@@ -91,26 +87,6 @@ def animate_icp(
         repeat_delay=1500,
         cache_frame_data=False,
     )
-
-
-def _repeat(
-    source: FloatArray,
-    target: Scan | ArrayLike,
-    result: IcpResult,
-    parameters: IcpParameters,
-) -> list[Correspondences]:
-    """The association of each iteration, made once more."""
-    prepared = Target(target)
-    found = [
-        associate(source, prepared, each.T_target_source, parameters)[0] for each in result.history
-    ]
-    for k, (pairs, each) in enumerate(zip(found, result.history, strict=True)):
-        if pairs.inlier_count != each.inlier_count:
-            raise InvalidParameterError(
-                f"`parameters` must be those of the run: they keep {pairs.inlier_count} pairs "
-                f"at iteration {k}, the run kept {each.inlier_count}"
-            )
-    return found
 
 
 def _scans_on(

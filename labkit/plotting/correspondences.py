@@ -7,13 +7,13 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
 from labkit.arrays import as_transform
+from labkit.correspondences import Correspondences
 from labkit.errors import InvalidPointsError
 from labkit.plotting.checks import scan_points
 from labkit.plotting.fates import Fate, fates
 from labkit.plotting.pair_artists import PairArtists
 from labkit.plotting.scans import draw_target
 from labkit.plotting.style import legend_below, style_plane
-from labkit.registration import Correspondences
 from labkit.scan import Scan
 from labkit.se2 import apply
 

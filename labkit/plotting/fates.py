@@ -7,7 +7,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from labkit.registration import Correspondences
+from labkit.correspondences import Correspondences
 
 
 class Fate(IntEnum):

@@ -11,9 +11,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
 from labkit.arrays import FloatArray
+from labkit.correspondences import Correspondences
 from labkit.plotting.fates import Fate, fates
 from labkit.plotting.style import BLUE, GREEN, GREY, ORANGE, VERMILLION
-from labkit.registration import Correspondences
 
 
 @dataclass(frozen=True, kw_only=True)

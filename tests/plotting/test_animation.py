@@ -26,8 +26,8 @@ def animate(short):
     """A function that animates the short run, and ends what it began."""
     made = []
 
-    def make(parameters=None):
-        made.append(animate_icp(*short, parameters))
+    def make(fates=False):
+        made.append(animate_icp(*short, fates=fates))
         return made[-1]
 
     yield make
@@ -50,9 +50,9 @@ def test_each_frame_shows_the_source_at_its_iteration(short, animate):
         assert (moved < [plane.get_xlim()[1], plane.get_ylim()[1]]).all()
 
 
-def test_with_its_parameters_each_frame_counts_the_pairs(short, animate, labels):
+def test_with_fates_each_frame_counts_the_pairs(short, animate, labels):
     _, _, result = short
-    animation = animate(SHORT)
+    animation = animate(fates=True)
     plane = animation._fig.axes[0]
     for k, iteration in enumerate(result.history):
         animation._func(k)
@@ -69,7 +69,7 @@ def test_axes_have_units_and_are_equal(animate):
 
 
 def test_a_gif_has_a_frame_for_the_guess_and_each_iteration(short, animate, tmp_path):
-    path = save_animation(animate(SHORT), tmp_path / "run.gif")
+    path = save_animation(animate(fates=True), tmp_path / "run.gif")
     assert path.read_bytes().startswith(b"GIF89a")
     with Image.open(path) as image:
         assert image.n_frames == short[2].iterations + 1 == 4
@@ -95,12 +95,6 @@ def test_a_run_that_failed_shows_its_guess(tmp_path):
     animation = animate_icp(source, target, icp(source, target))
     with Image.open(save_animation(animation, tmp_path / "failed.gif")) as image:
         assert getattr(image, "n_frames", 1) == 1
-
-
-def test_parameters_of_another_run(short):
-    other = IcpParameters(max_correspondence_distance=0.05)
-    with pytest.raises(InvalidParameterError, match=r"those of the run: they keep \d+ pairs at"):
-        animate_icp(*short, other)
 
 
 def test_bad_input(short):

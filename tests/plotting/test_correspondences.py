@@ -17,7 +17,7 @@ def first(lesson):
     """The association at the lesson's guess, where all four fates occur."""
     experiment = lesson.experiment
     points, target = experiment.source.points, Target(experiment.target)
-    return associate(points, target, experiment.T_init, lesson.parameters)[0]
+    return associate(points, target, experiment.T_init, lesson.parameters)
 
 
 def draw(ax, lesson, pairs):

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from labkit.correspondences import Correspondences
 from labkit.icp import icp
 from labkit.plotting import Fate, fates
-from labkit.registration import Correspondences, IcpParameters
+from labkit.registration import IcpParameters
 from labkit.simulation import lesson_experiment
 
 GATES = (0.02, 0.1, 0.5, np.inf)
@@ -16,6 +17,11 @@ def random_pairs(rng, count=200):
     within_gate, within_overlap, with_line = rng.random((3, count)) < 0.6
     kept = within_gate & within_overlap & with_line
     return Correspondences(
+        source=np.zeros((count, 2)),
+        target=np.zeros((count, 2)),
+        normals=None,
+        gate=0.5,
+        huber_delta=0.2,
         target_index=np.zeros(count, dtype=np.intp),
         distances=np.ones(count),
         residuals=np.where(with_line, 1.0, np.nan),
