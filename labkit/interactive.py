@@ -14,7 +14,7 @@ import io
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
-import ipywidgets  # type: ignore[import-untyped]
+import ipywidgets
 from matplotlib.figure import Figure
 from PIL import Image
 
