@@ -47,15 +47,12 @@ def test_the_matrix_product_finds_points_that_are_as_near(points, target):
 
 
 def test_the_matrix_product_agrees_on_real_scans(killian):
-    """Measured ranges are rounded to centimetres, so a tie happens now and then."""
-    other = 0
+    """Measured ranges are rounded to centimetres, so ties happen: the distances agree."""
     for k in range(0, 3000, 100):
         newer, older = killian.scans[k + 1].points, killian.scans[k].points
-        by_product, distance = NearestNeighbors(older, method="matrix").query(newer)
-        by_tree, least = NearestNeighbors(older, method="tree").query(newer)
-        np.testing.assert_allclose(distance, least, rtol=1e-11)
-        other += np.count_nonzero(by_product != by_tree)
-    assert other <= 5
+        _, distance = NearestNeighbors(older, method="matrix").query(newer)
+        _, least = NearestNeighbors(older, method="tree").query(newer)
+        np.testing.assert_allclose(distance, least, rtol=1e-11, atol=1e-12)
 
 
 @pytest.mark.parametrize(("points", "method"), [(450, "matrix"), (451, "tree")])
