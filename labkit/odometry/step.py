@@ -55,7 +55,8 @@ class OdometryParameters:
     icp: IcpParameters = field(
         default_factory=lambda: IcpParameters(
             metric="point_to_line",
-            huber_delta=0.05,
+            overlap_ratio=0.9,
+            huber_delta=0.02,
             translation_tolerance=1e-3,
             rotation_tolerance=1e-3,
             cost_tolerance=0.0,
@@ -212,17 +213,17 @@ def _attempt(
     """Match once; the record of it, and every sanity check that it fails."""
     result = icp(source, target, from_xytheta(guess), matcher)
     increment = to_xytheta(result.T_target_source)
+    information, degenerate = math.nan, False
     if result.termination.failed:
-        seen = None
         complaints = [result.message]
     else:
         seen = observability(source, target, result.T_target_source, result.correspondences)
+        information = 0.0 if seen is None else float(seen.values[0])
+        degenerate = information < limits.min_information
         complaints = motion_complaints(increment, prior, limits)
         complaints += quality_complaints(result.fitness, result.inlier_rmse, limits)
-    information = math.nan if seen is None else float(seen.values[0])
-    degenerate = not information >= limits.min_information
     free_part_from_prior = prior is not None and matcher.metric == "point_to_line"
-    if degenerate and not result.termination.failed and not free_part_from_prior:
+    if degenerate and not free_part_from_prior:
         complaints.append(
             f"degenerate: information {information:.3f} < {limits.min_information:.3f}"
         )
