@@ -1,0 +1,70 @@
+"""The basin of convergence: from how far away a matcher still finds the answer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from data import Pair, PairSet, off
+from labkit import Target, icp
+from labkit.degeneracy import observability
+from labkit.evaluation.pose_errors import pose_differences
+from matchers import lab, lesson
+from peers import Matcher
+from scoring import found
+from timing import attempt
+
+STARTS = {"0.3 m, 10°": (0.3, math.radians(10.0)), "0.5 m, 20°": (0.5, math.radians(20.0))}
+SEED = 3
+AGREEMENT = 0.03, math.radians(0.5)  # two metrics that differ by more leave the answer open
+
+
+def basin(matchers: Sequence[Matcher], pair_set: PairSet, count: int) -> dict[str, Any]:
+    """The share of pairs with enough structure that each matcher solves from each start.
+
+    Every start is off by exactly the same distance and angle, in a random direction; all
+    matchers get the same ones.
+    """
+    solvable = [pair for pair in map(settled, pair_set.pairs) if pair is not None][:count]
+    shares: dict[str, dict[str, float]] = {matcher.name: {} for matcher in matchers}
+    for label, (distance, angle) in STARTS.items():
+        rng = np.random.default_rng(SEED)
+        pairs = [_disturbed(pair, distance, angle, rng) for pair in solvable]
+        for matcher in tqdm(matchers, f"{pair_set.name} from {label}", leave=False, disable=None):
+            tried = matcher.share(pairs)
+            attempts = [attempt(matcher, pair, pair_set.gate) for pair in tried]
+            shares[matcher.name][label] = float(found(tried, attempts).mean())
+    return {"title": pair_set.title, "pairs": len(solvable), "shares": shares}
+
+
+def settled(pair: Pair) -> Pair | None:
+    """The pair with a reference that can be returned to, None where there is none.
+
+    Recorded references are off by as much as what counts as found. So the reference is
+    refined: the answer is what point-to-line finds from there, provided that the surface
+    fixes the motion in every direction and the lesson's point-to-point agrees.
+    """
+    target = Target(pair.target)
+    gate = lab.POINT_TO_LINE.max_correspondence_distance
+    result = icp(pair.source, target, pair.T_reference, lab.POINT_TO_LINE)
+    seen = None
+    if not result.termination.failed:
+        seen = observability(pair.source, target, result.T_target_source, result.correspondences)
+    if seen is None or seen.degenerate:
+        return None
+    T, _ = lesson.lesson(pair.source.points, pair.target.points, pair.T_reference, gate)
+    translation, rotation = pose_differences(T[None], result.T_target_source[None])
+    if translation[0] > AGREEMENT[0] or rotation[0] > AGREEMENT[1]:
+        return None
+    return replace(pair, T_reference=result.T_target_source)
+
+
+def _disturbed(pair: Pair, distance: float, angle: float, rng: np.random.Generator) -> Pair:
+    bearing, side = rng.uniform(0.0, 2.0 * math.pi), rng.choice([-1.0, 1.0])
+    by = np.array([distance * math.cos(bearing), distance * math.sin(bearing), side * angle])
+    return replace(pair, T_init=off(pair.T_reference, by))

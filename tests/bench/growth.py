@@ -1,0 +1,29 @@
+"""How the time of a match grows with the number of points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from data import ray_pairs
+from peers import Matcher
+from timing import measure
+
+SIZES = (50, 100, 200, 500, 1_000, 2_000, 5_000, 10_000, 20_000, 50_000)
+PAIRS = 3
+PATIENCE = 3.0  # s a pair; a matcher that needs more is spared the larger sizes
+
+
+def growth(matchers: Sequence[Matcher], split: str, rounds: int, largest: int) -> dict[str, Any]:
+    """Median time a pair [ms] for scans of so many beams; None where patience ran out."""
+    sizes = [size for size in SIZES if size <= largest]
+    times: dict[str, list[float | None]] = {matcher.name: [] for matcher in matchers}
+    patient = list(matchers)
+    for size in sizes:
+        runs = measure(patient, ray_pairs(split, PAIRS, size), rounds)
+        for name, column in times.items():
+            column.append(1e3 * float(np.median(runs[name].seconds)) if name in runs else None)
+        patient = [matcher for matcher in patient if times[matcher.name][-1] <= 1e3 * PATIENCE]
+    return {"points": sizes, "time_ms": times}

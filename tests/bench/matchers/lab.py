@@ -1,0 +1,36 @@
+"""labkit itself, with the parameters of its odometry."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from labkit import IcpParameters, Scan, icp
+from labkit.arrays import FloatArray
+from labkit.odometry import OdometryParameters
+
+POINT_TO_LINE = OdometryParameters().icp
+POINT_TO_POINT = IcpParameters(translation_tolerance=1e-4, rotation_tolerance=1e-4)
+
+
+def point_to_line(
+    source: Scan, target: Scan, T_init: FloatArray, gate: float
+) -> tuple[FloatArray, int]:
+    """Distances to the lines through the target's surface; normals by beams where it has them."""
+    return _match(source, target, T_init, replace(POINT_TO_LINE, max_correspondence_distance=gate))
+
+
+def point_to_point(
+    source: Scan, target: Scan, T_init: FloatArray, gate: float
+) -> tuple[FloatArray, int]:
+    """Distances to the target's points; the lesson's algorithm as labkit has it."""
+    return _match(source, target, T_init, replace(POINT_TO_POINT, max_correspondence_distance=gate))
+
+
+def _match(
+    source: Scan, target: Scan, T_init: FloatArray, parameters: IcpParameters
+) -> tuple[FloatArray, int]:
+    result = icp(source, target, T_init, parameters)
+    return result.T_target_source, result.iterations
+
+
+MATCHERS = {"labkit point-to-line": point_to_line, "labkit point-to-point": point_to_point}

@@ -1,0 +1,68 @@
+"""Which matchers there are: the lab's own, and the peers that are installed."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from data import Pair
+from labkit.arrays import FloatArray
+
+Answer = tuple[FloatArray, int | None]
+
+OWN = "matchers.lab"
+MODULES = (  # module of adapters, the package on PyPI that it needs
+    (OWN, "labkit"),
+    ("matchers.lesson", "scipy"),
+    ("matchers.open3d_icp", "open3d"),
+    ("matchers.small_gicp_icp", "small_gicp"),
+    ("matchers.kiss", "kiss-icp"),
+    ("matchers.fricp", "fricp-cpp"),
+    ("matchers.simple", "simpleicp"),
+)
+
+
+SLOW_PAIRS = 20  # enough to see that a matcher takes a second a pair
+
+
+@dataclass(frozen=True, kw_only=True)
+class Matcher:
+    """A way to match two scans; `function` is an adapter of `matchers`."""
+
+    name: str
+    function: Callable[..., Answer]
+    takes_scans: bool
+    slow: bool
+
+    def share(self, pairs: Sequence[Pair]) -> Sequence[Pair]:
+        """The pairs that it is tried on: the first few for a slow one, all for others."""
+        return pairs[:SLOW_PAIRS] if self.slow else pairs
+
+    def arguments(self, pair: Pair, gate: float) -> tuple[object, ...]:
+        """What `function` is called with: scans for the lab, bare points for the peers."""
+        pair = pair.fresh()
+        if self.takes_scans:
+            return pair.source, pair.target, pair.T_init, gate
+        return pair.source.points, pair.target.points, pair.T_init, gate
+
+
+def load_matchers() -> tuple[list[Matcher], dict[str, str]]:
+    """The matchers that can run here, and why the rest cannot, by package."""
+    found, missing = [], {}
+    for module, package in MODULES:
+        try:
+            adapters = importlib.import_module(module)
+        except (ImportError, OSError) as error:  # OSError: a shared library is not there
+            missing[package] = str(error)
+            continue
+        found += [
+            Matcher(
+                name=name,
+                function=function,
+                takes_scans=module == OWN,
+                slow=getattr(adapters, "SLOW", False),
+            )
+            for name, function in adapters.MATCHERS.items()
+        ]
+    return found, missing

@@ -1,0 +1,139 @@
+"""Time labkit beside the scan matchers that pip can install; JSON and tables come out.
+
+Everything, or a part of it, or a log of one's own:
+
+- ``python tests/bench/run.py --out results.json``
+- ``python tests/bench/run.py --quick --sets rays-360 --matchers labkit Open3D``
+- ``python tests/bench/run.py --log run.log --relations run.relations.csv``
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = "1"  # this and the next before numpy loads
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+os.environ["MKL_NUM_THREADS"] = "1"
+os.environ["VECLIB_MAXIMUM_THREADS"] = "1"
+
+import argparse
+import sys
+import warnings
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from basin import basin
+from data import SPLITS, PairSet, lesson_pairs, ray_pairs
+from growth import SIZES, growth
+from labkit.cli.text import to_json
+from labkit.logs import atomic_write
+from machine import describe_machine, describe_versions, today
+from peers import Matcher, load_matchers
+from recorded import killian_pairs, surveyed_pairs
+from scoring import score
+from tables import basin_text, growth_text, set_text
+from timing import measure
+
+SETS: dict[str, Callable[[str, int], PairSet]] = {
+    "lesson": lesson_pairs,
+    "rays-180": partial(ray_pairs, beams=180, degrees=180.0),
+    "rays-360": partial(ray_pairs, beams=360),
+    "rays-1000": partial(ray_pairs, beams=1000, degrees=270.0),
+    "rays-360-unordered": partial(ray_pairs, beams=360, ordered=False),
+    "killian": killian_pairs,
+}
+BASIN_SETS = ("rays-360", "killian")
+QUICK_PAIRS, QUICK_LARGEST = 20, 2_000
+
+
+def main() -> int:
+    """Run what was asked for, print each table as soon as it is there, write the JSON."""
+    args = _parse()
+    warnings.simplefilter("ignore")  # the peers' own; labkit's are errors in its tests
+    matchers, missing = load_matchers()
+    for package, reason in missing.items():
+        print(f"missing: {package} ({reason})", file=sys.stderr)
+    matchers = [each for each in matchers if _wanted(each, args.matchers)]
+    results: dict[str, Any] = {
+        "date": today(),
+        "machine": describe_machine(),
+        "versions": describe_versions(),
+        "missing": missing,
+        "split": args.split,
+        "rounds": args.rounds,
+        "sets": {},
+        "basins": {},
+    }
+    for name, make in _sets(args).items():
+        pair_set = make(args.split, args.pairs)
+        runs = measure(matchers, pair_set, args.rounds)
+        results["sets"][name] = {
+            "title": pair_set.title,
+            "reference": pair_set.reference,
+            "gate": pair_set.gate,
+            "pairs": len(pair_set.pairs),
+            "matchers": {name: score(pair_set, run) for name, run in runs.items()},
+        }
+        print(set_text(results["sets"][name]), flush=True)
+    for name in BASIN_SETS if args.basin else ():
+        candidates = SETS[name](args.split, 3 * args.pairs)  # many lack structure
+        results["basins"][name] = basin(matchers, candidates, args.pairs)
+        print(basin_text(results["basins"][name]), flush=True)
+    if args.growth:
+        results["growth"] = growth(matchers, args.split, args.rounds, args.largest)
+        print(growth_text(results["growth"]), flush=True)
+    if args.out:
+        with atomic_write(args.out) as file:
+            file.write(to_json(results) + "\n")
+    return 0
+
+
+def _parse() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--pairs", type=int, default=200, metavar="N", help="of each set")
+    parser.add_argument("--rounds", type=int, default=3, metavar="R", help="over all pairs")
+    parser.add_argument("--split", choices=SPLITS, default="reporting")
+    parser.add_argument("--sets", nargs="*", choices=SETS, default=list(SETS), metavar="SET")
+    parser.add_argument("--matchers", nargs="+", metavar="NAME", help="parts of their names")
+    parser.add_argument("--log", type=Path, action="append", default=[], help="may be repeated")
+    parser.add_argument("--relations", type=Path, action="append", default=[], help="of each log")
+    parser.add_argument(
+        "--laser-offset",
+        nargs=3,
+        type=float,
+        action="append",
+        default=[],
+        metavar=("X", "Y", "THETA"),
+        help="of each log: the scanner's place on the robot [m, m, rad]",
+    )
+    parser.add_argument("--no-basin", dest="basin", action="store_false")
+    parser.add_argument("--no-growth", dest="growth", action="store_false")
+    parser.add_argument("--quick", action="store_true", help="few pairs, one round, to try it out")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="the results as JSON")
+    args = parser.parse_args()
+    if len(args.log) != len(args.relations) or len(args.laser_offset) not in (0, len(args.log)):
+        parser.error("give --relations with every --log, and --laser-offset with all or none")
+    args.largest = SIZES[-1]
+    if args.quick:
+        args.pairs, args.rounds, args.largest = QUICK_PAIRS, 1, QUICK_LARGEST
+    return args
+
+
+def _sets(args: argparse.Namespace) -> dict[str, Callable[[str, int], PairSet]]:
+    """The built-in sets that were asked for, and the logs."""
+    sets = {name: SETS[name] for name in args.sets}
+    offsets = args.laser_offset or [(0.0, 0.0, 0.0)] * len(args.log)
+    for log, relations, offset in zip(args.log, args.relations, offsets, strict=True):
+        name = log.name.partition(".")[0]
+        sets[name] = partial(surveyed_pairs, log=log, relations=relations, laser_offset=offset)
+    return sets
+
+
+def _wanted(matcher: Matcher, names: list[str] | None) -> bool:
+    return not names or any(name.lower() in matcher.name.lower() for name in names)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,81 @@
+"""The stopwatch: every matcher on every pair, in turns, so that all meet the same machine."""
+
+from __future__ import annotations
+
+import gc
+import time
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from tqdm import tqdm
+
+from data import Pair, PairSet
+from labkit.arrays import FloatArray
+from peers import Matcher
+
+WARM_UP = 3  # pairs that each matcher meets before the clock runs
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Attempt:
+    """One match: how long it took [s] and what came out; all NaN where nothing did."""
+
+    seconds: float
+    T: FloatArray
+    iterations: int | None = None
+    complaint: str = ""
+
+
+@dataclass(eq=False, kw_only=True)
+class Run:
+    """All attempts of one matcher, pair by pair; every round adds one to each."""
+
+    attempts: list[list[Attempt]] = field(default_factory=list)
+
+    @property
+    def seconds(self) -> FloatArray:
+        """The time of every attempt, shape (attempts,)."""
+        return np.array([attempt.seconds for pair in self.attempts for attempt in pair])
+
+    @property
+    def first(self) -> list[Attempt]:
+        """One attempt a pair; all matchers give the same answer every time."""
+        return [pair[0] for pair in self.attempts]
+
+
+def attempt(matcher: Matcher, pair: Pair, gate: float) -> Attempt:
+    """Match one pair under the clock; whatever a library throws is an answer not given."""
+    arguments = matcher.arguments(pair, gate)
+    gc.disable()
+    began = time.perf_counter()
+    try:
+        T, iterations = matcher.function(*arguments)
+        return Attempt(seconds=time.perf_counter() - began, T=T, iterations=iterations)
+    except Exception as error:
+        seconds = time.perf_counter() - began
+        return Attempt(seconds=seconds, T=np.full((3, 3), np.nan), complaint=repr(error))
+    finally:
+        gc.enable()
+
+
+def measure(matchers: Sequence[Matcher], pair_set: PairSet, rounds: int) -> dict[str, Run]:
+    """Every matcher on every pair, `rounds` times; the one that begins changes each time."""
+    runs = {
+        matcher.name: Run(attempts=[[] for _ in matcher.share(pair_set.pairs)])
+        for matcher in matchers
+    }
+    for matcher in matchers:
+        for pair in pair_set.pairs[:WARM_UP]:
+            attempt(matcher, pair, pair_set.gate)
+    turns = deque(matchers)
+    for number in range(rounds):
+        label = f"{pair_set.name}, round {number + 1} of {rounds}"
+        for index, pair in enumerate(tqdm(pair_set.pairs, label, leave=False, disable=None)):
+            for matcher in turns:
+                attempts = runs[matcher.name].attempts
+                if index < len(attempts) and not (matcher.slow and number):
+                    attempts[index].append(attempt(matcher, pair, pair_set.gate))
+            turns.rotate(1)
+    return runs
