@@ -30,7 +30,8 @@ def describe_versions() -> dict[str, str]:
             versions[package] = version(package)
         except PackageNotFoundError:
             continue
-    return versions
+    mrpt = _output("dpkg-query", "--show", "--showformat=${Version}", "libmrpt-slam-dev")
+    return versions | ({"mrpt": mrpt} if mrpt else {})
 
 
 def today() -> str:
@@ -47,11 +48,13 @@ def _cpu_model() -> str:
 
 
 def _labkit_version() -> str:
-    describe = ["git", "describe", "--always", "--dirty"]
+    commit = _output("git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty")
+    return f"{version('labkit')} ({commit})" if commit else version("labkit")
+
+
+def _output(*command: str) -> str:
+    """What a program prints; nothing where it is not installed or has nothing to say."""
     try:
-        commit = subprocess.run(
-            describe, cwd=Path(__file__).parent, capture_output=True, text=True, check=True
-        )
-    except (OSError, subprocess.CalledProcessError):
-        return version("labkit")
-    return f"{version('labkit')} ({commit.stdout.strip()})"
+        return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
+    except OSError:
+        return ""

@@ -12,7 +12,7 @@ from labkit.arrays import FloatArray
 Answer = tuple[FloatArray, int | None]
 
 OWN = "matchers.lab"
-MODULES = (  # module of adapters, the package on PyPI that it needs
+MODULES = (  # module of adapters, the package that it needs
     (OWN, "labkit"),
     ("matchers.lesson", "scipy"),
     ("matchers.open3d_icp", "open3d"),
@@ -20,10 +20,11 @@ MODULES = (  # module of adapters, the package on PyPI that it needs
     ("matchers.kiss", "kiss-icp"),
     ("matchers.fricp", "fricp-cpp"),
     ("matchers.simple", "simpleicp"),
+    ("matchers.mrpt", "libmrpt-slam-dev (Debian)"),
 )
 
 
-SLOW_PAIRS = 20  # enough to see that a matcher takes a second a pair
+SLOW_PAIRS = 10  # enough to see that a matcher takes a second a pair
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,6 +15,7 @@ from matchers.space import drop_transform, wall
 COLUMNS = ["x", "y", "z"]
 SLOW = True  # a good second a pair
 WALL_HEIGHT = 0.1  # m
+MAX_ITERATIONS = 60
 IN_PLANE = (np.inf, np.inf, 0.0, 0.0, 0.0, np.inf)  # weights that fix roll, pitch and z
 SILENCE = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - as long as the process
 
@@ -30,6 +31,7 @@ def match(
         T, *_ = problem.run(
             correspondences=2 * len(target),
             max_overlap_distance=gate,
+            max_iterations=MAX_ITERATIONS,
             min_planarity=0.0,  # every wall was made one
             rbp_observed_values=(0.0, 0.0, np.degrees(theta), x, y, 0.0),
             rbp_observation_weights=IN_PLANE,
