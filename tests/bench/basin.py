@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,8 @@ def basin(matchers: Sequence[Matcher], pair_set: PairSet, count: int) -> dict[st
     Every start is off by exactly the same distance and angle, in a random direction; all
     matchers get the same ones.
     """
-    solvable = [pair for pair in map(settled, pair_set.pairs) if pair is not None][:count]
+    answers = (settled(pair, pair_set.gate) for pair in pair_set.pairs)
+    solvable = list(islice((pair for pair in answers if pair is not None), count))
     shares: dict[str, dict[str, float]] = {matcher.name: {} for matcher in matchers}
     for label, (distance, angle) in STARTS.items():
         rng = np.random.default_rng(SEED)
@@ -42,7 +44,7 @@ def basin(matchers: Sequence[Matcher], pair_set: PairSet, count: int) -> dict[st
     return {"title": pair_set.title, "pairs": len(solvable), "shares": shares}
 
 
-def settled(pair: Pair) -> Pair | None:
+def settled(pair: Pair, gate: float) -> Pair | None:
     """The pair with a reference that can be returned to, None where there is none.
 
     Recorded references are off by as much as what counts as found. So the reference is
@@ -50,8 +52,8 @@ def settled(pair: Pair) -> Pair | None:
     fixes the motion in every direction and the lesson's point-to-point agrees.
     """
     target = Target(pair.target)
-    gate = lab.POINT_TO_LINE.max_correspondence_distance
-    result = icp(pair.source, target, pair.T_reference, lab.POINT_TO_LINE)
+    parameters = replace(lab.POINT_TO_LINE, max_correspondence_distance=gate)
+    result = icp(pair.source, target, pair.T_reference, parameters)
     seen = None
     if not result.termination.failed:
         seen = observability(pair.source, target, result.T_target_source, result.correspondences)

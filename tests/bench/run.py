@@ -45,7 +45,8 @@ SETS: dict[str, Callable[[str, int], PairSet]] = {
     "killian": killian_pairs,
 }
 BASIN_SETS = ("rays-360", "killian")
-QUICK_PAIRS, QUICK_LARGEST = 20, 2_000
+PAIRS, ROUNDS, LARGEST = 200, 3, SIZES[-1]
+QUICK_PAIRS, QUICK_ROUNDS, QUICK_LARGEST = 20, 1, 2_000
 
 
 def main() -> int:
@@ -92,8 +93,10 @@ def main() -> int:
 
 def _parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--pairs", type=int, default=200, metavar="N", help="of each set")
-    parser.add_argument("--rounds", type=int, default=3, metavar="R", help="over all pairs")
+    parser.add_argument("--pairs", type=int, metavar="N", help=f"of each set (default {PAIRS})")
+    parser.add_argument(
+        "--rounds", type=int, metavar="R", help=f"over all pairs (default {ROUNDS})"
+    )
     parser.add_argument("--split", choices=SPLITS, default="reporting")
     parser.add_argument("--sets", nargs="*", choices=SETS, default=list(SETS), metavar="SET")
     parser.add_argument("--matchers", nargs="+", metavar="NAME", help="parts of their names")
@@ -115,9 +118,9 @@ def _parse() -> argparse.Namespace:
     args = parser.parse_args()
     if len(args.log) != len(args.relations) or len(args.laser_offset) not in (0, len(args.log)):
         parser.error("give --relations with every --log, and --laser-offset with all or none")
-    args.largest = SIZES[-1]
-    if args.quick:
-        args.pairs, args.rounds, args.largest = QUICK_PAIRS, 1, QUICK_LARGEST
+    args.pairs = args.pairs or (QUICK_PAIRS if args.quick else PAIRS)
+    args.rounds = args.rounds or (QUICK_ROUNDS if args.quick else ROUNDS)
+    args.largest = QUICK_LARGEST if args.quick else LARGEST
     return args
 
 

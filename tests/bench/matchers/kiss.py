@@ -10,7 +10,7 @@ from labkit.arrays import FloatArray
 from matchers.space import drop_transform, lift, lift_transform
 
 POINTS_PER_VOXEL = 100  # of a voxel as wide as the gate: points down to 1/10 of it apart
-KERNEL = 0.1  # of the gate
+KERNEL = 1.0 / 3.0  # of the gate, the rule of its pipeline; less is more exact and loses the basin
 RANGE_MAX = 1e3  # m, farther than any point
 REGISTRATION = Registration(max_num_iterations=60, convergence_criterion=1e-3, max_num_threads=1)
 

@@ -1,0 +1,110 @@
+"""The figures of the benchmark's page; marks and strokes tell matchers apart without colour."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
+
+from labkit.plotting.style import BLACK, BLUE, GREY, book_figure, style_grid
+
+COLUMNS = 2
+PANEL, LEGEND = 2.35, 1.1  # inches
+MARKS = ("s", "^", "v", "D", "P", "X", "<", ">", "*", "h", "d", "p", "8")
+TICKS = (1.0, 2.0, 5.0)  # of each decade
+STROKES = ("-", "--", "-.", ":")
+
+
+def matcher_styles(names: list[str]) -> dict[str, dict[str, Any]]:
+    """A mark and a stroke for each matcher; labkit's own are filled, the others are open."""
+    peers = [name for name in names if not _own(name)]
+    styles: dict[str, dict[str, Any]] = {}
+    for name in names:
+        own = _own(name)
+        index = 0 if own else peers.index(name)
+        color = (BLUE if "line" in name else BLACK) if own else GREY
+        styles[name] = {
+            "marker": ("o" if "line" in name else "s") if own else MARKS[index % len(MARKS)],
+            "color": color,
+            "markerfacecolor": color if own else "white",
+            "markeredgecolor": color if own else BLACK,
+            "markersize": 8.0 if own else 6.5,
+            "linestyle": "-" if own else STROKES[1 + index % 3],
+            "linewidth": 2.0 if own else 0.9,
+            "zorder": 3.0 if own else 2.0,
+        }
+    return styles
+
+
+def error_time_figure(results: dict[str, Any]) -> Figure:
+    """Median error against median time, a panel for each set: lower left is better."""
+    sets = list(results["sets"].values())
+    styles = matcher_styles(_names(results))
+    rows = math.ceil(len(sets) / COLUMNS)
+    figure = book_figure(rows * PANEL + LEGEND)
+    axes = figure.subplots(rows, COLUMNS, squeeze=False).flat
+    for ax, each in zip(axes, sets, strict=False):
+        for name, score in each["matchers"].items():
+            error = score["translation_mm"]["median"]
+            if error is not None:
+                style = styles[name] | {"linestyle": "none"}
+                ax.plot(score["time_ms"]["median"], error, **style)
+        _log_axes(ax)
+        ax.set_title(each["title"], fontsize="medium")
+        ax.set_xlabel("time [ms a pair]")
+        ax.set_ylabel("error [mm]")
+    for ax in list(axes)[len(sets) :]:
+        ax.set_visible(False)
+    _legend(figure, styles, lines=False)
+    return figure
+
+
+def growth_figure(results: dict[str, Any]) -> Figure:
+    """Median time against the number of points."""
+    growth = results["growth"]
+    styles = matcher_styles(_names(results))
+    figure = book_figure(4.6 + LEGEND)
+    ax = figure.subplots()
+    for name, times in growth["time_ms"].items():
+        known = [(n, t) for n, t in zip(growth["points"], times, strict=True) if t is not None]
+        ax.plot(*zip(*known, strict=True), **styles[name])
+    _log_axes(ax)
+    ax.set_xlabel("points a scan")
+    ax.set_ylabel("time [ms a pair]")
+    _legend(figure, styles, lines=True)
+    return figure
+
+
+def _names(results: dict[str, Any]) -> list[str]:
+    names: dict[str, None] = {}
+    for each in results["sets"].values():
+        names |= dict.fromkeys(each["matchers"])
+    return list(names | dict.fromkeys(results.get("growth", {}).get("time_ms", {})))
+
+
+def _own(name: str) -> bool:
+    return name.startswith("labkit")
+
+
+def _log_axes(ax: Axes) -> None:
+    """Logarithmic, with plain numbers at 1, 2 and 5 of each decade."""
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_locator(LogLocator(subs=TICKS))
+        axis.set_major_formatter(StrMethodFormatter("{x:,g}"))
+        axis.set_minor_locator(NullLocator())
+    style_grid(ax)
+
+
+def _legend(figure: Figure, styles: dict[str, dict[str, Any]], *, lines: bool) -> None:
+    """One legend for all panels, below them."""
+    handles = [
+        Line2D([], [], label=name, **(style if lines else style | {"linestyle": "none"}))
+        for name, style in styles.items()
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
