@@ -68,15 +68,7 @@ def main() -> int:
         "basins": {},
     }
     for name, make in _sets(args).items():
-        pair_set = make(args.split, args.pairs)
-        runs = measure(matchers, pair_set, args.rounds)
-        results["sets"][name] = {
-            "title": pair_set.title,
-            "reference": pair_set.reference,
-            "gate": pair_set.gate,
-            "pairs": len(pair_set.pairs),
-            "matchers": {name: score(pair_set, run) for name, run in runs.items()},
-        }
+        results["sets"][name] = _compare(matchers, make(args.split, args.pairs), args.rounds)
         print(set_text(results["sets"][name]), flush=True)
     for name in BASIN_SETS if args.basin else ():
         candidates = SETS[name](args.split, 3 * args.pairs)  # many lack structure
@@ -89,6 +81,18 @@ def main() -> int:
         with atomic_write(args.out) as file:
             file.write(to_json(results) + "\n")
     return 0
+
+
+def _compare(matchers: list[Matcher], pair_set: PairSet, rounds: int) -> dict[str, Any]:
+    """Every matcher's score on one set."""
+    runs = measure(matchers, pair_set, rounds)
+    return {
+        "title": pair_set.title,
+        "reference": pair_set.reference,
+        "gate": pair_set.gate,
+        "pairs": len(pair_set.pairs),
+        "matchers": {name: score(pair_set, run) for name, run in runs.items()},
+    }
 
 
 def _parse() -> argparse.Namespace:
