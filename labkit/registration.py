@@ -14,7 +14,7 @@ from labkit.errors import InvalidParameterError
 Metric = Literal["point_to_point", "point_to_line"]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class IcpParameters:
     """Everything that the ICP loop can be told; checked when it is made.
 
