@@ -113,11 +113,11 @@ def run(args: argparse.Namespace) -> int:
         progress=partial(tqdm, unit="scan", desc="matching", disable=None),
     )
     seconds = time.perf_counter() - began
+    for path, write in outputs:
+        write(path, log, result)
     print(decision_text(result, seconds))
     if log.reference is not None:
         print(error_table(log.reference, result, prior))
-    for path, write in outputs:
-        write(path, log, result)
     if outputs:
         print("wrote " + ", ".join(path for path, _ in outputs))
     return 0
