@@ -107,11 +107,12 @@ def page(results: dict[str, Any]) -> str:
 
 
 def _verdict(results: dict[str, Any]) -> str:
-    """Point-to-line beside the fastest and the most exact peer from pip, set by set."""
+    """Point-to-line beside the fastest and the closest peer from pip that saw all pairs."""
     rows = []
     for each in results["sets"].values():
         scores = each["matchers"]
-        peers = [name for name in scores if _from_pip(name)]
+        whole = [name for name in scores if scores[name]["pairs"] == each["pairs"]]
+        peers = [name for name in whole if _from_pip(name)]
         fastest = min(peers, key=lambda name: scores[name]["time_ms"]["median"])
         closest = min(peers, key=lambda name: _error(scores[name]))
         own = scores[LINE]
