@@ -14,7 +14,7 @@ from labkit.plotting.style import BLACK, BLUE, GREY, book_figure, style_grid
 
 COLUMNS = 2
 PANEL, LEGEND = 2.35, 1.1  # inches
-MARKS = ("s", "^", "v", "D", "P", "X", "<", ">", "*", "h", "d", "p", "8")
+MARKS = ("s", "^", "v", "D", "P", "X", "<", ">", "*", "h", "p", "8", "d")
 TICKS = (1.0, 2.0, 5.0)  # of each decade
 STROKES = ("-", "--", "-.", ":")
 
@@ -41,23 +41,27 @@ def matcher_styles(names: list[str]) -> dict[str, dict[str, Any]]:
 
 
 def error_time_figure(results: dict[str, Any]) -> Figure:
-    """Median error against median time, a panel for each set: lower left is better."""
+    """Median error against median time, a panel for each set: lower left is better.
+
+    A matcher too slow to see every pair is left to the tables.
+    """
     sets = list(results["sets"].values())
-    styles = matcher_styles(_names(results))
+    every = matcher_styles(_names(results))
+    styles = {name: every[name] for each in sets for name in every if _saw_all(each, name)}
     rows = math.ceil(len(sets) / COLUMNS)
     figure = book_figure(rows * PANEL + LEGEND)
-    axes = figure.subplots(rows, COLUMNS, squeeze=False).flat
+    axes = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
     for ax, each in zip(axes, sets, strict=False):
         for name, score in each["matchers"].items():
             error = score["translation_mm"]["median"]
-            if error is not None:
+            if name in styles and error is not None:
                 style = styles[name] | {"linestyle": "none"}
                 ax.plot(score["time_ms"]["median"], error, **style)
         _log_axes(ax)
         ax.set_title(each["title"], fontsize="medium")
         ax.set_xlabel("time [ms a pair]")
         ax.set_ylabel("error [mm]")
-    for ax in list(axes)[len(sets) :]:
+    for ax in axes[len(sets) :]:
         ax.set_visible(False)
     _legend(figure, styles, lines=False)
     return figure
@@ -84,6 +88,11 @@ def _names(results: dict[str, Any]) -> list[str]:
     for each in results["sets"].values():
         names |= dict.fromkeys(each["matchers"])
     return list(names | dict.fromkeys(results.get("growth", {}).get("time_ms", {})))
+
+
+def _saw_all(result: dict[str, Any], name: str) -> bool:
+    score = result["matchers"].get(name)
+    return score is not None and score["pairs"] == result["pairs"]
 
 
 def _own(name: str) -> bool:

@@ -39,6 +39,7 @@ time. `make bench` repeats it.
 :alt: Median translation error against median time of every matcher, a panel for each data set
 
 Median translation error against median time a pair, both on logarithmic axes. Lower left is better.
+A matcher that was too slow to be tried on every pair stands in the tables alone.
 ```
 
 ## Sets
