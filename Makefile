@@ -4,9 +4,10 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
+BENCH := .venv-bench
 
 .DEFAULT_GOAL := help
-.PHONY: help book test lab clean
+.PHONY: help book test lab bench clean
 
 help: ## list these commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-6s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -26,8 +27,14 @@ test: $(READY) ## check style and types, then test code, notebooks and pages
 lab: $(READY) ## open the notebooks in JupyterLab
 	$(BIN)/jupyter lab notebooks
 
+bench: ## time the lab's matcher beside others (about a quarter of an hour)
+	@test -x $(BENCH)/bin/python || $(PYTHON) -m venv $(BENCH)
+	$(BENCH)/bin/python -m pip install --quiet --disable-pip-version-check \
+	    --requirement tests/bench/requirements.txt --editable .
+	$(BENCH)/bin/python tests/bench/run.py --out $(BENCH)/results.json $(BENCH_OPTIONS)
+
 clean: ## remove all that these commands made, .venv included
-	rm -rf $(VENV) _build book/_static/vendor *.egg-info
+	rm -rf $(VENV) $(BENCH) _build book/_static/vendor *.egg-info
 	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
