@@ -112,7 +112,9 @@ def _alignment(cases: Cases) -> None:
     cases.align("two_pairs_that_disagree_in_length", [[0, 0], [1, 0]], [[2, 3], [2, 8]])
     wall = np.column_stack([np.linspace(-4.0, 4.0, 17), np.full(17, 2.0)])
     cases.align("points_on_one_line", wall, _seen(1.9, wall))
-    cases.align("far_from_the_origin", CLOUD + [60.0, -40.0], _seen(1.0) + NOISE + [-50.0, 80.0])
+    cases.align(
+        "far_from_the_origin", CLOUD + np.array([60.0, -40.0]), _seen(1.0) + NOISE + [-50.0, 80.0]
+    )
     cases.align("tiny_scale", 1e-6 * CLOUD, 1e-6 * _seen(-0.8), decimals=18)
     cases.align("large_scale", 40.0 * CLOUD, 40.0 * (_seen(-0.8) + NOISE))
     cases.align("reflected_and_noisy", CLOUD, apply(transform(1, 2, 0.6), CLOUD * [1, -1]) + NOISE)
@@ -197,7 +199,13 @@ def _run(cases: Cases) -> None:
         "overlap_ratio": 1.0,
         "huber_delta": None,
     }
-    tight: Parameters = {"max_correspondence_distance": 0.1, "huber_delta": 0.03}
+    tight: Parameters = {  # each of the three stages rejects or weighs down what it can
+        "max_correspondence_distance": 0.07,
+        "overlap_ratio": 0.9,
+        "huber_delta": 0.015,
+        "initial_x": 0.05,
+        "initial_theta": 0.04,
+    }
     cases.match("run", "room_defaults", *room_pair)
     cases.match("run", "room_tight", *room_pair, **tight)
     for stage, value in off.items():
@@ -256,7 +264,7 @@ def _termination(cases: Cases) -> None:
     cases.match("termination", "turn_on_the_spot", *files, cost_tolerance=0.0, overlap_ratio=1.0)
     cases.match("termination", "too_few_from_the_start", *pair, initial_x=100.0)
     posts = np.array([[0.0, 0.0], [0.0, 50.0], [0.0, 100.0]])
-    shaken = posts + [[0.4, 0.0], [-0.4, 0.0], [0.4, 0.0]]
+    shaken = posts + np.array([[0.4, 0.0], [-0.4, 0.0], [0.4, 0.0]])
     files = (cases.table("posts", posts), cases.table("posts_shaken", shaken))
     wide: Parameters = {"max_correspondence_distance": 0.45, "huber_delta": None}
     cases.match("termination", "too_few_after_a_step", *files, **wide)
@@ -266,7 +274,7 @@ def _termination(cases: Cases) -> None:
     wall = cases.table("wall", np.column_stack([np.linspace(-1.0, 1.0, 12), np.ones(12)]))
     one = cases.table("one_point", [[0.1, 0.9]])
     cases.match("termination", "degenerate_source", wall, spot, overlap_ratio=1.0)
-    near = np.random.default_rng(4).uniform(0.0, 0.2, (6, 2)) + [0.0, 0.8]
+    near = np.random.default_rng(4).uniform([0.0, 0.8], [0.2, 1.0], (6, 2))
     cluster = cases.table("cluster", near)
     cases.match("termination", "degenerate_target", one, cluster, overlap_ratio=1.0)
 

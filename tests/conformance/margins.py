@@ -14,14 +14,14 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+
 from cases import Case, Content
 from compare import disagreement
-from reference import Files, answer, pairs, run
-
 from labkit import IcpParameters, IcpResult
 from labkit.alignment import RELATIVE_RESOLUTION
 from labkit.arrays import FloatArray
 from labkit.correspondences import Correspondences, overlap_count
+from reference import Files, answer, pairs, run
 
 DISTANCE_GAP = 1e-9  # m; rounding moves a distance by about 1e-14 m
 TOLERANCE_GAP = 0.01  # of a tolerance

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from cases import Content
 
+from cases import Content
 from labkit import IcpParameters, IcpResult, align, from_xytheta, icp, to_xytheta
 from labkit.errors import DegenerateAlignmentError
 from labkit.odometry import integrate
