@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +16,20 @@ from labkit.errors import DegenerateAlignmentError
 from labkit.odometry import integrate
 
 Files = Mapping[str, Content]
+
+
+def read_files(folder: Path, commands: Iterable[list[str]]) -> dict[str, Content]:
+    """The content of every file that a command names, by its path relative to `folder`."""
+    paths = {word for command in commands for word in command if word.startswith("data/")}
+    return {path: read_content(path, (folder / path).read_text()) for path in paths}
+
+
+def read_content(path: str, text: str) -> Content:
+    """A table, or a dict of parameters, from a file's text."""
+    if path.endswith(".json"):
+        parameters: dict[str, float | None] = json.loads(text)
+        return parameters
+    return [list(map(float, line.split(","))) for line in text.splitlines()]
 
 
 def answer(command: list[str], files: Files) -> dict[str, Any]:

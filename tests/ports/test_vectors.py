@@ -1,0 +1,162 @@
+"""The vectors: labkit still gives them, edges are refused, answers are told apart."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from cases import Case
+from compare import disagreement
+from margins import OnAnEdgeError, refuse_edges
+from reference import answer, read_content
+from runner import CONFORMANCE, GROUPS, LABKIT_TOLERANCE, VECTORS, labkit_reasons
+from write_vectors import texts
+
+LIMIT = 400_000  # bytes, all of them together
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_labkit_agrees(group):
+    wrong = labkit_reasons()
+    assert not {
+        v["name"]: wrong[v["name"]] for v in VECTORS if v["group"] == group and wrong[v["name"]]
+    }
+
+
+def test_writing_anew_changes_nothing():
+    """Every name and number of the files, to within what another BLAS may change."""
+    pytest.importorskip("rtbdata")
+    written = texts()
+    kept = {file.relative_to(CONFORMANCE).as_posix() for file in CONFORMANCE.glob("data/*")}
+    assert kept | {"vectors.json", "commands.txt"} == written.keys()
+    for path in kept:
+        now, before = (
+            read_content(path, text) for text in (written[path], (CONFORMANCE / path).read_text())
+        )
+        if isinstance(now, dict):
+            assert now == before
+        else:
+            np.testing.assert_allclose(now, before, rtol=0.0, atol=LABKIT_TOLERANCE)
+    anew = json.loads(written["vectors.json"])
+    assert [v["command"] for v in anew] == [v["command"] for v in VECTORS]
+    for now, before in zip(anew, VECTORS, strict=True):
+        assert now["name"] == before["name"]
+        assert disagreement(now["expected"], before["expected"], LABKIT_TOLERANCE) is None
+    assert written["commands.txt"] == (CONFORMANCE / "commands.txt").read_text()
+
+
+def test_they_are_small_and_reach_every_termination():
+    files = [
+        *CONFORMANCE.glob("data/*"),
+        CONFORMANCE / "vectors.json",
+        CONFORMANCE / "commands.txt",
+    ]
+    assert sum(file.stat().st_size for file in files) < LIMIT
+    reached = {v["expected"].get("termination") for v in VECTORS}
+    assert reached - {None} == {
+        "converged_pose",
+        "converged_cost",
+        "budget_spent",
+        "too_few_correspondences",
+        "degenerate",
+    }
+
+
+# ---------------------------------------------------------------- edges
+
+POSTS = [[0.0, 0.0], [4.0, 0.1], [0.2, 3.0], [5.0, 4.0]]
+PLAIN = {"overlap_ratio": 1.0, "cost_tolerance": 0.0}
+
+
+def shifted(by):
+    return [[x + by, y] for x, y in POSTS]
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "parameters", "edge"),
+    [
+        ([[2.0, 0.0], *POSTS], [[1.0, 0.0], [3.0, 0.0], *POSTS[1:]], PLAIN, "equally near"),
+        (shifted(0.25), POSTS, PLAIN | {"max_correspondence_distance": 0.25}, "on the gate"),
+        (shifted(0.25), POSTS, PLAIN | {"overlap_ratio": 0.8}, "overlap's boundary"),
+        (shifted(0.25), POSTS, PLAIN | {"translation_tolerance": 0.251}, "a translation step of"),
+        (shifted(0.25), POSTS, PLAIN | {"cost_tolerance": 0.0601}, "a cost change of"),
+        (POSTS, POSTS, PLAIN | {"rotation_tolerance": 1e-6}, None),
+    ],
+)
+def test_a_run_on_an_edge_is_refused(source, target, parameters, edge):
+    files = {"t": target, "s": source, "p": parameters}
+    case = Case(name="edge", group="run", command=["match", "t", "s", "p"])
+    if edge is None:
+        refuse_edges(case, files)
+    else:
+        with pytest.raises(OnAnEdgeError, match=edge):
+            refuse_edges(case, files)
+
+
+@pytest.mark.parametrize(
+    ("pairs", "edge"),
+    [
+        ([[0, 0, 0, 0, 1.0], [1, 0, 1, 0, 3e-20]], "spread of the source, 1.73e-10, stands beside"),
+        ([[1, 0, 1, 0], [0, 1, 0, -1 - 2e-10], [-1, 0, -1, 0], [0, -1, 0, 1]], "strength of the"),
+        ([[900, 0, 1, 0], [900, 1e-4, 1, 1e-4]], "a relative jitter of 1e-13 changes it"),
+    ],
+)
+def test_an_alignment_on_an_edge_is_refused(pairs, edge):
+    case = Case(name="edge", group="alignment", command=["align", "pairs"])
+    with pytest.raises(OnAnEdgeError, match=edge):
+        refuse_edges(case, {"pairs": pairs})
+
+
+# ---------------------------------------------------------------- the comparison
+
+POSE = {"x": 1.0, "y": -2.0, "theta": math.pi - 1e-12}
+RUN = {**POSE, "termination": "budget_spent", "iterations": 3, "inlier_rmse": None}
+
+
+@pytest.mark.parametrize(
+    "near",
+    [
+        RUN,
+        RUN | {"x": 1.0 + 9e-10},
+        RUN | {"x": 1},
+        RUN | {"theta": -math.pi + 1e-12},
+    ],
+)
+def test_answers_that_agree(near):
+    assert disagreement(near, RUN) is None
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"y": -2.0 + 2e-9}, "y = -2.0 was expected, got -1.999999998, 2e-09 apart"),
+        ({"theta": math.pi - 1e-12 - 2e-9}, "theta = 3.14"),
+        ({"theta": -math.pi}, "theta must lie in"),
+        ({"theta": 3.0 * math.pi}, "theta must lie in"),
+        ({"x": None}, "x = 1.0 was expected, got None"),
+        ({"x": math.nan}, "x = 1.0 was expected, got nan"),
+        ({"x": "1.0"}, "x = 1.0 was expected, got '1.0'"),
+        ({"iterations": 4}, "iterations = 3 was expected, got 4"),
+        ({"iterations": 3.0}, "iterations = 3 was expected, got 3.0"),
+        ({"inlier_rmse": 0.0}, "inlier_rmse = None was expected, got 0.0"),
+        ({"termination": "converged_pose"}, "termination = 'budget_spent' was expected"),
+        ({"more": 1}, "the keys"),
+    ],
+)
+def test_answers_that_do_not(change, reason):
+    assert disagreement(RUN | change, RUN).startswith(reason)
+
+
+def test_errors_and_poses():
+    degenerate = {"error": "degenerate"}
+    assert disagreement({"error": "degenerate: the points coincide"}, degenerate) is None
+    assert disagreement({"error": "no such file"}, degenerate)
+    assert disagreement(POSE, degenerate)
+    assert disagreement(degenerate, POSE)
+    assert disagreement([1], POSE) == "[1] is no JSON object"
+    poses = answer(["integrate", "steps", "0", "0", "0"], {"steps": [[1.0, 0.0, 0.5]] * 2})
+    assert disagreement(poses, poses) is None
+    assert disagreement({"poses": poses["poses"][:2]}, poses).startswith("3 poses were expected")
+    moved = {"poses": [*poses["poses"][:2], [0.0, 0.0, 1.0]]}
+    assert disagreement(moved, poses).startswith("pose 2: x = ")
