@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 import shutil
 import subprocess
@@ -42,6 +43,8 @@ class Port:
         Builds (sources, out), or raises `BuildError`.
     start : callable
         The words that start what was built from (sources, out).
+    most_distances : float
+        Vectors whose runs take more distances than this are not asked of it.
     """
 
     name: str
@@ -50,6 +53,7 @@ class Port:
     find: Find
     build: Build
     start: Start
+    most_distances: float = math.inf
 
     @property
     def sources(self) -> Path:
@@ -184,5 +188,6 @@ PORTS = (
             str(mathics()),
             *("--quiet", "-f", str(sources / "icp2d.wls")),
         ],
+        most_distances=20_000,  # Mathics3 takes about 0.2 ms for one
     ),
 )

@@ -19,6 +19,14 @@ from runner import GROUPS, VECTORS, reasons
 
 BY_NAME = {port.name: port for port in PORTS}
 EACH_PORT = pytest.mark.parametrize("name", list(BY_NAME))
+TELLING = (  # vectors that tell the faults from each other, and from a broken program
+    "angle_90",
+    "weighted",
+    "degenerate_one_pair",
+    "step_gate",
+    "step_turned_far",
+    "step_huber",
+)
 SLOW_TO_START = {"wolfram": ("match missing.csv", "align nan.csv")}  # 4 s a start: two are enough
 
 
@@ -51,8 +59,9 @@ def workshop(tmp_path_factory):
 def test_agreement(workshop, name, group):
     usable(name)
     column = workshop[1][name].result()
-    wrong = {v["name"]: column[v["name"]] for v in VECTORS if v["group"] == group}
-    assert not {vector: why for vector, why in wrong.items() if why}
+    asked = {v["name"] for v in VECTORS if v["group"] == group} & column.keys()
+    assert asked
+    assert not {vector: column[vector] for vector in asked if column[vector]}
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: f"{fault.port}-{fault.name}")
@@ -63,7 +72,7 @@ def test_a_planted_fault_turns_the_column_red(workshop, tmp_path, fault):
     assert not any(promises[port.name].result().values())
     copy = planted(fault, port.sources, tmp_path / "sources")
     built = folder / port.name / fault.name
-    column = reasons(port, built, copy, groups=("alignment", "step"))
+    column = reasons(port, built, copy, TELLING)
     assert any(column.values())
     assert None in column.values()
 
