@@ -34,7 +34,7 @@ bench: ## time the lab's matcher beside others (about a quarter of an hour)
 	$(BENCH)/bin/python tests/bench/run.py --out $(BENCH)/results.json $(BENCH_OPTIONS)
 
 clean: ## remove all that these commands made, .venv included
-	rm -rf $(VENV) $(BENCH) _build book/_static/vendor *.egg-info
+	rm -rf $(VENV) .venv-wolfram $(BENCH) _build book/_static/vendor *.egg-info
 	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -prune -exec rm -rf {} +
 

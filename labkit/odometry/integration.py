@@ -40,7 +40,8 @@ def integrate(increments: ArrayLike, start: ArrayLike = (0.0, 0.0, 0.0)) -> Floa
     steps = as_floats(increments, "increments", hint="give rows (Δx, Δy, Δψ)")
     if steps.ndim != 2 or steps.shape[1] != 3:
         raise InvalidPointsError(f"`increments` must have shape (K, 3), got {steps.shape}")
-    poses = [as_pose(start, "start")]
+    first = as_pose(start, "start")
+    poses = [np.array([first[0], first[1], wrap(first[2])])]
     for increment in steps:
         poses.append(integrate_step(poses[-1], increment))
     return np.array(poses)
