@@ -302,5 +302,5 @@ def _integration(cases: Cases) -> None:
     cases.integrate("across_minus_pi", [[0.3, -0.1, -0.4]] * 20, (2.0, -1.0, -3.0))
     cases.integrate("half_turns", [[1.0, 0.5, PI], [1.0, 0.5, -PI]] * 3, (0.0, 0.0, 0.0))
     cases.integrate("more_than_a_turn", [[1.0, 0.0, 7.0], [1.0, 0.0, -20.0]], (0.0, 0.0, 1.0))
-    steps = np.random.default_rng(6).normal([0.1, 0.0, 0.01], [0.02, 0.01, 0.1], (300, 3))
+    steps = np.random.default_rng(6).normal([0.1, 0.0, 0.01], [0.02, 0.01, 0.1], (100, 3))
     cases.integrate("many_steps", np.round(steps, 5), (-3.0, 4.0, 0.5))

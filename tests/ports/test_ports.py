@@ -41,15 +41,18 @@ def usable(name):
 
 
 @pytest.fixture(scope="session")
-def workshop(tmp_path_factory):
-    """The folder of each port that is built, and all its answers, as a promise."""
+def workshop(request, tmp_path_factory):
+    """The folder of each port that is built, and all its answers, as a promise.
+
+    All ports that this session tests begin at once, the slowest first.
+    """
     folder = tmp_path_factory.mktemp("ports")
+    ids = " ".join(item.name for item in request.session.items)
     with ThreadPoolExecutor(2) as pool:
-        slowest_first = sorted(PORTS, key=lambda port: port.name not in ("cpp", "wolfram"))
         promises = {
-            port.name: pool.submit(reasons, port, folder / port.name / "whole")
-            for port in slowest_first
-            if port.missing is None
+            name: pool.submit(reasons, BY_NAME[name], folder / name / "whole")
+            for name in ("wolfram", "cpp", "java", "matlab")
+            if name in ids and BY_NAME[name].missing is None
         }
         yield folder, promises
 
