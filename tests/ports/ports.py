@@ -188,6 +188,6 @@ PORTS = (
             str(mathics()),
             *("--quiet", "-f", str(sources / "icp2d.wls")),
         ],
-        most_distances=20_000,  # Mathics3 takes about 0.2 ms for one
+        most_distances=12_000,  # Mathics3 takes half a millisecond for one
     ),
 )

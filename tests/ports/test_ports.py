@@ -131,6 +131,8 @@ def test_bad_input_in_a_batch(workshop, tmp_path, name):
 
 @EACH_PORT
 def test_the_demo_finds_its_truth(workshop, tmp_path, name):
+    if BY_NAME[name].most_distances < math.inf:
+        pytest.skip("scans of the lesson's size take its interpreter too long")
     outcome = start(workshop, name, ["demo", "7"], tmp_path)
     assert outcome.returncode == 0, outcome.stderr
     answer = json.loads(outcome.stdout)
