@@ -30,7 +30,7 @@ def html(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Path:
     if "BOOK_HTML" in os.environ:
         return Path(os.environ["BOOK_HTML"]).resolve()
     source = tmp_path_factory.mktemp("book")
-    for folder in ("book", "notebooks"):
+    for folder in ("book", "notebooks", "labkit", "tests/conformance"):  # pages include them
         shutil.copytree(ROOT / folder, source / folder)
     shutil.copy(Path(__file__).with_name("widgets.md"), source)
     config = yaml.safe_load((ROOT / "_config.yml").read_text("utf-8"))

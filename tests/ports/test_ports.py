@@ -98,11 +98,16 @@ def start(workshop, name, arguments, where):
     return execute([*port.start(port.sources, folder / name / "whole"), *arguments], cwd=where)
 
 
-@pytest.mark.parametrize("bad", BAD_COMMANDS, ids=" ".join)
-@EACH_PORT
+ALONE = [  # what is slow to start is asked the others under `batch`, below
+    pytest.param(name, bad, id=f"{name}-{' '.join(bad)}")
+    for name in BY_NAME
+    for bad in BAD_COMMANDS
+    if name not in SLOW_TO_START or " ".join(bad).startswith(SLOW_TO_START[name])
+]
+
+
+@pytest.mark.parametrize(("name", "bad"), ALONE)
 def test_bad_input_alone(workshop, tmp_path, name, bad):
-    if name in SLOW_TO_START and not " ".join(bad).startswith(SLOW_TO_START[name]):
-        pytest.skip("slow to start; asked under `batch` with the others")
     write_bad_files(tmp_path)
     outcome = start(workshop, name, bad, tmp_path)
     assert outcome.returncode != 0
@@ -129,10 +134,9 @@ def test_bad_input_in_a_batch(workshop, tmp_path, name):
         assert after == {"poses": [[0, 0, 0], [1, 2, 0.5]]}
 
 
-@EACH_PORT
+# Scans of the demo's size take an interpreter with a limit too long.
+@pytest.mark.parametrize("name", [port.name for port in PORTS if port.most_distances == math.inf])
 def test_the_demo_finds_its_truth(workshop, tmp_path, name):
-    if BY_NAME[name].most_distances < math.inf:
-        pytest.skip("scans of the lesson's size take its interpreter too long")
     outcome = start(workshop, name, ["demo", "7"], tmp_path)
     assert outcome.returncode == 0, outcome.stderr
     answer = json.loads(outcome.stdout)
