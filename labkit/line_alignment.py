@@ -137,7 +137,7 @@ def _normal_equations(
 
 
 def _solve_constrained(A: FloatArray, g: FloatArray) -> FloatArray:
-    """X = −A⁻¹ g, in the directions alone whose eigenvalue reaches `MIN_INFORMATION`."""
+    """Solve A x = −g, in the directions alone whose eigenvalue reaches `MIN_INFORMATION`."""
     (a, b, c), (_, d, e), (_, _, f) = A.tolist()
     u, v, w = d * f - e * e, c * e - b * f, b * e - c * d  # first row of the adjugate
     determinant = a * u + b * v + c * w
