@@ -1,0 +1,154 @@
+"""What a grading ends in: one verdict for each case, question and submission.
+
+Plain frozen data that goes to JSON and back without loss, so that a verdict can be stored
+as soon as it is known and every report and export reads the same thing. All texts are for
+the student: none holds a hidden input, an expected value or a traceback.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from labkit.errors import LabkitError
+
+FORMAT = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseVerdict:
+    """How one call of the student's function went.
+
+    Attributes
+    ----------
+    id : str
+        The case within its question.
+    hidden : bool
+        Whether the student may not see the case; its `reason` then tells no number of it.
+    credit : float
+        In [0, 1].
+    reason : str
+        One or two sentences for the student; empty where all is well.
+    misconception : str or None
+        The known mistake whose answer this was, by its id.
+    """
+
+    id: str
+    hidden: bool
+    credit: float
+    reason: str
+    misconception: str | None = None
+
+    @property
+    def passed(self) -> bool:
+        """Whether the case gave full credit."""
+        return self.credit >= 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuestionVerdict:
+    """How one question went.
+
+    Attributes
+    ----------
+    question, title : str
+        Its id, and its name for a person.
+    points, score : float
+        What it is worth, and what was earned, in [0, points].
+    cases : tuple of CaseVerdict
+        In the order of the assignment.
+    misconception : str or None
+        The known mistake that explains all wrong answers, by its id.
+    message : str
+        What to tell the student about the question as a whole.
+    """
+
+    question: str
+    title: str
+    points: float
+    score: float
+    cases: tuple[CaseVerdict, ...]
+    misconception: str | None
+    message: str
+
+    @property
+    def passed(self) -> bool:
+        """Whether the question gave all its points."""
+        return self.score >= self.points
+
+    @property
+    def cases_passed(self) -> int:
+        """How many cases gave full credit."""
+        return sum(case.passed for case in self.cases)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SubmissionVerdict:
+    """How one submission went.
+
+    Attributes
+    ----------
+    student, submission : str
+        Who handed it in, and its name for a person.
+    mode : str
+        The isolation that it ran in, by the sandbox's name of it.
+    questions : tuple of QuestionVerdict
+        In the order of the assignment.
+    score, points : float
+        The sums over the questions.
+    notes : tuple of str
+        What else the student should know: cells that were skipped, how they were read.
+    seconds : float
+        Wall time of the grading; the only part that differs from run to run.
+
+    Examples
+    --------
+    >>> verdict = SubmissionVerdict(
+    ...     student="ada", submission="ada.py", mode="none", questions=(),
+    ...     score=0.0, points=0.0, notes=("no answer found",), seconds=0.01)
+    >>> SubmissionVerdict.from_json(verdict.to_json()) == verdict
+    True
+    """
+
+    student: str
+    submission: str
+    mode: str
+    questions: tuple[QuestionVerdict, ...]
+    score: float
+    points: float
+    notes: tuple[str, ...]
+    seconds: float
+
+    def to_json(self) -> str:
+        """The verdict as one JSON object, keys in the order of the attributes."""
+        return json.dumps({"format": FORMAT, **asdict(self)}, ensure_ascii=False, allow_nan=False)
+
+    @classmethod
+    def from_json(cls, text: str) -> SubmissionVerdict:
+        """Read what `to_json` wrote.
+
+        Raises
+        ------
+        LabkitError
+            For text that is no verdict, or one of another version.
+        """
+        try:
+            fields: dict[str, Any] = json.loads(text)
+            version = fields.pop("format")
+            if version == FORMAT:
+                questions = tuple(map(_question, fields.pop("questions")))
+                return cls(questions=questions, **{**fields, "notes": tuple(fields["notes"])})
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            raise LabkitError(
+                f"this is no stored verdict ({error}): {text[:60]!r}; grade the submission again"
+            ) from None
+        raise LabkitError(
+            f"the verdict has format {version!r}, this labkit reads {FORMAT}; "
+            f"grade the submission again"
+        )
+
+
+def _question(fields: dict[str, Any]) -> QuestionVerdict:
+    cases = tuple(CaseVerdict(**case) for case in fields.pop("cases"))
+    return QuestionVerdict(cases=cases, **fields)
