@@ -1,0 +1,203 @@
+"""What crosses the wall between the grader and a student's code: source and calls in, data out.
+
+The grader builds `Call` objects from the assignment, hands them with the submission's
+`SourceCell` objects to a `Sandbox`, and judges the `Outcome` objects that come back.
+References, points and the reason of a case never enter a sandbox; objects, code and
+tracebacks never leave it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from types import TracebackType
+from typing import Any, Protocol, Self, TypeAlias
+
+from numpy.typing import NDArray
+
+from labkit.arrays import check_count, check_range
+
+Value: TypeAlias = (
+    NDArray[Any] | float | int | bool | str | tuple["Value", ...] | dict[str, "Value"] | None
+)
+"""Plain data. Arrays are float64, int64 or bool; a student's list arrives as a tuple."""
+
+MEBIBYTE = 1 << 20
+OUT_OF_SIGHT = "it raised an error"
+
+
+@dataclass(frozen=True, kw_only=True)
+class SourceCell:
+    """A piece of a submission, run as a whole.
+
+    Attributes
+    ----------
+    source : str
+        Plain Python; notebook magics are already neutralised.
+    question : str or None
+        The question that pays if this cell hangs or crashes; None for shared code
+        (imports, helpers). Cells run in the order given, shared or not.
+    label : str
+        What a message calls it: "cell 7", "line 30 of answer.py".
+    """
+
+    source: str
+    question: str | None
+    label: str
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Call:
+    """One call of a student's function; nothing in it tells the answer or the case's purpose.
+
+    Attributes
+    ----------
+    id : str
+        Names the call among those of one `Sandbox.run`.
+    question : str
+        Whom limits and blame belong to.
+    function : str
+        The name to look up among what the cells defined.
+    arguments : tuple of Value
+    keywords : mapping of str to Value
+        Each call gets fresh, writable copies: to change them in place hurts no other call.
+    """
+
+    id: str
+    question: str
+    function: str
+    arguments: tuple[Value, ...] = ()
+    keywords: Mapping[str, Value] = field(default_factory=dict)
+
+
+class OutcomeStatus(Enum):
+    """How a call ended; the value says it to a reader."""
+
+    RETURNED = "returned a value"
+    RAISED = "raised an error"
+    TIMEOUT = "took too long"
+    KILLED = "ended the program"  # memory, a signal, an exit, data out of turn
+    TOO_LARGE = "returned too much"
+    NOT_DATA = "returned something that is no data"
+    NOT_DEFINED = "is not defined"
+    SOURCE_FAILED = "its cell did not run"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Outcome:
+    """What one call brought.
+
+    Attributes
+    ----------
+    id : str
+        The call's id.
+    status : OutcomeStatus
+    value : Value
+        Only with RETURNED: rebuilt outside from bytes, bounds checked. NaN is data.
+    message : str
+        The student's own error, "IndexError: ... (line 3 of cell 7)", or what the sandbox
+        saw; at most 500 printable characters. A student can write any text here.
+    output : str
+        What the call printed, cut. A student can write any text here.
+    seconds : float
+        Wall time of the call as the box measured it.
+    error : str
+        With RAISED and SOURCE_FAILED: the name of the built-in exception, or "".
+
+    Notes
+    -----
+    `message` and `output` may hold the arguments of this call, or of an earlier one in the
+    same `Sandbox.run`. Whoever keeps a case hidden shows neither of them, but
+    `unrevealing_message`, and runs hidden calls in a `run` of their own.
+    """
+
+    id: str
+    status: OutcomeStatus
+    value: Value = None
+    message: str = ""
+    output: str = ""
+    seconds: float = 0.0
+    error: str = ""
+
+    @property
+    def unrevealing_message(self) -> str:
+        """What may be shown of a hidden case: built of fixed words, whatever the code says."""
+        if self.status is OutcomeStatus.RAISED:
+            return f"it raised {self.error}" if self.error else OUT_OF_SIGHT
+        return str(self.status.value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """What a submission may use; checked when it is made.
+
+    Attributes
+    ----------
+    seconds : float
+        Wall time of one question's calls, and of any one cell [s].
+    total_seconds : float
+        Wall time of a whole submission, restarts included [s].
+    memory : int
+        Bytes beyond what Python and numpy themselves need.
+    threads : int
+        Threads at a time; processes cannot be started at all.
+    file_bytes, disk_bytes : int
+        The largest file, and all files together, in the private folder.
+    result_bytes : int
+        What the calls of one question may return, all in all.
+    output_chars : int
+        How much of what a call prints is kept.
+    """
+
+    seconds: float = 10.0
+    total_seconds: float = 120.0
+    memory: int = 1024 * MEBIBYTE
+    threads: int = 32
+    file_bytes: int = 16 * MEBIBYTE
+    disk_bytes: int = 64 * MEBIBYTE
+    result_bytes: int = 8 * MEBIBYTE
+    output_chars: int = 2000
+
+    def __post_init__(self) -> None:
+        check_range(self.seconds, "seconds", above=0.0, at_most=3600.0, unit="s")
+        check_range(self.total_seconds, "total_seconds", above=0.0, at_most=86400.0, unit="s")
+        check_count(self.memory, "memory", at_least=64 * MEBIBYTE)
+        check_count(self.threads, "threads", at_least=1)
+        check_count(self.file_bytes, "file_bytes", at_least=0)
+        check_count(self.disk_bytes, "disk_bytes", at_least=MEBIBYTE)
+        check_count(self.result_bytes, "result_bytes", at_least=1024)
+        check_count(self.output_chars, "output_chars", at_least=0)
+
+
+class Sandbox(Protocol):
+    """One slot that submissions run in, one after the other; a context manager, not thread-safe."""
+
+    @property
+    def mode(self) -> str:
+        """The kind of isolation: "bubblewrap", "landlock", "user" or "none"."""
+
+    @property
+    def safe(self) -> bool:
+        """False only for "none", which limits but does not isolate."""
+
+    def run(self, cells: Sequence[SourceCell], calls: Sequence[Call]) -> list[Outcome]:
+        """Run the cells in a fresh process, then the calls: one outcome each, in their order.
+
+        A hang, crash or flood costs the question whose cell or call did it; the others go
+        on in another fresh process.
+        """
+
+    def close(self) -> None:
+        """End what is still running; may be called twice."""
+
+    def __enter__(self) -> Self:
+        """The sandbox itself."""
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close."""
