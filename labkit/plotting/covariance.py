@@ -1,0 +1,90 @@
+"""A covariance as the ellipse that should hold a given share of the estimates."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Ellipse
+from numpy.typing import ArrayLike
+
+from labkit.arrays import FloatArray, as_floats, as_points, check_range
+from labkit.errors import InvalidPointsError
+
+
+def plot_covariance(
+    ax: Axes,
+    mean: ArrayLike,
+    covariance: ArrayLike,
+    *,
+    probability: float = 0.95,
+    **style: Any,
+) -> Axes:
+    """Draw the ellipse of a two-dimensional Gaussian that holds so much of its mass.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    mean : array_like, shape (2,)
+        The middle, in the axes' units.
+    covariance : array_like, shape (2, 2)
+        Symmetric and positive semi-definite.
+    probability : float
+        The share inside, in (0, 1).
+    **style
+        Of the `matplotlib.patches.Ellipse`: ``edgecolor``, ``linestyle``, ``label``, ...
+
+    Returns
+    -------
+    Axes
+        The `ax` given.
+
+    Raises
+    ------
+    InvalidPointsError
+        For another shape, or a matrix that is no covariance.
+    InvalidParameterError
+        For a probability outside (0, 1).
+
+    Notes
+    -----
+    In two dimensions the squared Mahalanobis distance is exponential with mean 2, so the
+    ellipse reaches out to −2 ln(1 − probability) of it.
+
+    Examples
+    --------
+    >>> from labkit.plotting import book_figure
+    >>> ax = plot_covariance(book_figure().subplots(), [0, 0], [[4, 0], [0, 1]])
+    >>> round(ax.patches[0].width, 2), round(ax.patches[0].height, 2)
+    (9.79, 4.9)
+    """
+    center = as_points(as_floats(mean, "mean")[None], "mean")[0]
+    matrix = _as_covariance(covariance)
+    check_range(probability, "probability", above=0.0, at_most=math.nextafter(1.0, 0.0))
+    values, vectors = np.linalg.eigh(matrix)
+    reach = math.sqrt(-2.0 * math.log1p(-probability))
+    minor, major = (2.0 * reach * np.sqrt(np.maximum(values, 0.0))).tolist()
+    look = {"facecolor": "none", "edgecolor": "black", "linewidth": 1.4} | style
+    angle = math.degrees(math.atan2(vectors[1, 1], vectors[0, 1]))
+    angle -= 180.0 * round(angle / 180.0)  # the major axis, in (−90°, 90°]
+    ax.add_patch(Ellipse((center[0], center[1]), major, minor, angle=angle, **look))
+    ax.autoscale_view()
+    return ax
+
+
+def _as_covariance(covariance: ArrayLike) -> FloatArray:
+    matrix = as_floats(covariance, "covariance", hint="give a (2, 2) matrix")
+    if matrix.shape != (2, 2) or not np.isfinite(matrix).all():
+        raise InvalidPointsError(
+            f"`covariance` must be a finite (2, 2) matrix, got {matrix.tolist()}; "
+            f"of a (3, 3) one take a block"
+        )
+    rounding = 1e-9 * float(np.abs(matrix).max())
+    if abs(matrix[0, 1] - matrix[1, 0]) > rounding or np.linalg.eigvalsh(matrix)[0] < -rounding:
+        raise InvalidPointsError(
+            f"`covariance` must be symmetric and positive semi-definite, got {matrix.tolist()}"
+        )
+    return matrix

@@ -1,0 +1,109 @@
+"""Which way a scan may slide unnoticed: its free directions, drawn on its points."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
+
+from labkit.arrays import FloatArray
+from labkit.line_alignment import Information
+from labkit.plotting.checks import scan_points
+from labkit.plotting.scans import draw_target
+from labkit.plotting.style import BLUE, GREY, PURPLE, VERMILLION, legend_below, style_plane
+from labkit.scan import Scan
+
+ARROWS = 24  # so many are drawn along the scan
+COLORS = (VERMILLION, BLUE, PURPLE)  # of the first, second and third free direction
+ARROW_SHARE = 0.12  # of the scan's longer side: the longest arrow
+
+
+def plot_observability(ax: Axes, target: Scan | ArrayLike, information: Information) -> Axes:
+    """Draw how the points would move along the free directions.
+
+    A free direction is a motion (Δx, Δy, ℓ Δψ) that the surface does not answer: the
+    arrows show it, to scale among themselves, at points spread over the scan. Where all
+    is fixed, thin grey arrows show the direction that the scan knows least.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    target : Scan or array_like, shape (N, 2)
+        The scan [m], in the frame of `information`.
+    information : Information
+        Of `labkit.degeneracy.observability` or `labkit.line_alignment.line_information`.
+
+    Returns
+    -------
+    Axes
+        The `ax` given.
+
+    Raises
+    ------
+    InvalidPointsError
+        For a scan that cannot be meant.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from labkit.line_alignment import line_information
+    >>> from labkit.plotting import book_figure
+    >>> x = np.linspace(-5.0, 5.0, 50)
+    >>> wall = np.column_stack([x, np.ones_like(x)])
+    >>> seen = line_information(wall, np.tile([0.0, -1.0], (50, 1)))
+    >>> plot_observability(book_figure().subplots(), wall, seen).get_title()
+    '1 free direction, smallest information 0.000'
+    """
+    points = scan_points(target, "target")
+    draw_target(ax, points)
+    count = information.free.shape[1]
+    directions = information.free if count else information.vectors[:, :1]
+    at = _spread_out(points)
+    size = ARROW_SHARE * max(float(np.ptp(points, axis=0).max()), 1e-9)
+    for number, direction in enumerate(directions.T):
+        arrows = motion_field(information, direction, at)
+        arrows *= size / np.hypot(*arrows.T).max()
+        ax.quiver(
+            *at.T,
+            *arrows.T,
+            angles="xy",
+            scale_units="xy",
+            scale=1.0,
+            color=COLORS[number] if count else GREY,
+            width=0.006 - 0.0015 * number if count else 0.0035,
+            zorder=2.5,
+            label=("free: " if count else "fixed, known least: ") + _describe(direction),
+        )
+    plural = "" if count == 1 else "s"
+    ax.set_title(
+        f"{count or 'no'} free direction{plural}, "
+        f"smallest information {max(information.values[0], 0.0):.3f}"
+    )
+    ax.margins(0.08)
+    style_plane(ax)
+    legend_below(ax)
+    return ax
+
+
+def motion_field(information: Information, direction: FloatArray, points: FloatArray) -> FloatArray:
+    """How points (N, 2) move, to first order, along (Δx, Δy, ℓ Δψ), shape (N, 2) [m]."""
+    arm = points - information.center
+    turned = np.column_stack([-arm[:, 1], arm[:, 0]])
+    field: FloatArray = direction[:2] + direction[2] / information.length * turned
+    return field
+
+
+def _describe(direction: FloatArray) -> str:
+    """Whether a unit direction is mostly a shift or mostly a turn."""
+    return "a turn" if abs(direction[2]) > np.sqrt(0.5) else "a shift"
+
+
+def _spread_out(points: FloatArray) -> FloatArray:
+    """At most `ARROWS` of the points, each in turn the farthest from those before."""
+    distance = np.full(len(points), np.inf)
+    chosen = [0]
+    while len(chosen) < min(ARROWS, len(points)):
+        distance = np.minimum(distance, np.hypot(*(points - points[chosen[-1]]).T))
+        chosen.append(int(distance.argmax()))
+    return points[chosen]

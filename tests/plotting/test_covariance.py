@@ -1,0 +1,65 @@
+"""The ellipse holds the share that it claims, and refuses what is no covariance."""
+
+import numpy as np
+import pytest
+from matplotlib.patches import Ellipse
+
+from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.plotting import plot_covariance
+from labkit.se2 import rotation
+
+MEAN = np.array([1.0, -2.0])
+
+
+def turned(angle, major=3.0, minor=0.5):
+    R = rotation(angle)
+    return R @ np.diag([major**2, minor**2]) @ R.T
+
+
+@pytest.mark.parametrize("probability", [0.5, 0.95, 0.99])
+@pytest.mark.parametrize("angle", [0.0, 0.4, 1.4, -1.0])
+def test_the_share_inside(ax, probability, angle):
+    covariance = turned(angle)
+    draws = np.random.default_rng(2).multivariate_normal(MEAN, covariance, 20_000)
+    assert plot_covariance(ax, MEAN, covariance, probability=probability) is ax
+    (ellipse,) = ax.patches
+    inside = ellipse.get_patch_transform().inverted().transform(draws)
+    share = np.mean(np.hypot(*inside.T) <= 1.0)
+    assert share == pytest.approx(probability, abs=0.015)
+
+
+def test_axes_and_angle(ax):
+    plot_covariance(ax, MEAN, turned(np.radians(30.0)), probability=1.0 - np.exp(-0.5))
+    (ellipse,) = ax.patches
+    assert isinstance(ellipse, Ellipse)
+    np.testing.assert_allclose([ellipse.width, ellipse.height], [6.0, 1.0])
+    assert ellipse.angle == pytest.approx(30.0)
+    assert ellipse.center == tuple(MEAN)
+
+
+def test_style_goes_through_and_limits_follow(ax):
+    plot_covariance(ax, MEAN, turned(0.0), edgecolor="red", label="predicted")
+    (ellipse,) = ax.patches
+    assert ellipse.get_label() == "predicted"
+    assert ax.get_xlim()[1] > MEAN[0] + ellipse.width / 2.0
+
+
+def test_a_flat_one_is_a_line(ax):
+    plot_covariance(ax, MEAN, [[1.0, 0.0], [0.0, 0.0]])
+    assert ax.patches[0].height == 0.0
+
+
+@pytest.mark.parametrize(
+    ("covariance", "probability", "error", "message"),
+    [
+        (np.eye(3), 0.95, InvalidPointsError, "of a .3, 3. one take a block"),
+        ([[1.0, np.nan], [0.0, 1.0]], 0.95, InvalidPointsError, "must be a finite"),
+        ([[1.0, 0.5], [0.0, 1.0]], 0.95, InvalidPointsError, "symmetric and positive"),
+        ([[1.0, 2.0], [2.0, 1.0]], 0.95, InvalidPointsError, "symmetric and positive"),
+        (np.eye(2), 0.0, InvalidParameterError, "`probability` must"),
+        (np.eye(2), 1.0, InvalidParameterError, "`probability` must"),
+    ],
+)
+def test_what_cannot_be_meant(ax, covariance, probability, error, message):
+    with pytest.raises(error, match=message):
+        plot_covariance(ax, MEAN, covariance, probability=probability)
