@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray
@@ -15,7 +16,8 @@ from labkit.scan import Scan
 
 ARROWS = 24  # so many are drawn along the scan
 COLORS = (VERMILLION, BLUE, PURPLE)  # of the first, second and third free direction
-ARROW_SHARE = 0.12  # of the scan's longer side: the longest arrow
+ARROW_SHARE = 0.1  # of the scan's longer side: the longest arrow
+NARROWEST = 0.15  # of the longer side is shown to either side of the middle
 
 
 def plot_observability(ax: Axes, target: Scan | ArrayLike, information: Information) -> Axes:
@@ -52,15 +54,17 @@ def plot_observability(ax: Axes, target: Scan | ArrayLike, information: Informat
     >>> x = np.linspace(-5.0, 5.0, 50)
     >>> wall = np.column_stack([x, np.ones_like(x)])
     >>> seen = line_information(wall, np.tile([0.0, -1.0], (50, 1)))
-    >>> plot_observability(book_figure().subplots(), wall, seen).get_title()
-    '1 free direction, smallest information 0.000'
+    >>> print(plot_observability(book_figure().subplots(), wall, seen).get_title())
+    1 free direction
+    smallest information 0.000
     """
     points = scan_points(target, "target")
-    draw_target(ax, points)
+    handles = [draw_target(ax, points)]
     count = information.free.shape[1]
     directions = information.free if count else information.vectors[:, :1]
     at = _spread_out(points)
-    size = ARROW_SHARE * max(float(np.ptp(points, axis=0).max()), 1e-9)
+    extent = max(float(np.ptp(points, axis=0).max()), 1e-9)
+    size = ARROW_SHARE * extent
     for number, direction in enumerate(directions.T):
         arrows = motion_field(information, direction, at)
         arrows *= size / np.hypot(*arrows.T).max()
@@ -71,18 +75,24 @@ def plot_observability(ax: Axes, target: Scan | ArrayLike, information: Informat
             scale_units="xy",
             scale=1.0,
             color=COLORS[number] if count else GREY,
-            width=0.006 - 0.0015 * number if count else 0.0035,
+            width=0.006 if count else 0.0035,
+            headwidth=4.5,
             zorder=2.5,
-            label=("free: " if count else "fixed, known least: ") + _describe(direction),
         )
+        ax.update_datalim(at + arrows)
+        label = ("free: " if count else "fixed, known least: ") + _describe(direction)
+        color = COLORS[number] if count else GREY
+        handles.append(Line2D([], [], color=color, marker=">", linewidth=2.0, label=label))
     plural = "" if count == 1 else "s"
     ax.set_title(
-        f"{count or 'no'} free direction{plural}, "
+        f"{count or 'no'} free direction{plural}\n"
         f"smallest information {max(information.values[0], 0.0):.3f}"
     )
-    ax.margins(0.08)
+    middle = points.mean(axis=0)  # a single wall, too, gets a picture with some width
+    ax.update_datalim([middle - NARROWEST * extent, middle + NARROWEST * extent])
+    ax.autoscale_view()
     style_plane(ax)
-    legend_below(ax)
+    legend_below(ax, handles)
     return ax
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Rectangle
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
@@ -74,16 +75,16 @@ def plot_search_cells(
                 (low[0], low[1]), *(high - low), edgecolor=GREY, facecolor=face, linewidth=0.8
             )
         )
-    draw_target(ax, points)
+    handles = [draw_target(ax, points)]
     if query is not None:
-        ax.plot(*p, "*", color=VERMILLION, markersize=11, linestyle="none", label="query")
-        reach = Circle((p[0], p[1]), radius, fill=False, color=BLUE, linestyle="--")
-        reach.set_label("distance to its nearest point")
-        ax.add_patch(reach)
+        ax.add_patch(Circle((p[0], p[1]), radius, fill=False, color=BLUE, linestyle="--"))
+        handles += ax.plot(*p, "*", color=VERMILLION, markersize=11, label="query")
+        reach = "distance to its nearest point"
+        handles.append(Line2D([], [], color=BLUE, linestyle="--", label=reach))
     ax.autoscale_view()
     ax.set_title(title)
     style_plane(ax)
-    legend_below(ax)
+    legend_below(ax, handles)
     return ax
 
 

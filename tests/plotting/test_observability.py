@@ -30,8 +30,10 @@ def test_a_wall_is_free_along_itself(ax, labels, angle):
     assert 10 < len(at) < len(WALL)
     np.testing.assert_allclose(motion @ R[:, 1], 0.0, atol=1e-9)
     assert np.abs(motion @ R[:, 0]).min() > 0.5
-    assert ax.get_title() == "1 free direction, smallest information 0.000"
+    assert ax.get_title() == "1 free direction\nsmallest information 0.000"
     assert labels(ax)[1] == "free: a shift"
+    for low, high in (ax.get_xlim(), ax.get_ylim()):
+        assert high - low > 2.0  # a thin wall gets a picture, too
 
 
 def test_a_round_room_is_free_to_turn(ax, labels):
@@ -46,7 +48,7 @@ def test_a_room_has_no_free_direction(ax, labels):
     points = np.vstack([WALL, [1.0, -2.0] * WALL, WALL[:, ::-1], [-2.0, 1.0] * WALL[:, ::-1]])
     normals = np.vstack([UP, -UP, UP[:, ::-1], -UP[:, ::-1]])
     plot_observability(ax, points, line_information(points, normals))
-    assert ax.get_title().startswith("no free directions, smallest information 0.")
+    assert ax.get_title().startswith("no free directions\nsmallest information 0.")
     assert labels(ax)[1].startswith("fixed, known least: ")
     assert (ax.get_xlabel(), ax.get_aspect()) == ("x [m]", 1.0)
 
