@@ -76,6 +76,8 @@ class Question:
         What the function returns.
     unit : str
         Of the result where it has one unit: "m", "rad", or empty.
+    low, high : float or None
+        What the numbers of the result cannot go below or above.
     chance : float
         The share of right answers that a constant gets; the score is corrected for it.
     misconceptions : tuple of Misconception
@@ -92,6 +94,8 @@ class Question:
     docstring: str
     answer: Answer
     unit: str
+    low: float | None
+    high: float | None
     chance: float
     misconceptions: tuple[Misconception, ...]
 
@@ -131,8 +135,9 @@ class Case:
     tolerance : float
         How far any entry may lie from the expected one. How it follows from the case's
         conditioning is told in `labkit.authoring.tolerance`.
-    mistaken : mapping of str to Value
-        The answer of each misconception; one that fails here has none.
+    mistaken : mapping of str to tuple of Value
+        The answers of each misconception: one, or several where the mistake leaves it open
+        (a sign that the SVD may choose, a reading of the lesson). One that fails here has none.
     """
 
     id: str
@@ -141,7 +146,7 @@ class Case:
     arguments: tuple[Value, ...]
     expected: tuple[Value, ...]
     tolerance: float
-    mistaken: Mapping[str, Value]
+    mistaken: Mapping[str, tuple[Value, ...]]
 
 
 Cases = Mapping[str, tuple[Case, ...]]

@@ -1,0 +1,202 @@
+"""Judging outcomes: right or wrong, how far off, and which known mistake it was.
+
+The answers that are compared with were computed when the assignment was written. Nothing
+here computes one, so a student's code has nothing to reach for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from labkit.arrays import FloatArray
+from labkit.grading.contract import Outcome, OutcomeStatus, Value
+from labkit.grading.diagnosis import how_wrong
+from labkit.grading.questions import Case, Misconception, Question
+from labkit.grading.reading import Unreadable, read
+from labkit.grading.verdict import CaseVerdict, QuestionVerdict
+
+ADVICE = {
+    OutcomeStatus.TIMEOUT: "it took too long; does a loop have no end?",
+    OutcomeStatus.KILLED: "the program ended in it: too much memory, or an exit.",
+    OutcomeStatus.TOO_LARGE: "it returned far more data than the answer holds.",
+    OutcomeStatus.NOT_DATA: "it returned an object; return numbers or arrays.",
+}
+
+
+def judge(question: Question, case: Case, outcome: Outcome) -> CaseVerdict:
+    """The verdict on one call.
+
+    Parameters
+    ----------
+    question, case
+        What was asked.
+    outcome : Outcome
+        What came.
+
+    Returns
+    -------
+    CaseVerdict
+        With the credit 1 where the answer agrees with an accepted one, else 0 and the reason.
+    """
+    text = _fault(question, case, outcome)
+    return CaseVerdict(
+        id=case.id,
+        hidden=case.hidden,
+        credit=0.0 if text else 1.0,
+        reason=f"{case.about[:1].upper()}{case.about[1:]}: {text}" if text else "",
+    )
+
+
+def assess(
+    question: Question, cases: Sequence[Case], outcomes: Sequence[Outcome]
+) -> QuestionVerdict:
+    """The verdict on one question: its cases, the known mistake if there is one, the score.
+
+    The score is the share of the cases that pass, less what a constant answer would get,
+    or the credit of the known mistake where that is more.
+    """
+    verdicts = tuple(
+        judge(question, case, outcome) for case, outcome in zip(cases, outcomes, strict=True)
+    )
+    known = recognise(question, cases, outcomes)
+    passed = sum(verdict.passed for verdict in verdicts)
+    share = max(0.0, (passed / len(cases) - question.chance) / (1.0 - question.chance))
+    if known:
+        share = max(share, known.credit)
+        verdicts = tuple(_blame(verdict, known) for verdict in verdicts)
+    return QuestionVerdict(
+        question=question.id,
+        title=question.title,
+        points=question.points,
+        score=round(question.points * share, 2),
+        cases=verdicts,
+        misconception=known.id if known else None,
+        message=_message(question, verdicts, outcomes, known),
+    )
+
+
+def recognise(
+    question: Question, cases: Sequence[Case], outcomes: Sequence[Outcome]
+) -> Misconception | None:
+    """The one known mistake that gives all these answers, right and wrong ones; or None."""
+    answers = [
+        (case, outcome.value)
+        for case, outcome in zip(cases, outcomes, strict=True)
+        if outcome.status is OutcomeStatus.RETURNED
+    ]
+    if not answers or all(is_right(question, case, value) for case, value in answers):
+        return None
+    explaining = [
+        known
+        for known in question.misconceptions
+        if all(is_answer_of(known.id, question, case, value) for case, value in answers)
+    ]
+    return explaining[0] if len(explaining) == 1 else None
+
+
+def is_right(question: Question, case: Case, value: Value) -> bool:
+    """Whether a value agrees with one of the accepted answers."""
+    got = _read(question, value)
+    return not isinstance(got, str) and any(
+        _close(got, _read(question, wanted), case.tolerance) for wanted in case.expected
+    )
+
+
+def is_answer_of(misconception: str, question: Question, case: Case, value: Value) -> bool:
+    """Whether a value is what that mistake gives here, be it a form that cannot be read."""
+    got = _read(question, value)
+    for answer in case.mistaken.get(misconception, ()):
+        wrong = _read(question, answer)
+        if isinstance(got, str):
+            if isinstance(wrong, str) and got == wrong:
+                return True
+        elif _close(got, wrong, case.tolerance):
+            return True
+    return False
+
+
+def _read(question: Question, value: Value) -> FloatArray | str:
+    """The answer, or why there is none in the value."""
+    try:
+        return read(question.answer, value)
+    except Unreadable as error:
+        return str(error)
+
+
+def _close(got: FloatArray, wanted: FloatArray | str, tolerance: float) -> bool:
+    """Whether all entries agree; the answers of a mistake can be far larger than the right ones."""
+    if isinstance(wanted, str) or got.shape != wanted.shape:
+        return False
+    scale = max(1.0, float(np.abs(wanted[np.isfinite(wanted)]).max(initial=0.0)))
+    with np.errstate(all="ignore"):
+        near = np.abs(got - wanted) <= tolerance * scale
+    return bool((near | (got == wanted) | (np.isnan(got) & np.isnan(wanted))).all())
+
+
+def _fault(question: Question, case: Case, outcome: Outcome) -> str:
+    """Why an outcome is not right; empty where it is."""
+    if outcome.status is not OutcomeStatus.RETURNED:
+        return _no_value(question, case, outcome)
+    got = _read(question, outcome.value)
+    if isinstance(got, str):
+        return f"{got}."
+    if is_right(question, case, outcome.value):
+        return ""
+    accepted = [read(question.answer, wanted) for wanted in case.expected]
+    return how_wrong(question, case, got, min(accepted, key=lambda wanted: _gap(got, wanted)))
+
+
+def _gap(got: FloatArray, wanted: FloatArray) -> float:
+    if got.shape != wanted.shape:
+        return np.inf
+    with np.errstate(all="ignore"):
+        return float(np.nan_to_num(np.abs(got - wanted), nan=np.inf).max(initial=0.0))
+
+
+def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
+    if outcome.status is OutcomeStatus.NOT_DEFINED:
+        return f"there is no function `{question.function}`; was it renamed or left out?"
+    if outcome.status is OutcomeStatus.SOURCE_FAILED:
+        shown = "" if case.hidden or not outcome.message else f": {outcome.message}"
+        return f"its cell did not run{shown}; run the whole notebook afresh to see why."
+    if outcome.error == "NotImplementedError":
+        return "it is not written yet."
+    if outcome.status is OutcomeStatus.RAISED:
+        shown = outcome.unrevealing_message
+        if not case.hidden and outcome.message:
+            shown = f"it raised {outcome.message}"
+        return f"{shown}."
+    return ADVICE[outcome.status]
+
+
+def _blame(verdict: CaseVerdict, known: Misconception) -> CaseVerdict:
+    if verdict.passed:
+        return verdict
+    return CaseVerdict(
+        id=verdict.id,
+        hidden=verdict.hidden,
+        credit=verdict.credit,
+        reason=verdict.reason,
+        misconception=known.id,
+    )
+
+
+def _message(
+    question: Question,
+    verdicts: Sequence[CaseVerdict],
+    outcomes: Sequence[Outcome],
+    known: Misconception | None,
+) -> str:
+    passed = sum(verdict.passed for verdict in verdicts)
+    if passed == len(verdicts):
+        return "All cases pass."
+    if all(outcome.error == "NotImplementedError" for outcome in outcomes):
+        return f"`{question.function}` is not written yet."
+    if known:
+        return f"This looks like a known mistake: {known.says} See {known.chapter}."
+    text = f"{passed} of {len(verdicts)} cases pass."
+    if question.chance and passed:
+        text += " A constant answer would pass half of them, so points begin beyond that."
+    return text
