@@ -1,0 +1,182 @@
+"""Which statements of a submission its answers need.
+
+A notebook holds plots, prints, experiments and half-finished loops beside the answers. A
+program slice [1]_ leaves those out: of each function that is asked for, only the
+statements that give a value to a name it uses, and to the names that those use. Imports
+are always kept. What is left out cannot hang the grader, ask for input, or fail.
+
+References
+----------
+.. [1] Weiser, "Program slicing", IEEE Transactions on Software Engineering 10(4), 1984.
+"""
+
+from __future__ import annotations
+
+import ast
+import warnings
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from symtable import symtable
+
+from labkit.grading.extraction.magics import tree
+
+
+@dataclass(frozen=True, kw_only=True)
+class Statement:
+    """One top-level statement, or several that share a line.
+
+    Attributes
+    ----------
+    cell : int
+        Which cell it stands in.
+    first, last : int
+        Its lines there, counted from 1, both included.
+    text : str
+        Those lines.
+    nodes : tuple of ast.stmt
+        What they say.
+    """
+
+    cell: int
+    first: int
+    last: int
+    text: str
+    nodes: tuple[ast.stmt, ...]
+
+    @cached_property
+    def is_import(self) -> bool:
+        """Whether it is nothing but imports, or a `try` around some."""
+        return all(
+            isinstance(node, ast.Import | ast.ImportFrom)
+            or (isinstance(node, ast.Try) and isinstance(node.body[0], ast.Import | ast.ImportFrom))
+            for node in self.nodes
+        )
+
+    @cached_property
+    def used(self) -> frozenset[str]:
+        """Every global name that it reads, at whatever depth; no function's own variables."""
+        with warnings.catch_warnings(action="ignore"):
+            tables = [symtable(self.text, "cell", "exec")]
+        names: set[str] = set()
+        for table in tables:
+            tables.extend(table.get_children())
+            names |= {
+                symbol.get_name()
+                for symbol in table.get_symbols()
+                if symbol.is_referenced() and (symbol.is_global() or table.get_type() == "module")
+            }
+        return frozenset(names)
+
+    @cached_property
+    def bound(self) -> frozenset[str]:
+        """Every name that it gives a value to, or whose value it may change in place."""
+        return frozenset(name for node in self.nodes for name in _bound(node))
+
+    @property
+    def defines(self) -> frozenset[str]:
+        """The functions and classes that it defines, and the names it makes an alias of one."""
+        return frozenset(name for node in self.nodes for name in _defined(node))
+
+
+def statements(cell: int, source: str) -> list[Statement]:
+    """The top-level statements of a cell, in order; those that share a line are one."""
+    found: list[Statement] = []
+    lines = source.split("\n")
+    for node in tree(source).body:
+        decorators = getattr(node, "decorator_list", [])
+        first = min([node.lineno, *(decorator.lineno for decorator in decorators)])
+        nodes: tuple[ast.stmt, ...] = (node,)
+        if found and first <= found[-1].last:
+            before = found.pop()
+            first, nodes = before.first, (*before.nodes, node)
+        last = node.end_lineno or node.lineno
+        text = "\n".join(lines[first - 1 : last])
+        found.append(Statement(cell=cell, first=first, last=last, text=text, nodes=nodes))
+    return found
+
+
+def needed_by(
+    entries: Collection[str], program: Sequence[Statement], aside: Collection[int] = ()
+) -> set[int]:
+    """The statements that the functions named in `entries` need, by their place in `program`.
+
+    Statements in `aside` (an untouched stub) are passed over. A call on an imported module
+    (``np.random.seed(0)``, ``plt.show()``) changes no value of the submission's.
+    """
+    modules = {name for statement in program if statement.is_import for name in statement.bound}
+    binders: dict[str, list[int]] = {}
+    for place, statement in enumerate(program):
+        if place not in aside:
+            for name in statement.bound - (set() if statement.is_import else modules):
+                binders.setdefault(name, []).append(place)
+    needed: set[int] = set()
+    open_names, seen = list(entries), set(entries)
+    while open_names:
+        for place in binders.get(open_names.pop(), ()):
+            if place not in needed:
+                needed.add(place)
+                fresh = program[place].used - seen
+                seen |= fresh
+                open_names.extend(fresh)
+    return needed
+
+
+def only_lines(source: str, kept: Sequence[Statement]) -> str:
+    """The cell with all other lines empty, so that a line keeps its number."""
+    lines = source.split("\n")
+    shown = {n for statement in kept for n in range(statement.first, statement.last + 1)}
+    return "\n".join(line if n in shown else "" for n, line in enumerate(lines, 1)).rstrip()
+
+
+def owners(needs: Mapping[str, set[int]], defining: Mapping[int, str]) -> dict[int, str | None]:
+    """Whom each needed statement belongs to: a question, or None where several share it.
+
+    A statement that defines a question's function is that question's, whoever calls it.
+    """
+    owner: dict[int, str | None] = {}
+    for question, places in needs.items():
+        for place in places:
+            owner[place] = None if place in owner else question
+    owner.update({place: question for place, question in defining.items() if place in owner})
+    return owner
+
+
+def _bound(statement: ast.stmt) -> Iterator[str]:
+    """Names bound at the level of the statement, not inside the functions that it defines."""
+    pending: list[ast.AST] = [statement]
+    while pending:
+        node = pending.pop()
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            yield node.name
+            continue
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            yield from ((alias.asname or alias.name).split(".")[0] for alias in node.names)
+        elif isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load):
+            yield node.id
+        elif isinstance(node, ast.Attribute | ast.Subscript) and not isinstance(node.ctx, ast.Load):
+            yield from _root(node)
+        elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
+            yield from _root(node.value.func)  # table.append(...) changes `table`
+        if not isinstance(node, ast.Lambda):
+            pending.extend(ast.iter_child_nodes(node))
+
+
+def _root(node: ast.AST) -> Iterator[str]:
+    """The name that a chain of attributes and indices starts from; none for a bare name."""
+    start = node
+    while isinstance(node, ast.Attribute | ast.Subscript):
+        node = node.value
+    if isinstance(node, ast.Name) and node is not start:
+        yield node.id
+
+
+def _defined(node: ast.stmt) -> Iterator[str]:
+    if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+        yield node.name
+    elif isinstance(node, ast.Assign):
+        yield from (target.id for target in node.targets if isinstance(target, ast.Name))
+    elif isinstance(node, ast.If | ast.Try | ast.With | ast.For):
+        for child in ast.iter_child_nodes(node):
+            if isinstance(child, ast.stmt):
+                yield from _defined(child)

@@ -1,0 +1,197 @@
+"""Answers are found whatever else a submission holds; what is found runs as the student meant."""
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from labkit.grading.extraction import extract
+
+FUNCTIONS = {"rotation": "rotation", "weights": "huber_weights"}
+IMPORT = "import math"
+ROTATION = "def rotation(angle):\n    return [[math.cos(angle), 0], [0, math.cos(angle)]]"
+WEIGHTS = "def huber_weights(r, delta):\n    return [min(1, delta / x) for x in r]"
+STUB = 'def rotation(angle):\n    """Turn."""\n    # YOUR CODE HERE\n    raise NotImplementedError'
+
+
+def notebook(*cells, **fields):
+    """A notebook of code cells; a pair is a cell with nbgrader's name for it."""
+    code = [
+        {"cell_type": "code", "source": cell, "metadata": {}, "outputs": []}
+        if isinstance(cell, str)
+        else {
+            "cell_type": "code",
+            "source": cell[1],
+            "metadata": {"nbgrader": {"grade_id": cell[0]}},
+        }
+        for cell in cells
+    ]
+    return json.dumps({"nbformat": 4, "nbformat_minor": 5, "cells": code, **fields}).encode()
+
+
+def run(extraction):
+    """What the cells define, run one after the other as a sandbox would."""
+    names = {}
+    for cell in extraction.cells:
+        exec(compile(cell.source, cell.label, "exec"), names)
+    return names
+
+
+def extracted(*cells):
+    return extract({"a.ipynb": notebook(*cells)}, FUNCTIONS)
+
+
+@given(
+    st.permutations([IMPORT, ROTATION, WEIGHTS, "print('hello')", "x = 1 / 0", "while True: pass"])
+)
+def test_cells_in_any_order_among_cells_that_fail_or_hang(cells):
+    names = run(extracted(*cells))
+    assert names["rotation"](0.0)[0][0] == 1.0
+    assert names["huber_weights"]([2.0], 1.0) == [0.5]
+
+
+@pytest.mark.parametrize(
+    "noise",
+    [
+        "%matplotlib inline",
+        "!pip install numpy",
+        "%%bash\nrm -rf /",
+        "rotation?",
+        "answer = input('name? ')",
+        "import ipywidgets\nipywidgets.interact(rotation, angle=(0, 1))",
+        "plt.plot(rotation(1.0)); plt.show()",
+        "check('rotation', rotation)",
+        "assert rotation(0.0) == 'wrong'",
+        "for k in range(10**12): rotation(k)",
+    ],
+)
+def test_what_stands_beside_an_answer_is_left_out(noise):
+    plain = extracted(IMPORT, ROTATION)
+    noisy = extracted(noise, IMPORT, ROTATION + "\n" + noise if "%%" not in noise else ROTATION)
+    kept = [cell.source.strip() for cell in noisy.cells if "ipywidgets" not in cell.source]
+    assert kept == [cell.source.strip() for cell in plain.cells]
+
+
+def test_a_magic_keeps_the_numbers_of_the_lines():
+    (cell,) = extracted("%%time\n%pylab\n" + ROTATION).cells
+    assert cell.source.split("\n")[2:] == ROTATION.split("\n")
+
+
+def test_an_answer_brings_what_it_needs():
+    helper = "SCALE = 2.0\ndef helper(x):\n    return SCALE * x"
+    table = "table = []\nfor k in range(3):\n    table.append(k)\ntable[0] = 7"
+    answer = "def rotation(angle):\n    return helper(angle), table"
+    assert run(extracted(helper, table, answer, "unused = 1"))["rotation"](3.0) == (6.0, [7, 1, 2])
+    assert "unused" not in run(extracted(helper, table, answer, "unused = 1"))
+
+
+def test_each_cell_belongs_to_its_question_and_shared_ones_to_none():
+    both = "def rotation(a):\n    return f(a)\ndef huber_weights(r, d):\n    return f(rotation(r))"
+    cells = extracted("import math\ndef f(x):\n    return x", both).cells
+    assert [cell.question for cell in cells] == [None, None, "rotation", "weights"]
+    assert {cell.label for cell in cells[2:]} == {"code cell 2 of a.ipynb"}
+
+
+def test_a_failing_import_costs_no_other_one():
+    cells = extracted("import no_such_thing\nimport math", ROTATION).cells
+    assert [cell.source.strip() for cell in cells][:2] == ["import no_such_thing", "import math"]
+
+
+def test_the_last_answer_counts_and_the_student_is_told():
+    found = extracted("def rotation(a):\n    return 1", "def rotation(a):\n    return 2")
+    assert run(found)["rotation"](0.0) == 2
+    assert found.notes == (
+        "`rotation` is defined 2 times; the last one counts, in code cell 2 of a.ipynb",
+    )
+
+
+@pytest.mark.parametrize("cells", [(STUB, IMPORT, ROTATION), (IMPORT, ROTATION, STUB)])
+def test_an_untouched_stub_hides_no_answer(cells):
+    found = extracted(*cells)
+    assert run(found)["rotation"](0.0)[0][0] == 1.0
+    assert found.notes == ()
+
+
+def test_a_stub_alone_is_the_answer():
+    with pytest.raises(NotImplementedError):
+        run(extracted(STUB))["rotation"](0.0)
+
+
+def test_a_syntax_error_costs_its_cell_alone():
+    broken = "def huber_weights(r, d):\n    return ("
+    found = extracted(IMPORT, ROTATION, broken)
+    assert [(c.question, c.source) for c in found.cells][-1] == ("weights", broken)
+    assert found.notes[0].startswith(
+        "code cell 3 of a.ipynb is not Python, so nothing in it counts"
+    )
+    assert "line 2" in found.notes[0]
+    assert [c.question for c in extracted(WEIGHTS, broken).cells] == ["weights"]
+
+
+def test_a_slip_in_the_name_is_pointed_out():
+    found = extracted("def huber_weight(r, d):\n    return r")
+    assert found.notes == ("there is no `huber_weights`, but `huber_weight`: is that a slip?",)
+
+
+def test_answers_in_a_module_that_the_notebook_imports():
+    files = {
+        "a.ipynb": notebook("from mine import *\nfrom mine import rotation"),
+        "mine.py": f"{IMPORT}\n{ROTATION}\n{WEIGHTS}".encode(),
+    }
+    names = run(extract(files, FUNCTIONS))
+    assert names["rotation"](0.0)[0][0] == 1.0
+    assert names["huber_weights"]([2.0], 1.0) == [0.5]
+
+
+def test_scripts_and_older_notebooks():
+    assert "rotation" in run(extract({"a.py": f"{IMPORT}\r\n{ROTATION}".encode()}, FUNCTIONS))
+    old = {"nbformat": 3, "worksheets": [{"cells": [{"cell_type": "code", "input": ROTATION}]}]}
+    assert "rotation" in run(extract({"a.ipynb": json.dumps(old).encode()}, FUNCTIONS))
+    lines = notebook(ROTATION).replace(b"\\n    return", b'\\n", "    return', 1)
+    parts = json.loads(
+        lines.decode().replace('"source": "', '"source": ["').replace('", "m', '"], "m')
+    )
+    assert "rotation" in run(extract({"a.ipynb": json.dumps(parts).encode()}, FUNCTIONS))
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        (b"", "is no notebook"),
+        (b"[1]", "it has no list of cells"),
+        (b'{"cells": 3}', "it has no list of cells"),
+        (b'{"cells": [' + b"1," * 6000 + b"1]}", "has 6001 cells; at most 5000 are read"),
+        (b"\xff\x00", "is no text: byte 0 is not UTF-8"),
+        (b"[" * 100_000, "is no notebook"),
+    ],
+)
+def test_a_file_that_cannot_be_read_costs_itself(data, says):
+    files = {"bad.ipynb": data, "good.py": f"{IMPORT}\n{ROTATION}".encode()}
+    found = extract(files, FUNCTIONS)
+    assert "rotation" in run(found)
+    assert found.notes[0].startswith("bad.ipynb")
+    assert says in found.notes[0]
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "x = 1" + "+1" * 2500,
+        "x = 1" + "+1" * 200_000,
+        "-" * 100_000 + "1",
+        "(" * 5000,
+        "a." * 100_000 + "b",
+        "def rotation(a):\n" + " " * 100_000,
+        " " * 100_000 + "?",
+        "x\0y",
+    ],
+)
+def test_a_text_made_to_choke_a_parser_is_read_or_refused(source):
+    found = extract({"a.py": source.encode(), "b.py": f"{IMPORT}\n{ROTATION}".encode()}, FUNCTIONS)
+    assert run(found)["rotation"](0.0)[0][0] == 1.0
+
+
+@given(st.binary(max_size=200) | st.text(max_size=200).map(str.encode))
+def test_any_bytes_end_in_cells_or_notes(data):
+    extract({"a.py": data, "b.ipynb": data}, FUNCTIONS)
