@@ -1,0 +1,5 @@
+"""Who handed in what: files, folders, archives and the bulk downloads of learning platforms."""
+
+from labkit.grading.submissions.find import Submission, find_submissions, one_submission
+
+__all__ = ["Submission", "find_submissions", "one_submission"]

@@ -1,0 +1,153 @@
+"""Files in a folder or an archive, listed without unpacking, read within bounds."""
+
+from __future__ import annotations
+
+import io
+import os
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from labkit.errors import LabkitError
+
+MEBIBYTE = 1 << 20
+MAX_FILE = 32 * MEBIBYTE  # a notebook with its pictures
+SKIPPED = {".ipynb_checkpoints", "__MACOSX", "__pycache__", ".git", ".venv", "node_modules"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredFile:
+    """A file on disk, or in a zip archive on disk.
+
+    Attributes
+    ----------
+    name : str
+        Its path below what was listed, with "/" between the parts.
+    path : Path
+        The file, or the archive that holds it.
+    member : str
+        Its name in the archive; empty for a file of its own.
+    size : int
+        Bytes, as the folder or the archive says.
+    """
+
+    name: str
+    path: Path
+    member: str
+    size: int
+
+    def read(self) -> bytes:
+        """Read it all.
+
+        Raises
+        ------
+        LabkitError
+            Where it cannot be read, or is larger than `MAX_FILE`; the message is for the
+            student.
+        """
+        if self.size > MAX_FILE:
+            raise LabkitError(
+                f"{self.name} has {self.size / MEBIBYTE:.0f} MiB, at most "
+                f"{MAX_FILE // MEBIBYTE} are read; clear its outputs and hand it in again"
+            )
+        try:
+            if not self.member:
+                with self.path.open("rb") as file:
+                    return _bounded(file.read(MAX_FILE + 1), self.name)
+            with zipfile.ZipFile(self.path) as archive, archive.open(self.member) as packed:
+                return _bounded(packed.read(MAX_FILE + 1), self.name)
+        except (OSError, zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError) as error:
+            raise LabkitError(f"{self.name} cannot be read: {error}") from None
+
+
+def _bounded(data: bytes, name: str) -> bytes:
+    if len(data) > MAX_FILE:  # an archive may understate a size
+        raise LabkitError(f"{name} is larger than {MAX_FILE // MEBIBYTE} MiB; it is not read")
+    return data
+
+
+def list_files(path: Path) -> list[StoredFile]:
+    """The files of a folder or zip archive, by name; no link is followed.
+
+    Raises
+    ------
+    LabkitError
+        Where `path` is missing or cannot be read.
+    """
+    if path.is_dir():
+        return sorted(_in_folder(path), key=lambda file: file.name)
+    try:
+        with zipfile.ZipFile(path) as archive:
+            members = [info for info in archive.infolist() if not info.is_dir()]
+    except FileNotFoundError:
+        raise LabkitError(f"{path}: no such file or folder") from None
+    except (OSError, zipfile.BadZipFile, NotImplementedError) as error:
+        raise LabkitError(f"{path}: cannot be read as a zip archive: {error}") from None
+    files = [
+        StoredFile(
+            name=printable(info.filename), path=path, member=info.filename, size=info.file_size
+        )
+        for info in members
+    ]
+    return sorted((file for file in files if not is_skipped(file.name)), key=lambda f: f.name)
+
+
+def _in_folder(folder: Path) -> list[StoredFile]:
+    files = []
+    for root, directories, names in os.walk(folder):
+        directories[:] = [name for name in directories if name not in SKIPPED]
+        for name in names:
+            path = Path(root, name)
+            if path.is_file() and not path.is_symlink() and not is_skipped(name):
+                shown = printable(path.relative_to(folder).as_posix())
+                size = path.stat().st_size
+                files.append(StoredFile(name=shown, path=path, member="", size=size))
+    return files
+
+
+def unzip(name: str, data: bytes) -> dict[str, bytes]:
+    """The files of an archive that a student handed in, within the bounds of a single file.
+
+    Raises
+    ------
+    LabkitError
+        Where it is no zip archive, or holds too much.
+    """
+    files: dict[str, bytes] = {}
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            for info in archive.infolist():
+                if info.is_dir() or is_skipped(info.filename) or not is_source(info.filename):
+                    continue
+                left = MAX_FILE - sum(map(len, files.values()))
+                with archive.open(info) as packed:
+                    files[printable(info.filename)] = packed.read(left + 1)
+                if len(files[printable(info.filename)]) > left:
+                    raise LabkitError(
+                        f"{name} unpacks to more than {MAX_FILE // MEBIBYTE} MiB; it is not read"
+                    )
+    except (zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, OSError) as error:
+        raise LabkitError(f"{name} cannot be unpacked: {error}") from None
+    return files
+
+
+def is_source(name: str) -> bool:
+    """Whether a file can hold answers."""
+    return name.lower().endswith((".ipynb", ".py"))
+
+
+def may_hold_source(name: str) -> bool:
+    """Whether it is a file with answers, or an archive that may hold one."""
+    return is_source(name) or name.lower().endswith(".zip")
+
+
+def is_skipped(name: str) -> bool:
+    """Whether a file is none of the student's: what editors and systems leave behind."""
+    parts = PurePosixPath(name).parts
+    return bool(SKIPPED & set(parts)) or name.rsplit("/", 1)[-1].startswith(".")
+
+
+def printable(name: str) -> str:
+    """A file's name as text that can be printed and stored: on disk it may be any bytes."""
+    text = name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)

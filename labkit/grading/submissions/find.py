@@ -1,0 +1,139 @@
+"""The submissions of a class, each read only when its turn comes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from labkit.errors import LabkitError
+from labkit.grading.submissions.files import (
+    MAX_FILE,
+    StoredFile,
+    is_source,
+    list_files,
+    may_hold_source,
+    printable,
+    unzip,
+)
+from labkit.grading.submissions.layouts import Place, Platform, place_of, without_wrapping
+
+MAX_FILES = 200
+
+
+@dataclass(frozen=True, kw_only=True)
+class Submission:
+    """What one student handed in.
+
+    Attributes
+    ----------
+    student : str
+        Unique in the class: the platform's number, or the name of folder or file.
+    name : str
+        For a person.
+    files : tuple of (str, StoredFile)
+        Every file under its own name; the platform's part of the name is gone.
+    platform : {"canvas", "moodle", ""}
+        Where the download came from, as far as its names tell.
+    late : bool
+        Whether the platform marked it so.
+    """
+
+    student: str
+    name: str
+    files: tuple[tuple[str, StoredFile], ...]
+    platform: Platform = ""
+    late: bool = False
+
+    def read(self) -> tuple[dict[str, bytes], tuple[str, ...]]:
+        """The notebooks and scripts, and what the student should know of the rest."""
+        found: dict[str, bytes] = {}
+        notes: list[str] = []
+        for name, file in self.files[:MAX_FILES]:
+            try:
+                if is_source(name):
+                    found[name] = file.read()
+                elif may_hold_source(name):
+                    found |= unzip(name, file.read())
+                if sum(map(len, found.values())) > 2 * MAX_FILE:
+                    raise LabkitError(f"the files are too large together; {name} is not read")
+            except LabkitError as error:
+                found.pop(name, None)
+                notes.append(str(error))
+        if len(self.files) > MAX_FILES:
+            notes.append(f"{len(self.files)} files were handed in; the first {MAX_FILES} are read")
+        if not found:
+            handed_in = ", ".join(name for name, _ in self.files[:5]) or "nothing"
+            notes.append(f"there is no notebook (.ipynb) or script (.py) in it; found {handed_in}")
+        return found, tuple(notes)
+
+
+def find_submissions(path: str | os.PathLike[str]) -> list[Submission]:
+    """List the submissions in a file, folder or zip archive, by student.
+
+    Parameters
+    ----------
+    path : path-like
+        One notebook or script, or a class: a folder or zip archive with a folder or a file
+        for each student, or a bulk download of Canvas, Moodle or nbgrader.
+
+    Returns
+    -------
+    list of Submission
+        Sorted by student. What one student uploaded twice under one name counts once, the
+        newer copy. Other files that lie beside the students' ones are passed over.
+
+    Raises
+    ------
+    LabkitError
+        Where `path` is missing or cannot be read, or holds nothing.
+    """
+    path = Path(path)
+    if path.is_file() and is_source(path.name):
+        return [one_submission(path)]
+    listed = list_files(path)
+    if not listed:
+        raise LabkitError(
+            f"{path}: nothing was handed in; name a notebook, a script, or a folder or zip "
+            f"archive with one folder or file for each student"
+        )
+    cut = without_wrapping([file.name for file in listed], packed=path.is_file())
+    by_student: dict[str, list[tuple[Place, StoredFile]]] = {}
+    for file in listed:
+        place = place_of(file.name[cut:])
+        if not place.platform and place.file == file.name[cut:] and not may_hold_source(place.file):
+            continue  # a README beside the students' files
+        by_student.setdefault(place.student, []).append((place, file))
+    return [_submission(found) for _, found in sorted(by_student.items())]
+
+
+def one_submission(path: str | os.PathLike[str], student: str = "") -> Submission:
+    """All that a file, folder or zip archive holds, as one student's submission.
+
+    Raises
+    ------
+    LabkitError
+        Where it is missing or cannot be read.
+    """
+    path = Path(path)
+    name = student or printable(path.resolve().stem)
+    if path.is_file() and is_source(path.name):
+        shown = printable(path.name)
+        file = StoredFile(name=shown, path=path, member="", size=path.stat().st_size)
+        listed = [file]
+    else:
+        listed = list_files(path)
+    return Submission(student=name, name=name, files=tuple((file.name, file) for file in listed))
+
+
+def _submission(found: Sequence[tuple[Place, StoredFile]]) -> Submission:
+    first = found[0][0]
+    found = sorted(found, key=lambda one: one[0].copy)
+    return Submission(
+        student=first.student,
+        name=first.name,
+        files=tuple({place.file: (place.file, file) for place, file in found}.values()),
+        platform=first.platform,
+        late=any(place.late for place, _ in found),
+    )

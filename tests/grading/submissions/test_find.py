@@ -1,0 +1,170 @@
+"""Whose a file is, however the class was downloaded, and that reading it stays within bounds."""
+
+import io
+import os
+import zipfile
+
+import pytest
+
+from labkit.errors import LabkitError
+from labkit.grading.submissions import files as files_module
+from labkit.grading.submissions import find_submissions, one_submission
+
+SOURCE = b"def f(): return 1\n"
+CLASSES = {
+    "a folder for each student": {
+        "ada/answers.ipynb": ("ada", "answers.ipynb"),
+        "ada/week 3/mine.py": ("ada", "week 3/mine.py"),
+        "emmy/answers.ipynb": ("emmy", "answers.ipynb"),
+    },
+    "a file for each student": {
+        "ada.ipynb": ("ada", "ada.ipynb"),
+        "emmy.py": ("emmy", "emmy.py"),
+    },
+    "Canvas": {
+        "lovelaceada_4711_98765_answers.ipynb": ("4711", "answers.ipynb"),
+        "lovelaceada_4711_98765_mine.py": ("4711", "mine.py"),
+        "noetheremmy_LATE_815_98766_my_answers.ipynb": ("815", "my_answers.ipynb"),
+    },
+    "Moodle": {
+        "Ada Lovelace_4711_assignsubmission_file_/answers.ipynb": ("4711", "answers.ipynb"),
+        "Emmy Noether_815_assignsubmission_file/a.py": ("815", "a.py"),
+    },
+    "nbgrader": {
+        "submitted/ada/lab1/answers.ipynb": ("ada", "lab1/answers.ipynb"),
+        "submitted/emmy/lab1/answers.ipynb": ("emmy", "lab1/answers.ipynb"),
+    },
+}
+LEFT_BEHIND = [
+    "README.txt",
+    ".DS_Store",
+    "__MACOSX/ada/._answers.ipynb",
+    "ada/.ipynb_checkpoints/answers.ipynb",
+]
+
+
+def lay_out(folder, names):
+    for name in names:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(SOURCE)
+    return folder
+
+
+def pack(path, names, data=SOURCE):
+    with zipfile.ZipFile(path, "w") as archive:
+        for name in names:
+            archive.writestr(name, data)
+    return path
+
+
+def whose(submissions):
+    return {(one.student, file) for one in submissions for file in one.read()[0]}
+
+
+@pytest.mark.parametrize("layout", CLASSES)
+@pytest.mark.parametrize("packed", [False, True])
+def test_every_layout_in_a_folder_and_in_an_archive(tmp_path, layout, packed):
+    expected = CLASSES[layout]
+    names = [*expected, *(LEFT_BEHIND if layout != "nbgrader" else [])]
+    path = pack(tmp_path / "class.zip", names) if packed else lay_out(tmp_path, names)
+    found = find_submissions(path)
+    assert [one.student for one in found] == sorted({student for student, _ in expected.values()})
+    assert whose(found) == set(expected.values())
+
+
+def test_an_archive_with_one_folder_around_the_class(tmp_path):
+    path = pack(tmp_path / "class.zip", ["lab 1/ada/a.py", "lab 1/emmy/a.py"])
+    assert [one.student for one in find_submissions(path)] == ["ada", "emmy"]
+    canvas = pack(tmp_path / "canvas.zip", ["submissions/lovelaceada_4711_98765_a.ipynb"])
+    assert [one.student for one in find_submissions(canvas)] == ["4711"]
+
+
+def test_one_student_alone_keeps_the_name(tmp_path):
+    assert [one.student for one in find_submissions(pack(tmp_path / "c.zip", ["ada/a.py"]))] == [
+        "ada"
+    ]
+    assert find_submissions(lay_out(tmp_path, ["x/a.py"]) / "x/a.py")[0].student == "a"
+
+
+def test_names_late_marks_and_platforms_are_kept(tmp_path):
+    ada, emmy = find_submissions(lay_out(tmp_path, CLASSES["Canvas"]))
+    assert (ada.name, ada.platform, ada.late) == ("lovelaceada", "canvas", False)
+    assert (emmy.name, emmy.platform, emmy.late) == ("noetheremmy", "canvas", True)
+
+
+def test_of_two_uploads_the_newer_one_counts(tmp_path):
+    for copy in ("", "-1", "-10", "-2"):
+        name = f"lovelaceada_4711_98765_answers{copy}.py"
+        (tmp_path / name).write_bytes(f"copy = '{copy}'".encode())
+    (ada,) = find_submissions(tmp_path)
+    assert ada.read()[0] == {"answers.py": b"copy = '-10'"}
+
+
+def test_a_folder_as_one_submission(tmp_path):
+    lay_out(tmp_path, ["answers.ipynb", "lib/mine.py"])
+    one = one_submission(tmp_path, "ada")
+    assert one.student == "ada"
+    assert set(one.read()[0]) == {"answers.ipynb", "lib/mine.py"}
+    assert one_submission(tmp_path / "answers.ipynb").student == "answers"
+
+
+def test_an_archive_that_a_student_handed_in(tmp_path):
+    inner = io.BytesIO()
+    with zipfile.ZipFile(inner, "w") as archive:
+        archive.writestr("answers.ipynb", SOURCE)
+        archive.writestr("notes.pdf", b"x")
+    (tmp_path / "lovelaceada_4711_98765_work.zip").write_bytes(inner.getvalue())
+    (tmp_path / "noetheremmy_815_98766_work.zip").write_bytes(b"PK\x03\x04broken")
+    ada, emmy = find_submissions(tmp_path)
+    assert ada.read() == ({"answers.ipynb": SOURCE}, ())
+    files, notes = emmy.read()
+    assert not files
+    assert "work.zip cannot be unpacked" in notes[0]
+
+
+def test_nothing_to_grade_is_said(tmp_path):
+    (tmp_path / "lovelaceada_4711_98765_report.pdf").write_bytes(b"%PDF")
+    (one,) = find_submissions(tmp_path)
+    assert one.read() == (
+        {},
+        ("there is no notebook (.ipynb) or script (.py) in it; found report.pdf",),
+    )
+
+
+def test_what_is_too_large_is_not_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(files_module, "MAX_FILE", 1000)
+    lay_out(tmp_path, ["ada/small.py"])
+    (tmp_path / "ada/large.py").write_bytes(b"#" * 1001)
+    with zipfile.ZipFile(tmp_path / "ada/bomb.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("a.py", b"#" * 100_000)
+    files, notes = find_submissions(tmp_path)[0].read()
+    assert files == {"small.py": SOURCE}
+    assert "unpacks to more than" in notes[0]
+    assert "large.py has 0 MiB, at most 0 are read" in notes[1]
+
+
+def test_links_are_not_followed(tmp_path):
+    secret = tmp_path / "secret.py"
+    secret.write_bytes(b"answers = 42")
+    lay_out(tmp_path / "class", ["ada/mine.py"])
+    os.symlink(secret, tmp_path / "class/ada/theirs.py")
+    os.symlink(tmp_path, tmp_path / "class/ada/all")
+    assert whose(find_submissions(tmp_path / "class")) == {("ada", "mine.py")}
+
+
+def test_names_that_are_no_text_can_be_printed(tmp_path):
+    (tmp_path / os.fsdecode(b"ad\xff\n.py")).write_bytes(SOURCE)
+    (one,) = find_submissions(tmp_path)
+    assert one.student.isprintable()
+    assert one.student.encode()
+    assert one.read()[1] == ()
+
+
+def test_what_cannot_be_read_is_named(tmp_path):
+    with pytest.raises(LabkitError, match="no such file or folder"):
+        find_submissions(tmp_path / "missing")
+    with pytest.raises(LabkitError, match="nothing was handed in; name a notebook"):
+        find_submissions(tmp_path)
+    (tmp_path / "class.zip").write_bytes(b"not a zip")
+    with pytest.raises(LabkitError, match=r"class\.zip: cannot be read as a zip archive"):
+        find_submissions(tmp_path / "class.zip")
