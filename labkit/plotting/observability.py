@@ -75,7 +75,8 @@ def plot_observability(ax: Axes, target: Scan | ArrayLike, information: Informat
             scale_units="xy",
             scale=1.0,
             color=COLORS[number] if count else GREY,
-            width=0.006 if count else 0.0035,
+            units="inches",
+            width=0.022 if count else 0.012,
             headwidth=4.5,
             zorder=2.5,
         )
