@@ -21,6 +21,7 @@ from labkit.logs import Log, read_log
 from labkit.odometry import (
     OdometryParameters,
     SanityLimits,
+    available_cores,
     estimate_odometry,
     increments_between,
 )
@@ -37,7 +38,11 @@ The prior is where a step's search begins, and what it falls back to:
   simulated  wheel odometry simulated from the log's reference: per step, sd 10 % of the way
              along and 5 % across, 10 % of the turn and 0.05 rad/m of heading
   none       the motion of the step before
-  auto       the first of these that the log allows (the default)"""
+  auto       the first of these that the log allows (the default)
+
+With a prior no step needs another, and all cores share them (--jobs); the files are the same,
+byte for byte, for any number. With `--prior none` the steps form a chain, and one core does
+them in turn."""
 
 SIMULATED_WHEELS = WheelNoise(along=0.10, across=0.05, turn=0.10, drift=0.05)
 SHOWN_DAMAGE = 5  # damaged lines that are named one by one
@@ -60,6 +65,9 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     )
     parser.add_argument(
         "--scans", type=int, metavar="N", help="use the first N scans only (default all)"
+    )
+    parser.add_argument(
+        "--jobs", type=int, metavar="N", help="processes that share the steps (default: the cores)"
     )
     parser.add_argument(
         "--laser-offset",
@@ -91,6 +99,8 @@ def run(args: argparse.Namespace) -> int:
         preprocessing=from_options(Preprocessing, args),
     )
     check_count(args.seed, "seed", at_least=0)
+    jobs = available_cores() if args.jobs is None else args.jobs
+    check_count(jobs, "jobs", at_least=1)
     log = read_log(
         args.log,
         strict=args.strict,
@@ -104,12 +114,14 @@ def run(args: argparse.Namespace) -> int:
     prior, source = choose_prior(log, args.prior, args.seed)
     print(f"{log.name}: {len(log)} scans, {parameters.icp.metric} metric, prior: {source}")
     start = np.zeros(3) if log.reference is None else log.reference[0]
+    tqdm.monitor_interval = 0  # beside its thread, workers would have to start from nothing
     began = time.perf_counter()
     result = estimate_odometry(
         log.scans,
         prior,
         parameters,
         start=start,
+        jobs=jobs,
         progress=partial(tqdm, unit="scan", desc="matching", disable=None),
     )
     seconds = time.perf_counter() - began

@@ -13,6 +13,7 @@ from labkit.cli.quality import write_quality
 from labkit.logs import Log, refuse_unwritable, write_g2o, write_tum
 from labkit.odometry import OdometryResult, increments_between
 from labkit.plotting import plot_trajectory, save_figure
+from labkit.plotting.save import figure_suffix
 
 NOTHING = "none"  # the word for no file
 Writer = Callable[[str, Log, OdometryResult], None]
@@ -37,8 +38,10 @@ def choose_outputs(args: argparse.Namespace, name: str) -> list[tuple[str, Write
         (args.plot or f"{name}-map.png", write_map),
     ]
     wanted = [(path, writer) for path, writer in outputs if path != NOTHING]
-    for path, _ in wanted:
+    for path, writer in wanted:
         refuse_unwritable(path)
+        if writer is write_map:
+            figure_suffix(path)
     return wanted
 
 

@@ -4,6 +4,7 @@ from labkit.odometry.estimator import OdometryResult, ScanMatchingOdometry, esti
 from labkit.odometry.integration import increments_between, integrate, integrate_step
 from labkit.odometry.sanity import SanityLimits
 from labkit.odometry.step import Decision, OdometryParameters, StepRecord, estimate_step
+from labkit.odometry.workers import available_cores
 
 __all__ = [
     "Decision",
@@ -12,6 +13,7 @@ __all__ = [
     "SanityLimits",
     "ScanMatchingOdometry",
     "StepRecord",
+    "available_cores",
     "estimate_odometry",
     "estimate_step",
     "increments_between",

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats, as_pose
+from labkit.arrays import FloatArray, as_finite, as_floats, as_pose, check_count
 from labkit.correspondences import MIN_PAIRS
 from labkit.errors import InvalidPointsError
-from labkit.odometry.integration import increments_between, integrate_step
+from labkit.odometry.integration import increments_between, integrate, integrate_step
 from labkit.odometry.step import (
     STILL,
     Decision,
@@ -19,8 +20,12 @@ from labkit.odometry.step import (
     StepRecord,
     estimate_step,
 )
+from labkit.odometry.workers import in_order
 from labkit.scan import Scan
 from labkit.target import Target
+
+STRETCH = 16  # steps of a log that are handed over as one task
+STEPS_A_JOB = 500  # fewer are done before another process has started
 
 
 class ScanMatchingOdometry:
@@ -78,7 +83,7 @@ class ScanMatchingOdometry:
         self._started = True
         # A motion is held once: nobody saw it, so it is no ground for holding it again.
         self._last_motion = STILL if record.decision.skipped else record.increment
-        self._target = Target(filtered) if len(filtered) >= MIN_PAIRS else None
+        self._target = _prepare(filtered)
         self.pose = integrate_step(self.pose, record.increment)
         return record
 
@@ -101,6 +106,7 @@ def estimate_odometry(
     parameters: OdometryParameters | None = None,
     *,
     start: ArrayLike = (0.0, 0.0, 0.0),
+    jobs: int = 1,
     progress: Callable[[Iterable[Scan]], Iterable[Scan]] = iter,
 ) -> OdometryResult:
     """Estimate the motion of a whole log.
@@ -115,30 +121,97 @@ def estimate_odometry(
         Matcher, limits and fallbacks.
     start : array_like, shape (3,)
         Pose of the first scan.
+    jobs : int
+        Processes that share the steps, 1 for this one alone; the result is the same, bit
+        for bit. Without `priors` there is nothing to share, for each step begins where
+        the one before it ended; and a short log is done before a process has started.
+        A script that asks for more than 1 needs ``if __name__ == "__main__":``.
     progress : callable
-        Wraps the scans while they are read, e.g. ``tqdm.tqdm``.
+        Wraps the scans while they are matched, e.g. ``tqdm.tqdm``.
 
     Returns
     -------
     OdometryResult
+
+    Raises
+    ------
+    InvalidPointsError
+        For `priors` or a `start` of another shape, or not finite.
+    InvalidParameterError
+        Unless `jobs` is a whole number of at least 1.
+    LabkitError
+        If a process that shares the work cannot start, or is ended from outside.
+
+    Examples
+    --------
+    >>> import labkit
+    >>> from labkit.simulation import Lidar, room, scan_along
+    >>> path = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.02], [0.2, 0.0, 0.04]]
+    >>> run = estimate_odometry(scan_along(room(), path, Lidar(), rng=0), priors=path)
+    >>> run.count(Decision.ICP)
+    2
     """
-    increments = None if priors is None else _as_increments(priors, len(scans))
-    odometry = ScanMatchingOdometry(parameters, start)
-    poses, records = [], []
-    for k, scan in enumerate(progress(scans)):
-        prior = None if increments is None or k == 0 else increments[k - 1]
-        records.append(odometry.update(scan, prior))
-        poses.append(odometry.pose)
-    return OdometryResult(poses=np.array(poses).reshape(-1, 3), records=tuple(records))
+    check_count(jobs, "jobs", at_least=1)
+    parameters = parameters or OdometryParameters()
+    first = as_pose(start, "start")
+    if priors is None:
+        records = _steps_in_turn(scans, parameters)
+    else:
+        increments = _as_increments(priors, len(scans))
+        records = _independent_steps(scans, increments, parameters, jobs)
+    with closing(records):  # ends the workers, whatever happens to `progress`
+        done = [record for _, record in zip(progress(scans), records, strict=True)]
+    steps = np.array([record.increment for record in done[1:]]).reshape(-1, 3)
+    poses = integrate(steps, first)[: len(done)]
+    return OdometryResult(poses=poses, records=tuple(done))
+
+
+def _steps_in_turn(
+    scans: Sequence[Scan], parameters: OdometryParameters
+) -> Generator[StepRecord, None, None]:
+    """The record of each scan; every step starts from the motion of the one before."""
+    odometry = ScanMatchingOdometry(parameters)
+    for scan in scans:
+        yield odometry.update(scan)
+
+
+def _independent_steps(
+    scans: Sequence[Scan], increments: FloatArray, parameters: OdometryParameters, jobs: int
+) -> Generator[StepRecord, None, None]:
+    """The record of each scan; the steps are cut into stretches that may be done anywhere."""
+    tasks = (
+        (scans[k : k + STRETCH + 1], increments[k : k + STRETCH], parameters)
+        for k in range(0, len(increments), STRETCH)
+    )
+    helpers = min(jobs, len(increments) // STEPS_A_JOB) - 1
+    if len(scans):
+        yield StepRecord(increment=STILL, decision=Decision.START)
+    with closing(in_order(_match_stretch, tasks, max(0, helpers))) as stretches:
+        for stretch in stretches:
+            yield from stretch
+
+
+def _match_stretch(
+    scans: Sequence[Scan], increments: FloatArray, parameters: OdometryParameters
+) -> list[StepRecord]:
+    """The records of the steps between scans, from their priors alone."""
+    filtered = [parameters.preprocessing(scan) for scan in scans]
+    return [
+        estimate_step(newer, _prepare(older), prior, STILL, parameters)
+        for older, newer, prior in zip(filtered[:-1], filtered[1:], increments, strict=True)
+    ]
+
+
+def _prepare(scan: Scan) -> Target | None:
+    return Target(scan) if len(scan) >= MIN_PAIRS else None
 
 
 def _as_increments(priors: ArrayLike, scan_count: int) -> FloatArray:
     rows = as_floats(priors, "priors", hint="give rows (x, y, ψ) or (Δx, Δy, Δψ)")
-    if rows.shape == (scan_count, 3):
-        return increments_between(rows)
-    if rows.shape == (scan_count - 1, 3):
-        return rows
-    raise InvalidPointsError(
-        f"`priors` must have shape ({scan_count}, 3), a pose a scan, or ({scan_count - 1}, 3), "
-        f"an increment a step, got {rows.shape}"
-    )
+    if rows.shape not in ((scan_count, 3), (scan_count - 1, 3)):
+        raise InvalidPointsError(
+            f"`priors` must have shape ({scan_count}, 3), a pose a scan, or "
+            f"({scan_count - 1}, 3), an increment a step, got {rows.shape}"
+        )
+    finite = as_finite(rows, "priors")
+    return increments_between(finite) if len(finite) == scan_count else finite

@@ -64,11 +64,16 @@ def save_figure(figure: Figure, path: str | os.PathLike[str], *, dpi: float = 20
     labkit.errors.InvalidParameterError: a figure's name must end in .png, .pdf or .svg, \
 got 'figure.bmp'
     """
-    suffix = _suffix(path, FIGURE_SUFFIXES, "a figure")
+    suffix = figure_suffix(path)
     check_range(dpi, "dpi", above=0.0, at_most=2400.0)
     with atomic_write(path, "wb") as file:
         figure.savefig(file, format=suffix[1:], dpi=dpi, bbox_inches="tight", pad_inches=0.08)
     return Path(path)
+
+
+def figure_suffix(path: str | os.PathLike[str]) -> str:
+    """The suffix of a figure's name; raise the `InvalidParameterError` for an unknown one."""
+    return _suffix(path, FIGURE_SUFFIXES, "a figure")
 
 
 def save_animation(

@@ -1,6 +1,11 @@
 """``labkit odometry``: the main job, on a small log and on the head of the real one."""
 
 import csv
+import os
+import signal
+import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
@@ -68,6 +73,90 @@ def test_the_same_seed_gives_the_same_bytes(run, tmp_path):
         nothing_else = ("--quality", "none", "--plot", "none")
         run("odometry", "killian", "--scans", 20, "--out", name, *nothing_else)
     assert (tmp_path / "a.tum").read_bytes() == (tmp_path / "b.tum").read_bytes()
+
+
+def start(folder, *arguments, threads="1", method=None):
+    """The command line in a process group of its own."""
+    program = "import sys, labkit.odometry.workers as workers\n"
+    if method:
+        program += f"workers.start_method = lambda: {method!r}\n"
+    program += "from labkit.cli import main\nsys.exit(main())"
+    return subprocess.Popen(
+        [sys.executable, "-u", "-c", program, "odometry", "killian", *map(str, arguments)],
+        cwd=folder,
+        env=os.environ | {"OMP_NUM_THREADS": threads},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+@pytest.mark.slow
+def test_neither_jobs_nor_threads_change_a_byte(killian, tmp_path):
+    """Whole runs, as they start on Linux and elsewhere: what a user of --jobs relies on."""
+    ways = {"alone": (1, "1", None), "shared": (2, "2", None), "spawned": (2, "1", "spawn")}
+    for name, (jobs, threads, method) in ways.items():
+        (tmp_path / name).mkdir()
+        options = ("--scans", 1050, "--jobs", jobs, "--plot", "none")
+        with start(tmp_path / name, *options, threads=threads, method=method) as process:
+            _, err = process.communicate(timeout=120)
+            assert (process.returncode, err) == (0, "")
+    for file in ("killian-odometry.tum", "killian-quality.csv"):
+        assert len({(tmp_path / name / file).read_bytes() for name in ways}) == 1
+
+
+def living(group):
+    """The processes of a group that still run."""
+    listed = subprocess.run(["ps", "-eo", "pgid,stat"], capture_output=True, text=True, check=True)
+    rows = [line.split() for line in listed.stdout.splitlines()[1:]]
+    return [row for row in rows if int(row[0]) == group and not row[1].startswith("Z")]
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs the process groups of POSIX")
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+@pytest.mark.parametrize(("ends", "status"), [("SIGINT", 130), ("SIGTERM", -15)])
+def test_a_run_that_is_stopped_leaves_no_process_and_no_file(
+    killian, tmp_path, method, ends, status
+):
+    """Ctrl-C, which every process of the terminal gets, and a kill that one of them gets."""
+    with start(tmp_path, "--jobs", 3, method=method) as process:
+        assert "killian: 3873 scans" in process.stdout.readline()
+        while len(living(process.pid)) < 3:
+            time.sleep(0.01)
+        if ends == "SIGINT":
+            os.killpg(process.pid, signal.SIGINT)
+        else:
+            process.terminate()
+        _, err = process.communicate(timeout=60)
+    deadline = time.monotonic() + 20.0
+    while living(process.pid) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert living(process.pid) == []
+    assert process.returncode == status
+    assert "Traceback" not in err
+    assert ("interrupted; no file is left half-written" in err) == (ends == "SIGINT")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("jobs", "message"),
+    [
+        ("0", "labkit odometry: --jobs must be a whole number of at least 1, got 0"),
+        ("-3", "labkit odometry: --jobs must be a whole number of at least 1, got -3"),
+        ("two", "argument --jobs: invalid int value: 'two'"),
+    ],
+)
+def test_jobs_that_make_no_sense(run, carmen_log, files, jobs, message):
+    status, out, err = run("odometry", carmen_log[0], "--jobs", jobs)
+    assert (status, out, files()) == (2, "", [])
+    assert message in err
+
+
+def test_an_unknown_kind_of_figure_is_refused_before_the_work(run, carmen_log, files):
+    status, out, err = run("odometry", carmen_log[0], "--plot", "map.bmp")
+    assert (status, out, files()) == (2, "", [])
+    assert "a figure's name must end in .png, .pdf or .svg, got 'map.bmp'" in err
 
 
 @pytest.mark.parametrize(

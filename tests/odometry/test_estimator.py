@@ -1,21 +1,26 @@
 """Odometry over a run: streaming and whole logs, priors, and scans that are lost."""
 
 import math
+import os
+import subprocess
+import sys
 from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
 from labkit import Scan
-from labkit.errors import InvalidPointsError
+from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.filters import Preprocessing
 from labkit.odometry import (
     Decision,
     OdometryParameters,
     ScanMatchingOdometry,
     estimate_odometry,
+    estimator,
     increments_between,
     integrate,
+    workers,
 )
 from labkit.se2 import apply, from_xytheta, to_xytheta
 from labkit.simulation import Lidar, room, scan_along
@@ -26,6 +31,7 @@ TRUTH = integrate([STEP] * 11, start=[-0.5, -0.3, 0.2])
 SCANS = scan_along(room(), TRUTH, Lidar(beam_count=271), rng=4)
 NOISE = np.random.default_rng(0).normal(0.0, [0.01, 0.01, 0.005], (11, 3))
 PRIORS = increments_between(TRUTH) + NOISE
+HOLED = np.where(np.arange(11)[:, None] == 2, math.nan, PRIORS)
 
 
 def assert_same_records(actual, expected):
@@ -150,6 +156,84 @@ def test_progress_sees_every_scan():
     assert [a is b for a, b in zip(seen, SCANS[:3], strict=True)] == [True] * 3
 
 
+@pytest.fixture
+def eager(monkeypatch):
+    """Workers start for a handful of steps, and a run has several stretches."""
+    monkeypatch.setattr(estimator, "STEPS_A_JOB", 1)
+    monkeypatch.setattr(estimator, "STRETCH", 2)
+
+
+@pytest.mark.parametrize("jobs", [2, 3])
+@pytest.mark.usefixtures("eager")
+def test_jobs_do_not_change_a_bit(jobs):
+    """With a scan that is lost, one that is doubtful, and a prior that lies."""
+    scans = [*SCANS[:4], EMPTY, *SCANS[5:]]
+    lie = PRIORS.copy()
+    lie[8] += [0.0, 1.0, 0.0]
+    alone = estimate_odometry(scans, lie, start=TRUTH[0])
+    shared = estimate_odometry(scans, lie, start=TRUTH[0], jobs=jobs)
+    np.testing.assert_array_equal(shared.poses, alone.poses)
+    assert_same_records(shared.records, alone.records)
+    assert {record.decision for record in shared.records} >= {Decision.ICP, Decision.PRIOR}
+
+
+@pytest.mark.usefixtures("eager")
+def test_progress_sees_every_scan_of_shared_work():
+    seen = []
+    estimate_odometry(
+        SCANS, PRIORS, jobs=2, progress=lambda scans: (seen.append(s) or s for s in scans)
+    )
+    assert [one is other for one, other in zip(seen, SCANS, strict=True)] == [True] * 12
+
+
+@pytest.mark.usefixtures("eager")
+def test_an_error_in_a_worker_is_the_callers_error():
+    torn = replace(SCANS[1], points=np.full((20, 2), math.nan))
+    with pytest.raises(InvalidPointsError, match="`source` must be finite"):
+        estimate_odometry([SCANS[0], torn, *SCANS[2:]], PRIORS, jobs=2)
+
+
+def test_short_runs_and_chains_start_no_process(monkeypatch):
+    def refuse(*_):
+        raise AssertionError("a process was started")
+
+    monkeypatch.setattr(workers, "_pool", refuse)
+    assert len(estimate_odometry(SCANS, PRIORS, jobs=8).poses) == 12
+    monkeypatch.setattr(estimator, "STEPS_A_JOB", 1)
+    assert len(estimate_odometry(SCANS, jobs=8).poses) == 12
+    with pytest.raises(AssertionError, match="a process was started"):
+        estimate_odometry(SCANS, PRIORS, jobs=8)
+
+
+@pytest.mark.parametrize("jobs", [0, -2, 1.5, "all", None])
+def test_bad_jobs(jobs):
+    with pytest.raises(InvalidParameterError, match="`jobs` must be a whole number of at least 1"):
+        estimate_odometry(SCANS, PRIORS, jobs=jobs)
+
+
+def test_no_bit_depends_on_the_threads_of_the_linear_algebra():
+    """440 points: enough for OpenBLAS to share a matrix product among its threads."""
+    program = """if True:
+        import numpy as np
+        from labkit.odometry import estimate_odometry
+        from labkit.simulation import Lidar, room, scan_along
+        path = np.arange(12)[:, None] * [0.1, 0.02, 0.05]
+        scans = scan_along(room(), path, Lidar(beam_count=440), rng=4)
+        print(estimate_odometry(scans, path + 0.01).poses.tobytes().hex())
+    """
+    poses = {
+        subprocess.run(
+            [sys.executable, "-c", program],
+            env=os.environ | {"OMP_NUM_THREADS": threads, "OPENBLAS_NUM_THREADS": threads},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for threads in "12"
+    }
+    assert len(poses) == 1
+
+
 def test_frames_do_not_matter_to_a_run():
     """A scanner mounted turned by A sees A⁻¹ p: its increments are A⁻¹ T A."""
     A = from_xytheta([0.0, 0.0, 2.0])
@@ -166,7 +250,10 @@ def test_frames_do_not_matter_to_a_run():
         (PRIORS[:5], r"`priors` must have shape \(12, 3\), a pose a scan, or \(11, 3\), an inc"),
         (PRIORS[:, :2], r"an increment a step, got \(11, 2\)"),
         (PRIORS.ravel(), r"an increment a step, got \(33,\)"),
-        (np.where(np.arange(11)[:, None] == 2, math.nan, PRIORS), r"`priors?` must .*nan"),
+        (
+            np.where(np.arange(11)[:, None] == 2, math.nan, PRIORS),
+            r"`priors` must be finite, got .*nan.* at index 2",
+        ),
         ([["a", "b", "c"]] * 11, r"`priors` must hold numbers"),
     ],
 )
