@@ -1,28 +1,20 @@
-"""Sliders for the notebooks: alive in JupyterLab, and in a built page without a kernel.
+"""Sliders over pictures: alive in JupyterLab, and in a built page without a kernel.
 
-An ordinary slider calls Python when it moves, so in a page it is dead. Here Python draws
-every picture beforehand, and the slider merely turns them over in the reader's browser.
-No value is left that was not drawn when the notebook ran. This is the one module that
-imports ipywidgets.
+Python draws every picture beforehand, and the slider merely turns them over in the
+reader's browser. No value is left that was not drawn when the notebook ran.
 """
 
 from __future__ import annotations
 
-import base64
-import html
-import io
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 import ipywidgets
 from matplotlib.figure import Figure
-from PIL import Image
 
 from labkit.errors import InvalidParameterError
+from labkit.interactive.pictures import picture
 from labkit.plotting import book_figure
-
-COLORS = 128  # of a frame's palette; line drawings need fewer, and the file shrinks to a third
-DPI = 150
 
 Value = TypeVar("Value")
 
@@ -89,7 +81,7 @@ def flipbook(
     for value, text in zip(values, readouts, strict=True):
         figure = book_figure(height)
         draw(figure, value)
-        pages.append(ipywidgets.HTML(_image(figure, f"{alt}; {label}: {text}")))
+        pages.append(ipywidgets.HTML(picture(figure, f"{alt}; {label}: {text}")))
     slider = ipywidgets.SelectionSlider(
         options=[(text, index) for index, text in enumerate(readouts)],
         index=start,
@@ -100,15 +92,3 @@ def flipbook(
     stack = ipywidgets.Stack(pages, selected_index=start)
     ipywidgets.jslink((slider, "index"), (stack, "selected_index"))
     return ipywidgets.VBox([slider, stack])
-
-
-def _image(figure: Figure, alt: str) -> str:
-    """The figure as an HTML image that carries its own data."""
-    drawn, packed = io.BytesIO(), io.BytesIO()
-    figure.savefig(drawn, format="png", dpi=DPI)
-    Image.open(drawn).convert("RGB").quantize(COLORS).save(packed, format="png", optimize=True)
-    data = base64.b64encode(packed.getvalue()).decode("ascii")
-    return (
-        f'<img src="data:image/png;base64,{data}" alt="{html.escape(alt, quote=True)}" '
-        f'style="width: 100%; max-width: 700px; background: white">'
-    )

@@ -1,0 +1,77 @@
+// The controls: plain HTML elements with labels, which the browser makes usable by keyboard.
+
+let made = 0;
+
+export function element(tag, attributes = {}, ...children) {
+  const node = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
+    else if (value === true) node.setAttribute(name, "");
+    else if (value !== false && value !== null) node.setAttribute(name, value);
+  }
+  node.append(...children);
+  return node;
+}
+
+// A slider over `values`, the last of which may be null: off.
+export function slider({ name, label, values, read, onValue }) {
+  const id = `icp-${name}-${++made}`;
+  const output = element("output", { for: id });
+  const input = element("input", {
+    id, type: "range", name, min: 0, max: values.length - 1, step: 1,
+    oninput: () => onValue(values[input.valueAsNumber]),
+  });
+  const set = (value) => {
+    const distance = (other) => Math.abs((other ?? Infinity) - value);
+    const index = value === null ? values.indexOf(null) : nearestIndex(values, distance);
+    if (input.valueAsNumber !== index) input.value = index;
+    const text = read(value);
+    output.textContent = text;
+    input.setAttribute("aria-valuetext", text);
+  };
+  const resize = (others) => {
+    values = others;
+    input.max = values.length - 1;
+  };
+  const node = element("div", { class: "icp-field" }, element("label", { for: id }, label), output, input);
+  return { node, set, resize };
+}
+
+function nearestIndex(values, distance) {
+  let best = 0;
+  values.forEach((value, i) => {
+    if (value !== null && distance(value) < distance(values[best])) best = i;
+  });
+  return best;
+}
+
+// Numbers from `first` to `last` in equal steps, without the dust of adding them up.
+export function steps(first, last, step) {
+  const count = Math.round((last - first) / step);
+  return Array.from({ length: count + 1 }, (_, i) => Number((first + i * step).toFixed(6)));
+}
+
+export function choice({ name, label, options, onValue }) {
+  const id = `icp-${name}-${++made}`;
+  const select = element("select", { id, name, onchange: () => onValue(select.value) });
+  for (const [value, text] of options) select.append(element("option", { value }, text));
+  const node = element("div", { class: "icp-field" }, element("label", { for: id }, label), select);
+  return { node, set: (value) => (select.value = value) };
+}
+
+export function number({ name, label, step, digits, onValue }) {
+  const id = `icp-${name}-${++made}`;
+  const input = element("input", {
+    id, type: "number", name, step, inputmode: "decimal",
+    onchange: () => Number.isFinite(input.valueAsNumber) && onValue(input.valueAsNumber),
+  });
+  const node = element("div", { class: "icp-number" }, element("label", { for: id }, label), input);
+  const set = (value) => {
+    if (document.activeElement !== input) input.value = value.toFixed(digits);
+  };
+  return { node, set };
+}
+
+export function button(text, title, onclick) {
+  return element("button", { type: "button", title, onclick }, text);
+}

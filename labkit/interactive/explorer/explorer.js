@@ -1,0 +1,250 @@
+// The explorer: state from the model, one update a frame, and the parts put together.
+//
+// The model is the widget's state. In JupyterLab it is tied to Python, in a page to nothing.
+
+import { BasinPanel } from "./basin_panel.js";
+import { drawCost } from "./charts.js";
+import { button, element, slider, steps } from "./controls.js";
+import { icp, prepareTarget } from "./icp.js";
+import { palette, watchTheme } from "./palette.js";
+import { SLIDERS, guessFields, parameterControls } from "./parameter_controls.js";
+import { Plane } from "./plane.js";
+import { Readouts, outcome } from "./readouts.js";
+import { apply, toXYTheta, transform } from "./se2.js";
+
+const PLAY = 350; // ms that an iteration stands
+const SYNC = 120; // ms of rest before Python is told
+const KEYS = "Arrow keys move the guess by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
+
+class ExplorerView {
+  constructor(model, signal) {
+    this.model = model;
+    this.signal = signal;
+    this.shown = null; // the iteration that is shown; null: the last one
+    this.first = Object.fromEntries(SLIDERS.map((name) => [name, model.get(name)]));
+    this.build();
+    const watched = [...SLIDERS, "guess"].map((name) => `change:${name}`).join(" ");
+    const changed = () => this.request();
+    const entered = () => this.enter();
+    model.on(watched, changed);
+    model.on("change:scene", entered);
+    signal.addEventListener("abort", () => {
+      model.off(watched, changed);
+      model.off("change:scene", entered);
+      clearInterval(this.playing);
+      clearTimeout(this.syncing);
+    });
+    watchTheme(() => this.request(), signal);
+    const resized = new ResizeObserver(() => this.request());
+    resized.observe(this.root);
+    signal.addEventListener("abort", () => resized.disconnect());
+    this.enter();
+  }
+
+  build() {
+    this.controls = parameterControls({
+      scenes: this.model.get("scene_data").map(({ name }) => name),
+      choose: (name) => this.choose(name),
+      tell: (name) => (value) => this.set({ [name]: value }),
+    });
+    this.guess = guessFields({ guess: () => this.model.get("guess"), move: (guess) => this.move(guess) });
+    this.plane = new Plane({
+      label: `Map of both scans. ${KEYS}`,
+      pose: () => this.pose(), onPose: ({ x, y, theta }) => this.move([x, y, theta]), signal: this.signal,
+    });
+    this.play = button("Play", "Show one iteration after the other", () => this.togglePlay());
+    const read = (k) => `${k} of ${this.last()}`, onValue = (k) => this.show(k);
+    this.scrubber = slider({ name: "iteration", label: "iteration", values: [0], read, onValue });
+    this.cost = element("canvas", { class: "icp-cost", role: "img" });
+    this.readouts = new Readouts(this.signal);
+    this.basin = new BasinPanel({
+      job: () => this.basinJob(), signal: this.signal,
+      onGuess: (dx, dy) => this.move([this.answer().x + dx, this.answer().y + dy, this.model.get("guess")[2]]),
+    });
+    this.assemble();
+  }
+
+  assemble() {
+    const { scene, metric, ...sliders } = this.controls;
+    const zoom = (factor) => () => ((this.plane.zoom = Math.max(1, this.plane.zoom * factor)), this.request());
+    const fields = [scene, metric, ...Object.values(sliders), this.guess].map((each) => each.node);
+    const steering = element(
+      "div", { class: "icp-row" },
+      button("Start", "Show the guess", () => this.show(0)),
+      button("Step", "Show the next iteration", () => this.show(Math.min(this.number() + 1, this.last()))),
+      this.play,
+      button("Reset", "Back to the first guess and parameters", () => this.reset()),
+      button("+", "Zoom in", zoom(1.6)), button("−", "Zoom out", zoom(1 / 1.6)),
+    );
+    const { numbers, legend, spoken } = this.readouts;
+    const figures = element("section", { "aria-label": "Figures and cost" }, numbers, spoken, this.cost);
+    this.root = element(
+      "div", { class: "icp-explorer", role: "group", "aria-label": "ICP explorer" },
+      element("div", { class: "icp-controls" }, ...fields),
+      this.plane.canvas, legend, element("p", { class: "icp-hint" }, `Drag the scan, or its knob to turn it. ${KEYS}`),
+      steering, this.scrubber.node,
+      element("div", { class: "icp-panels" }, figures, this.basin.node),
+    );
+    // JupyterLab would take focus and arrow keys away.
+    for (const type of ["mousedown", "focusin", "keydown"])
+      this.root.addEventListener(type, (event) => event.stopPropagation(), { signal: this.signal });
+  }
+
+  // ---- what the reader does
+
+  set(values) {
+    for (const [name, value] of Object.entries(values)) this.model.set(name, value);
+    clearTimeout(this.syncing);
+    this.syncing = setTimeout(() => this.model.save_changes(), SYNC);
+  }
+
+  choose(name) {
+    const { guess } = this.model.get("scene_data").find((each) => each.name === name);
+    this.set({ scene: name, guess });
+  }
+
+  move([x, y, theta]) {
+    this.stop();
+    this.shown = 0;
+    this.set({ guess: [x, y, Math.atan2(Math.sin(theta), Math.cos(theta))] });
+    this.request();
+  }
+
+  reset() {
+    this.stop();
+    this.shown = null;
+    this.set(this.first);
+    this.choose(this.model.get("scene"));
+    this.request();
+  }
+
+  show(k) {
+    this.stop();
+    this.shown = k >= this.last() ? null : k;
+    this.request();
+  }
+
+  togglePlay() {
+    if (this.playing) return this.stop();
+    if (matchMedia("(prefers-reduced-motion: reduce)").matches) return this.show(this.last());
+    if (this.number() >= this.last()) this.shown = 0;
+    this.play.textContent = "Pause";
+    this.playing = setInterval(() => {
+      const next = this.number() + 1;
+      if (next >= this.last()) this.show(next);
+      else this.shown = next;
+      this.request();
+    }, PLAY);
+    this.request();
+  }
+
+  stop() {
+    clearInterval(this.playing);
+    this.playing = null;
+    this.play.textContent = "Play";
+  }
+
+  // ---- what there is to show
+
+  last() {
+    return this.result.history.length - 1;
+  }
+
+  number() {
+    return Math.min(this.shown ?? Infinity, this.last());
+  }
+
+  pose() {
+    const [x, y, theta] = toXYTheta(this.result.history[this.number()].T_target_source);
+    return { x, y, theta };
+  }
+
+  // Where the basin is centred: the known answer, else what was found.
+  answer() {
+    return this.known ?? this.result.T_target_source ?? transform(...this.model.get("guess"));
+  }
+
+  reference() {
+    return { known: this.known, reference: this.scene.reference };
+  }
+
+  parameters() {
+    const moved = SLIDERS.map((name) => [name, this.model.get(name)]);
+    return { ...this.model.get("fixed_parameters"), ...Object.fromEntries(moved) };
+  }
+
+  basinJob() {
+    const parameters = this.parameters(), guess = this.model.get("guess");
+    return {
+      source: this.source, target: this.target, parameters, answer: this.answer(), guess: transform(...guess),
+      within: this.model.get("found_within"), from: this.known ? this.scene.reference : "estimate",
+      key: JSON.stringify([this.scene.name, parameters, guess[2]]),
+    };
+  }
+
+  // ---- how it is shown
+
+  enter() {
+    const name = this.model.get("scene");
+    this.scene = this.model.get("scene_data").find((each) => each.name === name);
+    this.source = floats(this.scene.source);
+    this.target = prepareTarget(floats(this.scene.target), floats(this.scene.normals));
+    this.known = this.scene.answer && transform(...this.scene.answer);
+    const [there, here] = [this.known, transform(...this.scene.guess)].map((T) => (T ? apply(T, this.source) : []));
+    this.plane.frame(Float64Array.of(...this.target.points, ...there, ...here));
+    this.shown = null;
+    this.basin.forget();
+    this.request();
+  }
+
+  request() {
+    this.frame ??= requestAnimationFrame(() => {
+      this.frame = null;
+      if (!this.signal.aborted) this.update();
+    });
+  }
+
+  update() {
+    const parameters = this.parameters(), guess = this.model.get("guess");
+    const key = JSON.stringify([this.scene.name, parameters, guess]);
+    if (key !== this.computed) {
+      this.computed = key;
+      this.result = icp(this.source, this.target, transform(...guess), parameters);
+      this.basin.outdate(this.basinJob().key);
+      this.set({ outcome: outcome(this.result) });
+      this.readouts.speak({ result: this.result, ...this.reference() });
+    }
+    for (const name of [...SLIDERS, "scene"]) this.controls[name].set(this.model.get(name));
+    this.guess.set(guess);
+    this.scrubber.resize(steps(0, this.last(), 1));
+    this.scrubber.set(this.number());
+    this.draw();
+  }
+
+  draw() {
+    const colors = palette(this.root), k = this.number(), { history } = this.result;
+    const path = history.slice(0, k + 1).map((each) => each.T_target_source);
+    const { pairs } = history[k];
+    this.plane.draw({ target: this.target.points, pairs, path, answer: this.known, pose: this.pose(), colors });
+    const costs = history.map((each) => each.cost);
+    drawCost(this.cost, { costs, shown: k, colors });
+    const [first, end] = [costs[0], costs.at(-1)].map((each) => each.toPrecision(3));
+    this.cost.setAttribute("aria-label", `Cost over ${this.last()} iterations: from ${first} to ${end} m²`);
+    this.basin.draw(colors);
+    const targetPoints = this.target.points.length / 2;
+    this.readouts.write({ result: this.result, shown: k, targetPoints, ...this.reference() });
+  }
+}
+
+function floats(text) {
+  return new Float64Array(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
+}
+
+function render({ model, el }) {
+  const controller = new AbortController();
+  const view = new ExplorerView(model, controller.signal);
+  el.append(view.root);
+  return () => controller.abort();
+}
+
+export default { render };

@@ -1,0 +1,33 @@
+// Colours from the style sheet, so that canvases follow the page, light or dark.
+
+const NAMES = ["ink", "soft", "grid", "paper", "target", "gated", "trimmed", "noline", "down", "kept", "accent"];
+
+export function palette(root) {
+  const style = getComputedStyle(root);
+  return Object.fromEntries(NAMES.map((name) => [name, style.getPropertyValue(`--icp-${name}`).trim()]));
+}
+
+// Call back when the page changes its theme: books, JupyterLab, VS Code and Colab mark it
+// by an attribute of html or body.
+export function watchTheme(callback, signal) {
+  const observer = new MutationObserver(callback);
+  const attributeFilter = ["class", "data-theme", "data-jp-theme-light", "data-vscode-theme-kind", "theme"];
+  for (const node of [document.documentElement, document.body])
+    observer.observe(node, { attributes: true, attributeFilter });
+  signal.addEventListener("abort", () => observer.disconnect());
+}
+
+// A canvas context in CSS pixels, cleared, as sharp as the screen; null while it is hidden.
+export function freshContext(canvas, ratio) {
+  const width = canvas.clientWidth;
+  if (width === 0) return null;
+  const height = Math.round(width * ratio);
+  const dense = window.devicePixelRatio || 1;
+  canvas.width = Math.round(width * dense);
+  canvas.height = Math.round(height * dense);
+  canvas.style.height = `${height}px`;
+  const context = canvas.getContext("2d");
+  context.scale(dense, dense);
+  context.font = "12px system-ui, sans-serif";
+  return { context, width, height };
+}

@@ -1,0 +1,203 @@
+// The two scans in the plane: drawn with their pairs, and the source dragged by the reader.
+
+import { FATES, fates } from "./correspondences.js";
+import { element } from "./controls.js";
+import { freshContext } from "./palette.js";
+import { apply } from "./se2.js";
+
+const HANDLE = 58; // px from the scanner to the knob that turns it
+const REACH = 18; // px within which the knob is grasped
+const MARGIN = 0.06;
+
+// How pairs of one fate look: apart in colour, dash and marker, as in labkit.plotting.
+export const FATE_STYLES = [
+  { color: "gated", dash: [1.5, 2.5], marker: cross },
+  { color: "trimmed", dash: [5, 3], marker: square },
+  { color: "noline", dash: [5, 2, 1, 2], marker: diamond },
+  { color: "down", dash: [6, 2, 1, 2], marker: triangle },
+  { color: "kept", dash: [], marker: dot },
+];
+
+export class Plane {
+  // `onPose` gets {x, y, theta} when the reader moves the source; `pose` tells where it is.
+  constructor({ label, pose, onPose, signal }) {
+    this.canvas = element("canvas", { class: "icp-plane", tabindex: 0, role: "application", "aria-label": label });
+    this.pose = pose;
+    this.onPose = onPose;
+    this.zoom = 1;
+    const listen = (type, listener) => this.canvas.addEventListener(type, listener, { signal });
+    listen("pointerdown", (event) => this.grasp(event));
+    listen("pointermove", (event) => this.pull(event));
+    for (const type of ["pointerup", "pointercancel"]) listen(type, () => (this.grip = null));
+    listen("keydown", (event) => this.press(event));
+  }
+
+  // Show the part of the plane that holds the points, but for lone ones far away.
+  frame(points) {
+    const range = (axis) => {
+      const sorted = points.filter((_, i) => i % 2 === axis).sort();
+      const low = sorted[Math.floor(0.02 * sorted.length)], high = sorted[Math.ceil(0.98 * sorted.length) - 1];
+      const more = 0.25 * (high - low) || 1;
+      return [Math.max(sorted[0], low - more), Math.min(sorted.at(-1), high + more)];
+    };
+    this.bounds = [range(0), range(1)];
+    this.zoom = 1;
+  }
+
+  grasp(event) {
+    const { x, y, theta } = this.pose();
+    const [u, v] = this.pixel(x, y);
+    const knob = [u + HANDLE * Math.cos(theta), v - HANDLE * Math.sin(theta)];
+    const turning = Math.hypot(event.offsetX - knob[0], event.offsetY - knob[1]) < REACH;
+    this.grip = { turning, u: event.offsetX, v: event.offsetY, x, y, theta };
+    this.canvas.setPointerCapture(event.pointerId);
+    this.canvas.focus({ preventScroll: true });
+    event.preventDefault();
+  }
+
+  pull(event) {
+    if (!this.grip) return;
+    const { turning, u, v, x, y, theta } = this.grip;
+    const du = event.offsetX - u, dv = event.offsetY - v;
+    if (du === 0 && dv === 0) return;
+    if (!turning) return this.onPose({ x: x + du / this.scale, y: y - dv / this.scale, theta });
+    const [u0, v0] = this.pixel(x, y);
+    const before = Math.atan2(v0 - v, u - u0), now = Math.atan2(v0 - event.offsetY, event.offsetX - u0);
+    this.onPose({ x, y, theta: theta + now - before });
+  }
+
+  press(event) {
+    const metres = event.shiftKey ? 0.01 : 0.05, turn = (event.shiftKey ? 0.2 : 1) * (Math.PI / 180);
+    const moves = {
+      ArrowLeft: [-metres, 0, 0], ArrowRight: [metres, 0, 0], ArrowDown: [0, -metres, 0], ArrowUp: [0, metres, 0],
+      PageUp: [0, 0, turn], PageDown: [0, 0, -turn],
+    };
+    const move = moves[event.key];
+    if (!move || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    const { x, y, theta } = this.pose();
+    this.onPose({ x: x + move[0], y: y + move[1], theta: theta + move[2] });
+  }
+
+  pixel(x, y) {
+    return [this.width / 2 + (x - this.middle[0]) * this.scale, this.height / 2 - (y - this.middle[1]) * this.scale];
+  }
+
+  draw({ target, pairs, path, answer, pose, colors }) {
+    const fresh = freshContext(this.canvas, 0.72);
+    if (!fresh) return;
+    const { context } = fresh;
+    Object.assign(this, { width: fresh.width, height: fresh.height });
+    const [[left, right], [bottom, top]] = this.bounds;
+    this.scale = this.zoom * (1 - 2 * MARGIN) * Math.min(this.width / (right - left), this.height / (top - bottom));
+    this.middle = this.zoom > 1 ? [pose.x, pose.y] : [(left + right) / 2, (bottom + top) / 2];
+    this.drawGrid(context, colors);
+
+    context.fillStyle = colors.target;
+    for (let i = 0; i < target.length; i += 2) {
+      const [u, v] = this.pixel(target[i], target[i + 1]);
+      context.fillRect(u - 1.3, v - 1.3, 2.6, 2.6);
+    }
+    const fate = fates(pairs);
+    for (let f = 0; f < FATES.length; f++) this.drawFate(context, pairs, fate, f, colors);
+    this.drawScanners(context, path, answer, pose, colors);
+  }
+
+  drawFate(context, pairs, fate, f, colors) {
+    const style = FATE_STYLES[f];
+    context.strokeStyle = context.fillStyle = colors[style.color];
+    context.lineWidth = 1;
+    context.setLineDash(style.dash);
+    context.beginPath();
+    for (let i = 0; i < fate.length; i++) {
+      if (fate[i] !== f) continue;
+      context.moveTo(...this.pixel(pairs.source[2 * i], pairs.source[2 * i + 1]));
+      context.lineTo(...this.pixel(pairs.target[2 * i], pairs.target[2 * i + 1]));
+    }
+    context.stroke();
+    context.setLineDash([]);
+    context.beginPath();
+    for (let i = 0; i < fate.length; i++)
+      if (fate[i] === f) style.marker(context, ...this.pixel(pairs.source[2 * i], pairs.source[2 * i + 1]));
+    if (style.marker === dot || style.marker === triangle) context.fill();
+    else context.stroke();
+  }
+
+  // Where the older scanner stood, the way of the newer one, its knob, and the answer.
+  drawScanners(context, path, answer, pose, colors) {
+    context.fillStyle = context.strokeStyle = colors.ink;
+    context.lineWidth = 1.2;
+    const [u0, v0] = this.pixel(0, 0);
+    context.strokeRect(u0 - 5, v0 - 5, 10, 10);
+    if (answer) {
+      const [u, v] = this.pixel(answer.x, answer.y);
+      context.beginPath();
+      context.moveTo(u - 9, v), context.lineTo(u + 9, v);
+      context.moveTo(u, v - 9), context.lineTo(u, v + 9);
+      context.stroke();
+    }
+    context.strokeStyle = context.fillStyle = colors.accent;
+    context.lineWidth = 2;
+    context.beginPath();
+    path.forEach(({ x, y }, i) => context[i ? "lineTo" : "moveTo"](...this.pixel(x, y)));
+    const [u, v] = this.pixel(pose.x, pose.y);
+    const tip = [u + HANDLE * Math.cos(pose.theta), v - HANDLE * Math.sin(pose.theta)];
+    context.moveTo(u, v), context.lineTo(...tip);
+    context.stroke();
+    context.beginPath();
+    context.arc(u, v, 5, 0, 2 * Math.PI);
+    context.fill();
+    context.beginPath();
+    context.arc(...tip, 7, 0, 2 * Math.PI);
+    context.fillStyle = colors.paper;
+    context.fill();
+    context.stroke();
+  }
+
+  drawGrid(context, colors) {
+    const step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20].find((each) => each * this.scale >= 55) ?? 50;
+    const digits = step < 1 ? 1 : 0;
+    context.strokeStyle = colors.grid;
+    context.fillStyle = colors.soft;
+    context.lineWidth = 1;
+    context.beginPath();
+    const corner = [this.middle[0] - this.width / 2 / this.scale, this.middle[1] - this.height / 2 / this.scale];
+    for (let k = Math.ceil(corner[0] / step); k * step < corner[0] + this.width / this.scale; k++) {
+      const [u] = this.pixel(k * step, 0);
+      context.moveTo(u, 0), context.lineTo(u, this.height);
+      if (u > 20 && u < this.width - 40) context.fillText((k * step).toFixed(digits), u + 3, this.height - 4);
+    }
+    for (let k = Math.ceil(corner[1] / step); k * step < corner[1] + this.height / this.scale; k++) {
+      const [, v] = this.pixel(0, k * step);
+      context.moveTo(0, v), context.lineTo(this.width, v);
+      if (v > 24 && v < this.height - 18) context.fillText((k * step).toFixed(digits), 3, v - 3);
+    }
+    context.stroke();
+    context.fillText("y [m]", 3, 13);
+    context.fillText("x [m]", this.width - 34, this.height - 4);
+  }
+}
+
+function dot(context, u, v) {
+  context.moveTo(u + 2, v);
+  context.arc(u, v, 2, 0, 2 * Math.PI);
+}
+
+function square(context, u, v) {
+  context.rect(u - 2.5, v - 2.5, 5, 5);
+}
+
+function cross(context, u, v) {
+  context.moveTo(u - 3, v - 3), context.lineTo(u + 3, v + 3);
+  context.moveTo(u - 3, v + 3), context.lineTo(u + 3, v - 3);
+}
+
+function triangle(context, u, v) {
+  context.moveTo(u, v - 3.5), context.lineTo(u + 3.3, v + 2.5), context.lineTo(u - 3.3, v + 2.5);
+  context.closePath();
+}
+
+function diamond(context, u, v) {
+  context.moveTo(u, v - 3), context.lineTo(u + 3, v), context.lineTo(u, v + 3), context.lineTo(u - 3, v);
+  context.closePath();
+}

@@ -1,0 +1,155 @@
+"""Pairs of scans to explore: each shows one thing that helps or harms the match."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from labkit.arrays import FloatArray, as_transform
+from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.logs import read_log
+from labkit.logs.killian import KILLIAN
+from labkit.scan import Scan
+from labkit.se2 import from_xytheta, relative, transform
+from labkit.simulation import (
+    Lidar,
+    MovingObject,
+    World,
+    cast,
+    corridor,
+    lesson_experiment,
+    room,
+    two_rooms,
+)
+
+LIDAR = Lidar(beam_count=361, field_of_view=2.0 * math.pi)
+MIN_POINTS = 3
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Scene:
+    """Two scans, a guess, and where known the answer.
+
+    Attributes
+    ----------
+    name : str
+        What the reader chooses it by.
+    source, target : Scan
+        The newer and the older scan, at least 3 points each [m].
+    T_init : ndarray, shape (3, 3)
+        The first guess of ``T_target_source``.
+    T_reference : ndarray, shape (3, 3), or None
+        The answer, to measure errors against.
+    reference : str
+        What that answer is: "truth" of a simulation, "reference" of a recording.
+
+    Raises
+    ------
+    InvalidPointsError
+        For a scan of fewer than 3 points, or a pose that is no rigid transform.
+    """
+
+    name: str
+    source: Scan
+    target: Scan
+    T_init: FloatArray
+    T_reference: FloatArray | None = None
+    reference: str = "truth"
+
+    def __post_init__(self) -> None:
+        for name in ("source", "target"):
+            count = len(getattr(self, name))
+            if count < MIN_POINTS:
+                raise InvalidPointsError(
+                    f"`{name}` of scene {self.name!r} needs at least {MIN_POINTS} points, "
+                    f"got {count}"
+                )
+        as_transform(self.T_init, "T_init")
+        if self.T_reference is not None:
+            as_transform(self.T_reference, "T_reference")
+
+
+def default_scenes() -> list[Scene]:
+    """The lesson's experiment, five simulated pairs, and three of Killian Court."""
+    return [
+        _lesson(),
+        _simulated("Room", room(), (0.30, 0.10, 8.0)),
+        _simulated("Turn on the spot", room(), (0.0, 0.0, 20.0)),
+        _simulated("Corridor", corridor(), (0.50, 0.05, 2.0), (0.0, 0.0, 0.0)),
+        _simulated("A truck drives ahead", _with_truck(), (0.20, 0.05, 3.0)),
+        _simulated("Two rooms", two_rooms(), (2.0, 0.1, 4.0), (1.8, 0.0, 0.0), (-1.5, 0.0, 0.0)),
+        killian_scene(101, "a room"),
+        killian_scene(2600, "a corridor"),
+        killian_scene(3244, "a turn of 30°"),
+    ]
+
+
+def killian_scene(scan: int, note: str = "") -> Scene:
+    """Scans `scan` − 1 and `scan` of Killian Court, from no guess.
+
+    Parameters
+    ----------
+    scan : int
+        Number of the newer scan, 1 to 3872.
+    note : str
+        What there is to see, for the name.
+
+    Raises
+    ------
+    InvalidParameterError
+        For a number that the run does not have.
+    """
+    log = read_log(KILLIAN)
+    last = len(log.scans) - 1
+    if not 1 <= scan <= last:
+        raise InvalidParameterError(f"`scan` must be in [1, {last}], got {scan!r}")
+    assert log.reference is not None
+    before, now = from_xytheta(log.reference[scan - 1 : scan + 1])
+    return Scene(
+        name=f"Killian Court {scan}" + (f": {note}" if note else ""),
+        source=log.scans[scan],
+        target=log.scans[scan - 1],
+        T_init=np.eye(3),
+        T_reference=relative(before, now),
+        reference="reference",
+    )
+
+
+def _lesson() -> Scene:
+    experiment = lesson_experiment()
+    return Scene(
+        name="The lesson's experiment",
+        source=experiment.source,
+        target=experiment.target,
+        T_init=experiment.T_init,
+        T_reference=experiment.T_target_source,
+    )
+
+
+Motion = tuple[float, float, float]  # metres, metres, degrees
+STAY: Motion = (0.0, 0.0, 0.0)
+
+
+def _simulated(
+    name: str, world: World, motion: Motion, guess: Motion = STAY, start: Motion = STAY
+) -> Scene:
+    """Two looks into a world, half a second apart, by a scanner that sees all round."""
+    rng = np.random.default_rng(4)
+    T_world_target, T = _transform(start), _transform(motion)
+    target = cast(world, T_world_target, LIDAR, rng=rng, stamp=0.0)
+    source = cast(world, T_world_target @ T, LIDAR, rng=rng, stamp=0.5)
+    return Scene(name=name, source=source, target=target, T_init=_transform(guess), T_reference=T)
+
+
+def _transform(motion: Motion) -> FloatArray:
+    x, y, degrees = motion
+    return transform(x, y, math.radians(degrees))
+
+
+def _with_truck() -> World:
+    """The room, and in it the back of a truck that drives on: 29 % of what is seen."""
+    back = np.array([[[1.2, -1.6], [1.2, 1.6]]])
+    truck = MovingObject(segments=back, velocity=np.array([1.2, 0.0]))
+    return World(segments=room().segments, moving=(truck,))

@@ -1,0 +1,180 @@
+"""The explorer on the Python side: what it shows, and what the reader made of it."""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any, cast, get_args
+
+import anywidget
+import numpy as np
+import traitlets
+from numpy.typing import ArrayLike
+
+from labkit.arrays import FloatArray
+from labkit.errors import InvalidParameterError
+from labkit.icp import icp
+from labkit.interactive.explorer.front_end import front_end, style
+from labkit.interactive.explorer.scenes import Scene, default_scenes
+from labkit.registration import IcpParameters, IcpResult, Metric
+from labkit.se2 import from_xytheta, to_xytheta
+from labkit.target import Target
+
+FOUND = 0.10, math.radians(2.0)  # [m], [rad]: a start in the basin ends nearer to the answer
+_SLIDERS = ("metric", "max_correspondence_distance", "overlap_ratio", "huber_delta")
+
+
+class Explorer(anywidget.AnyWidget):
+    """An ICP run to play with; make one with `icp_explorer`.
+
+    Attributes
+    ----------
+    scene : str
+        Name of the pair of scans that is shown.
+    metric, max_correspondence_distance, overlap_ratio, huber_delta
+        As in `IcpParameters`; None where a gate or a delta is off.
+    guess : list of float
+        The initial guess (x [m], y [m], θ [rad]).
+    outcome : dict
+        What the page computed last: termination, iterations, pose, inlier_count,
+        inlier_rmse, cost. Empty until a page shows the widget.
+    """
+
+    _esm = front_end()
+    _css = style()
+
+    scene_data: traitlets.List[Any] = traitlets.List().tag(sync=True)
+    fixed_parameters = traitlets.Dict().tag(sync=True)
+    found_within = traitlets.List(traitlets.Float()).tag(sync=True)
+    scene = traitlets.Unicode().tag(sync=True)
+    metric = traitlets.Enum(get_args(Metric)).tag(sync=True)
+    max_correspondence_distance = traitlets.Float(allow_none=True).tag(sync=True)
+    overlap_ratio = traitlets.Float().tag(sync=True)
+    huber_delta = traitlets.Float(allow_none=True).tag(sync=True)
+    guess = traitlets.List(traitlets.Float(), minlen=3, maxlen=3).tag(sync=True)
+    outcome = traitlets.Dict().tag(sync=True)
+
+    def __init__(self, scenes: Sequence[Scene], parameters: IcpParameters) -> None:
+        self.scenes = {each.name: each for each in scenes}
+        if not scenes or len(self.scenes) < len(scenes):
+            names = [each.name for each in scenes]
+            raise InvalidParameterError(
+                f"`scenes` must be at least one, no two of one name, got {names}"
+            )
+        told = {k: None if v == math.inf else v for k, v in asdict(parameters).items()}
+        super().__init__(
+            scene_data=[packed(each) for each in scenes],
+            fixed_parameters={k: v for k, v in told.items() if k not in _SLIDERS},
+            found_within=list(FOUND),
+            scene=scenes[0].name,
+            guess=_row(scenes[0].T_init),
+            **{k: told[k] for k in _SLIDERS},
+        )
+
+    @property
+    def parameters(self) -> IcpParameters:
+        """The parameters that the sliders stand at."""
+        told = self.fixed_parameters | {name: getattr(self, name) for name in _SLIDERS}
+        return _parameters(told)
+
+    @property
+    def T_init(self) -> FloatArray:
+        """The guess as a transform, shape (3, 3)."""
+        return from_xytheta(self.guess)
+
+    def run(self) -> IcpResult:
+        """What `labkit.icp` makes of the scene, the sliders and the guess as they are now."""
+        scene = self.scenes[self.scene]
+        return icp(scene.source, scene.target, self.T_init, self.parameters)
+
+    @traitlets.validate("scene")
+    def _known(self, proposal: dict[str, Any]) -> str:
+        name = cast(str, proposal["value"])
+        if name not in self.scenes:
+            raise InvalidParameterError(
+                f"`scene` must be one of {', '.join(self.scenes)}, got {name!r}"
+            )
+        return name
+
+    @traitlets.validate("max_correspondence_distance", "overlap_ratio", "huber_delta")
+    def _in_range(self, proposal: dict[str, Any]) -> float | None:
+        name, value = proposal["trait"].name, cast("float | None", proposal["value"])
+        if value == math.inf:
+            value = None  # JSON has no infinity
+        _parameters({name: value})
+        return value
+
+    @traitlets.observe("scene")
+    def _start_over(self, change: dict[str, Any]) -> None:
+        self.guess = _row(self.scenes[change["new"]].T_init)
+
+
+def icp_explorer(
+    scenes: Sequence[Scene] | None = None, parameters: IcpParameters | None = None
+) -> Explorer:
+    """A widget in which the reader runs ICP by hand, with a kernel or without.
+
+    Sliders for gate, overlap and Huber's delta, a guess to drag, the iterations one by
+    one, the cost, and the basin of convergence. The page computes all of it, so it is as
+    alive in a built book as in JupyterLab, where its values also reach Python.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene, optional
+        Pairs of scans to choose from; `default_scenes` by default.
+    parameters : IcpParameters, optional
+        Where the sliders stand at first, and what they do not change.
+
+    Returns
+    -------
+    Explorer
+
+    Raises
+    ------
+    InvalidParameterError
+        For no scenes, or two of one name.
+
+    Examples
+    --------
+    >>> explorer = icp_explorer(default_scenes()[:1])
+    >>> explorer.huber_delta = 0.1
+    >>> result = explorer.run()
+    >>> result.converged, explorer.parameters.huber_delta
+    (True, 0.1)
+    """
+    return Explorer(
+        default_scenes() if scenes is None else scenes,
+        IcpParameters() if parameters is None else parameters,
+    )
+
+
+def _parameters(told: dict[str, Any]) -> IcpParameters:
+    """Parameters by name, None for one that is off."""
+    off_is_infinite: dict[str, Any] = {k: math.inf if v is None else v for k, v in told.items()}
+    return IcpParameters(**off_is_infinite)
+
+
+def packed(scene: Scene) -> dict[str, Any]:
+    """A scene as JSON; arrays as base64 of their little-endian float64, no digit lost."""
+    target = Target(scene.target)
+    return {
+        "name": scene.name,
+        "source": _base64(scene.source.points),
+        "target": _base64(target.points),
+        "normals": _base64(target.normals),
+        "guess": _row(scene.T_init),
+        "answer": None if scene.T_reference is None else _row(scene.T_reference),
+        "reference": scene.reference,
+    }
+
+
+def _base64(rows: FloatArray) -> str:
+    return base64.b64encode(np.ascontiguousarray(rows, dtype="<f8").tobytes()).decode("ascii")
+
+
+def _row(T: ArrayLike) -> list[float]:
+    """(x, y, θ) as plain floats."""
+    row: list[float] = to_xytheta(T).tolist()
+    return row

@@ -1,0 +1,129 @@
+"""The explorer's loop in JavaScript against labkit's: 1,200 parameter sets on nine pairs."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import asdict
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from node import answers
+
+import labkit
+from labkit import IcpParameters, IcpResult, Target, Termination
+from labkit.interactive import Scene, default_scenes
+from labkit.neighbors import nearest_by_brute_force
+
+COUNT = 1200
+SEED = 20
+POSE = 1e-9  # m and rad
+COST = 1e-12  # m², and relative
+OFF = 0.2  # how often a gate or a delta is off
+
+
+@cache
+def scenes():
+    pytest.importorskip("rtbdata")
+    return default_scenes()
+
+
+def parameter_sets():
+    """Guesses around the answer and parameters over their sliders' ranges; some extreme."""
+    rng = np.random.default_rng(SEED)
+
+    def maybe_off(low, high):
+        return math.inf if rng.random() < OFF else float(rng.uniform(low, high))
+
+    for number in range(COUNT):
+        scene = number % len(scenes())
+        answer = labkit.to_xytheta(scenes()[scene].T_reference)
+        guess = answer + rng.uniform(-1.0, 1.0, 3) * [0.6, 0.6, 0.4]
+        if number % 40 == 0:
+            guess[0] += 30.0  # nothing within any gate
+        parameters = IcpParameters(
+            max_correspondence_distance=maybe_off(0.05, 2.0),
+            overlap_ratio=float(rng.uniform(0.2, 1.0)),
+            huber_delta=maybe_off(0.01, 0.5),
+            max_iterations=int(rng.choice([1, 20, 60, 200])),
+            cost_tolerance=float(rng.choice([0.0, 1e-12, 1e-6])),
+            metric="point_to_line" if rng.random() < 0.5 else "point_to_point",
+            step_fraction=float(rng.choice([0.5, 1.0, 1.0, 1.0])),
+        )
+        yield scene, guess.tolist(), parameters
+
+
+def as_json(scene: int, guess: list[float], parameters: IcpParameters) -> dict[str, Any]:
+    told = {k: None if v == math.inf else v for k, v in asdict(parameters).items()}
+    return {"pair": scene, "guess": guess, "parameters": told}
+
+
+def difference(expected: IcpResult, answer: dict[str, Any]) -> str | None:
+    """Where two runs part, in words; None where they agree."""
+    pose = labkit.to_xytheta(expected.history[-1].T_target_source)
+    apart = np.abs([*(pose - answer["pose"])[:2], labkit.wrap(pose[2] - answer["pose"][2])])
+    kept = "".join("01"[int(each)] for each in expected.correspondences.kept)
+    costs = [each.cost for each in expected.history]
+    if expected.termination.name != answer["termination"]:
+        return f"ends {answer['termination']}, not {expected.termination.name}"
+    if expected.iterations != answer["iterations"]:
+        return f"takes {answer['iterations']} steps, not {expected.iterations}"
+    if kept != answer["kept"] or expected.inlier_count != answer["inlier_count"]:
+        return f"keeps {answer['inlier_count']} pairs, not the {expected.inlier_count}"
+    if not apart.max() <= POSE:
+        return f"is off by {apart.max():.3g}"
+    if not np.allclose(costs, answer["costs"], rtol=COST, atol=COST):
+        return "has other costs"
+    return None
+
+
+def test_the_page_computes_what_labkit_computes(tmp_path):
+    sets = list(parameter_sets())
+    found = answers(scenes(), [as_json(*each) for each in sets], tmp_path)
+    targets = [Target(scene.target) for scene in scenes()]
+    differences, endings = [], Counter()
+    for (scene, guess, parameters), answer in zip(sets, found, strict=True):
+        T_init = labkit.from_xytheta(guess)
+        expected = labkit.icp(scenes()[scene].source, targets[scene], T_init, parameters)
+        endings[expected.termination] += 1
+        if reason := difference(expected, answer):
+            differences.append(f"{scenes()[scene].name} from {guess}, {parameters}: {reason}")
+    assert not differences, "\n".join(differences[:5])
+    assert len(sets) >= 1000
+    assert len({scene for scene, _, _ in sets}) >= 3
+    assert endings.keys() == set(Termination), endings
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("pose", [1.0, 0.0, 0.0]), ("termination", "DEGENERATE"), ("iterations", 7), ("kept", "01")],
+)
+def test_a_difference_would_be_seen(key, value):
+    """The comparison itself, by a planted one."""
+    scene = scenes()[0]
+    expected = labkit.icp(scene.source, scene.target, scene.T_init)
+    answer = {
+        "pose": labkit.to_xytheta(expected.T_target_source).tolist(),
+        "termination": expected.termination.name,
+        "iterations": expected.iterations,
+        "kept": "".join("01"[int(each)] for each in expected.correspondences.kept),
+        "inlier_count": expected.inlier_count,
+        "costs": [each.cost for each in expected.history],
+    }
+    assert difference(expected, answer) is None
+    assert difference(expected, answer | {key: value}) is not None
+
+
+def test_of_equally_near_points_the_first_is_taken(tmp_path):
+    """The page's tree and brute force settle ties alike; a lattice is full of them."""
+    lattice = np.stack(np.meshgrid(np.arange(12.0), np.arange(12.0)), axis=-1).reshape(-1, 2)
+    shuffled = np.random.default_rng(1).permutation(lattice)
+    between = labkit.Scan.from_points(lattice[:-1] + 0.5)
+    scene = Scene(
+        name="lattice", source=between, target=labkit.Scan.from_points(shuffled), T_init=np.eye(3)
+    )
+    run = as_json(0, [0.0, 0.0, 0.0], IcpParameters(max_iterations=1))
+    (answer,) = answers([scene], [run], tmp_path)
+    assert answer["first_index"] == nearest_by_brute_force(between.points, shuffled).tolist()

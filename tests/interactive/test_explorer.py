@@ -1,0 +1,174 @@
+"""The explorer on the Python side: scenes, state, what it refuses, and its one module."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+
+pytest.importorskip("anywidget")
+
+import anywidget
+import traitlets
+
+import labkit
+from labkit import IcpParameters, LabkitError, Scan
+from labkit.interactive import Scene, default_scenes, icp_explorer, killian_scene
+from labkit.interactive.explorer.front_end import FOLDER, MODULES, front_end
+from labkit.registration import Termination
+
+MAX_LINES = 250
+CORNER = Scan.from_points([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [0.0, 3.0]])
+
+
+def scene(name="corner", **changes):
+    known = {"source": CORNER, "target": CORNER, "T_init": labkit.transform(0.1, 0.0, 0.05)}
+    return Scene(name=name, **known | changes)
+
+
+@pytest.fixture
+def explorer():
+    return icp_explorer([scene(), scene("again", T_init=np.eye(3))])
+
+
+def test_starts_at_the_first_scene_and_labkit_s_defaults(explorer):
+    assert explorer.scene == "corner"
+    assert explorer.guess == pytest.approx([0.1, 0.0, 0.05])
+    assert explorer.parameters == IcpParameters()
+    assert explorer.outcome == {}
+
+
+def test_parameters_that_have_no_slider_reach_the_page_too():
+    told = IcpParameters(max_iterations=7, huber_delta=math.inf, step_fraction=0.5)
+    explorer = icp_explorer([scene()], told)
+    assert explorer.parameters == told
+    assert explorer.huber_delta is None
+    assert explorer.fixed_parameters["max_iterations"] == 7
+
+
+def test_its_state_is_json_without_infinities(explorer):
+    explorer.huber_delta = math.inf
+    own = set(explorer.traits(sync=True)) - set(anywidget.AnyWidget.class_traits(sync=True))
+    state = {name: getattr(explorer, name) for name in own if not name.startswith("_")}
+    assert {"scene_data", "guess", "huber_delta", "outcome"} <= state.keys()
+    assert json.loads(json.dumps(state, allow_nan=False)) == state
+
+
+def test_no_digit_of_the_scans_is_lost(explorer):
+    def read(text):
+        return np.frombuffer(base64.b64decode(text), dtype="<f8").reshape(-1, 2)
+
+    first = default_scenes()[0]
+    packed = icp_explorer([first]).scene_data[0]
+    assert np.array_equal(read(packed["source"]), first.source.points)
+    assert np.array_equal(read(packed["target"]), first.target.points)
+    normals = labkit.Target(first.target).normals
+    assert np.array_equal(read(packed["normals"]), normals, equal_nan=True)
+
+
+def test_run_is_labkit_s_own(explorer):
+    explorer.guess = [0.05, -0.02, 0.01]
+    explorer.overlap_ratio = 1.0
+    result = explorer.run()
+    expected = labkit.icp(
+        CORNER, CORNER, labkit.transform(0.05, -0.02, 0.01), IcpParameters(overlap_ratio=1.0)
+    )
+    assert np.array_equal(result.T_target_source, expected.T_target_source)
+    assert result.termination is expected.termination
+
+
+def test_another_scene_brings_its_guess(explorer):
+    explorer.scene = "again"
+    assert explorer.guess == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("scene", "moon", "`scene` must be one of corner, again, got 'moon'"),
+        ("overlap_ratio", 1.3, r"`overlap_ratio` must be in \(0, 1\], got 1.3"),
+        ("max_correspondence_distance", 0.0, r"`max_correspondence_distance` must be in .*0"),
+        ("huber_delta", -1.0, r"`huber_delta` must be in .*got -1.0"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused_and_changes_nothing(explorer, name, value, message):
+    before = getattr(explorer, name)
+    with pytest.raises(LabkitError, match=message):
+        setattr(explorer, name, value)
+    assert getattr(explorer, name) == before
+
+
+@pytest.mark.parametrize(("name", "value"), [("metric", "manhattan"), ("guess", [1.0, 2.0])])
+def test_what_has_another_type_is_refused(explorer, name, value):
+    with pytest.raises(traitlets.TraitError):
+        setattr(explorer, name, value)
+
+
+@pytest.mark.parametrize("scenes", [[], [scene(), scene()]])
+def test_scenes_must_be_told_apart(scenes):
+    with pytest.raises(LabkitError, match="at least one, no two of one name, got"):
+        icp_explorer(scenes)
+
+
+def test_a_scene_of_two_points_is_refused():
+    with pytest.raises(LabkitError, match=r"`source` of scene 'few' .* at least 3 points, got 2"):
+        scene("few", source=Scan.from_points([[0.0, 0.0], [1.0, 0.0]]))
+
+
+@pytest.mark.parametrize("number", [0, 3873])
+def test_a_scan_that_killian_court_does_not_have_is_refused(killian, number):
+    with pytest.raises(LabkitError, match=rf"`scan` must be in \[1, 3872\], got {number}"):
+        killian_scene(number)
+
+
+def test_a_recorded_scene_carries_the_reference(killian):
+    recorded = killian_scene(101, "a room")
+    before, now = labkit.from_xytheta(killian.reference[100:102])
+    assert recorded.name == "Killian Court 101: a room"
+    assert recorded.reference == "reference"
+    assert np.allclose(before @ recorded.T_reference, now, rtol=0, atol=1e-12)
+
+
+def test_the_truck_is_outlived_by_trimming(killian):
+    """The scene of strong dynamics shows what it is for: 29 % of the points move."""
+    truck = next(each for each in default_scenes() if "truck" in each.name)
+    errors = {}
+    for ratio in (0.7, 0.95):
+        told = IcpParameters(overlap_ratio=ratio)
+        found = labkit.icp(truck.source, truck.target, truck.T_init, told).T_target_source
+        errors[ratio] = math.dist(found[:2, 2], truck.T_reference[:2, 2])
+    assert errors[0.7] < 0.02
+    assert errors[0.95] > 0.2
+
+
+# ---- the front end as text
+
+
+def test_each_module_imports_only_those_before_it():
+    for position, name in enumerate(MODULES):
+        text = FOLDER.joinpath(f"{name}.js").read_text("utf-8")
+        assert set(re.findall(r'from "\./(\w+)\.js"', text)) <= set(MODULES[:position]), name
+    assert {path.stem for path in FOLDER.glob("*.js")} == set(MODULES)
+
+
+def test_the_one_module_imports_nothing_and_exports_the_widget():
+    text = front_end()
+    assert not re.search(r"^\s*import\b", text, re.MULTILINE)
+    assert text.count("export default") == 1
+    assert not re.search(r"https?://", text)
+
+
+def test_the_page_knows_every_termination_and_its_message():
+    text = FOLDER.joinpath("icp.js").read_text("utf-8")
+    for termination in Termination:
+        assert re.search(rf'{termination.name}:\s+"{re.escape(termination.value)}"', text)
+
+
+def test_a_front_end_file_holds_one_idea():
+    files = [*FOLDER.glob("*.js"), *FOLDER.glob("*.css")]
+    lines = {path.name: len(path.read_text("utf-8").splitlines()) for path in files}
+    assert not {name: count for name, count in lines.items() if count > MAX_LINES}
