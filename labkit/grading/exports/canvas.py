@@ -1,0 +1,74 @@
+"""Canvas: the gradebook's CSV, ``Student,ID,SIS User ID,SIS Login ID,Section,<title> (<id>)``."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+
+from labkit.errors import LabkitError
+from labkit.grading.exports.feedback import number
+from labkit.grading.exports.gradebook import read_gradebook, write_gradebook
+from labkit.grading.verdict import SubmissionVerdict
+
+STUDENT = ["Student", "ID", "SIS User ID", "SIS Login ID", "Section"]
+POINTS_POSSIBLE = "Points Possible"
+
+
+def fill_canvas(
+    verdicts: Iterable[SubmissionVerdict],
+    gradebook: str | os.PathLike[str],
+    title: str,
+    out: str | os.PathLike[str],
+) -> list[str]:
+    """Write the scores of one assignment for Canvas to import.
+
+    Parameters
+    ----------
+    verdicts : iterable of SubmissionVerdict
+        Their students are Canvas numbers (as in a bulk download), SIS numbers or logins.
+    gradebook : path-like
+        The gradebook as exported from Canvas.
+    title : str
+        The assignment's column: its title, or "title (number)".
+    out : path-like
+        The CSV to write: the columns that say who a student is, and this one.
+
+    Returns
+    -------
+    list of str
+        The students that the gradebook does not have.
+
+    Raises
+    ------
+    LabkitError
+        Where the gradebook cannot be read, or has no such column.
+    """
+    header, *rows = read_gradebook(gradebook, ["Student", "ID"])
+    column = _column(header, title, gradebook)
+    identity = [name for name in STUDENT if name in header]
+    keys = [header.index(name) for name in ("ID", "SIS User ID", "SIS Login ID") if name in header]
+    scores = {verdict.student: number(verdict.score) for verdict in verdicts}
+    filled, found = [[*identity, header[column]]], set[str]()
+    for row in rows:
+        who = next((row[key].strip() for key in keys if row[key].strip() in scores), None)
+        if who is not None:
+            found.add(who)
+        elif not row[0].strip().startswith(POINTS_POSSIBLE):
+            continue  # nothing was graded: Canvas keeps what it has
+        score = row[column] if who is None else scores[who]
+        filled.append([*(row[header.index(name)] for name in identity), score])
+    write_gradebook(out, filled)
+    return sorted(scores.keys() - found)
+
+
+def _column(header: list[str], title: str, gradebook: str | os.PathLike[str]) -> int:
+    places = [
+        place
+        for place, name in enumerate(header)
+        if name == title or (name.startswith(f"{title} (") and name.endswith(")"))
+    ]
+    if len(places) == 1:
+        return places[0]
+    choice = ", ".join(name for name in header if name not in STUDENT)
+    which = "no column" if not places else "more than one column"
+    raise LabkitError(f"{gradebook}: line 1: {which} {title!r}; the columns are {choice}")

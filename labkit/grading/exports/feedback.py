@@ -1,0 +1,47 @@
+"""What a student is told of a verdict, in words: the same in every format."""
+
+from __future__ import annotations
+
+from labkit.grading.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
+
+
+def number(value: float) -> str:
+    """A score as people write it.
+
+    >>> number(3.0), number(2.5), number(1 / 3)
+    ('3', '2.5', '0.33')
+    """
+    return f"{value:.2f}".rstrip("0").rstrip(".")
+
+
+def question_text(question: QuestionVerdict, *, hidden: bool = True) -> str:
+    """The message on a question and the reasons of its cases, one paragraph each.
+
+    Parameters
+    ----------
+    question : QuestionVerdict
+        The verdict.
+    hidden : bool
+        Whether the reasons of hidden cases are told too; they give no number away.
+    """
+    reasons = [
+        case.reason for case in question.cases if case.reason and (hidden or not case.hidden)
+    ]
+    passed = f"{question.cases_passed} of {len(question.cases)} cases passed."
+    return "\n\n".join(dict.fromkeys(part for part in (question.message, *reasons, passed) if part))
+
+
+def summary_text(verdict: SubmissionVerdict) -> str:
+    """A verdict in a few lines, for a gradebook's comment."""
+    lines = [f"{number(verdict.score)} of {number(verdict.points)} points."]
+    for question in verdict.questions:
+        if not question.passed:
+            score = f"{number(question.score)}/{number(question.points)}"
+            lines.append(
+                f"{question.title} ({score}): {question.message or _first(question.cases)}"
+            )
+    return "\n".join([*lines, *verdict.notes])
+
+
+def _first(cases: tuple[CaseVerdict, ...]) -> str:
+    return next((case.reason for case in cases if case.reason), "")

@@ -1,0 +1,147 @@
+"""Each platform's own reading of its format gives the scores back; hostile texts stay texts."""
+
+import csv
+import json
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from labkit.errors import LabkitError
+from labkit.grading.exports import (
+    fill_canvas,
+    fill_moodle,
+    gradescope_results,
+    write_junit,
+    write_scores,
+)
+
+CANVAS = (
+    "Student,ID,SIS User ID,SIS Login ID,Section,Lab 1 (77),Lab 2 (78),Final Score\n"
+    "    Points Possible,,,,,5.00,10.00,(read only)\n"
+    '"Lovelace, Ada",4711,a1,ada@x.org,Monday,,3,\n'
+    '"Noether, Emmy",99,815,emmy@x.org,Monday,1,,\n'
+    '"Hopper, Grace",12,g1,grace@x.org,Monday,2,,\n'
+)
+MOODLE = (
+    "\ufeffIdentifier,Full name,Status,Grade,Maximum Grade,Last modified (grade),"
+    "Feedback comments\n"
+    'Participant 4711,Ada Lovelace,Submitted,,100.00,"Saturday, 21 November 2026",\n'
+    "Participant 815,Emmy Noether,Submitted,,10.00,-,\n"
+    "Participant 12,Grace Hopper,No submission,,100.00,-,\n"
+)
+
+
+def rows(path):
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.reader(file))
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(text):
+        path = tmp_path / "gradebook.csv"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_gradescope_has_a_test_for_each_question_and_hides_the_hidden_cases(verdicts):
+    for verdict in verdicts:
+        results = json.loads(gradescope_results(verdict))
+        scored = [test for test in results["tests"] if "score" in test]
+        assert sum(test["score"] for test in scored) == pytest.approx(verdict.score)
+        assert results["score"] == pytest.approx(verdict.score)
+        assert {test["status"] for test in results["tests"]} <= {"passed", "failed"}
+        assert results["stdout_visibility"] == "hidden"
+        assert "landlock" in results["output"]
+        hidden = [test for test in results["tests"] if "score" not in test]
+        assert len(hidden) == len(verdict.questions)
+        assert {test["visibility"] for test in hidden} == {"hidden"}
+    visible = json.loads(gradescope_results(verdicts[1]))["tests"][0]
+    assert visible["output"] == (
+        "About gate.\n\nA wide gate: it returned a list.\n\n0 of 2 cases passed."
+    )
+
+
+def test_canvas_gets_the_scores_of_those_who_were_graded(verdicts, written, tmp_path):
+    out = tmp_path / "canvas.csv"
+    assert fill_canvas(verdicts, written(CANVAS), "Lab 1", out) == ["=cmd|x"]
+    assert rows(out) == [
+        ["Student", "ID", "SIS User ID", "SIS Login ID", "Section", "Lab 1 (77)"],
+        ["    Points Possible", "", "", "", "", "5.00"],
+        ["Lovelace, Ada", "4711", "a1", "ada@x.org", "Monday", "5"],
+        ["Noether, Emmy", "99", "815", "emmy@x.org", "Monday", "0.5"],
+    ]
+
+
+def test_canvas_names_a_column_that_is_not_there(verdicts, written, tmp_path):
+    with pytest.raises(
+        LabkitError, match=r"line 1: no column 'Lab 3'; the columns are Lab 1 \(77\)"
+    ):
+        fill_canvas(verdicts, written(CANVAS), "Lab 3", tmp_path / "out.csv")
+    twice = CANVAS.replace("Lab 2 (78)", "Lab 1 (78)")
+    with pytest.raises(LabkitError, match="more than one column 'Lab 1'"):
+        fill_canvas(verdicts, written(twice), "Lab 1", tmp_path / "out.csv")
+    assert not (tmp_path / "out.csv").exists()
+
+
+def test_moodle_gets_grades_of_its_own_scale_and_keeps_its_times(verdicts, written, tmp_path):
+    out = tmp_path / "moodle.csv"
+    assert fill_moodle(verdicts, written(MOODLE), out) == ["=cmd|x"]
+    header, ada, emmy, grace = rows(out)
+    assert header == MOODLE.lstrip("\ufeff").splitlines()[0].split(",")
+    assert ada[3:6] == ["100", "100.00", "Saturday, 21 November 2026"]
+    assert emmy[3] == "1"
+    assert emmy[6].startswith("0.5 of 5 points.<br>Gate (0.5/2): About gate.<br>")
+    assert grace[3] == grace[6] == ""
+
+
+def test_moodle_comments_are_text_not_markup(verdicts, written, tmp_path):
+    hostile = [verdicts[2].__class__(**{**vars(verdicts[2]), "student": "12"})]
+    hostile[0] = hostile[0].__class__(**{**vars(hostile[0]), "notes": ("<b>",)})
+    fill_moodle(hostile, written(MOODLE), tmp_path / "out.csv")
+    assert "&lt;b&gt;" in rows(tmp_path / "out.csv")[3][6]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "the gradebook is empty"),
+        ("Name,Score\nAda,1\n", "line 1: no column 'Identifier'; the columns are Name, Score"),
+        ("Identifier,Grade\na,b,c\n", "row 2 has 3 cells, the header 2"),
+        (
+            "Identifier,Grade,Maximum Grade\nParticipant 815,,ten\n",
+            "row 2: the maximum grade must be a number, got 'ten'",
+        ),
+    ],
+)
+def test_a_gradebook_that_cannot_be_filled(verdicts, written, tmp_path, text, says):
+    with pytest.raises(LabkitError, match=r"gradebook\.csv: ") as error:
+        fill_moodle(verdicts, written(text), tmp_path / "out.csv")
+    assert says in str(error.value)
+    assert not (tmp_path / "out.csv").exists()
+    with pytest.raises(LabkitError, match="cannot be read: No such file"):
+        fill_moodle(verdicts, tmp_path / "missing.csv", tmp_path / "out.csv")
+
+
+def test_junit_counts_failures_and_survives_any_text(verdicts, tmp_path):
+    write_junit(verdicts, tmp_path / "junit.xml")
+    suites = ET.parse(tmp_path / "junit.xml").getroot()
+    assert [(suite.get("name"), suite.get("failures")) for suite in suites] == [
+        ("4711", "0"),
+        ("815", "2"),
+        ("=cmd|x", "1"),
+    ]
+    assert "Off by one metre." in suites[1][0][0].text
+    assert "<script>" in suites[2][0][0].text
+
+
+def test_the_plain_table_holds_no_formula(verdicts, tmp_path):
+    write_scores(verdicts, tmp_path / "scores.csv")
+    assert rows(tmp_path / "scores.csv") == [
+        ["student", "submission", "score", "points", "isolation", "gate", "huber"],
+        ["4711", "4711.ipynb", "5", "5", "landlock", "2", "3"],
+        ["815", "815.ipynb", "0.5", "5", "landlock", "0.5", "0"],
+        ["'=cmd|x", "'=cmd|x.ipynb", "0", "2", "landlock", "0", ""],
+    ]
