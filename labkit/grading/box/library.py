@@ -1,0 +1,123 @@
+"""The standard library, carried in memory: a jailed process sees no file to import from.
+
+Compiled modules (numpy, scipy, those of Python itself) are imported before any jail is
+closed; sources of the rest are kept as text and compiled when a submission asks for them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import importlib
+import importlib.abc
+import importlib.machinery
+import importlib.util
+import io
+import sys
+import sysconfig
+import types
+import warnings
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from labkit.grading.box.standins import StandIns
+
+# Imported once, before the first submission; a package that is missing is left out.
+EAGER = (
+    "numpy", "numpy.fft", "numpy.linalg", "numpy.ma", "numpy.matlib", "numpy.polynomial",
+    "numpy.random", "numpy.testing", "numpy.typing", "scipy", "scipy.linalg",
+    "scipy.optimize", "scipy.sparse", "scipy.sparse.linalg", "scipy.spatial",
+    "scipy.spatial.distance", "scipy.spatial.transform", "scipy.special",
+    "abc", "bisect", "cmath", "collections", "contextlib", "copy", "dataclasses", "datetime",
+    "decimal", "doctest", "enum", "fractions", "functools", "heapq", "inspect", "io",
+    "itertools", "json", "math", "operator", "os", "pathlib", "pprint", "queue", "random",
+    "re", "statistics", "string", "sys", "tempfile", "textwrap", "threading", "time",
+    "timeit", "traceback", "typing", "unittest", "warnings", "encodings.idna",
+)  # fmt: skip
+UNWANTED = {
+    "site-packages", "dist-packages", "test", "tests", "idlelib", "lib2to3", "ensurepip",
+    "tkinter", "turtledemo", "pydoc_data", "lib-dynload", "__pycache__",
+}  # fmt: skip
+UNWANTED_COMPILED = ("_test", "_xx", "xx", "_tkinter", "_curses", "readline", "_ctypes_test")
+
+
+class Source(NamedTuple):
+    """A module's text, the file that it came from, and whether it is a package."""
+
+    text: bytes
+    file: str
+    package: bool
+
+
+class Library(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
+    """Imports pure Python modules from memory."""
+
+    def __init__(self, sources: dict[str, Source]) -> None:
+        self.sources = sources
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: object = None
+    ) -> importlib.machinery.ModuleSpec | None:
+        """A spec for a module that is carried, or None."""
+        source = self.sources.get(fullname)
+        if source is None:
+            return None
+        return importlib.util.spec_from_loader(
+            fullname, self, origin=source.file, is_package=source.package
+        )
+
+    def get_source(self, fullname: str) -> str:
+        """The module's text."""
+        return importlib.util.decode_source(self.sources[fullname].text)
+
+    def get_code(self, fullname: str) -> types.CodeType:
+        """The module, compiled."""
+        return self.source_to_code(self.sources[fullname].text, self.sources[fullname].file)
+
+    def is_package(self, fullname: str) -> bool:
+        """Whether the module has modules below it."""
+        return self.sources[fullname].package
+
+
+def preload() -> None:
+    """Import what submissions may want, and cut all other ways to import."""
+    with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
+        warnings.simplefilter("ignore")
+        for name in (*EAGER, *compiled_modules()):
+            with contextlib.suppress(Exception):
+                importlib.import_module(name)
+    sources = dict(pure_modules(Path(sysconfig.get_path("stdlib"))))
+    sys.meta_path[:] = [
+        importlib.machinery.BuiltinImporter,
+        importlib.machinery.FrozenImporter,
+        Library(sources),
+        StandIns(),
+    ]
+    sys.path[:] = []
+    sys.path_hooks[:] = []
+    sys.path_importer_cache.clear()
+    gc.collect()
+    gc.freeze()  # later forks share these pages for good
+
+
+def compiled_modules() -> Iterator[str]:
+    """The names of the standard library's extension modules."""
+    for path in Path(sysconfig.get_path("platstdlib"), "lib-dynload").glob("*"):
+        name = path.name.split(".")[0]
+        if not name.startswith(UNWANTED_COMPILED):
+            yield name
+
+
+def pure_modules(folder: Path, prefix: str = "") -> Iterator[tuple[str, Source]]:
+    """The sources below a folder by their module's name."""
+    for path in folder.iterdir():
+        if path.name in UNWANTED or "-" in path.name:
+            continue
+        if path.suffix == ".py":
+            package = path.stem == "__init__"
+            name = prefix[:-1] if package else prefix + path.stem
+            if name:
+                yield name, Source(path.read_bytes(), str(path), package)
+        elif (path / "__init__.py").exists():
+            yield from pure_modules(path, f"{prefix}{path.name}.")

@@ -1,0 +1,174 @@
+"""Frames of plain data: a head of fixed size, a JSON tree, raw array bytes. Used on both sides.
+
+``b"LAB1" | length of the tree (u32) | length of the raw bytes (u64) | tree | raw bytes``
+
+There is nothing to execute (no pickle) and nothing that inflates (no zip), and the reader
+trusts nothing: each length is checked before anything of that length is read or made. In
+the tree a list is a tuple, ``{"d": [[key, value], ...]}`` a dict, ``{"a": [dtype, shape]}``
+an array, whose bytes follow in the order of the tree.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from typing import Any
+
+import numpy as np
+
+HEAD = struct.Struct("<4sIQ")
+MAGIC = b"LAB1"
+DTYPES = {"<f8": 8, "<i8": 8, "|b1": 1}
+MAX_TREE = 1 << 20
+MAX_DEPTH = 16
+MAX_DIMENSIONS = 8
+MAX_INTEGER = 1 << 63
+FORMS = (str, bool, int, float, type(None))
+
+
+class WireError(ValueError):
+    """Bytes that are no frame, or a frame beyond its bounds."""
+
+
+class TooLargeError(WireError):
+    """A value that no frame can hold."""
+
+
+def pack(value: Any) -> bytes:
+    """Put plain data into a frame.
+
+    Parameters
+    ----------
+    value : Value
+        Numbers, strings, None, float64/int64/bool arrays, tuples and dicts of these.
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    TypeError
+        If `value` is, or holds, anything else.
+    TooLargeError
+        If the tree is longer than a reader takes.
+
+    Examples
+    --------
+    >>> frame = pack({"R": np.eye(2), "converged": True})
+    >>> unpack(frame)["R"].tolist()
+    [[1.0, 0.0], [0.0, 1.0]]
+    """
+    raw: list[bytes] = []
+    tree = json.dumps(_to_tree(value, raw, 0), separators=(",", ":")).encode()
+    if len(tree) > MAX_TREE:
+        raise TooLargeError(f"it takes {len(tree)} bytes besides its arrays; {MAX_TREE} fit")
+    return b"".join((HEAD.pack(MAGIC, len(tree), sum(map(len, raw))), tree, *raw))
+
+
+def unpack(frame: bytes | bytearray) -> Any:
+    """Rebuild the data of a whole frame; arrays are fresh, writable and contiguous.
+
+    Raises
+    ------
+    WireError
+        If the bytes are not exactly one well-formed frame.
+    """
+    tree_length, raw_length = lengths(bytes(frame[: HEAD.size]), len(frame))
+    if len(frame) != HEAD.size + tree_length + raw_length:
+        raise WireError(f"a frame of {HEAD.size + tree_length + raw_length} bytes, not the stated")
+    view = memoryview(frame)[HEAD.size :]
+    try:
+        tree = json.loads(bytes(view[:tree_length]).decode())
+    except (ValueError, RecursionError):
+        raise WireError("the tree is no JSON") from None
+    reader = _Reader(view[tree_length:])
+    value = reader.value(tree, 0)
+    if reader.offset != raw_length:
+        raise WireError(f"{raw_length - reader.offset} bytes belong to no array")
+    return value
+
+
+def lengths(head: bytes, most: int) -> tuple[int, int]:
+    """The lengths of tree and raw bytes that a head states, if they and it fit in `most`.
+
+    Raises
+    ------
+    WireError
+        If this is no head; `TooLargeError` if the frame would be longer than `most`.
+    """
+    if len(head) != HEAD.size:
+        raise WireError(f"a head of {len(head)} bytes, not {HEAD.size}")
+    magic, tree_length, raw_length = HEAD.unpack(head)
+    if magic != MAGIC:
+        raise WireError("no frame begins here")
+    if tree_length > MAX_TREE or HEAD.size + tree_length + raw_length > most:
+        raise TooLargeError(f"a frame of {tree_length} + {raw_length} bytes; {most} fit")
+    return tree_length, raw_length
+
+
+def _to_tree(value: Any, raw: list[bytes], depth: int) -> Any:
+    if depth > MAX_DEPTH:
+        raise TooLargeError(f"it is nested deeper than {MAX_DEPTH} levels")
+    if type(value) in FORMS:
+        if type(value) is int and not -MAX_INTEGER <= value < MAX_INTEGER:
+            raise TooLargeError("an integer needs more than 64 bits")
+        return value
+    if type(value) is tuple:
+        return [_to_tree(item, raw, depth + 1) for item in value]
+    if type(value) is dict:
+        if not all(type(key) is str for key in value):
+            raise TypeError("a key of a dict is no string")
+        return {"d": [[key, _to_tree(item, raw, depth + 1)] for key, item in value.items()]}
+    if type(value) is np.ndarray and value.dtype.str in DTYPES and value.ndim <= MAX_DIMENSIONS:
+        raw.append(value.tobytes())
+        return {"a": [value.dtype.str, list(value.shape)]}
+    raise TypeError(f"{type(value).__name__} is no plain data")
+
+
+class _Reader:
+    """Turns a tree back into values, taking the bytes of its arrays in order."""
+
+    def __init__(self, raw: memoryview) -> None:
+        self.raw = raw
+        self.offset = 0
+
+    def value(self, node: Any, depth: int) -> Any:
+        if depth > MAX_DEPTH:
+            raise WireError(f"nested deeper than {MAX_DEPTH} levels")
+        if type(node) is str:  # a lone surrogate would break whoever writes it to a file
+            return node.encode("utf-8", "replace").decode()
+        if type(node) is int and not -MAX_INTEGER <= node < MAX_INTEGER:
+            raise WireError("an integer of more than 64 bits")
+        if type(node) in FORMS:
+            return node
+        if type(node) is list:
+            return tuple([self.value(item, depth + 1) for item in node])
+        if type(node) is dict and len(node) == 1:
+            ((kind, content),) = node.items()
+            if kind == "a" and type(content) is list and len(content) == 2:
+                return self.array(*content)
+            if kind == "d" and type(content) is list:
+                return dict(self.pair(item, depth + 1) for item in content)
+        raise WireError("a node of no known kind")
+
+    def pair(self, item: Any, depth: int) -> tuple[str, Any]:
+        if type(item) is not list or len(item) != 2 or type(item[0]) is not str:
+            raise WireError("an entry of a dict is no pair")
+        return self.value(item[0], depth), self.value(item[1], depth)
+
+    def array(self, dtype: Any, shape: Any) -> Any:
+        if type(dtype) is not str or dtype not in DTYPES:
+            raise WireError("an array of no known dtype")
+        if type(shape) is not list or len(shape) > MAX_DIMENSIONS:
+            raise WireError("an array of no possible shape")
+        if not all(type(size) is int and 0 <= size <= MAX_INTEGER >> 16 for size in shape):
+            raise WireError("an array of no possible shape")
+        start, self.offset = self.offset, self.offset + math.prod(shape) * DTYPES[dtype]
+        if self.offset > len(self.raw):
+            raise WireError("an array longer than the bytes sent")
+        try:
+            return np.frombuffer(self.raw[start : self.offset], dtype).reshape(shape).copy()
+        except ValueError:
+            raise WireError("an array of no possible shape") from None

@@ -1,0 +1,165 @@
+"""Runs a submission's cells and calls, and sends data about them; nothing it sends is trusted.
+
+The student's code shares this process and can forge every byte that leaves it. A forged
+frame gains what it says and no more: a value that is compared with a reference that never
+entered the box. Whether the process hung, died or talked out of turn is judged outside.
+"""
+
+from __future__ import annotations
+
+import builtins
+import io
+import os
+import sys
+import time
+import types
+from typing import Any
+
+from labkit.grading.box import values, wire
+from labkit.grading.box.reduction import definitions
+from labkit.grading.box.standins import StandIn, forget
+
+MAX_REQUEST = 1 << 30
+MAX_MESSAGE = 480
+MODULE = "submission"
+
+
+class Closed(Exception):
+    """The grader has nothing more to ask."""
+
+
+class Worker:
+    """Serves one submission over a pair of file descriptors."""
+
+    def __init__(self, reading: int, writing: int, order: dict[str, Any]) -> None:
+        self.reading = reading
+        self.writing = writing
+        self.order = order
+        self.namespace: dict[str, Any] = {}
+        self.labels: set[str] = set()
+
+    def serve(self) -> None:
+        """Say that the jail is closed, run the cells, then calls until there are no more."""
+        forget(["labkit", "__main__"])
+        module = types.ModuleType(MODULE)
+        sys.modules[MODULE] = sys.modules["__main__"] = module
+        self.namespace = module.__dict__
+        self.namespace.update(
+            get_ipython=lambda: StandIn("get_ipython"), display=StandIn("display")
+        )
+        self.send({"ready": True})
+        try:
+            for place, cell in enumerate(self.receive()["cells"]):
+                self.send({"cell": place, **self.run_cell(**cell)})
+            while True:
+                self.left = self.order["result_bytes"]
+                for call in self.receive()["calls"]:
+                    self.send(self.run_call(**call))
+        except Closed:
+            return
+
+    def run_cell(self, source: str, label: str, reduced: bool) -> dict[str, Any]:
+        """Run one cell; what it prints is nobody's business."""
+        self.labels.add(label)
+        sys.stdout = sys.stderr = Printed(0)
+        try:
+            code = compile(definitions(source) if reduced else source, label, "exec")
+            exec(code, self.namespace)
+        except BaseException as error:
+            return self.account(error)
+        return {"error": "", "message": ""}
+
+    def run_call(
+        self, id: str, function: str, arguments: tuple[Any, ...], keywords: dict[str, Any]
+    ) -> dict[str, Any]:
+        """Run one call and describe how it ended."""
+        answer: dict[str, Any] = {"id": id, "error": "", "message": "", "value": None}
+        printed = sys.stdout = sys.stderr = Printed(self.order["output_chars"])
+        start = time.perf_counter()
+        try:
+            value = self.namespace[function]
+        except KeyError:
+            return answer | {"status": "NOT_DEFINED", "output": "", "seconds": 0.0}
+        try:
+            value = values.plain(value(*arguments, **keywords), self.left)
+            self.left -= len(wire.pack(value))
+            answer |= {"status": "RETURNED", "value": value}
+        except values.NotDataError as error:
+            answer |= {"status": "NOT_DATA", "message": str(error)}
+        except (values.TooMuchError, wire.TooLargeError) as error:
+            answer |= {"status": "TOO_LARGE", "message": str(error)}
+        except BaseException as error:
+            answer |= {"status": "RAISED", **self.account(error)}
+        seconds = time.perf_counter() - start
+        return answer | {"output": printed.text, "seconds": seconds}
+
+    def account(self, error: BaseException) -> dict[str, str]:
+        """The error's built-in name, and its message with the place in the student's code."""
+        kind = type(error)
+        name = str(kind.__name__)[:60]
+        try:
+            text = str(error)[:MAX_MESSAGE]
+        except BaseException:
+            text = ""
+        place = self.place(error)
+        return {
+            "error": name if getattr(builtins, name, None) is kind else "",
+            "message": f"{name}: {text}"[:MAX_MESSAGE] + (f" ({place})" if place else ""),
+        }
+
+    def place(self, error: BaseException) -> str:
+        """The last line of the student's code that the error went through."""
+        if isinstance(error, SyntaxError) and error.filename in self.labels:
+            return f"line {error.lineno} of {error.filename}"
+        found = ""
+        trace = error.__traceback__
+        while trace is not None:
+            label = trace.tb_frame.f_code.co_filename
+            if label in self.labels:
+                found = f"line {trace.tb_lineno} of {label}"
+            trace = trace.tb_next
+        return found
+
+    def send(self, message: dict[str, Any]) -> None:
+        """Write one frame."""
+        try:
+            frame = wire.pack(message)
+        except (TypeError, wire.TooLargeError):  # a label or message that lies about itself
+            frame = wire.pack({key: str(value)[:200] for key, value in message.items()})
+        view = memoryview(frame)
+        while view:
+            view = view[os.write(self.writing, view) :]
+
+    def receive(self) -> Any:
+        """Read one frame."""
+        head = self.read(wire.HEAD.size)
+        return wire.unpack(head + self.read(sum(wire.lengths(head, MAX_REQUEST))))
+
+    def read(self, count: int) -> bytes:
+        """Read exactly so many bytes."""
+        parts = []
+        while count:
+            part = os.read(self.reading, min(count, 1 << 20))
+            if not part:
+                raise Closed
+            parts.append(part)
+            count -= len(part)
+        return b"".join(parts)
+
+
+class Printed(io.TextIOBase):
+    """Takes what is printed and keeps the beginning."""
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+        self.text = ""
+
+    def write(self, text: str) -> int:
+        """Keep what still fits."""
+        if len(self.text) < self.most:
+            self.text += str(text)[: self.most - len(self.text)]
+        return len(text)
+
+    def writable(self) -> bool:
+        """True."""
+        return True

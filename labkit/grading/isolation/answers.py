@@ -1,0 +1,100 @@
+"""What a box says about a cell or a call, checked word by word: it may all be forged."""
+
+from __future__ import annotations
+
+import builtins
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from labkit.grading.box import wire
+from labkit.grading.contract import Call, Outcome, OutcomeStatus
+
+MAX_MESSAGE = 500
+ERRORS = frozenset(
+    name
+    for name, kind in vars(builtins).items()
+    if isinstance(kind, type) and issubclass(kind, BaseException)
+)
+# Of what a box can know; that it hung or died is found out from outside.
+SAYABLE = frozenset({"RETURNED", "RAISED", "TOO_LARGE", "NOT_DATA", "NOT_DEFINED"})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Complaint:
+    """Why a cell, or what depends on it, brought nothing."""
+
+    status: OutcomeStatus
+    message: str
+    error: str = ""
+
+    def of(self, call: Call) -> Outcome:
+        """The outcome of a call that this complaint stands for."""
+        return Outcome(id=call.id, status=self.status, message=self.message, error=self.error)
+
+
+def read_cell(frame: Any, position: int) -> Complaint | None:
+    """What went wrong in a cell, or None.
+
+    Raises
+    ------
+    labkit.grading.box.wire.WireError
+        If the frame does not speak of the cell at this position.
+    """
+    if not isinstance(frame, dict) or frame.get("cell") != position:
+        raise wire.WireError("not the cell that was asked for")
+    message = readable(frame.get("message"))
+    if not message:
+        return None
+    return Complaint(
+        status=OutcomeStatus.SOURCE_FAILED, message=message, error=known_error(frame.get("error"))
+    )
+
+
+def read_outcome(frame: Any, call: Call, output_chars: int, elapsed: float) -> Outcome:
+    """The outcome that a frame describes.
+
+    Raises
+    ------
+    labkit.grading.box.wire.WireError
+        If the frame does not answer this call.
+    """
+    if not isinstance(frame, dict) or frame.get("id") != call.id:
+        raise wire.WireError("not the call that was asked")
+    status = frame.get("status")
+    if not isinstance(status, str) or status not in SAYABLE:
+        raise wire.WireError("no way for a call to end")
+    seconds = frame.get("seconds")
+    if not isinstance(seconds, float) or not math.isfinite(seconds):
+        seconds = elapsed
+    return Outcome(
+        id=call.id,
+        status=OutcomeStatus[status],
+        value=frame.get("value") if status == "RETURNED" else None,
+        message=readable(frame.get("message")),
+        output=readable(frame.get("output"), output_chars, keep="\n\t"),
+        seconds=min(max(seconds, 0.0), elapsed),
+        error=known_error(frame.get("error")),
+    )
+
+
+def known_error(name: Any) -> str:
+    """A name that is a built-in exception's, or nothing: other names may carry data out."""
+    return name if isinstance(name, str) and name in ERRORS else ""
+
+
+def readable(text: Any, most: int = MAX_MESSAGE, keep: str = "") -> str:
+    r"""Text without control characters (terminal codes, tricks with direction), cut.
+
+    Examples
+    --------
+    >>> readable("red \x1b[31m\n text")
+    'red [31m  text'
+    """
+    if not isinstance(text, str):
+        return ""
+    shown = "".join(
+        letter if letter.isprintable() or letter in keep else " " * letter.isspace()
+        for letter in text[: 2 * most]
+    )
+    return shown if len(shown) <= most else shown[: most - 1] + "…"

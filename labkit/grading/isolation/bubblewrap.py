@@ -1,0 +1,86 @@
+"""Mode "bubblewrap": the zygote in namespaces of its own, each submission in further ones.
+
+The zygote sees Python, its libraries and the box, read-only, and no network. It keeps the
+right to mount within its namespaces, so that it can give each child an empty root; the
+child gives up that right before it runs a student's code.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from labkit.grading.isolation import launch
+from labkit.grading.isolation.process import SandboxError
+
+HOLDER = """
+import ctypes, sys
+libc = ctypes.CDLL(None, use_errno=True)
+print(ctypes.get_errno() if libc.unshare(0x10000000) else 0, flush=True)
+sys.stdin.read()
+"""  # leaves for a new user namespace, and stays until it is mapped
+DEVICES = ("/dev/null", "/dev/zero", "/dev/urandom")
+SYSTEM = ("/usr", "/lib", "/lib32", "/lib64", "/libx32", "/bin", "/sbin", "/nix/store")
+CAPABILITIES = ("SYS_ADMIN", "SETUID", "SETGID", "SETPCAP", "CHOWN", "KILL")
+
+
+def prefix(users: int | None) -> list[str]:
+    """What to put before the zygote's command line.
+
+    Parameters
+    ----------
+    users : int or None
+        A file descriptor of a user namespace (`mapped_users`); None lets bubblewrap make
+        one, in which the sandbox's only user is the grader's own.
+    """
+    program = shutil.which("bwrap")
+    if program is None:
+        raise SandboxError("bubblewrap is not installed; `apt-get install bubblewrap`")
+    whose = ["--unshare-user"] if users is None else ["--userns", str(users)]
+    words = [program, *whose, "--unshare-ipc", "--unshare-pid", "--unshare-net"]
+    words += ["--unshare-uts", "--unshare-cgroup-try", "--new-session"]
+    for name in CAPABILITIES:
+        words += ["--cap-add", f"CAP_{name}"]
+    for path in map(Path, SYSTEM):
+        if path.is_symlink():
+            words += ["--symlink", os.readlink(path), str(path)]
+        elif path.exists():
+            words += ["--ro-bind", str(path), str(path)]
+    for folder in interpreter_folders():
+        words += ["--ro-bind", str(folder), str(folder)]
+    for device in DEVICES:
+        words += ["--dev-bind", device, device]
+    return [*words, "--dir", "/tmp", "--remount-ro", "/", "--chdir", "/"]
+
+
+def interpreter_folders() -> list[Path]:
+    """The folders outside the system's own that this Python and its packages live in."""
+    folders = [Path(sys.prefix), Path(sys.base_prefix), *launch.package_roots(), launch.BOX]
+    kept: list[Path] = []
+    for folder in sorted({path.resolve() for path in folders} | {Path(sys.prefix)}):
+        if not any(folder.is_relative_to(above) for above in [*kept, *map(Path, SYSTEM)]):
+            kept.append(folder)
+    return kept
+
+
+def mapped_users(uid: int) -> int:
+    """Make, as root, a user namespace that has root and the slot's user; a file descriptor.
+
+    Without it a student's code would run as the machine's root, if without its rights, and
+    no limit on threads would hold, since the kernel counts none for root.
+    """
+    command = [sys.executable, "-I", "-S", "-c", HOLDER]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as holder:
+        assert holder.stdin is not None
+        assert holder.stdout is not None
+        answer = holder.stdout.readline().decode().strip()
+        if answer != "0":
+            raise SandboxError(f"this machine refuses user namespaces (error {answer})")
+        for kind in ("uid_map", "gid_map"):
+            Path(f"/proc/{holder.pid}/{kind}").write_text(f"0 0 1\n{uid} {uid} 1\n", "ascii")
+        namespace = os.open(f"/proc/{holder.pid}/ns/user", os.O_RDONLY)
+        holder.stdin.close()  # the holder leaves; the descriptor keeps the namespace
+        return namespace

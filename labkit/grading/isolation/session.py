@@ -1,0 +1,202 @@
+"""One submission in one slot: cells, then calls, started again past whatever hangs or dies.
+
+The grader speaks first and says what it wants; the box answers one frame a cell and one a
+call, in that order. What else it sends (a wrong id, a frame out of turn, bytes that are no
+frame) ends the box and costs the question at hand, as a crash does.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from itertools import groupby
+from typing import Any
+
+from labkit.grading.box import wire
+from labkit.grading.contract import Call, Limits, Outcome, OutcomeStatus, SourceCell
+from labkit.grading.isolation.answers import Complaint, read_cell, read_outcome
+from labkit.grading.isolation.channel import GoneError, LateError, receive
+from labkit.grading.isolation.process import Box, Starter
+
+WHOLE, REDUCED, LEFT_OUT = range(3)  # what is run of a cell: less, once it hung or crashed
+PER_ANSWER = 1 << 16  # bytes for message, output and the like, beside the value
+CELL_ANSWER = 1 << 14
+
+
+class EndedError(Exception):
+    """The box hung, died or talked out of turn; carries what to say of the question at hand."""
+
+    def __init__(self, status: OutcomeStatus, message: str) -> None:
+        super().__init__(message)
+        self.complaint = Complaint(status=status, message=message)
+
+
+class Session:
+    """Runs the cells and calls of one submission to their end.
+
+    Parameters
+    ----------
+    starter : Starter
+        Where fresh boxes come from.
+    limits : Limits
+    cells : sequence of SourceCell
+    """
+
+    def __init__(self, starter: Starter, limits: Limits, cells: Sequence[SourceCell]) -> None:
+        self.starter = starter
+        self.limits = limits
+        self.cells = cells
+        self.forms = [WHOLE] * len(cells)
+        self.failed: dict[int, Complaint] = {}  # cells that raised in the box at hand
+        self.lost: dict[str | None, Complaint] = {}  # questions whose cell hung or died
+        self.box: Box | None = None
+        self.end = time.monotonic() + limits.total_seconds
+
+    def run(self, calls: Sequence[Call]) -> list[Outcome]:
+        """One outcome for each call, in their order."""
+        outcomes: dict[str, Outcome] = {}
+        try:
+            for question, batch in groupby(calls, key=lambda call: call.question):
+                self._answer(question, list(batch), outcomes)
+        finally:
+            self._stop(leaving=False)
+        return [outcomes[call.id] for call in calls]
+
+    def _answer(self, question: str, batch: list[Call], outcomes: dict[str, Outcome]) -> None:
+        """Ask the calls of one question; whatever goes wrong stays here."""
+        try:
+            self._open()
+            if question in self.lost:
+                rest = self.lost[question]
+            else:
+                self._ask(batch, outcomes)
+                return
+        except EndedError as error:
+            rest = self.lost[question] = error.complaint
+        for call in batch:
+            outcomes.setdefault(call.id, rest.of(call))
+
+    def _open(self) -> None:
+        """See to it that there is a box in which all cells have run that can."""
+        while self.box is None:
+            if time.monotonic() > self.end:
+                raise EndedError(OutcomeStatus.TIMEOUT, self._too_long(self.end))
+            self.box = self.starter.start()
+            self.failed = {}
+            running = [place for place, form in enumerate(self.forms) if form != LEFT_OUT]
+            place = running[0] if running else -1
+            try:
+                self._send({"cells": tuple(map(self._told, running))})
+                for position, place in enumerate(running):
+                    self._run_cell(position, place)
+            except EndedError as error:
+                self.forms[place] += 1
+                self._blame(self.cells[place], error.complaint)
+
+    def _told(self, place: int) -> dict[str, Any]:
+        cell = self.cells[place]
+        return {
+            "source": cell.source,
+            "label": cell.label,
+            "reduced": self.forms[place] == REDUCED,
+        }
+
+    def _run_cell(self, position: int, place: int) -> None:
+        frame, _ = self._receive(CELL_ANSWER, self._deadline())
+        try:
+            complaint = read_cell(frame, position)
+        except wire.WireError:
+            raise self._out_of_turn() from None
+        if complaint:
+            self.failed[place] = complaint
+
+    def _blame(self, cell: SourceCell, complaint: Complaint) -> None:
+        told = Complaint(status=complaint.status, message=f"{cell.label}: {complaint.message}")
+        self.lost.setdefault(cell.question, told)
+
+    def _ask(self, batch: list[Call], outcomes: dict[str, Outcome]) -> None:
+        """Send the calls and read as many answers."""
+        asked = tuple(
+            {
+                "id": call.id,
+                "function": call.function,
+                "arguments": call.arguments,
+                "keywords": dict(call.keywords),
+            }
+            for call in batch
+        )
+        start = time.monotonic()
+        deadline = self._deadline()
+        self._send({"calls": asked})
+        left = self.limits.result_bytes + PER_ANSWER * len(batch)
+        for call in batch:
+            frame, length = self._receive(left, deadline)
+            left -= length
+            elapsed = time.monotonic() - start
+            try:
+                answer = read_outcome(frame, call, self.limits.output_chars, elapsed)
+            except wire.WireError:
+                raise self._out_of_turn() from None
+            if answer.status is OutcomeStatus.NOT_DEFINED:
+                answer = self._undefined(call)
+            outcomes[call.id] = answer
+
+    def _undefined(self, call: Call) -> Outcome:
+        """Why a name is missing: its cell failed, or it was never written."""
+        own = [place for place, cell in enumerate(self.cells) if cell.question == call.question]
+        suspects = own or [place for place, cell in enumerate(self.cells) if not cell.question]
+        for place in suspects:
+            if place in self.failed:
+                return self.failed[place].of(call)
+        if not own and None in self.lost:
+            return self.lost[None].of(call)
+        missing = f"`{call.function}` is not defined"
+        return Outcome(id=call.id, status=OutcomeStatus.NOT_DEFINED, message=missing)
+
+    def _send(self, message: dict[str, Any]) -> None:
+        assert self.box is not None
+        deadline = self._deadline()
+        try:
+            self.box.channel.write(wire.pack(message), deadline)
+        except LateError:
+            raise self._late(deadline) from None
+        except GoneError:
+            raise self._gone() from None
+
+    def _receive(self, most: int, deadline: float) -> tuple[Any, int]:
+        assert self.box is not None
+        try:
+            return receive(self.box.channel, most, deadline)
+        except LateError:
+            raise self._late(deadline) from None
+        except GoneError:
+            raise self._gone() from None
+        except wire.TooLargeError:
+            self._stop(leaving=False)
+            raise EndedError(OutcomeStatus.TOO_LARGE, "it sent more than an answer needs") from None
+        except wire.WireError:
+            raise self._out_of_turn() from None
+
+    def _deadline(self) -> float:
+        return min(time.monotonic() + self.limits.seconds, self.end)
+
+    def _late(self, deadline: float) -> EndedError:
+        self._stop(leaving=False)
+        return EndedError(OutcomeStatus.TIMEOUT, self._too_long(deadline))
+
+    def _too_long(self, deadline: float) -> str:
+        if deadline >= self.end:
+            return f"the submission as a whole took longer than {self.limits.total_seconds:g} s"
+        return f"it took longer than {self.limits.seconds:g} s"
+
+    def _gone(self) -> EndedError:
+        return EndedError(OutcomeStatus.KILLED, self._stop(leaving=True))
+
+    def _out_of_turn(self) -> EndedError:
+        self._stop(leaving=False)
+        return EndedError(OutcomeStatus.KILLED, "it sent data out of turn")
+
+    def _stop(self, leaving: bool) -> str:
+        """End the box, if there is one; how it ended."""
+        box, self.box = self.box, None
+        return str(box.stop(leaving)) if box else ""
