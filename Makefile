@@ -7,15 +7,19 @@ READY := $(VENV)/ready
 BENCH := .venv-bench
 
 .DEFAULT_GOAL := help
-.PHONY: help book test lab bench clean
+.PHONY: help book student test lab bench clean
 
 help: ## list these commands
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-6s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 book: $(READY) ## run every notebook and build the book
 	@$(BIN)/python book/_ext/browser_files.py
 	$(BIN)/jupyter-book build . --all -W -n --keep-going
 	@echo "Open $(CURDIR)/_build/html/index.html in a browser."
+
+student: $(READY) ## write what students get: the lab and its book without solutions
+	@$(BIN)/python book/_ext/browser_files.py
+	$(BIN)/python book/_ext/students_edition.py
 
 test: $(READY) ## check style and types, then test code, notebooks and pages
 	$(BIN)/ruff check .

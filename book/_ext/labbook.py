@@ -7,6 +7,7 @@ from typing import Any
 import browser_files
 from diagrams import MermaidDirective
 from docutils import nodes
+from launch import settle_buttons
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.errors import ExtensionError
@@ -47,6 +48,7 @@ def declare_thebe_once(
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the steps above, the diagrams, and what the pages load."""
     app.connect("config-inited", provide_browser_files)
+    app.connect("config-inited", settle_buttons)
     app.connect("doctree-resolved", keep_tagged_formulas_whole)
     app.connect("html-page-context", declare_thebe_once, priority=900)
     app.add_directive("mermaid", MermaidDirective)

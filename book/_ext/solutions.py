@@ -1,0 +1,175 @@
+"""What a solution is, and how it is taken out of a notebook or a page.
+
+Four marks, the first two those of nbgrader and nbconvert:
+
+- in a code cell, all from a line ``### BEGIN SOLUTION`` to the line ``### END SOLUTION``;
+- a whole cell with the tag ``solution``;
+- in Markdown, a directive ``{solution}``, or a dropdown or admonition whose title begins
+  with "Solution", also inside another directive;
+- a Markdown cell that nbgrader's metadata call a solution (an answer marked by hand).
+
+The first leaves nbgrader's stub behind and keeps the cell's metadata, so that what comes
+out is what ``nbgrader generate_assignment`` would hand out. The answers to the checks of
+understanding are no solutions: they are there to be opened.
+"""
+
+from __future__ import annotations
+
+import re
+
+from markdown_it import MarkdownIt
+from markdown_it.token import Token
+from mdit_py_plugins.colon_fence import colon_fence_plugin
+from nbconvert.preprocessors import ClearOutputPreprocessor, TagRemovePreprocessor
+from nbformat import NotebookNode
+
+BEGIN, END = "BEGIN SOLUTION", "END SOLUTION"
+TAG = "solution"
+CODE_STUB = ("# YOUR CODE HERE", "raise NotImplementedError()")
+TEXT_STUB = "YOUR ANSWER HERE"
+
+_DIRECTIVE = re.compile(r"\{(?P<name>[\w:-]+)\}\s*(?P<title>.*)")
+_GATED = re.compile(r"\{solution-(start|end)\}")
+_TITLED = {"dropdown", "admonition"}
+
+
+class SolutionMarkError(ValueError):
+    """A mark without its partner: stripping on would hand out a solution, or lose a text."""
+
+
+def strip_notebook(notebook: NotebookNode, name: str) -> tuple[NotebookNode, list[str]]:
+    r"""Take the solutions and all outputs out of a notebook.
+
+    Parameters
+    ----------
+    notebook : NotebookNode
+        Format 4; changed in place.
+    name : str
+        What to call it in a message.
+
+    Returns
+    -------
+    NotebookNode, list of str
+        What is left, and each text that was taken out.
+
+    Raises
+    ------
+    SolutionMarkError
+        For a mark without its partner, with the cell and the line.
+
+    Examples
+    --------
+    >>> from nbformat.v4 import new_code_cell, new_notebook
+    >>> code = "def f(x):\n    ### BEGIN SOLUTION\n    return 2 * x\n    ### END SOLUTION"
+    >>> left, taken = strip_notebook(new_notebook(cells=[new_code_cell(code)]), "a.ipynb")
+    >>> print(left.cells[0].source)
+    def f(x):
+        # YOUR CODE HERE
+        raise NotImplementedError()
+    >>> taken
+    ['    return 2 * x']
+    """
+    taken: list[str] = []
+    stubbed = False
+    for number, cell in enumerate(notebook.cells, start=1):
+        place = f"{name}, cell {number}"
+        if TAG in cell.metadata.get("tags", []):
+            taken.append(cell.source)
+        elif cell.cell_type == "code":
+            cell.source, found = _strip_code(cell.source, place)
+            taken += found
+            stubbed = stubbed or bool(found)
+        elif cell.metadata.get("nbgrader", {}).get("solution", False):
+            taken.append(cell.source)
+            cell.source = TEXT_STUB
+        else:
+            cell.source, found = strip_markdown(cell.source, place)
+            taken += found
+    for preprocessor in (
+        TagRemovePreprocessor(remove_cell_tags={TAG}),
+        ClearOutputPreprocessor(),
+    ):
+        notebook, _ = preprocessor.preprocess(notebook, {})
+    notebook.cells = [cell for cell in notebook.cells if cell.source.strip()]
+    if stubbed:  # its checks fail until they are answered, so the book does not run it
+        notebook.metadata.setdefault("mystnb", {})["execution_mode"] = "off"
+    return notebook, taken
+
+
+def strip_markdown(text: str, name: str) -> tuple[str, list[str]]:
+    r"""Take the solution directives out of a page or a cell of Markdown.
+
+    Returns what is left and each text that was taken out, as `strip_notebook` does.
+
+    Examples
+    --------
+    >>> page = "Why?\n\n:::{dropdown} Solution\nBecause.\n:::\n\nGo on."
+    >>> strip_markdown(page, "page.md")
+    ('Why?\n\nGo on.', ['Because.'])
+    """
+    lines = text.split("\n")
+    taken: list[str] = []
+    for token in reversed(_directives(text)):
+        assert token.map is not None
+        first, after = token.map
+        if not token.markup or set(lines[after - 1].strip(" >")) != {token.markup[0]}:
+            raise SolutionMarkError(f"{name}, line {first + 1}: {lines[first]!r} is never closed")
+        body = "\n".join(lines[first + 1 : after - 1])
+        if _is_solution(token):
+            taken.append(body)
+            lines[first:after] = []
+            if 0 < first < len(lines) and not lines[first].strip() and not lines[first - 1].strip():
+                del lines[first]
+        elif "{" in body:
+            inner, found = strip_markdown(body, name)
+            if found:
+                taken += reversed(found)
+                lines[first + 1 : after - 1] = inner.split("\n")
+    left = "\n".join(lines)
+    if gate := _GATED.search(left):
+        raise SolutionMarkError(
+            f"{name}: {gate[0]} is not understood; write the solution as one "
+            f":::{{solution}} directive, or tag its cells `{TAG}`"
+        )
+    return left, taken[::-1]
+
+
+def _strip_code(source: str, place: str) -> tuple[str, list[str]]:
+    """Put a stub for each marked region."""
+    left: list[str] = []
+    taken: list[str] = []
+    region: list[str] | None = None
+    for number, line in enumerate(source.split("\n"), start=1):
+        begins, ends = BEGIN in line, END in line
+        if (begins and region is not None) or (ends and region is None):
+            missing = END if begins else BEGIN
+            raise SolutionMarkError(
+                f"{place}, line {number}: {line.strip()!r} without {missing!r} before it"
+            )
+        if begins:
+            region = []
+            indent = line[: len(line) - len(line.lstrip())]
+            left += [indent + stub for stub in CODE_STUB]
+        elif ends:
+            taken.append("\n".join(region or []))
+            region = None
+        else:
+            (left if region is None else region).append(line)
+    if region is not None:
+        raise SolutionMarkError(f"{place}: {BEGIN!r} without {END!r} after it")
+    return "\n".join(left), taken
+
+
+def _directives(text: str) -> list[Token]:
+    """The outermost directives of a Markdown text, in their order."""
+    parser = MarkdownIt("commonmark").use(colon_fence_plugin)
+    fences = [token for token in parser.parse(text) if token.type in ("fence", "colon_fence")]
+    return [token for token in fences if token.info.strip().startswith("{")]
+
+
+def _is_solution(token: Token) -> bool:
+    directive = _DIRECTIVE.match(token.info.strip())
+    if directive is None:
+        return False
+    titled = directive["name"] in _TITLED and directive["title"].lower().startswith("solution")
+    return directive["name"] == "solution" or titled

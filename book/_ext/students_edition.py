@@ -1,0 +1,189 @@
+"""Write the students' edition: the lab without solutions, and a book built from that.
+
+Run as a script, `make student` does, it fills one folder:
+
+- ``lab``, what students get: the notebooks without solutions and without outputs, the pages,
+  the package, and all that is needed to build the book again;
+- ``html``, the book built from it.
+
+The solutions go before anything is built, so what the builder copies, indexes and offers
+for download never had them. Afterwards every file of both is searched for traces of them;
+one trace, and nothing is written.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fnmatch import fnmatch
+from pathlib import Path
+
+import launch
+import nbformat
+from leaks import Leak, Secrets, find_leaks
+from solutions import SolutionMarkError, strip_markdown, strip_notebook
+
+ROOT = Path(__file__).parents[2]
+HANDED_OUT = (
+    "_config.yml",
+    "_toc.yml",
+    "book",
+    "labkit",
+    "notebooks",
+    "tests/conformance",  # pages include its tables
+    "LICENSE",
+    "Makefile",
+    "pyproject.toml",
+    "requirements.txt",
+    ".binder",
+    ".devcontainer",
+    ".gitignore",
+)
+KEPT_BACK = (
+    "labkit/authoring/*",
+    "labkit/grading/assignment/hidden*",
+    "book/_static/vendor/*",
+    "*/.ipynb_checkpoints/*",
+    "*/__pycache__/*",
+    "*.pyc",
+)
+README = """\
+# ICP-based motion estimation: the lab
+
+Everything for the course: notebooks to fill in, the pages around them, and the package
+`labkit`. You need Python 3.11 or newer.
+
+```bash
+make lab     # sets up .venv once, then opens the notebooks in JupyterLab
+make book    # builds the pages, with your own results in them
+```
+
+Start with `notebooks/01_problem_and_se2.ipynb`; `book/students.md` says how to go on, how to
+submit and where to get help. Where a cell says `YOUR CODE HERE`, write yours in its place.
+
+Code: MIT. Text and figures: CC BY 4.0. See LICENSE.
+"""
+
+
+class EditionError(Exception):
+    """The edition cannot be written; the message says why and what to do."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """A students' source tree that was written: how many solutions went, and their traces."""
+
+    solutions: int
+    secrets: Secrets
+
+
+def write_source(root: Path, to: Path) -> Source:
+    """Copy what students get from `root` into the new folder `to`, without its solutions."""
+    url, branch = launch.repository(root / "_config.yml")
+    secret: list[str] = []
+    public: list[str] = [README]
+    for path in _handed_out(root):
+        target = to / path.relative_to(root)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        name = path.relative_to(root).as_posix()
+        if path.suffix not in (".ipynb", ".md"):
+            shutil.copy(path, target)
+            public.append(path.read_text("utf-8", errors="replace"))
+            continue
+        if path.suffix == ".ipynb":
+            notebook = nbformat.read(path, as_version=4)
+            original = "\n".join(cell.source for cell in notebook.cells)
+            notebook, taken = strip_notebook(notebook, name)
+            if url:
+                launch.add_install_cell(notebook, url, branch)
+            nbformat.write(notebook, target)
+        else:
+            original = path.read_text("utf-8")
+            text, taken = strip_markdown(original, name)
+            target.write_text(text, "utf-8", newline="\n")
+        secret += taken
+        for text in taken:
+            original = original.replace(text, "\n")
+        public.append(original)
+    (to / "README.md").write_text(README, "utf-8", newline="\n")
+    return Source(solutions=len(secret), secrets=Secrets.of(secret, public))
+
+
+def build_book(source: Path, scratch: Path, vendor: Path) -> Path:
+    """Build the pages from a copy of the source tree, which stays as it is."""
+    work = scratch / "work"
+    shutil.copytree(source, work)
+    if vendor.is_dir():
+        shutil.copytree(vendor, work / "book" / "_static" / "vendor")
+    jupyter_book = Path(sys.executable).with_name("jupyter-book")
+    command = [str(jupyter_book), "build", str(work), "--all", "-W", "-n", "--keep-going"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise EditionError(f"the students' book does not build:\n{(done.stdout + done.stderr)}")
+    return work / "_build" / "html"
+
+
+def write_edition(root: Path, to: Path, *, with_book: bool = True) -> Source:
+    """Write both parts below `to`, or neither where a trace of a solution is found.
+
+    An edition that stands there is replaced; any other folder is not touched.
+    """
+    if to.exists() and not (to / "lab" / "labkit").is_dir() and any(to.iterdir()):
+        raise EditionError(f"{to} holds something else than a students' edition; name another")
+    to.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=to.parent, prefix=".student-") as name:
+        scratch = Path(name)
+        fresh = scratch / "student"
+        source = write_source(root, fresh / "lab")
+        if with_book:
+            html = build_book(fresh / "lab", scratch, root / "book" / "_static" / "vendor")
+            html.rename(fresh / "html")
+        refuse_leaks(find_leaks(fresh, source.secrets))
+        shutil.rmtree(to, ignore_errors=True)
+        fresh.rename(to)
+    return source
+
+
+def refuse_leaks(leaks: list[Leak]) -> None:
+    """Raise where there is a leak, and say where and what."""
+    if leaks:
+        shown = "\n".join(f"  {leak}" for leak in leaks[:10])
+        raise EditionError(
+            f"{len(leaks)} traces of solutions, so nothing was written:\n{shown}\n"
+            f"Mark what they belong to as a solution, too, or say it in other words."
+        )
+
+
+def _handed_out(root: Path) -> Iterator[Path]:
+    for name in HANDED_OUT:
+        start = root / name
+        for path in [start] if start.is_file() else sorted(start.rglob("*")):
+            inside = path.relative_to(root).as_posix()
+            if path.is_file() and not any(fnmatch(inside, pattern) for pattern in KEPT_BACK):
+                yield path
+
+
+def main() -> None:
+    """Write the edition where the command line says."""
+    parser = argparse.ArgumentParser(description="Write the lab without its solutions.")
+    parser.add_argument("--to", type=Path, default=ROOT / "_build" / "student", metavar="FOLDER")
+    parser.add_argument("--no-book", action="store_true", help="only the source, not the pages")
+    args = parser.parse_args()
+    try:
+        source = write_edition(ROOT, args.to.resolve(), with_book=not args.no_book)
+    except (EditionError, SolutionMarkError) as error:
+        sys.exit(f"students' edition: {error}")
+    files = sum(each.is_file() for each in args.to.rglob("*"))
+    print(f"{source.solutions} solutions taken out; no trace of one in {files:,} files.")
+    print(f"For students: {args.to / 'lab'}")
+    if not args.no_book:
+        print(f"Their book:   {args.to / 'html' / 'index.html'}")
+
+
+if __name__ == "__main__":
+    main()

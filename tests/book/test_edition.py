@@ -1,0 +1,355 @@
+"""The students' edition: no line of a solution in it, and a search that would find one."""
+
+from __future__ import annotations
+
+import base64
+import doctest
+import gzip
+import html
+import json
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import launch
+import leaks
+import nbformat
+import pytest
+import solutions
+import students_edition as edition
+import yaml
+from leaks import Secrets, find_leaks
+from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
+from solutions import SolutionMarkError, strip_markdown, strip_notebook
+
+ROOT = Path(__file__).parents[2]
+REPOSITORY = "https://github.com/some-school/some-course"
+CODE = "def f(x):\n    '''Twice.'''\n    ### BEGIN SOLUTION\n    return 2 * x\n    ### END SOLUTION"
+STUB = "def f(x):\n    '''Twice.'''\n    # YOUR CODE HERE\n    raise NotImplementedError()"
+NBGRADER = {"schema_version": 3, "grade_id": "f", "grade": False, "solution": True}
+SECRET = "the derivative of the cost vanishes where the centroids coincide"
+PUBLIC = "the derivative of the cost is a vector"
+
+
+@pytest.mark.parametrize("module", [solutions, leaks, launch])
+def test_the_examples_in_the_docstrings(module):
+    assert doctest.testmod(module).failed == 0
+
+
+# What is taken out
+
+
+def test_a_marked_region_becomes_a_stub_and_the_metadata_stay():
+    cell = new_code_cell(CODE, metadata={"nbgrader": dict(NBGRADER)})
+    left, taken = strip_notebook(new_notebook(cells=[cell]), "a.ipynb")
+    assert left.cells[0].source == STUB
+    assert left.cells[0].metadata["nbgrader"] == NBGRADER
+    assert taken == ["    return 2 * x"]
+    assert left.metadata["mystnb"]["execution_mode"] == "off"
+
+
+def test_cells_with_the_tag_go_with_all_they_hold():
+    output = nbformat.v4.new_output("stream", text=SECRET)
+    cells = [
+        new_markdown_cell(SECRET, metadata={"tags": ["solution"]}),
+        new_code_cell("f(3)", metadata={"tags": ["solution"]}, outputs=[output]),
+        new_code_cell("f(4)", outputs=[output], execution_count=3),
+        new_markdown_cell("Go on."),
+    ]
+    left, taken = strip_notebook(new_notebook(cells=cells), "a.ipynb")
+    assert [cell.source for cell in left.cells] == ["f(4)", "Go on."]
+    assert SECRET not in nbformat.writes(left)
+    assert taken == [SECRET, "f(3)"]
+
+
+def test_an_answer_in_words_becomes_a_stub():
+    cell = new_markdown_cell(SECRET, metadata={"nbgrader": dict(NBGRADER)})
+    left, taken = strip_notebook(new_notebook(cells=[cell]), "a.ipynb")
+    assert left.cells[0].source == "YOUR ANSWER HERE"
+    assert taken == [SECRET]
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        f"Why?\n\n:::{{solution}} ex-a\n{SECRET}\n:::",
+        f"Why?\n\n```{{solution}} ex-a\n:class: dropdown\n\n{SECRET}\n```",
+        f"Why?\n\n:::{{dropdown}} Solution to the first part\n{SECRET}\n:::",
+        f"Why?\n\n:::{{admonition}} Solution\n```python\n{SECRET}\n```\n:::",
+        f"Why?\n\n::::{{exercise}}\nWhy?\n\n:::{{solution}} a\n{SECRET}\n:::\n::::",
+        f"Why?\n\n- one\n\n  :::{{dropdown}} Solution\n  {SECRET}\n  :::",
+    ],
+)
+def test_solution_directives_go(page):
+    left, taken = strip_markdown(page, "page.md")
+    assert SECRET not in left
+    assert left.startswith("Why?")
+    assert any(SECRET in text for text in taken)
+    assert strip_markdown(left, "page.md") == (left, [])
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        ":::{dropdown} Answer\nTo be opened.\n:::",
+        ":::{dropdown} Hint\nA solution is near.\n:::",
+        "```python\n# solution\n```",
+        "The ``{solution}`` of :::{exercise} is another matter.",
+    ],
+)
+def test_what_is_no_solution_stays(page):
+    assert strip_markdown(page, "page.md") == (page, [])
+
+
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        ("### BEGIN SOLUTION\nx = 1", "a.ipynb, cell 1: 'BEGIN SOLUTION' without 'END SOLUTION'"),
+        ("x = 1\n### END SOLUTION", "a.ipynb, cell 1, line 2: '### END SOLUTION' without"),
+        ("### BEGIN SOLUTION\n### BEGIN SOLUTION", "a.ipynb, cell 1, line 2: '### BEGIN"),
+    ],
+)
+def test_a_mark_without_its_partner_is_refused(source, message):
+    with pytest.raises(SolutionMarkError, match=re.escape(message)):
+        strip_notebook(new_notebook(cells=[new_code_cell(source)]), "a.ipynb")
+
+
+@pytest.mark.parametrize(
+    ("page", "message"),
+    [
+        (f":::{{solution}} a\n{SECRET}", "page.md, line 1: ':::{solution} a' is never closed"),
+        ("```{solution-start} a\n```", "page.md: {solution-start} is not understood"),
+    ],
+)
+def test_a_directive_that_would_leak_is_refused(page, message):
+    with pytest.raises(SolutionMarkError, match=re.escape(message)):
+        strip_markdown(page, "page.md")
+
+
+# The search finds what is there
+
+
+def hide_in_markup(file: Path) -> None:
+    marked = SECRET.replace(" ", "</em> <b class='k'>")
+    file.with_suffix(".html").write_text(f"<p>So {marked} &amp; on.</p>", "utf-8")
+
+
+def hide_in_a_notebook(file: Path) -> None:
+    cells = [new_markdown_cell("\n".join(SECRET.split()))]
+    nbformat.write(new_notebook(cells=cells), file.with_suffix(".ipynb"))
+
+
+def hide_in_base64(file: Path) -> None:
+    packed = base64.b64encode(f"<p>{SECRET}</p>".encode()).decode()
+    file.with_suffix(".html").write_text(f'<iframe src="data:text/html;base64,{packed}">', "utf-8")
+
+
+def hide_in_a_zip(file: Path) -> None:
+    with zipfile.ZipFile(file.with_suffix(".zip"), "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("a/b.md", SECRET)
+
+
+def hide_in_gzip(file: Path) -> None:
+    file.with_suffix(".svgz").write_bytes(gzip.compress(SECRET.encode()))
+
+
+def hide_in_the_index(file: Path) -> None:
+    index = {"docnames": ["a"], "terms": {"coincid": 0}, "titleterms": {}}
+    file.with_suffix(".js").write_text(f"Search.setIndex({json.dumps(index)})", "utf-8")
+
+
+def hide_in_upper_case(file: Path) -> None:
+    file.write_text(SECRET.upper(), "utf-8")
+
+
+@pytest.mark.parametrize(
+    "hide",
+    [
+        hide_in_markup,
+        hide_in_a_notebook,
+        hide_in_base64,
+        hide_in_a_zip,
+        hide_in_gzip,
+        hide_in_the_index,
+        hide_in_upper_case,
+    ],
+)
+def test_a_planted_leak_is_found(tmp_path, hide):
+    secrets = Secrets.of([SECRET], [PUBLIC])
+    (tmp_path / "clean.html").write_text(f"<p>{PUBLIC}</p>", "utf-8")
+    assert find_leaks(tmp_path, secrets) == []
+    hide(tmp_path / "planted")
+    (leak,) = find_leaks(tmp_path, secrets)
+    assert leak.file.stem == "planted"
+
+
+# The edition
+
+
+@pytest.fixture(scope="session")
+def course(tmp_path_factory):
+    """The repository, as an instructor has it who named the students' repository."""
+    root = tmp_path_factory.mktemp("course") / "course"
+    root.mkdir()
+    for name in edition.HANDED_OUT:
+        if (ROOT / name).is_dir():
+            shutil.copytree(ROOT / name, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+        elif (ROOT / name).exists():
+            shutil.copy(ROOT / name, root)
+    config = (root / "_config.yml").read_text("utf-8")
+    config = config.replace('url: ""', f"url: {REPOSITORY}").replace(": force", ": 'off'")
+    (root / "_config.yml").write_text(config, "utf-8")
+    assert launch.repository(root / "_config.yml") == (REPOSITORY, "main")
+    return root
+
+
+@pytest.fixture(scope="session")
+def student(course, tmp_path_factory):
+    """The edition, built without running the notebooks (nbval does that)."""
+    to = tmp_path_factory.mktemp("student") / "edition"
+    edition.write_edition(course, to)
+    return to
+
+
+def solution_lines() -> set[str]:
+    """Every line that can be told apart, found by a simpler way than the edition's own."""
+    secret: list[str] = []
+    public = ""
+    for path in sorted(ROOT.glob("notebooks/**/*.ipynb")):
+        for cell in nbformat.read(path, as_version=4).cells:
+            if "solution" in cell.metadata.get("tags", []):
+                secret.append(cell.source)
+                continue
+            regions = re.findall(
+                r"### BEGIN SOLUTION\n(.*?)### END SOLUTION", cell.source, re.DOTALL
+            )
+            regions += re.findall(
+                r"^:::+\{solution\}.*?^:::+$", cell.source, re.DOTALL | re.MULTILINE
+            )
+            secret += regions
+            for region in regions:
+                cell.source = cell.source.replace(region, "")
+            public += cell.source + "\n"
+    lines = {line.strip() for text in secret for line in text.split("\n")}
+    return {each for each in lines if len(each) >= 20 and each not in public and each[:3] != ":::"}
+
+
+def test_no_line_of_a_solution_is_in_the_edition(student):
+    lines = solution_lines()
+    assert len(lines) >= 100
+    spellings = {each for line in lines for each in (line, json.dumps(line)[1:-1])}
+    spellings |= {html.escape(line, quote=False) for line in lines}
+    for file in sorted(student.rglob("*")):
+        if file.suffix in (".html", ".ipynb", ".md", ".txt", ".py", ".js", ".json"):
+            text = file.read_text("utf-8")
+            plain = html.unescape(re.sub(r"<[^>]*>", "", text))
+            found = [line for line in spellings if line in text or line in plain]
+            assert not found, f"{file.relative_to(student)}: {found[0]}"
+
+
+@pytest.mark.parametrize("place", ["html/_sources/notebooks/*.ipynb", "html/notebooks/*.html"])
+def test_the_grep_of_the_edition_would_find_a_line(student, place):
+    """The pages of the very same names do hold the solutions where nothing was taken out."""
+    (handed_out,) = student.glob(place.replace("*", "09_problems"))
+    assert "NotImplementedError" in handed_out.read_text("utf-8")
+    original = (ROOT / "notebooks/09_problems.ipynb").read_text("utf-8")
+    assert any(json.dumps(line)[1:-1] in original for line in solution_lines())
+
+
+def test_a_solution_that_stays_stops_the_edition(course, tmp_path, monkeypatch):
+    """The search does not trust what takes the solutions out."""
+    strip = edition.strip_notebook
+
+    def forget_to_strip(notebook, name):
+        _, taken = strip(nbformat.from_dict(json.loads(json.dumps(notebook))), name)
+        return notebook, taken
+
+    monkeypatch.setattr(edition, "strip_notebook", forget_to_strip)
+    with pytest.raises(edition.EditionError, match=r"traces of solutions[^$]*09_problems\.ipynb"):
+        edition.write_edition(course, tmp_path / "student", with_book=False)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_another_folder_is_not_replaced(course, tmp_path):
+    (tmp_path / "thesis.tex").write_text("precious", "utf-8")
+    with pytest.raises(edition.EditionError, match="something else than a students' edition"):
+        edition.write_edition(course, tmp_path, with_book=False)
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_the_notebooks_keep_their_questions_and_checks(student):
+    notebook = nbformat.read(student / "lab/notebooks/09_problems.ipynb", as_version=4)
+    nbformat.validate(notebook)
+    graded = [cell.metadata["nbgrader"] for cell in notebook.cells if "nbgrader" in cell.metadata]
+    assert {each["schema_version"] for each in graded} == {3}
+    answers = [cell for cell in notebook.cells if "YOUR CODE HERE" in cell.source]
+    assert len(answers) == sum(each["solution"] for each in graded) >= 10
+    assert sum(each["grade"] for each in graded) == len(answers)
+
+
+def test_authors_files_are_kept_back(student):
+    names = [path.relative_to(student / "lab").as_posix() for path in student.rglob("lab/**/*")]
+    assert "labkit/icp.py" in names
+    assert not [name for name in names if re.search(r"authoring|hidden|__pycache__|vendor", name)]
+
+
+# Launch
+
+
+def test_one_line_brings_the_buttons(student):
+    page = (student / "html/notebooks/09_problems.html").read_text("utf-8")
+    name = REPOSITORY.removeprefix("https://github.com/")
+    at = "notebooks/09_problems.ipynb"
+    assert f"https://mybinder.org/v2/gh/{name}/main?urlpath=lab/tree/{at}" in page
+    assert f"https://colab.research.google.com/github/{name}/blob/main/{at}" in page
+    assert 'href="../_sources/notebooks/09_problems.ipynb"' in page
+
+
+def test_a_notebook_fetches_labkit_where_it_is_missing(student):
+    notebook = nbformat.read(student / "lab/notebooks/09_problems.ipynb", as_version=4)
+    first = next(cell for cell in notebook.cells if cell.cell_type == "code")
+    assert first.id == launch.CELL_ID
+    assert f"git+{REPOSITORY}@main" in first.source
+    assert "install-labkit" not in (student / "html/notebooks/09_problems.html").read_text("utf-8")
+    code = first.source.replace("    %pip install --quiet", "    missing = ")
+    exec(compile(code, "cell", "exec"), namespace := {})
+    assert "missing" not in namespace  # here it is not
+
+
+@pytest.mark.parametrize("url", ["some-course", "https://github.com/some-school"])
+def test_an_address_that_leads_nowhere_is_refused(url):
+    class Options:
+        html_theme_options = {"repository_url": url, "launch_buttons": {"colab_url": "x"}}  # noqa: RUF012
+
+    with pytest.raises(Exception, match=re.escape(f"got '{url}'")):
+        launch.settle_buttons(None, Options)
+
+
+def test_without_an_address_there_are_no_buttons():
+    class Options:
+        html_theme_options = {"repository_url": "", "launch_buttons": {"colab_url": "x"}}  # noqa: RUF012
+
+    launch.settle_buttons(None, Options)
+    assert Options.html_theme_options["launch_buttons"] == {}
+    assert launch.repository(ROOT / "_config.yml")[0] == ""
+
+
+def test_the_command_line_says_what_is_wrong_without_a_traceback(tmp_path):
+    (tmp_path / "precious").touch()
+    command = [sys.executable, edition.__file__, "--no-book", "--to", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr.startswith("students' edition: ")
+    assert "Traceback" not in done.stderr
+
+
+def test_binder_installs_what_the_notebooks_need():
+    post_build = (ROOT / ".binder" / "postBuild").read_text("utf-8")
+    assert "killian,notebooks" in post_build
+    assert (ROOT / ".binder" / "postBuild").stat().st_mode & 0o111
+    container = json.loads((ROOT / ".devcontainer" / "devcontainer.json").read_text("utf-8"))
+    assert "make" in container["postCreateCommand"]
+    assert yaml.safe_load((ROOT / "_config.yml").read_text("utf-8"))["launch_buttons"]

@@ -1,0 +1,137 @@
+"""Every notebook's form: short cells, one import cell, no helper twice, figures with words.
+
+The notebooks are found by their folder, so one that is written tomorrow is held to the same
+rules. That they run is nbval's part.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import nbformat
+import pytest
+from IPython.core.inputtransformer2 import TransformerManager
+from nbformat import NotebookNode
+
+FOLDER = Path(__file__).parents[2] / "notebooks"
+NOTEBOOKS = {
+    path.relative_to(FOLDER).as_posix(): nbformat.read(path, as_version=4)
+    for path in sorted(FOLDER.rglob("*.ipynb"))
+    if ".ipynb_checkpoints" not in path.parts
+}
+MAX_LINES = 15  # about 12 is the aim
+each_notebook = pytest.mark.parametrize("name", NOTEBOOKS)
+
+
+def code_cells(notebook: NotebookNode) -> list[NotebookNode]:
+    return [cell for cell in notebook.cells if cell.cell_type == "code"]
+
+
+def parse(source: str) -> ast.Module:
+    """The Python of a cell, its magics turned into calls."""
+    return ast.parse(TransformerManager().transform_cell(source))
+
+
+def too_long(cells: Iterable[NotebookNode]) -> list[str]:
+    return [cell.id for cell in cells if len(cell.source.splitlines()) > MAX_LINES]
+
+
+def helpers(notebook: NotebookNode) -> Iterator[ast.FunctionDef]:
+    """What a notebook defines for itself; an answer to a question is no helper."""
+    for cell in code_cells(notebook):
+        if not cell.metadata.get("nbgrader", {}).get("solution", False):
+            nodes = parse(cell.source).body
+            yield from (node for node in nodes if isinstance(node, ast.FunctionDef))
+
+
+def defined_twice(notebooks: Iterable[NotebookNode]) -> list[str]:
+    """Names of helpers that come more than once, by their name or by what they do."""
+    found = [each for notebook in notebooks for each in helpers(notebook)]
+    names = Counter(each.name for each in found)
+    bodies = Counter(ast.unparse(ast.Module(each.body, [])) for each in found)
+    return [
+        each.name
+        for each in found
+        if names[each.name] > 1 or bodies[ast.unparse(ast.Module(each.body, []))] > 1
+    ]
+
+
+def notebook_of(*sources: str) -> NotebookNode:
+    cells = [nbformat.v4.new_code_cell(source) for source in sources]
+    return nbformat.v4.new_notebook(cells=cells)
+
+
+def test_there_are_notebooks():
+    assert len(NOTEBOOKS) >= 4
+
+
+@each_notebook
+def test_cells_are_short(name):
+    assert too_long(code_cells(NOTEBOOKS[name])[1:]) == []
+
+
+@each_notebook
+def test_all_is_imported_in_the_first_cell_of_code(name):
+    first, *others = code_cells(NOTEBOOKS[name])
+    allowed = (ast.Import, ast.ImportFrom, ast.Expr)
+    assert all(isinstance(node, allowed) for node in parse(first.source).body)
+    importing = [
+        cell.id
+        for cell in others
+        if any(isinstance(node, allowed[:2]) for node in ast.walk(parse(cell.source)))
+    ]
+    assert importing == []
+
+
+def test_no_helper_is_defined_twice():
+    assert defined_twice(NOTEBOOKS.values()) == []
+
+
+@each_notebook
+def test_a_figure_has_words_for_those_who_cannot_see_it(name):
+    silent = [
+        cell.id
+        for cell in code_cells(NOTEBOOKS[name])
+        if cell.source.split("\n")[-1] == "figure"
+        and len(cell.metadata.get("mystnb", {}).get("image", {}).get("alt", "")) < 40
+    ]
+    assert silent == []
+
+
+@each_notebook
+def test_outputs_stay_out_of_the_repository(name):
+    cells = code_cells(NOTEBOOKS[name])
+    assert [cell.id for cell in cells if cell.outputs or cell.execution_count] == []
+
+
+@each_notebook
+def test_cells_have_names_of_their_own(name):
+    ids = [cell.id for cell in NOTEBOOKS[name].cells]
+    assert [each for each, count in Counter(ids).items() if count > 1] == []
+    assert [each for each in ids if re.fullmatch(r"[0-9a-f]{8}(-.*)?", each)] == []
+
+
+@pytest.mark.parametrize("name", [name for name in NOTEBOOKS if re.match(r"0[1-8]_", name)])
+def test_a_chapter_opens_with_what_it_is_for_and_ends_with_questions(name):
+    texts = [cell.source for cell in NOTEBOOKS[name].cells if cell.cell_type == "markdown"]
+    assert texts[0].startswith("# ")
+    assert "\n- " in texts[0]
+    text = "\n".join(texts)
+    assert text.index("\n## Check your understanding") < text.index("## Exercises")
+    assert text.count("{exercise}") >= 3
+
+
+def test_a_long_cell_is_found():
+    (cell,) = notebook_of("\n".join(["x = 1"] * (MAX_LINES + 1))).cells
+    assert too_long([cell]) == [cell.id]
+
+
+@pytest.mark.parametrize("second", ["def f(a):\n    return a", "def g(x):\n    return 2 * x"])
+def test_a_helper_that_comes_twice_is_found(second):
+    """By its name, or under another name by its body."""
+    first = notebook_of("def f(x):\n    return 2 * x", "def h(x):\n    return 3 * x")
+    assert len(defined_twice([first, notebook_of(second)])) == 2
