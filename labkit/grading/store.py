@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
@@ -44,7 +44,7 @@ class VerdictStore:
     >>> verdict = SubmissionVerdict(student="ada", submission="ada.py", mode="none",
     ...     questions=(), score=0.0, points=0.0, notes=(), seconds=0.01)
     >>> with TemporaryDirectory() as folder, VerdictStore(Path(folder, "v.jsonl")) as store:
-    ...     store.put(verdict, fingerprint="1f")
+    ...     store.put(verdict, fingerprint="1f", passages=(7, 9))
     ...     "ada" in store, store.fingerprint("ada"), store["ada"] == verdict
     (True, '1f', True)
     """
@@ -65,7 +65,9 @@ class VerdictStore:
             self._file.close()
             raise
 
-    def put(self, verdict: SubmissionVerdict, fingerprint: str) -> None:
+    def put(
+        self, verdict: SubmissionVerdict, fingerprint: str, passages: Sequence[int] = ()
+    ) -> None:
         """Add a verdict, or replace the one on the same student.
 
         Parameters
@@ -74,10 +76,13 @@ class VerdictStore:
             What to keep.
         fingerprint : str
             What it was graded from; `fingerprint` gives it back.
+        passages : sequence of int
+            Marks of its code, for `labkit.grading.similarity`.
         """
         entry = {
             "student": verdict.student,
             "fingerprint": fingerprint,
+            "passages": list(passages),
             "verdict": json.loads(verdict.to_json()),
         }
         line = json.dumps(entry, ensure_ascii=True).encode("ascii") + b"\n"
@@ -91,12 +96,12 @@ class VerdictStore:
         place = self._place.get(student)
         return place[2] if place else None
 
+    def passages(self) -> dict[str, tuple[int, ...]]:
+        """The marks of every submission's code, by student."""
+        return {student: tuple(self._entry(student)["passages"]) for student in sorted(self._place)}
+
     def __getitem__(self, student: str) -> SubmissionVerdict:
-        start, length, _ = self._place[student]
-        self._file.seek(start)
-        return SubmissionVerdict.from_json(
-            json.dumps(json.loads(self._file.read(length))["verdict"])
-        )
+        return SubmissionVerdict.from_json(json.dumps(self._entry(student)["verdict"]))
 
     def __contains__(self, student: str) -> bool:
         return student in self._place
@@ -125,6 +130,12 @@ class VerdictStore:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+    def _entry(self, student: str) -> dict[str, Any]:
+        start, length, _ = self._place[student]
+        self._file.seek(start)
+        entry: dict[str, Any] = json.loads(self._file.read(length))
+        return entry
 
     def _read_places(self) -> None:
         """Find every whole line; take off a cut one at the end."""
