@@ -167,12 +167,15 @@ class Assignment:
     variants : tuple of such mappings
         The hidden cases, equally hard with other numbers; a student gets one of them.
         Empty in the students' edition.
+    digest : str
+        Of the files that it was read from: another digest, other verdicts.
     """
 
     title: str
     questions: tuple[Question, ...]
     visible: Cases
     variants: tuple[Cases, ...]
+    digest: str = ""
 
     @property
     def points(self) -> float:

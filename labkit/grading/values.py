@@ -14,7 +14,7 @@ import numpy as np
 from labkit.errors import InvalidParameterError
 from labkit.grading.contract import Value
 
-DTYPES = ("float64", "float32", "int64", "bool")
+DTYPES = ("float64", "int64", "bool")
 
 
 def to_plain(value: Value) -> Any:
@@ -24,7 +24,7 @@ def to_plain(value: Value) -> Any:
     ------
     InvalidParameterError
         For what is no data, and for an array that is not finite or of another type than
-        float64, float32, int64 and bool.
+        float64, int64 and bool.
 
     Examples
     --------

@@ -1,0 +1,118 @@
+"""The assignment's files, and how they are read.
+
+`questions.json` and `visible.json` are for everybody; `hidden/` is left out of what students
+get. ``python -m labkit.authoring`` writes all of them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from labkit.errors import LabkitError
+from labkit.grading.questions import Answer, Assignment, Case, Cases, Misconception, Question
+from labkit.grading.values import from_plain
+
+FOLDER = Path(__file__).parent
+FORMAT = 1
+
+
+def load_assignment(folder: str | os.PathLike[str] = FOLDER, *, hidden: bool = True) -> Assignment:
+    """Read an assignment.
+
+    Parameters
+    ----------
+    folder : path-like
+        Where its files are; labkit's own by default.
+    hidden : bool
+        Whether the hidden cases are wanted. A grader wants them, a notebook has none.
+
+    Returns
+    -------
+    Assignment
+
+    Raises
+    ------
+    LabkitError
+        If a file is missing or is none of an assignment; if the hidden cases are wanted and
+        this is the students' edition.
+
+    Examples
+    --------
+    >>> assignment = load_assignment(hidden=False)
+    >>> assignment.question("huber_weights").signature
+    '(residuals, delta)'
+    """
+    return _load(Path(folder).resolve(), hidden)
+
+
+@cache
+def _load(folder: Path, hidden: bool) -> Assignment:
+    head, digest = _read(folder / "questions.json"), hashlib.sha256()
+    files = sorted((folder / "hidden").glob("variant_*.json")) if hidden else []
+    if hidden and not files:
+        raise LabkitError(
+            f"{folder} holds no hidden cases: this is the students' edition; grade with the "
+            f"instructor's one, or write them with `python -m labkit.authoring`"
+        )
+    visible = _cases(folder / "visible.json", False)
+    for file in (folder / "questions.json", folder / "visible.json", *files):
+        digest.update(file.read_bytes())
+    return Assignment(
+        title=head["title"],
+        questions=tuple(map(_question, head["questions"])),
+        visible=visible,
+        variants=tuple(_cases(file, True) for file in files),
+        digest=digest.hexdigest(),
+    )
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        content: dict[str, Any] = json.loads(path.read_text("utf-8"))
+        version = content["format"]
+    except OSError as error:
+        raise LabkitError(
+            f"cannot read {path}: {error.strerror}; name the folder of an assignment"
+        ) from None
+    except (ValueError, KeyError, TypeError):
+        raise LabkitError(f"{path} is no file of an assignment; write it afresh") from None
+    if version != FORMAT:
+        raise LabkitError(f"{path} has format {version!r}, this labkit reads {FORMAT}")
+    return content
+
+
+def _question(fields: dict[str, Any]) -> Question:
+    return Question(
+        **{
+            **fields,
+            "answer": Answer(fields["answer"]),
+            "misconceptions": tuple(Misconception(**known) for known in fields["misconceptions"]),
+        }
+    )
+
+
+def _cases(path: Path, hidden: bool) -> Cases:
+    questions: dict[str, list[dict[str, Any]]] = _read(path)["cases"]
+    return {
+        question: tuple(_case(fields, hidden) for fields in cases)
+        for question, cases in questions.items()
+    }
+
+
+def _case(fields: dict[str, Any], hidden: bool) -> Case:
+    return Case(
+        id=fields["id"],
+        hidden=hidden,
+        about=fields["about"],
+        arguments=tuple(map(from_plain, fields["arguments"])),
+        expected=tuple(map(from_plain, fields["expected"])),
+        tolerance=fields["tolerance"],
+        mistaken={
+            id: tuple(map(from_plain, answers)) for id, answers in fields["mistaken"].items()
+        },
+    )

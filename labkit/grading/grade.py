@@ -1,0 +1,132 @@
+"""From a submission's cells to its verdict: build the calls, run them, judge what came."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
+
+from labkit.grading.compare import assess
+from labkit.grading.contract import Call, Outcome, OutcomeStatus, Sandbox, SourceCell
+from labkit.grading.questions import Assignment, Case, Question
+from labkit.grading.verdict import SubmissionVerdict
+
+FAILED = (OutcomeStatus.RAISED, OutcomeStatus.SOURCE_FAILED)
+
+
+def grade_submission(
+    cells: Sequence[SourceCell],
+    sandbox: Sandbox,
+    assignment: Assignment,
+    student: str,
+    *,
+    submission: str = "",
+    notes: Sequence[str] = (),
+    questions: Collection[str] = (),
+) -> SubmissionVerdict:
+    """Grade one submission.
+
+    Parameters
+    ----------
+    cells : sequence of SourceCell
+        The submission, extracted.
+    sandbox : Sandbox
+        Where it runs.
+    assignment : Assignment
+        What it is held to; the student's variant of the hidden cases is chosen by `student`.
+    student : str
+        Who handed it in.
+    submission : str
+        Its name for a person.
+    notes : sequence of str
+        What the student should know besides.
+    questions : collection of str
+        Grade these alone; empty for all.
+
+    Returns
+    -------
+    SubmissionVerdict
+        Of the same submission always the same, but for `seconds`.
+
+    Raises
+    ------
+    InvalidParameterError
+        For a question that the assignment does not have.
+
+    Notes
+    -----
+    What a call raised or printed may hold the arguments of another one that ran in the same
+    process. Where a visible case failed, the error text that a student reads therefore comes
+    from a second run, which is given the visible cases and nothing else.
+    """
+    start = time.perf_counter()
+    wanted = {assignment.question(id).id for id in questions}
+    asked = [one for one in assignment.questions if not wanted or one.id in wanted]
+    cases = {question.id: assignment.cases(question.id, student) for question in asked}
+    outcomes = _run(cells, sandbox, asked, cases)
+    outcomes = _with_messages(outcomes, cells, sandbox, asked, cases)
+    verdicts = tuple(
+        assess(question, cases[question.id], outcomes[question.id]) for question in asked
+    )
+    return SubmissionVerdict(
+        student=student,
+        submission=submission,
+        mode=sandbox.mode,
+        questions=verdicts,
+        score=_total(verdict.score for verdict in verdicts),
+        points=_total(verdict.points for verdict in verdicts),
+        notes=tuple(notes),
+        seconds=time.perf_counter() - start,
+    )
+
+
+def _run(
+    cells: Sequence[SourceCell],
+    sandbox: Sandbox,
+    questions: Sequence[Question],
+    cases: Mapping[str, Sequence[Case]],
+) -> dict[str, list[Outcome]]:
+    """The outcomes of all cases by question; the calls' ids are mere numbers."""
+    asked = [(question, case) for question in questions for case in cases[question.id]]
+    calls = [
+        Call(id=str(i), question=question.id, function=question.function, arguments=case.arguments)
+        for i, (question, case) in enumerate(asked)
+    ]
+    outcomes: dict[str, list[Outcome]] = {question.id: [] for question in questions}
+    for (question, _), outcome in zip(asked, sandbox.run(cells, calls), strict=True):
+        outcomes[question.id].append(outcome)
+    return outcomes
+
+
+def _with_messages(
+    outcomes: dict[str, list[Outcome]],
+    cells: Sequence[SourceCell],
+    sandbox: Sandbox,
+    questions: Sequence[Question],
+    cases: Mapping[str, Sequence[Case]],
+) -> dict[str, list[Outcome]]:
+    """The same outcomes, with no message but those of a run that saw no hidden case."""
+    safe = {
+        id: [replace(outcome, message="", output="") for outcome in those]
+        for id, those in outcomes.items()
+    }
+    visible = {id: [case for case in those if not case.hidden] for id, those in cases.items()}
+    failed = [
+        question
+        for question in questions
+        if any(
+            outcome.status in FAILED and outcome.error != "NotImplementedError"
+            for outcome in outcomes[question.id][: len(visible[question.id])]
+        )
+    ]
+    if failed:
+        again = _run(cells, sandbox, failed, visible)
+        for id, those in again.items():
+            for i, outcome in enumerate(those):
+                if outcome.status is safe[id][i].status:
+                    safe[id][i] = replace(safe[id][i], message=outcome.message)
+    return safe
+
+
+def _total(amounts: Iterable[float]) -> float:
+    return round(sum(amounts), 2)
