@@ -34,6 +34,10 @@ def wrap(angle: ArrayLike) -> FloatArray:
 
 def rotation(theta: ArrayLike) -> FloatArray:
     """Rotation matrices R(θ), counter-clockwise, shape (..., 2, 2), from angles [rad]."""
+    if np.ndim(theta) == 0:  # the short way of a single one
+        angle = float(theta)  # type: ignore[arg-type]
+        c, s = math.cos(angle), math.sin(angle)
+        return np.array([[c, -s], [s, c]])
     theta = np.asarray(theta, dtype=np.float64)
     c, s = np.cos(theta), np.sin(theta)
     return np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)

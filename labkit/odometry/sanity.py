@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from labkit.arrays import FloatArray, check_range
 from labkit.line_alignment import MIN_INFORMATION
-from labkit.se2 import from_xytheta, relative, to_xytheta
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,15 +59,15 @@ def motion_complaints(
     if abs(increment[2]) > limits.max_rotation:
         complaints.append(f"rotation {_degrees(increment[2])} > {_degrees(limits.max_rotation)}")
     if prior is not None:
-        gap = to_xytheta(relative(from_xytheta(prior), from_xytheta(increment)))
-        apart = math.hypot(gap[0], gap[1])
+        apart = math.hypot(increment[0] - prior[0], increment[1] - prior[1])
+        turned = math.remainder(increment[2] - prior[2], math.tau)
         if apart > limits.max_prior_translation:
             complaints.append(
                 f"{apart:.2f} m from the prior > {limits.max_prior_translation:.2f} m"
             )
-        if abs(gap[2]) > limits.max_prior_rotation:
+        if abs(turned) > limits.max_prior_rotation:
             complaints.append(
-                f"{_degrees(gap[2])} from the prior > {_degrees(limits.max_prior_rotation)}"
+                f"{_degrees(turned)} from the prior > {_degrees(limits.max_prior_rotation)}"
             )
     return complaints
 
