@@ -61,6 +61,7 @@ def confine(order: dict[str, Any]) -> None:
 
 def empty_root(size: int, uid: int | None) -> None:
     """Live in a small file system of one's own that holds nothing but /dev/null and /tmp."""
+    kernel.unshare(kernel.NEW_MOUNTS | kernel.NEW_IPC)
     kernel.mount(None, b"/", None, kernel.RECURSIVE | kernel.PRIVATE, None)
     options = f"size={size},nr_inodes={MAX_FILES},mode=0755".encode()
     harmless = kernel.NO_SUID | kernel.NO_EXEC

@@ -35,6 +35,11 @@ def unshare(flags: int) -> None:
     check(LIBC.unshare(flags), "unshare")
 
 
+def return_to(process: int, flags: int) -> None:
+    """Enter the namespaces of a process, given by its pidfd."""
+    check(LIBC.setns(process, flags), "setns")
+
+
 def mount(
     source: bytes | None, target: bytes, kind: bytes | None, flags: int, options: bytes | None
 ) -> None:

@@ -39,7 +39,11 @@ UNWANTED = {
     "site-packages", "dist-packages", "test", "tests", "idlelib", "lib2to3", "ensurepip",
     "tkinter", "turtledemo", "pydoc_data", "lib-dynload", "__pycache__",
 }  # fmt: skip
-UNWANTED_COMPILED = ("_test", "_xx", "xx", "_tkinter", "_curses", "readline", "_ctypes_test")
+UNWANTED_COMPILED = (
+    "_test", "_xx", "xx", "_ctypes_test", "_codecs_", "_crypt", "_curses", "_dbm", "_gdbm",
+    "_multiprocessing", "_posix", "_sqlite3", "_ssl", "_tkinter", "audioop", "nis", "ossaudio",
+    "readline", "resource_", "spwd", "syslog",
+)  # fmt: skip
 
 
 class Source(NamedTuple):

@@ -1,8 +1,8 @@
 """Has numpy imported once and forks one jailed process for each submission.
 
 The zygote itself never sees a student's code: it hands a socket on to a child that closes
-its jail first. Between the two stands a supervisor that ends the child when the grader
-asks, or is gone, or when the child fills its folder.
+its jail first, and ends that child when the grader asks, or is gone, or when the child
+fills its folder.
 """
 
 from __future__ import annotations
@@ -20,49 +20,42 @@ from labkit.grading.box import jail, kernel, library, wire
 from labkit.grading.box.worker import Worker
 
 WATCH = 0.02  # s between two looks at a folder that nothing else limits
+BOX_END = 3  # the one descriptor besides the standard ones that a child keeps
 DISK_FULL = "it filled its folder"
 
 
 def main(control_number: int) -> None:
-    """Serve orders from the control socket until its other end closes."""
+    """Serve orders from the control socket, one after the other, until its other end closes."""
     library.preload()
     control = socket.socket(fileno=control_number)
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for a supervisor
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the grader
     control.send(b"ready")
     while True:
         message, descriptors, _, _ = socket.recv_fds(control, 1 << 16, 2)
         if not message:
             return
-        if os.fork() == 0:
-            try:
-                control.close()
-                supervise(json.loads(message), *descriptors)
-            finally:
-                os._exit(0)
-        for descriptor in descriptors:
-            os.close(descriptor)
+        channel, life = descriptors
+        try:
+            end = supervise(json.loads(message), channel, life)
+        except OSError as error:
+            end = {"reason": str(error)}
+        with contextlib.suppress(OSError):  # the grader may be gone
+            os.write(life, json.dumps(end).encode())
+        os.close(life)
 
 
-def supervise(order: dict[str, Any], channel: int, life: int) -> None:
-    """Fork the child, watch it, and report how it ended on `life`."""
-    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-    reason = ""
-    try:
-        if order["mode"] == "bubblewrap":
-            kernel.unshare(kernel.NEW_PIDS | kernel.NEW_MOUNTS | kernel.NEW_IPC)
-        child = os.fork()
-    except OSError as error:
-        os.write(life, json.dumps({"fault": str(error)}).encode())
-        return
+def supervise(order: dict[str, Any], channel: int, life: int) -> dict[str, Any]:
+    """Fork a child, watch it until it ends or is to end, and say how it ended."""
+    child = fork_first_of_its_kind() if order["mode"] == "bubblewrap" else os.fork()
     if child == 0:
-        work(order, channel, life)
+        work(order, channel)
     os.close(channel)
     handle = os.pidfd_open(child)
     watched = select.poll()
     watched.register(handle, select.POLLIN)
     watched.register(life, select.POLLIN)
     own_disk = order["mode"] == "bubblewrap"
+    reason = ""
     while not (events := watched.poll(None if own_disk else WATCH * 1000)):
         if disk_use(order["folder"], child) > order["disk_bytes"]:
             reason = DISK_FULL
@@ -70,16 +63,27 @@ def supervise(order: dict[str, Any], channel: int, life: int) -> None:
     if all(descriptor != handle for descriptor, _ in events):
         os.kill(child, signal.SIGKILL)
     _, status = os.waitpid(child, 0)
-    end = {"signal": os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0, "reason": reason}
-    with contextlib.suppress(OSError):  # the grader may be gone
-        os.write(life, json.dumps(end).encode())
+    os.close(handle)
+    return {"signal": os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0, "reason": reason}
 
 
-def work(order: dict[str, Any], channel: int, life: int) -> None:
+def fork_first_of_its_kind() -> int:
+    """Fork a child that is the first process, and with its threads the last, of a namespace."""
+    own = os.pidfd_open(os.getpid())
+    kernel.unshare(kernel.NEW_PIDS)
+    child = os.fork()
+    if child:
+        kernel.return_to(own, kernel.NEW_PIDS)
+    os.close(own)
+    return child
+
+
+def work(order: dict[str, Any], channel: int) -> None:
     """In the child: close the jail, then serve the submission."""
     try:
-        os.dup2(channel, 3) if channel != 3 else None
-        os.closerange(4, 4096)
+        if channel != BOX_END:
+            os.dup2(channel, BOX_END)
+        os.closerange(BOX_END + 1, 4096)
         quiet = os.open("/dev/null", os.O_RDWR)
         for standard in (0, 1, 2):
             os.dup2(quiet, standard)
@@ -89,9 +93,9 @@ def work(order: dict[str, Any], channel: int, life: int) -> None:
         try:
             jail.confine(order)
         except Exception as error:
-            os.write(3, wire.pack({"fault": f"{type(error).__name__}: {error}"}))
+            os.write(BOX_END, wire.pack({"fault": f"{type(error).__name__}: {error}"}))
             return
-        Worker(3, 3, order).serve()
+        Worker(BOX_END, BOX_END, order).serve()
     finally:
         os._exit(0)
 
