@@ -6,6 +6,7 @@ and one rotation [rad] per pose or pair; the two are never mixed into one number
 
 from labkit.evaluation.absolute import AbsoluteErrors, ate
 from labkit.evaluation.association import associate
+from labkit.evaluation.consistency import disagreement, forward_backward, loop_closure
 from labkit.evaluation.pose_errors import ErrorSummary, PoseErrors
 from labkit.evaluation.relation_files import read_relations
 from labkit.evaluation.relations import RelationErrors, Relations, relation_errors
@@ -20,6 +21,9 @@ __all__ = [
     "RelativeErrors",
     "associate",
     "ate",
+    "disagreement",
+    "forward_backward",
+    "loop_closure",
     "read_relations",
     "relation_errors",
     "rpe",

@@ -1,0 +1,133 @@
+"""Checks of a motion that need no reference: against itself, the prior, and the way back.
+
+None of them proves an estimate right. Each finds one kind of mistake and is blind to
+others, which its notes name.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from labkit.arrays import FloatArray, as_pose, as_poses
+from labkit.errors import InvalidPointsError
+from labkit.evaluation.pose_errors import PoseErrors, pose_differences
+from labkit.se2 import from_xytheta, invert
+
+
+def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
+    """How far a match, and the same match the other way round, are from undoing one another.
+
+    Parameters
+    ----------
+    forward : array_like, shape (K, 3)
+        Rows (Δx [m], Δy [m], Δψ [rad]): the newer scan onto the older one.
+    backward : array_like, shape (K, 3)
+        The older scan onto the newer one.
+
+    Returns
+    -------
+    PoseErrors
+        Length [m] and angle [rad] of ``T_forward @ T_backward``, one per row.
+
+    Raises
+    ------
+    InvalidPointsError
+        For rows that are not three finite numbers, or unequal lengths. A match that failed
+        has no numbers: leave it out, and say how many those are.
+
+    Notes
+    -----
+    Blind to what both directions share: a corridor, a repeated pattern, a crowd.
+
+    Examples
+    --------
+    >>> errors = forward_backward([[0.5, 0.0, 0.0]], [[-0.4, 0.0, 0.1]])
+    >>> [round(float(each[0]), 3) for each in (errors.translation_errors, errors.rotation_errors)]
+    [0.1, 0.1]
+    """
+    there, back = _rows(forward, "forward", backward, "backward")
+    translation, rotation = pose_differences(invert(there), back)
+    return PoseErrors(translation_errors=translation, rotation_errors=rotation)
+
+
+def disagreement(increments: ArrayLike, prior: ArrayLike) -> PoseErrors:
+    """How far increments lie from those of the prior, or of any other source.
+
+    Parameters
+    ----------
+    increments, prior : array_like, shape (K, 3)
+        Rows (Δx [m], Δy [m], Δψ [rad]).
+
+    Returns
+    -------
+    PoseErrors
+        Length [m] and angle [rad] of ``invert(T_prior) @ T``, one per row.
+
+    Raises
+    ------
+    InvalidPointsError
+        For rows that are not three finite numbers, or unequal lengths.
+
+    Notes
+    -----
+    Blind where the estimate took over the prior, as it does along a free direction.
+
+    Examples
+    --------
+    >>> disagreement([[0.5, 0.0, 0.0]], [[0.5, 0.1, 0.0]]).translation.max
+    0.1
+    """
+    estimated, expected = _rows(increments, "increments", prior, "prior")
+    translation, rotation = pose_differences(expected, estimated)
+    return PoseErrors(translation_errors=translation, rotation_errors=rotation)
+
+
+def loop_closure(increments: ArrayLike, closing: ArrayLike = (0.0, 0.0, 0.0)) -> PoseErrors:
+    """By how much a path misses the place where it is known to end.
+
+    Parameters
+    ----------
+    increments : array_like, shape (K, 3)
+        The steps of the path, rows (Δx [m], Δy [m], Δψ [rad]).
+    closing : array_like, shape (3,)
+        The last pose as seen from the first. By default the two coincide, as after a way
+        there and back; else e.g. the match of the last scan with the first.
+
+    Returns
+    -------
+    PoseErrors
+        One length [m] and one angle [rad].
+
+    Raises
+    ------
+    InvalidPointsError
+        For rows that are not three finite numbers.
+
+    Notes
+    -----
+    Blind to what cancels on the way back, such as a length that is always 3 % too long.
+
+    Examples
+    --------
+    >>> square = [[1.0, 0.0, np.pi / 2]] * 4
+    >>> bool(loop_closure(square).translation.max < 1e-12)
+    True
+    """
+    T_first_last = np.eye(3)
+    for T in from_xytheta(as_poses(increments, "increments")):
+        T_first_last = T_first_last @ T
+    expected = from_xytheta(as_pose(closing, "closing"))
+    translation, rotation = pose_differences(expected[None], T_first_last[None])
+    return PoseErrors(translation_errors=translation, rotation_errors=rotation)
+
+
+def _rows(a: ArrayLike, a_name: str, b: ArrayLike, b_name: str) -> tuple[FloatArray, FloatArray]:
+    """The transforms of two lists of increments of one length."""
+    rows, others = as_poses(a, a_name), as_poses(b, b_name)
+    if len(rows) != len(others):
+        raise InvalidPointsError(
+            f"`{a_name}` and `{b_name}` must have the same length, "
+            f"got {len(rows)} and {len(others)} rows"
+        )
+    return from_xytheta(rows), from_xytheta(others)

@@ -1,0 +1,83 @@
+"""The checks without a reference: what they measure, and what they cannot see."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from labkit import from_xytheta, invert, to_xytheta
+from labkit.errors import InvalidPointsError
+from labkit.evaluation import disagreement, forward_backward, loop_closure
+
+pose = st.tuples(st.floats(-5, 5), st.floats(-5, 5), st.floats(-3, 3))
+
+
+def inverse(increments):
+    return to_xytheta(invert(from_xytheta(np.array(increments))))
+
+
+@given(st.lists(pose, min_size=1, max_size=5))
+def test_a_match_and_its_inverse_undo_one_another(increments):
+    errors = forward_backward(increments, inverse(increments))
+    assert errors.translation.max < 1e-12
+    assert errors.rotation.max < 1e-12
+
+
+@given(pose, pose)
+def test_the_gap_is_the_same_from_either_end(forward, backward):
+    """T_f @ T_b and T_b @ T_f are inverse up to a change of frame: same angle."""
+    gap, swapped = forward_backward([forward], [backward]), forward_backward([backward], [forward])
+    assert np.isclose(gap.rotation.max, swapped.rotation.max, atol=1e-12)
+
+
+def test_the_gap_is_that_of_the_product():
+    forward, backward = [0.5, 0.1, 0.3], [-0.4, 0.2, -0.1]
+    x, y, psi = to_xytheta(from_xytheta(forward) @ from_xytheta(backward))
+    errors = forward_backward([forward], [backward])
+    assert np.allclose(errors.translation_errors, np.hypot(x, y))
+    assert np.allclose(errors.rotation_errors, abs(psi))
+
+
+@given(pose, pose, pose)
+def test_disagreement_does_not_depend_on_the_frame(frame, increment, prior):
+    moved = [to_xytheta(from_xytheta(frame) @ from_xytheta(each)) for each in (increment, prior)]
+    errors, same = disagreement([increment], [prior]), disagreement(*[[each] for each in moved])
+    assert np.allclose(errors.translation_errors, same.translation_errors, atol=1e-9)
+    assert np.allclose(errors.rotation_errors, same.rotation_errors, atol=1e-9)
+
+
+@pytest.mark.parametrize("sides", [3, 5, 12])
+def test_a_polygon_closes(sides):
+    steps = [(0.7, 0.2, 2 * np.pi / sides)] * sides
+    errors = loop_closure(steps)
+    assert errors.translation.max < 1e-12
+    assert errors.rotation.max < 1e-12
+    assert len(errors) == 1
+
+
+def test_a_loop_may_close_anywhere():
+    steps = [(1.0, 0.0, 0.0), (1.0, 0.0, np.pi / 2)]
+    assert loop_closure(steps, (2.0, 0.0, np.pi / 2)).translation.max < 1e-12
+    assert np.isclose(loop_closure(steps).translation.max, 2.0)
+    assert np.isclose(loop_closure(steps).rotation.max, np.pi / 2)
+
+
+def test_there_and_back_does_not_see_a_wrong_scale():
+    there = [(1.0, 0.0, 0.0)] * 4 + [(0.0, 0.0, np.pi)]
+    steps = np.array(there * 2) * [1.03, 1.0, 1.0]
+    assert loop_closure(steps).translation.max < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("check", "rows", "message"),
+    [
+        (forward_backward, ([[0, 0, 0]], [[0, 0, 0]] * 2), "same length, got 1 and 2 rows"),
+        (forward_backward, ([[0, 0]], [[0, 0, 0]]), r"`forward` must have shape \(K, 3\)"),
+        (disagreement, ([[0, 0, 0]], [[0, 0, np.nan]]), "`prior` must be finite"),
+        (loop_closure, ([[0, 0, 0]], [1, 2]), "`closing` must be three finite numbers"),
+        (loop_closure, ([],), "`increments` must have shape"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(check, rows, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        check(*rows)
