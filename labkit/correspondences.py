@@ -132,6 +132,8 @@ class Correspondences:
         Huber's weight of a kept pair, 0 for a rejected one.
     gate, huber_delta : float
         d_max and δ [m] that they were judged by.
+    point_share : float
+        Share of the point-to-point metric in the step of line pairs; see `labkit.approach`.
     """
 
     source: FloatArray
@@ -146,6 +148,7 @@ class Correspondences:
     weights: FloatArray
     gate: float
     huber_delta: float
+    point_share: float = 0.0
 
     @property
     def inlier_count(self) -> int:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.alignment import align
+from labkit.approach import close_gate, is_long, point_share, wide_delta
 from labkit.arrays import FloatArray, as_points, as_transform, by_column, dots, take_rows
 from labkit.correspondences import (
     MIN_PAIRS,
@@ -68,7 +69,8 @@ def icp(
 
     with Huber's loss ρ_δ. No stage can raise it under the point-to-point metric: a step
     lowers the loss of the kept pairs, a new association lowers every distance, and a pair
-    outside the gate counts as if it stood on it.
+    outside the gate counts as if it stood on it. With ``approach=True``, δ and d_max are
+    those of the iteration: costs far from the answer and near it are of two kinds.
 
     Examples
     --------
@@ -84,8 +86,9 @@ def icp(
     target = as_target(target)
     T = np.eye(3) if T_init is None else as_transform(T_init, "T_init")
 
-    pairs = associate(points, target, T, parameters)  # D, E
-    history = [_record(T, T, pairs)]
+    far = parameters.approach
+    pairs = associate(points, target, T, parameters, far=far)  # D, E
+    history = [_record(T, T, pairs, far)]
     termination = check_pairs(pairs)
     while termination is None:
         try:
@@ -94,8 +97,9 @@ def icp(
             termination = Termination.DEGENERATE
             break
         T, T_before = dT @ T, T  # G: the update composes on the left
-        pairs = associate(points, target, T, parameters)  # D, E
-        history.append(_record(T, T_before, pairs))
+        far = far and is_long(pairs.source, apply(T, points), parameters.huber_delta)
+        pairs = associate(points, target, T, parameters, far=far)  # D, E
+        history.append(_record(T, T_before, pairs, far))
         termination = check_pairs(pairs) or check_convergence(history, parameters)  # H
     return IcpResult(  # I
         T_target_source=np.full((3, 3), np.nan) if termination.failed else T,
@@ -105,9 +109,14 @@ def icp(
 
 
 def associate(
-    source: FloatArray, target: Target, T: FloatArray, parameters: IcpParameters
+    source: FloatArray,
+    target: Target,
+    T: FloatArray,
+    parameters: IcpParameters,
+    *,
+    far: bool = False,
 ) -> Correspondences:
-    """Match, reject and weight at the pose `T`."""
+    """Match, reject and weight at the pose `T`, `far` from the answer or near it."""
     moved = apply(T, source)
     index = target.search.nearest(moved)
     nearest = take_rows(target.points, index)
@@ -119,10 +128,16 @@ def associate(
         normals = take_rows(target.normals, index)
         residuals = np.abs(dots(normals, offset))
 
-    within_gate = distance_gate(distances, parameters.max_correspondence_distance)
+    gate, delta, share = parameters.max_correspondence_distance, parameters.huber_delta, 0.0
+    if parameters.approach and not far:
+        gate = close_gate(gate, delta)
+    within_gate = distance_gate(distances, gate)
     within_overlap = overlap(distances, parameters.overlap_ratio)
     kept = within_gate & within_overlap & np.isfinite(residuals)
-    weights = np.where(kept, huber_weights(residuals, parameters.huber_delta), 0.0)
+    if far:
+        delta = wide_delta(residuals[kept], delta)
+        share = point_share(delta, parameters.huber_delta)
+    weights = np.where(kept, huber_weights(residuals, delta), 0.0)
     return Correspondences(
         source=moved,
         target=nearest,
@@ -134,8 +149,9 @@ def associate(
         within_overlap=within_overlap,
         kept=kept,
         weights=weights,
-        gate=parameters.max_correspondence_distance,
-        huber_delta=parameters.huber_delta,
+        gate=gate,
+        huber_delta=delta,
+        point_share=share,
     )
 
 
@@ -146,7 +162,7 @@ def minimise(pairs: Correspondences, parameters: IcpParameters) -> FloatArray:
     if pairs.normals is None:
         dT = align(p, q, w)
     else:
-        dT = align_to_lines(p, q, take_rows(pairs.normals, kept), w)
+        dT = align_to_lines(p, q, take_rows(pairs.normals, kept), w, pairs.point_share)
     return dT if parameters.step_fraction == 1.0 else _shorten(dT, p, parameters.step_fraction)
 
 
@@ -170,9 +186,12 @@ def check_convergence(history: list[Iteration], parameters: IcpParameters) -> Te
     """Whether to stop after ``history[-1]``, and why; None to go on.
 
     The two pose tests hold together: a scan that turns about its own centre has Δt ≈ 0
-    from the first step on, and under "any of them" it would stop there.
+    from the first step on, and under "any of them" it would stop there. A step that set
+    out far from the answer is none to stop after, however short.
     """
     before, now = history[-2:]
+    if before.far:
+        return Termination.BUDGET_SPENT if len(history) > parameters.max_iterations else None
     if (
         now.translation_step < parameters.translation_tolerance
         and now.rotation_step < parameters.rotation_tolerance
@@ -185,7 +204,7 @@ def check_convergence(history: list[Iteration], parameters: IcpParameters) -> Te
     return None
 
 
-def _record(T: FloatArray, T_before: FloatArray, pairs: Correspondences) -> Iteration:
+def _record(T: FloatArray, T_before: FloatArray, pairs: Correspondences, far: bool) -> Iteration:
     first = T is T_before
     (c, _, x), (s, _, y), _ = T.tolist()
     (c_before, _, x_before), (s_before, _, y_before), _ = T_before.tolist()
@@ -195,4 +214,5 @@ def _record(T: FloatArray, T_before: FloatArray, pairs: Correspondences) -> Iter
         correspondences=pairs,
         translation_step=math.nan if first else math.hypot(x - x_before, y - y_before),
         rotation_step=math.nan if first else abs(turned),
+        far=far,
     )

@@ -9,6 +9,10 @@ x = (Δx, Δy, Δψ) changes e by
 which leaves a 3×3 system A x = −g. Where the surface fixes only part of the motion (a
 corridor, a single wall), only that part of x is solved for; the rest stays at rest.
 
+Along the lines the residual is that of e⊥ = n⊥·(p − q), and the two together make the
+point-to-point metric. In the units used here, (Δx, Δy, ℓΔψ) per unit of weight, its A is
+the identity, so that a share τ of it is (1 − τ) A + τ I, at no cost (see `labkit.approach`).
+
 References
 ----------
 .. [1] Chen, Medioni, "Object modelling by registration of multiple range images",
@@ -32,6 +36,7 @@ from labkit.errors import DegenerateAlignmentError
 # this share of what they answer straight motion into a wall: √0.02 is a mean angle of 8°
 # between the surface and the direction, about the noise of a normal.
 MIN_INFORMATION = 0.02
+FAR_INFORMATION = 0.25 * MIN_INFORMATION  # with a share of point-to-point, which steadies
 EPSILON = float(np.finfo(float).eps)
 
 
@@ -86,7 +91,11 @@ def line_information(
 
 
 def align_to_lines(
-    source: FloatArray, target: FloatArray, normals: FloatArray, weights: FloatArray
+    source: FloatArray,
+    target: FloatArray,
+    normals: FloatArray,
+    weights: FloatArray,
+    point_share: float = 0.0,
 ) -> FloatArray:
     """One Gauss-Newton step of the point-to-line metric.
 
@@ -96,6 +105,8 @@ def align_to_lines(
         Matched points [m] and the unit normals of the target's surface.
     weights : ndarray, shape (N,)
         Weight of each pair, ≥ 0.
+    point_share : float
+        τ in [0, 1]: how much of the cost is that of the point-to-point metric.
 
     Returns
     -------
@@ -108,7 +119,13 @@ def align_to_lines(
         Where there is no pair with weight, or all of them coincide.
     """
     A, g, center, length = _normal_equations(source, target, normals, weights)
-    dx, dy, turn = _solve_constrained(A, g).tolist()
+    minimum = MIN_INFORMATION
+    if point_share > 0.0:
+        pull = _point_gradient(source - center, source - target, weights, length)
+        A = (1.0 - point_share) * A + point_share * np.eye(3)
+        g = (1.0 - point_share) * g + point_share * pull
+        minimum = (1.0 - point_share) * FAR_INFORMATION + point_share
+    dx, dy, turn = _solve_constrained(A, g, minimum).tolist()
     cx, cy = center.tolist()
     c, s = math.cos(turn / length), math.sin(turn / length)
     return np.array(  # turn about the centre, then shift
@@ -136,20 +153,31 @@ def _normal_equations(
     return M[:3, :3], M[:3, 3], center, length
 
 
-def _solve_constrained(A: FloatArray, g: FloatArray) -> FloatArray:
-    """Solve A x = −g, in the directions alone whose eigenvalue reaches `MIN_INFORMATION`."""
+def _point_gradient(
+    arm: FloatArray, offset: FloatArray, weights: FloatArray, length: float
+) -> FloatArray:
+    """Gradient g (3,) of the point-to-point metric, in the units of `_normal_equations`."""
+    pull = np.empty((len(arm), 3))
+    pull[:, :2] = offset
+    pull[:, 2] = (arm[:, 0] * offset[:, 1] - arm[:, 1] * offset[:, 0]) / length
+    gradient: FloatArray = weights @ pull / weights.sum()
+    return gradient
+
+
+def _solve_constrained(A: FloatArray, g: FloatArray, minimum: float) -> FloatArray:
+    """Solve A x = −g, in the directions alone whose eigenvalue reaches `minimum`."""
     (a, b, c), (_, d, e), (_, _, f) = A.tolist()
     u, v, w = d * f - e * e, c * e - b * f, b * e - c * d  # first row of the adjugate
     determinant = a * u + b * v + c * w
     # λ₁ = det A / (λ₂ λ₃) ≥ 4 det A / (λ₂ + λ₃)²: mostly this settles it without eigenvalues.
-    if 4.0 * determinant >= MIN_INFORMATION * (a + d + f) ** 2:
+    if 4.0 * determinant >= minimum * (a + d + f) ** 2:
         p, q, r = a * f - c * c, b * c - a * e, a * d - b * b
         gx, gy, gt = (g / -determinant).tolist()
         return np.array(
             [u * gx + v * gy + w * gt, v * gx + p * gy + q * gt, w * gx + q * gy + r * gt]
         )
     values, vectors = np.linalg.eigh(A)
-    constrained = values >= MIN_INFORMATION
+    constrained = values >= minimum
     values, vectors = values[constrained], vectors[:, constrained]
     x: FloatArray = -vectors @ ((g @ vectors) / values)
     return x

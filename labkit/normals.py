@@ -20,7 +20,7 @@ NEIGHBORS = 9  # neighbours looked at in space, the point itself included
 REACH = 0.5  # [m]: neighbours farther than this are not on the same surface
 GAP_RATIO = 4.0  # a step this much longer than its shorter neighbour leaves the surface
 GAP_FLOOR = 0.05  # [m]: a step this short never does
-LINEARITY = 0.6  # largest ratio of the spreads across and along that still is a line
+LINEARITY = 0.5  # largest ratio of the spreads across and along that still is a line
 MIN_ON_LINE = 3  # points that a line needs
 EPSILON = float(np.finfo(float).eps)
 

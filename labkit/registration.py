@@ -37,6 +37,8 @@ class IcpParameters:
         source point from the line through the target's surface.
     step_fraction : float
         The share of each step that is taken, in (0, 1]; below 1 calms a run that swings.
+    approach : bool
+        Whether to begin with a wide δ and to end with a gate of 8 δ; see `labkit.approach`.
 
     Examples
     --------
@@ -55,6 +57,7 @@ class IcpParameters:
     cost_tolerance: float = 1e-12
     metric: Metric = "point_to_point"
     step_fraction: float = 1.0
+    approach: bool = False
 
     def __post_init__(self) -> None:
         gate = self.max_correspondence_distance
@@ -70,6 +73,8 @@ class IcpParameters:
             raise InvalidParameterError(
                 f"`metric` must be one of {', '.join(get_args(Metric))}, got {self.metric!r}"
             )
+        if not isinstance(self.approach, bool):
+            raise InvalidParameterError(f"`approach` must be True or False, got {self.approach!r}")
 
 
 class Termination(Enum):
@@ -106,12 +111,15 @@ class Iteration:
         The association made there.
     translation_step, rotation_step : float
         How far the pose moved to get here, [m] and [rad]; NaN at number 0.
+    far : bool
+        Whether it counts as far from the answer; see `labkit.approach`.
     """
 
     T_target_source: FloatArray
     correspondences: Correspondences
     translation_step: float
     rotation_step: float
+    far: bool = False
 
     @property
     def cost(self) -> float:

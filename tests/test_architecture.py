@@ -23,6 +23,7 @@ DATA = BASE | {"se2", "scan"}
 STAGES = {
     "filters": DATA,
     "alignment": DATA,
+    "approach": DATA,
     "neighbors": DATA,
     "correspondences": DATA,
     "normals": DATA,

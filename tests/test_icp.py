@@ -19,7 +19,10 @@ BY_POINT = IcpParameters()
 BY_LINE = IcpParameters(metric="point_to_line")
 NOISY = {"translation_tolerance": 1e-4, "rotation_tolerance": 1e-4}  # below it, noise swings
 AROUND = Lidar(beam_count=720, field_of_view=2.0 * PI, noise_std=0.0)
-METRICS = pytest.mark.parametrize("parameters", [BY_POINT, BY_LINE], ids=["point", "line"])
+FROM_AFAR = replace(BY_LINE, approach=True, huber_delta=0.02)
+METRICS = pytest.mark.parametrize(
+    "parameters", [BY_POINT, BY_LINE, FROM_AFAR], ids=["point", "line", "approach"]
+)
 ANGLES = pytest.mark.parametrize("theta", [-PI, *np.radians([-135, -90, 0, 45, 90, 135, 180])])
 
 # Nothing rejected, nothing weighed down, and only the pose decides when to stop.

@@ -22,6 +22,7 @@ EXPLANATIONS = {
     "cost_tolerance": "converged when the cost changes by less [m²]",
     "metric": "what a residual is",
     "step_fraction": "share of each step that is taken, in (0, 1]",
+    "approach": "begin with a wide delta, end with a gate of 8 delta",
     # labkit.odometry.SanityLimits
     "max_translation": "farthest motion of a step [m]",
     "max_rotation": "largest rotation of a step [rad]",
@@ -57,6 +58,8 @@ def add_options(
         kind: dict[str, Any] = {"type": number_or_off, "metavar": "X"}
         if name in CHOICES:
             kind = {"choices": CHOICES[name]}
+        elif isinstance(default, bool):
+            kind = {"action": argparse.BooleanOptionalAction}
         elif isinstance(default, int):
             kind = {"type": int, "metavar": "N"}
         explanation = f"{EXPLANATIONS[name]} (default {_show(default)})"
@@ -83,6 +86,8 @@ number_or_off.__name__ = "number"  # what argparse calls the type in its message
 
 
 def _show(value: object) -> str:
+    if isinstance(value, bool):
+        return "on" if value else "off"
     if isinstance(value, float):
         return "off" if value == math.inf else f"{value:g}"
     return str(value)

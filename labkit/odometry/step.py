@@ -55,11 +55,12 @@ class OdometryParameters:
     icp: IcpParameters = field(
         default_factory=lambda: IcpParameters(
             metric="point_to_line",
-            overlap_ratio=0.9,
+            overlap_ratio=1.0,
             huber_delta=0.02,
-            translation_tolerance=1e-3,
-            rotation_tolerance=1e-3,
+            translation_tolerance=2e-3,
+            rotation_tolerance=5e-4,
             cost_tolerance=0.0,
+            approach=True,
         )
     )
     limits: SanityLimits = field(default_factory=SanityLimits)

@@ -26,10 +26,20 @@ def test_every_number_can_be_set(defaults):
     parser = argparse.ArgumentParser()
     add_options(parser, "all", defaults)
     for field in fields(defaults):
-        if isinstance(getattr(defaults, field.name), float | int):
-            value = 1 if isinstance(getattr(defaults, field.name), int) else 0.5
+        default = getattr(defaults, field.name)
+        if isinstance(default, float | int) and not isinstance(default, bool):
+            value = 1 if isinstance(default, int) else 0.5
             args = parser.parse_args([f"--{field.name.replace('_', '-')}", str(value)])
             assert getattr(from_options(type(defaults), args), field.name) == value
+
+
+@pytest.mark.parametrize("default", [True, False])
+def test_a_switch_goes_on_and_off(default):
+    parser = argparse.ArgumentParser()
+    add_options(parser, "all", IcpParameters(approach=default))
+    for flags, value in (([], default), (["--approach"], True), (["--no-approach"], False)):
+        assert from_options(IcpParameters, parser.parse_args(flags)).approach is value
+    assert f"(default {'on' if default else 'off'})" in parser.format_help()
 
 
 def test_every_explanation_belongs_to_a_field():

@@ -141,7 +141,7 @@ def test_decisions_know_their_kind():
         ({"max_rotation": 0.01}, "rotation 3.0° > 0.6°"),
         ({"max_prior_translation": 1e-3}, "m from the prior > 0.00 m"),
         ({"max_prior_rotation": 1e-3}, "° from the prior > 0.1°"),
-        ({"min_inlier_ratio": 0.9}, "inlier ratio 0.898 < 0.900"),
+        ({"min_inlier_ratio": 1.0}, "< 1.000"),
         ({"max_rmse": 0.001}, "m > 0.001 m"),
     ],
 )

@@ -1,0 +1,219 @@
+"""From afar: a wide delta that narrows, a share of point-to-point, and a gate that closes."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from labkit import IcpParameters, Termination, icp
+from labkit.alignment import align
+from labkit.approach import CLOSE_GATE, WIDTH, close_gate, is_long, point_share, wide_delta
+from labkit.line_alignment import align_to_lines
+from labkit.odometry import OdometryParameters
+from labkit.se2 import apply, invert, rotation, to_xytheta, transform
+from labkit.simulation import Lidar, cast, room
+
+PARAMETERS = OdometryParameters().icp
+GUESS = transform(0.5, 0.4, math.radians(24.0))
+
+residuals = arrays(float, st.integers(1, 40), elements=st.floats(0.0, 10.0))
+
+
+@given(residuals, st.floats(1e-3, 1.0))
+def test_half_the_pairs_weigh_in_full(r, delta):
+    wide = wide_delta(r, delta)
+    assert wide >= delta
+    assert np.count_nonzero(r <= wide) >= len(r) / 2
+    assert wide == delta or wide == WIDTH * np.sort(r)[len(r) // 2]
+
+
+def test_without_a_pair_delta_stays():
+    assert wide_delta(np.empty(0), 0.02) == 0.02
+
+
+@given(st.floats(1e-3, 1.0), st.floats(1.0, 1e6))
+def test_the_share_grows_with_delta_and_is_a_share(delta, ratio):
+    share = point_share(ratio * delta, delta)
+    assert 0.0 < share <= 1.0
+    assert share == pytest.approx(min(1.0, point_share(delta, delta) * ratio))
+
+
+def test_without_a_delta_there_is_nothing_to_widen():
+    assert point_share(math.inf, math.inf) == 0.0
+    assert close_gate(0.5, math.inf) == 0.5
+    assert not is_long(np.zeros((3, 2)), np.ones((3, 2)), math.inf)
+
+
+def test_the_close_gate_is_never_wider_than_the_gate():
+    assert close_gate(0.5, 0.02) == CLOSE_GATE * 0.02
+    assert close_gate(0.1, 0.02) == 0.1
+
+
+@given(st.floats(0.0, 1.0), st.floats(-math.pi, math.pi))
+def test_a_step_is_as_long_as_it_moves_the_points(turn, direction):
+    """A turn about the centroid moves points at 1 m by 2 sin(½ψ), a shift all by its length."""
+    ring = rotation(np.linspace(0.0, 2.0 * math.pi, 12, endpoint=False))[:, :, 0]
+    chord = 2.0 * math.sin(0.5 * turn)
+    turned = apply(transform(0.0, 0.0, turn), ring)
+    shifted = ring + chord * rotation(direction)[:, 0]
+    for moved in (turned, shifted):
+        assert is_long(ring, moved, 0.99 * chord - 1e-12) or chord == 0.0
+        assert not is_long(ring, moved, 1.01 * chord + 1e-12)
+
+
+# ---------------------------------------------------------------- the share of point-to-point
+
+
+def scene(seed, count=60):
+    rng = np.random.default_rng(seed)
+    direction = rng.uniform(-math.pi, math.pi, count)
+    normals = rotation(direction)[:, :, 0]
+    target = rng.uniform(-4.0, 4.0, (count, 2))
+    return target + rng.normal(0.0, 1e-3, (count, 2)), target, normals, rng.uniform(0.2, 2.0, count)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_a_share_of_one_is_point_to_point(seed):
+    """Second order apart, as one is linearised: |step|² ~ 1e-6."""
+    source, target, normals, weights = scene(seed)
+    step = align_to_lines(source, target, normals, weights, 1.0)
+    np.testing.assert_allclose(step, align(source, target, weights), atol=1e-6)
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.05, 0.95))
+def test_a_share_minimises_the_sum_of_both_costs(seed, share):
+    """Against `lstsq` on the rows of both metrics, each with the root of its share."""
+    source, target, normals, weights = scene(seed)
+    tangents = normals @ rotation(0.5 * math.pi).T
+    arm, offset = source - weights @ source / weights.sum(), source - target
+    rows, right = [], []
+    for along, part in ((normals, 1.0), (tangents, share)):
+        root = np.sqrt(part * weights)
+        lever = along[:, 1] * arm[:, 0] - along[:, 0] * arm[:, 1]
+        rows.append(root[:, None] * np.column_stack([along, lever]))
+        right.append(-root * (along * offset).sum(axis=1))
+    dx, dy, turn = np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0]
+    center = weights @ source / weights.sum()
+    step = align_to_lines(source, target, normals, weights, share)
+    assert to_xytheta(step)[2] == pytest.approx(turn, abs=1e-12)
+    np.testing.assert_allclose(apply(step, center[None])[0] - center, [dx, dy], atol=1e-12)
+
+
+def test_a_share_does_not_slide_a_wall_along_itself():
+    """Its residuals along the wall say how the beams fell, not how the robot moved."""
+    target = np.column_stack([np.linspace(-2.0, 2.0, 81), np.full(81, 2.0)])
+    source = target[10:-10] + np.array([0.02, 0.3])
+    normals = np.tile([0.0, -1.0], (len(source), 1))
+    step = align_to_lines(source, target[10:-10], normals, np.ones(len(source)), 0.2)
+    x, y, theta = to_xytheta(step)
+    assert (x, theta) == pytest.approx((0.0, 0.0), abs=1e-12)
+    assert y < -0.2
+
+
+# ---------------------------------------------------------------- in the loop
+
+
+@pytest.fixture(scope="module")
+def rooms():
+    """Twenty pairs of noisy looks at the room, with the motion between them."""
+    pairs = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        T = transform(*rng.uniform([-0.1, -0.1, -0.1], 0.1))
+        target, source = (cast(room(), pose, Lidar(), rng=rng) for pose in (np.eye(3), T))
+        pairs.append((source, target, T))
+    return pairs
+
+
+def misses(rooms, parameters, guess=GUESS):
+    """Distances [m] from the truth that runs from afar end at."""
+    ends = [icp(source, target, guess @ T, parameters) for source, target, T in rooms]
+    apart = [invert(T) @ end.T_target_source for (_, _, T), end in zip(rooms, ends, strict=True)]
+    return np.array([math.hypot(*each[:2, 2]) for each in apart])
+
+
+def test_it_arrives_where_narrow_steps_do_not(killian):
+    """40 pairs of a real run, 0.5 m and 20° off: what is asked is where the near start ends."""
+    rng = np.random.default_rng(0)
+    arrived = {True: 0, False: 0}
+    for k in range(100, 2100, 50):
+        target, source = killian.scans[k : k + 2]
+        motion = to_xytheta(
+            invert(transform(*killian.reference[k])) @ transform(*killian.reference[k + 1])
+        )
+        bearing = rng.uniform(0.0, 2.0 * math.pi)
+        off = np.array([0.5 * math.cos(bearing), 0.5 * math.sin(bearing), math.radians(20.0)])
+        for approach in arrived:
+            parameters = replace(PARAMETERS, approach=approach)
+            answer, found = (
+                icp(source, target, transform(*start), parameters).T_target_source
+                for start in (motion, motion + off)
+            )
+            x, y, turn = np.abs(to_xytheta(invert(answer) @ found))
+            arrived[approach] += math.hypot(x, y) < 0.05 and turn < math.radians(1.0)
+    assert arrived[True] >= 1.2 * arrived[False]
+    assert arrived[False] > 10
+
+
+def test_from_nearby_it_takes_no_more_steps_and_errs_no_more(rooms):
+    near = transform(0.03, 0.02, 0.02)
+    for_nothing = replace(PARAMETERS, approach=False)
+    assert misses(rooms, PARAMETERS, near).mean() < 1.1 * misses(rooms, for_nothing, near).mean()
+    steps = [
+        np.mean([icp(source, target, near @ T, each).iterations for source, target, T in rooms])
+        for each in (PARAMETERS, for_nothing)
+    ]
+    assert steps[0] <= steps[1] + 0.5
+
+
+def test_the_way_is_on_record(rooms):
+    """Far first, near to the end; δ and the gate are those of the iteration."""
+    source, target, T = rooms[0]
+    history = icp(source, target, GUESS @ T, PARAMETERS).history
+    far = [step.far for step in history]
+    assert far[0]
+    assert not far[-1]
+    assert far == sorted(far, reverse=True)
+    for step in history:
+        pairs = step.correspondences
+        if step.far:
+            assert pairs.gate == PARAMETERS.max_correspondence_distance
+            assert pairs.huber_delta == wide_delta(pairs.residuals[pairs.kept], 0.02)
+            assert pairs.point_share == point_share(pairs.huber_delta, 0.02)
+        else:
+            assert pairs.gate == CLOSE_GATE * 0.02
+            assert (pairs.huber_delta, pairs.point_share) == (0.02, 0.0)
+    for before, now in pairwise(history):
+        moved = before.correspondences.source, now.correspondences.source
+        assert now.far == (before.far and is_long(*moved, 0.02))
+
+
+def test_no_run_ends_with_a_step_from_afar(rooms):
+    """Not even where the guess is the answer and the first step is none."""
+    source, target, _ = rooms[0]
+    T = icp(source, target, None, replace(PARAMETERS, translation_tolerance=1e-9)).T_target_source
+    result = icp(source, target, T, PARAMETERS)
+    assert result.termination is Termination.CONVERGED_POSE
+    assert [step.far for step in result.history] == [True, False, False]
+    spent = icp(source, target, GUESS, replace(PARAMETERS, max_iterations=1))
+    assert spent.termination is Termination.BUDGET_SPENT
+    assert spent.iterations == 1
+
+
+def test_points_take_the_wide_delta_too(rooms):
+    parameters = replace(PARAMETERS, metric="point_to_point", huber_delta=0.05)
+    source, target, T = rooms[0]
+    result = icp(source, target, GUESS @ T, parameters)
+    assert result.history[0].correspondences.huber_delta > 0.05
+    assert result.correspondences.huber_delta == 0.05
+
+
+@pytest.mark.parametrize("approach", [1, 0, None, "yes"])
+def test_it_is_on_or_off(approach):
+    with pytest.raises(ValueError, match=f"`approach` must be True or False, got {approach!r}"):
+        IcpParameters(approach=approach)
