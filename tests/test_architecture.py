@@ -53,8 +53,9 @@ LAYERS = {
     "": MATHS,
     "plotting": BELOW_PLOTTING,
     "grading": BELOW_PLOTTING - GRADED,
+    "report": BELOW_PLOTTING,
     "interactive": BELOW_PLOTTING | {"plotting", "grading"},
-    "cli": BELOW_PLOTTING | {"plotting", "grading"},
+    "cli": BELOW_PLOTTING | {"plotting", "grading", "report"},
     "__main__": {"cli"},
 }
 

@@ -1,0 +1,51 @@
+"""``labkit report``: a notebook or Markdown as a page of HTML and a PDF."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from labkit.logs import atomic_write, refuse_unwritable
+from labkit.report import read_report, render, write_pdf
+
+DESCRIPTION = """\
+Run a report from its first cell to its last, and write it as one page of HTML and as a PDF:
+text, tables, figures and formulas, without the code. REPORT is a notebook (.ipynb) or
+Markdown (.md). notebooks/report_template.ipynb is one to start from."""
+PAGES = 2  # what the lesson allows
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add ``report`` to the command line."""
+    parser = commands.add_parser(
+        "report",
+        help="write a report as HTML and PDF",
+        description=DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("report", metavar="REPORT", help="a notebook or Markdown")
+    parser.add_argument("--out", metavar="NAME", help="NAME.html and NAME.pdf (as REPORT's name)")
+    parser.add_argument("--html-only", action="store_true", help="no PDF, which needs Chromium")
+    parser.add_argument("--as-is", action="store_true", help="do not run the notebook first")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the files; status 1 where there are more pages than two."""
+    source = Path(args.report)
+    stem = Path(args.out) if args.out else source.with_suffix("")
+    page, pdf = stem.with_name(stem.name + ".html"), stem.with_name(stem.name + ".pdf")
+    for path in [page] if args.html_only else [page, pdf]:
+        refuse_unwritable(path)
+    html = render(read_report(source, run=not args.as_is), source.resolve().parent)
+    with atomic_write(page) as file:
+        file.write(html)
+    print(f"{page}")
+    if args.html_only:
+        return 0
+    count = write_pdf(html, pdf)
+    print(f"{pdf}: {count} page{'' if count == 1 else 's'}")
+    if count > PAGES:
+        print(f"That is more than {PAGES} pages: leave out what your reader would not miss.")
+        return 1
+    return 0

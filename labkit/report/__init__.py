@@ -1,0 +1,18 @@
+"""A report of a page or two: its tables, and its way from a notebook to HTML and PDF."""
+
+from labkit.report.needs import ReportError
+from labkit.report.pages import read_report, render
+from labkit.report.pdf import page_count, write_pdf
+from labkit.report.tables import Table, error_table, parameter_table, quality_table
+
+__all__ = [
+    "ReportError",
+    "Table",
+    "error_table",
+    "page_count",
+    "parameter_table",
+    "quality_table",
+    "read_report",
+    "render",
+    "write_pdf",
+]

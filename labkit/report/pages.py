@@ -1,0 +1,128 @@
+"""From a notebook, or a page of Markdown, to one file of HTML that needs no network."""
+
+from __future__ import annotations
+
+import html
+import re
+import subprocess
+import warnings
+from pathlib import Path
+from typing import Any
+
+from labkit.report.needs import ReportError, need
+from labkit.report.style import CSS
+
+TIMEOUT = 300  # seconds for one cell
+
+
+def read_report(path: str | Path, *, run: bool = True) -> Any:
+    """A report as a notebook, freshly run.
+
+    Parameters
+    ----------
+    path : path-like
+        An ``.ipynb``, or a ``.md``, which becomes a notebook of one cell of text.
+    run : bool
+        Run the notebook from the first cell to the last, in its folder, so that no number
+        in the report is older than the code beside it.
+
+    Returns
+    -------
+    nbformat.NotebookNode
+
+    Raises
+    ------
+    ReportError
+        For a file that is neither, or a cell that fails: with its number and its error.
+    """
+    nbformat, nbclient = need("nbformat"), need("nbclient")
+    source = Path(path)
+    if source.suffix not in (".ipynb", ".md"):
+        raise ReportError(f"{path}: a report is a notebook (.ipynb) or Markdown (.md)")
+    try:
+        text = source.read_text("utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
+        raise ReportError(f"{path}: cannot be read: {reason}") from error
+    if source.suffix == ".md":
+        cell = nbformat.v4.new_markdown_cell(_without_front_matter(text))
+        return nbformat.v4.new_notebook(cells=[cell])
+    try:
+        notebook = nbformat.reads(text, as_version=4)
+    except Exception as error:  # whatever a damaged file makes the reader raise
+        raise ReportError(f"{path}: is no notebook: {error}") from error
+    if run:
+        folder = {"metadata": {"path": str(source.resolve().parent)}}
+        client = nbclient.NotebookClient(notebook, timeout=TIMEOUT, resources=folder)
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # of the kernel's own machinery
+                client.execute(stderr=subprocess.DEVNULL)
+        except nbclient.exceptions.CellExecutionError as error:
+            number = 1 + next(
+                index
+                for index, cell in enumerate(notebook.cells)
+                if any(output.output_type == "error" for output in cell.get("outputs", []))
+            )
+            raise ReportError(f"{path}: cell {number}: {error.ename}: {error.evalue}") from error
+        except nbclient.exceptions.CellTimeoutError as error:
+            raise ReportError(f"{path}: a cell ran for more than {TIMEOUT} s") from error
+    return notebook
+
+
+def render(notebook: Any, folder: str | Path = ".") -> str:
+    """A notebook as one page of HTML: text, tables, figures and formulas, without its code.
+
+    Parameters
+    ----------
+    notebook : nbformat.NotebookNode
+        From `read_report`.
+    folder : path-like
+        Where the pictures lie that its text names; they go into the page.
+
+    Returns
+    -------
+    str
+        Nothing in it asks the network.
+    """
+    nbconvert = need("nbconvert")
+    renderer = need("nbconvert.filters.markdown_mistune")
+    formula = need("latex2mathml.converter").convert
+
+    class Formulas(renderer.IPythonRenderer):  # type: ignore[misc, name-defined]
+        """Writes formulas as MathML, which browsers draw without any script."""
+
+        def inline_math(self, body: str) -> str:
+            return str(formula(body))
+
+        def block_math(self, body: str) -> str:
+            return str(formula(body, display="block"))
+
+        def latex_environment(self, name: str, body: str) -> str:
+            return str(formula(rf"\begin{{{name}}}{body}\end{{{name}}}", display="block"))
+
+    def to_html(text: str) -> str:
+        settings = {"escape": False, "embed_images": True, "path": str(folder)}
+        writer = Formulas(**settings, exclude_anchor_links=True)
+        return str(renderer.MarkdownWithMath(renderer=writer).render(text))
+
+    for cell in notebook.cells:
+        words = cell.metadata.get("mystnb", {}).get("image", {}).get("alt")
+        for output in cell.get("outputs", []):
+            if words and "image/png" in output.get("data", {}):
+                output.metadata.setdefault("image/png", {})["alt"] = words
+    exporter = nbconvert.HTMLExporter(template_name="basic", exclude_input=True)
+    exporter.exclude_output_prompt = True
+    exporter.register_filter("markdown2html", to_html)
+    body, _ = exporter.from_notebook_node(notebook)
+    title = re.search(r"^# (.+)$", "\n".join(cell.source for cell in notebook.cells), re.MULTILINE)
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{html.escape(title[1] if title else 'Report')}</title>\n"
+        f"<style>\n{CSS}</style>\n</head>\n<body>\n<main>\n{body}\n</main>\n</body>\n</html>\n"
+    )
+
+
+def _without_front_matter(text: str) -> str:
+    return re.sub(r"\A---\n.*?\n---\n", "", text, flags=re.DOTALL)

@@ -1,0 +1,85 @@
+"""A page of HTML as a PDF, printed by Chromium."""
+
+from __future__ import annotations
+
+import io
+import shutil
+from pathlib import Path
+from typing import Any
+
+from labkit.logs.atomic import atomic_write
+from labkit.report.needs import ReportError, need
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+CHANNELS: tuple[dict[str, str], ...] = ({}, {"channel": "chrome"}, {"channel": "msedge"})
+NO_BROWSER = (
+    "a PDF needs Chromium or Chrome, and none was found. Install one (Debian and Ubuntu: "
+    "`sudo apt install chromium`; elsewhere: `python -m playwright install chromium`), "
+    "or open the HTML in any browser and print it to a file"
+)
+FOOTER = (
+    '<div style="font: 7pt sans-serif; width: 100%; text-align: center; color: #555">'
+    '<span class="pageNumber"></span> / <span class="totalPages"></span></div>'
+)
+QUIET = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-sync"]
+
+
+def write_pdf(html: str, path: str | Path) -> int:
+    """Print a page, from `render`, to a file.
+
+    The page is the reader's own report, so it runs without a sandbox, which root and most
+    containers do not offer; it is kept from the network.
+
+    Parameters
+    ----------
+    html : str
+        The page.
+    path : path-like
+        The PDF to write, whole or not at all.
+
+    Returns
+    -------
+    int
+        How many pages of A4 it has.
+
+    Raises
+    ------
+    ReportError
+        Where there is no browser: with what to install.
+    LogError
+        Where `path` cannot be written.
+    """
+    playwright = need("playwright.sync_api")
+    with playwright.sync_playwright() as driver:
+        browser = _launch(driver)
+        try:
+            page = browser.new_page(offline=True, java_script_enabled=False)
+            page.set_content(html, wait_until="load")
+            content = page.pdf(
+                prefer_css_page_size=True,
+                display_header_footer=True,
+                header_template="<span></span>",
+                footer_template=FOOTER,
+            )
+        finally:
+            browser.close()
+    with atomic_write(path, "wb") as file:
+        file.write(content)
+    return page_count(content)
+
+
+def page_count(pdf: bytes) -> int:
+    """How many pages a PDF has."""
+    return len(need("pypdf").PdfReader(io.BytesIO(pdf)).pages)
+
+
+def _launch(driver: Any) -> Any:
+    """The browser that is on the path, else one that playwright has, else the system's own."""
+    problem = need("playwright.sync_api").Error
+    found = next(filter(None, map(shutil.which, BROWSERS)), None)
+    for choice in [{"executable_path": found}] if found else CHANNELS:
+        try:
+            return driver.chromium.launch(args=QUIET, **choice)
+        except problem:
+            continue
+    raise ReportError(NO_BROWSER)

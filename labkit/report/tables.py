@@ -1,0 +1,214 @@
+"""The tables of a report, as Markdown that a notebook shows as a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import MISSING, fields, is_dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from labkit.errors import InvalidParameterError
+from labkit.evaluation import ErrorSummary, PoseErrors, ate, rpe
+from labkit.odometry import Decision, StepRecord
+
+UNITS = {
+    "max_correspondence_distance": "m",
+    "huber_delta": "m",
+    "translation_tolerance": "m",
+    "rotation_tolerance": "rad",
+    "cost_tolerance": "m²",
+    "max_translation": "m",
+    "max_rotation": "rad",
+    "max_prior_translation": "m",
+    "max_prior_rotation": "rad",
+    "max_rmse": "m",
+    "range_min": "m",
+    "range_max": "m",
+    "voxel_size": "m",
+    "isolation_radius": "m",
+}
+UNANSWERED = "**why?**"
+
+
+class Table(str):
+    """A Markdown table: text for a file, a table in a notebook."""
+
+    __slots__ = ()
+
+    def _repr_markdown_(self) -> str:
+        return str(self)
+
+    @classmethod
+    def of(cls, header: Sequence[str], rows: Sequence[Sequence[object]]) -> Table:
+        """Lay out rows under a header; the first column is text, the others align right.
+
+        Examples
+        --------
+        >>> print(Table.of(["error", "m"], [["median", 0.03]]))
+        | error | m |
+        |---|--:|
+        | median | 0.03 |
+        """
+        rule = ["---", *(["--:"] * (len(header) - 1))]
+        lines = [header, None, *rows]
+        return cls(
+            "\n".join(
+                "|" + "|".join(rule) + "|" if line is None else f"| {' | '.join(map(str, line))} |"
+                for line in lines
+            )
+        )
+
+
+def parameter_table(parameters: object, reasons: Mapping[str, str] | None = None) -> Table:
+    """Every parameter that was chosen, with the reason for it.
+
+    Parameters
+    ----------
+    parameters : dataclass instance
+        Such as `labkit.IcpParameters` or `labkit.odometry.OdometryParameters`; parameters
+        within parameters are listed, too.
+    reasons : mapping of str to str, optional
+        Why each has its value. One that has neither its default nor a reason is asked "why?".
+
+    Returns
+    -------
+    Table
+        Those that differ from their default, and those with a reason.
+
+    Raises
+    ------
+    InvalidParameterError
+        For a reason for a parameter that there is not.
+
+    Examples
+    --------
+    >>> import labkit
+    >>> chosen = labkit.IcpParameters(overlap_ratio=0.7)
+    >>> print(parameter_table(chosen, {"overlap_ratio": "a third of the scan is a crowd"}))
+    | parameter | value | default | reason |
+    |---|--:|--:|---|
+    | `overlap_ratio` | 0.7 | 0.85 | a third of the scan is a crowd |
+    """
+    given = dict(reasons or {})
+    rows = []
+    for name, value, default in _leaves(parameters):
+        reason = given.pop(name, None)
+        if reason is not None or value != default:
+            cells = (_show(name, value), _show(name, default))
+            rows.append([f"`{name}`", *cells, reason or UNANSWERED])
+    if given:
+        known = ", ".join(sorted(name for name, _, _ in _leaves(parameters)))
+        raise InvalidParameterError(
+            f"`reasons` must be for parameters, got {next(iter(given))!r}; there are {known}"
+        )
+    head = Table.of(["parameter", "value", "default", "reason"], rows)
+    return Table(head.replace("|---|--:|--:|--:|", "|---|--:|--:|---|", 1))
+
+
+def error_table(
+    trajectories: Mapping[str, ArrayLike], reference: ArrayLike, stretch: float = 10.0
+) -> Table:
+    """Errors of trajectories against a reference: per step, over a stretch, and absolute.
+
+    Parameters
+    ----------
+    trajectories : mapping of str to array_like, shape (K, 3)
+        Rows (x [m], y [m], θ [rad]) by the name of what estimated them.
+    reference : array_like, shape (K, 3)
+        The same instants.
+    stretch : float
+        Metres of the middle rows.
+
+    Returns
+    -------
+    Table
+        Median, 95th percentile and maximum.
+    """
+    rows = []
+    kinds: dict[str, Callable[[ArrayLike], PoseErrors]] = {
+        "RPE a step": lambda poses: rpe(poses, reference),
+        f"RPE over {stretch:g} m": lambda poses: rpe(poses, reference, stretch, "metres"),
+        "ATE": lambda poses: ate(poses, reference),
+    }
+    for kind, errors_of in kinds.items():
+        for name, poses in trajectories.items():
+            errors = errors_of(poses)
+            rows.append([f"{name}, {kind}", *_three(errors.translation, errors.rotation)])
+    return Table.of(["error (median, 95 %, max)", "translation [m]", "rotation [°]"], rows)
+
+
+def quality_table(records: Sequence[StepRecord]) -> Table:
+    """What the matches say about themselves, over a run.
+
+    Parameters
+    ----------
+    records : sequence of StepRecord
+        Of an `OdometryResult`; the first scan's is passed over.
+
+    Returns
+    -------
+    Table
+        Where the steps came from; RMSE beside the number of inliers that it is taken over.
+    """
+    steps = [record for record in records if record.decision is not Decision.START]
+    if not steps:
+        raise InvalidParameterError("`records` must hold at least one step, got none")
+    matched = [record for record in steps if record.termination is not None]
+    counts = {
+        decision: sum(record.decision is decision for record in steps) for decision in Decision
+    }
+    decisions = ", ".join(f"{count:,} {kind.value}" for kind, count in counts.items() if count)
+    rows: list[list[object]] = [
+        ["steps", f"{len(steps):,}: {decisions}", ""],
+        ["degenerate", f"{sum(record.degenerate for record in steps):,}", ""],
+    ]
+    signals = {
+        "inliers": ([record.inlier_count for record in matched], ".0f"),
+        "inlier ratio [–]": ([record.inlier_ratio for record in matched], ".2f"),
+        "inlier RMSE [m]": ([record.rmse for record in matched], ".3f"),
+        "information [–]": ([record.information for record in matched], ".3f"),
+    }
+    for name, (values, form) in signals.items():
+        finite = np.array(values, dtype=np.float64)
+        finite = finite[np.isfinite(finite)]
+        if finite.size:
+            low, middle, high = np.percentile(finite, [5.0, 50.0, 95.0])
+            rows.append([name, f"{middle:{form}}", f"{low:{form}} to {high:{form}}"])
+    return Table.of(["signal", "median", "5 % to 95 %"], rows)
+
+
+def _leaves(parameters: object) -> Iterator[tuple[str, Any, Any]]:
+    """Name, value and default of each parameter, those within parameters included."""
+    if not is_dataclass(parameters) or isinstance(parameters, type):
+        raise InvalidParameterError(
+            f"`parameters` must be a parameter object such as IcpParameters(), got {parameters!r}"
+        )
+    for field in fields(parameters):
+        value = getattr(parameters, field.name)
+        default = field.default_factory() if field.default_factory is not MISSING else field.default
+        if not is_dataclass(value):
+            yield field.name, value, default
+            continue
+        usual = {name: each for name, each, _ in _leaves(default)}
+        yield from ((name, each, usual.get(name)) for name, each, _ in _leaves(value))
+
+
+def _show(name: str, value: object) -> str:
+    if not isinstance(value, float):
+        return str(value)
+    if value == math.inf:
+        return "off"
+    return f"{value:g} {UNITS[name]}" if name in UNITS else f"{value:g}"
+
+
+def _three(translation: ErrorSummary, rotation: ErrorSummary) -> list[str]:
+    def line(errors: ErrorSummary, scale: float, form: str) -> str:
+        if errors.count == 0:
+            return "none"
+        values = (errors.median, errors.p95, errors.max)
+        return ", ".join(f"{scale * value:{form}}" for value in values)
+
+    return [line(translation, 1.0, ".3f"), line(rotation, math.degrees(1.0), ".2f")]

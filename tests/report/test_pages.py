@@ -1,0 +1,83 @@
+"""From a notebook or Markdown to one page of HTML: whole, freshly run, without the network."""
+
+import base64
+import re
+
+import nbformat
+import pytest
+from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
+
+from labkit.report import ReportError, read_report, render
+
+PIXEL = base64.b64decode(
+    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
+)
+
+
+def write(path, *cells):
+    nbformat.write(new_notebook(cells=list(cells)), path)
+    return path
+
+
+def test_text_tables_and_formulas_come_without_code_and_without_the_network(tmp_path):
+    page = tmp_path / "report.md"
+    (tmp_path / "map.png").write_bytes(PIXEL)
+    page.write_text(
+        "---\njupytext: {}\n---\n# My <report>\n\n| a | b |\n|---|--:|\n| x | 1 |\n\n"
+        "The $\\bar{q}$ of\n\n$$\nJ = \\sum_i r_i^2\n$$\n\n![the map](map.png)\n",
+        "utf-8",
+    )
+    html = render(read_report(page), tmp_path)
+    assert "<title>My &lt;report&gt;</title>" in html
+    assert "jupytext" not in html
+    assert "<td" in html
+    assert html.count("<math") == 2
+    assert "$" not in html
+    assert 'src="data:image/png;base64,' in html
+    assert 'alt="the map"' in html
+    assert not re.search(r"<script|<link|https?://(?!www\.w3\.org)", html)
+
+
+def test_a_notebook_is_run_and_its_code_is_left_out(tmp_path):
+    path = write(
+        tmp_path / "report.ipynb",
+        new_markdown_cell("# Report"),
+        new_code_cell("secret = 6\nprint(f'{7 * secret} inliers')"),
+    )
+    html = render(read_report(path))
+    assert "42 inliers" in html
+    assert "secret" not in html
+    assert "42" not in render(read_report(path, run=False))
+    assert nbformat.read(path, as_version=4).cells[1].outputs == []  # the file stays as it was
+
+
+def test_a_figure_keeps_its_words(tmp_path):
+    output = nbformat.v4.new_output(
+        "display_data", {"image/png": base64.b64encode(PIXEL).decode(), "text/plain": "figure"}
+    )
+    cell = new_code_cell("figure", outputs=[output])
+    cell.metadata["mystnb"] = {"image": {"alt": "a map of the building"}}
+    html = render(read_report(write(tmp_path / "a.ipynb", cell), run=False))
+    assert 'alt="a map of the building"' in html
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("report.txt", "x", r"report\.txt: a report is a notebook \(\.ipynb\) or Markdown"),
+        ("report.ipynb", "{", r"report\.ipynb: is no notebook: "),
+        ("missing.md", None, r"missing\.md: cannot be read: No such file"),
+        ("report.md", b"\xff\xfe", r"report\.md: cannot be read: it is not UTF-8"),
+    ],
+)
+def test_what_is_no_report_is_refused(tmp_path, name, content, message):
+    if content is not None:
+        (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(ReportError, match=message):
+        read_report(tmp_path / name)
+
+
+def test_a_cell_that_fails_is_named(tmp_path):
+    path = write(tmp_path / "a.ipynb", new_markdown_cell("# A"), new_code_cell("1 / 0"))
+    with pytest.raises(ReportError, match=r"a\.ipynb: cell 2: ZeroDivisionError: division by zero"):
+        read_report(path)

@@ -1,0 +1,58 @@
+"""The PDF: its pages, its words, and what is said where there is no browser."""
+
+import io
+import os
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+from pypdf import PdfReader
+
+from labkit.report import ReportError, page_count, pdf, read_report, render, write_pdf
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def browser():
+    """Skips where no browser is; on the Linux of CI that is a failure."""
+    if not any(map(shutil.which, pdf.BROWSERS)):
+        missing = "no Chromium here; on Debian and Ubuntu: `sudo apt install chromium`"
+        required = os.environ.get("CI") and sys.platform == "linux"
+        (pytest.fail if required else pytest.skip)(missing)
+
+
+def test_pages_are_counted(browser, tmp_path):
+    text = "".join(f'<p style="break-before: page">This is page {n}.</p>' for n in (1, 2, 3))
+    path = tmp_path / "three.pdf"
+    assert write_pdf(f"<main>{text}</main>", path) == 3
+    content = path.read_bytes()
+    assert page_count(content) == 3
+    words = [page.extract_text() for page in PdfReader(io.BytesIO(content)).pages]
+    assert all(f"This is page {n}." in text for n, text in enumerate(words, start=1))
+    assert "2 / 3" in words[1]
+
+
+def test_the_markdown_template_fits_on_two_pages(browser, tmp_path):
+    page = render(read_report(ROOT / "book" / "report_template.md"))
+    assert 1 <= write_pdf(page, tmp_path / "report.pdf") <= 2
+    text = "".join(each.extract_text() for each in PdfReader(tmp_path / "report.pdf").pages)
+    assert "Where it fails" in text
+    assert "max_correspondence_distance" in text
+
+
+def test_the_notebook_template_fits_on_two_pages(browser, tmp_path):
+    pytest.importorskip("rtbdata")
+    page = render(read_report(ROOT / "notebooks" / "report_template.ipynb"))
+    assert page.count("<table") == 4
+    assert page.count("<img") == 2
+    assert 1 <= write_pdf(page, tmp_path / "report.pdf") <= 2
+
+
+def test_without_a_browser_it_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setattr(pdf, "BROWSERS", ("no-such-browser",))
+    monkeypatch.setattr(pdf, "CHANNELS", ({"executable_path": str(tmp_path / "none")},))
+    with pytest.raises(ReportError, match=r"apt install chromium.*playwright install chromium"):
+        write_pdf("<p>x</p>", tmp_path / "a.pdf")
+    assert list(tmp_path.iterdir()) == []

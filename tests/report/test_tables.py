@@ -1,0 +1,107 @@
+"""A report's tables: what is in them, and that no parameter goes without a reason."""
+
+import math
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+import labkit
+from labkit.errors import InvalidParameterError
+from labkit.filters import Preprocessing
+from labkit.odometry import Decision, OdometryParameters, SanityLimits, StepRecord
+from labkit.report import Table, error_table, parameter_table, quality_table
+from labkit.report.tables import UNANSWERED, UNITS
+
+
+def cells(table):
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in table.split("\n")]
+
+
+def test_a_table_is_markdown_and_says_so():
+    table = Table.of(["a", "b"], [["x", 1], ["y", 2]])
+    assert cells(table) == [["a", "b"], ["---", "--:"], ["x", "1"], ["y", "2"]]
+    assert table._repr_markdown_() == table
+
+
+def test_a_choice_without_a_reason_is_asked_for_one():
+    chosen = labkit.IcpParameters(overlap_ratio=0.7, huber_delta=math.inf)
+    rows = cells(parameter_table(chosen, {"overlap_ratio": "a crowd"}))[2:]
+    assert rows == [
+        ["`overlap_ratio`", "0.7", "0.85", "a crowd"],
+        ["`huber_delta`", "off", "0.2 m", UNANSWERED],
+    ]
+
+
+def test_parameters_within_parameters_are_listed():
+    chosen = OdometryParameters(limits=SanityLimits(max_rmse=0.3), retry_gate=0.25)
+    names = [row[0] for row in cells(parameter_table(chosen))[2:]]
+    assert names == ["`max_rmse`", "`retry_gate`"]
+
+
+def test_defaults_alone_need_no_reasons():
+    assert len(cells(parameter_table(OdometryParameters()))) == 2
+
+
+def test_every_length_and_angle_has_its_unit():
+    """A name with a metre or a radian in its explanation is in the list of units."""
+    for kind in (labkit.IcpParameters, SanityLimits, Preprocessing):
+        for field in fields(kind):
+            word = f"{field.name}"
+            dimension = any(
+                part in word
+                for part in ("distance", "delta", "tolerance", "max_r", "max_t", "max_p", "range_")
+            )
+            assert not dimension or word in UNITS, word
+
+
+@pytest.mark.parametrize(
+    ("parameters", "reasons", "message"),
+    [
+        (labkit.IcpParameters(), {"gate": "x"}, r"got 'gate'; there are .*overlap_ratio"),
+        ({"gate": 1}, None, r"must be a parameter object such as IcpParameters\(\), got {'gate"),
+        (labkit.IcpParameters, None, "must be a parameter object"),
+    ],
+)
+def test_what_is_no_parameter_is_refused(parameters, reasons, message):
+    with pytest.raises(InvalidParameterError, match=message):
+        parameter_table(parameters, reasons)
+
+
+def test_errors_are_those_of_the_evaluation():
+    reference = np.array([[x, 0.0, 0.0] for x in np.linspace(0, 20, 41)])
+    estimate = reference * [1.1, 1.0, 1.0]
+    rows = cells(error_table({"odometry": estimate}, reference))
+    assert [row[0] for row in rows[2:]] == [
+        "odometry, RPE a step",
+        "odometry, RPE over 10 m",
+        "odometry, ATE",
+    ]
+    assert rows[2][1:] == ["0.050, 0.050, 0.050", "0.00, 0.00, 0.00"]
+    assert rows[3][1] == "1.000, 1.000, 1.000"
+
+
+def test_a_path_too_short_for_a_stretch_has_no_error():
+    rows = cells(error_table({"a": [[0, 0, 0], [1, 0, 0]]}, [[0, 0, 0], [1, 0, 0]]))
+    assert rows[3] == ["a, RPE over 10 m", "none", "none"]
+
+
+def record(**values):
+    return StepRecord(increment=np.zeros(3), decision=Decision.ICP, **values)
+
+
+def test_quality_counts_decisions_and_takes_percentiles_of_what_has_a_number():
+    ended = labkit.Termination.CONVERGED_POSE
+    steps = [record(rmse=each, inlier_count=100, termination=ended) for each in (0.01, 0.02, 0.06)]
+    steps.append(record(rmse=math.nan))
+    table = cells(
+        quality_table([StepRecord(increment=np.zeros(3), decision=Decision.START), *steps])
+    )
+    assert table[2][1] == "4: 4 icp"
+    assert ["inlier RMSE [m]", "0.020", "0.011 to 0.056"] in table
+    assert ["inliers", "100", "100 to 100"] in table
+
+
+def test_quality_of_nothing_is_refused():
+    with pytest.raises(InvalidParameterError, match="at least one step, got none"):
+        quality_table([])
