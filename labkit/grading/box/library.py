@@ -107,10 +107,10 @@ def preload() -> None:
 
 def compiled_modules() -> Iterator[str]:
     """The names of the standard library's extension modules."""
-    for path in Path(sysconfig.get_path("platstdlib"), "lib-dynload").glob("*"):
-        name = path.name.split(".")[0]
-        if not name.startswith(UNWANTED_COMPILED):
-            yield name
+    for folder in sys.path:
+        if folder.endswith("lib-dynload"):
+            names = {path.name.split(".")[0] for path in Path(folder).iterdir()}
+            yield from sorted(name for name in names if not name.startswith(UNWANTED_COMPILED))
 
 
 def pure_modules(folder: Path, prefix: str = "") -> Iterator[tuple[str, Source]]:

@@ -118,8 +118,8 @@ class StandIns(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         """Nothing to run."""
 
 
-def forget(names: Sequence[str]) -> None:
-    """Take modules out of reach of ``import``."""
+def forget_labkit() -> None:
+    """Take the box's own modules, and what may have found them, out of reach of ``import``."""
     for loaded in list(sys.modules):
-        if loaded.split(".")[0] in names:
+        if "labkit" in loaded:
             del sys.modules[loaded]

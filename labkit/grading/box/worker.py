@@ -8,6 +8,7 @@ entered the box. Whether the process hung, died or talked out of turn is judged 
 from __future__ import annotations
 
 import builtins
+import contextlib
 import io
 import os
 import sys
@@ -17,7 +18,7 @@ from typing import Any
 
 from labkit.grading.box import values, wire
 from labkit.grading.box.reduction import definitions
-from labkit.grading.box.standins import StandIn, forget
+from labkit.grading.box.standins import StandIn, forget_labkit
 
 MAX_REQUEST = 1 << 30
 MAX_MESSAGE = 480
@@ -40,7 +41,7 @@ class Worker:
 
     def serve(self) -> None:
         """Say that the jail is closed, run the cells, then calls until there are no more."""
-        forget(["labkit", "__main__"])
+        forget_labkit()
         module = types.ModuleType(MODULE)
         sys.modules[MODULE] = sys.modules["__main__"] = module
         self.namespace = module.__dict__
@@ -53,8 +54,9 @@ class Worker:
                 self.send({"cell": place, **self.run_cell(**cell)})
             while True:
                 self.left = self.order["result_bytes"]
-                for call in self.receive()["calls"]:
-                    self.send(self.run_call(**call))
+                asked = self.receive()
+                for call in asked["calls"]:
+                    self.send({"turn": asked["turn"], **self.run_call(**call)})
         except Closed:
             return
 
@@ -96,11 +98,10 @@ class Worker:
     def account(self, error: BaseException) -> dict[str, str]:
         """The error's built-in name, and its message with the place in the student's code."""
         kind = type(error)
-        name = str(kind.__name__)[:60]
-        try:
+        name, text = "an error", ""
+        with contextlib.suppress(BaseException):  # it may raise another one when looked at
+            name = str(kind.__name__)[:60]
             text = str(error)[:MAX_MESSAGE]
-        except BaseException:
-            text = ""
         place = self.place(error)
         return {
             "error": name if getattr(builtins, name, None) is kind else "",

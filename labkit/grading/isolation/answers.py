@@ -51,15 +51,17 @@ def read_cell(frame: Any, position: int) -> Complaint | None:
     )
 
 
-def read_outcome(frame: Any, call: Call, output_chars: int, elapsed: float) -> Outcome:
+def read_outcome(
+    frame: Any, call: Call, turn: str, *, output_chars: int, elapsed: float
+) -> Outcome:
     """The outcome that a frame describes.
 
     Raises
     ------
     labkit.grading.box.wire.WireError
-        If the frame does not answer this call.
+        If the frame does not answer this call, asked in this turn.
     """
-    if not isinstance(frame, dict) or frame.get("id") != call.id:
+    if not isinstance(frame, dict) or (frame.get("id"), frame.get("turn")) != (call.id, turn):
         raise wire.WireError("not the call that was asked")
     status = frame.get("status")
     if not isinstance(status, str) or status not in SAYABLE:

@@ -109,6 +109,7 @@ class PipeChannel:
         self.stdout: IO[bytes] = process.stdout
         self.buffer = bytearray()
         self.arrived: queue.Queue[bytes] = queue.Queue(maxsize=8)
+        self.ended = False
         self.listener = threading.Thread(target=self._listen, daemon=True)
         self.listener.start()
 
@@ -128,6 +129,7 @@ class PipeChannel:
             except queue.Empty:
                 raise LateError from None
             if not part:
+                self.ended = True
                 raise GoneError
             self.buffer += part
         taken = bytes(self.buffer[:count])
@@ -143,8 +145,8 @@ class PipeChannel:
         with contextlib.suppress(OSError):
             self.stdin.close()
         with contextlib.suppress(queue.Empty):
-            while self.arrived.get(timeout=LEAVE):
-                pass
+            while not self.ended:
+                self.ended = not self.arrived.get(timeout=LEAVE)
             self.listener.join()
             self.stdout.close()
 

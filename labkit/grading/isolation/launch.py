@@ -13,12 +13,12 @@ BOX = Path(box.__file__).parent
 
 # Makes `labkit.grading.box` importable and nothing else of labkit, then runs one of its mains.
 BOOTSTRAP = """
-import sys, types
+import os, sys, types
 folder, roots, module, argument = sys.argv[1:]
 for name, path in (("labkit", []), ("labkit.grading", []), ("labkit.grading.box", [folder])):
     sys.modules[name] = package = types.ModuleType(name)
     package.__path__ = path
-sys.path += [root for root in roots.split(":") if root not in sys.path]
+sys.path += [root for root in roots.split(os.pathsep) if root not in sys.path]
 main = __import__("labkit.grading.box." + module, fromlist=["main"]).main
 main(int(argument) if argument.isdigit() else argument)
 """
@@ -26,7 +26,7 @@ main(int(argument) if argument.isdigit() else argument)
 
 def command(module: str, argument: str) -> list[str]:
     """The command line that runs ``labkit.grading.box.<module>.main(argument)``."""
-    roots = ":".join(map(str, package_roots()))
+    roots = os.pathsep.join(map(str, package_roots()))
     return [sys.executable, "-s", "-P", "-B", "-c", BOOTSTRAP, str(BOX), roots, module, argument]
 
 

@@ -3,10 +3,17 @@
 The grader speaks first and says what it wants; the box answers one frame a cell and one a
 call, in that order. What else it sends (a wrong id, a frame out of turn, bytes that are no
 frame) ends the box and costs the question at hand, as a crash does.
+
+A submission can forge any frame, since its code shares the process that writes them. What
+it gains is what a returned value gains: the value is compared with a reference that was
+never in the box. It cannot answer ahead for another question, whose frames must carry a
+word that is drawn when the question is asked; and what one question leaves behind to spoil
+another is found out, since a question that dies in a used box is asked again in a new one.
 """
 
 from __future__ import annotations
 
+import secrets
 import time
 from collections.abc import Sequence
 from itertools import groupby
@@ -64,17 +71,19 @@ class Session:
 
     def _answer(self, question: str, batch: list[Call], outcomes: dict[str, Outcome]) -> None:
         """Ask the calls of one question; whatever goes wrong stays here."""
+        used = self.box is not None
         try:
             self._open()
-            if question in self.lost:
-                rest = self.lost[question]
-            else:
+            if question not in self.lost:
                 self._ask(batch, outcomes)
-                return
         except EndedError as error:
-            rest = self.lost[question] = error.complaint
+            if used and error.complaint.status is OutcomeStatus.KILLED:
+                self._answer(question, batch, outcomes)  # perhaps an earlier question's doing
+                return
+            self.lost[question] = error.complaint
         for call in batch:
-            outcomes.setdefault(call.id, rest.of(call))
+            if call.id not in outcomes:
+                outcomes[call.id] = self.lost[question].of(call)
 
     def _open(self) -> None:
         """See to it that there is a box in which all cells have run that can."""
@@ -116,6 +125,7 @@ class Session:
 
     def _ask(self, batch: list[Call], outcomes: dict[str, Outcome]) -> None:
         """Send the calls and read as many answers."""
+        turn = secrets.token_hex(8)
         asked = tuple(
             {
                 "id": call.id,
@@ -127,14 +137,16 @@ class Session:
         )
         start = time.monotonic()
         deadline = self._deadline()
-        self._send({"calls": asked})
+        self._send({"turn": turn, "calls": asked})
         left = self.limits.result_bytes + PER_ANSWER * len(batch)
         for call in batch:
             frame, length = self._receive(left, deadline)
             left -= length
             elapsed = time.monotonic() - start
             try:
-                answer = read_outcome(frame, call, self.limits.output_chars, elapsed)
+                answer = read_outcome(
+                    frame, call, turn, output_chars=self.limits.output_chars, elapsed=elapsed
+                )
             except wire.WireError:
                 raise self._out_of_turn() from None
             if answer.status is OutcomeStatus.NOT_DEFINED:

@@ -43,7 +43,7 @@ def holes(grader_file, grader):
     except OSError:
         pass
     if os.environ.keys() - {"PATH", "HOME", "LANG", "PYTHONHASHSEED", "OMP_NUM_THREADS",
-                            "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "LC_CTYPE", "PWD"}:
+                            "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "LC_CTYPE", "PWD", "TMPDIR"}:
         found.append("it sees the grader's environment")
     with open("note", "w") as file:
         file.write("a private place to write")

@@ -1,0 +1,82 @@
+"""The red team's field: a slot of each mode that works here, and what must stay untouched."""
+
+import os
+import secrets
+import shutil
+import socket
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+import labkit
+from labkit.grading.contract import Limits
+from labkit.grading.isolation import MODES, available_modes, open_sandbox
+
+LIMITS = Limits(seconds=0.7, total_seconds=20.0, memory=256 << 20, result_bytes=1 << 20)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bait:
+    """What an attack is pointed at: files, variables and a server of the grader."""
+
+    secret: str
+    file: Path
+    server: socket.socket
+
+    def aim(self, source):
+        """Put the bait's addresses into an attack."""
+        for word, value in {
+            "@CANARY_FILE@": str(self.file),
+            "@LABKIT@": str(Path(labkit.__file__).parent),
+            "@GRADER@": str(os.getpid()),
+            "@PORT@": str(self.server.getsockname()[1]),
+        }.items():
+            source = source.replace(word, value)
+        return source
+
+    def state(self):
+        """All that an attack might have changed."""
+        about = self.file.stat()
+        try:
+            self.server.accept()
+        except BlockingIOError:
+            called = False
+        else:
+            called = True
+        return (
+            self.file.read_text(),
+            sorted(os.listdir(self.file.parent)),
+            (about.st_mode, about.st_mtime_ns, about.st_uid, about.st_nlink),
+            dict(os.environ),
+            (os.getcwd(), os.getpriority(os.PRIO_PROCESS, 0), os.sched_getaffinity(0)),
+            called,
+        )
+
+
+@pytest.fixture(scope="session")
+def bait():
+    """Readable by everybody, so that only the sandbox stands in the way."""
+    secret = f"CANARY_SECRET_{secrets.token_hex(8)}"
+    folder = Path(tempfile.mkdtemp(prefix="grader-"))
+    folder.chmod(0o755)
+    file = folder / "references.json"
+    file.write_text(secret)
+    file.chmod(0o644)
+    os.environ["LABKIT_CANARY"] = secret
+    server = socket.create_server(("127.0.0.1", 0))
+    server.setblocking(False)
+    yield Bait(secret=secret, file=file, server=server)
+    server.close()
+    del os.environ["LABKIT_CANARY"]
+    shutil.rmtree(folder)
+
+
+@pytest.fixture(scope="module", params=MODES)
+def sandbox(request, bait):
+    """A slot of one mode; skips where the mode does not work, and says what to install."""
+    if why := available_modes()[request.param]:
+        pytest.skip(f"mode {request.param} does not work here: {why}")
+    with open_sandbox(request.param, LIMITS) as slot:
+        yield slot
