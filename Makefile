@@ -31,11 +31,13 @@ test: $(READY) ## check style and types, then test code, notebooks and pages
 lab: $(READY) ## open the notebooks in JupyterLab
 	$(BIN)/jupyter lab notebooks
 
-bench: ## time the lab's matcher beside others (about a quarter of an hour)
+bench: ## time the lab's matcher beside others and write the book's page on it (half an hour)
 	@test -x $(BENCH)/bin/python || $(PYTHON) -m venv $(BENCH)
 	$(BENCH)/bin/python -m pip install --quiet --disable-pip-version-check \
 	    --requirement tests/bench/requirements.txt --editable .
 	$(BENCH)/bin/python tests/bench/run.py --out $(BENCH)/results.json $(BENCH_OPTIONS)
+	$(BENCH)/bin/python tests/bench/report.py $(BENCH)/results.json
+	@echo "The page is book/benchmark.md; make book shows it."
 
 clean: ## remove all that these commands made, .venv included
 	rm -rf $(VENV) .venv-wolfram $(BENCH) _build book/_static/vendor *.egg-info

@@ -51,13 +51,17 @@ class Pair:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PairSet:
-    """Pairs of one kind, matched under one gate [m]; `reference` says how far to trust it."""
+    """Pairs of one kind, matched under one gate [m].
+
+    `reference` says how far to trust it, and `source` where data from outside come from.
+    """
 
     name: str
     title: str
     reference: str
     gate: float
     pairs: tuple[Pair, ...]
+    source: str = ""
 
 
 def split_rng(split: str, stream: int) -> np.random.Generator:

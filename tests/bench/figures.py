@@ -77,6 +77,7 @@ def growth_figure(results: dict[str, Any]) -> Figure:
         known = [(n, t) for n, t in zip(growth["points"], times, strict=True) if t is not None]
         ax.plot(*zip(*known, strict=True), **styles[name])
     _log_axes(ax)
+    ax.set_title("Growth with the number of points", fontsize="medium")
     ax.set_xlabel("points a scan")
     ax.set_ylabel("time [ms a pair]")
     _legend(figure, styles, lines=True)

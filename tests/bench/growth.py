@@ -16,7 +16,9 @@ PAIRS = 3
 PATIENCE = 3.0  # s a pair; a matcher that needs more is spared the larger sizes
 
 
-def growth(matchers: Sequence[Matcher], split: str, rounds: int, largest: int) -> dict[str, Any]:
+def growth(
+    matchers: Sequence[Matcher], split: str, rounds: int, largest: int, clock: str
+) -> dict[str, Any]:
     """Median time a pair [ms] for scans of so many beams; None where patience ran out."""
     sizes = [size for size in SIZES if size <= largest]
     times: dict[str, list[float | None]] = {matcher.name: [] for matcher in matchers}
@@ -24,6 +26,7 @@ def growth(matchers: Sequence[Matcher], split: str, rounds: int, largest: int) -
     for size in sizes:
         runs = measure(patient, ray_pairs(split, PAIRS, size), rounds)
         for name, column in times.items():
-            column.append(1e3 * float(np.median(runs[name].seconds)) if name in runs else None)
+            run = runs.get(name)
+            column.append(None if run is None else 1e3 * float(np.median(run.seconds(clock))))
         patient = [matcher for matcher in patient if times[matcher.name][-1] <= 1e3 * PATIENCE]
     return {"points": sizes, "time_ms": times}

@@ -53,8 +53,11 @@ def surveyed_pairs(
     log: str | Path,
     relations: str | Path,
     laser_offset: tuple[float, float, float],
+    source: str,
 ) -> PairSet:
     """Consecutive scans whose relation was surveyed; the guess is the log's odometry.
+
+    `source` names where the two files come from, for they are not in the project.
 
     Raises
     ------
@@ -79,6 +82,7 @@ def surveyed_pairs(
         reference="survey, good to about 10 mm",
         gate=SURVEY_GATE,
         pairs=tuple(_consecutive(run, int(i[r]), priors[r], surveyed[r]) for r in rows),
+        source=source,
     )
 
 

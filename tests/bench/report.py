@@ -1,7 +1,7 @@
 """Turn the results of `run.py` into a page of the book, with its figures.
 
-``python tests/bench/report.py results.json`` writes ``book/benchmark.md`` and the figures
-that it shows, into ``book/_static``.
+``python tests/bench/report.py results.json`` writes ``book/benchmark.md``, the figures that it
+shows and a copy of the results, into ``book/_static``. The same results give the same bytes.
 """
 
 from __future__ import annotations
@@ -9,72 +9,104 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import sys
 from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
+
+import matplotlib as mpl
 
 from figures import error_time_figure, growth_figure
 from labkit.logs import atomic_write
 from labkit.plotting import save_figure
-from tables import HEADER, basin_rows, growth_rows, score_rows
+from tables import (
+    HEADER,
+    basin_rows,
+    growth_rows,
+    number,
+    score_rows,
+    whole_log_ideal,
+    whole_log_rows,
+)
 
 BOOK = Path(__file__).parents[2] / "book"
 LINE = "labkit point-to-line"
 LESSON = "the lesson's listing"
 NOT_FROM_PIP = ("labkit", LESSON, "MRPT")
+ERRORS = {  # a column of the short table each
+    "mm": ("translation_mm", "median", ".1f"),
+    "mm, p95": ("translation_mm", "p95", ".1f"),
+    "deg": ("rotation_deg", "median", ".3f"),
+    "deg, p95": ("rotation_deg", "p95", ".3f"),
+}
+SLACK = 1.05  # an error is no worse than another if it is at most so many times as large
 
-PAGE = """\
+INTRO = """\
 # Benchmark
 
 How fast and how exact is the lab's matcher beside those that people use? Every matcher below had
 the same pairs of scans, the same guess, the same gate and one thread, and the matchers took turns,
 pair by pair, so that all of them met the same machine. Search trees and normals are part of the
-time. `make bench` repeats it.
+time. `make bench` repeats it and writes this page anew; the numbers are here
+{download}`as JSON <_static/benchmark.json>`, too."""
 
-{verdict}
+SHORT = """\
+## In short
 
-```{{figure}} _static/benchmark-error.svg
+`labkit`'s point-to-line beside the best that pip has. Times are medians, in milliseconds a pair;
+the fastest peer and the lesson's listing are shown as multiples of `labkit`'s time, too. Behind
+each error stands, in parentheses, the smallest one that any of those peers has.
+
+- Sets on which `labkit` is faster than all of them: {fastest} of {sets}.
+- Errors that are at most 5 % larger than the smallest of the peers: {close} of {errors}."""
+
+ERROR_FIGURE = """\
+```{figure} _static/benchmark-error.svg
 :name: benchmark-error
-:alt: Median translation error against median time of every matcher, a panel for each data set
+:alt: Median translation error against median time of every matcher, a panel for each data set; \
+the tables below hold the numbers
 
 Median translation error against median time a pair, both on logarithmic axes. Lower left is better.
 A matcher that was too slow to be tried on every pair stands in the tables alone.
-```
+```"""
 
+SETS = """\
 ## Sets
 
 Time is in milliseconds a pair, the error of translation in millimetres and that of rotation in
 degrees, each with its median and its 95th percentile. A match fails when it is off by more than
-0.3 m or 5°. Parameters were chosen on other pairs than those that are reported here.
+0.3 m or 5°. Parameters were chosen on other pairs than those that are reported here."""
 
-{sets}
-
+BASIN = """\
 ## Basin of convergence
 
 The share of pairs that end within 50 mm and 1° of the answer when they start a given distance and
 angle away from it, in a random direction, under a gate of 0.5 m. Only pairs whose surface fixes the
 motion in every direction are asked for; the answer on recorded pairs is where the reference is
-drawn to by point-to-line, if the lesson's point-to-point is drawn to the same place.
+drawn to by point-to-line, if the lesson's point-to-point is drawn to the same place."""
 
-{basins}
-
+GROWTH = """\
 ## Growth
 
-```{{figure}} _static/benchmark-growth.svg
+```{figure} _static/benchmark-growth.svg
 :name: benchmark-growth
-:alt: Median time a pair against the number of points of a scan, a line for each matcher
+:alt: Median time a pair against the number of points of a scan, a line for each matcher; \
+the table below holds the numbers
 
 Median time a pair against the number of points, both on logarithmic axes. A matcher that needs more
 than three seconds a pair is spared the larger scans.
-```
+```"""
 
-{growth}
+WHOLE_LOG = """\
+## Whole logs
 
-## Conditions
-
-{conditions}
-"""
+With a prior every pair is matched by itself, so `labkit odometry` shares the pairs of a log among
+the cores: {pairs:,} of {log} at {match_ms:.2f} ms a match (median). One process takes
+{alone_s:.2f} s for all of them, {cores} processes on as many cores {shared_s:.2f} s, loading and
+plotting left out. That is {ratio:.2f} times what the cores would need if every match took the
+median time and nothing else cost any. In seconds, and as a share of the first row:"""
 
 
 def main() -> int:
@@ -83,59 +115,85 @@ def main() -> int:
     parser.add_argument("results", type=Path, help="the JSON that run.py wrote")
     parser.add_argument("--book", type=Path, default=BOOK, help="the folder of the book's pages")
     args = parser.parse_args()
-    results = json.loads(args.results.read_text(encoding="utf-8"))
-    if not results["basins"] or "growth" not in results:
-        parser.error(f"{args.results} is not a whole run; leave --no-basin and --no-growth away")
-    save_figure(error_time_figure(results), args.book / "_static" / "benchmark-error.svg")
-    save_figure(growth_figure(results), args.book / "_static" / "benchmark-growth.svg")
-    with atomic_write(args.book / "benchmark.md") as file:
-        file.write(page(results))
+    text = args.results.read_text(encoding="utf-8")
+    results = json.loads(text)
+    day = datetime.fromisoformat(results["date"]).replace(tzinfo=UTC)
+    os.environ["SOURCE_DATE_EPOCH"] = str(int(day.timestamp()))  # the figures' own date
+    static = args.book / "_static"
+    with mpl.rc_context({"svg.hashsalt": "benchmark"}):
+        save_figure(error_time_figure(results), static / "benchmark-error.svg")
+        if "growth" in results:
+            save_figure(growth_figure(results), static / "benchmark-growth.svg")
+    for path, content in {
+        static / "benchmark.json": text,
+        args.book / "benchmark.md": page(results),
+    }.items():
+        with atomic_write(path) as file:
+            file.write(content)
     return 0
 
 
 def page(results: dict[str, Any]) -> str:
-    """The page as MyST Markdown."""
-    return PAGE.format(
-        verdict=_verdict(results),
-        sets="\n\n".join(map(_set_section, results["sets"].values())),
-        basins="\n\n".join(map(_basin_section, results["basins"].values())),
-        growth=_markdown(
-            ["ms a pair", *(f"{size:,}" for size in results["growth"]["points"])],
-            growth_rows(results["growth"]),
-        ),
-        conditions=_conditions(results),
-    )
+    """The page as MyST Markdown: a section for all that was measured."""
+    parts = [INTRO, *_short(results), ERROR_FIGURE, SETS]
+    parts += map(_set_section, results["sets"].values())
+    if results["basins"]:
+        parts += [BASIN, *map(_basin_section, results["basins"].values())]
+    if "growth" in results:
+        header = ["ms a pair", *(f"{size:,}" for size in results["growth"]["points"])]
+        parts += [GROWTH, _markdown(header, growth_rows(results["growth"]))]
+    if "whole_log" in results:
+        parts += _whole_log(results["whole_log"])
+    return "\n\n".join([*parts, f"## Conditions\n\n{_conditions(results)}"]) + "\n"
 
 
-def _verdict(results: dict[str, Any]) -> str:
-    """Point-to-line beside the fastest and the closest peer from pip that saw all pairs."""
-    rows = []
+def _short(results: dict[str, Any]) -> list[str]:
+    """Point-to-line beside the peers from pip that saw all pairs, in two tables and words."""
+    times, errors, fastest, close = [], [], 0, 0
     for each in results["sets"].values():
         scores = each["matchers"]
-        whole = [name for name in scores if scores[name]["pairs"] == each["pairs"]]
-        peers = [name for name in whole if _from_pip(name)]
-        fastest = min(peers, key=lambda name: scores[name]["time_ms"]["median"])
-        closest = min(peers, key=lambda name: _error(scores[name]))
-        own = scores[LINE]
-        rows.append(
+        own = scores.get(LINE)
+        peers = [name for name in scores if _from_pip(name) and _saw_all(each, name)]
+        if own is None or not peers:
+            continue
+        first = min(peers, key=lambda name: scores[name]["time_ms"]["median"])
+        ratios = [_ratio(scores[name], own) if name in scores else None for name in (first, LESSON)]
+        fastest += ratios[0] > 1.0
+        times.append(
             [
                 each["title"],
-                _beside(own, "time_ms", ".2f"),
-                f"{_beside(scores[fastest], 'time_ms', '.2f')} ({fastest})",
-                f"{_ratio(scores[LESSON], own):.0f} ×",
-                _beside(own, "translation_mm", ".1f"),
-                f"{_beside(scores[closest], 'translation_mm', '.1f')} ({closest})",
+                number(own["time_ms"]["median"], ".2f"),
+                f"{number(scores[first]['time_ms']['median'], '.2f')} ({first})",
+                *(f"{number(ratio, '.1f')} ×" for ratio in ratios),
             ]
         )
-    header = ["set", "ms", "fastest from pip", "to the lesson's", "mm", "closest from pip"]
-    return f"In short, {LINE} beside the best that pip has (medians):\n\n" + _markdown(header, rows)
+        cells = []
+        for key, part, form in ERRORS.values():
+            best = min(_known(scores[name][key][part]) for name in peers)
+            close += _known(own[key][part]) <= SLACK * best
+            cells.append(f"{number(own[key][part], form)} ({number(best, form)})")
+        errors.append([each["title"], *cells])
+    if not times:
+        return []
+    words = {"sets": len(times), "errors": len(times) * len(ERRORS)}
+    return [
+        SHORT.format(fastest=fastest, close=close, **words),
+        _markdown(["set", "ms", "fastest peer", "peer to labkit", "lesson to labkit"], times),
+        _markdown(["set", *ERRORS], errors),
+    ]
+
+
+def _whole_log(result: dict[str, Any]) -> list[str]:
+    words = WHOLE_LOG.format(**result, ratio=result["shared_s"] / whole_log_ideal(result))
+    return [words, _markdown(["", "s", "share"], whole_log_rows(result))]
 
 
 def _set_section(result: dict[str, Any]) -> str:
     title = result["title"][0].upper() + result["title"][1:]
+    source = f" Data: {result['source']}." if result["source"] else ""
     intro = (
         f"{result['pairs']} pairs under a gate of {result['gate']} m; "
-        f"the reference: {result['reference']}."
+        f"the reference: {result['reference']}.{source}"
     )
     return f"### {title}\n\n{intro}\n\n{_markdown(HEADER, score_rows(result['matchers']))}"
 
@@ -149,11 +207,15 @@ def _basin_section(result: dict[str, Any]) -> str:
 def _conditions(results: dict[str, Any]) -> str:
     machine = results["machine"]
     versions = ", ".join(f"{name} {number}" for name, number in results["versions"].items())
+    busy = [each["wall_over_processor"] for each in results["sets"].values()]
+    clock = "a watch" if results["clock"] == "wall" else "the processor's own clock"
     lines = [
         f"- {results['date']}; {machine['cpu']}, one of {machine['cores']} cores; "
         f"{machine['system']}",
         f"- {versions}",
-        f"- {results['rounds']} rounds over the {results['split']} pairs",
+        f"- rounds over the {results['split']} pairs: {results['rounds']}",
+        f"- times by {clock}; a watch showed {min(busy):.2f} to {max(busy):.2f} times as much as "
+        f"the processor was at work (1 on a machine that does nothing else)",
     ]
     if results["missing"]:
         lines.append(f"- not installed, so not here: {', '.join(results['missing'])}")
@@ -170,19 +232,18 @@ def _from_pip(name: str) -> bool:
     return not name.startswith(NOT_FROM_PIP)
 
 
-def _beside(score: dict[str, Any], key: str, form: str) -> str:
-    value = score[key]["median"]
-    return "–" if value is None else format(value, form)
+def _saw_all(result: dict[str, Any], name: str) -> bool:
+    return bool(result["matchers"][name]["pairs"] == result["pairs"])
 
 
 def _ratio(slower: dict[str, Any], faster: dict[str, Any]) -> float:
+    """How many times as long one takes as the other."""
     return slower["time_ms"]["median"] / faster["time_ms"]["median"]
 
 
-def _error(score: dict[str, Any]) -> float:
-    """The median translation error; infinite where most pairs went unanswered."""
-    median = score["translation_mm"]["median"]
-    return math.inf if median is None else median
+def _known(value: float | None) -> float:
+    """An error, infinite where too many pairs went unanswered."""
+    return math.inf if value is None else value
 
 
 if __name__ == "__main__":

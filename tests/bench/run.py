@@ -4,7 +4,7 @@ Everything, or a part of it, or a log of one's own:
 
 - ``python tests/bench/run.py --out results.json``
 - ``python tests/bench/run.py --quick --sets rays-360 --matchers labkit Open3D``
-- ``python tests/bench/run.py --log run.log --relations run.relations.csv``
+- ``python tests/bench/run.py --log run.log --relations run.relations.csv --source "whose"``
 """
 
 from __future__ import annotations
@@ -24,17 +24,21 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from tqdm import tqdm
+
 from basin import basin
 from data import SPLITS, PairSet, lesson_pairs, ray_pairs
 from growth import SIZES, growth
 from labkit.cli.text import to_json
 from labkit.logs import atomic_write
+from labkit.odometry import available_cores
 from machine import describe_machine, describe_versions, today
 from peers import Matcher, load_matchers
 from recorded import killian_pairs, surveyed_pairs
 from scoring import score
-from tables import basin_text, growth_text, set_text
-from timing import measure
+from tables import basin_text, growth_text, set_text, whole_log_text
+from timing import CLOCKS, measure
+from whole_log import whole_log
 
 SETS: dict[str, Callable[[str, int], PairSet]] = {
     "lesson": lesson_pairs,
@@ -52,6 +56,7 @@ QUICK_PAIRS, QUICK_ROUNDS, QUICK_LARGEST = 20, 1, 2_000
 def main() -> int:
     """Run what was asked for, print each table as soon as it is there, write the JSON."""
     args = _parse()
+    tqdm.monitor_interval = 0  # beside a thread, workers cannot be copies of this process
     warnings.simplefilter("ignore")  # the peers' own; labkit's are errors in its tests
     matchers, missing = load_matchers()
     for package, reason in missing.items():
@@ -61,37 +66,46 @@ def main() -> int:
         "date": today(),
         "machine": describe_machine(),
         "versions": describe_versions(),
-        "missing": missing,
+        "missing": sorted(missing),
         "split": args.split,
         "rounds": args.rounds,
+        "clock": args.clock,
         "sets": {},
         "basins": {},
     }
     for name, make in _sets(args).items():
-        results["sets"][name] = _compare(matchers, make(args.split, args.pairs), args.rounds)
+        results["sets"][name] = _compare(matchers, make(args.split, args.pairs), args)
         print(set_text(results["sets"][name]), flush=True)
     for name in BASIN_SETS if args.basin else ():
         candidates = SETS[name](args.split, 3 * args.pairs)  # many lack structure
         results["basins"][name] = basin(matchers, candidates, args.pairs)
         print(basin_text(results["basins"][name]), flush=True)
     if args.growth:
-        results["growth"] = growth(matchers, args.split, args.rounds, args.largest)
+        results["growth"] = growth(matchers, args.split, args.rounds, args.largest, args.clock)
         print(growth_text(results["growth"]), flush=True)
+    if args.whole_log:
+        results["whole_log"] = whole_log(available_cores(), args.rounds)
+        print(whole_log_text(results["whole_log"]), flush=True)
     if args.out:
         with atomic_write(args.out) as file:
             file.write(to_json(results) + "\n")
     return 0
 
 
-def _compare(matchers: list[Matcher], pair_set: PairSet, rounds: int) -> dict[str, Any]:
+def _compare(
+    matchers: list[Matcher], pair_set: PairSet, args: argparse.Namespace
+) -> dict[str, Any]:
     """Every matcher's score on one set."""
-    runs = measure(matchers, pair_set, rounds)
+    runs = measure(matchers, pair_set, args.rounds)
+    wall, processor = (sum(run.seconds(clock).sum() for run in runs.values()) for clock in CLOCKS)
     return {
         "title": pair_set.title,
         "reference": pair_set.reference,
+        "source": pair_set.source,
         "gate": pair_set.gate,
         "pairs": len(pair_set.pairs),
-        "matchers": {name: score(pair_set, run) for name, run in runs.items()},
+        "wall_over_processor": float(wall / processor),
+        "matchers": {name: score(pair_set, run, args.clock) for name, run in runs.items()},
     }
 
 
@@ -115,13 +129,21 @@ def _parse() -> argparse.Namespace:
         metavar=("X", "Y", "THETA"),
         help="of each log: the scanner's place on the robot [m, m, rad]",
     )
+    parser.add_argument("--source", action="append", default=[], help="of each log: who made it")
+    parser.add_argument(
+        "--clock", choices=CLOCKS, default="wall", help="`processor` is for a busy machine"
+    )
     parser.add_argument("--no-basin", dest="basin", action="store_false")
     parser.add_argument("--no-growth", dest="growth", action="store_false")
+    parser.add_argument("--no-whole-log", dest="whole_log", action="store_false")
     parser.add_argument("--quick", action="store_true", help="few pairs, one round, to try it out")
     parser.add_argument("--out", type=Path, metavar="FILE", help="the results as JSON")
     args = parser.parse_args()
-    if len(args.log) != len(args.relations) or len(args.laser_offset) not in (0, len(args.log)):
-        parser.error("give --relations with every --log, and --laser-offset with all or none")
+    logs = len(args.log)
+    if len(args.relations) != logs or {len(args.laser_offset), len(args.source)} - {0, logs}:
+        parser.error(
+            "give --relations with every --log; --laser-offset and --source with all or none"
+        )
     args.pairs = args.pairs or (QUICK_PAIRS if args.quick else PAIRS)
     args.rounds = args.rounds or (QUICK_ROUNDS if args.quick else ROUNDS)
     args.largest = QUICK_LARGEST if args.quick else LARGEST
@@ -132,9 +154,13 @@ def _sets(args: argparse.Namespace) -> dict[str, Callable[[str, int], PairSet]]:
     """The built-in sets that were asked for, and the logs."""
     sets = {name: SETS[name] for name in args.sets}
     offsets = args.laser_offset or [(0.0, 0.0, 0.0)] * len(args.log)
-    for log, relations, offset in zip(args.log, args.relations, offsets, strict=True):
-        name = log.name.partition(".")[0]
-        sets[name] = partial(surveyed_pairs, log=log, relations=relations, laser_offset=offset)
+    sources = args.source or [f"{log.name}, not in the project" for log in args.log]
+    for log, relations, offset, source in zip(
+        args.log, args.relations, offsets, sources, strict=True
+    ):
+        sets[log.name.partition(".")[0]] = partial(
+            surveyed_pairs, log=log, relations=relations, laser_offset=offset, source=source
+        )
     return sets
 
 

@@ -33,14 +33,14 @@ def found(pairs: Sequence[Pair], attempts: Sequence[Attempt]) -> BoolArray:
     return (translation <= FOUND[0]) & (rotation <= FOUND[1])
 
 
-def score(pair_set: PairSet, run: Run) -> dict[str, Any]:
+def score(pair_set: PairSet, run: Run, clock: str) -> dict[str, Any]:
     """Time [ms], iterations, errors [mm, degrees] and failures of one matcher on one set."""
     translation, rotation = errors(pair_set.pairs[: len(run.attempts)], run.first)
     iterations = [attempt.iterations for attempt in run.first if attempt.iterations is not None]
     complaints = [attempt.complaint for attempt in run.first if attempt.complaint]
     return {
         "pairs": len(run.attempts),
-        "time_ms": _summary(1e3 * run.seconds),
+        "time_ms": _summary(1e3 * run.seconds(clock)),
         "iterations": float(np.median(iterations)) if iterations else None,
         "translation_mm": _summary(1e3 * translation),
         "rotation_deg": _summary(np.degrees(rotation)),
