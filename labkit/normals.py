@@ -15,8 +15,8 @@ from labkit.arrays import FloatArray, IntArray, dots
 from labkit.scan import Scan
 
 HALF_WIDTH = 0.3  # [m]: how far a window along the sweep reaches to either side
-HALF_BEAMS = 2  # and at the least this many beams
-NEIGHBORS = 9  # neighbours looked at in space, the point itself included
+HALF_BEAMS = 3  # and at the least this many beams
+NEIGHBORS = 7  # neighbours looked at in space, the point itself included
 REACH = 0.5  # [m]: neighbours farther than this are not on the same surface
 GAP_RATIO = 4.0  # a step this much longer than its shorter neighbour leaves the surface
 GAP_FLOOR = 0.05  # [m]: a step this short never does
