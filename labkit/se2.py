@@ -27,6 +27,8 @@ def wrap(angle: ArrayLike) -> FloatArray:
     True
     """
     theta = np.asarray(angle, dtype=np.float64)
+    if theta.ndim == 0 and -math.pi < float(theta) <= math.pi:  # the short way of a single one
+        return theta.copy()
     turned = np.pi - np.mod(np.pi - theta, 2.0 * np.pi)
     turned = np.where(turned == -np.pi, np.pi, turned)  # mod rounds up to 2π just above π
     return np.where((theta > -np.pi) & (theta <= np.pi), theta, turned)
