@@ -8,7 +8,7 @@ import re
 import sys
 from collections.abc import Sequence
 
-from labkit.cli import demo, evaluate, match, odometry
+from labkit.cli import autograder, demo, evaluate, grade, match, odometry, report
 from labkit.errors import InvalidParameterError, LabkitError
 
 BAD_INPUT, USAGE, INTERRUPTED = 1, 2, 130
@@ -19,7 +19,9 @@ ICP-based motion estimation from 2D LiDAR scans.
   labkit demo                                the lesson's experiment, with its known truth
   labkit odometry killian                    the motion of a real robot over 1.9 km
   labkit match target.csv source.csv         the transform between two scans
-  labkit evaluate run.tum --reference r.tum  how good a trajectory is"""
+  labkit evaluate run.tum --reference r.tum  how good a trajectory is
+  labkit report my_report.ipynb              a report as HTML and PDF
+  labkit grade submissions/                  verdicts on what a class handed in"""
 
 EPILOG = """\
 Exit status: 0 done; 1 the input cannot be used, or the scans cannot be matched; 2 the
@@ -59,6 +61,6 @@ def build_parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for module in (demo, odometry, match, evaluate):
+    for module in (demo, odometry, match, evaluate, report, grade, autograder):
         module.add_command(commands)
     return parser

@@ -1,9 +1,17 @@
 """Verdicts in the formats of those who take them: gradebooks, autograders, test reports."""
 
-from labkit.grading.exports.canvas import fill_canvas
+from labkit.grading.exports.canvas import check_canvas, fill_canvas
 from labkit.grading.exports.gradescope import gradescope_results
 from labkit.grading.exports.junit import write_junit
-from labkit.grading.exports.moodle import fill_moodle
+from labkit.grading.exports.moodle import check_moodle, fill_moodle
 from labkit.grading.exports.table import write_scores
 
-__all__ = ["fill_canvas", "fill_moodle", "gradescope_results", "write_junit", "write_scores"]
+__all__ = [
+    "check_canvas",
+    "check_moodle",
+    "fill_canvas",
+    "fill_moodle",
+    "gradescope_results",
+    "write_junit",
+    "write_scores",
+]

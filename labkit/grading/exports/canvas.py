@@ -11,6 +11,7 @@ from labkit.grading.exports.gradebook import read_gradebook, write_gradebook
 from labkit.grading.verdict import SubmissionVerdict
 
 STUDENT = ["Student", "ID", "SIS User ID", "SIS Login ID", "Section"]
+NEEDED = ["Student", "ID"]
 POINTS_POSSIBLE = "Points Possible"
 
 
@@ -43,7 +44,7 @@ def fill_canvas(
     LabkitError
         Where the gradebook cannot be read, or has no such column.
     """
-    header, *rows = read_gradebook(gradebook, ["Student", "ID"])
+    header, *rows = read_gradebook(gradebook, NEEDED)
     column = _column(header, title, gradebook)
     identity = [name for name in STUDENT if name in header]
     keys = [header.index(name) for name in ("ID", "SIS User ID", "SIS Login ID") if name in header]
@@ -59,6 +60,11 @@ def fill_canvas(
         filled.append([*(row[header.index(name)] for name in identity), score])
     write_gradebook(out, filled)
     return sorted(scores.keys() - found)
+
+
+def check_canvas(gradebook: str | os.PathLike[str], title: str) -> None:
+    """Raise the `LabkitError` that filling this gradebook in would raise, before any work."""
+    _column(read_gradebook(gradebook, NEEDED)[0], title, gradebook)
 
 
 def _column(header: list[str], title: str, gradebook: str | os.PathLike[str]) -> int:

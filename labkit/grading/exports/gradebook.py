@@ -10,7 +10,8 @@ from pathlib import Path
 from labkit.errors import LabkitError
 from labkit.logs.atomic import atomic_write
 
-Rows = list[list[str]]
+Row = list[str]
+Rows = list[Row]
 
 
 def read_gradebook(path: str | os.PathLike[str], columns: Sequence[str]) -> Rows:

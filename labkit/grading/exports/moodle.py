@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 from labkit.errors import LabkitError
 from labkit.grading.exports.feedback import number, summary_text
-from labkit.grading.exports.gradebook import plain, read_gradebook, write_gradebook
+from labkit.grading.exports.gradebook import Row, Rows, plain, read_gradebook, write_gradebook
 from labkit.grading.verdict import SubmissionVerdict
 
 NEEDED = ["Identifier", "Grade"]
@@ -45,22 +45,33 @@ def fill_moodle(
     place = {name: header.index(name) for name in header}
     by_number = {verdict.student: verdict for verdict in verdicts}
     found = set()
-    for line, row in enumerate(rows, 2):
+    for row, maximum in zip(rows, _maxima(worksheet, header, rows), strict=True):
         who = row[place["Identifier"]].removeprefix("Participant").strip()
         verdict = by_number.get(who)
         if verdict is None:
             continue
         found.add(who)
-        full = verdict.points
-        if "Maximum Grade" in place:
-            full = _maximum(row[place["Maximum Grade"]], f"{worksheet}: row {line}")
-        share = verdict.score / verdict.points if verdict.points else 0.0
-        row[place["Grade"]] = number(share * full)
+        scale = 1.0 if maximum is None or not verdict.points else maximum / verdict.points
+        row[place["Grade"]] = number(verdict.score * scale)
         if "Feedback comments" in place:
             text = html.escape(summary_text(verdict)).replace("\n", "<br>")
             row[place["Feedback comments"]] = plain(text)
     write_gradebook(out, [header, *rows])
     return sorted(by_number.keys() - found)
+
+
+def check_moodle(worksheet: str | os.PathLike[str]) -> None:
+    """Raise the `LabkitError` that filling this worksheet in would raise, before any work."""
+    header, *rows = read_gradebook(worksheet, NEEDED)
+    _maxima(worksheet, header, rows)
+
+
+def _maxima(worksheet: str | os.PathLike[str], header: Row, rows: Rows) -> list[float | None]:
+    """The maximum grade of each row; None where the worksheet has no such column."""
+    if "Maximum Grade" not in header:
+        return [None] * len(rows)
+    column = header.index("Maximum Grade")
+    return [_maximum(row[column], f"{worksheet}: row {n}") for n, row in enumerate(rows, 2)]
 
 
 def _maximum(text: str, where: str) -> float:

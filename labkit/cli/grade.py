@@ -1,0 +1,184 @@
+"""``labkit grade``: submissions in, verdicts, pages and gradebooks out."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+from tqdm import tqdm
+
+from labkit.arrays import check_count
+from labkit.cli.grade_outputs import add_output_options, check_outputs, write_outputs
+from labkit.errors import InvalidParameterError, LabkitError
+from labkit.grading.assignment import FOLDER, load_assignment
+from labkit.grading.batch import Graded, Settings, grade_class, merge, still_to_grade
+from labkit.grading.contract import Limits
+from labkit.grading.isolation import SAFE, open_sandbox
+from labkit.grading.pools import cluster_executors, local_pools
+from labkit.grading.store import VerdictStore
+from labkit.grading.submissions import Submission, find_submissions, one_submission
+from labkit.odometry import available_cores
+
+DESCRIPTION = """\
+Grade notebooks (.ipynb) and scripts (.py). SUBMISSIONS is one file; a folder or zip archive
+with a file or folder for each student; or a bulk download of Canvas, Moodle or nbgrader.
+
+Students' code runs in isolation: no network, no other submission, no reference, limits on
+time, memory and output. Each verdict is stored in OUT/verdicts.jsonl as it comes: run the
+same command again after an interruption, or after new submissions, and it goes on."""
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add ``grade`` to the command line."""
+    parser = commands.add_parser(
+        "grade",
+        help="grade submissions in isolation",
+        description=DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("submissions", metavar="SUBMISSIONS", help="a file, folder or zip archive")
+    parser.add_argument(
+        "--student", metavar="NAME", help="all of SUBMISSIONS is the work of one student, NAME"
+    )
+    parser.add_argument(
+        "--assignment", metavar="FOLDER", default=str(FOLDER), help="questions (the lab's own)"
+    )
+    parser.add_argument(
+        "--again", nargs="+", default=[], metavar="STUDENT", help="grade these once more"
+    )
+    parser.add_argument(
+        "--question", nargs="+", default=[], metavar="ID", help="grade these questions once more"
+    )
+    where = parser.add_argument_group("where the code runs")
+    where.add_argument("--mode", choices=("auto", *SAFE), default="auto", help="(auto: strongest)")
+    where.add_argument(
+        "--no-isolation",
+        action="store_true",
+        help="limits alone, which is NOT SAFE: only for code that you trust",
+    )
+    where.add_argument(
+        "--seconds",
+        type=float,
+        default=Limits().seconds,
+        metavar="S",
+        help="for a question (%(default)s)",
+    )
+    where.add_argument("--jobs", type=int, metavar="N", help="how many at a time (all cores)")
+    where.add_argument("--cluster", metavar="ADDRESS", help="grade on a running Dask cluster")
+    add_output_options(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Grade what has no verdict yet; status 1 where a submission could not be graded."""
+    workers = available_cores() if args.jobs is None else args.jobs
+    check_count(workers, "jobs", at_least=1)
+    assignment = load_assignment(args.assignment)
+    for id in args.question:
+        assignment.question(id)
+    submissions = _submissions(args)
+    settings = Settings(
+        mode=_mode(args), limits=Limits(seconds=args.seconds), assignment=args.assignment
+    )
+    check_outputs(args, len(submissions))
+    with VerdictStore(_folder(args.out) / "verdicts.jsonl") as store:
+        again = _known(submissions, args.again)
+        todo = still_to_grade(submissions, store, settings, again)
+        failures: dict[str, str] = {}
+        jobs = [(todo, settings)]
+        if args.question:
+            listed = {one.student for one in todo}
+            rest = [one for one in submissions if one.student not in listed]
+            jobs.append((rest, replace(settings, questions=tuple(args.question))))
+        for part, how in jobs:
+            for graded in _graded(part, how, workers, args.cluster):
+                _keep(graded, store, failures)
+        write_outputs(args, store, assignment, [one.student for one in submissions], failures)
+        print(_closing(len(submissions), len(todo), len(failures), settings.mode, args.out))
+    for student, why in failures.items():
+        print(f"labkit grade: {student} was not graded: {why}", file=sys.stderr)
+    return 1 if failures else 0
+
+
+def _submissions(args: argparse.Namespace) -> list[Submission]:
+    if args.student:
+        return [one_submission(args.submissions, args.student)]
+    return find_submissions(args.submissions)
+
+
+def _mode(args: argparse.Namespace) -> str:
+    """The isolation by its name, tried before any student's code is run."""
+    if args.no_isolation:
+        if args.mode != "auto":
+            raise InvalidParameterError(
+                f"`no_isolation` cannot go with --mode {args.mode}; leave one of them out"
+            )
+        print(
+            "labkit grade: no isolation: the code can read and write all that you can",
+            file=sys.stderr,
+        )
+        return "none"
+    with open_sandbox(args.mode) as sandbox:
+        return sandbox.mode
+
+
+def _known(submissions: Sequence[Submission], again: Sequence[str]) -> set[str]:
+    students = {one.student for one in submissions}
+    for name in again:
+        if name not in students:
+            shown = ", ".join(sorted(students)[:5]) + (", ..." if len(students) > 5 else "")
+            raise InvalidParameterError(f"`again` must name students ({shown}), got {name!r}")
+    return set(again)
+
+
+def _folder(out: str) -> Path:
+    folder = Path(out)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise LabkitError(f"cannot write {out}: {error.strerror}; choose another place") from None
+    return folder
+
+
+def _graded(
+    part: Sequence[Submission], settings: Settings, workers: int, cluster: str | None
+) -> Iterator[Graded]:
+    """The verdicts as they come, with a progress bar."""
+    if not part:
+        return
+    with _where(min(workers, len(part)), cluster) as (executors, count):
+        verdicts = grade_class(
+            part, settings, executors, workers=count, by_value=cluster is not None
+        )
+        yield from tqdm(verdicts, total=len(part), unit="submission", disable=None)
+
+
+@contextmanager
+def _where(workers: int, cluster: str | None) -> Iterator[tuple[Iterator[Executor], int]]:
+    if cluster:
+        with cluster_executors(cluster) as found:
+            yield found
+    else:
+        with local_pools(workers) as pools:
+            yield pools, workers
+
+
+def _keep(graded: Graded, store: VerdictStore, failures: dict[str, str]) -> None:
+    """Store a verdict; one on some questions takes their places in the stored one."""
+    if graded.verdict is None:
+        failures[graded.student] = graded.failure
+        return
+    verdict = graded.verdict
+    if graded.student in store and len(verdict.questions) < len(store[graded.student].questions):
+        verdict = merge(store[graded.student], verdict)
+    store.put(verdict, graded.fingerprint, graded.passages)
+
+
+def _closing(found: int, asked: int, failed: int, mode: str, out: str) -> str:
+    before = f", {found - asked} had their verdicts already" if asked < found else ""
+    return f"{asked - failed} of {found} submissions graded (isolation: {mode}){before}; see {out}"

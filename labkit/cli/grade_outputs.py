@@ -1,0 +1,128 @@
+"""The files that ``labkit grade`` writes from the stored verdicts."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import re
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from labkit.errors import InvalidParameterError
+from labkit.grading.exports import (
+    check_canvas,
+    check_moodle,
+    fill_canvas,
+    fill_moodle,
+    gradescope_results,
+    write_junit,
+    write_scores,
+)
+from labkit.grading.questions import Assignment
+from labkit.grading.reports import ClassSummary, write_class_page, write_student_page
+from labkit.grading.similarity import near_identical
+from labkit.grading.store import VerdictStore
+from labkit.logs import atomic_write, refuse_unwritable
+
+
+def add_output_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say what is written."""
+    group = parser.add_argument_group("output")
+    group.add_argument(
+        "--out",
+        metavar="FOLDER",
+        default="grades",
+        help="verdicts.jsonl, scores.csv, index.html, students/ (%(default)s)",
+    )
+    group.add_argument("--no-html", action="store_true", help="leave the pages out")
+    group.add_argument("--gradescope", metavar="FILE", help="results.json of one submission")
+    group.add_argument("--junit", metavar="FILE", help="JUnit XML")
+    group.add_argument("--canvas", metavar="GRADEBOOK", help="Canvas's gradebook, to be filled in")
+    group.add_argument("--title", metavar="COLUMN", help="the assignment's column in it")
+    group.add_argument("--moodle", metavar="WORKSHEET", help="Moodle's grading worksheet, likewise")
+
+
+def check_outputs(args: argparse.Namespace, submissions: int) -> None:
+    """Refuse what cannot be written or filled in, before the work begins."""
+    for path in (args.gradescope, args.junit):
+        if path:
+            refuse_unwritable(path)
+    if bool(args.canvas) != bool(args.title):
+        raise InvalidParameterError(
+            f"`title` and --canvas must be given together, got {args.title or args.canvas!r} alone"
+        )
+    if args.canvas:
+        check_canvas(args.canvas, args.title)
+    if args.moodle:
+        check_moodle(args.moodle)
+    if args.gradescope and submissions != 1:
+        raise InvalidParameterError(
+            f"`gradescope` is for one submission, got {submissions}; name one --student"
+        )
+
+
+def write_outputs(
+    args: argparse.Namespace,
+    store: VerdictStore,
+    assignment: Assignment,
+    students: Sequence[str],
+    failures: Mapping[str, str],
+) -> None:
+    """Write tables, pages and gradebooks of the class from what is stored."""
+    graded = [student for student in sorted(students) if student in store]
+    out = Path(args.out)
+    write_scores((store[student] for student in graded), out / "scores.csv")
+    if args.junit:
+        write_junit((store[student] for student in graded), args.junit)
+    if args.gradescope:
+        with atomic_write(args.gradescope) as file:
+            file.write("".join(gradescope_results(store[student]) for student in graded))
+    verdicts = (store[student] for student in graded)
+    if args.canvas:
+        _tell(fill_canvas(verdicts, args.canvas, args.title, out / "canvas.csv"), args.canvas)
+    if args.moodle:
+        verdicts = (store[student] for student in graded)
+        _tell(fill_moodle(verdicts, args.moodle, out / "moodle.csv"), args.moodle)
+    if not args.no_html:
+        _write_pages(out, store, assignment, graded, failures)
+
+
+def page_name(student: str) -> str:
+    """The file of a student's page: no name leads out of the folder, no two are alike.
+
+    >>> page_name("ada"), page_name("../Ada L")
+    ('students/ada.html', 'students/Ada-L-9f6c9bbe.html')
+    """
+    plain = re.sub(r"[^a-z0-9_-]+", "-", student, flags=re.IGNORECASE).strip("-")[:60]
+    if plain != student or student != student.lower():
+        plain = f"{plain}-{hashlib.sha256(student.encode()).hexdigest()[:8]}"
+    return f"students/{plain}.html"
+
+
+def _write_pages(
+    out: Path,
+    store: VerdictStore,
+    assignment: Assignment,
+    graded: Sequence[str],
+    failures: Mapping[str, str],
+) -> None:
+    (out / "students").mkdir(exist_ok=True)
+    summary = ClassSummary()
+    for student in graded:
+        verdict, page = store[student], page_name(student)
+        write_student_page(verdict, assignment, out / page)
+        summary.add(verdict, page)
+    kept = set(graded)
+    marks = {student: found for student, found in store.passages().items() if student in kept}
+    pairs = near_identical(marks)
+    write_class_page(summary, assignment, out / "index.html", pairs=pairs, failures=failures)
+
+
+def _tell(missing: Sequence[str], gradebook: str) -> None:
+    if missing:
+        shown = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
+        print(
+            f"labkit grade: {gradebook} has no line for {len(missing)} of them: {shown}",
+            file=sys.stderr,
+        )

@@ -1,0 +1,82 @@
+"""Where submissions are graded: processes of this machine, or the workers of a Dask cluster."""
+
+from __future__ import annotations
+
+import importlib
+import multiprocessing
+import signal
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+
+from labkit.errors import LabkitError
+
+
+@contextmanager
+def local_pools(workers: int) -> Iterator[Iterator[Executor]]:
+    """Pools of processes on this machine, each made when the one before is broken.
+
+    On leaving, by an interruption too, no worker and no sandbox of one is left behind.
+    """
+    pools: list[ProcessPoolExecutor] = []
+
+    def make() -> Iterator[Executor]:
+        while True:
+            pools.append(
+                ProcessPoolExecutor(
+                    workers, multiprocessing.get_context("spawn"), initializer=_be_a_worker
+                )
+            )
+            yield pools[-1]
+            pools[-1].shutdown(wait=False, cancel_futures=True)
+
+    try:
+        yield make()
+    except BaseException:
+        for process in multiprocessing.active_children():
+            process.terminate()
+        raise
+    finally:
+        for pool in pools:
+            pool.shutdown(cancel_futures=True)
+
+
+def _be_a_worker() -> None:
+    """Leave Ctrl-C to the parent, which ends its workers itself; one thread is enough."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def cluster_executors(address: str) -> Iterator[tuple[Iterator[Executor], int]]:
+    """The workers of a Dask cluster that runs already, and how many they are.
+
+    Raises
+    ------
+    LabkitError
+        Where Dask is not installed, the address does not answer, or no worker is there.
+    """
+    try:
+        distributed = importlib.import_module("distributed")
+    except ImportError:
+        raise LabkitError(
+            "grading on a cluster needs Dask: pip install 'labkit[cluster]'"
+        ) from None
+    try:
+        client = distributed.Client(address, timeout="10s", set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise LabkitError(
+            f"no Dask scheduler answers at {address!r} ({error}); start one with `dask scheduler`"
+        ) from None
+    with client:
+        workers = len(client.scheduler_info(n_workers=-1)["workers"])
+        if not workers:
+            raise LabkitError(
+                f"the scheduler at {address} has no workers; start some: dask worker {address}"
+            )
+        executor = client.get_executor(pure=False)
+
+        def same() -> Iterator[Executor]:
+            while True:
+                yield executor
+
+        yield same(), workers

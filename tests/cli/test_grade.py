@@ -1,0 +1,165 @@
+"""Grading a class from the command line: interrupted, resumed, corrected, exported."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from labkit.cli import main
+from labkit.grading.isolation import available_modes
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "grading"))
+from small import HANGS, RIGHT, SQUARED, hand_in, write_assignment
+
+SAFE = any(not why for mode, why in available_modes().items() if mode != "none")
+NEEDS_A_BOX = pytest.mark.skipif(
+    not SAFE, reason="no isolation works here: apt install bubblewrap, or run as root on Linux"
+)
+WHERE = [] if SAFE else ["--no-isolation"]
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    return write_assignment(tmp_path_factory.mktemp("grade") / "small")
+
+
+@pytest.fixture
+def grade(small, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        command = ["grade", *map(str, arguments), "--assignment", str(small), "--seconds", "2"]
+        return main([*command, "--jobs", "2", *WHERE])
+
+    return run
+
+
+def scores(folder):
+    with (folder / "scores.csv").open(encoding="utf-8") as file:
+        return {row["student"]: float(row["score"]) for row in csv.DictReader(file)}
+
+
+def test_a_class_gets_its_scores_pages_and_exports(grade, tmp_path, capsys):
+    expected = hand_in(tmp_path / "class", 8)
+    (tmp_path / "class/student00002.py").write_text(HANGS, encoding="utf-8")
+    expected["student00002"] = 3.0
+    assert grade("class", "--junit", "junit.xml") == 0
+    assert scores(tmp_path / "grades") == expected
+    assert "8 of 8 submissions graded" in capsys.readouterr().out
+    page = (tmp_path / "grades/students/student00003.html").read_text(encoding="utf-8")
+    assert "this is x squared" in page
+    assert "8 submissions" in (tmp_path / "grades/index.html").read_text(encoding="utf-8")
+    assert (tmp_path / "junit.xml").exists()
+
+
+def test_it_goes_on_where_it_was_and_grades_what_changed(grade, tmp_path, capsys):
+    expected = hand_in(tmp_path / "class", 4)
+    assert grade("class", "--no-html") == 0
+    capsys.readouterr()
+    (tmp_path / "class/student00001.py").write_text(SQUARED, encoding="utf-8")
+    (tmp_path / "class/new.py").write_text(RIGHT, encoding="utf-8")
+    assert grade("class", "--no-html") == 0
+    assert "2 of 5 submissions graded" in capsys.readouterr().out
+    assert scores(tmp_path / "grades") == {**expected, "student00001": 3.5, "new": 5.0}
+    assert grade("class", "--no-html", "--again", "new") == 0
+    assert "1 of 5 submissions graded" in capsys.readouterr().out
+    assert grade("class", "--no-html", "--question", "negate") == 0
+    assert scores(tmp_path / "grades")["student00001"] == 3.5
+
+
+def test_gradescope_gets_one_students_folder(grade, tmp_path):
+    (tmp_path / "work").mkdir()
+    (tmp_path / "work/answers.py").write_text(RIGHT, encoding="utf-8")
+    results = tmp_path / "results.json"
+    assert grade("work", "--student", "ada@x.org", "--gradescope", results, "--no-html") == 0
+    assert json.loads(results.read_text(encoding="utf-8"))["score"] == 5.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "says"),
+    [
+        (["missing"], 1, "missing: no such file or folder"),
+        (["class", "--again", "nobody"], 2, "--again must name students (student00000"),
+        (["class", "--question", "nine"], 2, "--question must be one of double, negate"),
+        (["class", "--jobs", "0"], 2, "--jobs must be"),
+        (["class", "--seconds", "0"], 2, "--seconds must be"),
+        (["class", "--canvas", "book.csv"], 2, "--title and --canvas must be given together"),
+        (["class", "--canvas", "book.csv", "--title", "Lab"], 1, "book.csv: cannot be read"),
+        (["class", "--moodle", "sheet.csv"], 1, "sheet.csv: cannot be read"),
+        (["class", "--gradescope", "r.json"], 2, "--gradescope is for one submission, got 2"),
+        (["class", "--junit", "no/such/folder.xml"], 1, "does not exist; make it first"),
+        (["class", "--out", "class/student00000.py"], 1, "choose another place"),
+        (["class", "--assignment", "class"], 1, "name the folder of an assignment"),
+        (["class", "--cluster", "tcp://127.0.0.1:9"], 1, "no Dask scheduler answers"),
+    ],
+)
+def test_a_mistake_is_named_before_anything_is_graded(
+    small, tmp_path, monkeypatch, capsys, arguments, status, says
+):
+    monkeypatch.chdir(tmp_path)
+    hand_in(tmp_path / "class", 2)
+    given = ["grade", "--assignment", str(small), "--no-html", *WHERE, *arguments]
+    assert main(given) == status
+    assert says in capsys.readouterr().err
+    assert not (tmp_path / "grades/scores.csv").exists()
+
+
+@NEEDS_A_BOX
+def test_killed_halfway_and_resumed(small, tmp_path):
+    """Takes some ten seconds; buys that a crash costs no verdict and leaves no process."""
+    expected = hand_in(tmp_path / "class", 60)
+    command = [sys.executable, "-m", "labkit", "grade", str(tmp_path / "class"), "--no-html"]
+    command += ["--assignment", str(small), "--out", str(tmp_path / "grades"), "--jobs", "2"]
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL, start_new_session=True) as first:
+        verdicts = tmp_path / "grades/verdicts.jsonl"
+        deadline = time.monotonic() + 60
+        while lines(verdicts) < 20 and time.monotonic() < deadline:
+            time.sleep(0.02)
+        os.killpg(first.pid, signal.SIGKILL)
+    done = lines(verdicts) - 1
+    assert 0 < done < 60
+    again = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert f"{60 - done} of 60 submissions graded" in again.stdout
+    assert scores(tmp_path / "grades") == expected
+
+
+def lines(path):
+    return path.read_bytes().count(b"\n") if path.exists() else 0
+
+
+@NEEDS_A_BOX
+@pytest.mark.skipif(os.name == "nt", reason="Windows knows no SIGINT of its own group")
+def test_an_interruption_leaves_no_process_and_no_traceback(small, tmp_path):
+    hand_in(tmp_path / "class", 200)
+    command = [sys.executable, "-m", "labkit", "grade", str(tmp_path / "class"), "--no-html"]
+    command += ["--assignment", str(small), "--out", str(tmp_path / "grades"), "--jobs", "2"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as run:
+        deadline = time.monotonic() + 60
+        while lines(tmp_path / "grades/verdicts.jsonl") < 5 and time.monotonic() < deadline:
+            time.sleep(0.02)
+        children = subprocess.run(
+            ["pgrep", "-P", str(run.pid)], capture_output=True, text=True, check=True
+        )
+        run.send_signal(signal.SIGINT)
+        _, errors = run.communicate(timeout=60)
+    assert run.returncode == 130
+    assert "interrupted" in errors
+    assert "Traceback" not in errors
+    deadline = time.monotonic() + 10
+    while any(map(alive, children.stdout.split())) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert not any(map(alive, children.stdout.split()))
+
+
+def alive(process):
+    """Whether a process runs; one that ended and that nobody asked after does not."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
