@@ -11,6 +11,8 @@ from contextlib import contextmanager
 
 from labkit.errors import LabkitError
 
+PATIENCE = 10.0  # [s] for a cluster to answer
+
 
 @contextmanager
 def local_pools(workers: int) -> Iterator[Iterator[Executor]]:
@@ -62,17 +64,19 @@ def cluster_executors(address: str) -> Iterator[tuple[Iterator[Executor], int]]:
             "grading on a cluster needs Dask: pip install 'labkit[cluster]'"
         ) from None
     try:
-        client = distributed.Client(address, timeout="10s", set_as_default=False)
+        client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise LabkitError(
             f"no Dask scheduler answers at {address!r} ({error}); start one with `dask scheduler`"
         ) from None
     with client:
-        workers = len(client.scheduler_info(n_workers=-1)["workers"])
-        if not workers:
+        try:
+            client.wait_for_workers(1, timeout=PATIENCE)
+        except TimeoutError:
             raise LabkitError(
                 f"the scheduler at {address} has no workers; start some: dask worker {address}"
-            )
+            ) from None
+        workers = len(client.scheduler_info(n_workers=-1)["workers"])
         executor = client.get_executor(pure=False)
 
         def same() -> Iterator[Executor]:
