@@ -77,7 +77,7 @@ def _transform(question: Question, got: FloatArray, wanted: FloatArray) -> Itera
         return
     shift = math.hypot(*(got[:2, 2] - wanted[:2, 2]))
     yield from _rotation(got[:2, :2], wanted[:2, :2])
-    yield f"the translation is off by {shift:.2g} m."
+    yield f"the translation is off by {_two_digits(shift)} m."
 
 
 def _rotation(got: FloatArray, wanted: FloatArray) -> Iterator[str]:
@@ -92,14 +92,15 @@ def _rotation(got: FloatArray, wanted: FloatArray) -> Iterator[str]:
         if angle < ANGLE:
             yield "the rotation is right."
         else:
-            yield f"the rotation is off by {math.degrees(angle):.2g}°."
+            yield f"the rotation is off by {_two_digits(math.degrees(angle))}°."
 
 
 def _vector(question: Question, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     error = np.abs(got - wanted)
     wrong = int(np.count_nonzero(error > 1e-5 * max(1.0, float(np.abs(wanted).max()))))
     unit = f" {question.unit}" if question.unit else ""
-    yield f"{_share(wrong, error.size)} of the numbers are off, by up to {error.max():.2g}{unit}."
+    share, most = _share(wrong, error.size), _two_digits(float(error.max()))
+    yield f"{share} of the numbers are off, by up to {most}{unit}."
 
 
 def _matches(question: Question, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
@@ -108,7 +109,7 @@ def _matches(question: Question, got: FloatArray, wanted: FloatArray) -> Iterato
         yield f"{_share(wrong, len(got))} of the indices are wrong."
     error = float(np.abs(got[:, 1] - wanted[:, 1]).max())
     if error > 1e-5:
-        yield f"the distances are off by up to {error:.2g} m."
+        yield f"the distances are off by up to {_two_digits(error)} m."
 
 
 def _mask(question: Question, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
@@ -129,18 +130,23 @@ def _poses(question: Question, got: FloatArray, wanted: FloatArray) -> Iterator[
         yield "the poses are right, but some headings lie outside (−π, π]: wrap them."
         return
     yield (
-        f"the positions are off by up to {shift:.2g} m, "
-        f"the headings by up to {math.degrees(turn.max()):.2g}°."
+        f"the positions are off by up to {_two_digits(shift)} m, "
+        f"the headings by up to {_two_digits(math.degrees(turn.max()))}°."
     )
 
 
 def _number(question: Question, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     unit = f" {question.unit}" if question.unit else ""
-    yield f"the result is off by {abs(float(got - wanted)):.2g}{unit}."
+    yield f"the result is off by {_two_digits(abs(float(got - wanted)))}{unit}."
 
 
 def _flag(question: Question, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     yield f"it returned {bool(got)}; the rule says otherwise."
+
+
+def _two_digits(number: float) -> str:
+    """A size that can be read: 180 and not 1.8e+02."""
+    return f"{float(f'{number:.2g}'):g}"
 
 
 def _share(count: int, total: int) -> str:

@@ -23,8 +23,7 @@ def to_plain(value: Value) -> Any:
     Raises
     ------
     InvalidParameterError
-        For what is no data, and for an array that is not finite or of another type than
-        float64, int64 and bool.
+        For what is no data, and for an array of another type than float64, int64 and bool.
 
     Examples
     --------
@@ -39,13 +38,12 @@ def to_plain(value: Value) -> Any:
         return {"tuple": [to_plain(entry) for entry in value]}
     if isinstance(value, dict):
         return {"dict": {key: to_plain(entry) for key, entry in value.items()}}
-    if isinstance(value, np.ndarray) and value.dtype.name in DTYPES and np.isfinite(value).all():
-        return {
-            "dtype": value.dtype.name,
-            "shape": list(value.shape),
-            "data": value.ravel().tolist(),
-        }
-    raise InvalidParameterError(f"`value` must be finite plain data, got {value!r:.80}")
+    if isinstance(value, np.ndarray) and value.dtype.name in DTYPES:
+        data = value.ravel().tolist()
+        if not np.isfinite(value).all():
+            data = [entry if math.isfinite(entry) else repr(entry) for entry in data]
+        return {"dtype": value.dtype.name, "shape": list(value.shape), "data": data}
+    raise InvalidParameterError(f"`value` must be plain data, got {value!r:.80}")
 
 
 def from_plain(plain: Any) -> Value:

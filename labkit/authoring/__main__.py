@@ -1,0 +1,75 @@
+"""``python -m labkit.authoring``: write the assignment and its notebook."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from tqdm import tqdm
+
+from labkit.authoring.notebook import notebook_text
+from labkit.authoring.write import VARIANTS, write_assignment
+from labkit.errors import LabkitError
+from labkit.grading.assignment import FOLDER
+from labkit.logs.atomic import atomic_write, refuse_unwritable
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write what the options name; the exit status is 2 for a mistake of the caller."""
+    options = _parser().parse_args(arguments)
+    try:
+        for path in (options.notebook, options.solutions):
+            if path is not None:
+                refuse_unwritable(path)
+        if not options.folder.is_dir():
+            raise LabkitError(f"there is no folder {options.folder}; make it first")
+        if options.variants < 1:
+            raise LabkitError(f"`--variants` must be at least 1, got {options.variants}")
+        written = write_assignment(options.folder, options.variants, _bar)
+        for path, solutions in ((options.notebook, False), (options.solutions, True)):
+            if path is not None:
+                with atomic_write(path) as file:
+                    file.write(notebook_text(solutions))
+                written.append(path)
+    except LabkitError as error:
+        sys.stderr.write(f"labkit.authoring: {error}\n")
+        return 2
+    sys.stdout.write("".join(f"wrote {path}\n" for path in written))
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m labkit.authoring",
+        description="Compute the assignment's cases and answers, and write its notebook.",
+    )
+    parser.add_argument(
+        "--folder",
+        type=Path,
+        default=FOLDER,
+        help="where questions.json, visible.json and hidden/ go (default: labkit's own)",
+    )
+    parser.add_argument(
+        "--variants",
+        type=int,
+        default=VARIANTS,
+        help="sets of hidden cases that students are spread over (default: %(default)s)",
+    )
+    parser.add_argument("--notebook", type=Path, help="write the students' notebook here, too")
+    parser.add_argument(
+        "--solutions",
+        type=Path,
+        help="write the instructor's notebook here, too: the source of an nbgrader assignment",
+    )
+    return parser
+
+
+def _bar(variants: Iterable[int]) -> Iterable[int]:
+    bar: Iterable[int] = tqdm(variants, desc="variants", disable=None)
+    return bar
+
+
+if __name__ == "__main__":
+    sys.exit(main())

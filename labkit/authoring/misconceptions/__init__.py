@@ -1,0 +1,28 @@
+"""Known mistakes: wrong implementations whose answers are known, so that they get a name.
+
+The functions take what the question's function takes. Their docstrings are read by students.
+"""
+
+from labkit.authoring.misconceptions import (
+    alignment,
+    convergence,
+    loop,
+    odometry,
+    pairs,
+    se2,
+    steps,
+    weights,
+)
+from labkit.authoring.mistake import MISTAKES
+
+__all__ = [
+    "MISTAKES",
+    "alignment",
+    "convergence",
+    "loop",
+    "odometry",
+    "pairs",
+    "se2",
+    "steps",
+    "weights",
+]

@@ -1,0 +1,179 @@
+"""The right answers, computed by labkit: one function a question, one answer a reading.
+
+The lesson trims in two ways (book, Errata: "Trimming: of which points?"), so the ICP
+questions have two right answers each; all others have one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+
+import labkit
+from labkit.arrays import BoolArray, FloatArray
+from labkit.correspondences import distance_gate, huber_weights, overlap
+from labkit.grading.contract import Value
+from labkit.icp import check_convergence
+from labkit.neighbors import nearest_by_brute_force
+from labkit.odometry import SanityLimits, integrate
+from labkit.odometry.sanity import motion_complaints, quality_complaints
+from labkit.registration import IcpParameters, Iteration
+from labkit.se2 import rotation
+
+Keep = Callable[[FloatArray, float, float], BoolArray]
+
+
+def keep_of_all(d: FloatArray, max_distance: float, overlap_ratio: float) -> BoolArray:
+    """ρ of all source points, then the gate: labkit's reading."""
+    return distance_gate(d, max_distance) & overlap(d, overlap_ratio)
+
+
+def keep_of_gated(d: FloatArray, max_distance: float, overlap_ratio: float) -> BoolArray:
+    """The gate, then ρ of what it left: the reading of the lesson's other listings."""
+    kept = distance_gate(d, max_distance)
+    kept[kept] = overlap(d[kept], overlap_ratio)
+    return kept
+
+
+READINGS: tuple[Keep, ...] = (keep_of_all, keep_of_gated)
+
+
+def step(
+    source: FloatArray,
+    target: FloatArray,
+    T: FloatArray,
+    max_distance: float,
+    overlap_ratio: float,
+    delta: float,
+    keep: Keep = keep_of_all,
+) -> FloatArray:
+    """One ICP step from labkit's stages: associate, reject, weigh, align, compose."""
+    moved = labkit.apply(T, source)
+    matched = target[nearest_by_brute_force(moved, target)]
+    d = np.linalg.norm(moved - matched, axis=1)
+    kept = keep(d, max_distance, overlap_ratio)
+    dT = labkit.align(moved[kept], matched[kept], huber_weights(d[kept], delta))
+    return labkit.compose(dT, T)
+
+
+def loop(
+    source: FloatArray,
+    target: FloatArray,
+    T_init: FloatArray,
+    max_distance: float,
+    overlap_ratio: float,
+    delta: float,
+    max_iterations: int,
+    keep: Keep = keep_of_all,
+) -> FloatArray:
+    """ICP until nothing moves any more: where each stopping rule would like to end."""
+    T = T_init
+    for _ in range(max_iterations):
+        T_before, T = T, step(source, target, T, max_distance, overlap_ratio, delta, keep)
+        if np.abs(T - T_before).max() < 1e-14:
+            break
+    return T
+
+
+def _both_readings(function: Callable[..., Value]) -> Callable[..., tuple[Value, ...]]:
+    return lambda *arguments: tuple(function(*arguments, keep=keep) for keep in READINGS)
+
+
+def _one(function: Callable[..., Value]) -> Callable[..., tuple[Value, ...]]:
+    return lambda *arguments: (function(*arguments),)
+
+
+def _best_translation(R: FloatArray, source: FloatArray, target: FloatArray) -> Value:
+    centroid = source.mean(axis=0, keepdims=True)
+    T = np.eye(3)
+    T[:2, :2] = R
+    moved: FloatArray = target.mean(axis=0) - labkit.apply(T, centroid)[0]
+    return moved
+
+
+def _nearest_neighbors(source: FloatArray, target: FloatArray) -> Value:
+    index = nearest_by_brute_force(source, target)
+    return (index, np.linalg.norm(source - target[index], axis=1))
+
+
+def _inlier_rmse(distances: FloatArray, kept: BoolArray) -> Value:
+    d = distances[kept]
+    return math.sqrt(float(d @ d) / len(d)) if len(d) else math.nan
+
+
+@dataclass(frozen=True)
+class _Step:
+    """What a convergence test looks at in an `Iteration`."""
+
+    cost: float
+    translation_step: float = math.inf
+    rotation_step: float = math.inf
+    far: bool = False
+
+
+def _history(dT: FloatArray, cost_change: float, iteration: int) -> list[Iteration]:
+    dx, dy, turn = labkit.to_xytheta(dT)
+    last = _Step(cost_change, math.hypot(dx, dy), abs(float(turn)))
+    return cast(list[Iteration], [_Step(0.0)] * iteration + [last])
+
+
+def _has_converged(
+    dT: FloatArray,
+    cost_change: float,
+    iteration: int,
+    translation_tolerance: float,
+    rotation_tolerance: float,
+    cost_tolerance: float,
+    max_iterations: int,
+) -> Value:
+    parameters = IcpParameters(
+        translation_tolerance=translation_tolerance,
+        rotation_tolerance=rotation_tolerance,
+        cost_tolerance=cost_tolerance,
+        max_iterations=max_iterations,
+    )
+    return check_convergence(_history(dT, cost_change, iteration), parameters) is not None
+
+
+def _is_plausible(
+    increment: FloatArray,
+    inlier_ratio: float,
+    rmse: float,
+    max_translation: float,
+    max_rotation: float,
+    min_inlier_ratio: float,
+    max_rmse: float,
+) -> Value:
+    limits = SanityLimits(
+        max_translation=max_translation,
+        max_rotation=max_rotation,
+        min_inlier_ratio=min_inlier_ratio,
+        max_rmse=max_rmse,
+    )
+    complaints = motion_complaints(increment, None, limits)
+    return not complaints + quality_complaints(inlier_ratio, rmse, limits)
+
+
+REFERENCES: dict[str, Callable[..., tuple[Value, ...]]] = {
+    "rotation": _one(rotation),
+    "compose": _one(labkit.compose),
+    "invert": _one(labkit.invert),
+    "best_translation": _one(_best_translation),
+    "align": _one(labkit.align),
+    "align_weighted": _one(labkit.align),
+    "align_svd": _one(labkit.align_svd),
+    "nearest_neighbors": _one(_nearest_neighbors),
+    "distance_gate": _one(distance_gate),
+    "overlap": _one(overlap),
+    "huber_weights": _one(huber_weights),
+    "inlier_rmse": _one(_inlier_rmse),
+    "icp_step": _both_readings(step),
+    "icp": _both_readings(loop),
+    "has_converged": _one(_has_converged),
+    "integrate": _one(integrate),
+    "is_plausible": _one(_is_plausible),
+}

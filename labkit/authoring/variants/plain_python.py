@@ -1,0 +1,148 @@
+"""A submission without numpy: loops, lists and `math`; ρ of the pairs that pass the gate."""
+
+import math
+
+
+def rotation(theta):
+    c, s = math.cos(theta), math.sin(theta)
+    return [[c, -s], [s, c]]
+
+
+def compose(T_a_b, T_b_c):
+    rows = range(3)
+    return [[sum(T_a_b[i][k] * T_b_c[k][j] for k in rows) for j in rows] for i in rows]
+
+
+def invert(T_a_b):
+    (a, b, x), (c, d, y), _ = T_a_b
+    return [[a, c, -(a * x + c * y)], [b, d, -(b * x + d * y)], [0, 0, 1]]
+
+
+def best_translation(R, source, target):
+    px, py = centroid(source, [1] * len(source))
+    qx, qy = centroid(target, [1] * len(target))
+    return [qx - R[0][0] * px - R[0][1] * py, qy - R[1][0] * px - R[1][1] * py]
+
+
+def centroid(points, weights):
+    total = sum(weights)
+    x = sum(w * p[0] for w, p in zip(weights, points, strict=True)) / total
+    y = sum(w * p[1] for w, p in zip(weights, points, strict=True)) / total
+    return x, y
+
+
+def align(source, target):
+    return align_weighted(source, target, [1] * len(source))
+
+
+def align_weighted(source, target, weights):
+    px, py = centroid(source, weights)
+    qx, qy = centroid(target, weights)
+    a = b = 0.0
+    for (sx, sy), (tx, ty), w in zip(source, target, weights, strict=True):
+        x, y, u, v = sx - px, sy - py, tx - qx, ty - qy
+        a += w * (x * u + y * v)
+        b += w * (x * v - y * u)
+    R = rotation(math.atan2(b, a))
+    return R, [qx - R[0][0] * px - R[0][1] * py, qy - R[1][0] * px - R[1][1] * py]
+
+
+def align_svd(source, target):
+    return align(source, target)
+
+
+def nearest_neighbors(source, target):
+    indices, distances = [], []
+    for p in source:
+        best, least = 0, math.inf
+        for j, q in enumerate(target):
+            distance = math.hypot(p[0] - q[0], p[1] - q[1])
+            if distance < least:
+                best, least = j, distance
+        indices.append(best)
+        distances.append(least)
+    return indices, distances
+
+
+def distance_gate(distances, max_distance):
+    return [bool(d <= max_distance) for d in distances]
+
+
+def overlap(distances, overlap_ratio):
+    count = max(3, math.floor(overlap_ratio * len(distances)))
+    closest = sorted(range(len(distances)), key=lambda i: distances[i])[:count]
+    return [i in closest for i in range(len(distances))]
+
+
+def huber_weights(residuals, delta):
+    return [1.0 if r <= delta else delta / r for r in residuals]
+
+
+def inlier_rmse(distances, kept):
+    squares = [d * d for d, keep in zip(distances, kept, strict=True) if keep]
+    return math.sqrt(sum(squares) / len(squares)) if squares else math.nan
+
+
+def icp_step(source, target, T, max_distance, overlap_ratio, delta):
+    (a, b, x), (c, d, y), _ = T
+    moved = [(a * p[0] + b * p[1] + x, c * p[0] + d * p[1] + y) for p in source]
+    pairs = []
+    for p, j, distance in zip(moved, *nearest_neighbors(moved, target), strict=True):
+        if distance <= max_distance:
+            pairs.append((distance, p, target[j]))
+    pairs.sort(key=lambda pair: pair[0])
+    del pairs[max(3, int(overlap_ratio * len(pairs))) :]
+    weights = huber_weights([pair[0] for pair in pairs], delta)
+    R, t = align_weighted([pair[1] for pair in pairs], [pair[2] for pair in pairs], weights)
+    return compose([[*R[0], t[0]], [*R[1], t[1]], [0, 0, 1]], T)
+
+
+def icp(source, target, T_init, max_distance, overlap_ratio, delta, max_iterations):
+    T = T_init
+    for _ in range(max_iterations):
+        moved = icp_step(source, target, T, max_distance, overlap_ratio, delta)
+        change = max(abs(moved[i][j] - T[i][j]) for i in range(3) for j in range(3))
+        T = moved
+        if change < 1e-8:
+            break
+    return T
+
+
+def has_converged(
+    dT,
+    cost_change,
+    iteration,
+    translation_tolerance,
+    rotation_tolerance,
+    cost_tolerance,
+    max_iterations,
+):
+    if iteration >= max_iterations or abs(cost_change) < cost_tolerance:
+        return True
+    if math.sqrt(dT[0][2] ** 2 + dT[1][2] ** 2) >= translation_tolerance:
+        return False
+    return math.fabs(math.atan2(dT[1][0], dT[1][1])) < rotation_tolerance
+
+
+def integrate(increments, start):
+    x, y, psi = start
+    poses = [(x, y, psi)]
+    for dx, dy, dpsi in increments:
+        x += math.cos(psi) * dx - math.sin(psi) * dy
+        y += math.sin(psi) * dx + math.cos(psi) * dy
+        psi += dpsi
+        while psi > math.pi:
+            psi -= 2 * math.pi
+        while psi <= -math.pi:
+            psi += 2 * math.pi
+        poses.append((x, y, psi))
+    return poses
+
+
+def is_plausible(
+    increment, inlier_ratio, rmse, max_translation, max_rotation, min_inlier_ratio, max_rmse
+):
+    dx, dy, dpsi = increment
+    if math.isnan(rmse) or rmse > max_rmse or inlier_ratio < min_inlier_ratio:
+        return False
+    return not (dx * dx + dy * dy > max_translation**2 or abs(dpsi) > max_rotation)
