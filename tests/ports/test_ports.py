@@ -13,6 +13,7 @@ from functools import partial
 import pytest
 
 from bad_input import BAD_COMMANDS, write_bad_files
+from borders import verdicts
 from faults import FAULTS, planted
 from ports import PORTS, SANITISED, build_cpp, execute
 from runner import GROUPS, VECTORS, reasons
@@ -132,6 +133,18 @@ def test_bad_input_in_a_batch(workshop, tmp_path, name):
         assert answer.keys() == {"error"}, bad
         assert BAD_COMMANDS[bad] in answer["error"]
         assert after == {"poses": [[0, 0, 0], [1, 2, 0.5]]}
+
+
+@pytest.mark.parametrize("name", [name for name in BY_NAME if name not in SLOW_TO_START])
+def test_the_verdict_on_every_border_file_is_the_same(workshop, tmp_path, name):
+    """CRLF, BOM, blank lines, 1e400, double keys, wrong types, folders: accept or refuse alike."""
+    expected = verdicts(tmp_path)
+    (tmp_path / "commands.txt").write_text("".join(f"{command}\n" for command in expected))
+    outcome = start(workshop, name, ["batch", tmp_path / "commands.txt"], "/")
+    assert outcome.returncode == 0, outcome.stderr
+    answers = [json.loads(line) for line in outcome.stdout.splitlines()]
+    accepted = {c: "error" not in a for c, a in zip(expected, answers, strict=True)}
+    assert {c for c in expected if accepted[c] != expected[c]} == set()
 
 
 # Scans of the demo's size take an interpreter with a limit too long.

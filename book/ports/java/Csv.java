@@ -66,10 +66,12 @@ final class Csv {
         return rows;
     }
 
-    /** The lines of a UTF-8 text file. */
+    /** The lines of a UTF-8 text file; a lone carriage return ends none. */
     static List<String> lines(Path file) throws InputException {
         try {
-            return Files.readAllLines(file);
+            String[] lines = Files.readString(file).split("\r?\n", -1);
+            boolean ended = lines[lines.length - 1].isEmpty();
+            return Arrays.asList(lines).subList(0, lines.length - (ended ? 1 : 0));
         } catch (IOException cause) {
             throw new InputException(file, cause);
         }

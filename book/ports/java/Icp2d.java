@@ -16,6 +16,7 @@ public final class Icp2d {
     private static final String USAGE = "usage: icp2d match TARGET.csv SOURCE.csv PARAMETERS.json"
             + " | align PAIRS.csv | integrate INCREMENTS.csv X Y THETA | demo SEED"
             + " | batch COMMANDS.txt";
+    private static final long LARGEST_SEED = 0xFFFF_FFFFL;
     private static final int BAD_INPUT = 1;
     private static final int WRONG_USAGE = 2;
     private static final Path HERE = Path.of("");
@@ -164,11 +165,11 @@ public final class Icp2d {
     }
 
     private static long seed(String argument) throws UsageException {
-        try {
+        if (argument.matches("[0-9]{1,10}") && Long.parseLong(argument) <= LARGEST_SEED) {
             return Long.parseLong(argument);
-        } catch (NumberFormatException problem) {
-            throw new UsageException("the seed must be a whole number, got " + Decimal.quote(argument));
         }
+        throw new UsageException("the seed must be a whole number from 0 to 2^32 - 1, got "
+                + Decimal.quote(argument));
     }
 
     private static String onOneLine(Exception problem) {

@@ -11,7 +11,7 @@ try
 catch reason
     error('icp2d:file', '%s: is no JSON: %s', file, reason.message);
 end
-if ~isstruct(members) || ~isscalar(members) || any(text == '[')
+if ~isstruct(members) || ~isscalar(members) || any(text == '[') || any(text == 0)
     error('icp2d:file', '%s: must hold one flat object of numbers', file);
 end
 

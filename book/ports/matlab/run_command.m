@@ -28,7 +28,7 @@ switch command
         answer = integrate(located(rest{1}, folder), numbers(rest(2:4)));
     case 'demo'
         expect(rest, {'SEED'}, command);
-        answer = demo(numbers(rest));
+        answer = demo(whole_number(rest{1}));
     case 'batch'
         error('icp2d:usage', 'a batch cannot hold a batch');
     otherwise
@@ -66,9 +66,6 @@ answer.poses = num2cell(poses, 2);
 end
 
 function answer = demo(seed)
-if seed < 0 || seed >= 2^32 || seed ~= floor(seed)
-    error('icp2d:usage', 'SEED must be a whole number in [0, 2^32), got %.17g', seed);
-end
 [source, target, T_target_source] = lesson_scene(seed);
 T_initial = pose_to_transform([0.20, 0, 3 * pi / 180]);
 result = icp(source, target, T_initial, icp_parameters());
@@ -89,6 +86,13 @@ function expect(words, names, command)
 if numel(words) ~= numel(names)
     error('icp2d:usage', '%s takes %s, got %d arguments', ...
         command, strjoin(names, ' '), numel(words));
+end
+end
+
+function seed = whole_number(word)
+seed = str2double(word);
+if isempty(regexp(word, '^[0-9]+$', 'once')) || seed >= 2^32
+    error('icp2d:usage', 'SEED must be a whole number from 0 to 2^32 - 1, got ''%s''', word);
 end
 end
 
