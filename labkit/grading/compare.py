@@ -7,6 +7,7 @@ here computes one, so a student's code has nothing to reach for.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from labkit.grading.questions import Case, Misconception, Question
 from labkit.grading.reading import Unreadable, read
 from labkit.grading.verdict import CaseVerdict, QuestionVerdict
 
+Known = tuple[FloatArray | str, ...]
 ADVICE = {
     OutcomeStatus.TIMEOUT: "it took too long; does a loop have no end?",
     OutcomeStatus.KILLED: "the program ended in it: too much memory, or an exit.",
@@ -60,8 +62,8 @@ def assess(
     verdicts = tuple(
         judge(question, case, outcome) for case, outcome in zip(cases, outcomes, strict=True)
     )
-    known = recognise(question, cases, outcomes)
     passed = sum(verdict.passed for verdict in verdicts)
+    known = recognise(question, cases, outcomes) if passed < len(cases) else None
     share = max(0.0, (passed / len(cases) - question.chance) / (1.0 - question.chance))
     if known:
         share = max(share, known.credit)
@@ -80,41 +82,46 @@ def assess(
 def recognise(
     question: Question, cases: Sequence[Case], outcomes: Sequence[Outcome]
 ) -> Misconception | None:
-    """The one known mistake that gives all these answers, right and wrong ones; or None."""
+    """The one known mistake that gives all these answers, right and wrong ones; or None.
+
+    A call that brought no answer speaks neither for a mistake nor against it; but where all
+    answers that came are right, there is none to be named.
+    """
     answers = [
-        (case, outcome.value)
+        (case, _read(question, outcome.value))
         for case, outcome in zip(cases, outcomes, strict=True)
         if outcome.status is OutcomeStatus.RETURNED
     ]
-    if not answers or all(is_right(question, case, value) for case, value in answers):
+    if all(_is_accepted(got, question, case) for case, got in answers):
         return None
     explaining = [
         known
         for known in question.misconceptions
-        if all(is_answer_of(known.id, question, case, value) for case, value in answers)
+        if all(_is_mistake(got, _wrong(question, case, known.id), case) for case, got in answers)
     ]
     return explaining[0] if len(explaining) == 1 else None
 
 
 def is_right(question: Question, case: Case, value: Value) -> bool:
     """Whether a value agrees with one of the accepted answers."""
-    got = _read(question, value)
-    return not isinstance(got, str) and any(
-        _close(got, _read(question, wanted), case.tolerance) for wanted in case.expected
-    )
+    return _is_accepted(_read(question, value), question, case)
 
 
 def is_answer_of(misconception: str, question: Question, case: Case, value: Value) -> bool:
     """Whether a value is what that mistake gives here, be it a form that cannot be read."""
-    got = _read(question, value)
-    for answer in case.mistaken.get(misconception, ()):
-        wrong = _read(question, answer)
-        if isinstance(got, str):
-            if isinstance(wrong, str) and got == wrong:
-                return True
-        elif _close(got, wrong, case.tolerance):
-            return True
-    return False
+    return _is_mistake(_read(question, value), _wrong(question, case, misconception), case)
+
+
+def _is_accepted(got: FloatArray | str, question: Question, case: Case) -> bool:
+    return not isinstance(got, str) and any(
+        _close(got, wanted, case.tolerance) for wanted in _accepted(question, case)
+    )
+
+
+def _is_mistake(got: FloatArray | str, answers: Known, case: Case) -> bool:
+    if isinstance(got, str):
+        return any(isinstance(wrong, str) and got == wrong for wrong in answers)
+    return any(_close(got, wrong, case.tolerance) for wrong in answers)
 
 
 def _read(question: Question, value: Value) -> FloatArray | str:
@@ -125,14 +132,27 @@ def _read(question: Question, value: Value) -> FloatArray | str:
         return str(error)
 
 
+@cache
+def _accepted(question: Question, case: Case) -> Known:
+    return tuple(_read(question, value) for value in case.expected)
+
+
+@cache
+def _wrong(question: Question, case: Case, misconception: str) -> Known:
+    return tuple(_read(question, value) for value in case.mistaken.get(misconception, ()))
+
+
 def _close(got: FloatArray, wanted: FloatArray | str, tolerance: float) -> bool:
-    """Whether all entries agree; the answers of a mistake can be far larger than the right ones."""
+    """Whether all entries agree. An answer can be far larger than 1: then by ε of its size."""
     if isinstance(wanted, str) or got.shape != wanted.shape:
         return False
-    scale = max(1.0, float(np.abs(wanted[np.isfinite(wanted)]).max(initial=0.0)))
     with np.errstate(all="ignore"):
-        near = np.abs(got - wanted) <= tolerance * scale
-    return bool((near | (got == wanted) | (np.isnan(got) & np.isnan(wanted))).all())
+        apart = np.abs(got - wanted)
+        if (apart <= tolerance).all():
+            return True
+        size = np.abs(wanted[np.isfinite(wanted)]).max(initial=1.0)
+        alike = (got == wanted) | (np.isnan(got) & np.isnan(wanted))
+        return bool((alike | (apart <= tolerance * size)).all())
 
 
 def _fault(question: Question, case: Case, outcome: Outcome) -> str:
@@ -142,9 +162,9 @@ def _fault(question: Question, case: Case, outcome: Outcome) -> str:
     got = _read(question, outcome.value)
     if isinstance(got, str):
         return f"{got}."
-    if is_right(question, case, outcome.value):
+    if _is_accepted(got, question, case):
         return ""
-    accepted = [read(question.answer, wanted) for wanted in case.expected]
+    accepted = [wanted for wanted in _accepted(question, case) if not isinstance(wanted, str)]
     return how_wrong(question, case, got, min(accepted, key=lambda wanted: _gap(got, wanted)))
 
 
