@@ -38,16 +38,13 @@ def confine(order: dict[str, Any]) -> None:
     mode = order["mode"]
     if mode == "bubblewrap":
         empty_root(order["disk_bytes"], order["uid"])
+    elif mode == "user":
+        change_root(order["folder"], order["uid"])
     else:
         os.chdir(order["folder"])
     limit(order)
     if mode == "landlock":
         kernel.landlock(order["folder"])
-    elif mode == "user":
-        with contextlib.suppress(OSError):  # /dev/null is a comfort
-            os.mknod("null", stat.S_IFCHR | 0o666, os.makedev(1, 3))
-        os.chroot(".")
-        os.chdir("/")
     if order["uid"] is not None:
         os.setgroups([])
         os.setresgid(order["uid"], order["uid"], order["uid"])
@@ -78,6 +75,20 @@ def empty_root(size: int, uid: int | None) -> None:
         os.chown("tmp", uid, uid)
     kernel.pivot_root_here()
     os.chdir("/tmp")
+
+
+def change_root(folder: str, uid: int) -> None:
+    """Live in a folder that holds nothing but /dev/null and a /tmp of one's own."""
+    os.chdir(folder)
+    os.chmod(".", 0o755)
+    os.mkdir("dev")
+    with contextlib.suppress(OSError):  # some containers make no devices
+        os.mknod("dev/null", stat.S_IFCHR, os.makedev(1, 3))
+        os.chmod("dev/null", 0o666)
+    os.mkdir("tmp")
+    os.chown("tmp", uid, uid)
+    os.chroot(".")
+    os.chdir(PRIVATE)
 
 
 def limit(order: dict[str, Any]) -> None:

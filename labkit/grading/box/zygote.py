@@ -55,9 +55,10 @@ def supervise(order: dict[str, Any], channel: int, life: int) -> dict[str, Any]:
     watched.register(handle, select.POLLIN)
     watched.register(life, select.POLLIN)
     own_disk = order["mode"] == "bubblewrap"
+    private = f"{order['folder']}{jail.PRIVATE if order['mode'] == 'user' else ''}"
     reason = ""
     while not (events := watched.poll(None if own_disk else WATCH * 1000)):
-        if disk_use(order["folder"], child) > order["disk_bytes"]:
+        if disk_use(private, child) > order["disk_bytes"]:
             reason = DISK_FULL
             break
     if all(descriptor != handle for descriptor, _ in events):

@@ -95,7 +95,7 @@ class ForkServer:
     def _fork(self) -> ForkBox:
         assert self.control is not None
         folder = None if self.mode == "bubblewrap" else tempfile.mkdtemp(prefix="labkit-")
-        if folder and self.user:
+        if self.mode == "landlock" and self.user and folder:
             os.chown(folder, self.user.uid, self.user.uid)
         told = order(
             self.mode,
@@ -129,6 +129,7 @@ class ForkServer:
 
     def _launch(self) -> None:
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self.control = ours
         ours.setsockopt(socket.SOL_SOCKET, socket.SO_PASSCRED, 1)
         passed = [theirs.fileno()]
         before: list[str] = []
@@ -150,7 +151,6 @@ class ForkServer:
             theirs.close()
             for descriptor in passed[1:]:
                 os.close(descriptor)
-        self.control = ours
         self._await_ready()
 
     def _await_ready(self) -> None:

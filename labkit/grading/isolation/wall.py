@@ -12,7 +12,7 @@ from labkit.grading.contract import Outcome
 WALL_TEST = """
 import os, socket
 
-EXPECTED = {"dev", "tmp", "null"}
+EXPECTED = {"dev", "tmp"}
 
 
 def refused(attempt):
