@@ -43,6 +43,7 @@ def _question(id: str, table: dict[str, Any]) -> Question:
         low=table.get("low"),
         high=table.get("high"),
         chance=table.get("chance", 0.0),
+        builds_on=tuple(table.get("builds_on", ())),
         misconceptions=tuple(
             Misconception(
                 id=one.id, says=one.says, chapter=one.chapter or chapter, credit=one.credit

@@ -9,7 +9,7 @@ from dataclasses import replace
 from labkit.grading.compare import assess
 from labkit.grading.contract import Call, Outcome, OutcomeStatus, Sandbox, SourceCell
 from labkit.grading.questions import Assignment, Case, Question
-from labkit.grading.verdict import SubmissionVerdict
+from labkit.grading.verdict import QuestionVerdict, SubmissionVerdict
 
 FAILED = (OutcomeStatus.RAISED, OutcomeStatus.SOURCE_FAILED)
 
@@ -65,9 +65,7 @@ def grade_submission(
     cases = {question.id: assignment.cases(question.id, student) for question in asked}
     outcomes = _run(cells, sandbox, asked, cases)
     outcomes = _with_messages(outcomes, cells, sandbox, asked, cases)
-    verdicts = tuple(
-        assess(question, cases[question.id], outcomes[question.id]) for question in asked
-    )
+    verdicts = _with_causes(asked, [assess(one, cases[one.id], outcomes[one.id]) for one in asked])
     return SubmissionVerdict(
         student=student,
         submission=submission,
@@ -77,6 +75,23 @@ def grade_submission(
         points=_total(verdict.points for verdict in verdicts),
         notes=tuple(notes),
         seconds=time.perf_counter() - start,
+    )
+
+
+def _with_causes(
+    questions: Sequence[Question], verdicts: Sequence[QuestionVerdict]
+) -> tuple[QuestionVerdict, ...]:
+    """The verdicts; one that no known mistake explains names wrong functions that it may call."""
+    failed = {one.question: one.title for one in verdicts if not one.passed}
+    causes = [
+        " or ".join(f"“{failed[id]}”" for id in question.builds_on if id in failed)
+        for question in questions
+    ]
+    return tuple(
+        replace(verdict, message=f"{verdict.message} If it calls {cause}: mend that first.")
+        if cause and not verdict.passed and verdict.misconception is None
+        else verdict
+        for verdict, cause in zip(verdicts, causes, strict=True)
     )
 
 

@@ -80,6 +80,8 @@ class Question:
         What the numbers of the result cannot go below or above.
     chance : float
         The share of right answers that a constant gets; the score is corrected for it.
+    builds_on : tuple of str
+        The questions whose functions this one may call: where they are wrong, so is it.
     misconceptions : tuple of Misconception
         The known mistakes.
     """
@@ -97,6 +99,7 @@ class Question:
     low: float | None
     high: float | None
     chance: float
+    builds_on: tuple[str, ...]
     misconceptions: tuple[Misconception, ...]
 
     def misconception(self, id: str) -> Misconception:

@@ -63,7 +63,7 @@ def icp__pairs_found_once(source, target, T, gate, ratio, delta, iterations, *, 
     return T
 
 
-@mistake("icp", credit=0.5)
+@mistake("icp", credit=0.5, chapter="chapter 4, “The basin of convergence”")
 @both
 def icp__guess_ignored(source, target, T, *rest, keep):
     """The initial guess is not used: the loop starts from no motion."""

@@ -8,8 +8,8 @@ from labkit.authoring.mistake import Several
 from labkit.authoring.references import READINGS
 from labkit.authoring.variants import vectorised as right
 
-LEFT = "chapter 4, on the update"
-STAGES = "chapter 3"
+LEFT = "chapter 4, “The flow chart, line by line”"
+STAGES = "chapter 3, “Each stage by itself”"
 
 
 def both(function):
@@ -99,6 +99,17 @@ def step_unmoved(source, target, T, gate, ratio, delta, *, keep):
     indices, d = right.nearest_neighbors(moved, target)
     kept = keep(d, gate, ratio)
     return aligned(source[kept], target[indices[kept]], huber(d[kept], delta)) @ T
+
+
+def step_sign_of_b(source, target, T, gate, ratio, delta, *, keep):
+    moved = source @ T[:2, :2].T + T[:2, 2]
+    indices, d = right.nearest_neighbors(moved, target)
+    kept = keep(d, gate, ratio)
+    p, q, w = moved[kept], target[indices[kept]], huber(d[kept], delta)
+    dT = aligned(p, q, w)
+    dT[:2, :2] = dT[:2, :2].T
+    dT[:2, 2] = (w @ q - dT[:2, :2] @ (w @ p)) / w.sum()
+    return dT @ T
 
 
 def step_swapped(*arguments, keep):

@@ -34,6 +34,14 @@ def icp_step__unmoved_source(*arguments, keep):
     return stages.step_unmoved(*arguments, keep=keep)
 
 
+@mistake("icp_step", credit=0.5, chapter="chapter 2, “In the plane: one `atan2`”")
+@both
+def icp_step__sign_of_b(*arguments, keep):
+    """The increment turns the wrong way: in b = Σ w (x v − y u) the sign is lost, or R is
+    transposed."""
+    return stages.step_sign_of_b(*arguments, keep=keep)
+
+
 @mistake("icp_step", credit=0.4)
 @both
 def icp_step__swapped(*arguments, keep):

@@ -91,6 +91,7 @@ def _question(fields: dict[str, Any]) -> Question:
         **{
             **fields,
             "answer": Answer(fields["answer"]),
+            "builds_on": tuple(fields["builds_on"]),
             "misconceptions": tuple(Misconception(**known) for known in fields["misconceptions"]),
         }
     )
