@@ -1,0 +1,65 @@
+"""``labkit report``: files, messages, exit status."""
+
+import builtins
+import sys
+
+import pytest
+
+from labkit.cli import main
+from labkit.report import pdf
+
+
+@pytest.fixture
+def report(tmp_path):
+    path = tmp_path / "mine.md"
+    path.write_text("# Mine\n\nText.\n", "utf-8")
+    return path
+
+
+def test_html_alone_needs_no_browser(report, tmp_path, capsys):
+    assert main(["report", str(report), "--html-only", "--out", str(tmp_path / "out.v2")]) == 0
+    assert "<h1" in (tmp_path / "out.v2.html").read_text("utf-8")
+    assert capsys.readouterr().out == f"{tmp_path / 'out.v2.html'}\n"
+
+
+def test_without_a_browser_the_page_is_there_and_the_way_out_is_named(report, capsys, monkeypatch):
+    monkeypatch.setattr(pdf, "BROWSERS", ())
+    monkeypatch.setattr(pdf, "CHANNELS", ())
+    assert main(["report", str(report)]) == 1
+    assert report.with_suffix(".html").exists()
+    assert not report.with_suffix(".pdf").exists()
+    assert "labkit report: a PDF needs Chromium" in capsys.readouterr().err
+
+
+def test_more_than_two_pages_are_too_many(report, capsys, monkeypatch):
+    monkeypatch.setattr("labkit.cli.report.write_pdf", lambda html, path: 3)
+    assert main(["report", str(report)]) == 1
+    assert "more than 2 pages" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["none.md"], "labkit report: none.md: cannot be read"),
+        (["a.txt"], "a report is a notebook"),
+        (["a.md", "--out", "no/such/folder/a"], "cannot write no/such/folder/a.html"),
+    ],
+)
+def test_a_mistake_is_named_without_a_traceback(arguments, message, capsys):
+    assert main(["report", *arguments]) == 1
+    assert message in capsys.readouterr().err
+
+
+def test_what_must_be_installed_is_named(report, capsys, monkeypatch):
+    real = builtins.__import__
+
+    def without(name, *args, **more):
+        if name.startswith(("nbconvert", "nbformat")):
+            raise ImportError(f"No module named {name!r}")
+        return real(name, *args, **more)
+
+    for name in [each for each in sys.modules if each.startswith(("nbconvert", "nbformat"))]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setattr("importlib.import_module", without)
+    assert main(["report", str(report)]) == 1
+    assert "pip install labkit[report]" in capsys.readouterr().err
