@@ -74,8 +74,14 @@ FAULTS = (
         "pairs.target, pairs.weight)",
         "pairs.target, ones(size(pairs.weight)))",
     ),
-    Fault("wolfram", B_SIGN, "Icp2d.wl", "w Conjugate[x] y]", "w x Conjugate[y]]"),
-    Fault("wolfram", GATE, "Icp2d.wl", "distances[[#]] <= gate &", "distances[[#]]^2 <= gate &"),
+    Fault("wolfram", B_SIGN, "Icp2d.wl", "(w Conjugate[x]) . y;", "(w x) . Conjugate[y];"),
+    Fault(
+        "wolfram",
+        GATE,
+        "Icp2d.wl",
+        "kept = Take[closest, countWithin[d,",
+        "kept = Take[closest, countWithin[d^2,",
+    ),
     Fault(
         "wolfram",
         COMPOSITION,

@@ -10,11 +10,14 @@
 
 BeginPackage["Icp2d`"];
 
+If[StringMatchQ[$Version, "Mathics*"], (* it has no fast Nearest *)
+  Get[FileNameJoin[{DirectoryName[ExpandFileName[$InputFileName]], "NearestInMathics.wl"}]]];
+
 icp::usage = "icp[source, target] estimates the motion that takes the newer scan to the older one. Its options are those of Options[icp]: lengths in metres, angles in radians, Infinity turns a gate or delta off. It gives an Association with \"Motion\", \"Termination\", \"Iterations\", \"InlierCount\", \"Fitness\", \"InlierRmse\" [m] and \"Cost\" [m^2].";
 alignPairs::usage = "alignPairs[p, q, w] is the motion that minimises Total[w Abs[T[p] - q]^2], in closed form, or degenerate[\"why\"] where the pairs leave the rotation open. alignPairs[p, q] weighs all pairs alike.";
 associatePoints::usage = "associatePoints[source, target, T, parameters] finds, rejects and weighs the pairs at the pose T.";
 integratePoses::usage = "integratePoses[start, increments] lists the poses {x, y, theta} [m, m, rad] that increments {dx, dy, dtheta} lead to, each in the frame of the pose before it.";
-simulateScans::usage = "simulateScans[seed] gives an Association with \"Target\" and \"Source\", two simulated scans, the \"Truth\" and a \"Guess\", both poses {x, y, theta} [m, m, rad].";
+simulateScans::usage = "simulateScans[seed, n] gives an Association with \"Target\" and \"Source\", two simulated scans, the \"Truth\" and a \"Guess\", both poses {x, y, theta} [m, m, rad]. The scene has n points on each of two walls and 2 n between them; simulateScans[seed] takes the lesson's 150.";
 motion::usage = "motion[u, t] turns by Arg[u] and then moves by t [m]; motion[u, t][z] moves the points z.";
 degenerate::usage = "degenerate[\"why\"] stands for a motion that the pairs do not determine.";
 compose::usage = "compose[Tab, Tbc] is the motion Tac: first the second, then the first.";
@@ -52,7 +55,7 @@ alignPairs[_, _, w_] /; Total[w] <= 0 := degenerate["all weights are zero"]
 
 alignPairs[p_, q_, w_] := Module[{pMean = mean[p, w], qMean = mean[q, w], x, y, c, u},
   {x, y} = {p - pMean, q - qMean};
-  c = Total[w Conjugate[x] y];                 (* (3.6) + I (3.7): dot and cross product *)
+  c = (w Conjugate[x]) . y;                    (* (3.6) + I (3.7): dot and cross product *)
   Which[
     coincideQ[p, x, w], degenerate["the source points coincide"],
     coincideQ[q, y, w], degenerate["the target points coincide"],
@@ -62,37 +65,41 @@ alignPairs[p_, q_, w_] := Module[{pMean = mean[p, w], qMean = mean[q, w], x, y, 
       u = Exp[I N[Arg[c]]];                    (* (3.8) *)
       motion[u, qMean - u pMean]]]             (* (3.2) *)
 
-mean[z_, w_] := Total[w z]/Total[w]
+mean[z_, w_] := w . z/Total[w]
 
 spread[z_, w_] := Sqrt[mean[Abs[z]^2, w]]
 
 coincideQ[points_, centered_, w_] := spread[centered, w] <=
   Max[64 $MachineEpsilon largestCoordinate[points], $relativeResolution largestCoordinate[centered]]
 
-largestCoordinate[z_] := Max[Abs[Re[z]], Abs[Im[z]]]
+largestCoordinate[z_] := Max[Abs[{Min[#], Max[#]}] & /@ {Re[z], Im[z]}]
 
 
 (* Correspondences (section 4): associate, reject, weight *)
 
 $minPairs = 3; (* the fewest that a step is computed from *)
 
-associatePoints[source_, target_, T_, parameters_] := Module[
+associatePoints[source_, target_, T_, parameters_] :=
+  associatePoints[source, target, nearestPositions[target], T, parameters]
+
+associatePoints[source_, target_, nearest_, T_, parameters_] := Module[
   {moved = T[source], matched, distances, closest, kept, d},
-  matched = target[[nearestIndices[moved, target]]];
+  matched = target[[nearest[moved]]];
   distances = Abs[moved - matched];
   closest = overlap[distances, parameters["OverlapRatio"]];
-  kept = distanceGate[closest, distances, parameters["MaxCorrespondenceDistance"]];
-  d = distances[[kept]];
+  d = distances[[closest]];              (* in ascending order from here on *)
+  kept = Take[closest, countWithin[d, parameters["MaxCorrespondenceDistance"]]];
   <|"Source" -> moved[[kept]],
     "Target" -> matched[[kept]],
-    "Weights" -> huberWeight[parameters["HuberDelta"]] /@ d,
+    "Weights" -> huberWeights[Take[d, Length[kept]], parameters["HuberDelta"]],
     "InlierCount" -> Length[kept],
     "Fitness" -> N[Length[kept]/Length[source]],
-    "InlierRmse" -> rootMeanSquare[d],
-    "Cost" -> cost[distances[[closest]], parameters]/Length[source]|>]
+    "InlierRmse" -> rootMeanSquare[Take[d, Length[kept]]],
+    "Cost" -> cost[d, parameters]/Length[source]|>]
 
-(* (A) of the pairs at hand, those within the gate *)
-distanceGate[indices_, distances_, gate_] := Select[indices, distances[[#]] <= gate &]
+(* (A) how many of ascending distances lie within a limit, or on it: the gate *)
+countWithin[d_, limit_] := Total[UnitStep[limit - d]]
+countWithin[d_, Infinity] := Length[d]
 
 (* (B) the closest share of all points; of equally close ones the first *)
 overlap[distances_, ratio_] :=
@@ -100,28 +107,24 @@ overlap[distances_, ratio_] :=
 
 overlapCount[n_, ratio_] := Min[n, Max[$minPairs, Floor[N[ratio] n]]]
 
-(* (C) *)
-huberWeight[delta_][r_] /; r <= delta := 1.
-huberWeight[delta_][r_] := delta/r
+(* (C) 1 up to delta, delta/d beyond, for ascending distances *)
+huberWeights[d_, delta_] := With[{n = countWithin[d, delta]},
+  Join[ConstantArray[1., n], delta/Drop[d, n]]]
 
-huberLoss[delta_][r_] := With[{c = Min[r, delta]}, c (2 r - c)]
+huberLoss[d_, delta_] := With[{n = countWithin[d, delta]},
+  Join[Take[d, n]^2, delta (2 Drop[d, n] - delta)]]
 
-cost[distances_, parameters_] := Total[
-  huberLoss[parameters["HuberDelta"]][Min[#, parameters["MaxCorrespondenceDistance"]]] & /@ distances]
+cost[d_, parameters_] := With[{gate = parameters["MaxCorrespondenceDistance"]},
+  With[{n = countWithin[d, gate]},       (* beyond the gate as if on it *)
+    Total[huberLoss[Join[Take[d, n], ConstantArray[gate, Length[d] - n]], parameters["HuberDelta"]]]]]
 
 rootMeanSquare[{}] := Missing["NoPairs"]
-rootMeanSquare[d_] := Sqrt[Total[d^2]/Length[d]]
+rootMeanSquare[d_] := Sqrt[d . d/Length[d]]
 
-(* Built-in Nearest where it is a tree; Mathics3, where it is slow, scans row by row. *)
-nearestIndices[points_, target_] :=
-  nearestIndices[points, target, If[StringMatchQ[$Version, "Mathics*"], "Scan", "Nearest"]]
-
-nearestIndices[points_, target_, "Nearest"] := Min /@ Nearest[
-  toCoordinates[target] -> Range[Length[target]], toCoordinates[points]]
-
-nearestIndices[points_, target_, "Scan"] := firstSmallest[Abs[target - #]] & /@ points
-
-firstSmallest[values_] := First[FirstPosition[values, Min[values]]]
+(* a function that gives for points the positions of the nearest ones in the target *)
+nearestPositions[target_] := If[StringMatchQ[$Version, "Mathics*"],
+  NearestInMathics`nearestFinder[target],
+  With[{nearest = Nearest[toCoordinates[target] -> "Index"]}, Min /@ nearest[toCoordinates[#]] &]]
 
 toCoordinates[points_] := Transpose[{Re[points], Im[points]}]
 
@@ -150,27 +153,30 @@ icp[source_, target_, OptionsPattern[]] := Module[{parameters, wrong, names = To
   parameters = Association @@ Thread[names -> OptionValue[names]];
   wrong = Select[names, ! TrueQ[Last[parameterRange[#]][parameters[#]]] &];
   If[wrong === {},
-    report[NestWhile[
-      step[#, source, target, parameters] &,
-      start[source, target, parameters],
-      #["Termination"] === None &]],
+    report[iterate[source, target, nearestPositions[target], parameters]],
     Message[icp::range, First[wrong], First[parameterRange[First[wrong]]], parameters[First[wrong]]];
     $Failed]]
 
-start[source_, target_, parameters_] := Module[{T = fromPose[parameters["InitialPose"]], pairs},
-  pairs = associatePoints[source, target, T, parameters];
+iterate[source_, target_, nearest_, parameters_] := With[
+  {associate = associatePoints[source, target, nearest, #, parameters] &},
+  NestWhile[
+    step[#, associate, parameters] &,
+    start[fromPose[parameters["InitialPose"]], associate],
+    #["Termination"] === None &]]
+
+start[T_, associate_] := With[{pairs = associate[T]},
   <|"Motion" -> T, "Pairs" -> pairs, "Iterations" -> 0, "Termination" -> checkPairs[pairs]|>]
 
-step[state_, source_, target_, parameters_] :=
-  advance[state, minimise[state["Pairs"]], source, target, parameters]
+step[state_, associate_, parameters_] :=
+  advance[state, minimise[state["Pairs"]], associate, parameters]
 
 minimise[pairs_] := alignPairs[pairs["Source"], pairs["Target"], pairs["Weights"]]
 
 advance[state_, _degenerate, __] := Append[state, "Termination" -> "degenerate"]
 
-advance[state_, dT_motion, source_, target_, parameters_] := Module[{T, pairs, now},
+advance[state_, dT_motion, associate_, parameters_] := Module[{T, pairs, now},
   T = compose[dT, state["Motion"]];      (* the update composes on the left *)
-  pairs = associatePoints[source, target, T, parameters];
+  pairs = associate[T];
   now = <|"Motion" -> T, "Pairs" -> pairs, "Iterations" -> state["Iterations"] + 1|>;
   Append[now, "Termination" -> Replace[checkPairs[pairs],
     None :> checkConvergence[state, now, parameters]]]]
@@ -216,9 +222,9 @@ integrateStep[{x_, y_, psi_}, {dx_, dy_, dpsi_}] :=
 
 (* The lesson's kind of scene *)
 
-simulateScans[seed_Integer] := Module[{world, truth = {0.35, 0.10, 6 Degree // N}},
+simulateScans[seed_Integer, n_Integer: 150] := Module[{world, truth = {0.35, 0.10, 6 Degree // N}},
   SeedRandom[seed];
-  world = Join[RandomReal[{0, 8}, 150], I RandomReal[{0, 6}, 150], scattered[300]];
+  world = Join[RandomReal[{0, 8}, n], I RandomReal[{0, 6}, n], scattered[2 n]];
   <|"Target" -> scan[world, fromPose[{0, 0, 0}]],
     "Source" -> scan[world, fromPose[truth]],
     "Truth" -> truth,
