@@ -2,9 +2,9 @@
 
 A text leaks where seven of its words in a row, or a shorter line of it, stand in a file,
 whatever markup is between them, unless the same words stand in what is handed out on
-purpose. Looked into are pages,
-sources and scripts; notebooks and other JSON; whatever lies packed inside a file, by
-base64, zip, gzip or zlib; and the search index, for every word by itself.
+purpose. Looked into are pages, sources and scripts; notebooks and other JSON; and
+whatever lies packed inside a file, by base64, zip, gzip or zlib. The search index holds
+single words, so there a text leaks where three words that only it has belong to one page.
 """
 
 from __future__ import annotations
@@ -18,17 +18,20 @@ import json
 import re
 import zipfile
 import zlib
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
 from sphinx.search.en import SearchEnglish
 
 SHORTEST, WINDOW = 4, 7  # words in a row: of a short line, and of anything else
 NESTED = 4  # how many packings inside one another are opened
 _WORD = re.compile(r"[^\W_]+")
-_INDEXED = re.compile(r"\w{4,}")
+WORDS_OF_A_PAGE = 3  # that stand in no public text: what makes a leak of the search index
+_INDEXED = re.compile(r"\w{3,}")
 _BASE64 = re.compile(rb"[A-Za-z0-9+/]{60,}={0,2}")
 _INDEX = re.compile(rb"Search\.setIndex\((.*)\)\s*$", re.DOTALL)
 _MARKUP = re.compile(r"<[^<>]*>")
@@ -103,9 +106,9 @@ def _traces(content: bytes, secrets: Secrets) -> Iterator[str]:
                 yield min(found)
                 break
     if index := _INDEX.search(content):
-        found = secrets.stems.intersection(_indexed(json.loads(index[1])))
-        if found:
-            yield f"in the search index: {', '.join(sorted(found)[:5])}"
+        for page, found in _indexed(json.loads(index[1]), secrets.stems).items():
+            if len(found) >= WORDS_OF_A_PAGE:
+                yield f"{page}, in the search index: {', '.join(sorted(found)[:5])}"
 
 
 def _words(text: str) -> list[str]:
@@ -168,11 +171,12 @@ def _unpacked(content: bytes, depth: int) -> Iterator[bytes]:
         yield zlib.decompress(content.split(b"\n", 4)[4])
 
 
-def _indexed(index: dict[str, object]) -> set[str]:
-    """All words of Sphinx's search index."""
-    words: set[str] = set()
-    for table in ("terms", "titleterms"):
-        entries = index.get(table, {})
-        assert isinstance(entries, dict)
-        words.update(entries)
-    return words
+def _indexed(index: dict[str, Any], stems: frozenset[str]) -> dict[str, set[str]]:
+    """Which of the stems Sphinx's search index has for each page."""
+    found: dict[str, set[str]] = defaultdict(set)
+    for table in (index.get("terms", {}), index.get("titleterms", {})):
+        for stem in stems.intersection(table):
+            pages = table[stem] if isinstance(table[stem], list) else [table[stem]]
+            for page in pages:
+                found[index["docnames"][page]].add(stem)
+    return found

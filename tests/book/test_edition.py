@@ -7,6 +7,7 @@ import doctest
 import gzip
 import html
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -157,7 +158,8 @@ def hide_in_gzip(file: Path) -> None:
 
 
 def hide_in_the_index(file: Path) -> None:
-    index = {"docnames": ["a"], "terms": {"coincid": 0}, "titleterms": {}}
+    terms = {"coincid": [0, 1], "centroid": 1, "vanish": [1]}
+    index = {"docnames": ["a", "b"], "terms": terms, "titleterms": {}}
     file.with_suffix(".js").write_text(f"Search.setIndex({json.dumps(index)})", "utf-8")
 
 
@@ -294,6 +296,23 @@ def test_authors_files_are_kept_back(student):
     names = [path.relative_to(student / "lab").as_posix() for path in student.rglob("lab/**/*")]
     assert "labkit/icp.py" in names
     assert not [name for name in names if re.search(r"authoring|hidden|__pycache__|vendor", name)]
+
+
+def test_the_package_works_without_them(student):
+    code = (
+        "import labkit.cli, labkit.grading.check as c; print(c.__file__); labkit.cli.main(['-h'])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=student / "lab",
+        env={**os.environ, "PYTHONPATH": str(student / "lab")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(str(student))
+    assert "labkit odometry" in done.stdout
 
 
 # Launch
