@@ -36,7 +36,8 @@ from labkit.errors import DegenerateAlignmentError
 # this share of what they answer straight motion into a wall: √0.02 is a mean angle of 8°
 # between the surface and the direction, about the noise of a normal.
 MIN_INFORMATION = 0.02
-FAR_INFORMATION = 0.25 * MIN_INFORMATION  # with a share of point-to-point, which steadies
+# A quarter of it will do where so much of point-to-point steadies the step.
+STEADY_SHARE, STEADY_INFORMATION = 0.03, 0.25 * MIN_INFORMATION
 EPSILON = float(np.finfo(float).eps)
 
 
@@ -119,12 +120,12 @@ def align_to_lines(
         Where there is no pair with weight, or all of them coincide.
     """
     A, g, center, length = _normal_equations(source, target, normals, weights)
-    minimum = MIN_INFORMATION
+    minimum = MIN_INFORMATION if point_share < STEADY_SHARE else STEADY_INFORMATION
     if point_share > 0.0:
         pull = _point_gradient(source - center, source - target, weights, length)
         A = (1.0 - point_share) * A + point_share * np.eye(3)
         g = (1.0 - point_share) * g + point_share * pull
-        minimum = (1.0 - point_share) * FAR_INFORMATION + point_share
+        minimum = (1.0 - point_share) * minimum + point_share
     dx, dy, turn = _solve_constrained(A, g, minimum).tolist()
     cx, cy = center.tolist()
     c, s = math.cos(turn / length), math.sin(turn / length)

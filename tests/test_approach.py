@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 
 from labkit import IcpParameters, Termination, icp
 from labkit.alignment import align
-from labkit.approach import CLOSE_GATE, WIDTH, close_gate, is_long, point_share, wide_delta
+from labkit.approach import CLOSE_GATE, LONG, WIDTH, close_gate, is_long, point_share, wide_delta
 from labkit.line_alignment import align_to_lines
 from labkit.odometry import OdometryParameters
 from labkit.se2 import apply, invert, rotation, to_xytheta, transform
@@ -62,8 +62,8 @@ def test_a_step_is_as_long_as_it_moves_the_points(turn, direction):
     turned = apply(transform(0.0, 0.0, turn), ring)
     shifted = ring + chord * rotation(direction)[:, 0]
     for moved in (turned, shifted):
-        assert is_long(ring, moved, 0.99 * chord - 1e-12) or chord == 0.0
-        assert not is_long(ring, moved, 1.01 * chord + 1e-12)
+        assert is_long(ring, moved, 0.99 * chord / LONG - 1e-12) or chord == 0.0
+        assert not is_long(ring, moved, 1.01 * chord / LONG + 1e-12)
 
 
 # ---------------------------------------------------------------- the share of point-to-point

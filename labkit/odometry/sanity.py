@@ -31,7 +31,7 @@ class SanityLimits:
     max_rotation: float = math.radians(90.0)
     max_prior_translation: float = 0.5
     max_prior_rotation: float = math.radians(20.0)
-    min_inlier_ratio: float = 0.4
+    min_inlier_ratio: float = 0.33
     max_rmse: float = 0.2
     min_information: float = MIN_INFORMATION
 
