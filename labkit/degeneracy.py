@@ -7,6 +7,8 @@ are spread, and so takes any narrow room for a corridor.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -17,6 +19,8 @@ from labkit.line_alignment import Information, line_information
 from labkit.scan import Scan, as_scan
 from labkit.se2 import apply
 from labkit.target import Target
+
+SHIFT = 0.1  # share of the turn in a motion (Δx, Δy, ℓΔψ) below which it is called a shift
 
 
 def observability(
@@ -50,6 +54,33 @@ def observability(
         return None
 
 
+def free_motions(information: Information) -> tuple[str, ...]:
+    """The motions that the points leave free, in words, in the target's frame [m].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from labkit.line_alignment import line_information
+    >>> wall = np.column_stack([np.linspace(-1.0, 1.0, 9), np.full(9, 2.0)])
+    >>> free_motions(line_information(wall, np.tile([0.0, -1.0], (9, 1))))
+    ('shift along (1.00, 0.00)',)
+    """
+    words = []
+    for x, y, turn in information.free.T.tolist():
+        if abs(turn) < SHIFT:
+            sign = math.copysign(1.0 / math.hypot(x, y), x if abs(x) > SHIFT else y)
+            words.append(f"shift along ({_metres(sign * x)}, {_metres(sign * y)})")
+        else:  # what the motion leaves in its place: p − c = (−y, x) ℓ/turn
+            reach = information.length / turn
+            cx, cy = information.center + reach * np.array([-y, x])
+            words.append(f"turn about ({_metres(cx)}, {_metres(cy)})")
+    return tuple(words)
+
+
+def _metres(value: float) -> str:
+    return f"{round(value, 2) + 0.0:.2f}"  # no "-0.00"
+
+
 def spread_ratio(points: ArrayLike, motion: ArrayLike) -> float:
     """The lesson's cheap corridor test: spread across the motion over spread along it.
 
@@ -71,7 +102,10 @@ def spread_ratio(points: ArrayLike, motion: ArrayLike) -> float:
         raise InvalidPointsError(f"`motion` must have shape (2,), got {direction.shape}")
     length = np.hypot(*direction)
     if not length > 0.0:
-        return float("nan")
+        return math.nan
     along = p @ (direction / length)
     across = p @ (np.array([-direction[1], direction[0]]) / length)
-    return float(across.std() / along.std()) if along.std() > 0.0 else float("nan")
+    along -= along.mean()
+    across -= across.mean()
+    spread = float(along @ along)
+    return math.sqrt(float(across @ across) / spread) if spread > 0.0 else math.nan

@@ -105,6 +105,7 @@ def icp(
         T_target_source=np.full((3, 3), np.nan) if termination.failed else T,
         termination=termination,
         history=tuple(history),
+        target=target,
     )
 
 

@@ -5,11 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 from typing import Literal, get_args
+
+import numpy as np
 
 from labkit.arrays import FloatArray, check_count, check_range
 from labkit.correspondences import Correspondences
+from labkit.degeneracy import free_motions, observability
 from labkit.errors import InvalidParameterError
+from labkit.line_alignment import Information
+from labkit.target import Target
 
 Metric = Literal["point_to_point", "point_to_line"]
 
@@ -150,11 +156,14 @@ class IcpResult:
         How the run ended.
     history : tuple of Iteration
         From the initial guess (number 0) to the last step.
+    target : Target
+        The older scan as it was matched.
     """
 
     T_target_source: FloatArray
     termination: Termination
     history: tuple[Iteration, ...]
+    target: Target
 
     @property
     def correspondences(self) -> Correspondences:
@@ -173,8 +182,36 @@ class IcpResult:
 
     @property
     def message(self) -> str:
-        """How the run ended, in words."""
-        return self.termination.value
+        """How the run ended, in words, and what it could not see."""
+        unseen = f"; unobservable: {', '.join(self.unobservable)}" if self.unobservable else ""
+        return self.termination.value + unseen
+
+    @cached_property
+    def observability(self) -> Information | None:
+        """What the final pairs say about each direction of the motion.
+
+        Computed when it is asked for. None where the run failed or no pair lies on a surface,
+        so that nothing can be said. ``result.observability.free`` are the directions in which
+        the estimate is no measurement: the guess under the point-to-line metric, chance under
+        point-to-point.
+        """
+        if self.termination.failed:
+            return None
+        pairs = self.correspondences  # their source stands in the target's frame already
+        return observability(pairs.source, self.target, np.eye(3), pairs)
+
+    @property
+    def unobservable(self) -> tuple[str, ...]:
+        """Those directions in words; empty where all are seen, or nothing can be said.
+
+        Examples
+        --------
+        >>> import numpy as np, labkit
+        >>> wall = np.column_stack([np.linspace(-2.0, 2.0, 81), np.full(81, 1.5)])
+        >>> labkit.icp(wall[10:-10] + [0.02, 0.0], wall).unobservable
+        ('shift along (1.00, 0.00)',)
+        """
+        return () if self.observability is None else free_motions(self.observability)
 
     @property
     def iterations(self) -> int:

@@ -28,11 +28,12 @@ STAGES = {
     "correspondences": DATA,
     "normals": DATA,
     "line_alignment": DATA,
-    "registration": BASE | {"correspondences"},
     "target": DATA | {"neighbors", "normals"},
+    "degeneracy": DATA | {"correspondences", "line_alignment", "target"},
+    "registration": BASE | {"correspondences", "degeneracy", "line_alignment", "target"},
 }
 MATCHING = DATA | STAGES.keys()
-ESTIMATION = MATCHING | {"icp", "degeneracy", "covariance", "odometry"}
+ESTIMATION = MATCHING | {"icp", "covariance", "odometry"}
 MATHS = ESTIMATION | {"simulation", "evaluation", "logs"}
 BELOW_PLOTTING = MATHS | {""}
 # What the student writes: a grader that imported it would grade it by itself.
@@ -44,7 +45,6 @@ LAYERS = {
     "scan": BASE | {"se2"},
     **STAGES,
     "icp": MATCHING,
-    "degeneracy": MATCHING,
     "covariance": MATCHING,
     "odometry": ESTIMATION,
     "simulation": DATA,

@@ -1,19 +1,28 @@
 """Which motions a scan does not see: corridors yes, rooms no."""
 
 import math
+import re
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from labkit import IcpParameters, Target, icp
-from labkit.degeneracy import observability, spread_ratio
+from labkit.degeneracy import free_motions, observability, spread_ratio
 from labkit.errors import InvalidPointsError
 from labkit.line_alignment import line_information
-from labkit.se2 import apply, transform
+from labkit.odometry import OdometryParameters
+from labkit.se2 import apply, rotation, transform
 from labkit.simulation import Lidar, World, cast, corridor, room
 from labkit.simulation.world import polyline
 
 BY_LINE = IcpParameters(metric="point_to_line")
+METRICS = pytest.mark.parametrize(
+    "metric", [BY_LINE, IcpParameters(), OdometryParameters().icp], ids=["line", "point", "odo"]
+)
+ANGLES = pytest.mark.parametrize("angle", np.linspace(-math.pi, math.pi, 9))
+angles = st.floats(-math.pi, math.pi)
 MOTION = transform(0.1, 0.05, math.radians(3.0))
 
 
@@ -45,7 +54,59 @@ def test_the_free_direction_is_the_corridors():
     np.testing.assert_allclose(np.abs(free), [1.0, 0.0, 0.0], atol=0.05)
 
 
-@pytest.mark.parametrize("metric", [BY_LINE, IcpParameters()])
+@METRICS
+@ANGLES
+def test_a_wall_shifted_along_itself_is_reported_as_unobservable(metric, angle):
+    """Not as no motion: the result names the direction, whatever the estimate is."""
+    along, away = rotation(angle).T
+    wall = np.linspace(-2.0, 2.0, 81)[:, None] * along + 1.5 * away
+    result = icp(wall[10:-10] + 0.3 * along, wall, None, metric)
+    assert result.converged
+    assert result.unobservable
+    (free,) = result.observability.free.T
+    np.testing.assert_allclose(abs(free @ [*along, 0.0]), 1.0, atol=1e-6)
+    (words,) = result.unobservable
+    x, y = map(float, re.fullmatch(r"shift along \((.+), (.+)\)", words).groups())
+    np.testing.assert_allclose(abs(along @ [x, y]), 1.0, atol=0.01)
+    assert "-0.00" not in words
+    assert result.message == f"{result.termination.value}; unobservable: {words}"
+
+
+@METRICS
+def test_what_is_seen_is_not_called_unobservable(metric):
+    _, _, result = matched(room(), 1, metric)
+    assert not result.observability.degenerate
+    assert result.unobservable == ()
+    assert result.message == result.termination.value
+
+
+@METRICS
+def test_a_ring_is_free_to_turn_about_its_centre(metric):
+    angle = np.linspace(0.0, 2.0 * math.pi, 180, endpoint=False)
+    ring = [1.0, -2.0] + 3.0 * rotation(angle)[:, :, 0]
+    assert icp(ring, ring, None, metric).unobservable == ("turn about (1.00, -2.00)",)
+
+
+@given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), angles, angles)
+def test_a_free_turn_is_about_the_point_that_stays(x, y, start, frame):
+    """An arc of a circle, whose centroid is not its centre, anywhere."""
+    arc = rotation(start + np.linspace(0.0, 4.0, 80))[:, :, 0]
+    A = transform(x, y, frame)
+    (words,) = free_motions(line_information(apply(A, 2.0 * arc), arc @ A[:2, :2].T))
+    cx, cy = map(float, re.fullmatch(r"turn about \((.+), (.+)\)", words).groups())
+    np.testing.assert_allclose([cx, cy], [x, y], atol=0.02)
+
+
+def test_a_failed_match_and_a_scene_without_surfaces_say_nothing():
+    failed = icp([[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [1.0, 0.0]])
+    grid = 3.0 * np.stack(np.meshgrid(np.arange(5.0), np.arange(4.0)), axis=-1).reshape(-1, 2)
+    for result in (failed, icp(grid, grid)):
+        assert result.observability is None
+        assert result.unobservable == ()
+        assert result.message == result.termination.value
+
+
+@METRICS
 def test_observability_is_the_information_of_the_kept_pairs(metric):
     source, target, result = matched(room(), 4, metric)
     pairs = result.correspondences
@@ -55,6 +116,7 @@ def test_observability_is_the_information_of_the_kept_pairs(metric):
     moved = apply(result.T_target_source, source.points)
     expected = line_information(moved[used], normals[used], pairs.weights[used])
     found = seen(source, target, result).values
+    np.testing.assert_array_equal(result.observability.values, found)
     np.testing.assert_allclose(found, expected.values, rtol=1e-12)  # sums in another order
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from labkit.arrays import FloatArray, check_range
 from labkit.correspondences import MIN_PAIRS
-from labkit.degeneracy import observability, spread_ratio
+from labkit.degeneracy import spread_ratio
 from labkit.errors import InvalidParameterError
 from labkit.filters import Preprocessing
 from labkit.icp import icp
@@ -218,7 +218,7 @@ def _attempt(
     if result.termination.failed:
         complaints = [result.message]
     else:
-        seen = observability(source, target, result.T_target_source, result.correspondences)
+        seen = result.observability
         information = 0.0 if seen is None else float(seen.values[0])
         degenerate = information < limits.min_information
         complaints = motion_complaints(increment, prior, limits)

@@ -13,7 +13,6 @@ from tqdm import tqdm
 
 from data import Pair, PairSet, off
 from labkit import Target, icp
-from labkit.degeneracy import observability
 from labkit.evaluation.pose_errors import pose_differences
 from matchers import lab, lesson
 from peers import Matcher
@@ -58,9 +57,7 @@ def settled(pair: Pair, gate: float) -> Pair | None:
     target = Target(pair.target)
     parameters = replace(lab.POINT_TO_LINE, max_correspondence_distance=gate)
     result = icp(pair.source, target, pair.T_reference, parameters)
-    seen = None
-    if not result.termination.failed:
-        seen = observability(pair.source, target, result.T_target_source, result.correspondences)
+    seen = result.observability
     if seen is None or seen.values[0] < STRUCTURE:
         return None
     T, _ = lesson.lesson(pair.source.points, pair.target.points, pair.T_reference, gate)
