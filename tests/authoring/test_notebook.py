@@ -1,0 +1,106 @@
+"""The handed-out notebook: as generated, valid, without solutions; and with them, right."""
+
+import json
+import re
+from pathlib import Path
+
+import nbformat
+import pytest
+
+from labkit.authoring.notebook import notebook_text
+from labkit.grading.check import check
+
+ROOT = Path(__file__).parents[2]
+HANDED_OUT = ROOT / "notebooks/assignment.ipynb"
+STUB = "    # YOUR CODE HERE\n    raise NotImplementedError"
+
+
+def code(notebook, kind):
+    """The code cells of one kind, by nbgrader's id: "solution" or "grade"."""
+    marks = ((cell.metadata.get("nbgrader", {}), cell) for cell in notebook.cells)
+    return {mark["grade_id"]: cell.source for mark, cell in marks if mark.get(kind)}
+
+
+@pytest.fixture(scope="module")
+def solved():
+    return nbformat.reads(notebook_text(solutions=True), as_version=4)
+
+
+@pytest.fixture(scope="module")
+def handed_out():
+    return nbformat.read(HANDED_OUT, as_version=4)
+
+
+def test_the_committed_notebook_is_the_generated_one():
+    assert HANDED_OUT.read_text("utf-8") == notebook_text()
+
+
+def test_nbgraders_metadata_is_complete(handed_out, solved, assignment):
+    for notebook in (handed_out, solved):
+        marks = [
+            cell.metadata["nbgrader"] for cell in notebook.cells if "nbgrader" in cell.metadata
+        ]
+        assert (
+            len({mark["grade_id"] for mark in marks}) == len(marks) == 3 * len(assignment.questions)
+        )
+        for mark in marks:
+            assert mark["schema_version"] == 3
+            assert {"grade", "locked", "solution", "task"} <= mark.keys()
+            assert mark["locked"] != mark["solution"]
+            assert ("points" in mark) == mark["grade"]
+        assert sum(mark.get("points", 0) for mark in marks) == assignment.points
+
+
+def test_the_handed_out_notebook_holds_no_solution(handed_out, solved):
+    """Every line of a solution that is longer than a name is looked for."""
+    text = HANDED_OUT.read_text("utf-8")
+    assert "SOLUTION" not in text
+    assert "HIDDEN" not in text
+    for source in code(solved, "solution").values():
+        body = source.partition("### BEGIN SOLUTION\n")[2].partition("    ### END SOLUTION")[0]
+        lines = [line.strip() for line in body.splitlines() if len(line.strip()) > 12]
+        assert lines
+        assert not [line for line in lines if json.dumps(line)[1:-1] in text]
+
+
+def test_a_stub_is_the_solution_without_its_body(handed_out, solved):
+    stubs = code(handed_out, "solution")
+    for name, source in code(solved, "solution").items():
+        head, _, rest = source.partition("    ### BEGIN SOLUTION\n")
+        assert rest.endswith("    ### END SOLUTION")
+        assert stubs[name] == head + STUB
+
+
+def test_the_solutions_pass_their_own_checks(solved, assignment):
+    names = {}
+    exec(solved.cells[1].source, names)
+    for source in code(solved, "solution").values():
+        exec(source, names)
+    for question in assignment.questions:
+        assert check(question.id, names[question.function]).passed
+    for name, source in code(solved, "grade").items():
+        cell = {**names}
+        lines = source.splitlines()
+        assert lines[0].startswith("check(")
+        assert lines[1] == "### BEGIN HIDDEN TESTS"
+        assert lines[-1] == "### END HIDDEN TESTS"
+        exec(lines[2], cell)
+        points = assignment.question(name.removeprefix("check-").replace("-", "_")).points
+        assert eval(lines[3], cell) == points
+
+
+def test_an_empty_notebook_is_told_so_without_an_error(handed_out):
+    names = {}
+    exec(handed_out.cells[1].source, names)
+    for source in code(handed_out, "solution").values():
+        exec(source, names)
+    for source in code(handed_out, "grade").values():
+        feedback = eval(source, names)
+        assert re.fullmatch(r"✗ .+: `\w+` is not written yet\.", repr(feedback))
+
+
+def test_cells_are_short_and_stable(handed_out):
+    ids = [cell.id for cell in handed_out.cells]
+    assert len(set(ids)) == len(ids)
+    assert notebook_text() == notebook_text()
+    assert all(not cell.get("outputs") for cell in handed_out.cells if cell.cell_type == "code")
