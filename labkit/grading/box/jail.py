@@ -51,7 +51,6 @@ def confine(order: dict[str, Any]) -> None:
         os.setresuid(order["uid"], order["uid"], order["uid"])
     if os.geteuid() == 0 or mode == "bubblewrap":
         kernel.drop_capabilities()
-    kernel.prctl(kernel.PR_SET_DUMPABLE, 0, "not dumpable")
     kernel.prctl(kernel.PR_SET_PDEATHSIG, signal.SIGKILL, "die with the supervisor")
     kernel.seccomp(bpf.program(os.uname().machine, os.getpid(), mode != "landlock"))
 

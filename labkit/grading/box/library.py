@@ -121,7 +121,7 @@ def pure_modules(folder: Path, prefix: str = "") -> Iterator[tuple[str, Source]]
         if path.suffix == ".py":
             package = path.stem == "__init__"
             name = prefix[:-1] if package else prefix + path.stem
-            if name:
+            if name and path.exists():  # a link may lead out of the box
                 yield name, Source(path.read_bytes(), str(path), package)
         elif (path / "__init__.py").exists():
             yield from pure_modules(path, f"{prefix}{path.name}.")

@@ -5,7 +5,7 @@ import pytest
 from labkit.grading.contract import Limits
 from labkit.grading.isolation import MODES, SAFE, SandboxError, open_sandbox
 
-LIMITS = Limits(seconds=1.0, total_seconds=20.0)
+LIMITS = Limits(seconds=0.6, total_seconds=20.0)
 
 
 def opened(mode):

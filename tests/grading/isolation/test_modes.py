@@ -55,6 +55,7 @@ def test_auto_takes_the_strongest_that_works(monkeypatch):
 
 def test_auto_never_falls_back_to_none(monkeypatch):
     monkeypatch.setattr(modes, "Slot", refuse(SAFE))
+    monkeypatch.setattr(modes, "obstacle", lambda mode: "")
     modes._tried.cache_clear()
     with pytest.raises(SandboxError, match="no safe mode") as caught:
         open_sandbox()

@@ -60,7 +60,8 @@ def survivors(sandbox):
 
 
 @pytest.mark.parametrize("attack", ATTACKS)
-def test_the_sandbox_holds(sandbox, bait, attack):
+def test_the_sandbox_holds(slots, bait, attack):
+    sandbox = slots["TIMEOUT" in attack["ends"]]
     if not sandbox.safe and not attack["holds"]:
         pytest.skip("mode none limits, it does not isolate")
     if attack.get("machine", platform.machine()) != platform.machine():
@@ -81,6 +82,8 @@ def test_the_sandbox_holds(sandbox, bait, attack):
     assert all(len(o.message) <= 500 and o.message.isprintable() for o in outcomes)
     assert bait.state() == untouched
     assert not survivors(sandbox)
+    if not sandbox.safe and "next" not in attack:
+        return  # each submission has a process of its own there
     next_one, honest = sandbox.run(
         submission(attack.get("next", "def attacked(x): return []")),
         [call("attacked"), call("after")],
@@ -89,10 +92,10 @@ def test_the_sandbox_holds(sandbox, bait, attack):
     assert earned(honest, INPUT + 1)
 
 
-def test_nothing_is_left_on_disk(sandbox, tmp_path, monkeypatch):
+def test_nothing_is_left_on_disk(slots, tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     cell = "for i in range(9): open(f'f{i}', 'w').write('x')\ndef attacked(x): return []"
-    (outcome,) = sandbox.run(submission(cell), [call("attacked")])
+    (outcome,) = slots[False].run(submission(cell), [call("attacked")])
     assert outcome.value == ()
     assert os.listdir(tmp_path) == []
 
