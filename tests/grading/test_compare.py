@@ -1,0 +1,178 @@
+"""Verdicts: right within the tolerance, wrong with a reason that reveals nothing hidden."""
+
+import re
+
+import numpy as np
+import pytest
+
+from labkit.grading.assignment import load_assignment
+from labkit.grading.compare import assess, is_right, judge, recognise
+from labkit.grading.contract import Outcome, OutcomeStatus
+from labkit.grading.questions import Answer, Case
+
+ASSIGNMENT = load_assignment()
+YES_OR_NO = (Answer.FLAG, Answer.MASK)
+MEASURED = [one for one in ASSIGNMENT.questions if one.answer not in YES_OR_NO]
+
+
+def returned(case, value):
+    return Outcome(id=case.id, status=OutcomeStatus.RETURNED, value=value)
+
+
+def first(question, hidden):
+    cases = ASSIGNMENT.cases(question, "ada")
+    return next(case for case in cases if case.hidden is hidden)
+
+
+@pytest.mark.parametrize("question", MEASURED, ids=lambda one: one.id)
+def test_an_answer_passes_up_to_the_tolerance_and_no_farther(question):
+    for case in ASSIGNMENT.cases(question.id, "ada"):
+        right = case.expected[0]
+        if isinstance(right, float) and np.isnan(right):
+            continue
+        for share, passes in ((0.9, True), (1.5 * scale(right), False)):
+            off = shifted(right, share * case.tolerance)
+            assert is_right(question, case, off) == passes, case.about
+
+
+def scale(value):
+    """An answer's own size, by which the tolerance grows beyond 1."""
+    parts = value if isinstance(value, tuple) else (value,)
+    return max(1.0, *(float(np.abs(part).max()) for part in parts))
+
+
+def shifted(value, by):
+    if isinstance(value, tuple):
+        return (value[0], value[1] + by)
+    return value + by
+
+
+@pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
+@pytest.mark.parametrize(
+    "value",
+    [None, "text", np.nan, (), np.zeros((0, 2)), np.full((3, 3), np.inf), 1e300, {"R": 1}, -1],
+    ids=repr,
+)
+def test_nonsense_is_wrong_and_never_a_traceback(question, value):
+    for case in ASSIGNMENT.cases(question.id, "ada"):
+        verdict = judge(question, case, returned(case, value))
+        right = case.expected[0]
+        if isinstance(right, float) and np.isnan(right) and isinstance(value, float):
+            continue
+        assert verdict.credit == 0.0
+        assert verdict.reason.endswith((".", "?"))
+        assert len(verdict.reason) < 250
+
+
+@pytest.mark.parametrize(
+    ("outcome", "reason"),
+    [
+        ({"status": OutcomeStatus.TIMEOUT}, "took too long; does a loop have no end?"),
+        ({"status": OutcomeStatus.KILLED}, "the program ended in it"),
+        ({"status": OutcomeStatus.TOO_LARGE}, "far more data"),
+        ({"status": OutcomeStatus.NOT_DATA}, "return numbers or arrays"),
+        ({"status": OutcomeStatus.NOT_DEFINED}, "there is no function `align`"),
+        ({"status": OutcomeStatus.SOURCE_FAILED}, "its cell did not run"),
+        ({"status": OutcomeStatus.RAISED, "error": "NotImplementedError"}, "not written yet"),
+        ({"status": OutcomeStatus.RAISED, "error": "IndexError"}, "it raised IndexError"),
+        ({"status": OutcomeStatus.RAISED}, "it raised an error"),
+    ],
+)
+def test_a_call_without_an_answer_is_explained(outcome, reason):
+    verdict = judge(ASSIGNMENT.question("align"), first("align", True), Outcome(id="1", **outcome))
+    assert reason in verdict.reason
+
+
+SECRET = "3.14159 is the first input"
+
+
+@pytest.mark.parametrize("status", [OutcomeStatus.RAISED, OutcomeStatus.SOURCE_FAILED])
+def test_a_students_own_text_is_shown_of_a_visible_case_alone(status):
+    """An error text may hold the arguments: `raise ValueError(source)`."""
+    outcome = Outcome(id="1", status=status, message=SECRET, output=SECRET, error="ValueError")
+    question = ASSIGNMENT.question("align")
+    assert SECRET in judge(question, first("align", False), outcome).reason
+    assert SECRET not in judge(question, first("align", True), outcome).reason
+
+
+@pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
+def test_a_hidden_case_gives_no_length_away(question):
+    """A student who returns arrays of telling shapes learns nothing from the reason."""
+    for case in ASSIGNMENT.cases(question.id, "ada"):
+        if case.hidden:
+            for shape in [(1234,), (1234, 2), (77, 3), (5, 6, 7)]:
+                reason = judge(question, case, returned(case, np.ones(shape))).reason
+                numbers = re.findall(r"\d+", reason.partition(":")[2])
+                assert not {"1234", "77", "5", "6", "7"} & set(numbers)
+
+
+def test_the_texts_say_how_far_off():
+    def reason(question, change, hidden=True):
+        case = first(question, hidden)
+        value = change(case.expected[0])
+        return judge(ASSIGNMENT.question(question), case, returned(case, value)).reason
+
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    assert "rotation is off by 90°" in reason("align", lambda T: T @ turn)
+    shift = np.array([[0.0, 0.0, 0.3], [0.0, 0.0, 0.4], [0.0, 0.0, 0.0]])
+    assert reason("align", lambda T: T + shift).endswith(
+        "the rotation is right. The translation is off by 0.5 m."
+    )
+    mirror = np.diag([1.0, -1.0, 1.0])
+    assert "determinant is −1" in reason("align", lambda T: T @ mirror)
+    assert "columns are not orthonormal" in reason("align", lambda T: 2 * T - np.diag([0, 0, 1]))
+    assert "last row" in reason("align", lambda T: T + 1.0)
+    assert "100 %" not in reason("huber_weights", lambda w: -w)
+    assert "lie outside [0, 1]" in reason("huber_weights", lambda w: -w)
+    assert "look for a division by zero" in reason("huber_weights", lambda w: w * np.nan)
+    assert "too long by 1" in reason("huber_weights", lambda w: np.append(w, 1.0))
+    assert reason("huber_weights", lambda w: w[:-3]).count("too short;") == 1
+    assert "wrap them" in reason("integrate", lambda p: p + np.array([0, 0, 2 * np.pi]))
+    assert "headings by up to 30°" in reason("integrate", lambda p: p + np.array([0, 0, np.pi / 6]))
+    assert "kept that should go" in reason("distance_gate", lambda kept: kept | True)
+    assert "gone that should stay" in reason("distance_gate", lambda kept: kept & False)
+    assert "other numbers than True and False" in reason("overlap", lambda kept: kept * 7.0)
+    assert "of the indices are wrong" in reason("nearest_neighbors", lambda m: (m[0] + 1, m[1]))
+    assert "shape (2, 2), expected (3, 3)" in reason("invert", lambda T: T[:2, :2], hidden=False)
+    assert "has another shape" in reason("invert", lambda T: T[:2, :2])
+    none_kept = ASSIGNMENT.visible["inlier_rmse"][1]
+    verdict = judge(ASSIGNMENT.question("inlier_rmse"), none_kept, returned(none_kept, 0.0))
+    assert "NaN is expected" in verdict.reason
+
+
+def test_a_constant_earns_nothing_where_half_the_answers_are_yes():
+    question = ASSIGNMENT.question("has_converged")
+    cases = ASSIGNMENT.cases(question.id, "ada")
+    for value, name in ((True, "always"), (False, "never")):
+        verdict = assess(question, cases, [returned(case, value) for case in cases])
+        assert verdict.score == 0.0
+        assert verdict.misconception == name
+
+
+def test_the_score_is_the_share_of_the_cases_beyond_chance():
+    question = ASSIGNMENT.question("has_converged")
+    cases = ASSIGNMENT.cases(question.id, "ada")
+    values = [case.expected[0] ^ (number < 2) for number, case in enumerate(cases)]
+    verdict = assess(question, cases, [returned(*pair) for pair in zip(cases, values, strict=True)])
+    assert verdict.cases_passed == len(cases) - 2
+    assert verdict.score == round(question.points * (1 - 4 / len(cases)), 2)
+
+
+def test_answers_of_two_mistakes_name_neither():
+    question = ASSIGNMENT.question("rotation")
+    cases = ASSIGNMENT.cases("rotation", "ada")
+    mixed = [
+        returned(case, case.mistaken["transposed" if number % 2 else "degrees"][0])
+        for number, case in enumerate(cases)
+    ]
+    assert recognise(question, cases, mixed) is None
+
+
+def test_a_mistake_in_the_form_of_the_answer_is_known_by_its_form():
+    question = ASSIGNMENT.question("distance_gate")
+    case = Case(
+        id="1", hidden=False, about="a form", arguments=(), expected=(np.array([True, False]),),
+        tolerance=1e-6, mistaken={"indices": ("text",), "strict": (np.array([False, False]),)},
+    )  # fmt: skip
+    assert recognise(question, [case], [returned(case, "other text")]).id == "indices"
+    assert recognise(question, [case], [returned(case, np.array([0, 0]))]).id == "strict"
