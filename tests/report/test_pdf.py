@@ -39,7 +39,7 @@ def test_the_markdown_template_fits_on_two_pages(browser, tmp_path):
     assert 1 <= write_pdf(page, tmp_path / "report.pdf") <= 2
     text = "".join(each.extract_text() for each in PdfReader(tmp_path / "report.pdf").pages)
     assert "Where it fails" in text
-    assert "max_correspondence_distance" in text
+    assert "huber_delta" in text
 
 
 def test_the_notebook_template_fits_on_two_pages(browser, tmp_path):
