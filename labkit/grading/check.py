@@ -7,6 +7,7 @@ hidden cases are not needed; the students' edition does not have them.
 from __future__ import annotations
 
 import copy
+import re
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from labkit.grading.box.values import NotDataError, TooMuchError, plain
 from labkit.grading.compare import assess
 from labkit.grading.contract import Outcome, OutcomeStatus
 from labkit.grading.questions import Case, Question
-from labkit.grading.verdict import QuestionVerdict
+from labkit.grading.verdict import CaseVerdict, QuestionVerdict
 
 MOST_BYTES = 8 << 20
 LONGEST_ERROR = 500
@@ -49,23 +50,26 @@ class Feedback:
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        color = "#2a7f3f" if self.passed else "#b3541e"
-        rows = "".join(f"<li>{escape(case.reason)}</li>" for case in self._failed)
+        color = {"✓": "#2a7f3f", "✗": "#b3541e"}.get(self._mark, "#777777")
+        rows = "".join(f"<li>{_to_html(case.reason)}</li>" for case in self._failed)
         reasons = f'<ul style="margin: 0.3em 0">{rows}</ul>' if rows else ""
         return (
             f'<div style="border-left: 4px solid {color}; padding: 0.3em 0.8em; margin: 0.3em 0">'
             f"<strong>{self._mark} {escape(self.verdict.title)}</strong> "
-            f"{escape(self.verdict.message)}{reasons}</div>"
+            f"{_to_html(self.verdict.message)}{reasons}</div>"
         )
 
     @property
-    def _mark(self) -> str:
-        return "✓" if self.passed else "✗"
+    def _unwritten(self) -> bool:
+        return self.verdict.message.endswith("is not written yet.")
 
     @property
-    def _failed(self) -> list[Any]:
-        unwritten = self.verdict.message.endswith("is not written yet.")
-        return [case for case in self.verdict.cases if case.reason and not unwritten]
+    def _mark(self) -> str:
+        return "✓" if self.passed else "○" if self._unwritten else "✗"
+
+    @property
+    def _failed(self) -> list[CaseVerdict]:
+        return [case for case in self.verdict.cases if case.reason and not self._unwritten]
 
 
 def check(question: str, function: Callable[..., Any]) -> Feedback:
@@ -154,6 +158,11 @@ def _outcome(case: Case, function: Callable[..., Any]) -> Outcome:
     return Outcome(
         id=case.id, status=status, value=value, message=message, error=error, seconds=seconds
     )
+
+
+def _to_html(text: str) -> str:
+    """A student's text is escaped; what stands between backticks is code."""
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text))
 
 
 def _writable(argument: Any) -> Any:

@@ -1,5 +1,6 @@
 """The handed-out notebook: as generated, valid, without solutions; and with them, right."""
 
+import doctest
 import json
 import re
 from pathlib import Path
@@ -96,10 +97,26 @@ def test_an_empty_notebook_is_told_so_without_an_error(handed_out):
         exec(source, names)
     for source in code(handed_out, "grade").values():
         feedback = eval(source, names)
-        assert re.fullmatch(r"✗ .+: `\w+` is not written yet\.", repr(feedback))
+        assert re.fullmatch(r"○ .+: `\w+` is not written yet\.", repr(feedback))
+
+
+def test_the_examples_in_the_stubs_are_true(solved):
+    names = {}
+    exec(solved.cells[1].source, names)
+    for source in code(solved, "solution").values():
+        exec(source, names)
+    parser, runner = doctest.DocTestParser(), doctest.DocTestRunner()
+    for source in code(solved, "solution").values():
+        name = source.partition("(")[0].removeprefix("def ")
+        text = names[name].__doc__
+        assert ">>> " in text
+        runner.run(parser.get_doctest(text, dict(names), name, None, 0))
+    assert runner.summarize(verbose=False).failed == 0
 
 
 def test_cells_are_short_and_stable(handed_out):
+    cells = [cell for cell in handed_out.cells if cell.cell_type == "code"]
+    assert max(len(cell.source.splitlines()) for cell in cells) <= 15
     ids = [cell.id for cell in handed_out.cells]
     assert len(set(ids)) == len(ids)
     assert notebook_text() == notebook_text()

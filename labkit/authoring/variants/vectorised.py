@@ -94,20 +94,10 @@ def icp(source, target, T_init, max_distance, overlap_ratio, delta, max_iteratio
     return T
 
 
-def has_converged(
-    dT,
-    cost_change,
-    iteration,
-    translation_tolerance,
-    rotation_tolerance,
-    cost_tolerance,
-    max_iterations,
-):
-    still = (
-        np.hypot(dT[0, 2], dT[1, 2]) < translation_tolerance
-        and abs(np.arctan2(dT[1, 0], dT[0, 0])) < rotation_tolerance
-    )
-    return still or abs(cost_change) < cost_tolerance or iteration >= max_iterations
+def has_converged(dT, cost_change, iteration, eps_t, eps_psi, eps_cost, k_max):
+    small_shift = np.hypot(dT[0, 2], dT[1, 2]) < eps_t
+    small_turn = abs(np.arctan2(dT[1, 0], dT[0, 0])) < eps_psi
+    return (small_shift and small_turn) or abs(cost_change) < eps_cost or iteration >= k_max
 
 
 def integrate(increments, start):
@@ -120,12 +110,10 @@ def integrate(increments, start):
     return np.array(poses)
 
 
-def is_plausible(
-    increment, inlier_ratio, rmse, max_translation, max_rotation, min_inlier_ratio, max_rmse
-):
+def is_plausible(increment, inlier_ratio, rmse, max_shift, max_turn, min_ratio, max_rmse):
     return (
-        np.hypot(increment[0], increment[1]) <= max_translation
-        and abs(increment[2]) <= max_rotation
-        and inlier_ratio >= min_inlier_ratio
+        np.hypot(increment[0], increment[1]) <= max_shift
+        and abs(increment[2]) <= max_turn
+        and inlier_ratio >= min_ratio
         and rmse <= max_rmse
     )
