@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from node import answers
+from in_node import answers
 
 import labkit
 from labkit import IcpParameters, IcpResult, Target, Termination
@@ -51,6 +51,7 @@ def parameter_sets():
             cost_tolerance=float(rng.choice([0.0, 1e-12, 1e-6])),
             metric="point_to_line" if rng.random() < 0.5 else "point_to_point",
             step_fraction=float(rng.choice([0.5, 1.0, 1.0, 1.0])),
+            approach=bool(rng.random() < 0.5),
         )
         yield scene, guess.tolist(), parameters
 
@@ -74,6 +75,8 @@ def difference(expected: IcpResult, answer: dict[str, Any]) -> str | None:
         return f"keeps {answer['inlier_count']} pairs, not the {expected.inlier_count}"
     if not apart.max() <= POSE:
         return f"is off by {apart.max():.3g}"
+    if not expected.termination.failed and list(expected.unobservable) != answer["unobservable"]:
+        return f"cannot see {answer['unobservable']}, not {expected.unobservable}"
     if not np.allclose(costs, answer["costs"], rtol=COST, atol=COST):
         return "has other costs"
     return None
@@ -98,7 +101,13 @@ def test_the_page_computes_what_labkit_computes(tmp_path):
 
 @pytest.mark.parametrize(
     ("key", "value"),
-    [("pose", [1.0, 0.0, 0.0]), ("termination", "DEGENERATE"), ("iterations", 7), ("kept", "01")],
+    [
+        ("pose", [1.0, 0.0, 0.0]),
+        ("termination", "DEGENERATE"),
+        ("iterations", 7),
+        ("kept", "01"),
+        ("unobservable", ["all"]),
+    ],
 )
 def test_a_difference_would_be_seen(key, value):
     """The comparison itself, by a planted one."""
@@ -110,6 +119,7 @@ def test_a_difference_would_be_seen(key, value):
         "iterations": expected.iterations,
         "kept": "".join("01"[int(each)] for each in expected.correspondences.kept),
         "inlier_count": expected.inlier_count,
+        "unobservable": list(expected.unobservable),
         "costs": [each.cost for each in expected.history],
     }
     assert difference(expected, answer) is None

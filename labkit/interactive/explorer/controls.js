@@ -72,6 +72,13 @@ export function number({ name, label, step, digits, onValue }) {
   return { node, set };
 }
 
+export function checkbox({ name, label, onValue }) {
+  const id = `icp-${name}-${++made}`;
+  const input = element("input", { id, type: "checkbox", name, onchange: () => onValue(input.checked) });
+  const node = element("div", { class: "icp-check" }, input, element("label", { for: id }, label));
+  return { node, set: (value) => (input.checked = value) };
+}
+
 export function button(text, title, onclick) {
   return element("button", { type: "button", title, onclick }, text);
 }

@@ -24,8 +24,7 @@ class ExplorerView {
     this.first = Object.fromEntries(SLIDERS.map((name) => [name, model.get(name)]));
     this.build();
     const watched = [...SLIDERS, "guess"].map((name) => `change:${name}`).join(" ");
-    const changed = () => this.request();
-    const entered = () => this.enter();
+    const changed = () => this.request(), entered = () => this.enter();
     model.on(watched, changed);
     model.on("change:scene", entered);
     signal.addEventListener("abort", () => {
@@ -155,7 +154,8 @@ class ExplorerView {
   }
 
   pose() {
-    const [x, y, theta] = toXYTheta(this.result.history[this.number()].T_target_source);
+    const k = this.number(); // a guess may be newer than the run
+    const [x, y, theta] = k ? toXYTheta(this.result.history[k].T_target_source) : this.model.get("guess");
     return { x, y, theta };
   }
 
@@ -165,7 +165,7 @@ class ExplorerView {
   }
 
   reference() {
-    return { known: this.known, reference: this.scene.reference };
+    return { known: this.known, reference: this.scene.reference, target: this.target };
   }
 
   parameters() {
@@ -231,8 +231,7 @@ class ExplorerView {
     const [first, end] = [costs[0], costs.at(-1)].map((each) => each.toPrecision(3));
     this.cost.setAttribute("aria-label", `Cost over ${this.last()} iterations: from ${first} to ${end} m²`);
     this.basin.draw(colors);
-    const targetPoints = this.target.points.length / 2;
-    this.readouts.write({ result: this.result, shown: k, targetPoints, ...this.reference() });
+    this.readouts.write({ result: this.result, shown: k, ...this.reference() });
   }
 }
 

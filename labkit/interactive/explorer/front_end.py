@@ -12,6 +12,8 @@ MODULES = (
     "correspondences",
     "alignment",
     "line_alignment",
+    "degeneracy",
+    "approach",
     "icp",
     "basin",
     "palette",

@@ -5,6 +5,7 @@
 // a delta off.
 
 import { align, keptRows } from "./alignment.js";
+import { closeGate, isLong, pointShare, wideDelta } from "./approach.js";
 import { MIN_PAIRS, cost, distanceGate, huberWeight, inlierCount, overlap } from "./correspondences.js";
 import { alignToLines } from "./line_alignment.js";
 import { NearestNeighbors } from "./neighbors.js";
@@ -32,9 +33,9 @@ export function prepareTarget(points, normals) {
 
 // Estimate the transform that maps the newer scan onto the older one.
 export function icp(source, target, T_init, parameters) {
-  let T = T_init;
-  let pairs = associate(source, target, T, parameters); // D, E
-  const history = [record(T, T, pairs)];
+  let T = T_init, far = parameters.approach ?? false;
+  let pairs = associate(source, target, T, parameters, far); // D, E
+  const history = [record(T, T, pairs, far)];
   let termination = checkPairs(pairs);
   while (termination === null) {
     const dT = minimise(pairs, parameters); // F
@@ -44,15 +45,16 @@ export function icp(source, target, T_init, parameters) {
     }
     const T_before = T;
     T = compose(dT, T); // G: the update composes on the left
-    pairs = associate(source, target, T, parameters); // D, E
-    history.push(record(T, T_before, pairs));
+    far = far && isLong(pairs.source, apply(T, source), parameters.huber_delta ?? Infinity);
+    pairs = associate(source, target, T, parameters, far); // D, E
+    history.push(record(T, T_before, pairs, far));
     termination = checkPairs(pairs) ?? checkConvergence(history, parameters); // H
   }
   return { T_target_source: failed(termination) ? null : T, termination, history }; // I
 }
 
-// Match, reject and weight at the pose T.
-export function associate(source, target, T, parameters) {
+// Match, reject and weight at the pose T, far from the answer or near it.
+export function associate(source, target, T, parameters, far = false) {
   const moved = apply(T, source);
   const count = source.length / 2;
   const index = new Int32Array(count);
@@ -75,18 +77,20 @@ export function associate(source, target, T, parameters) {
     }
   }
 
-  const gate = parameters.max_correspondence_distance ?? Infinity;
-  const huberDelta = parameters.huber_delta ?? Infinity;
+  const narrow = parameters.huber_delta ?? Infinity;
+  let gate = parameters.max_correspondence_distance ?? Infinity, huberDelta = narrow, share = 0;
+  if (parameters.approach && !far) gate = closeGate(gate, narrow);
   const withinGate = distanceGate(distances, gate);
   const withinOverlap = overlap(distances, parameters.overlap_ratio);
-  const kept = new Uint8Array(count), weights = new Float64Array(count);
-  for (let i = 0; i < count; i++) {
-    kept[i] = withinGate[i] && withinOverlap[i] && Number.isFinite(residuals[i]) ? 1 : 0;
-    weights[i] = kept[i] ? huberWeight(residuals[i], huberDelta) : 0;
+  const kept = Uint8Array.from(residuals, (r, i) => withinGate[i] && withinOverlap[i] && Number.isFinite(r));
+  if (far) {
+    huberDelta = wideDelta(residuals.filter((_, i) => kept[i]), narrow);
+    share = pointShare(huberDelta, narrow);
   }
+  const weights = residuals.map((r, i) => (kept[i] ? huberWeight(r, huberDelta) : 0));
   return {
     source: moved, target: nearest, targetIndex: index, normals, distances, residuals,
-    withinGate, withinOverlap, kept, weights, gate, huberDelta,
+    withinGate, withinOverlap, kept, weights, gate, huberDelta, pointShare: share,
   };
 }
 
@@ -118,6 +122,8 @@ export function checkPairs(pairs) {
 // Whether to stop after the last record, and why; null to go on.
 export function checkConvergence(history, parameters) {
   const [before, now] = history.slice(-2);
+  const spent = history.length > parameters.max_iterations ? "BUDGET_SPENT" : null;
+  if (before.far) return spent; // however short, such a step is none to stop after
   if (
     now.translationStep < parameters.translation_tolerance &&
     now.rotationStep < parameters.rotation_tolerance
@@ -125,16 +131,17 @@ export function checkConvergence(history, parameters) {
     return "CONVERGED_POSE";
   const tolerance = parameters.cost_tolerance;
   if (tolerance > 0 && Math.abs(now.cost - before.cost) < tolerance) return "CONVERGED_COST";
-  return history.length > parameters.max_iterations ? "BUDGET_SPENT" : null;
+  return spent;
 }
 
-function record(T, T_before, pairs) {
+function record(T, T_before, pairs, far) {
   const first = T === T_before;
   const turned = Math.atan2(T_before.c * T.s - T_before.s * T.c, T_before.c * T.c + T_before.s * T.s);
   return {
     T_target_source: T,
     pairs,
     cost: cost(pairs),
+    far,
     translationStep: first ? NaN : Math.hypot(T.x - T_before.x, T.y - T_before.y),
     rotationStep: first ? NaN : Math.abs(turned),
   };

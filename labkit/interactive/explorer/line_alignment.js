@@ -2,22 +2,33 @@
 
 import { keptRows } from "./alignment.js";
 
-const MIN_INFORMATION = 0.02;
+export const MIN_INFORMATION = 0.02;
+const STEADY_SHARE = 0.03, STEADY_INFORMATION = 0.25 * MIN_INFORMATION;
 
 // The step that moves the kept pairs onto their lines; null where degenerate. In a
-// direction that the lines leave free it does not move at all.
+// direction that the lines leave free it does not move at all. A share of the
+// point-to-point metric, far from the answer, keeps it calm.
 export function alignToLines(pairs) {
-  const equations = normalEquations(pairs);
+  const kept = keptRows(pairs);
+  const equations = normalEquations(pairs, kept);
   if (equations === null) return null;
-  const { A, g, cx, cy, length } = equations;
-  const [dx, dy, turn] = solveConstrained(A, g);
+  const { A, g, cx, cy, length } = equations, share = pairs.pointShare;
+  let minimum = share < STEADY_SHARE ? MIN_INFORMATION : STEADY_INFORMATION;
+  if (share > 0) {
+    const pull = pointGradient(pairs, kept, equations);
+    for (let j = 0; j < 3; j++) {
+      for (let k = 0; k < 3; k++) A[j][k] = (1 - share) * A[j][k] + (j === k ? share : 0);
+      g[j] = (1 - share) * g[j] + share * pull[j];
+    }
+    minimum = (1 - share) * minimum + share;
+  }
+  const [dx, dy, turn] = solveConstrained(A, g, minimum);
   const c = Math.cos(turn / length), s = Math.sin(turn / length);
   return { c, s, x: cx + dx - c * cx + s * cy, y: cy + dy - s * cx - c * cy };
 }
 
 // A and g of the motion (dx, dy, length dpsi) about the centre, per unit of weight.
-function normalEquations(pairs) {
-  const kept = keptRows(pairs);
+function normalEquations(pairs, kept) {
   const { source: p, target: q, normals, weights: w } = pairs;
   let W = 0, cx = 0, cy = 0, squares = 0;
   for (const i of kept) {
@@ -43,15 +54,36 @@ function normalEquations(pairs) {
       g[j] += scaled * residual;
     }
   }
-  return { A, g, cx, cy, length };
+  return { A, g, cx, cy, length, W };
 }
 
-// Solve A x = -g, in the directions alone whose eigenvalue reaches MIN_INFORMATION.
-function solveConstrained(A, g) {
+// The gradient of the point-to-point metric in the same units, in which its A is the identity.
+function pointGradient({ source: p, target: q, weights: w }, kept, { cx, cy, length, W }) {
+  const pull = [0, 0, 0];
+  for (const i of kept) {
+    const x = p[2 * i] - cx, y = p[2 * i + 1] - cy;
+    const dx = p[2 * i] - q[2 * i], dy = p[2 * i + 1] - q[2 * i + 1];
+    pull[0] += w[i] * dx;
+    pull[1] += w[i] * dy;
+    pull[2] += (w[i] * (x * dy - y * dx)) / length;
+  }
+  return pull.map((each) => each / W);
+}
+
+// Eigen-structure of what some rows of the pairs say about a motion; null for nothing.
+export function lineInformation(pairs, rows) {
+  const equations = normalEquations(pairs, rows);
+  if (equations === null) return null;
+  const { A, cx, cy, length } = equations;
+  return { ...symmetricEigen(A), center: [cx, cy], length };
+}
+
+// Solve A x = -g, in the directions alone whose eigenvalue reaches the minimum.
+function solveConstrained(A, g, minimum) {
   const { values, vectors } = symmetricEigen(A);
   const x = [0, 0, 0];
   values.forEach((value, k) => {
-    if (value < MIN_INFORMATION) return;
+    if (value < minimum) return;
     const v = vectors.map((row) => row[k]);
     const along = (v[0] * g[0] + v[1] * g[1] + v[2] * g[2]) / value;
     for (let j = 0; j < 3; j++) x[j] -= v[j] * along;
@@ -60,7 +92,7 @@ function solveConstrained(A, g) {
 }
 
 // Eigenvalues, and eigenvectors as columns, of a symmetric 3x3 matrix by Jacobi rotations.
-export function symmetricEigen(matrix) {
+function symmetricEigen(matrix) {
   const a = matrix.map((row) => [...row]);
   const vectors = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
   for (let sweep = 0; sweep < 12; sweep++) {

@@ -1,9 +1,9 @@
 // The controls of what a run is told: the scans, and the parameters that have sliders.
 
-import { choice, element, number, slider, steps } from "./controls.js";
+import { checkbox, choice, element, number, slider, steps } from "./controls.js";
 
 // Names as in labkit's IcpParameters.
-export const SLIDERS = ["metric", "max_correspondence_distance", "overlap_ratio", "huber_delta"];
+export const SLIDERS = ["metric", "max_correspondence_distance", "overlap_ratio", "huber_delta", "approach"];
 
 const METRICS = [["point_to_point", "point to point"], ["point_to_line", "point to line"]];
 const metres = (value) => (value === null ? "off" : `${value.toFixed(2)} m`);
@@ -25,6 +25,7 @@ export function parameterControls({ scenes, choose, tell }) {
       name: "delta", label: "Huber δ", values: [...steps(0.01, 0.5, 0.01), null], read: metres,
       onValue: tell("huber_delta"),
     }),
+    approach: checkbox({ name: "approach", label: "begin wide, end narrow", onValue: tell("approach") }),
   };
 }
 

@@ -2,7 +2,8 @@
 
 import { element } from "./controls.js";
 import { FATES, fates, inlierCount, inlierRmse } from "./correspondences.js";
-import { TERMINATIONS } from "./icp.js";
+import { unobservable } from "./degeneracy.js";
+import { TERMINATIONS, failed } from "./icp.js";
 import { poseDifference, toXYTheta } from "./se2.js";
 
 const DEGREE = Math.PI / 180;
@@ -17,8 +18,8 @@ export class Readouts {
   }
 
   // `known` is the answer, or null; `reference` says what that answer is.
-  write({ result, shown, known, reference, targetPoints }) {
-    const { history, termination } = result, last = history.length - 1;
+  write({ result, shown, known, reference, target }) {
+    const { history } = result, last = history.length - 1;
     const { pairs, cost, T_target_source: T } = history[shown];
     const count = inlierCount(pairs), points = pairs.kept.length;
     const rows = [
@@ -29,11 +30,11 @@ export class Readouts {
       ["pose", sayPose(T)],
     ];
     if (known) rows.push([`off the ${reference}`, sayDifference(poseDifference(known, T))]);
-    rows.push(["the run", TERMINATIONS[termination]]);
+    rows.push(["the run", message(result, target)]);
     this.numbers.replaceChildren(
       ...rows.flatMap(([term, text]) => [element("dt", {}, term), element("dd", { "data-readout": term }, text)]),
     );
-    this.count(pairs, targetPoints);
+    this.count(pairs, target.points.length / 2);
   }
 
   count(pairs, targetPoints) {
@@ -46,13 +47,13 @@ export class Readouts {
   }
 
   // One sentence about the whole run, once the sliders are at rest.
-  speak({ result, known, reference }) {
+  speak({ result, known, reference, target }) {
     clearTimeout(this.speaking);
     this.speaking = setTimeout(() => {
-      const { T_target_source: T, termination, history } = result;
+      const { T_target_source: T, history } = result;
       const off = T && known ? `; ${sayDifference(poseDifference(known, T))} off the ${reference}` : "";
       const count = inlierCount(history.at(-1).pairs), steps = history.length - 1;
-      this.spoken.textContent = `${steps} iterations, ${TERMINATIONS[termination]}; ${count} inliers${off}.`;
+      this.spoken.textContent = `${steps} iterations, ${message(result, target)}; ${count} inliers${off}.`;
     }, PATIENCE);
   }
 }
@@ -64,6 +65,12 @@ export function outcome({ T_target_source: T, termination, history }) {
     termination, iterations: history.length - 1, pose: T && toXYTheta(T),
     inlier_count: count, inlier_rmse: count ? inlierRmse(pairs) : null, cost,
   };
+}
+
+// How the run ended, and what it could not see.
+function message({ termination, history }, target) {
+  const unseen = failed(termination) ? [] : unobservable(history.at(-1).pairs, target);
+  return TERMINATIONS[termination] + (unseen.length ? `; unobservable: ${unseen.join(", ")}` : "");
 }
 
 function sayPose(T) {

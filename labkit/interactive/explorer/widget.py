@@ -23,7 +23,7 @@ from labkit.se2 import from_xytheta, to_xytheta
 from labkit.target import Target
 
 FOUND = 0.10, math.radians(2.0)  # [m], [rad]: a start in the basin ends nearer to the answer
-_SLIDERS = ("metric", "max_correspondence_distance", "overlap_ratio", "huber_delta")
+_SLIDERS = ("metric", "max_correspondence_distance", "overlap_ratio", "huber_delta", "approach")
 
 
 class Explorer(anywidget.AnyWidget):
@@ -33,7 +33,7 @@ class Explorer(anywidget.AnyWidget):
     ----------
     scene : str
         Name of the pair of scans that is shown.
-    metric, max_correspondence_distance, overlap_ratio, huber_delta
+    metric, max_correspondence_distance, overlap_ratio, huber_delta, approach
         As in `IcpParameters`; None where a gate or a delta is off.
     guess : list of float
         The initial guess (x [m], y [m], θ [rad]).
@@ -53,6 +53,7 @@ class Explorer(anywidget.AnyWidget):
     max_correspondence_distance = traitlets.Float(allow_none=True).tag(sync=True)
     overlap_ratio = traitlets.Float().tag(sync=True)
     huber_delta = traitlets.Float(allow_none=True).tag(sync=True)
+    approach = traitlets.Bool().tag(sync=True)
     guess = traitlets.List(traitlets.Float(), minlen=3, maxlen=3).tag(sync=True)
     outcome = traitlets.Dict().tag(sync=True)
 

@@ -1,0 +1,147 @@
+"""A real JupyterLab, started for the tests, and what they do in it."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Page
+
+PATIENCE = 60.0  # seconds for the server to answer
+RUN = 120_000  # ms for a notebook to run
+
+READY = "() => window.jupyterapp?.restored.then(() => true)"
+RUN_ALL = """async path => {
+    const app = window.jupyterapp;
+    const panel = await app.commands.execute("docmanager:open", { path, factory: "Notebook" });
+    app.shell.activateById(panel.id);
+    await panel.context.ready;
+    await panel.sessionContext.ready;
+    await app.commands.execute("notebook:run-all-cells");
+}"""
+CLOSE = """async () => {
+    const panel = window.jupyterapp.shell.currentWidget;
+    await panel.sessionContext.shutdown();
+    panel.context.model.dirty = false;
+    panel.close();
+}"""
+# Messages of all that failed: in cells, and inside the output widgets of callbacks.
+ERRORS = """() => [...window.jupyterapp.shell.currentWidget.content.model.cells]
+    .filter(cell => cell.type === "code")
+    .flatMap(cell => cell.toJSON().outputs)
+    .filter(output => output.output_type === "error")
+    .map(output => `${output.ename}: ${output.evalue}`)
+    .concat([...document.querySelectorAll(".jupyter-widgets-output-area [data-mime-type*=stderr]")]
+        .map(node => node.textContent))"""
+ASK = """async code => {
+    const { kernel } = window.jupyterapp.shell.currentWidget.sessionContext.session;
+    const future = kernel.requestExecute({ code, store_history: false });
+    let said = "";
+    future.onIOPub = ({ content }) => { said += content.text ?? content.evalue ?? ""; };
+    await future.done;
+    return said;
+}"""
+
+
+SETTINGS: dict[str, dict[str, Any]] = {
+    "notebook-extension/tracker": {"windowingMode": "none"},
+    "apputils-extension/notification": {"fetchNews": "false", "checkForUpdates": False},
+}
+
+
+@contextmanager
+def jupyterlab(root: Path, home: Path) -> Iterator[str]:
+    """Start JupyterLab over `root`, with settings of its own; yield its address.
+
+    Notebooks are drawn whole there, not only where one looks.
+    """
+    for name, values in SETTINGS.items():
+        file = home / "settings" / "@jupyterlab" / f"{name}.jupyterlab-settings"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps(values), "utf-8")
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    folders = {
+        "JUPYTER_CONFIG_DIR": home / "config",
+        "JUPYTER_RUNTIME_DIR": home / "runtime",
+        "JUPYTERLAB_SETTINGS_DIR": home / "settings",
+        "JUPYTERLAB_WORKSPACES_DIR": home / "workspaces",
+    }
+    options = {
+        "ServerApp.ip": "127.0.0.1",
+        "ServerApp.port": port,
+        "ServerApp.port_retries": 0,
+        "ServerApp.root_dir": root,
+        "IdentityProvider.token": "",
+        "LabApp.expose_app_in_browser": True,
+    }
+    command = [sys.executable, "-m", "jupyterlab", "--no-browser", "--allow-root"]
+    command += [f"--{name}={value}" for name, value in options.items()]
+    log = home / "log.txt"
+    with log.open("wb") as stream:
+        server = subprocess.Popen(
+            command,
+            env=os.environ | {name: str(path) for name, path in folders.items()},
+            stdout=stream,
+            stderr=subprocess.STDOUT,
+        )
+    address = f"http://127.0.0.1:{port}"
+    try:
+        _await(address, server, log)
+        yield address
+    finally:
+        server.terminate()
+        server.wait(20)
+
+
+def _await(address: str, server: subprocess.Popen[bytes], log: Path) -> None:
+    until = time.monotonic() + PATIENCE
+    while True:
+        try:
+            urllib.request.urlopen(f"{address}/api/status").close()
+            return
+        except OSError:
+            said = log.read_text("utf-8", errors="replace")[-2000:]
+            assert server.poll() is None, said
+            assert time.monotonic() < until, said
+            time.sleep(0.2)
+
+
+def open_lab(page: Page, address: str) -> None:
+    """Load JupyterLab, without any notebook."""
+    page.goto(f"{address}/lab?reset")
+    page.wait_for_function(READY, timeout=60_000)
+
+
+@contextmanager
+def notebook_run(page: Page, name: str) -> Iterator[None]:
+    """Open a notebook and run all its cells; close it and its kernel in the end."""
+    page.set_default_timeout(RUN)
+    page.evaluate(RUN_ALL, name)
+    page.set_default_timeout(30_000)
+    try:
+        yield
+    finally:
+        page.evaluate(CLOSE)
+
+
+def errors(page: Page) -> list[str]:
+    """Messages of all that has failed in the notebook so far."""
+    found: list[str] = page.evaluate(ERRORS)
+    return found
+
+
+def ask(page: Page, expression: str) -> Any:
+    """The value of a Python expression in the notebook's kernel, as JSON."""
+    said = page.evaluate(ASK, f"import json; print(json.dumps({expression}))")
+    return json.loads(said)

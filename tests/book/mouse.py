@@ -1,0 +1,32 @@
+"""What the tests do with the mouse."""
+
+from __future__ import annotations
+
+from playwright.sync_api import Locator, Page
+
+Point = tuple[float, float]
+
+
+def middle(node: Locator) -> Point:
+    """Where the middle of a thing is on the screen, once it is scrolled there."""
+    node.scroll_into_view_if_needed()
+    box = node.bounding_box()
+    assert box is not None
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def thumb(slider: Locator) -> Point:
+    """Where a range input is to be grasped."""
+    x, y = middle(slider)
+    box = slider.bounding_box()
+    assert box is not None
+    share = float(slider.input_value()) / float(slider.get_attribute("max") or 1)
+    return x + (share - 0.5) * (box["width"] - 16.0), y
+
+
+def drag(page: Page, start: Point, by: Point, steps: int = 12) -> None:
+    """Press at a point, move, and let go."""
+    page.mouse.move(*start)
+    page.mouse.down()
+    page.mouse.move(start[0] + by[0], start[1] + by[1], steps=steps)
+    page.mouse.up()

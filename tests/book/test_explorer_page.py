@@ -1,0 +1,278 @@
+"""The explorer in a page without a kernel: by mouse, by keyboard, in the dark, on a telephone.
+
+The page holds what a page of the book does: require.js, the widgets' files and the state.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from statistics import median
+
+import browser_files
+import numpy as np
+import pytest
+from mouse import Point, drag, middle, thumb
+from playwright.sync_api import Browser, Locator, Page, expect
+
+pytest.importorskip("anywidget")
+
+from ipywidgets.embed import embed_data
+
+import labkit
+from labkit.interactive import Explorer, icp_explorer
+
+DELAY = 100.0  # ms from an event to the numbers that it changes, in the median
+FIT = "() => document.documentElement.scrollWidth <= window.innerWidth"
+TWO_FRAMES = "() => new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))"
+
+# Notes for each input event how long the readouts took to follow.
+STOPWATCH = """() => {
+    window.delays = [];
+    let since = null;
+    addEventListener("input", () => { since ??= performance.now(); }, true);
+    new MutationObserver(() => {
+        if (since === null) return;
+        window.delays.push(performance.now() - since);
+        since = null;
+    }).observe(document.querySelector(".icp-readouts"), { childList: true });
+}"""
+NAMELESS = """root => [...root.querySelectorAll("input, select, button, canvas, [role]")]
+    .filter(node => !(node.labels?.length || node.textContent.trim() || node.ariaLabel
+        || node.getAttribute("role") === "status"))
+    .map(node => node.outerHTML)"""
+
+
+@pytest.fixture(scope="module")
+def explorer() -> Explorer:
+    pytest.importorskip("rtbdata")
+    return icp_explorer()
+
+
+@pytest.fixture(scope="module")
+def address(explorer: Explorer, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A page in a folder, which loads the book's own files for widgets."""
+    browser_files.provide()
+    book = browser_files.VENDOR.parent.as_uri()
+    data = embed_data(views=[explorer], drop_defaults=False)
+    state, view = json.dumps(data["manager_state"]), json.dumps(data["view_specs"][0])
+    kinds = "application/vnd.jupyter.widget-state+json", "application/vnd.jupyter.widget-view+json"
+    scripts = ("vendor/requirejs/require.js", "require-map.js", "vendor/html-manager/embed-amd.js")
+    page = tmp_path_factory.mktemp("page") / "page.html"
+    page.write_text(
+        '<!doctype html><html lang="en" data-content_root="./"><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width"><title>page</title>'
+        + "".join(f'<script src="{book}/{each}"></script>' for each in scripts)
+        + '<body><main style="max-width: 720px">'
+        + f'<script type="{kinds[0]}">{state}</script><script type="{kinds[1]}">{view}</script>',
+        "utf-8",
+    )
+    return page.as_uri()
+
+
+@pytest.fixture
+def page(browser: Browser, address: str) -> Iterator[Page]:
+    """The page, read; on leaving, nothing has been asked of the network, and nothing failed."""
+    page = browser.new_page(viewport={"width": 800, "height": 1400})
+    asked: list[str] = []
+    complaints: list[str] = []
+    page.on("request", lambda r: asked.append(r.url) if r.url.startswith("http") else None)
+    page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
+    page.on("pageerror", lambda e: complaints.append(str(e)))
+    page.goto(address)
+    page.locator(".icp-readouts dd").first.wait_for()
+    yield page
+    page.close()
+    assert asked == []
+    assert complaints == []
+
+
+def readout(page: Page, name: str) -> Locator:
+    return page.locator(f"[data-readout='{name}']")
+
+
+def picture(page: Page) -> str:
+    """The map as it is drawn, once all that has happened shows in it."""
+    page.evaluate(TWO_FRAMES)
+    drawn: str = page.locator(".icp-plane").evaluate("canvas => canvas.toDataURL()")
+    return drawn
+
+
+def guess(page: Page) -> list[float]:
+    page.evaluate(TWO_FRAMES)
+    fields = page.locator(".icp-number input").all()
+    return [float(field.input_value()) for field in fields]
+
+
+def free_spot(page: Page) -> Point:
+    """A place on the map that is not the knob."""
+    x, y = middle(page.locator(".icp-plane"))
+    return x + 70.0, y - 50.0
+
+
+def test_it_says_what_labkit_says(page, explorer):
+    """Every scene, from its own guess, under both metrics."""
+    for metric in ("point_to_point", "point_to_line"):
+        page.get_by_label("metric").select_option(metric)
+        for name, scene in explorer.scenes.items():
+            page.get_by_label("scans", exact=True).select_option(name)
+            told = labkit.IcpParameters(metric=metric)
+            run = labkit.icp(scene.source, scene.target, scene.T_init, told)
+            rmse = f"{run.inlier_rmse:.4f} m over {run.inlier_count} inliers"
+            expect(readout(page, "RMSE")).to_have_text(rmse)
+            expect(readout(page, "the run")).to_have_text(run.message)
+            shown = f"iteration {run.iterations} of {run.iterations}"
+            expect(readout(page, "shown")).to_have_text(shown)
+            x, y, theta = labkit.to_xytheta(run.T_target_source)
+            pose = f"({x:.3f}, {y:.3f}) m, {np.degrees(theta):.2f}°".replace("-0.000", "0.000")
+            said = readout(page, "pose").inner_text().replace("-0.000", "0.000")
+            assert said.replace("-0.00°", "0.00°") == pose.replace("-0.00°", "0.00°")
+
+
+@pytest.mark.parametrize("name", ["gate", "overlap ρ", "Huber δ"])
+def test_a_slider_dragged_by_the_mouse_is_followed_at_once(page, name):
+    page.get_by_role("button", name="Start").click()
+    slider, readouts = page.get_by_label(name), page.locator(".icp-readouts")
+    before, numbers = picture(page), readouts.inner_text()
+    page.evaluate(STOPWATCH)
+    drag(page, thumb(slider), (-60.0, 0.0), steps=20)
+    page.evaluate(TWO_FRAMES)
+    delays = page.evaluate("() => window.delays")
+    print(f"{name}: {median(delays):.1f} ms in the median of {len(delays)}")
+    assert len(delays) >= 5
+    assert median(delays) < DELAY
+    assert picture(page) != before
+    assert readouts.inner_text() != numbers
+
+
+@pytest.mark.parametrize("name", ["gate", "overlap ρ", "Huber δ", "iteration"])
+def test_a_slider_obeys_the_keyboard_and_speaks(page, name):
+    slider = page.get_by_label(name, exact=True)
+    value, said = slider.input_value(), slider.get_attribute("aria-valuetext")
+    before = picture(page)
+    slider.focus()
+    for _ in range(12):
+        page.keyboard.press("ArrowLeft")
+    assert int(slider.input_value()) == max(0, int(value) - 12)
+    expect(slider).not_to_have_attribute("aria-valuetext", said)
+    assert slider.evaluate("node => getComputedStyle(node).outlineStyle") == "solid"
+    assert picture(page) != before
+    page.keyboard.press("End")
+    last = "off" if name in ("gate", "Huber δ") else re.compile(r"1\.00|(\d+) of \1")
+    expect(slider).to_have_attribute("aria-valuetext", last)
+
+
+def test_the_scan_is_dragged_and_turned(page):
+    plane = page.locator(".icp-plane")
+    page.get_by_role("button", name="Start").click()
+    x, y, turn = guess(page)
+    drag(page, free_spot(page), (40.0, -30.0))
+    moved = guess(page)
+    assert moved[0] > x + 0.2
+    assert moved[1] > y + 0.2
+    assert moved[2] == turn
+    expect(readout(page, "shown")).to_contain_text("the guess")
+    plane.focus()
+    for key in ("ArrowLeft", "ArrowUp", "PageDown"):
+        page.keyboard.press(key)
+    pressed = np.array(guess(page)) - moved
+    assert pressed == pytest.approx([-0.05, 0.05, -1.0], abs=2e-3)
+    page.get_by_role("button", name="Reset").click()
+    assert guess(page) == pytest.approx([x, y, turn])
+
+
+def test_the_guess_is_typed(page):
+    field = page.get_by_label("turn [°]")
+    field.fill("40")
+    field.press("Enter")
+    expect(readout(page, "shown")).to_contain_text("the guess")
+    expect(readout(page, "pose")).to_contain_text("40.00°")
+
+
+def test_steps_play_and_reset(page):
+    shown = readout(page, "shown")
+    page.get_by_role("button", name="Start").click()
+    expect(shown).to_contain_text("the guess, before 25")
+    page.get_by_role("button", name="Step").click()
+    expect(shown).to_have_text("iteration 1 of 25")
+    page.get_by_role("button", name="Play").click()
+    expect(shown).to_have_text("iteration 3 of 25", timeout=5000)
+    page.get_by_role("button", name="Pause").click()
+    page.emulate_media(reduced_motion="reduce")
+    page.get_by_role("button", name="Play").click()
+    expect(shown).to_have_text("iteration 25 of 25")
+
+
+def test_the_page_listens_while_it_computes_the_basin(page):
+    page.get_by_role("button", name="Compute the basin").click()
+    page.get_by_role("button", name="Stop").click()
+    expect(page.get_by_role("button", name="Compute again")).to_be_visible()
+    expect(page.locator(".icp-status")).not_to_contain_text("of 225")
+
+
+def test_the_basin_is_labkit_s(page, explorer):
+    """A start that the picture counts as found is found by labkit, and the reverse."""
+    page.get_by_label("scans", exact=True).select_option("Two rooms")
+    page.get_by_role("button", name="Compute the basin").click()
+    status = page.locator(".icp-status")
+    expect(status).to_contain_text("guesses end within 0.1 m of the truth", timeout=30000)
+    scene = explorer.scenes["Two rooms"]
+    target, found = labkit.Target(scene.target), 0
+    x, y, _ = labkit.to_xytheta(scene.T_reference)
+    for dx, dy in (np.array(list(np.ndindex(15, 15))) - 7) / 7.0:
+        run = labkit.icp(scene.source, target, labkit.transform(x + dx, y + dy, 0.0))
+        error = labkit.to_xytheta(
+            labkit.compose(labkit.invert(scene.T_reference), run.T_target_source)
+        )
+        found += bool(np.hypot(*error[:2]) <= 0.10 and abs(error[2]) <= np.radians(2.0))
+    expect(status).to_contain_text(f"{found} of 225 guesses")
+    page.get_by_label("overlap ρ").press("ArrowLeft")
+    expect(status).to_contain_text("have changed since")
+
+
+def test_a_start_is_picked_from_the_basin(page):
+    page.get_by_role("button", name="Compute the basin").click()
+    page.locator(".icp-basin").wait_for()
+    expect(page.locator(".icp-status")).to_contain_text("of 225", timeout=30000)
+    box = page.locator(".icp-basin").bounding_box()
+    assert box is not None
+    page.mouse.click(box["x"] + 60.0, box["y"] + 40.0)
+    x, y, turn = guess(page)
+    assert (x, y, turn) == pytest.approx((0.35 - 1.0, 0.10 + 6 / 7, 3.0), abs=0.15)
+
+
+def test_it_follows_the_page_s_theme(page):
+    root, before = page.locator(".icp-explorer"), picture(page)
+    background = "node => getComputedStyle(node).backgroundColor"
+    assert root.evaluate(background) == "rgb(255, 255, 255)"
+    page.evaluate("() => { document.documentElement.dataset.theme = 'dark'; }")
+    expect(root).to_have_css("background-color", "rgb(20, 24, 30)")
+    assert picture(page) != before
+
+
+def test_it_fits_a_telephone_and_stays_off_paper(page):
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.evaluate(TWO_FRAMES)
+    assert page.evaluate(FIT)
+    page.emulate_media(media="print")
+    expect(page.locator(".icp-explorer")).to_be_hidden()
+
+
+def test_every_control_has_a_name(page):
+    assert page.locator(".icp-explorer").evaluate(NAMELESS) == []
+    spoken = page.locator(".icp-spoken")
+    expect(spoken).to_contain_text("25 iterations, converged", timeout=3000)
+
+
+def test_keys_and_clicks_stay_inside(page):
+    """JupyterLab would take focus away and move to the next cell."""
+    heard = """() => {
+        window.heard = [];
+        for (const type of ["mousedown", "focusin", "keydown"])
+            document.body.addEventListener(type, () => window.heard.push(type));
+    }"""
+    page.evaluate(heard)
+    page.get_by_label("gate").click()
+    page.keyboard.press("ArrowRight")
+    assert page.evaluate("() => window.heard") == []

@@ -1,0 +1,106 @@
+"""Every notebook with sliders in a real JupyterLab: run all, drag each slider, see it work."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import nbformat
+import pytest
+from jupyterlab_page import ask, errors, jupyterlab, notebook_run, open_lab
+from mouse import drag, middle, thumb
+from playwright.sync_api import Browser, Locator, Page, TimeoutError, expect
+
+ROOT = Path(__file__).parents[2]
+WIDGETS = ("flipbook(", "icp_explorer(", "icp_sliders(", "interact(")
+ANSWER = 6_000  # ms for a picture that Python draws
+
+PICTURES = """area => [...area.querySelectorAll("img")]
+    .filter(image => image.checkVisibility()).map(image => image.src.slice(-200)).join()"""
+OTHER_PICTURES = f"([area, before]) => ({PICTURES})(area) !== before"
+OTHER_DRAWING = "([canvas, before]) => canvas.toDataURL() !== before"
+
+
+def with_widgets() -> Iterator[Path]:
+    """The notebooks that hold something to drag."""
+    for path in sorted((ROOT / "notebooks").rglob("*.ipynb")):
+        if ".ipynb_checkpoints" not in path.parts:
+            cells = nbformat.read(path, as_version=4).cells
+            code = "\n".join(cell.source for cell in cells if cell.cell_type == "code")
+            if any(word in code for word in WIDGETS):
+                yield path.relative_to(ROOT)
+
+
+NOTEBOOKS = list(with_widgets())
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    """JupyterLab over a copy of the notebooks; nothing is started without a browser."""
+    root, home = tmp_path_factory.mktemp("work"), tmp_path_factory.mktemp("home")
+    shutil.copytree(ROOT / "notebooks", root / "notebooks")
+    with jupyterlab(root, home) as address:
+        page = browser.new_page(viewport={"width": 1300, "height": 1000})
+        open_lab(page, address)
+        yield page
+        page.close()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=[path.stem for path in NOTEBOOKS])
+def test_sliders_live_in_jupyterlab(page, path):
+    """Buys what no kernel alone can show: messages, focus and mouse, all together."""
+    with notebook_run(page, path.as_posix()):
+        assert errors(page) == []
+        handles = page.locator(".widget-slider .noUi-handle:visible").all()
+        for handle in handles:
+            drag_until_the_picture_changes(page, handle)
+        explorers = page.locator(".icp-explorer:visible").all()
+        for explorer in explorers:
+            play_with(page, explorer)
+        assert handles or explorers
+        assert errors(page) == []
+
+
+def drag_until_the_picture_changes(page: Page, handle: Locator) -> None:
+    """One way, and the other if it stood at that end."""
+    area = handle.evaluate_handle("node => node.closest('.jp-OutputArea-output')")
+    before = page.evaluate(PICTURES, area)
+    assert before
+    for left_to_try, dx in ((True, 80.0), (False, -160.0)):
+        drag(page, middle(handle), (dx, 0.0), steps=4)
+        try:
+            page.wait_for_function(OTHER_PICTURES, arg=[area, before], timeout=ANSWER)
+            return
+        except TimeoutError:
+            assert left_to_try, "a slider changes no picture"
+
+
+def play_with(page: Page, explorer: Locator) -> None:
+    """Sliders and keys, and what of them arrives in the kernel, where `explorer` stands."""
+    plane = explorer.locator(".icp-plane")
+    start = ask(page, "explorer.guess")
+    for label in ("overlap ρ", "Huber δ", "gate"):
+        explorer.get_by_role("button", name="Reset").click()
+        explorer.get_by_role("button", name="Start").click()  # where each of them shows
+        slider = explorer.get_by_label(label)
+        page.wait_for_timeout(100)
+        before = plane.evaluate("canvas => canvas.toDataURL()")
+        drag(page, thumb(slider), (-50.0, 0.0), steps=4)
+        page.wait_for_function(OTHER_DRAWING, arg=[plane.element_handle(), before])
+    plane.focus()
+    page.keyboard.press("ArrowRight")  # JupyterLab must not take it for a move between cells
+    expect(explorer.locator("[data-readout='shown']")).to_contain_text("the guess")
+    page.wait_for_timeout(500)  # until the sliders have been at rest
+
+    gate = explorer.get_by_label("gate").get_attribute("aria-valuetext")
+    assert f"{ask(page, 'explorer.max_correspondence_distance'):.2f} m" == gate
+    assert ask(page, "explorer.guess") != start
+    outcome = ask(page, "explorer.outcome")
+    assert outcome["iterations"] == ask(page, "explorer.run().iterations")
+    assert outcome["inlier_count"] == ask(page, "explorer.run().inlier_count")
+    assert outcome["termination"] == ask(page, "explorer.run().termination.name")
+
+    ask(page, "setattr(explorer, 'overlap_ratio', 0.5)")  # and back from Python to the page
+    expect(explorer.get_by_label("overlap ρ")).to_have_attribute("aria-valuetext", "0.50")
