@@ -18,7 +18,14 @@ from labkit.authoring.misconceptions import MISTAKES
 from labkit.authoring.mistake import Mistake, Several
 from labkit.authoring.recipe import Recipe
 from labkit.authoring.references import REFERENCES
-from labkit.authoring.tolerance import LARGEST, perturbed, round_up, stop_error, tolerance
+from labkit.authoring.tolerance import (
+    LARGEST,
+    LOOP_FLOOR,
+    perturbed,
+    round_up,
+    stop_error,
+    tolerance,
+)
 from labkit.errors import LabkitError
 from labkit.grading.box.values import plain
 from labkit.grading.compare import is_answer_of, is_right
@@ -103,7 +110,9 @@ def tolerance_of(question: Question, recipe: Recipe, arguments: tuple[Value, ...
         allowed = tolerance(question.answer, REFERENCES[question.id], arguments)
     except LabkitError:  # too few pairs are left, or they are degenerate
         return np.inf
-    return round_up(allowed + stop_error(arguments)) if question.id == "icp" else allowed
+    if question.id == "icp":
+        return round_up(max(allowed + stop_error(arguments), LOOP_FLOOR))
+    return allowed
 
 
 def mistakes_of(question: Question) -> list[Mistake]:

@@ -8,7 +8,8 @@ never less than a few ε of the answer's own scale. A well-conditioned case gets
 a stretched one as much more as it deserves, in the same units as the answer.
 
 An iteration that stops early lies a little before its end. For the loop the tolerance adds
-how far off the iterate is with which the stated stopping rule may end, times a margin.
+how far off the iterate is with which the stated stopping rule may end, times a margin; and
+it is never less than a hundredth of the scans' noise, which no stopping rule need resolve.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ DRAWS = 6
 MARGIN = 16.0
 FLOOR = 64.0 * EPSILON
 STOP_BELOW = 1e-5  # m and rad; the question asks for 1e-6, but ten times that is no mistake
+LOOP_FLOOR = 1e-4  # m and rad; the noise of the scans is 1 cm
 LARGEST = 1e-3  # beyond it a case is drawn anew: it says more about rounding than about skill
 
 Answers = Callable[..., tuple[Value, ...]]
