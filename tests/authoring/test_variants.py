@@ -70,7 +70,7 @@ def test_both_readings_of_the_trimming_differ_and_pass(assignment):
         question = assignment.question(id)
         for hidden in assignment.variants:
             apart = [
-                np.abs(np.subtract(*case.expected)).max() > 100 * case.tolerance
+                np.abs(np.subtract(*case.expected)).max() > 3 * case.tolerance
                 for case in hidden[id]
             ]
             assert any(apart)
