@@ -24,7 +24,7 @@ import math
 
 import numpy as np
 
-from labkit.arrays import FloatArray, dots
+from labkit.arrays import FloatArray
 
 LONG = 0.7  # step over δ: a shorter one does not leave the noise
 WIDTH = 3.0  # δ over the median residual: a step stays as robust as the median
@@ -50,7 +50,14 @@ def close_gate(gate: float, huber_delta: float) -> float:
     return min(gate, CLOSE_GATE * huber_delta)
 
 
-def is_long(before: FloatArray, after: FloatArray, huber_delta: float) -> bool:
-    """Whether a step moved the source, (N, 2) [m], by more than `LONG` δ, root mean square."""
-    motion = after - before
-    return math.sqrt(float(dots(motion, motion).mean())) > LONG * huber_delta
+def is_long(source: FloatArray, T_before: FloatArray, T: FloatArray, huber_delta: float) -> bool:
+    """Whether a step moved the source, (N, 2) [m], by more than `LONG` δ, root mean square.
+
+    From the centroid and the mean square of the points alone: ΔT moves p by ΔT c + ΔR (p − c).
+    """
+    x, y = source.mean(axis=0).tolist()
+    flat = source.T.ravel()
+    spread = max(0.0, float(flat @ flat) / len(source) - x * x - y * y)
+    (a, b, dx), (c, d, dy), _ = (T - T_before).tolist()
+    squared = (a * x + b * y + dx) ** 2 + (c * x + d * y + dy) ** 2 + (a * a + c * c) * spread
+    return math.sqrt(squared) > LONG * huber_delta

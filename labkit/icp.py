@@ -97,7 +97,7 @@ def icp(
             termination = Termination.DEGENERATE
             break
         T, T_before = dT @ T, T  # G: the update composes on the left
-        far = far and is_long(pairs.source, apply(T, points), parameters.huber_delta)
+        far = far and is_long(points, T_before, T, parameters.huber_delta)
         pairs = associate(points, target, T, parameters, far=far)  # D, E
         history.append(_record(T, T_before, pairs, far))
         termination = check_pairs(pairs) or check_convergence(history, parameters)  # H
@@ -118,23 +118,24 @@ def associate(
     far: bool = False,
 ) -> Correspondences:
     """Match, reject and weight at the pose `T`, `far` from the answer or near it."""
+    gate, delta, share = parameters.max_correspondence_distance, parameters.huber_delta, 0.0
+    if parameters.approach and not far:
+        gate = close_gate(gate, delta)
     moved = apply(T, source)
     index = target.search.nearest(moved)
     nearest = take_rows(target.points, index)
     offset = moved - nearest
     distances = np.sqrt(dots(offset, offset))
+    within_gate = distance_gate(distances, gate)
+    within_overlap = overlap(distances, parameters.overlap_ratio)
+    kept = within_gate & within_overlap
     if parameters.metric == "point_to_point":
         normals, residuals = None, distances
     else:
-        normals = take_rows(target.normals, index)
-        residuals = np.abs(dots(normals, offset))
-
-    gate, delta, share = parameters.max_correspondence_distance, parameters.huber_delta, 0.0
-    if parameters.approach and not far:
-        gate = close_gate(gate, delta)
-    within_gate = distance_gate(distances, gate)
-    within_overlap = overlap(distances, parameters.overlap_ratio)
-    kept = within_gate & within_overlap & np.isfinite(residuals)
+        normals = take_rows(target.weightless_normals, index)
+        on_line = target.on_line.take(index)
+        residuals = np.where(on_line, np.abs(dots(normals, offset)), np.nan)
+        kept &= on_line
     if far:
         delta = wide_delta(residuals[kept], delta)
         share = point_share(delta, parameters.huber_delta)
@@ -158,13 +159,17 @@ def associate(
 
 def minimise(pairs: Correspondences, parameters: IcpParameters) -> FloatArray:
     """The step dT that best moves the kept pairs together under the metric."""
-    kept = np.flatnonzero(pairs.kept)
-    p, q, w = take_rows(pairs.source, kept), take_rows(pairs.target, kept), pairs.weights[kept]
     if pairs.normals is None:
-        dT = align(p, q, w)
-    else:
-        dT = align_to_lines(p, q, take_rows(pairs.normals, kept), w, pairs.point_share)
-    return dT if parameters.step_fraction == 1.0 else _shorten(dT, p, parameters.step_fraction)
+        kept = np.flatnonzero(pairs.kept)
+        p, q = take_rows(pairs.source, kept), take_rows(pairs.target, kept)
+        dT = align(p, q, pairs.weights[kept])
+    else:  # a pair that was rejected has no weight
+        dT = align_to_lines(
+            pairs.source, pairs.target, pairs.normals, pairs.weights, pairs.point_share
+        )
+    if parameters.step_fraction < 1.0:
+        dT = _shorten(dT, pairs.source[pairs.kept], parameters.step_fraction)
+    return dT
 
 
 def _shorten(dT: FloatArray, points: FloatArray, fraction: float) -> FloatArray:

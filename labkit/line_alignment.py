@@ -29,7 +29,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from labkit.arrays import FloatArray, dots
+from labkit.arrays import FloatArray
 from labkit.errors import DegenerateAlignmentError
 
 # A direction of motion is free when the residuals answer it, on average, by less than
@@ -119,14 +119,9 @@ def align_to_lines(
     DegenerateAlignmentError
         Where there is no pair with weight, or all of them coincide.
     """
-    A, g, center, length = _normal_equations(source, target, normals, weights)
+    A, g, center, length = _normal_equations(source, target, normals, weights, point_share)
     minimum = MIN_INFORMATION if point_share < STEADY_SHARE else STEADY_INFORMATION
-    if point_share > 0.0:
-        pull = _point_gradient(source - center, source - target, weights, length)
-        A = (1.0 - point_share) * A + point_share * np.eye(3)
-        g = (1.0 - point_share) * g + point_share * pull
-        minimum = (1.0 - point_share) * minimum + point_share
-    dx, dy, turn = _solve_constrained(A, g, minimum).tolist()
+    dx, dy, turn = _solve_constrained(A, g, (1.0 - point_share) * minimum + point_share)
     cx, cy = center.tolist()
     c, s = math.cos(turn / length), math.sin(turn / length)
     return np.array(  # turn about the centre, then shift
@@ -135,37 +130,42 @@ def align_to_lines(
 
 
 def _normal_equations(
-    source: FloatArray, target: FloatArray, normals: FloatArray, weights: FloatArray
+    source: FloatArray,
+    target: FloatArray,
+    normals: FloatArray,
+    weights: FloatArray,
+    point_share: float = 0.0,
 ) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-    """A (3, 3) and g (3,) of the motion (Δx, Δy, ℓ Δψ), per unit of weight; centre and ℓ."""
-    total = float(weights.sum()) if len(source) else 0.0
+    """A (3, 3) and g (3,) of the motion (Δx, Δy, ℓ Δψ), per unit of weight; centre and ℓ.
+
+    All sums come from one product of eight rows, a column for each pair, with their
+    transpose: on 360 pairs that takes half as long as summing them one after the other.
+    """
+    total = float(weights.sum())
     if total <= 0.0:
         raise DegenerateAlignmentError(f"none of {len(source)} pairs has weight on a surface")
-    center = weights @ source / total
-    arm = source - center
-    length = math.sqrt(float(weights @ dots(arm, arm)) / total)
+    center: FloatArray = source.T @ weights / total
+    rows = np.empty((8, len(source)))
+    rows[:2] = nx, ny = normals.T
+    ax, ay = np.subtract(source.T, center[:, None], out=rows[4:6])
+    ex, ey = np.subtract(source.T, target.T, out=rows[6:])
+    rows[2] = ny * ax - nx * ay  # (5.1), the turn
+    rows[3] = nx * ex + ny * ey  # the residual
+    M = (rows * (weights / total)) @ rows.T
+    length = math.sqrt(M[4, 4] + M[5, 5])
     if length <= 64.0 * EPSILON * max(map(abs, center.tolist())):  # what the mean rounds by
         raise DegenerateAlignmentError(f"all {len(source)} surface points coincide")
-    rows = np.empty((4, len(source)))  # (5.1) and the residual, one column a pair
-    rows[:2] = normals.T
-    rows[2] = (normals[:, 1] * arm[:, 0] - normals[:, 0] * arm[:, 1]) / length
-    rows[3] = dots(normals, source - target)
-    M = (rows * (weights / total)) @ rows.T
-    return M[:3, :3], M[:3, 3], center, length
+    M[2] /= length
+    M[:, 2] /= length
+    A, g = M[:3, :3], M[:3, 3]
+    if point_share > 0.0:
+        pull = np.array([*(rows[6:] @ weights / total), (M[4, 7] - M[5, 6]) / length])
+        A = (1.0 - point_share) * A + point_share * np.eye(3)
+        g = (1.0 - point_share) * g + point_share * pull
+    return A, g, center, length
 
 
-def _point_gradient(
-    arm: FloatArray, offset: FloatArray, weights: FloatArray, length: float
-) -> FloatArray:
-    """Gradient g (3,) of the point-to-point metric, in the units of `_normal_equations`."""
-    pull = np.empty((len(arm), 3))
-    pull[:, :2] = offset
-    pull[:, 2] = (arm[:, 0] * offset[:, 1] - arm[:, 1] * offset[:, 0]) / length
-    gradient: FloatArray = weights @ pull / weights.sum()
-    return gradient
-
-
-def _solve_constrained(A: FloatArray, g: FloatArray, minimum: float) -> FloatArray:
+def _solve_constrained(A: FloatArray, g: FloatArray, minimum: float) -> list[float]:
     """Solve A x = −g, in the directions alone whose eigenvalue reaches `minimum`."""
     (a, b, c), (_, d, e), (_, _, f) = A.tolist()
     u, v, w = d * f - e * e, c * e - b * f, b * e - c * d  # first row of the adjugate
@@ -173,12 +173,10 @@ def _solve_constrained(A: FloatArray, g: FloatArray, minimum: float) -> FloatArr
     # λ₁ = det A / (λ₂ λ₃) ≥ 4 det A / (λ₂ + λ₃)²: mostly this settles it without eigenvalues.
     if 4.0 * determinant >= minimum * (a + d + f) ** 2:
         p, q, r = a * f - c * c, b * c - a * e, a * d - b * b
-        gx, gy, gt = (g / -determinant).tolist()
-        return np.array(
-            [u * gx + v * gy + w * gt, v * gx + p * gy + q * gt, w * gx + q * gy + r * gt]
-        )
+        x, y, t = (-each / determinant for each in g.tolist())
+        return [u * x + v * y + w * t, v * x + p * y + q * t, w * x + q * y + r * t]
     values, vectors = np.linalg.eigh(A)
     constrained = values >= minimum
     values, vectors = values[constrained], vectors[:, constrained]
-    x: FloatArray = -vectors @ ((g @ vectors) / values)
-    return x
+    solution: list[float] = (-vectors @ ((g @ vectors) / values)).tolist()
+    return solution

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from functools import cached_property
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_points, by_column
+from labkit.arrays import BoolArray, FloatArray, as_points, by_column
 from labkit.neighbors import NearestNeighbors
 from labkit.normals import estimate_normals
 from labkit.scan import Scan, as_scan
@@ -30,6 +31,16 @@ class Target:
     def normals(self) -> FloatArray:
         """Unit normals, shape (M, 2); NaN where a point lies on no line."""
         return by_column(estimate_normals(self.scan))
+
+    @cached_property
+    def on_line(self) -> BoolArray:
+        """Which points lie on a line, shape (M,)."""
+        return np.isfinite(self.normals[:, 0])
+
+    @cached_property
+    def weightless_normals(self) -> FloatArray:
+        """The normals with zero for NaN, shape (M, 2): sums may run over all points."""
+        return by_column(np.where(self.on_line[:, None], self.normals, 0.0))
 
 
 def as_target(target: Target | Scan | ArrayLike) -> Target:

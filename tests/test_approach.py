@@ -46,7 +46,7 @@ def test_the_share_grows_with_delta_and_is_a_share(delta, ratio):
 def test_without_a_delta_there_is_nothing_to_widen():
     assert point_share(math.inf, math.inf) == 0.0
     assert close_gate(0.5, math.inf) == 0.5
-    assert not is_long(np.zeros((3, 2)), np.ones((3, 2)), math.inf)
+    assert not is_long(np.zeros((3, 2)), np.eye(3), transform(1.0, 1.0, 1.0), math.inf)
 
 
 def test_the_close_gate_is_never_wider_than_the_gate():
@@ -54,16 +54,17 @@ def test_the_close_gate_is_never_wider_than_the_gate():
     assert close_gate(0.1, 0.02) == 0.1
 
 
-@given(st.floats(0.0, 1.0), st.floats(-math.pi, math.pi))
-def test_a_step_is_as_long_as_it_moves_the_points(turn, direction):
-    """A turn about the centroid moves points at 1 m by 2 sin(½ψ), a shift all by its length."""
-    ring = rotation(np.linspace(0.0, 2.0 * math.pi, 12, endpoint=False))[:, :, 0]
-    chord = 2.0 * math.sin(0.5 * turn)
-    turned = apply(transform(0.0, 0.0, turn), ring)
-    shifted = ring + chord * rotation(direction)[:, 0]
-    for moved in (turned, shifted):
-        assert is_long(ring, moved, 0.99 * chord / LONG - 1e-12) or chord == 0.0
-        assert not is_long(ring, moved, 1.01 * chord / LONG + 1e-12)
+poses = st.builds(transform, st.floats(-5, 5), st.floats(-5, 5), st.floats(-math.pi, math.pi))
+
+
+@given(st.integers(0, 2**32 - 1), poses, st.floats(1e-3, 1.0), st.floats(-math.pi, math.pi))
+def test_a_step_is_as_long_as_it_moves_the_points(seed, T_before, way, turn):
+    points = np.random.default_rng(seed).normal(0.0, 3.0, (20, 2))
+    T = transform(way, -0.5 * way, 0.1 * turn) @ T_before
+    motion = apply(T, points) - apply(T_before, points)
+    moved = math.sqrt(np.mean((motion**2).sum(axis=1)))
+    assert is_long(points, T_before, T, 0.999 * moved / LONG)
+    assert not is_long(points, T_before, T, 1.001 * moved / LONG)
 
 
 # ---------------------------------------------------------------- the share of point-to-point
@@ -189,8 +190,8 @@ def test_the_way_is_on_record(rooms):
             assert pairs.gate == CLOSE_GATE * 0.02
             assert (pairs.huber_delta, pairs.point_share) == (0.02, 0.0)
     for before, now in pairwise(history):
-        moved = before.correspondences.source, now.correspondences.source
-        assert now.far == (before.far and is_long(*moved, 0.02))
+        step = before.T_target_source, now.T_target_source
+        assert now.far == (before.far and is_long(source.points, *step, 0.02))
 
 
 def test_no_run_ends_with_a_step_from_afar(rooms):
