@@ -124,7 +124,9 @@ def build_book(source: Path, scratch: Path, vendor: Path) -> Path:
     command = [str(jupyter_book), "build", str(work), "--all", "-W", "-n", "--keep-going"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise EditionError(f"the students' book does not build:\n{(done.stdout + done.stderr)}")
+        said = [line for line in (done.stdout + done.stderr).split("\n") if "WARNING:" in line]
+        shown = "\n".join(said[:20]) or (done.stdout + done.stderr)[-3000:]
+        raise EditionError(f"the students' book does not build:\n{shown}")
     return work / "_build" / "html"
 
 
@@ -174,6 +176,8 @@ def main() -> None:
     parser.add_argument("--to", type=Path, default=ROOT / "_build" / "student", metavar="FOLDER")
     parser.add_argument("--no-book", action="store_true", help="only the source, not the pages")
     args = parser.parse_args()
+    if not args.no_book:
+        print("Building the students' book, which runs every notebook; a few minutes ...")
     try:
         source = write_edition(ROOT, args.to.resolve(), with_book=not args.no_book)
     except (EditionError, SolutionMarkError) as error:

@@ -83,3 +83,12 @@ def test_widgets_live_without_a_kernel(browser, base):
         counter = page.locator("button.counter")
         counter.click()
         assert counter.inner_text() == "1"
+
+
+@pytest.mark.skipif("BOOK_HTML" in os.environ, reason="that book may have an address")
+def test_without_an_address_no_button_leads_outside(html):
+    """test_edition.py sees that with one they are there."""
+    page = (html / "notebooks" / "09_problems.html").read_text("utf-8")
+    assert "mybinder.org" not in page
+    assert "colab.research" not in page
+    assert 'href="../_sources/notebooks/09_problems.ipynb"' in page
