@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from labkit.cli.options import add_icp_options, from_options
 from labkit.cli.text import pose_text
 from labkit.icp import icp
 from labkit.logs import refuse_unwritable
-from labkit.plotting import animate_icp, plot_scans, save_animation, save_figure
 from labkit.registration import IcpParameters, IcpResult
 from labkit.se2 import to_xytheta
 from labkit.simulation import LessonExperiment, lesson_experiment
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DESCRIPTION = """\
 Match two simulated scans of an L-shaped corner with scattered points: 600 world points,
@@ -55,6 +57,8 @@ def run(args: argparse.Namespace) -> int:
         f"RMSE        {result.inlier_rmse:.4f} m over {result.inlier_count} inliers, "
         f"{np.sqrt(np.mean(distances**2)):.4f} m over all {len(distances)} points"
     )
+    if args.plot or args.animate:  # else nobody waits for matplotlib
+        from labkit.plotting import animate_icp, save_animation, save_figure  # noqa: PLC0415
     if args.plot:
         save_figure(_before_and_after(experiment, result), args.plot)
     if args.animate:
@@ -63,6 +67,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _before_and_after(experiment: LessonExperiment, result: IcpResult) -> Figure:
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    from labkit.plotting import plot_scans  # noqa: PLC0415
+
     figure = Figure(figsize=(10.0, 5.0), layout="constrained")
     for ax, title, T in zip(
         figure.subplots(1, 2),

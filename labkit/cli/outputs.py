@@ -6,14 +6,11 @@ import argparse
 from collections.abc import Callable
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from labkit.arrays import FloatArray
 from labkit.cli.quality import write_quality
 from labkit.logs import Log, refuse_unwritable, write_g2o, write_tum
 from labkit.odometry import OdometryResult, increments_between
-from labkit.plotting import plot_trajectory, save_figure
-from labkit.plotting.save import figure_suffix
 
 NOTHING = "none"  # the word for no file
 Writer = Callable[[str, Log, OdometryResult], None]
@@ -41,6 +38,8 @@ def choose_outputs(args: argparse.Namespace, name: str) -> list[tuple[str, Write
     for path, writer in wanted:
         refuse_unwritable(path)
         if writer is write_map:
+            from labkit.plotting.save import figure_suffix  # noqa: PLC0415 (matplotlib is slow)
+
             figure_suffix(path)
     return wanted
 
@@ -55,6 +54,10 @@ def write_trajectory(path: str, log: Log, result: OdometryResult) -> None:
 
 def write_map(path: str, log: Log, result: OdometryResult) -> None:
     """Draw the scans at the estimated poses, the trajectory and the reference."""
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    from labkit.plotting import plot_trajectory, save_figure  # noqa: PLC0415
+
     figure = Figure(figsize=(10.0, 7.0), layout="constrained")
     ax = figure.add_subplot()
     plot_trajectory(ax, result.poses, scans=log.scans, reference=log.reference)
