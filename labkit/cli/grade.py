@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 from tqdm import tqdm
@@ -20,9 +21,13 @@ from labkit.grading.batch import Graded, Settings, grade_class, merge, still_to_
 from labkit.grading.contract import Limits
 from labkit.grading.isolation import SAFE, open_sandbox
 from labkit.grading.pools import cluster_executors, local_pools
+from labkit.grading.questions import Assignment
+from labkit.grading.slots import open_sandboxes
 from labkit.grading.store import VerdictStore
 from labkit.grading.submissions import Submission, find_submissions, one_submission
 from labkit.odometry import available_cores
+
+Where = tuple[Iterator[Executor], int]  # what grades, and how many at a time
 
 DESCRIPTION = """\
 Grade notebooks (.ipynb) and scripts (.py). SUBMISSIONS is one file; a folder or zip archive
@@ -82,10 +87,20 @@ def run(args: argparse.Namespace) -> int:
     for id in args.question:
         assignment.question(id)
     submissions = _submissions(args)
-    settings = Settings(
-        mode=_mode(args), limits=Limits(seconds=args.seconds), assignment=args.assignment
-    )
     check_outputs(args, len(submissions))
+    with _where(min(workers, len(submissions)), args.cluster) as where:
+        return _grade(args, submissions, assignment, where)
+
+
+def _grade(
+    args: argparse.Namespace,
+    submissions: Sequence[Submission],
+    assignment: Assignment,
+    where: Where,
+) -> int:
+    limits = Limits(seconds=args.seconds)
+    mode, where = _mode(args, limits, where)
+    settings = Settings(mode=mode, limits=limits, assignment=args.assignment)
     with VerdictStore(_folder(args.out) / "verdicts.jsonl") as store:
         again = _known(submissions, args.again)
         todo = still_to_grade(submissions, store, settings, again)
@@ -96,7 +111,7 @@ def run(args: argparse.Namespace) -> int:
             rest = [one for one in submissions if one.student not in listed]
             jobs.append((rest, replace(settings, questions=tuple(args.question))))
         for part, how in jobs:
-            for graded in _graded(part, how, workers, args.cluster):
+            for graded in _graded(part, how, where, by_value=args.cluster is not None):
                 _keep(graded, store, failures)
         write_outputs(args, store, assignment, [one.student for one in submissions], failures)
         print(_closing(len(submissions), len(todo), len(failures), settings.mode, args.out))
@@ -111,8 +126,8 @@ def _submissions(args: argparse.Namespace) -> list[Submission]:
     return find_submissions(args.submissions)
 
 
-def _mode(args: argparse.Namespace) -> str:
-    """The isolation by its name, tried before any student's code is run."""
+def _mode(args: argparse.Namespace, limits: Limits, where: Where) -> tuple[str, Where]:
+    """The isolation by its name, tried before any student's code is run; by workers of here."""
     if args.no_isolation:
         if args.mode != "auto":
             raise InvalidParameterError(
@@ -122,9 +137,13 @@ def _mode(args: argparse.Namespace) -> str:
             "labkit grade: no isolation: the code can read and write all that you can",
             file=sys.stderr,
         )
-        return "none"
-    with open_sandbox(args.mode) as sandbox:
-        return sandbox.mode
+        return "none", where
+    executors, count = where
+    if args.cluster:
+        with open_sandbox(args.mode) as sandbox:
+            return sandbox.mode, where
+    executor = next(executors)
+    return open_sandboxes(executor, count, args.mode, limits), (chain([executor], executors), count)
 
 
 def _known(submissions: Sequence[Submission], again: Sequence[str]) -> set[str]:
@@ -146,20 +165,17 @@ def _folder(out: str) -> Path:
 
 
 def _graded(
-    part: Sequence[Submission], settings: Settings, workers: int, cluster: str | None
+    part: Sequence[Submission], settings: Settings, where: Where, *, by_value: bool
 ) -> Iterator[Graded]:
     """The verdicts as they come, with a progress bar."""
-    if not part:
-        return
-    with _where(min(workers, len(part)), cluster) as (executors, count):
-        verdicts = grade_class(
-            part, settings, executors, workers=count, by_value=cluster is not None
-        )
+    if part:
+        executors, count = where
+        verdicts = grade_class(part, settings, executors, workers=count, by_value=by_value)
         yield from tqdm(verdicts, total=len(part), unit="submission", disable=None)
 
 
 @contextmanager
-def _where(workers: int, cluster: str | None) -> Iterator[tuple[Iterator[Executor], int]]:
+def _where(workers: int, cluster: str | None) -> Iterator[Where]:
     if cluster:
         with cluster_executors(cluster) as found:
             yield found

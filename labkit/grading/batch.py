@@ -6,21 +6,19 @@ they are ready; which worker graded whom makes no difference to any of them.
 
 from __future__ import annotations
 
-import atexit
 import hashlib
 import json
 from collections.abc import Collection, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from dataclasses import dataclass, field, replace
-from functools import cache
 from itertools import islice
 
 from labkit.grading.assignment import FOLDER, load_assignment
-from labkit.grading.contract import Limits, Sandbox
+from labkit.grading.contract import Limits
 from labkit.grading.extraction import extract
 from labkit.grading.grade import grade_submission
-from labkit.grading.isolation import open_sandbox
 from labkit.grading.similarity import passages
+from labkit.grading.slots import own_sandbox
 from labkit.grading.store import VerdictStore
 from labkit.grading.submissions import Submission
 from labkit.grading.verdict import SubmissionVerdict
@@ -189,7 +187,7 @@ def grade(task: Task, settings: Settings) -> Graded:
     found = extract(files, {one.id: one.function for one in assignment.questions})
     verdict = grade_submission(
         found.cells,
-        _sandbox(settings.mode, settings.limits),
+        own_sandbox(settings.mode, settings.limits),
         assignment,
         student,
         submission=name,
@@ -226,11 +224,3 @@ def _graded(future: Future[Graded], student: str) -> Graded | None:
     if isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker":
         return None
     return Graded(student=student, failure=f"{type(error).__name__}: {error}")
-
-
-@cache
-def _sandbox(mode: str, limits: Limits) -> Sandbox:
-    """The sandbox of the process, opened once and closed when the process ends."""
-    sandbox = open_sandbox(mode, limits)
-    atexit.register(sandbox.close)
-    return sandbox
