@@ -19,6 +19,7 @@ from labkit.correspondences import (
 )
 from labkit.errors import DegenerateAlignmentError
 from labkit.line_alignment import align_to_lines
+from labkit.neighbors import Follower
 from labkit.registration import (
     IcpParameters,
     IcpResult,
@@ -87,7 +88,8 @@ def icp(
     T = np.eye(3) if T_init is None else as_transform(T_init, "T_init")
 
     far = parameters.approach
-    pairs = associate(points, target, T, parameters, far=far)  # D, E
+    search = Follower(target.search)  # knows where the points were: most keep their partner
+    pairs = associate(points, target, T, parameters, far=far, search=search)  # D, E
     history = [_record(T, T, pairs, far)]
     termination = check_pairs(pairs)
     while termination is None:
@@ -98,7 +100,7 @@ def icp(
             break
         T, T_before = dT @ T, T  # G: the update composes on the left
         far = far and is_long(points, T_before, T, parameters.huber_delta)
-        pairs = associate(points, target, T, parameters, far=far)  # D, E
+        pairs = associate(points, target, T, parameters, far=far, search=search)  # D, E
         history.append(_record(T, T_before, pairs, far))
         termination = check_pairs(pairs) or check_convergence(history, parameters)  # H
     return IcpResult(  # I
@@ -116,13 +118,14 @@ def associate(
     parameters: IcpParameters,
     *,
     far: bool = False,
+    search: Follower | None = None,
 ) -> Correspondences:
     """Match, reject and weight at the pose `T`, `far` from the answer or near it."""
     gate, delta, share = parameters.max_correspondence_distance, parameters.huber_delta, 0.0
     if parameters.approach and not far:
         gate = close_gate(gate, delta)
     moved = apply(T, source)
-    index = target.search.nearest(moved)
+    index = (search or target.search).nearest(moved)
     nearest = take_rows(target.points, index)
     offset = moved - nearest
     distances = np.sqrt(dots(offset, offset))

@@ -9,8 +9,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.distance import cdist
 
+from labkit import neighbors
 from labkit.errors import InvalidParameterError, InvalidPointsError
-from labkit.neighbors import NearestNeighbors, nearest_by_brute_force
+from labkit.neighbors import Follower, NearestNeighbors, nearest_by_brute_force
+from labkit.se2 import apply, transform
 
 # On a coarse lattice ties and duplicates are the rule.
 lattice = arrays(
@@ -53,6 +55,43 @@ def test_the_matrix_product_agrees_on_real_scans(killian):
         _, distance = NearestNeighbors(older, method="matrix").query(newer)
         _, least = NearestNeighbors(older, method="tree").query(newer)
         np.testing.assert_allclose(distance, least, rtol=1e-11, atol=1e-12)
+
+
+steps = st.lists(
+    st.tuples(*[st.sampled_from([0.0, 1e-9, 1e-3, 0.25, 0.5, 2.0])] * 3), min_size=1, max_size=6
+)
+
+
+@pytest.mark.parametrize("method", ["tree", "matrix"])
+@given(st.one_of(lattice, clouds), st.one_of(lattice, clouds), steps)
+def test_following_points_finds_what_asking_anew_finds(method, points, target, steps):
+    """Through steps long, short and none at all, ties and duplicates included."""
+    search = NearestNeighbors(target, method)
+    follower = Follower(search)
+    answers = []
+    for step in steps:
+        points = apply(transform(*step), points)
+        answers.append((follower.nearest(points), search.nearest(points).copy()))
+    for followed, asked in answers:  # no answer is overwritten by a later one
+        np.testing.assert_array_equal(followed, asked)
+
+
+def test_points_that_hardly_move_are_not_asked_about_again(monkeypatch):
+    rng = np.random.default_rng(0)
+    points, search = rng.uniform(-5.0, 5.0, (500, 2)), NearestNeighbors(rng.normal(size=(600, 2)))
+    follower, asked, find = Follower(search), [], neighbors._nearest_by_tree
+
+    def counted(some, *more):
+        asked.append(len(some))
+        return find(some, *more)
+
+    monkeypatch.setattr(neighbors, "_nearest_by_tree", counted)
+    for shift, most in ((0.0, 500), (1e-3, 50), (2e-3, 50), (5.0, 500)):
+        asked.clear()
+        index = follower.nearest(points + shift)
+        assert sum(asked) <= most
+        np.testing.assert_array_equal(index, nearest_by_brute_force(points + shift, search.target))
+    assert sum(asked) > 400
 
 
 @pytest.mark.parametrize(("points", "method"), [(450, "matrix"), (451, "tree")])
