@@ -137,6 +137,11 @@ def icp_explorer(
     InvalidParameterError
         For no scenes, or two of one name.
 
+    Notes
+    -----
+    Google Colab shows widgets of this kind after
+    ``google.colab.output.enable_custom_widget_manager()``.
+
     Examples
     --------
     >>> explorer = icp_explorer(default_scenes()[:1])
