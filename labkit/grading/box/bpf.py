@@ -8,6 +8,7 @@ eight bytes, low half first on both machines.
 
 from __future__ import annotations
 
+import functools
 import struct
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -27,6 +28,7 @@ ALLOW, REFUSE, KILL = 0x7FFF0000, 0x00050000, 0x80000000
 EPERM = 1
 NUMBER, ARCHITECTURE = 0, 4
 WHOLE = 0xFFFFFFFF
+ONESELF = 0xA5C3960F  # no process has this number, no rule this value
 
 CLONE_THREAD, CLONE_NEW_ANY = 0x00010000, 0x7E020080
 AT_EMPTY_PATH = 0x1000
@@ -50,7 +52,7 @@ class Condition(NamedTuple):
 
 
 def program(machine: str, pid: int, own_root: bool) -> bytes:
-    """Assemble the filter.
+    """Give the filter; assembled once, and then only signed with the process's number.
 
     Parameters
     ----------
@@ -72,6 +74,12 @@ def program(machine: str, pid: int, own_root: bool) -> bytes:
     KeyError
         If the machine is not known.
     """
+    return assembled(machine, own_root).replace(struct.pack("<I", ONESELF), struct.pack("<I", pid))
+
+
+@functools.cache
+def assembled(machine: str, own_root: bool) -> bytes:
+    """Assemble the filter with `ONESELF` in the place of the process's number."""
     here = MACHINES[machine]
     code: list[Instruction] = [
         (LOAD, 0, 0, ARCHITECTURE),
@@ -91,8 +99,8 @@ def program(machine: str, pid: int, own_root: bool) -> bytes:
         else:
             code += rule(here, PATHS[name], answer=REFUSE | ENOENT)
     thread = Condition(0, (CLONE_THREAD,), mask=CLONE_THREAD | CLONE_NEW_ANY)
-    oneself = Condition(0, (pid,))
-    asks = (Condition(0, (0, pid)), Condition(2, (0,)), Condition(2, (0,), high=True))
+    oneself = Condition(0, (ONESELF,))
+    asks = (Condition(0, (0, ONESELF)), Condition(2, (0,)), Condition(2, (0,), high=True))
     code += rule(here, CONDITIONAL["clone"], thread)
     code += rule(here, CONDITIONAL["clone3"], answer=REFUSE | ENOSYS)
     code += rule(here, CONDITIONAL["kill"], oneself)

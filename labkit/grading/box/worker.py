@@ -21,9 +21,8 @@ import numpy as np
 
 from labkit.grading.box import values, wire
 from labkit.grading.box.reduction import definitions
-from labkit.grading.box.standins import StandIn, forget_labkit
+from labkit.grading.box.standins import StandIn
 
-MAX_REQUEST = 1 << 30
 MAX_MESSAGE = 480
 MODULE = "submission"
 
@@ -41,10 +40,10 @@ class Worker:
         self.order = order
         self.namespace: dict[str, Any] = {}
         self.labels: set[str] = set()
+        self.left = 0
 
     def serve(self) -> None:
         """Say that the jail is closed, run the cells, then calls until there are no more."""
-        forget_labkit()
         module = types.ModuleType(MODULE)
         sys.modules[MODULE] = sys.modules["__main__"] = module
         self.namespace = module.__dict__
@@ -89,11 +88,10 @@ class Worker:
             return answer | {"status": "NOT_DEFINED", "output": "", "seconds": 0.0}
         try:
             value = values.plain(value(*arguments, **keywords), self.left)
-            self.left -= len(wire.pack(value))
             answer |= {"status": "RETURNED", "value": value}
         except values.NotDataError as error:
             answer |= {"status": "NOT_DATA", "message": str(error)}
-        except (values.TooMuchError, wire.TooLargeError) as error:
+        except values.TooMuchError as error:
             answer |= {"status": "TOO_LARGE", "message": str(error)}
         except BaseException as error:
             answer |= {"status": "RAISED", **self.account(error)}
@@ -130,8 +128,10 @@ class Worker:
         """Write one frame."""
         try:
             frame = wire.pack(message)
-        except (TypeError, wire.TooLargeError):  # a label or message that lies about itself
-            frame = wire.pack({key: str(value)[:200] for key, value in message.items()})
+        except wire.TooLargeError as error:
+            message |= {"status": "TOO_LARGE", "value": None, "message": f"returned: {error}"}
+            frame = wire.pack(message)
+        self.left -= len(frame)
         view = memoryview(frame)
         while view:
             view = view[os.write(self.writing, view) :]
@@ -139,7 +139,8 @@ class Worker:
     def receive(self) -> Any:
         """Read one frame."""
         head = self.read(wire.HEAD.size)
-        return wire.unpack(head + self.read(sum(wire.lengths(head, MAX_REQUEST))))
+        rest = self.read(sum(wire.lengths(head, wire.MAX_REQUEST, wire.MAX_REQUEST)))
+        return wire.unpack(head + rest, wire.MAX_REQUEST)
 
     def read(self, count: int) -> bytes:
         """Read exactly so many bytes."""
@@ -163,7 +164,7 @@ class Printed(io.TextIOBase):
     def write(self, text: str) -> int:
         """Keep what still fits."""
         if len(self.text) < self.most:
-            self.text += str(text)[: self.most - len(self.text)]
+            self.text = "".join((self.text, text))[: self.most]  # and no method of `text`
         return len(text)
 
     def writable(self) -> bool:

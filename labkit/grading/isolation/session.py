@@ -28,6 +28,11 @@ from labkit.grading.isolation.process import Box, Starter
 WHOLE, REDUCED, LEFT_OUT = range(3)  # what is run of a cell: less, once it hung or crashed
 PER_ANSWER = 1 << 16  # bytes for message, output and the like, beside the value
 CELL_ANSWER = 1 << 14
+MAX_SOURCE = 1 << 24  # characters
+TOO_MUCH_CODE = Complaint(
+    status=OutcomeStatus.SOURCE_FAILED,
+    message=f"the submission holds more than {MAX_SOURCE >> 20} million characters of code",
+)
 
 
 class EndedError(Exception):
@@ -62,6 +67,8 @@ class Session:
     def run(self, calls: Sequence[Call]) -> list[Outcome]:
         """One outcome for each call, in their order."""
         outcomes: dict[str, Outcome] = {}
+        if sum(len(cell.source) for cell in self.cells) > MAX_SOURCE:
+            return [TOO_MUCH_CODE.of(call) for call in calls]
         try:
             for question, batch in groupby(calls, key=lambda call: call.question):
                 self._answer(question, list(batch), outcomes)
@@ -169,7 +176,7 @@ class Session:
         assert self.box is not None
         deadline = self._deadline()
         try:
-            self.box.channel.write(wire.pack(message), deadline)
+            self.box.channel.write(wire.pack(message, wire.MAX_REQUEST), deadline)
         except LateError:
             raise self._late(deadline) from None
         except GoneError:

@@ -11,6 +11,7 @@ from labkit.grading.box import bpf, syscalls
 from labkit.grading.box.syscalls import CONDITIONAL, FREE, MACHINES, PATHS
 
 PID = 4711
+ONESELF = struct.pack("<I", bpf.ONESELF)
 ALLOWED = 0
 
 
@@ -133,6 +134,14 @@ def test_the_numbers_are_those_of_libseccomp(machine):
     for call, numbers in (FREE | PATHS | CONDITIONAL).items():
         found = resolve(here.audit, call.encode())
         assert numbers[here.column] == max(found, -1), call
+
+
+def test_the_process_s_number_stands_where_it_belongs_and_nowhere_else(machine):
+    for own_root in (True, False):
+        code = bpf.assembled(machine, own_root)
+        places = [at for at in range(0, len(code), 4) if code[at : at + 4] == ONESELF]
+        assert len(places) == code.count(ONESELF) == 3  # kill, tgkill, prlimit
+        assert bpf.program(machine, PID, own_root).count(ONESELF) == 0
 
 
 def test_no_call_is_listed_twice():

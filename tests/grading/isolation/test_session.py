@@ -223,6 +223,14 @@ def test_results_are_limited_by_the_question():
     assert second.message == "returned more data than an answer to this question can need"
 
 
+@pytest.mark.parametrize(("size", "status"), [(3_000_000, RETURNED), (20_000_000, SOURCE_FAILED)])
+def test_a_submission_may_be_long_and_not_absurd(slot, size, status):
+    (outcome,) = slot.run(cells(f"{ONE}\n{'#' * size}"), [call("one")])
+    assert outcome.status is status
+    if status is SOURCE_FAILED:
+        assert outcome.message == "the submission holds more than 16 million characters of code"
+
+
 def test_plots_widgets_bars_and_prompts_do_no_harm(slot):
     source = """
         import matplotlib.pyplot as plt
