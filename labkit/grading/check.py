@@ -55,7 +55,7 @@ class Feedback:
         reasons = f'<ul style="margin: 0.3em 0">{rows}</ul>' if rows else ""
         return (
             f'<div style="border-left: 4px solid {color}; padding: 0.3em 0.8em; margin: 0.3em 0">'
-            f"<strong>{self._mark} {escape(self.verdict.title)}</strong> "
+            f"<strong>{self._mark} {escape(self.verdict.title)}:</strong> "
             f"{_to_html(self.verdict.message)}{reasons}</div>"
         )
 

@@ -111,6 +111,25 @@ def test_a_hidden_input_never_reaches_the_verdict():
     assert all(id.startswith("v") for id in visible)
 
 
+def test_an_error_that_comes_in_the_first_run_alone_shows_no_text():
+    """The second run has no hidden case, so a submission can tell the two apart."""
+    source = (
+        "seen = []\n"
+        "def rotation(theta):\n"
+        "    seen.append(theta)\n"
+        "    raise ValueError\n"
+        "def align(source, target):\n"
+        "    if len(seen) > 3:\n"
+        "        raise KeyError(str(seen))\n"
+    )
+    verdict, box = graded(source)
+    assert len(box.runs) == 2
+    assert "it raised KeyError." in verdict.to_json()
+    for case in ASSIGNMENT.cases("rotation", "ada"):
+        if case.hidden and isinstance(case.arguments[0], float):
+            assert str(case.arguments[0]) not in verdict.to_json()
+
+
 def test_an_unwritten_submission_is_not_run_twice():
     source = "def rotation(theta):\n    raise NotImplementedError\n"
     verdict, box = graded(source)
