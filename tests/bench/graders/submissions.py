@@ -1,0 +1,111 @@
+"""What a class hands in: right answers, known mistakes and code that fails, 6 : 2 : 2."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import json
+from collections.abc import Callable, Iterator, Mapping
+from itertools import count, cycle
+from types import ModuleType
+from typing import Any
+
+from labkit.authoring.misconceptions import MISTAKES
+from labkit.authoring.mistake import Mistake
+from labkit.authoring.variants import homogeneous, plain_python, single_precision, vectorised
+from labkit.grading.assignment import load_assignment
+
+RIGHT = (vectorised, plain_python, homogeneous, single_precision)
+KINDS = (*("right", "mistaken", "right", "failing", "right") * 2,)
+MISTAKES_EACH = 4
+FAILURES = (
+    "def {name}(*arguments):\n    return undefined_name",
+    "def {name}(*arguments):\n    return [][1]",
+    "def {name}(x:\n    return x",
+    "def {name}(*arguments):\n    raise NotImplementedError",
+)
+
+Answers = dict[str, str]
+
+
+def lab_answers() -> Iterator[Answers]:
+    """The functions of one submission after the other; "" holds what they share."""
+    mistakes = cycle(_plain_mistakes())
+    names = cycle(question.function for question in load_assignment().questions)
+    failures = cycle(FAILURES)
+    for number, kind in zip(count(), cycle(KINDS)):
+        answers = _functions(RIGHT[number % len(RIGHT)])
+        if kind == "mistaken":
+            answers |= dict(_renamed(next(mistakes)) for _ in range(MISTAKES_EACH))
+        elif kind == "failing":
+            name = next(names)
+            answers |= {name: next(failures).format(name=name)}
+        yield answers
+
+
+def trivial_answers() -> Iterator[Answers]:
+    """The same kinds for the assignment of one question, "double it"."""
+    right = cycle(("return 2 * x", "return x + x", "y = x\n    return y + x"))
+    mistaken = cycle(("return x * x", "return x", "return 3 * x"))
+    failing = cycle(("return undefined_name", "return [][1]"))
+    bodies = {"right": right, "mistaken": mistaken, "failing": failing}
+    for kind in cycle(KINDS):
+        yield {"double": f"def double(x):\n    {next(bodies[kind])}"}
+
+
+def answered(release: str, answers: Mapping[str, str]) -> str:
+    """The released notebook with each function in its cell, and what they share in the first."""
+    notebook: dict[str, Any] = json.loads(release)
+    code = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    for cell in code:
+        if cell["metadata"].get("nbgrader", {}).get("solution"):
+            name = "".join(cell["source"]).partition("def ")[2].partition("(")[0]
+            cell["source"] = answers[name]
+    shared = code[0]["source"]
+    code[0]["source"] = "".join(shared) + "\n" + answers.get("", "")
+    return json.dumps(notebook)
+
+
+def _functions(module: ModuleType) -> Answers:
+    """The source of each function of a right submission; helpers and imports under ""."""
+    asked = {question.function for question in load_assignment().questions}
+    source = inspect.getsource(module)
+    parts: dict[str, list[str]] = {}
+    for statement in ast.parse(source).body[1:]:
+        name = getattr(statement, "name", "")
+        key = name if name in asked else ""
+        text = ast.get_source_segment(source, statement) or ""
+        if "align_weighted(" in text and name == "align":  # a cell of a later question
+            parts[key] = [_source(source, "align_weighted")]
+        parts.setdefault(key, []).append(text)
+    return {name: "\n\n".join(those) for name, those in parts.items()}
+
+
+def _source(source: str, name: str) -> str:
+    tree = ast.parse(source)
+    return next(
+        ast.get_source_segment(source, one) or ""
+        for one in tree.body
+        if getattr(one, "name", "") == name
+    )
+
+
+def _plain_mistakes() -> list[Mistake]:
+    """Those that need numpy and nothing else."""
+    return [one for one in MISTAKES if _names_used(one.function) <= {"np"}]
+
+
+def _names_used(function: Callable[..., Any]) -> set[str]:
+    tree = ast.parse(inspect.getsource(function))
+    names = {node.id for node in ast.walk(tree.body[0]) if isinstance(node, ast.Name)}
+    return (names & set(function.__globals__)) - {"mistake"}
+
+
+def _renamed(mistake: Mistake) -> tuple[str, str]:
+    """A mistake's function as a student would have written it, under the question's name."""
+    name = next(q.function for q in load_assignment().questions if q.id == mistake.question)
+    source = inspect.getsource(mistake.function)
+    (definition,) = ast.parse(source).body
+    assert isinstance(definition, ast.FunctionDef)
+    definition.decorator_list, definition.name = [], name
+    return name, "import numpy as np\n" + ast.unparse(definition)
