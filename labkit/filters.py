@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import scipy  # its parts are loaded when they are used
 from numpy.typing import ArrayLike
-from scipy.spatial import cKDTree
 
 from labkit.arrays import check_range
 from labkit.scan import Scan, as_scan
@@ -61,7 +61,7 @@ def remove_isolated(scan: Scan | ArrayLike, radius: float, min_neighbors: int = 
     scan = as_scan(scan)
     if len(scan) == 0:
         return scan
-    tree = cKDTree(scan.points)
+    tree = scipy.spatial.cKDTree(scan.points)
     neighbors = tree.query_ball_point(scan.points, radius, return_length=True) - 1
     return scan.select(neighbors >= min_neighbors)
 

@@ -9,7 +9,7 @@ surface gets NaN: it has no normal, and no later stage may invent one.
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy  # its parts are loaded when they are used
 
 from labkit.arrays import FloatArray, IntArray
 from labkit.scan import Scan
@@ -89,7 +89,7 @@ def _normals_along_sweep(points: FloatArray) -> FloatArray:
 def _normals_in_space(points: FloatArray) -> FloatArray:
     """Normals of the total-least-squares lines through the nearest neighbours."""
     k = min(NEIGHBORS, len(points))
-    distance, neighbors = cKDTree(points).query(points, k=k)
+    distance, neighbors = scipy.spatial.cKDTree(points).query(points, k=k)
     near = distance <= REACH
     on_line = near.sum(axis=1)
     offset = points[neighbors] - points[:, None, :]
