@@ -13,7 +13,7 @@ import numpy as np
 
 from labkit.grading.box.standins import StandIn
 
-MAX_NODES = 200_000
+MAX_NODES = 50_000
 MAX_DEPTH = 12
 MAX_TEXT = 10_000
 SEQUENCES = (tuple, list, range)
