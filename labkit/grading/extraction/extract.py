@@ -195,6 +195,8 @@ def _remarks(
 
 def _modules(read: Mapping[str, list[RawCell]]) -> list[str]:
     """The scripts that another file of the submission imports, by name."""
+    if len(read) == 1:
+        return []
     imported = {
         (name.split(".")[0], file)
         for file, cells in read.items()
