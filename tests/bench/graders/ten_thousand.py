@@ -103,7 +103,8 @@ def _make_class(folder: Path, args: argparse.Namespace) -> Path:
 
 
 def _watched(folder: Path, assignment: Path, out: str, args: argparse.Namespace) -> Watched:
-    command = [sys.executable, "-m", "labkit", "grade", str(folder / "class"), "--no-html"]
+    command = [sys.executable, "-m", "labkit", "grade", str(folder / "class")]
+    command += [] if args.pages else ["--no-html"]
     command += ["--assignment", str(assignment), "--jobs", str(args.jobs)]
     command += ["--out", str(folder / out)]
     return Watched(command=command, store=folder / out / "verdicts.jsonl")
@@ -208,6 +209,7 @@ def _parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=10_000, metavar="N")
     parser.add_argument("--assignment", choices=("small", "lab"), default="small")
+    parser.add_argument("--pages", action="store_true", help="write the HTML pages, too")
     parser.add_argument("--jobs", type=int, default=min(2, os.cpu_count() or 1), metavar="N")
     return parser.parse_args()
 
