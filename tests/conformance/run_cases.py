@@ -9,6 +9,7 @@ import numpy as np
 
 from collection import Cases, Parameters
 from labkit import Scan, read_log, transform
+from labkit.arrays import FloatArray
 from labkit.simulation import Lidar, cast, lesson_experiment, two_rooms
 from scenes import moved, room_pair, small_pair
 
@@ -103,8 +104,14 @@ def killian(cases: Cases) -> None:
     for k in (120, 1000, 2500, 3300):
         pair = (_real(cases, scans, k), _real(cases, scans, k + 1))
         cases.match("run", f"killian_{k}", *pair, overlap_ratio=0.9, max_iterations=40)
+    thin = tuple(cases.table(f"small_killian_{k}", _points(scans, k)[::7], 6) for k in (2500, 2501))
+    cases.match("run", "small_killian_2500", *thin, overlap_ratio=0.9, max_iterations=40)
 
 
 def _real(cases: Cases, scans: Any, k: int) -> str:
+    return cases.table(f"killian_{k}", _points(scans, k), 6)
+
+
+def _points(scans: Any, k: int) -> FloatArray:
     scan: Scan = scans[k]
-    return cases.table(f"killian_{k}", scan.points, 6)
+    return scan.points
