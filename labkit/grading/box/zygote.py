@@ -11,6 +11,7 @@ import contextlib
 import json
 import os
 import select
+import shutil
 import signal
 import socket
 import stat
@@ -37,10 +38,13 @@ def main(control_number: int) -> None:
         if not message:
             return
         channel, life = descriptors
+        order = json.loads(message)
         try:
-            end = supervise(json.loads(message), channel, life)
+            end = supervise(order, channel, life)
         except OSError as error:
             end = {"reason": str(error)}
+        if order["folder"]:  # here, since the grader may be gone
+            shutil.rmtree(order["folder"], ignore_errors=True)
         with contextlib.suppress(OSError):  # the grader may be gone
             os.write(life, json.dumps(end).encode())
         os.close(life)

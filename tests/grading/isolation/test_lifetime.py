@@ -59,16 +59,21 @@ def alive(pids):
     return [pid for pid in pids if running(pid)]
 
 
-def test_a_grader_that_is_killed_leaves_nothing_behind(safe_mode):
+def test_a_grader_that_is_killed_leaves_nothing_behind(safe_mode, tmp_path):
     with subprocess.Popen(
-        [sys.executable, "-c", GRADER, safe_mode], stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", GRADER, safe_mode],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"TMPDIR": str(tmp_path)},
     ) as grader:
         zygote = int(grader.stdout.readline())
         idle = 3 if safe_mode == "bubblewrap" else 1
         assert wait_for(lambda: len(descendants(zygote)) > idle), "the submission did not start"
         family = descendants(zygote)
+        assert len(os.listdir(tmp_path)) == (safe_mode != "bubblewrap")
         grader.send_signal(signal.SIGKILL)
     assert wait_for(lambda: not alive(family)), f"still running: {alive(family)}"
+    assert os.listdir(tmp_path) == []
 
 
 def test_a_slot_ends_what_it_started(safe_mode):
