@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.alignment import align
-from labkit.approach import close_gate, is_long, point_share, wide_delta
+from labkit.approach import close_gate, extent, is_long, point_share, wide_delta
 from labkit.arrays import FloatArray, as_points, as_transform, by_column, dots, take_rows
 from labkit.correspondences import (
     MIN_PAIRS,
@@ -87,7 +87,7 @@ def icp(
     target = as_target(target)
     T = np.eye(3) if T_init is None else as_transform(T_init, "T_init")
 
-    far = parameters.approach
+    far, size = parameters.approach, extent(points)
     search = Follower(target.search)  # knows where the points were: most keep their partner
     pairs = associate(points, target, T, parameters, far=far, search=search)  # D, E
     history = [_record(T, T, pairs, far)]
@@ -99,7 +99,7 @@ def icp(
             termination = Termination.DEGENERATE
             break
         T, T_before = dT @ T, T  # G: the update composes on the left
-        far = far and is_long(points, T_before, T, parameters.huber_delta)
+        far = far and is_long(size, T_before, T, parameters.huber_delta)
         pairs = associate(points, target, T, parameters, far=far, search=search)  # D, E
         history.append(_record(T, T_before, pairs, far))
         termination = check_pairs(pairs) or check_convergence(history, parameters)  # H
