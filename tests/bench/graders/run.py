@@ -186,7 +186,12 @@ def _ratio(theirs: Sequence[float], ours: Sequence[float]) -> float:
 
 
 def _agreement(course: Course, graders: Sequence[Grader]) -> str:
-    """How many totals nbgrader and labkit agree on, as variants allow."""
+    """The totals on which nbgrader and labkit agree, and those on which they do not.
+
+    nbgrader scores a function when its cell has run, labkit when all have: they differ where a
+    later cell of the same notebook breaks what an earlier one calls. And nbgrader asks
+    everybody the same variant of the hidden cases.
+    """
     script = (
         "import json, sys\nfrom nbgrader.api import Gradebook\n"
         "with Gradebook('sqlite:///gradebook.db') as book:\n"
@@ -199,8 +204,10 @@ def _agreement(course: Course, graders: Sequence[Grader]) -> str:
     )  # fmt: skip
     theirs: Mapping[str, float] = json.loads(done.stdout)
     ours = labkit_scores(course.folder / "grades")
-    same = sum(abs(ours[student] - theirs[student]) < 0.01 for student in ours)
-    return f"totals on which nbgrader (one variant for all) and labkit agree: {same} of {len(ours)}"
+    other = {one: (ours[one], theirs[one]) for one in ours if abs(ours[one] - theirs[one]) > 0.01}
+    lines = [f"totals on which nbgrader and labkit agree: {len(ours) - len(other)} of {len(ours)}"]
+    lines += [f"  {one}: labkit {mine:g}, nbgrader {its:g}" for one, (mine, its) in other.items()]
+    return "\n".join(lines)
 
 
 def _parse() -> argparse.Namespace:
