@@ -135,48 +135,51 @@ def _normal_equations(
     normals: FloatArray,
     weights: FloatArray,
     point_share: float = 0.0,
-) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+) -> tuple[list[list[float]], list[float], FloatArray, float]:
     """A (3, 3) and g (3,) of the motion (Δx, Δy, ℓ Δψ), per unit of weight; centre and ℓ.
 
     All sums come from one product of eight rows, a column for each pair, with their
-    transpose: on 360 pairs that takes half as long as summing them one after the other.
+    transpose: on 360 pairs that takes half as long as summing them one after the other. What
+    follows is plain numbers: arrays of three take three times as long.
     """
     total = float(weights.sum())
     if total <= 0.0:
         raise DegenerateAlignmentError(f"none of {len(source)} pairs has weight on a surface")
     center: FloatArray = source.T @ weights / total
     rows = np.empty((8, len(source)))
-    rows[:2] = nx, ny = normals.T
-    ax, ay = np.subtract(source.T, center[:, None], out=rows[4:6])
-    ex, ey = np.subtract(source.T, target.T, out=rows[6:])
-    rows[2] = ny * ax - nx * ay  # (5.1), the turn
-    rows[3] = nx * ex + ny * ey  # the residual
-    M = (rows * (weights / total)) @ rows.T
-    length = math.sqrt(M[4, 4] + M[5, 5])
+    nx, ny, turn, residual, ax, ay, ex, ey = rows
+    rows[:2] = normals.T
+    np.subtract(source.T, center[:, None], out=rows[4:6])
+    np.subtract(source.T, target.T, out=rows[6:])
+    np.subtract(ny * ax, nx * ay, out=turn)  # (5.1)
+    np.add(nx * ex, ny * ey, out=residual)
+    M = ((rows * (weights / total)) @ rows.T).tolist()
+    (a, b, c, u, *_), (_, d, e, v, *_), (_, _, f, w, *_) = M[:3]
+    length = math.sqrt(M[4][4] + M[5][5])
     if length <= 64.0 * EPSILON * max(map(abs, center.tolist())):  # what the mean rounds by
         raise DegenerateAlignmentError(f"all {len(source)} surface points coincide")
-    M[2] /= length
-    M[:, 2] /= length
-    A, g = M[:3, :3], M[:3, 3]
+    c, e, f, w = c / length, e / length, f / length / length, w / length
     if point_share > 0.0:
-        pull = np.array([*(rows[6:] @ weights / total), (M[4, 7] - M[5, 6]) / length])
-        A = (1.0 - point_share) * A + point_share * np.eye(3)
-        g = (1.0 - point_share) * g + point_share * pull
-    return A, g, center, length
+        x, y = (rows[6:] @ weights / total).tolist()
+        t, rest = point_share, 1.0 - point_share
+        a, b, c, d, e, f = rest * a + t, rest * b, rest * c, rest * d + t, rest * e, rest * f + t
+        pull = (M[4][7] - M[5][6]) / length
+        u, v, w = rest * u + t * x, rest * v + t * y, rest * w + t * pull
+    return [[a, b, c], [b, d, e], [c, e, f]], [u, v, w], center, length
 
 
-def _solve_constrained(A: FloatArray, g: FloatArray, minimum: float) -> list[float]:
+def _solve_constrained(A: list[list[float]], g: list[float], minimum: float) -> list[float]:
     """Solve A x = −g, in the directions alone whose eigenvalue reaches `minimum`."""
-    (a, b, c), (_, d, e), (_, _, f) = A.tolist()
+    (a, b, c), (_, d, e), (_, _, f) = A
     u, v, w = d * f - e * e, c * e - b * f, b * e - c * d  # first row of the adjugate
     determinant = a * u + b * v + c * w
     # λ₁ = det A / (λ₂ λ₃) ≥ 4 det A / (λ₂ + λ₃)²: mostly this settles it without eigenvalues.
     if 4.0 * determinant >= minimum * (a + d + f) ** 2:
         p, q, r = a * f - c * c, b * c - a * e, a * d - b * b
-        x, y, t = (-each / determinant for each in g.tolist())
+        x, y, t = (-each / determinant for each in g)
         return [u * x + v * y + w * t, v * x + p * y + q * t, w * x + q * y + r * t]
     values, vectors = np.linalg.eigh(A)
     constrained = values >= minimum
     values, vectors = values[constrained], vectors[:, constrained]
-    solution: list[float] = (-vectors @ ((g @ vectors) / values)).tolist()
+    solution: list[float] = (-vectors @ ((np.array(g) @ vectors) / values)).tolist()
     return solution
