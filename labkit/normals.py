@@ -61,28 +61,33 @@ def _normals_along_sweep(points: FloatArray) -> FloatArray:
     count = len(points)
     moments = np.zeros((5, count + 1))
     middle = points[count // 2, :, None]  # running sums round by their own size
-    x, y = np.subtract(points.T, middle, out=moments[:2, 1:])
-    dx, dy = x[1:] - x[:-1], y[1:] - y[:-1]
-    step = np.sqrt(dx * dx + dy * dy)
+    x, y = xy = np.subtract(points.T, middle, out=moments[:2, 1:])
+    stride = xy[:, 1:] - xy[:, :-1]
+    stride *= stride
+    step = np.sqrt(stride[0] + stride[1])
     beside = np.concatenate([step[:1], step, step[-1:]])  # the steps before and after a point
     limit = np.maximum(GAP_RATIO * np.minimum(beside[:-2], beside[2:]), GAP_FLOOR)
     gap = step > np.minimum(limit, REACH)
-    edges = np.concatenate([[0], np.flatnonzero(gap) + 1, [count]])
-    surface = np.zeros(count, dtype=np.intp)
-    np.cumsum(gap, out=surface[1:])
+    edges = np.array([0, *(np.flatnonzero(gap) + 1).tolist(), count])
+    points_on = edges[1:] - edges[:-1]  # each surface
     spacing = np.maximum(np.minimum(beside[:-1], beside[1:]), 1e-3 * HALF_WIDTH)
     beams = np.maximum(HALF_WIDTH / spacing, HALF_BEAMS).astype(np.intp)
     here = np.arange(count)
-    start = np.maximum(here - beams, edges.take(surface))
-    stop = np.minimum(here + beams + 1, edges.take(surface + 1))
+    start = np.maximum(here - beams, edges[:-1].repeat(points_on))
+    beams += 1
+    stop = np.minimum(here + beams, edges[1:].repeat(points_on))
 
-    for row, (a, b) in enumerate(((x, x), (x, y), (y, y)), start=2):
-        np.multiply(a, b, out=moments[row, 1:])
+    np.multiply(xy, x, out=moments[2:4, 1:])
+    np.multiply(y, y, out=moments[4, 1:])
     np.cumsum(moments, axis=1, out=moments)
     size = stop - start
-    mx, my, mxx, mxy, myy = (moments.take(stop, axis=1) - moments.take(start, axis=1)) / size
+    mean = moments.take(stop, axis=1)  # of x, y, x², xy and y² in each window
+    mean -= moments.take(start, axis=1)
+    mean /= size
+    spread = mean[2:]
+    spread[:2] -= mean[:2] * mean[0]
+    spread[2] -= mean[1] * mean[1]
     rounding = 64.0 * EPSILON * float(moments[2, -1] + moments[4, -1])
-    spread = (mxx - mx * mx, mxy - mx * my, myy - my * my)
     return _line_normals(points, spread, size, rounding)
 
 
@@ -104,7 +109,7 @@ def _normals_in_space(points: FloatArray) -> FloatArray:
 
 def _line_normals(
     points: FloatArray,
-    moments: tuple[FloatArray, FloatArray, FloatArray],
+    moments: FloatArray | tuple[FloatArray, FloatArray, FloatArray],
     count: IntArray,
     rounding: float = 0.0,
 ) -> FloatArray:
@@ -123,7 +128,7 @@ def _line_normals(
     x, y = points.T
     length = np.sqrt(2.0 * radius * major)  # = √(major² + cxy²)
     length[no_line] = np.nan
-    length[along_x * y > along_y * x] *= -1.0  # towards the scanner
+    length *= np.where(along_x * y > along_y * x, -1.0, 1.0)  # towards the scanner
     normals = np.empty((2, len(points)))
     np.divide(-along_y, length, out=normals[0])
     np.divide(along_x, length, out=normals[1])
