@@ -100,7 +100,10 @@ def test_the_size_chooses_the_method(points, method):
     assert NearestNeighbors(target, "auto").method == method
 
 
-def test_queries_of_changing_size_share_one_search():
+@pytest.mark.parametrize("cached", [1, 7 * 50, 1 << 20])
+def test_queries_of_changing_size_share_one_search(cached, monkeypatch):
+    """In blocks of one row, of seven, and all at once."""
+    monkeypatch.setattr(neighbors, "_CACHED", cached)
     rng = np.random.default_rng(1)
     search = NearestNeighbors(rng.normal(size=(50, 2)), "matrix")
     for count in (7, 7, 30, 1, 30):
