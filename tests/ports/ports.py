@@ -14,7 +14,7 @@ from pathlib import Path
 
 REPOSITORY = Path(__file__).parents[2]
 PORTS_FOLDER = REPOSITORY / "book" / "ports"
-TIME_LIMIT = 300  # s, for a build or a run that hangs
+TIME_LIMIT = 300.0  # s, for a build or a run that hangs
 
 Find = Callable[[], str | None]
 Build = Callable[[Path, Path], None]
@@ -45,6 +45,10 @@ class Port:
         The words that start what was built from (sources, out).
     most_distances : float
         Vectors whose runs take more distances than this are not asked of it.
+    time_limit : float
+        For one run, in seconds: above it, it hangs.
+    demo : tuple of str
+        The arguments of the demo that it is asked for.
     """
 
     name: str
@@ -54,6 +58,8 @@ class Port:
     build: Build
     start: Start
     most_distances: float = math.inf
+    time_limit: float = TIME_LIMIT
+    demo: tuple[str, ...] = ("7",)
 
     @property
     def sources(self) -> Path:
@@ -66,17 +72,19 @@ class Port:
         return None if self.find() else f"{self.language} cannot run here: install {self.install}"
 
 
-def execute(words: Sequence[str | Path], **more: str | Path) -> subprocess.CompletedProcess[str]:
+def execute(
+    words: Sequence[str | Path], time_limit: float = TIME_LIMIT, cwd: str | Path | None = None
+) -> subprocess.CompletedProcess[str]:
     """Run a program to its end, its output as text."""
     return subprocess.run(
         list(map(str, words)),
         capture_output=True,
         text=True,
         encoding="utf-8",
-        timeout=TIME_LIMIT,
+        timeout=time_limit,
+        cwd=cwd,
         stdin=subprocess.DEVNULL,
         check=False,
-        **more,  # type: ignore[arg-type]
     )
 
 
@@ -188,6 +196,8 @@ PORTS = (
             str(mathics()),
             *("--quiet", "-f", str(sources / "icp2d.wls")),
         ],
-        most_distances=12_000,  # Mathics3 takes half a millisecond for one
+        most_distances=12_000,  # Mathics3 takes a quarter of a millisecond for one
+        time_limit=900.0,  # a minute of work; on a machine that others share, many minutes
+        demo=("7", "12"),  # a smaller scene
     ),
 )
