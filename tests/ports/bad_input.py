@@ -1,4 +1,4 @@
-"""Commands that a port must refuse, each with a word that its message must hold."""
+"""Commands that a port must refuse, each with a pattern that its message must match."""
 
 from pathlib import Path
 
@@ -33,9 +33,39 @@ _TEXTS = {
     "tolerance.json": '{"cost_tolerance": -1e-9}\n',
 }
 
-_FAULTY_SCANS = ("nan", "infinite", "word", "short", "long", "hole", "empty")
-_FAULTY_PAIRS = ("nan_pairs", "short_pairs", "negative_weight", "empty", "good")
-_FAULTY_PARAMETERS = [name for name in _TEXTS if name.endswith(".json") and name != "good.json"]
+# Place and value: FILE:LINE in a table; FILE and, where there is one, the value in JSON.
+_FAULTY_SCANS = {
+    "nan.csv": ":2: .*nan",
+    "infinite.csv": ":2: .*inf",
+    "word.csv": ":2: .*two",
+    "short.csv": ":2: ",
+    "long.csv": ":2: ",
+    "hole.csv": ":2: ",
+    "empty.csv": "",
+}
+_FAULTY_PAIRS = {
+    "nan_pairs.csv": ":2: .*NaN",
+    "short_pairs.csv": ":2: ",
+    "negative_weight.csv": ":2: a weight .*at least 0, got -1",
+    "empty.csv": "",
+    "good.csv": ":1: ",
+}
+_FAULTY_PARAMETERS = {
+    "cut.json": "",
+    "list.json": "",
+    "trailing.json": "",
+    "empty.json": "",
+    "unknown.json": ".*unknown key .overlap.; known are .*overlap_ratio",
+    "text.json": ".*0.8",
+    "nan.json": ".*NaN",
+    "overlap.json": r".*overlap_ratio.*must be in \(0, 1\], got 1.3",
+    "overlap_null.json": ".*overlap_ratio.*null",
+    "gate.json": ".*max_correspondence_distance.*must be .*got 0",
+    "delta.json": ".*huber_delta.*must be .*got -0.2",
+    "iterations.json": ".*max_iterations.*whole number.*got 2.5",
+    "no_iterations.json": ".*max_iterations.*must be .*got 0",
+    "tolerance.json": ".*cost_tolerance.*must be .*got -1",
+}
 
 BAD_COMMANDS: dict[tuple[str, ...], str] = {
     ("match", "missing.csv", "good.csv", "good.json"): "missing.csv",
@@ -43,13 +73,16 @@ BAD_COMMANDS: dict[tuple[str, ...], str] = {
     ("match", "good.csv", "good.csv", "missing.json"): "missing.json",
     ("align", "missing.csv"): "missing.csv",
     ("integrate", "missing.csv", "0", "0", "0"): "missing.csv",
-    **{("match", f"{name}.csv", "good.csv", "good.json"): f"{name}.csv" for name in _FAULTY_SCANS},
+    **{("match", name, "good.csv", "good.json"): name + why for name, why in _FAULTY_SCANS.items()},
     ("match", "good.csv", "empty.csv", "good.json"): "empty.csv",
-    **{("align", f"{name}.csv"): f"{name}.csv" for name in _FAULTY_PAIRS},
-    ("integrate", "nan_increments.csv", "0", "0", "0"): "nan_increments.csv",
-    ("integrate", "good.csv", "0", "0", "0"): "good.csv",
+    **{("align", name): name + why for name, why in _FAULTY_PAIRS.items()},
+    ("integrate", "nan_increments.csv", "0", "0", "0"): "nan_increments.csv:2: .*nan",
+    ("integrate", "good.csv", "0", "0", "0"): "good.csv:1: ",
     ("integrate", "good3.csv", "0", "north", "0"): "north",
-    **{("match", "good.csv", "good.csv", name): name for name in _FAULTY_PARAMETERS},
+    **{
+        ("match", "good.csv", "good.csv", name): name + why
+        for name, why in _FAULTY_PARAMETERS.items()
+    },
     ("align",): "",
     ("dance", "good.csv"): "",
 }

@@ -129,6 +129,19 @@ REFUSED_PARAMETERS = {
     "hex": '{"overlap_ratio": 0x1}',
 }
 
+ACCEPTED_PAIRS = {
+    "mixed": "0,0,1,1\n1,0,2,1,2\n",
+    "weight_0": "0,0,1,1,0\n1,0,2,1,1\n0,1,1,2,1\n",
+    "weight_neg0": "0,0,1,1,-0\n1,0,2,1,1\n0,1,1,2,1\n",
+}
+
+REFUSED_PAIRS = {
+    "weight_neg": "0,0,1,1,1\n1,0,2,1,-1e-300\n",
+    "weight_empty": "0,0,1,1,\n1,0,2,1,1\n",
+    "weight_inf": "0,0,1,1,1e400\n1,0,2,1,1\n",
+    "six_fields": "0,0,1,1,1,1\n1,0,2,1,1,1\n",
+}
+
 REFUSED_WORDS = (
     "match scan.csv latin.csv defaults.json",
     "match scan.csv folder defaults.json",
@@ -162,6 +175,10 @@ def verdicts(folder: Path) -> dict[str, bool]:
         for name, text in scans.items():
             (folder / f"{name}.csv").write_bytes(text.encode())
             expected[f"match scan.csv {name}.csv defaults.json"] = accepted
+    for pairs, accepted in ((ACCEPTED_PAIRS, True), (REFUSED_PAIRS, False)):
+        for name, text in pairs.items():
+            (folder / f"{name}.csv").write_bytes(text.encode())
+            expected[f"align {name}.csv"] = accepted
     for parameters, accepted in ((ACCEPTED_PARAMETERS, True), (REFUSED_PARAMETERS, False)):
         for name, text in parameters.items():
             (folder / f"{name}.json").write_bytes(text.encode())

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "errors.hpp"
+#include "json.hpp"
 #include "text.hpp"
 
 namespace icp2d {
@@ -70,7 +71,10 @@ Pairs read_pairs(const std::filesystem::path& file) {
         pairs.p.col(column) << row[0], row[1];
         pairs.q.col(column) << row[2], row[3];
         if (row.size() == 5) pairs.w(column) = row[4];
-        if (pairs.w(column) < 0.0) throw InputError(file, i + 1, "a weight below 0");
+        if (pairs.w(column) < 0.0) {
+            throw InputError(file, i + 1,
+                             "a weight must be at least 0, got " + to_json(pairs.w(column)));
+        }
     }
     return pairs;
 }

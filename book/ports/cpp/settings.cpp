@@ -44,10 +44,19 @@ constexpr Key keys[] = {
     {"cost_tolerance", [](Settings& s, double value) { s.icp.cost_tolerance = value; }},
 };
 
+std::string known_keys() {
+    std::string list;
+    for (const Key& key : keys) list.append(list.empty() ? "" : ", ").append(key.name);
+    return list;
+}
+
 void assign(Settings& settings, const JsonMember& member) {
     const auto key = std::find_if(std::begin(keys), std::end(keys),
                                   [&](const Key& known) { return known.name == member.key; });
-    if (key == std::end(keys)) throw std::invalid_argument("unknown key " + shown(member.key));
+    if (key == std::end(keys)) {
+        throw std::invalid_argument("unknown key " + shown(member.key) + "; known are " +
+                                    known_keys());
+    }
     if (!member.value && !key->can_be_off) {
         throw std::invalid_argument("`" + member.key + "` must be a number, got null");
     }

@@ -9,7 +9,7 @@ record Pair(Point source, Point target, double weight) {
 
     Pair {
         if (!(weight >= 0.0 && Double.isFinite(weight))) {
-            throw new IllegalArgumentException("a weight must be finite and >= 0, got " + weight);
+            throw new IllegalArgumentException("a weight must be finite and at least 0, got " + weight);
         }
     }
 

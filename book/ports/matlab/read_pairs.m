@@ -9,7 +9,7 @@ q = rows(:, 3:4);
 w = rows(:, 5);
 wrong = find(w < 0, 1);
 if ~isempty(wrong)
-    error('icp2d:file', '%s:%d: the weight must not be negative, got %g', ...
+    error('icp2d:file', '%s:%d: a weight must be at least 0, got %.15g', ...
         file, wrong, w(wrong));
 end
 end

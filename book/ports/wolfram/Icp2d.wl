@@ -116,7 +116,8 @@ huberLoss[d_, delta_] := With[{n = countWithin[d, delta]},
 
 cost[d_, parameters_] := With[{gate = parameters["MaxCorrespondenceDistance"]},
   With[{n = countWithin[d, gate]},       (* beyond the gate as if on it *)
-    Total[huberLoss[Join[Take[d, n], ConstantArray[gate, Length[d] - n]], parameters["HuberDelta"]]]]]
+    Total[huberLoss[
+      Join[Take[d, n], ConstantArray[gate, Length[d] - n]], parameters["HuberDelta"]]]]]
 
 rootMeanSquare[{}] := Missing["NoPairs"]
 rootMeanSquare[d_] := Sqrt[d . d/Length[d]]
@@ -149,12 +150,13 @@ parameterRange["TranslationTolerance" | "RotationTolerance" | "CostTolerance"] =
 
 icp::range = "`1` must be `2`, got `3`.";
 
-icp[source_, target_, OptionsPattern[]] := Module[{parameters, wrong, names = ToString /@ First /@ Options[icp]},
+icp[source_, target_, OptionsPattern[]] := Module[
+  {parameters, wrong, names = ToString /@ First /@ Options[icp]},
   parameters = Association @@ Thread[names -> OptionValue[names]];
   wrong = Select[names, ! TrueQ[Last[parameterRange[#]][parameters[#]]] &];
   If[wrong === {},
     report[iterate[source, target, nearestPositions[target], parameters]],
-    Message[icp::range, First[wrong], First[parameterRange[First[wrong]]], parameters[First[wrong]]];
+    Message[icp::range, #, First[parameterRange[#]], parameters[#]] &[First[wrong]];
     $Failed]]
 
 iterate[source_, target_, nearest_, parameters_] := With[
@@ -194,7 +196,6 @@ checkConvergence[before_, now_, parameters_] := Which[
   True, None]
 
 translationStep[motion[_, s_], motion[_, t_]] := Abs[t - s]
-
 rotationStep[motion[v_, _], motion[u_, _]] := Abs[Arg[u Conjugate[v]]]
 
 (* A run that failed has no motion: never an identity in disguise. *)
@@ -213,7 +214,8 @@ report[state_] := <|
 
 (* FoldList[integrateStep, start, increments], which Mathics3 needs minutes for *)
 integratePoses[start_, increments_] := Module[{steps = increments},
-  First /@ NestList[{integrateStep[First[#], steps[[Last[#]]]], Last[#] + 1} &, {start, 1}, Length[steps]]]
+  First /@ NestList[
+    {integrateStep[First[#], steps[[Last[#]]]], Last[#] + 1} &, {start, 1}, Length[steps]]]
 
 integrateStep[{x_, y_, psi_}, {dx_, dy_, dpsi_}] :=
   With[{position = fromPose[{x, y, psi}][dx + I dy]},                      (* (5.4) *)
