@@ -37,7 +37,7 @@ def html(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Path:
     config["execute"]["exclude_patterns"] = ["notebooks/*"]
     (source / "_config.yml").write_text(yaml.safe_dump(config, sort_keys=False), "utf-8")
     toc = yaml.safe_load((ROOT / "_toc.yml").read_text("utf-8"))
-    toc["chapters"].append({"file": "widgets"})
+    toc["parts"][-1]["chapters"].append({"file": "widgets"})
     (source / "_toc.yml").write_text(yaml.safe_dump(toc, sort_keys=False), "utf-8")
     jupyter_book = Path(sys.executable).with_name("jupyter-book")
     command = [str(jupyter_book), "build", str(source), "-W", "-n"]
