@@ -25,7 +25,11 @@ def best_translation(R, source, target):
 
 
 def align(source, target):
-    return align_weighted(source, target, np.ones(len(source)))
+    p_mean, q_mean = source.mean(axis=0), target.mean(axis=0)
+    x, y = source - p_mean, target - q_mean
+    b = (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]).sum()
+    R = rotation(np.arctan2(b, (x * y).sum()))
+    return R, q_mean - R @ p_mean
 
 
 def align_weighted(source, target, weights):
