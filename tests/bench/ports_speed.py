@@ -112,9 +112,9 @@ def main() -> None:
                 if distances(vector) <= port.most_distances
             }
             milliseconds = measure(stopwatches, options.rounds)
-            print(f"\n{name:12}        ms    ratio")
+            print(f"\n{name:16}{'ms':>10}{'ratio':>9}")
             for language, taken in milliseconds.items():
-                print(f"{language:12}{taken:10.3f}{taken / milliseconds['labkit']:9.2f}")
+                print(f"{language:16}{taken:10.3f}{taken / milliseconds['labkit']:9.2f}")
 
 
 if __name__ == "__main__":
