@@ -52,7 +52,7 @@ def close_gate(gate: float, huber_delta: float) -> float:
 
 def extent(points: FloatArray) -> tuple[float, float, float]:
     """The centroid x, y [m] of points (N, 2) and their mean squared distance from it [m²]."""
-    x, y = points.mean(axis=0).tolist()
+    x, y = (points.sum(axis=0) / len(points)).tolist()
     flat = points.T.ravel()
     return x, y, max(0.0, float(flat @ flat) / len(points) - x * x - y * y)
 

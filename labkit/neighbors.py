@@ -21,7 +21,7 @@ Method = Literal["auto", "tree", "brute", "matrix"]
 MATRIX_MAX = 450  # target points up to which the matrix product beats the tree
 EPSILON = float(np.finfo(float).eps)
 _BLOCK = 1 << 20  # brute force holds at most this many distances at once
-_CACHED = 45_000  # and the matrix product so many: a third of a megabyte
+_CACHED = 45_000  # and one matrix product so many: a third of a megabyte
 
 
 def nearest_by_brute_force(points: FloatArray, target: FloatArray) -> IntArray:
@@ -169,19 +169,18 @@ class _MatrixSearch:
     """
 
     def __init__(self, target: FloatArray) -> None:
-        self.center = target.mean(axis=0)[:, None]
+        self.center = (target.sum(axis=0) / len(target))[:, None]
         centered = target.T - self.center
-        self.columns = np.vstack([-2.0 * centered, (centered * centered).sum(axis=0)])
-        self.squares = np.empty((max(1, _CACHED // len(target)), len(target)))
+        self.columns = np.empty((3, len(target)))
+        np.multiply(centered, -2.0, out=self.columns[:2])
+        x, y = np.multiply(centered, centered, out=centered)
+        np.add(x, y, out=self.columns[2])
+        self.block = max(1, _CACHED // len(target))
 
     def nearest(self, points: FloatArray) -> IntArray:
         rows = np.empty((3, len(points)))
         np.subtract(points.T, self.center, out=rows[:2])
         rows[2] = 1.0
-        index = np.empty(len(points), dtype=np.intp)
-        for start in range(0, len(points), len(self.squares)):
-            block = slice(start, start + len(self.squares))
-            some = rows[:, block].T
-            squares = np.matmul(some, self.columns, out=self.squares[: len(some)])
-            squares.argmin(axis=1, out=index[block])
-        return index
+        starts = range(0, len(points), self.block)
+        found = [(rows[:, at : at + self.block].T @ self.columns).argmin(axis=1) for at in starts]
+        return found[0] if len(found) == 1 else np.concatenate(found)

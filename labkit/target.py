@@ -40,7 +40,7 @@ class Target:
     @cached_property
     def weightless_normals(self) -> FloatArray:
         """The normals with zero for NaN, shape (M, 2): sums may run over all points."""
-        return by_column(np.where(self.on_line[:, None], self.normals, 0.0))
+        return np.where(self.on_line, self.normals.T, 0.0).T
 
 
 def as_target(target: Target | Scan | ArrayLike) -> Target:
