@@ -54,4 +54,5 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.add_directive("mermaid", MermaidDirective)
     app.add_css_file("labbook.css")
     app.add_js_file("mathjax-hub.js", priority=100)
+    app.add_js_file("slider-names.js")
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 import yaml
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, expect
 
 TOC = yaml.safe_load((Path(__file__).parents[2] / "_toc.yml").read_text("utf-8"))
 
@@ -78,11 +78,21 @@ def test_a_page_needs_no_network_draws_all_it_holds_and_fits_a_telephone(browser
 @pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
 def test_widgets_live_without_a_kernel(browser, base):
     with visit(browser, base, "widgets") as page:
-        page.locator(".widget-slider .noUi-handle").wait_for()
+        page.locator(".widget-slider .noUi-handle").first.wait_for()
         page.locator(".widget-label mjx-container").wait_for()
         counter = page.locator("button.counter")
         counter.click()
         assert counter.inner_text() == "1"
+
+
+@pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
+def test_a_slider_says_its_name_and_its_value_not_an_index(browser, base):
+    with visit(browser, base, "widgets") as page:
+        slider = page.get_by_role("slider", name="turn [°]")
+        expect(slider).to_have_attribute("aria-valuetext", "-5")
+        slider.press("ArrowRight")
+        expect(slider).to_have_attribute("aria-valuetext", "0")
+        assert page.locator("[title=null]").count() == 0
 
 
 @pytest.mark.skipif("BOOK_HTML" in os.environ, reason="that book may have an address")
