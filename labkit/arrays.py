@@ -176,8 +176,9 @@ def check_count(value: int, name: str, at_least: int) -> None:
 
 def dots(a: FloatArray, b: FloatArray) -> FloatArray:
     """The dot product of each row of a with that of b, shapes (N, 2): (N,)."""
-    product: FloatArray = a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]
-    return product
+    products = a * b
+    total: FloatArray = products[:, 0] + products[:, 1]
+    return total
 
 
 def by_column(points: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ import numpy as np
 import scipy  # its parts are loaded when they are used
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, IntArray, as_points, dots
+from labkit.arrays import FloatArray, IntArray, as_points, dots, take_rows
 from labkit.errors import InvalidParameterError
 
 Method = Literal["auto", "tree", "brute", "matrix"]
@@ -116,7 +116,8 @@ def _nearest_by_tree(
     slack: FloatArray = distance[:, 1] - distance[:, 0] * (1.0 + 1e-14)
     # A tree meets ties in the order of its leaves; settle them as brute force does.
     tied = np.flatnonzero(slack <= 0.0)
-    nearest[tied] = nearest_by_brute_force(points[tied], target)
+    if len(tied):
+        nearest[tied] = nearest_by_brute_force(points[tied], target)
     return nearest, slack
 
 
@@ -145,7 +146,7 @@ class Follower:
         if search.method != "tree":
             return search.nearest(points)
         if len(self._at) == 0:
-            self._at = points.copy()
+            self._at = points.copy("F")
             self._index, self._slack = _nearest_by_tree(points, search.target, search.tree)
             return self._index
         motion = points - self._at
@@ -154,9 +155,9 @@ class Follower:
         stale = np.flatnonzero(moved * (1.0 + 1e-9) + search.rounding >= self._slack)
         index = self._index.copy()  # the answer before belongs to whoever asked
         if len(stale):
-            asked = points[stale]
+            asked = take_rows(points, stale)
             index[stale], self._slack[stale] = _nearest_by_tree(asked, search.target, search.tree)
-            self._at[stale] = asked
+            self._at.T[:, stale] = asked.T
         self._index = index
         return index
 
