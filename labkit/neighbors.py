@@ -14,7 +14,7 @@ import numpy as np
 import scipy  # its parts are loaded when they are used
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, IntArray, as_points, dots, take_rows
+from labkit.arrays import FloatArray, IntArray, as_points, by_column, dots, take_rows
 from labkit.errors import InvalidParameterError
 
 Method = Literal["auto", "tree", "brute", "matrix"]
@@ -65,7 +65,7 @@ class NearestNeighbors:
             raise InvalidParameterError(
                 f"`method` must be one of {', '.join(get_args(Method))}, got {method!r}"
             )
-        self.target = as_points(target, "target")
+        self.target = by_column(as_points(target, "target"))
         if method == "auto":
             method = "matrix" if len(self.target) <= MATRIX_MAX else "tree"
         self.method = method

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import BoolArray, FloatArray, as_points, by_column
+from labkit.arrays import BoolArray, FloatArray, by_column
 from labkit.neighbors import NearestNeighbors
 from labkit.normals import estimate_normals
 from labkit.scan import Scan, as_scan
@@ -24,8 +24,8 @@ class Target:
 
     def __init__(self, scan: Scan | ArrayLike) -> None:
         self.scan = as_scan(scan)
-        self.points = by_column(as_points(self.scan.points, "target"))
-        self.search = NearestNeighbors(self.points, method="auto")
+        self.search = NearestNeighbors(self.scan.points, method="auto")
+        self.points = self.search.target
 
     @cached_property
     def normals(self) -> FloatArray:
