@@ -140,7 +140,7 @@ def _normal_equations(
 
     All sums come from one product of eight rows, a column for each pair, with their
     transpose: on 360 pairs that takes half as long as summing them one after the other. What
-    follows is plain numbers: arrays of three take three times as long.
+    follows is plain numbers: in arrays of three, a step from afar takes 30 µs and not 22.
     """
     total = float(weights.sum())
     if total <= 0.0:
