@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -49,20 +50,8 @@ def write_pdf(html: str, path: str | Path) -> int:
     LogError
         Where `path` cannot be written.
     """
-    playwright = need("playwright.sync_api")
-    with playwright.sync_playwright() as driver:
-        browser = _launch(driver)
-        try:
-            page = browser.new_page(offline=True, java_script_enabled=False)
-            page.set_content(html, wait_until="load")
-            content = page.pdf(
-                prefer_css_page_size=True,
-                display_header_footer=True,
-                header_template="<span></span>",
-                footer_template=FOOTER,
-            )
-        finally:
-            browser.close()
+    with ThreadPoolExecutor(1) as own:  # a notebook's thread has a loop that playwright refuses
+        content = own.submit(_print, html).result()
     with atomic_write(path, "wb") as file:
         file.write(content)
     return page_count(content)
@@ -71,6 +60,23 @@ def write_pdf(html: str, path: str | Path) -> int:
 def page_count(pdf: bytes) -> int:
     """How many pages a PDF has."""
     return len(need("pypdf").PdfReader(io.BytesIO(pdf)).pages)
+
+
+def _print(html: str) -> bytes:
+    with need("playwright.sync_api").sync_playwright() as driver:
+        browser = _launch(driver)
+        try:
+            page = browser.new_page(offline=True, java_script_enabled=False)
+            page.set_content(html, wait_until="load")
+            content: bytes = page.pdf(
+                prefer_css_page_size=True,
+                display_header_footer=True,
+                header_template="<span></span>",
+                footer_template=FOOTER,
+            )
+        finally:
+            browser.close()
+    return content
 
 
 def _launch(driver: Any) -> Any:

@@ -1,9 +1,11 @@
 """The PDF: its pages, its words, and what is said where there is no browser."""
 
+import asyncio
 import io
 import os
 import shutil
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -32,6 +34,14 @@ def test_pages_are_counted(browser, tmp_path):
     words = [page.extract_text() for page in PdfReader(io.BytesIO(content)).pages]
     assert all(f"This is page {n}." in text for n, text in enumerate(words, start=1))
     assert "2 / 3" in words[1]
+
+
+def test_it_prints_from_a_thread_with_a_running_loop_as_a_notebook_has(browser, tmp_path):
+    async def cell():
+        return write_pdf("<main><p>From a cell.</p></main>", tmp_path / "cell.pdf")
+
+    with ThreadPoolExecutor(1) as own:  # this thread's loop may be that of another test's browser
+        assert own.submit(asyncio.run, cell()).result() == 1
 
 
 def test_the_markdown_template_fits_on_two_pages(browser, tmp_path):
