@@ -19,7 +19,9 @@ class RawCell:
     Attributes
     ----------
     source : str
-        Python, magics taken out; it may hold a syntax error.
+        Python, magics taken out.
+    error : str
+        What keeps the source from being Python all the same; mostly "".
     label : str
         What a message calls it.
     grade_id : str
@@ -27,6 +29,7 @@ class RawCell:
     """
 
     source: str
+    error: str
     label: str
     grade_id: str = ""
 
@@ -53,7 +56,8 @@ def cells_of(name: str, data: bytes) -> list[RawCell]:
     """
     text = _decode(name, data)
     if not name.lower().endswith(".ipynb"):
-        return [RawCell(source=neutralise(text), label=name)]
+        source, error = neutralise(text)
+        return [RawCell(source=source, error=error, label=name)]
     try:
         notebook = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -63,9 +67,11 @@ def cells_of(name: str, data: bytes) -> list[RawCell]:
     found: list[RawCell] = []
     for cell in _cells(name, notebook):
         if isinstance(cell, dict) and cell.get("cell_type") == "code":
+            source, error = neutralise(_text(cell.get("source", cell.get("input", ""))))
             found.append(
                 RawCell(
-                    source=neutralise(_text(cell.get("source", cell.get("input", "")))),
+                    source=source,
+                    error=error,
                     label=f"code cell {len(found) + 1} of {name}",
                     grade_id=_grade_id(cell),
                 )

@@ -17,9 +17,10 @@ from itertools import groupby
 from labkit.errors import LabkitError
 from labkit.grading.contract import SourceCell
 from labkit.grading.extraction.cells import RawCell, cells_of
-from labkit.grading.extraction.magics import parses, syntax_error, tree
+from labkit.grading.extraction.magics import tree
 from labkit.grading.extraction.slicing import (
     Statement,
+    binders_of,
     needed_by,
     only_lines,
     owners,
@@ -68,21 +69,19 @@ def extract(files: Mapping[str, bytes], functions: Mapping[str, str]) -> Extract
     read = {name: _read(name, data, notes) for name, data in files.items()}
     modules = _modules(read)
     raw = [cell for name in read if name not in modules for cell in read[name]]
-    whole = [place for place, cell in enumerate(raw) if parses(cell.source)]
-    program = [one for place in whole for one in statements(place, raw[place].source)]
+    whole = [(place, cell) for place, cell in enumerate(raw) if not cell.error]
+    program = [one for place, cell in whole for one in statements(place, cell.source)]
 
     answers = _answers(program, functions)
-    needs = {
-        question: needed_by({functions[question]}, program, aside=_stubs(program, answers))
-        for question in functions
-    }
+    binders = binders_of(program, aside=_stubs(program, answers))
+    needs = {question: needed_by(name, program, binders) for question, name in functions.items()}
     defining = {place: question for question, places in answers.items() for place in places}
     owner = owners(needs, defining)
     owner |= {place: None for place, one in enumerate(program) if one.is_import}
 
     cells = [_module_cell(name, read[name][0].source) for name in modules]
     cells += _source_cells(raw, program, owner)
-    cells += _broken(raw, whole, {q: f for q, f in functions.items() if not answers[q]}, notes)
+    cells += _broken(raw, {q: f for q, f in functions.items() if not answers[q]}, notes)
     notes += _remarks(raw, program, answers, functions)
     return Extraction(cells=tuple(cells), notes=tuple(notes))
 
@@ -97,9 +96,13 @@ def _read(name: str, data: bytes, notes: list[str]) -> list[RawCell]:
 
 def _answers(program: Sequence[Statement], functions: Mapping[str, str]) -> dict[str, list[int]]:
     """Where each question's function is defined; stubs alone where there is nothing else."""
+    defined: dict[str, list[int]] = {}
+    for place, one in enumerate(program):
+        for name in one.defines:
+            defined.setdefault(name, []).append(place)
     answers: dict[str, list[int]] = {}
     for question, function in functions.items():
-        places = [place for place, one in enumerate(program) if function in one.defines]
+        places = defined.get(function, [])
         answers[question] = [p for p in places if not _untouched(program[p], function)] or places
     return answers
 
@@ -151,18 +154,14 @@ def _source_cells(
 
 
 def _broken(
-    raw: Sequence[RawCell],
-    whole: Sequence[int],
-    missing: Mapping[str, str],
-    notes: list[str],
+    raw: Sequence[RawCell], missing: Mapping[str, str], notes: list[str]
 ) -> list[SourceCell]:
     """Cells with a syntax error: whole, for the question that finds its answer there alone."""
     cells = []
-    for place in sorted(set(range(len(raw))) - set(whole)):
-        cell = raw[place]
-        notes.append(
-            f"{cell.label} is not Python, so nothing in it counts: {syntax_error(cell.source)}"
-        )
+    for cell in raw:
+        if not cell.error:
+            continue
+        notes.append(f"{cell.label} is not Python, so nothing in it counts: {cell.error}")
         cells += [
             SourceCell(source=cell.source, question=question, label=cell.label)
             for question, function in missing.items()
@@ -201,7 +200,7 @@ def _modules(read: Mapping[str, list[RawCell]]) -> list[str]:
         (name.split(".")[0], file)
         for file, cells in read.items()
         for cell in cells
-        if parses(cell.source)
+        if not cell.error
         for node in ast.walk(tree(cell.source))
         for name in _imported(node)
     }

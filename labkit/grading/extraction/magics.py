@@ -20,8 +20,8 @@ _LINE = re.compile(r"(?P<indent>\s*)(?:[%!?].*|[^#'\"]*[^#'\"\s?]\?{1,2}\s*)$")
 _ASSIGNED = re.compile(r"(?P<target>\s*[\w.,\s]+=\s*)[%!].*$")
 
 
-def neutralise(source: str) -> str:
-    r"""Python for a cell of a notebook, line by line.
+def neutralise(source: str) -> tuple[str, str]:
+    r"""Python for a cell of a notebook, line by line, and whether it is any.
 
     Parameters
     ----------
@@ -30,35 +30,34 @@ def neutralise(source: str) -> str:
 
     Returns
     -------
-    str
+    source : str
         The same lines with magics, shell commands and help requests taken out; nothing
-        for a cell in another language (``%%bash``). It may still hold a syntax error of
-        the student's.
+        for a cell in another language (``%%bash``).
+    error : str
+        What still keeps it from being Python, a syntax error of the student's; mostly "".
 
     Examples
     --------
-    >>> print(neutralise("%matplotlib inline\nfiles = !ls\nif files:\n    !pwd"))
+    >>> print(neutralise("%matplotlib inline\nfiles = !ls\nif files:\n    !pwd")[0])
     <BLANKLINE>
     files = None
     if files:
         pass
     """
     source = source.replace("\r\n", "\n").replace("\r", "\n")
-    if parses(source):
-        return source
-    magic = _CELL_MAGIC.match(source)
+    error = syntax_error(source)
+    magic = _CELL_MAGIC.match(source) if error else None
     if magic and magic[1] not in TRANSPARENT:
-        return ""
+        return "", ""
     if magic:
         source = source[magic.end() :].rjust(
             len(source[magic.end() :]) + magic[0].count("\n"), "\n"
         )
-    return source if parses(source) else "\n".join(map(_plain_line, source.split("\n")))
-
-
-def parses(source: str) -> bool:
-    """Whether a text is Python."""
-    return not syntax_error(source)
+        error = syntax_error(source)
+    if error:
+        source = "\n".join(map(_plain_line, source.split("\n")))
+        error = syntax_error(source)
+    return source, error
 
 
 def syntax_error(source: str) -> str:

@@ -73,7 +73,7 @@ class Statement:
         """Every name that it gives a value to, or whose value it may change in place."""
         return frozenset(name for node in self.nodes for name in _bound(node))
 
-    @property
+    @cached_property
     def defines(self) -> frozenset[str]:
         """The functions and classes that it defines, and the names it makes an alias of one."""
         return frozenset(name for node in self.nodes for name in _defined(node))
@@ -96,10 +96,10 @@ def statements(cell: int, source: str) -> list[Statement]:
     return found
 
 
-def needed_by(
-    entries: Collection[str], program: Sequence[Statement], aside: Collection[int] = ()
-) -> set[int]:
-    """The statements that the functions named in `entries` need, by their place in `program`.
+def binders_of(
+    program: Sequence[Statement], aside: Collection[int] = ()
+) -> Mapping[str, Sequence[int]]:
+    """The statements that may change what a name stands for, by their place in `program`.
 
     Statements in `aside` (an untouched stub) are passed over. A call on an imported module
     (``np.random.seed(0)``, ``plt.show()``) changes no value of the submission's.
@@ -110,8 +110,15 @@ def needed_by(
         if place not in aside:
             for name in statement.bound - (set() if statement.is_import else modules):
                 binders.setdefault(name, []).append(place)
+    return binders
+
+
+def needed_by(
+    function: str, program: Sequence[Statement], binders: Mapping[str, Sequence[int]]
+) -> set[int]:
+    """The statements that a function needs, by their place in `program`."""
     needed: set[int] = set()
-    open_names, seen = list(entries), set(entries)
+    open_names, seen = [function], {function}
     while open_names:
         for place in binders.get(open_names.pop(), ()):
             if place not in needed:
