@@ -67,11 +67,11 @@ def cells_of(name: str, data: bytes) -> list[RawCell]:
     found: list[RawCell] = []
     for cell in _cells(name, notebook):
         if isinstance(cell, dict) and cell.get("cell_type") == "code":
-            source, error = neutralise(_text(cell.get("source", cell.get("input", ""))))
+            source, fault = neutralise(_text(cell.get("source", cell.get("input", ""))))
             found.append(
                 RawCell(
                     source=source,
-                    error=error,
+                    error=fault,
                     label=f"code cell {len(found) + 1} of {name}",
                     grade_id=_grade_id(cell),
                 )
