@@ -83,9 +83,9 @@ class VerdictStore:
             "student": verdict.student,
             "fingerprint": fingerprint,
             "passages": list(passages),
-            "verdict": json.loads(verdict.to_json()),
+            "verdict": verdict.fields,
         }
-        line = json.dumps(entry, ensure_ascii=True).encode("ascii") + b"\n"
+        line = json.dumps(entry, allow_nan=False, default=vars).encode("ascii") + b"\n"
         start = self._file.seek(0, os.SEEK_END)
         self._file.write(line)
         self._file.flush()
@@ -101,7 +101,7 @@ class VerdictStore:
         return {student: tuple(self._entry(student)["passages"]) for student in sorted(self._place)}
 
     def __getitem__(self, student: str) -> SubmissionVerdict:
-        return SubmissionVerdict.from_json(json.dumps(self._entry(student)["verdict"]))
+        return SubmissionVerdict.from_fields(self._entry(student)["verdict"])
 
     def __contains__(self, student: str) -> bool:
         return student in self._place

@@ -8,7 +8,7 @@ the student: none holds a hidden input, an expected value or a traceback.
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from labkit.errors import LabkitError
@@ -120,33 +120,50 @@ class SubmissionVerdict:
     notes: tuple[str, ...]
     seconds: float
 
+    @property
+    def fields(self) -> dict[str, Any]:
+        """What JSON needs of it; below the first level by ``default=vars``."""
+        return {"format": FORMAT, **vars(self)}
+
     def to_json(self) -> str:
         """The verdict as one JSON object, keys in the order of the attributes."""
-        return json.dumps({"format": FORMAT, **asdict(self)}, ensure_ascii=False, allow_nan=False)
+        return json.dumps(self.fields, ensure_ascii=False, allow_nan=False, default=vars)
 
     @classmethod
     def from_json(cls, text: str) -> SubmissionVerdict:
-        """Read what `to_json` wrote.
+        """Read what `to_json` wrote; `from_fields` says what it raises."""
+        try:
+            return cls.from_fields(json.loads(text))
+        except ValueError as error:
+            raise _no_verdict(error, text) from None
+
+    @classmethod
+    def from_fields(cls, fields: dict[str, Any]) -> SubmissionVerdict:
+        """Build it from `fields` as they came back from JSON.
 
         Raises
         ------
         LabkitError
-            For text that is no verdict, or one of another version.
+            For what is no verdict, or one of another version.
         """
         try:
-            fields: dict[str, Any] = json.loads(text)
-            version = fields.pop("format")
+            version = fields["format"]
             if version == FORMAT:
-                questions = tuple(map(_question, fields.pop("questions")))
-                return cls(questions=questions, **{**fields, "notes": tuple(fields["notes"])})
-        except (ValueError, TypeError, KeyError, AttributeError) as error:
-            raise LabkitError(
-                f"this is no stored verdict ({error}): {text[:60]!r}; grade the submission again"
-            ) from None
+                own = {name: value for name, value in fields.items() if name != "format"}
+                questions = tuple(map(_question, own["questions"]))
+                return cls(**own | {"questions": questions, "notes": tuple(own["notes"])})
+        except (TypeError, KeyError, AttributeError) as error:
+            raise _no_verdict(error, fields) from None
         raise LabkitError(
             f"the verdict has format {version!r}, this labkit reads {FORMAT}; "
             f"grade the submission again"
         )
+
+
+def _no_verdict(error: Exception, what: object) -> LabkitError:
+    return LabkitError(
+        f"this is no stored verdict ({error}): {str(what)[:60]!r}; grade the submission again"
+    )
 
 
 def _question(fields: dict[str, Any]) -> QuestionVerdict:
