@@ -133,9 +133,10 @@ class SubmissionVerdict:
     def from_json(cls, text: str) -> SubmissionVerdict:
         """Read what `to_json` wrote; `from_fields` says what it raises."""
         try:
-            return cls.from_fields(json.loads(text))
+            fields = json.loads(text)
         except ValueError as error:
             raise _no_verdict(error, text) from None
+        return cls.from_fields(fields)
 
     @classmethod
     def from_fields(cls, fields: dict[str, Any]) -> SubmissionVerdict:
