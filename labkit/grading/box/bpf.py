@@ -30,7 +30,10 @@ NUMBER, ARCHITECTURE = 0, 4
 WHOLE = 0xFFFFFFFF
 ONESELF = 0xA5C3960F  # no process has this number, no rule this value
 
-CLONE_THREAD, CLONE_NEW_ANY = 0x00010000, 0x7E020080
+# A thread has the process's descriptors: what it holds open is counted with theirs.
+CLONE_THREAD, CLONE_NEW_ANY = 0x00010400, 0x7E020080
+ANONYMOUS = 0x20  # a mapped file would stay on the disk, removed, closed and uncounted
+CLOSE_ON_EXEC = 4  # for close_range; not: a table of descriptors of its own
 AT_EMPTY_PATH = 0x1000
 # Terminal size and kind, bytes waiting, close-on-exec, non-blocking; not: owner and signal.
 IOCTLS = (0x5401, 0x5413, 0x541B, 0x5421, 0x5450, 0x5451)
@@ -109,6 +112,8 @@ def assembled(machine: str, own_root: bool) -> bytes:
     code += rule(here, CONDITIONAL["fcntl"], Condition(1, FCNTLS))
     code += rule(here, CONDITIONAL["ioctl"], Condition(1, IOCTLS))
     code += rule(here, CONDITIONAL["prctl"], Condition(0, PRCTLS))
+    code += rule(here, CONDITIONAL["mmap"], Condition(3, (ANONYMOUS,), mask=ANONYMOUS))
+    code += rule(here, CONDITIONAL["close_range"], Condition(2, (0, CLOSE_ON_EXEC)))
     code.append((RETURN, 0, 0, REFUSE | EPERM))
     return b"".join(struct.pack("<HBBI", *instruction) for instruction in code)
 

@@ -41,7 +41,7 @@ def limit(order: dict[str, Any]) -> None:
         "RLIMIT_CPU": int(order["total_seconds"]) + 2,
         "RLIMIT_AS": order["address_space"] + order["memory"],
         "RLIMIT_FSIZE": order["file_bytes"],
-        "RLIMIT_CORE": 0,
+        "RLIMIT_CORE": 1,  # as `labkit.grading.box.jail.NO_CORE`
     }.items():
         with contextlib.suppress(AttributeError, ValueError, OSError):
             resource.setrlimit(getattr(resource, name), (most, most))

@@ -18,6 +18,7 @@ from labkit.grading.box import bpf, kernel
 PRIVATE = "/tmp"
 MAX_FILES = 256
 OPEN_FILES = 32
+NO_CORE = 1  # and 0 would let a program that collects core dumps have them
 
 
 def confine(order: dict[str, Any]) -> None:
@@ -98,7 +99,7 @@ def limit(order: dict[str, Any]) -> None:
         resource.RLIMIT_FSIZE: order["file_bytes"],
         resource.RLIMIT_NPROC: order["threads"],
         resource.RLIMIT_NOFILE: OPEN_FILES,
-        resource.RLIMIT_CORE: 0,
+        resource.RLIMIT_CORE: NO_CORE,
         resource.RLIMIT_MEMLOCK: 0,
         resource.RLIMIT_MSGQUEUE: 0,
     }.items():

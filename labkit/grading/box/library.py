@@ -1,7 +1,9 @@
 """The standard library, carried in memory: a jailed process sees no file to import from.
 
-Compiled modules (numpy, scipy, those of Python itself) are imported before any jail is
-closed; sources of the rest are kept as text and compiled when a submission asks for them.
+Compiled modules (numpy, those of Python itself) are imported before any jail is closed;
+sources of the rest are kept as text and compiled when a submission asks for them. scipy,
+which takes three times as long as all the others, is imported before the first submission
+that names it; to one that does not name it, it does not exist.
 """
 
 from __future__ import annotations
@@ -19,16 +21,18 @@ import types
 import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from labkit.grading.box.standins import StandIns, forget_labkit
 
-# Imported once, before the first submission; a package that is missing is left out.
+# Imported once, before a submission needs it; a package that is missing is left out.
+SCIPY = (
+    "scipy", "scipy.linalg", "scipy.optimize", "scipy.sparse", "scipy.sparse.linalg",
+    "scipy.spatial", "scipy.spatial.distance", "scipy.spatial.transform", "scipy.special",
+)  # fmt: skip
 EAGER = (
     "numpy", "numpy.fft", "numpy.linalg", "numpy.ma", "numpy.matlib", "numpy.polynomial",
-    "numpy.random", "numpy.testing", "numpy.typing", "scipy", "scipy.linalg",
-    "scipy.optimize", "scipy.sparse", "scipy.sparse.linalg", "scipy.spatial",
-    "scipy.spatial.distance", "scipy.spatial.transform", "scipy.special",
+    "numpy.random", "numpy.testing", "numpy.typing",
     "abc", "bisect", "cmath", "collections", "contextlib", "copy", "dataclasses", "datetime",
     "decimal", "doctest", "enum", "fractions", "functools", "heapq", "inspect", "io",
     "itertools", "json", "math", "operator", "os", "pathlib", "pprint", "queue", "random",
@@ -84,26 +88,61 @@ class Library(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
         return self.sources[fullname].package
 
 
-def preload() -> None:
-    """Import what submissions may want, and cut all other ways to import."""
-    with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
-        warnings.simplefilter("ignore")
-        for name in (*EAGER, *compiled_modules()):
-            with contextlib.suppress(Exception):
-                importlib.import_module(name)
-    sources = dict(pure_modules(Path(sysconfig.get_path("stdlib"))))
-    sys.meta_path[:] = [
-        importlib.machinery.BuiltinImporter,
-        importlib.machinery.FrozenImporter,
-        Library(sources),
-        StandIns(),
-    ]
-    sys.path[:] = []
-    sys.path_hooks[:] = []
-    sys.path_importer_cache.clear()
-    forget_labkit()
-    gc.collect()
-    gc.freeze()  # later forks share these pages for good
+class Shelf:
+    """What this process has imported for submissions; nothing else can be imported in a jail."""
+
+    def __init__(self) -> None:
+        """Import all but scipy, and cut all other ways to import."""
+        leave_out_f2py()
+        self.ways = sys.meta_path[:], sys.path[:], sys.path_hooks[:]
+        self._take((*EAGER, *compiled_modules()))
+        self.sources = dict(pure_modules(Path(sysconfig.get_path("stdlib"))))
+        self._cut()
+
+    def add_scipy(self) -> None:
+        """Import scipy, too."""
+        sys.meta_path[:], sys.path[:], sys.path_hooks[:] = self.ways
+        self._take(SCIPY)
+        self._cut()
+
+    @staticmethod
+    def hide_scipy() -> None:
+        """Have no scipy in this process, be it imported or not."""
+        for name in [name for name in sys.modules if name.partition(".")[0] == "scipy"]:
+            del sys.modules[name]
+
+    def _take(self, names: Sequence[str]) -> None:
+        gc.disable()  # nothing that an import makes goes away
+        with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
+            warnings.simplefilter("ignore")
+            for name in names:
+                with contextlib.suppress(Exception):
+                    importlib.import_module(name)
+
+    def _cut(self) -> None:
+        sys.meta_path[:] = [
+            importlib.machinery.BuiltinImporter,
+            importlib.machinery.FrozenImporter,
+            Library(self.sources),
+            StandIns(),
+        ]
+        sys.path[:] = []
+        sys.path_hooks[:] = []
+        sys.path_importer_cache.clear()
+        forget_labkit()
+        gc.collect()
+        gc.freeze()  # later forks share these pages for good
+        gc.enable()
+
+
+def leave_out_f2py() -> None:
+    """Put nothing in the place of numpy's compiler, which `from numpy import *` would import.
+
+    There is no compiler to call in a jail, and it takes as long as a tenth of all the rest.
+    """
+    with contextlib.suppress(ImportError):
+        numpy: Any = importlib.import_module("numpy")
+        numpy.f2py = sys.modules["numpy.f2py"] = types.ModuleType("numpy.f2py")
 
 
 def compiled_modules() -> Iterator[str]:

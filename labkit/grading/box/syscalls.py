@@ -30,7 +30,7 @@ FREE = {
     # reading and writing what is open
     "read": (0, 63), "write": (1, 64), "readv": (19, 65), "writev": (20, 66),
     "pread64": (17, 67), "pwrite64": (18, 68), "lseek": (8, 62), "close": (3, 57),
-    "close_range": (436, 436), "dup": (32, 23), "dup2": (33, -1), "dup3": (292, 24),
+    "dup": (32, 23), "dup2": (33, -1), "dup3": (292, 24),
     "pipe": (22, -1), "pipe2": (293, 59), "fstat": (5, 80), "fstatfs": (138, 44),
     "ftruncate": (77, 46), "fsync": (74, 82), "fdatasync": (75, 83), "flock": (73, 32),
     "poll": (7, -1), "ppoll": (271, 73), "select": (23, -1), "pselect6": (270, 72),
@@ -41,7 +41,7 @@ FREE = {
     "rename": (82, -1), "renameat": (264, 38), "renameat2": (316, 276), "getcwd": (79, 17),
     "umask": (95, 166),
     # memory
-    "mmap": (9, 222), "mprotect": (10, 226), "munmap": (11, 215), "mremap": (25, 216),
+    "mprotect": (10, 226), "munmap": (11, 215), "mremap": (25, 216),
     "madvise": (28, 233), "brk": (12, 214), "mincore": (27, 232), "membarrier": (324, 283),
     # signals to oneself, threads, time
     "rt_sigaction": (13, 134), "rt_sigprocmask": (14, 135), "rt_sigreturn": (15, 139),
@@ -73,4 +73,5 @@ PATHS = {
 CONDITIONAL = {
     "clone": (56, 220), "clone3": (435, 435), "kill": (62, 129), "tgkill": (234, 131),
     "prlimit64": (302, 261), "fcntl": (72, 25), "ioctl": (16, 29), "prctl": (157, 167),
+    "mmap": (9, 222), "close_range": (436, 436),
 }  # fmt: skip

@@ -19,6 +19,7 @@ import numpy as np
 
 HEAD = struct.Struct("<4sIQ")
 MAGIC = b"LAB1"
+ADD_SCIPY = b"scipy"  # an order to the zygote, which answers when it has imported it
 DTYPES = {"<f8": 8, "<i8": 8, "|b1": 1}
 MAX_TREE = 1 << 20
 MAX_REQUEST = 1 << 30  # what the grader sends is its own, and may be larger

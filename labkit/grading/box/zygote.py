@@ -27,7 +27,7 @@ DISK_FULL = "it filled its folder"
 
 def main(control_number: int) -> None:
     """Serve orders from the control socket, one after the other, until its other end closes."""
-    library.preload()
+    shelf = library.Shelf()
     for own_root in (True, False):  # now, and not anew in each child
         bpf.program(os.uname().machine, 0, own_root)
     control = socket.socket(fileno=control_number)
@@ -36,7 +36,11 @@ def main(control_number: int) -> None:
     while True:
         message, descriptors, _, _ = socket.recv_fds(control, 1 << 16, 2)
         if not message:
-            return
+            os._exit(0)
+        if message == wire.ADD_SCIPY:
+            shelf.add_scipy()
+            control.send(b"ready")
+            continue
         channel, life = descriptors
         order = json.loads(message)
         try:
@@ -102,6 +106,8 @@ def work(order: dict[str, Any], channel: int) -> None:
         except Exception as error:
             os.write(BOX_END, wire.pack({"fault": f"{type(error).__name__}: {error}"}))
             return
+        if not order["scipy"]:
+            library.Shelf.hide_scipy()
         os.environ["HOME"] = os.environ["TMPDIR"] = os.getcwd()
         Worker(BOX_END, BOX_END, order).serve()
     finally:
@@ -118,10 +124,19 @@ def disk_use(folder: str, child: int) -> int:
             if files > jail.MAX_FILES:
                 return 1 << 62
             total += entry.stat(follow_symlinks=False).st_blocks * 512
+    with contextlib.suppress(OSError):  # the first thread may have left, and shows none then
+        threads = os.listdir(f"/proc/{child}/task")
+        total += max(removed(f"/proc/{child}/task/{thread}/fd") for thread in threads)
+    return total
+
+
+def removed(descriptors: str) -> int:
+    """Bytes on disk of the files that are open there and have no name any more."""
+    total = 0
     with contextlib.suppress(OSError):
-        for number in os.listdir(f"/proc/{child}/fd"):
+        for number in os.listdir(descriptors):
             with contextlib.suppress(OSError):
-                held = os.stat(f"/proc/{child}/fd/{number}")
+                held = os.stat(f"{descriptors}/{number}")
                 if stat.S_ISREG(held.st_mode) and held.st_nlink == 0:
                     total += held.st_blocks * 512
     return total

@@ -41,7 +41,7 @@ def read_cell(frame: Any, position: int) -> Complaint | None:
     labkit.grading.box.wire.WireError
         If the frame does not speak of the cell at this position.
     """
-    if not isinstance(frame, dict) or frame.get("cell") != position:
+    if not _says(frame, cell=position):
         raise wire.WireError("not the cell that was asked for")
     message = readable(frame.get("message"))
     if not message:
@@ -61,7 +61,7 @@ def read_outcome(
     labkit.grading.box.wire.WireError
         If the frame does not answer this call, asked in this turn.
     """
-    if not isinstance(frame, dict) or (frame.get("id"), frame.get("turn")) != (call.id, turn):
+    if not _says(frame, id=call.id, turn=turn):
         raise wire.WireError("not the call that was asked")
     status = frame.get("status")
     if not isinstance(status, str) or status not in SAYABLE:
@@ -77,6 +77,13 @@ def read_outcome(
         output=readable(frame.get("output"), output_chars, keep="\n\t"),
         seconds=min(max(seconds, 0.0), elapsed),
         error=known_error(frame.get("error")),
+    )
+
+
+def _says(frame: Any, **words: str | int) -> bool:
+    """Whether a frame says these words: in their types, since an array compares as an array."""
+    return isinstance(frame, dict) and all(
+        type(frame.get(name)) is type(word) and frame[name] == word for name, word in words.items()
     )
 
 

@@ -63,7 +63,7 @@ class ColdStarter:
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
 
-    def start(self) -> ColdBox:
+    def start(self, *, scipy: bool) -> ColdBox:
         """A fresh process, that has numpy imported.
 
         Raises

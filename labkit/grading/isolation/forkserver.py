@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import select
 import shutil
 import socket
 import struct
@@ -67,21 +68,22 @@ class ForkServer:
         self.user = SlotUser() if os.geteuid() == 0 else None
         self.process: subprocess.Popen[bytes] | None = None
         self.control: socket.socket | None = None
+        self.has_scipy = False
         try:
             self._launch()
         except BaseException:
             self.close()
             raise
 
-    def start(self) -> ForkBox:
+    def start(self, *, scipy: bool) -> ForkBox:
         """Have the zygote fork a child, and wait until its jail is closed."""
         try:
-            return self._fork()
+            return self._fork(scipy)
         except OSError:  # the zygote is lost: once more, with a new one
             self._end()
             self._launch()
         try:
-            return self._fork()
+            return self._fork(scipy)
         except OSError as error:
             raise SandboxError(f"mode {self.mode} broke down: {error}") from None
 
@@ -92,8 +94,12 @@ class ForkServer:
             self.user.close()
             self.user = None
 
-    def _fork(self) -> ForkBox:
+    def _fork(self, scipy: bool) -> ForkBox:
         assert self.control is not None
+        if scipy and not self.has_scipy:
+            self.control.send(wire.ADD_SCIPY)
+            self._await_ready()
+            self.has_scipy = True
         folder = None if self.mode == "bubblewrap" else tempfile.mkdtemp(prefix="labkit-")
         if self.mode == "landlock" and self.user and folder:
             os.chown(folder, self.user.uid, self.user.uid)
@@ -103,6 +109,7 @@ class ForkServer:
             folder=folder,
             uid=self.user.uid if self.user else None,
             address_space=self.address_space,
+            scipy=scipy,
         )
         told["threads"] += self._threads_besides()
         pairs = [socket.socketpair() for _ in range(2)]
@@ -152,6 +159,7 @@ class ForkServer:
             for descriptor in passed[1:]:
                 os.close(descriptor)
         self._await_ready()
+        self.has_scipy = False
 
     def _await_ready(self) -> None:
         assert self.control is not None
@@ -175,11 +183,20 @@ class ForkServer:
         if self.control:
             self.control.close()  # the zygote's sign to leave
         if self.process:
-            try:
-                self.process.wait(MOMENT)
-            except subprocess.TimeoutExpired:
+            if self.process.poll() is None and not _ends(self.process.pid, MOMENT):
                 self.process.kill()
-                self.process.wait()
+            self.process.wait()
             if self.process.stderr:
                 self.process.stderr.close()
         self.control = self.process = None
+
+
+def _ends(child: int, seconds: float) -> bool:
+    """Whether a child of this process ends within the time; known at once, without polling."""
+    handle = os.pidfd_open(child)
+    waiting = select.poll()
+    waiting.register(handle, select.POLLIN)
+    try:
+        return bool(waiting.poll(seconds * 1000))
+    finally:
+        os.close(handle)

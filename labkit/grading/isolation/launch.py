@@ -12,8 +12,11 @@ from labkit.grading import box
 BOX = Path(box.__file__).parent
 
 # Makes `labkit.grading.box` importable and nothing else of labkit, then runs one of its mains.
+# No package's start-up hooks run (-S), which take longer than the interpreter itself; but
+# `exit`, `help` and the like are there.
 BOOTSTRAP = """
-import os, sys, types
+import os, site, sys, types
+site.setquit(), site.setcopyright(), site.sethelper()
 folder, roots, module, argument = sys.argv[1:]
 for name, path in (("labkit", []), ("labkit.grading", []), ("labkit.grading.box", [folder])):
     sys.modules[name] = package = types.ModuleType(name)
@@ -27,7 +30,19 @@ main(int(argument) if argument.isdigit() else argument)
 def command(module: str, argument: str) -> list[str]:
     """The command line that runs ``labkit.grading.box.<module>.main(argument)``."""
     roots = os.pathsep.join(map(str, package_roots()))
-    return [sys.executable, "-s", "-P", "-B", "-c", BOOTSTRAP, str(BOX), roots, module, argument]
+    return [
+        sys.executable,
+        "-S",
+        "-s",
+        "-P",
+        "-B",
+        "-c",
+        BOOTSTRAP,
+        str(BOX),
+        roots,
+        module,
+        argument,
+    ]
 
 
 def environment() -> dict[str, str]:

@@ -59,8 +59,8 @@ class Box(Protocol):
 class Starter(Protocol):
     """Starts one box after the other."""
 
-    def start(self) -> Box:
-        """A fresh box."""
+    def start(self, *, scipy: bool) -> Box:
+        """A fresh box, in which scipy can be imported or not."""
 
     def close(self) -> None:
         """End all that it started."""

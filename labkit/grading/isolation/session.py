@@ -61,6 +61,7 @@ class Session:
         self.forms = [WHOLE] * len(cells)
         self.failed: dict[int, Complaint] = {}  # cells that raised in the box at hand
         self.lost: dict[str | None, Complaint] = {}  # questions whose cell hung or died
+        self.scipy = any("scipy" in cell.source for cell in cells)
         self.box: Box | None = None
         self.end = time.monotonic() + limits.total_seconds
 
@@ -97,7 +98,7 @@ class Session:
         while self.box is None:
             if time.monotonic() > self.end:
                 raise EndedError(OutcomeStatus.TIMEOUT, self._too_long(self.end))
-            self.box = self.starter.start()
+            self.box = self.starter.start(scipy=self.scipy)
             self.failed = {}
             running = [place for place, form in enumerate(self.forms) if form != LEFT_OUT]
             place = running[0] if running else -1
