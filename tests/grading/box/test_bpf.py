@@ -85,7 +85,19 @@ def test_threads_and_no_processes(ask):
         assert ask("clone", flags) == errno.EPERM
     for namespace in (0x10000000, 0x20000, 0x20000000, 0x40000000, 0x8000000, 0x4000000, 0x80):
         assert ask("clone", THREAD | namespace) == errno.EPERM
+    assert ask("clone", THREAD & ~0x400) == errno.EPERM  # with descriptors of its own
     assert ask("clone3") == errno.ENOSYS
+
+
+def test_no_file_stays_on_the_disk_uncounted(ask):
+    """The watch over the disk sees names and descriptors, and those of one table."""
+    for flags in (0x22, 0x21, 0x20022):  # private, shared, a stack: all of them anonymous
+        assert ask("mmap", 0, 4096, 3, flags, -1) == ALLOWED
+    for flags in (1, 2, 0x12):
+        assert ask("mmap", 0, 4096, 3, flags, 5) == errno.EPERM
+    assert ask("close_range", 3, 9, 0) == ask("close_range", 3, 9, 4) == ALLOWED
+    for flags in (2, 6):
+        assert ask("close_range", 3, 9, flags) == errno.EPERM
 
 
 def test_signals_to_oneself_alone(ask):
