@@ -20,7 +20,7 @@ from labkit.grading.assignment import FOLDER, load_assignment
 from labkit.grading.batch import Graded, Settings, grade_class, merge, still_to_grade
 from labkit.grading.contract import Limits
 from labkit.grading.isolation import SAFE, open_sandbox
-from labkit.grading.pools import cluster_executors, local_pools
+from labkit.grading.pools import cluster_executors, local_pools, prepare
 from labkit.grading.questions import Assignment
 from labkit.grading.slots import open_sandboxes
 from labkit.grading.store import VerdictStore
@@ -83,6 +83,8 @@ def run(args: argparse.Namespace) -> int:
     """Grade what has no verdict yet; status 1 where a submission could not be graded."""
     workers = available_cores() if args.jobs is None else args.jobs
     check_count(workers, "jobs", at_least=1)
+    if not args.cluster:
+        prepare()
     assignment = load_assignment(args.assignment)
     for id in args.question:
         assignment.question(id)
@@ -143,7 +145,8 @@ def _mode(args: argparse.Namespace, limits: Limits, where: Where) -> tuple[str, 
         with open_sandbox(args.mode) as sandbox:
             return sandbox.mode, where
     executor = next(executors)
-    return open_sandboxes(executor, count, args.mode, limits), (chain([executor], executors), count)
+    mode = open_sandboxes(executor, count, args.mode, limits, args.assignment)
+    return mode, (chain([executor], executors), count)
 
 
 def _known(submissions: Sequence[Submission], again: Sequence[str]) -> set[str]:

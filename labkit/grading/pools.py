@@ -5,13 +5,24 @@ from __future__ import annotations
 import importlib
 import multiprocessing
 import signal
+import sys
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
+from multiprocessing import forkserver
+from multiprocessing.context import BaseContext
 
 from labkit.errors import LabkitError
 
 PATIENCE = 10.0  # [s] for a cluster to answer
+NEEDED = "labkit.grading.batch"  # what a worker imports
+
+
+def prepare() -> None:
+    """Have Python started and labkit imported where workers will come from, without waiting."""
+    if sys.platform == "linux":
+        forkserver.set_forkserver_preload([NEEDED])
+        forkserver.ensure_running()
 
 
 @contextmanager
@@ -21,14 +32,11 @@ def local_pools(workers: int) -> Iterator[Iterator[Executor]]:
     On leaving, by an interruption too, no worker and no sandbox of one is left behind.
     """
     pools: list[ProcessPoolExecutor] = []
+    context = _context()
 
     def make() -> Iterator[Executor]:
         while True:
-            pools.append(
-                ProcessPoolExecutor(
-                    workers, multiprocessing.get_context("spawn"), initializer=_be_a_worker
-                )
-            )
+            pools.append(ProcessPoolExecutor(workers, context, initializer=_be_a_worker))
             yield pools[-1]
             pools[-1].shutdown(wait=False, cancel_futures=True)
 
@@ -41,6 +49,14 @@ def local_pools(workers: int) -> Iterator[Iterator[Executor]]:
     finally:
         for pool in pools:
             pool.shutdown(cancel_futures=True)
+
+
+def _context() -> BaseContext:
+    """How processes are started: on Linux all of them from one that has imported labkit.
+
+    It is none of the grader's own, which holds open files and threads that no worker shall have.
+    """
+    return multiprocessing.get_context("forkserver" if sys.platform == "linux" else "spawn")
 
 
 def _be_a_worker() -> None:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import atexit
 from concurrent.futures import BrokenExecutor, Executor
+from contextlib import suppress
+from threading import Thread
 
 from labkit.errors import LabkitError
+from labkit.grading.assignment import load_assignment
 from labkit.grading.contract import Limits, Sandbox
 from labkit.grading.isolation import open_sandbox
 
@@ -21,8 +24,12 @@ def own_sandbox(mode: str, limits: Limits) -> Sandbox:
     return _OPEN[mode, limits]
 
 
-def open_sandboxes(executor: Executor, workers: int, mode: str, limits: Limits) -> str:
+def open_sandboxes(
+    executor: Executor, workers: int, mode: str, limits: Limits, assignment: str
+) -> str:
     """Have workers open their sandboxes, all at the same time, and name the mode.
+
+    They read the assignment meanwhile.
 
     Raises
     ------
@@ -31,7 +38,7 @@ def open_sandboxes(executor: Executor, workers: int, mode: str, limits: Limits) 
     LabkitError
         Where a worker was lost before it had opened one.
     """
-    opened = [executor.submit(_open, mode, limits) for _ in range(workers)]
+    opened = [executor.submit(_open, mode, limits, assignment) for _ in range(workers)]
     try:
         return opened[0].result()
     except BrokenExecutor:
@@ -41,5 +48,15 @@ def open_sandboxes(executor: Executor, workers: int, mode: str, limits: Limits) 
         ) from None
 
 
-def _open(mode: str, limits: Limits) -> str:
-    return own_sandbox(mode, limits).mode
+def _open(mode: str, limits: Limits, assignment: str) -> str:
+    reading = Thread(target=_read, args=(assignment,))  # while the sandbox starts
+    reading.start()
+    try:
+        return own_sandbox(mode, limits).mode
+    finally:
+        reading.join()
+
+
+def _read(assignment: str) -> None:
+    with suppress(LabkitError):  # which the grader met itself
+        load_assignment(assignment)
