@@ -14,7 +14,7 @@ import numpy as np
 from labkit.arrays import FloatArray
 from labkit.grading.contract import Outcome, OutcomeStatus, Value
 from labkit.grading.diagnosis import how_wrong
-from labkit.grading.questions import Case, Misconception, Question
+from labkit.grading.questions import Answer, Case, Misconception, Question
 from labkit.grading.reading import Unreadable, read
 from labkit.grading.verdict import CaseVerdict, QuestionVerdict
 
@@ -88,7 +88,7 @@ def recognise(
     answers that came are right, there is none to be named.
     """
     answers = [
-        (case, _read(question, outcome.value))
+        (case, _read(question.answer, outcome.value))
         for case, outcome in zip(cases, outcomes, strict=True)
         if outcome.status is OutcomeStatus.RETURNED
     ]
@@ -97,24 +97,28 @@ def recognise(
     explaining = [
         known
         for known in question.misconceptions
-        if all(_is_mistake(got, _wrong(question, case, known.id), case) for case, got in answers)
+        if all(
+            _is_mistake(got, _wrong(question.answer, case, known.id), case) for case, got in answers
+        )
     ]
     return explaining[0] if len(explaining) == 1 else None
 
 
 def is_right(question: Question, case: Case, value: Value) -> bool:
     """Whether a value agrees with one of the accepted answers."""
-    return _is_accepted(_read(question, value), question, case)
+    return _is_accepted(_read(question.answer, value), question, case)
 
 
 def is_answer_of(misconception: str, question: Question, case: Case, value: Value) -> bool:
     """Whether a value is what that mistake gives here, be it a form that cannot be read."""
-    return _is_mistake(_read(question, value), _wrong(question, case, misconception), case)
+    return _is_mistake(
+        _read(question.answer, value), _wrong(question.answer, case, misconception), case
+    )
 
 
 def _is_accepted(got: FloatArray | str, question: Question, case: Case) -> bool:
     return not isinstance(got, str) and any(
-        _close(got, wanted, case.tolerance) for wanted in _accepted(question, case)
+        _close(got, wanted, case.tolerance) for wanted in _accepted(question.answer, case)
     )
 
 
@@ -124,22 +128,22 @@ def _is_mistake(got: FloatArray | str, answers: Known, case: Case) -> bool:
     return any(_close(got, wrong, case.tolerance) for wrong in answers)
 
 
-def _read(question: Question, value: Value) -> FloatArray | str:
+def _read(answer: Answer, value: Value) -> FloatArray | str:
     """The answer, or why there is none in the value."""
     try:
-        return read(question.answer, value)
+        return read(answer, value)
     except Unreadable as error:
         return str(error)
 
 
 @cache
-def _accepted(question: Question, case: Case) -> Known:
-    return tuple(_read(question, value) for value in case.expected)
+def _accepted(answer: Answer, case: Case) -> Known:
+    return tuple(_read(answer, value) for value in case.expected)
 
 
 @cache
-def _wrong(question: Question, case: Case, misconception: str) -> Known:
-    return tuple(_read(question, value) for value in case.mistaken.get(misconception, ()))
+def _wrong(answer: Answer, case: Case, misconception: str) -> Known:
+    return tuple(_read(answer, value) for value in case.mistaken.get(misconception, ()))
 
 
 def _close(got: FloatArray, wanted: FloatArray | str, tolerance: float) -> bool:
@@ -159,12 +163,14 @@ def _fault(question: Question, case: Case, outcome: Outcome) -> str:
     """Why an outcome is not right; empty where it is."""
     if outcome.status is not OutcomeStatus.RETURNED:
         return _no_value(question, case, outcome)
-    got = _read(question, outcome.value)
+    got = _read(question.answer, outcome.value)
     if isinstance(got, str):
         return f"{got}."
     if _is_accepted(got, question, case):
         return ""
-    accepted = [wanted for wanted in _accepted(question, case) if not isinstance(wanted, str)]
+    accepted = [
+        wanted for wanted in _accepted(question.answer, case) if not isinstance(wanted, str)
+    ]
     return how_wrong(question, case, got, min(accepted, key=lambda wanted: _gap(got, wanted)))
 
 

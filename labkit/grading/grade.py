@@ -122,7 +122,12 @@ def _with_messages(
 ) -> dict[str, list[Outcome]]:
     """The same outcomes, with no message but those of a run that saw no hidden case."""
     safe = {
-        id: [replace(outcome, message="", output="") for outcome in those]
+        id: [
+            replace(outcome, message="", output="")
+            if outcome.message or outcome.output
+            else outcome
+            for outcome in those
+        ]
         for id, those in outcomes.items()
     }
     visible = {id: [case for case in those if not case.hidden] for id, those in cases.items()}

@@ -20,13 +20,15 @@ import numpy as np
 HEAD = struct.Struct("<4sIQ")
 MAGIC = b"LAB1"
 ADD_SCIPY = b"scipy"  # an order to the zygote, which answers when it has imported it
-DTYPES = {"<f8": 8, "<i8": 8, "|b1": 1}
+DTYPES = {name: np.dtype(name) for name in ("<f8", "<i8", "|b1")}
 MAX_TREE = 1 << 20
 MAX_REQUEST = 1 << 30  # what the grader sends is its own, and may be larger
 MAX_DEPTH = 16
 MAX_DIMENSIONS = 8
 MAX_INTEGER = 1 << 63
-FORMS = (str, bool, int, float, type(None))
+PLAIN = (bool, float, type(None))
+
+to_json = json.JSONEncoder(separators=(",", ":")).encode
 
 
 class WireError(ValueError):
@@ -65,7 +67,7 @@ def pack(value: Any, most: int = MAX_TREE) -> bytes:
     [[1.0, 0.0], [0.0, 1.0]]
     """
     raw: list[bytes] = []
-    tree = json.dumps(_to_tree(value, raw, 0), separators=(",", ":")).encode()
+    tree = to_json(_to_tree(value, raw, 0)).encode()
     if len(tree) > most:
         raise TooLargeError(f"it takes {len(tree)} bytes besides its arrays; {most} fit")
     return b"".join((HEAD.pack(MAGIC, len(tree), sum(map(len, raw))), tree, *raw))
@@ -115,20 +117,23 @@ def lengths(head: bytes, most: int, most_tree: int = MAX_TREE) -> tuple[int, int
 def _to_tree(value: Any, raw: list[bytes], depth: int) -> Any:
     if depth > MAX_DEPTH:
         raise TooLargeError(f"it is nested deeper than {MAX_DEPTH} levels")
-    if type(value) in FORMS:
-        if type(value) is int and not -MAX_INTEGER <= value < MAX_INTEGER:
-            raise TooLargeError("an integer needs more than 64 bits")
+    kind = type(value)
+    if kind is str or kind in PLAIN:
         return value
-    if type(value) is tuple:
+    if kind is int:
+        if -MAX_INTEGER <= value < MAX_INTEGER:
+            return value
+        raise TooLargeError("an integer needs more than 64 bits")
+    if kind is tuple:
         return [_to_tree(item, raw, depth + 1) for item in value]
-    if type(value) is dict:
-        if not all(type(key) is str for key in value):
+    if kind is dict:
+        if not set(map(type, value)) <= {str}:
             raise TypeError("a key of a dict is no string")
         return {"d": [[key, _to_tree(item, raw, depth + 1)] for key, item in value.items()]}
-    if type(value) is np.ndarray and value.dtype.str in DTYPES and value.ndim <= MAX_DIMENSIONS:
+    if kind is np.ndarray and value.dtype.str in DTYPES and value.ndim <= MAX_DIMENSIONS:
         raw.append(value.tobytes())
         return {"a": [value.dtype.str, list(value.shape)]}
-    raise TypeError(f"{type(value).__name__} is no plain data")
+    raise TypeError(f"{kind.__name__} is no plain data")
 
 
 class _Reader:
@@ -141,20 +146,23 @@ class _Reader:
     def value(self, node: Any, depth: int) -> Any:
         if depth > MAX_DEPTH:
             raise WireError(f"nested deeper than {MAX_DEPTH} levels")
-        if type(node) is str:  # a lone surrogate would break whoever writes it to a file
-            return node.encode("utf-8", "replace").decode()
-        if type(node) is int and not -MAX_INTEGER <= node < MAX_INTEGER:
-            raise WireError("an integer of more than 64 bits")
-        if type(node) in FORMS:
+        kind = type(node)
+        if kind is str:  # a lone surrogate would break whoever writes it to a file
+            return node if node.isascii() else node.encode("utf-8", "replace").decode()
+        if kind in PLAIN:
             return node
-        if type(node) is list:
+        if kind is int:
+            if -MAX_INTEGER <= node < MAX_INTEGER:
+                return node
+            raise WireError("an integer of more than 64 bits")
+        if kind is list:
             return tuple([self.value(item, depth + 1) for item in node])
-        if type(node) is dict and len(node) == 1:
-            ((kind, content),) = node.items()
-            if kind == "a" and type(content) is list and len(content) == 2:
+        if kind is dict and len(node) == 1:
+            ((name, content),) = node.items()
+            if name == "a" and type(content) is list and len(content) == 2:
                 return self.array(*content)
-            if kind == "d" and type(content) is list:
-                return dict(self.pair(item, depth + 1) for item in content)
+            if name == "d" and type(content) is list:
+                return dict([self.pair(item, depth + 1) for item in content])
         raise WireError("a node of no known kind")
 
     def pair(self, item: Any, depth: int) -> tuple[str, Any]:
@@ -169,10 +177,11 @@ class _Reader:
             raise WireError("an array of no possible shape")
         if not all(type(size) is int and 0 <= size <= MAX_INTEGER >> 16 for size in shape):
             raise WireError("an array of no possible shape")
-        start, self.offset = self.offset, self.offset + math.prod(shape) * DTYPES[dtype]
+        start, size = self.offset, math.prod(shape) * DTYPES[dtype].itemsize
+        self.offset += size
         if self.offset > len(self.raw):
             raise WireError("an array longer than the bytes sent")
         try:
-            return np.frombuffer(self.raw[start : self.offset], dtype).reshape(shape).copy()
+            return np.frombuffer(self.raw[start : self.offset], DTYPES[dtype]).reshape(shape).copy()
         except ValueError:
             raise WireError("an array of no possible shape") from None

@@ -73,19 +73,19 @@ class Worker:
             exec(code, self.namespace)
         except BaseException as error:
             return self.account(error)
-        return {"error": "", "message": ""}
+        return {}
 
     def run_call(
         self, id: str, function: str, arguments: tuple[Any, ...], keywords: dict[str, Any]
     ) -> dict[str, Any]:
-        """Run one call and describe how it ended."""
-        answer: dict[str, Any] = {"id": id, "error": "", "message": "", "value": None}
+        """Run one call and describe how it ended; what is empty is left out."""
+        answer: dict[str, Any] = {"id": id}
         printed = sys.stdout = sys.stderr = Printed(self.order["output_chars"])
         start = time.perf_counter()
         try:
             value = self.namespace[function]
         except KeyError:
-            return answer | {"status": "NOT_DEFINED", "output": "", "seconds": 0.0}
+            return answer | {"status": "NOT_DEFINED", "seconds": 0.0}
         try:
             value = values.plain(value(*arguments, **keywords), self.left)
             answer |= {"status": "RETURNED", "value": value}
@@ -95,8 +95,10 @@ class Worker:
             answer |= {"status": "TOO_LARGE", "message": str(error)}
         except BaseException as error:
             answer |= {"status": "RAISED", **self.account(error)}
-        seconds = time.perf_counter() - start
-        return answer | {"output": printed.text, "seconds": seconds}
+        answer["seconds"] = time.perf_counter() - start
+        if printed.text:
+            answer["output"] = printed.text
+        return answer
 
     def account(self, error: BaseException) -> dict[str, str]:
         """The error's built-in name, and its message with the place in the student's code."""

@@ -100,8 +100,10 @@ def readable(text: Any, most: int = MAX_MESSAGE, keep: str = "") -> str:
     >>> readable("red \x1b[31m\n text")
     'red [31m  text'
     """
-    if not isinstance(text, str):
+    if not text or not isinstance(text, str):
         return ""
+    if len(text) <= most and text.isprintable():
+        return text
     shown = "".join(
         letter if letter.isprintable() or letter in keep else " " * letter.isspace()
         for letter in text[: 2 * most]

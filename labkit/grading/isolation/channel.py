@@ -15,6 +15,7 @@ from typing import IO, Any, Protocol
 from labkit.grading.box import wire
 
 CHUNK = 1 << 18
+PART = 1 << 16  # that much is set aside for each read, whatever comes
 LEAVE = 0.2  # s that a closed pipe may take to end
 
 
@@ -75,7 +76,7 @@ class SocketChannel:
         """Exactly `count` bytes."""
         while len(self.buffer) < count:
             try:
-                part = self.end.recv(CHUNK)
+                part = self.end.recv(PART)
             except BlockingIOError:
                 self._wait(deadline)
                 continue
