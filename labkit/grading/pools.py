@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import multiprocessing
+import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -21,6 +22,7 @@ NEEDED = "labkit.grading.batch"  # what a worker imports
 def prepare() -> None:
     """Have Python started and labkit imported where workers will come from, without waiting."""
     if sys.platform == "linux":
+        _import_nothing_from_here()
         forkserver.set_forkserver_preload([NEEDED])
         forkserver.ensure_running()
 
@@ -31,6 +33,7 @@ def local_pools(workers: int) -> Iterator[Iterator[Executor]]:
 
     On leaving, by an interruption too, no worker and no sandbox of one is left behind.
     """
+    _import_nothing_from_here()
     pools: list[ProcessPoolExecutor] = []
     context = _context()
 
@@ -57,6 +60,14 @@ def _context() -> BaseContext:
     It is none of the grader's own, which holds open files and threads that no worker shall have.
     """
     return multiprocessing.get_context("forkserver" if sys.platform == "linux" else "spawn")
+
+
+def _import_nothing_from_here() -> None:
+    """Keep processes that are started from now on from what lies in the grader's folder.
+
+    That is often the folder of the submissions, and one of them may be called ``signal.py``.
+    """
+    os.environ["PYTHONSAFEPATH"] = "1"
 
 
 def _be_a_worker() -> None:

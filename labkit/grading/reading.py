@@ -124,6 +124,8 @@ def _floats(value: Value, answer: Answer) -> FloatArray:
     if isinstance(value, str | dict) or (isinstance(value, Sequence) and len(value) == 0):
         raise Unreadable(f"it returned {_kind(value)}, expected {EXPECTED[answer]}")
     try:
+        if not _is_numeric(value):
+            raise ValueError
         array = np.asarray(value)
         if array.dtype.kind not in "fiub":
             raise ValueError
@@ -132,6 +134,13 @@ def _floats(value: Value, answer: Answer) -> FloatArray:
         raise Unreadable(
             f"it returned {_kind(value)} that is no array of numbers, expected {EXPECTED[answer]}"
         ) from None
+
+
+def _is_numeric(value: Value) -> bool:
+    """Whether it is numbers alone: of many texts numpy would give each the room of the longest."""
+    if isinstance(value, tuple):
+        return all(map(_is_numeric, value))
+    return isinstance(value, np.ndarray | float | int)
 
 
 def _kind(value: Value) -> str:

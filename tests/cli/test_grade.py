@@ -73,6 +73,19 @@ def test_it_goes_on_where_it_was_and_grades_what_changed(grade, tmp_path, capsys
     assert scores(tmp_path / "grades")["student00001"] == 3.5
 
 
+def test_a_submission_named_like_a_module_is_not_imported_by_the_grader(small, tmp_path):
+    """Workers are started where the grader is: often among the submissions."""
+    for name in ("signal", "pickle", "socket", "random"):
+        (tmp_path / f"{name}.py").write_text(f"open({name!r}, 'w')\n{RIGHT}", encoding="utf-8")
+    command = [sys.executable, "-P", "-m", "labkit", "grade", ".", "--assignment", str(small)]
+    command += ["--jobs", "2", "--no-html", *WHERE]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "4 of 4 submissions graded" in done.stdout, done.stderr
+    assert sorted(path.name for path in tmp_path.glob("[!g]*")) == [
+        "pickle.py", "random.py", "signal.py", "socket.py",
+    ]  # fmt: skip
+
+
 def test_gradescope_gets_one_students_folder(grade, tmp_path):
     (tmp_path / "work").mkdir()
     (tmp_path / "work/answers.py").write_text(RIGHT, encoding="utf-8")

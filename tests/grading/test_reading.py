@@ -63,6 +63,7 @@ def test_an_answer_is_read_in_any_form(answer, value, read_as):
         (Answer.VECTOR, "abc", "returned a text"),
         (Answer.VECTOR, np.eye(2), "an array with 2 axes"),
         (Answer.VECTOR, ("a", "b"), "no array of numbers"),
+        (Answer.VECTOR, ("a" * 10_000, *[""] * 40_000), "no array of numbers"),  # 1.6 GB, if made
         (Answer.MASK, (), "returned a list or tuple"),
         (Answer.MATCHES, np.zeros(3), r"expected two arrays \(indices, distances\)"),
         (Answer.MATCHES, ((1, 2), (0.5,)), "differ in shape"),

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import io
+import lzma
 import os
+import struct
 import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -12,6 +15,8 @@ from labkit.errors import LabkitError
 
 MEBIBYTE = 1 << 20
 MAX_FILE = 32 * MEBIBYTE  # a notebook with its pictures
+MAX_FILES = 200  # of one student
+PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # unpacked piece by piece; others at once
 SKIPPED = {".ipynb_checkpoints", "__MACOSX", "__pycache__", ".git", ".venv", "node_modules"}
 
 
@@ -54,10 +59,29 @@ class StoredFile:
             if not self.member:
                 with self.path.open("rb") as file:
                     return _bounded(file.read(MAX_FILE + 1), self.name)
-            with zipfile.ZipFile(self.path) as archive, archive.open(self.member) as packed:
-                return _bounded(packed.read(MAX_FILE + 1), self.name)
-        except (OSError, zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError) as error:
+            with zipfile.ZipFile(self.path) as archive:
+                return _bounded(
+                    _unpacked(archive, archive.getinfo(self.member), MAX_FILE), self.name
+                )
+        except LabkitError:
+            raise
+        except DAMAGED as error:
             raise LabkitError(f"{self.name} cannot be read: {error}") from None
+
+
+# What a damaged archive raises, in this module or in those that it calls.
+DAMAGED = (
+    OSError, zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error, RuntimeError, EOFError,
+    ValueError, LookupError,
+)  # fmt: skip
+
+
+def _unpacked(archive: zipfile.ZipFile, info: zipfile.ZipInfo, most: int) -> bytes:
+    """The bytes of a member, and one more than `most` where there are more."""
+    if info.compress_type not in PACKINGS:
+        raise zipfile.BadZipFile("it is packed in a rare way; pack it as an ordinary zip archive")
+    with archive.open(info) as packed:
+        return packed.read(most + 1)
 
 
 def _bounded(data: bytes, name: str) -> bytes:
@@ -81,7 +105,7 @@ def list_files(path: Path) -> list[StoredFile]:
             members = [info for info in archive.infolist() if not info.is_dir()]
     except FileNotFoundError:
         raise LabkitError(f"{path}: no such file or folder") from None
-    except (OSError, zipfile.BadZipFile, NotImplementedError) as error:
+    except DAMAGED as error:
         raise LabkitError(f"{path}: cannot be read as a zip archive: {error}") from None
     files = [
         StoredFile(
@@ -114,19 +138,29 @@ def unzip(name: str, data: bytes) -> dict[str, bytes]:
         Where it is no zip archive, or holds too much.
     """
     files: dict[str, bytes] = {}
+    left = MAX_FILE
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            for info in archive.infolist():
-                if info.is_dir() or is_skipped(info.filename) or not is_source(info.filename):
-                    continue
-                left = MAX_FILE - sum(map(len, files.values()))
-                with archive.open(info) as packed:
-                    files[printable(info.filename)] = packed.read(left + 1)
-                if len(files[printable(info.filename)]) > left:
+            members = [
+                info
+                for info in archive.infolist()
+                if not is_skipped(info.filename) and is_source(info.filename)
+            ]
+            if len(members) > MAX_FILES:
+                raise LabkitError(
+                    f"{name} holds {len(members)} notebooks and scripts, at most {MAX_FILES} are "
+                    f"read from an archive; hand in your own alone"
+                )
+            for info in members:
+                unpacked = files[printable(info.filename)] = _unpacked(archive, info, left)
+                left -= len(unpacked)
+                if left < 0:
                     raise LabkitError(
                         f"{name} unpacks to more than {MAX_FILE // MEBIBYTE} MiB; it is not read"
                     )
-    except (zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, OSError) as error:
+    except LabkitError:
+        raise
+    except DAMAGED as error:
         raise LabkitError(f"{name} cannot be unpacked: {error}") from None
     return files
 

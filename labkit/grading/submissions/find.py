@@ -10,6 +10,7 @@ from pathlib import Path
 from labkit.errors import LabkitError
 from labkit.grading.submissions.files import (
     MAX_FILE,
+    MAX_FILES,
     StoredFile,
     is_source,
     list_files,
@@ -18,8 +19,6 @@ from labkit.grading.submissions.files import (
     unzip,
 )
 from labkit.grading.submissions.layouts import Place, Platform, place_of, without_wrapping
-
-MAX_FILES = 200
 
 
 @dataclass(frozen=True, kw_only=True)

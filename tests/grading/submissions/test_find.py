@@ -3,8 +3,11 @@
 import io
 import os
 import zipfile
+from contextlib import suppress
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from labkit.errors import LabkitError
 from labkit.grading.submissions import files as files_module
@@ -168,3 +171,33 @@ def test_what_cannot_be_read_is_named(tmp_path):
     (tmp_path / "class.zip").write_bytes(b"not a zip")
     with pytest.raises(LabkitError, match=r"class\.zip: cannot be read as a zip archive"):
         find_submissions(tmp_path / "class.zip")
+
+
+def packed(members, how=zipfile.ZIP_DEFLATED):
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w", how) as file:
+        for name, data in members:
+            file.writestr(name, data)
+    return archive.getvalue()
+
+
+@pytest.mark.parametrize("how", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_a_packing_that_cannot_be_bounded_is_refused(how):
+    """A thousand bytes of bzip2 unpack to a gigabyte, and all at once."""
+    with pytest.raises(LabkitError, match="packed in a rare way"):
+        files_module.unzip("bomb.zip", packed([("a.py", bytes(1 << 20))], how))
+
+
+def test_an_archive_of_a_thousand_scripts_is_refused():
+    with pytest.raises(LabkitError, match=r"^many\.zip holds 1000 notebooks and scripts"):
+        files_module.unzip("many.zip", packed([(f"{i}.py", b"") for i in range(1000)]))
+
+
+@settings(max_examples=400)
+@given(st.lists(st.tuples(st.integers(0, 10_000), st.integers(0, 255)), min_size=1, max_size=6))
+def test_a_damaged_archive_is_named_whatever_is_wrong_with_it(changes):
+    data = bytearray(packed([("answers-ü.py", SOURCE * 9), ("b/c.ipynb", bytes(range(256)))]))
+    for place, value in changes:
+        data[place % len(data)] = value
+    with suppress(LabkitError):
+        files_module.unzip("damaged.zip", bytes(data))
