@@ -84,15 +84,20 @@ def unpack(frame: bytes | bytearray, most: int = MAX_TREE) -> Any:
     tree_length, raw_length = lengths(bytes(frame[: HEAD.size]), len(frame), most)
     if len(frame) != HEAD.size + tree_length + raw_length:
         raise WireError(f"a frame of {HEAD.size + tree_length + raw_length} bytes, not the stated")
-    view = memoryview(frame)[HEAD.size :]
+    return rebuild(memoryview(frame)[HEAD.size :], tree_length)
+
+
+def rebuild(body: bytes | memoryview, tree_length: int) -> Any:
+    """Rebuild the data from what follows the head; raises as `unpack` does."""
+    view = memoryview(body)
     try:
-        tree = json.loads(bytes(view[:tree_length]).decode())
+        tree = json.loads(str(view[:tree_length], "utf-8"))
     except (ValueError, RecursionError):
         raise WireError("the tree is no JSON") from None
     reader = _Reader(view[tree_length:])
     value = reader.value(tree, 0)
-    if reader.offset != raw_length:
-        raise WireError(f"{raw_length - reader.offset} bytes belong to no array")
+    if reader.offset != len(reader.raw):
+        raise WireError(f"{len(reader.raw) - reader.offset} bytes belong to no array")
     return value
 
 

@@ -141,8 +141,8 @@ class Worker:
     def receive(self) -> Any:
         """Read one frame."""
         head = self.read(wire.HEAD.size)
-        rest = self.read(sum(wire.lengths(head, wire.MAX_REQUEST, wire.MAX_REQUEST)))
-        return wire.unpack(head + rest, wire.MAX_REQUEST)
+        tree_length, raw_length = wire.lengths(head, wire.MAX_REQUEST, wire.MAX_REQUEST)
+        return wire.rebuild(self.read(tree_length + raw_length), tree_length)
 
     def read(self, count: int) -> bytes:
         """Read exactly so many bytes."""

@@ -49,8 +49,9 @@ def receive(channel: Channel, most: int, deadline: float) -> tuple[Any, int]:
         If what arrives is no frame, or a longer one.
     """
     head = channel.read(wire.HEAD.size, deadline)
-    body = channel.read(sum(wire.lengths(head, most)), deadline)
-    return wire.unpack(head + body), len(head) + len(body)
+    tree_length, raw_length = wire.lengths(head, most)
+    body = channel.read(tree_length + raw_length, deadline)
+    return wire.rebuild(body, tree_length), len(head) + len(body)
 
 
 class SocketChannel:
@@ -60,6 +61,8 @@ class SocketChannel:
         self.end = end
         self.end.setblocking(False)
         self.buffer = bytearray()
+        self.arrival = select.poll()
+        self.arrival.register(end, select.POLLIN)
 
     def write(self, frame: bytes, deadline: float) -> None:
         """Send all of it."""
@@ -68,17 +71,21 @@ class SocketChannel:
             try:
                 view = view[self.end.send(view[:CHUNK]) :]
             except BlockingIOError:
-                self._wait(deadline, writing=True)
+                room = select.poll()
+                room.register(self.end, select.POLLOUT)
+                if not room.poll(_milliseconds(deadline)):
+                    raise LateError from None
             except OSError:
                 raise GoneError from None
 
     def read(self, count: int, deadline: float) -> bytes:
         """Exactly `count` bytes."""
         while len(self.buffer) < count:
+            if not self.arrival.poll(_milliseconds(deadline)):
+                raise LateError
             try:
                 part = self.end.recv(PART)
             except BlockingIOError:
-                self._wait(deadline)
                 continue
             except OSError:
                 raise GoneError from None
@@ -93,11 +100,9 @@ class SocketChannel:
         """Let go of it."""
         self.end.close()
 
-    def _wait(self, deadline: float, writing: bool = False) -> None:
-        waiting = select.poll()
-        waiting.register(self.end, select.POLLOUT if writing else select.POLLIN)
-        if not waiting.poll(max(0.0, deadline - time.monotonic()) * 1000):
-            raise LateError
+
+def _milliseconds(deadline: float) -> float:
+    return max(0.0, deadline - time.monotonic()) * 1000
 
 
 class PipeChannel:
