@@ -50,11 +50,11 @@ def close_gate(gate: float, huber_delta: float) -> float:
     return min(gate, CLOSE_GATE * huber_delta)
 
 
-def extent(points: FloatArray) -> tuple[float, float, float]:
-    """The centroid x, y [m] of points (N, 2) and their mean squared distance from it [m²]."""
-    x, y = (points.sum(axis=0) / len(points)).tolist()
-    flat = points.T.ravel()
-    return x, y, max(0.0, float(flat @ flat) / len(points) - x * x - y * y)
+def extent(columns: FloatArray) -> tuple[float, float, float]:
+    """The centroid x, y [m] of `homogeneous` points and their mean squared distance from it."""
+    (xx, _, x), (_, yy, y), (*_, count) = (columns @ columns.T).tolist()
+    x, y = x / count, y / count
+    return x, y, max(0.0, (xx + yy) / count - x * x - y * y)
 
 
 def is_long(

@@ -174,11 +174,18 @@ def check_count(value: int, name: str, at_least: int) -> None:
         )
 
 
-def dots(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The dot product of each row of a with that of b, shapes (N, 2): (N,)."""
-    products = a * b
-    total: FloatArray = products[:, 0] + products[:, 1]
-    return total
+def lengths(columns: FloatArray) -> FloatArray:
+    """Euclidean lengths of the columns of an array of shape (2, N): (N,)."""
+    squares = columns * columns
+    total: FloatArray = squares[0] + squares[1]
+    return np.sqrt(total, out=total)
+
+
+def homogeneous(points: FloatArray) -> FloatArray:
+    """Points (N, 2) as columns (x, y, 1), shape (3, N): one product with a T moves them."""
+    columns = np.ones((3, len(points)))
+    columns[:2] = points.T
+    return columns
 
 
 def by_column(points: FloatArray) -> FloatArray:

@@ -109,46 +109,85 @@ def huber_loss(residuals: ArrayLike, huber_delta: float) -> FloatArray:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Correspondences:
-    """The pairs of one association and what became of each; row i is source point i.
+    """The pairs of one association and what became of each; entry i is source point i.
+
+    It keeps what the loop works with, points as columns; what people ask for is derived
+    from that when they do.
 
     Attributes
     ----------
-    source : ndarray, shape (N, 2)
-        The source points in the target's frame, at the pose of the association [m].
-    target : ndarray, shape (N, 2)
-        The nearest target point of each [m].
+    moved : ndarray, shape (3, N)
+        The source points at the pose of the association, in the target's frame, as columns
+        (x, y, 1) [m].
+    nearest : ndarray, shape (2, N) or (4, N)
+        The nearest target point of each [m], and under the point-to-line metric its normal,
+        zero where it has none.
+    center : ndarray, shape (3, 1)
+        The target's centroid (x, y, 0) [m], which sums are taken about.
     target_index : ndarray of int, shape (N,)
-        Its row in the target.
-    normals : ndarray, shape (N, 2), or None
-        Its normal, zero where it has none; None under the point-to-point metric.
+        The target point's row in the target.
     distances : ndarray, shape (N,)
         How far the pair is apart [m].
-    residuals : ndarray, shape (N,)
-        What the metric minimises [m]: the distance, or the distance from the line (NaN
-        where the target has no normal).
-    within_gate, within_overlap, kept : ndarray of bool, shape (N,)
-        `kept` passed both, and has a residual.
+    from_line : ndarray, shape (N,), or None
+        n·(p − q), how far the source point is in front of the line through the target's
+        surface [m]; None under the point-to-point metric.
+    kept : ndarray of bool, shape (N,)
+        Which pairs passed gate and overlap, and have a residual.
     weights : ndarray, shape (N,)
         Huber's weight of a kept pair, 0 for a rejected one.
-    gate, huber_delta : float
-        d_max and δ [m] that they were judged by.
+    gate, overlap_ratio, huber_delta : float
+        d_max [m], ρ and δ [m] that they were judged by.
     point_share : float
         Share of the point-to-point metric in the step of line pairs; see `labkit.approach`.
     """
 
-    source: FloatArray
-    target: FloatArray
+    moved: FloatArray
+    nearest: FloatArray
+    center: FloatArray
     target_index: IntArray
-    normals: FloatArray | None
     distances: FloatArray
-    residuals: FloatArray
-    within_gate: BoolArray
-    within_overlap: BoolArray
+    from_line: FloatArray | None
     kept: BoolArray
     weights: FloatArray
     gate: float
+    overlap_ratio: float
     huber_delta: float
     point_share: float = 0.0
+
+    @property
+    def source(self) -> FloatArray:
+        """The source points in the target's frame [m], shape (N, 2)."""
+        return self.moved[:2].T
+
+    @property
+    def target(self) -> FloatArray:
+        """The nearest target point of each [m], shape (N, 2)."""
+        return self.nearest[:2].T
+
+    @property
+    def normals(self) -> FloatArray | None:
+        """Its normal, shape (N, 2), zero where it has none; None under point-to-point."""
+        return None if self.from_line is None else self.nearest[2:].T
+
+    @cached_property
+    def residuals(self) -> FloatArray:
+        """What the metric minimises [m], shape (N,): the distance, or that from the line.
+
+        NaN where the target has no normal.
+        """
+        if self.from_line is None:
+            return self.distances
+        return np.where(self.nearest[2:].any(axis=0), np.abs(self.from_line), np.nan)
+
+    @cached_property
+    def within_gate(self) -> BoolArray:
+        """Which pairs passed the gate, shape (N,)."""
+        return distance_gate(self.distances, self.gate)
+
+    @cached_property
+    def within_overlap(self) -> BoolArray:
+        """Which pairs are among the ⌊ρN⌋ closest, shape (N,)."""
+        return overlap(self.distances, self.overlap_ratio)
 
     @property
     def inlier_count(self) -> int:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.alignment import align
 from labkit.approach import close_gate, extent, is_long, point_share, wide_delta
-from labkit.arrays import FloatArray, as_points, as_transform, by_column, dots, take_rows
+from labkit.arrays import FloatArray, as_points, as_transform, homogeneous, lengths, take_rows
 from labkit.correspondences import (
     MIN_PAIRS,
     Correspondences,
@@ -18,7 +19,7 @@ from labkit.correspondences import (
     overlap,
 )
 from labkit.errors import DegenerateAlignmentError
-from labkit.line_alignment import align_to_lines
+from labkit.line_alignment import line_step
 from labkit.neighbors import Follower
 from labkit.registration import (
     IcpParameters,
@@ -27,7 +28,7 @@ from labkit.registration import (
     Termination,
 )
 from labkit.scan import Scan, as_scan
-from labkit.se2 import apply, compose, from_xytheta, to_xytheta, transform
+from labkit.se2 import compose, from_xytheta, to_xytheta, transform
 from labkit.target import Target, as_target
 
 DEFAULTS = IcpParameters()
@@ -83,26 +84,35 @@ def icp(
     >>> bool(np.allclose(result.T_target_source, T_target_source)), result.inlier_count
     (True, 85)
     """
-    points = by_column(as_points(as_scan(source).points, "source"))
+    columns = homogeneous(as_points(as_scan(source).points, "source"))
     target = as_target(target)
     T = np.eye(3) if T_init is None else as_transform(T_init, "T_init")
 
-    far, size = parameters.approach, extent(points)
-    search = Follower(target.search)  # knows where the points were: most keep their partner
-    pairs = associate(points, target, T, parameters, far=far, search=search)  # D, E
-    history = [_record(T, T, pairs, far)]
-    termination = check_pairs(pairs)
+    far, size = parameters.approach, extent(columns)
+    match = partial(_associate, columns, Follower(target.search), target, parameters)
+    now = Iteration(T_target_source=T, associate=partial(match, T, far=far), far=far)  # D, E
+    history = [now]
+    termination = check_pairs(now.correspondences)
     while termination is None:
         try:
-            dT = minimise(pairs, parameters)  # F
+            dT = minimise(now.correspondences, parameters)  # F
         except DegenerateAlignmentError:
             termination = Termination.DEGENERATE
             break
         T, T_before = dT @ T, T  # G: the update composes on the left
         far = far and is_long(size, T_before, T, parameters.huber_delta)
-        pairs = associate(points, target, T, parameters, far=far, search=search)  # D, E
-        history.append(_record(T, T_before, pairs, far))
-        termination = check_pairs(pairs) or check_convergence(history, parameters)  # H
+        moved, turned = step_length(T_before, T)
+        now = Iteration(
+            T_target_source=T,
+            associate=partial(match, T, far=far),  # D, E, when somebody asks
+            translation_step=moved,
+            rotation_step=turned,
+            far=far,
+        )
+        history.append(now)
+        termination = check_convergence(history, parameters)  # H
+        if termination is not Termination.CONVERGED_POSE:
+            termination = check_pairs(now.correspondences) or termination
     return IcpResult(  # I
         T_target_source=np.full((3, 3), np.nan) if termination.failed else T,
         termination=termination,
@@ -118,43 +128,54 @@ def associate(
     parameters: IcpParameters,
     *,
     far: bool = False,
-    search: Follower | None = None,
 ) -> Correspondences:
     """Match, reject and weight at the pose `T`, `far` from the answer or near it."""
+    columns = homogeneous(source)
+    return _associate(columns, Follower(target.search), target, parameters, T, far=far)
+
+
+def _associate(
+    source: FloatArray,
+    search: Follower,
+    target: Target,
+    parameters: IcpParameters,
+    T: FloatArray,
+    *,
+    far: bool,
+) -> Correspondences:
+    """The same of `homogeneous` columns, with a search that has followed them so far."""
     gate, delta, share = parameters.max_correspondence_distance, parameters.huber_delta, 0.0
     if parameters.approach and not far:
         gate = close_gate(gate, delta)
-    moved = apply(T, source)
-    index = (search or target.search).nearest(moved)
-    nearest = take_rows(target.points, index)
-    offset = moved - nearest
-    distances = np.sqrt(dots(offset, offset))
-    within_gate = distance_gate(distances, gate)
-    within_overlap = overlap(distances, parameters.overlap_ratio)
-    kept = within_gate & within_overlap
-    if parameters.metric == "point_to_point":
-        normals, residuals = None, distances
-    else:
-        normals = take_rows(target.weightless_normals, index)
-        on_line = target.on_line.take(index)
-        residuals = np.where(on_line, np.abs(dots(normals, offset)), np.nan)
-        kept &= on_line
+    moved = T @ source
+    index = search.nearest(moved)
+    on_lines = parameters.metric == "point_to_line"
+    nearest = (target.surface if on_lines else target.points.T).take(index, axis=1)
+    offset = moved[:2] - nearest[:2]
+    distances = lengths(offset)
+    kept = distance_gate(distances, gate)
+    if parameters.overlap_ratio < 1.0:
+        kept &= overlap(distances, parameters.overlap_ratio)
+    from_line, residuals = None, distances
+    if on_lines:
+        kept &= target.on_line.take(index)
+        along = nearest[2:] * offset
+        from_line = along[0] + along[1]
+        residuals = np.abs(from_line)
     if far:
         delta = wide_delta(residuals[kept], delta)
         share = point_share(delta, parameters.huber_delta)
-    weights = np.where(kept, huber_weights(residuals, delta), 0.0)
     return Correspondences(
-        source=moved,
-        target=nearest,
+        moved=moved,
+        nearest=nearest,
+        center=target.search.center,
         target_index=index,
-        normals=normals,
         distances=distances,
-        residuals=residuals,
-        within_gate=within_gate,
-        within_overlap=within_overlap,
+        from_line=from_line,
         kept=kept,
-        weights=weights,
+        weights=huber_weights(residuals, delta) * kept,
         gate=gate,
+        overlap_ratio=parameters.overlap_ratio,
         huber_delta=delta,
         point_share=share,
     )
@@ -162,13 +183,18 @@ def associate(
 
 def minimise(pairs: Correspondences, parameters: IcpParameters) -> FloatArray:
     """The step dT that best moves the kept pairs together under the metric."""
-    if pairs.normals is None:
+    if pairs.from_line is None:
         kept = np.flatnonzero(pairs.kept)
         p, q = take_rows(pairs.source, kept), take_rows(pairs.target, kept)
         dT = align(p, q, pairs.weights[kept])
     else:  # a pair that was rejected has no weight
-        dT = align_to_lines(
-            pairs.source, pairs.target, pairs.normals, pairs.weights, pairs.point_share
+        dT = line_step(
+            pairs.moved,
+            pairs.nearest,
+            pairs.from_line,
+            pairs.weights,
+            center=pairs.center,
+            point_share=pairs.point_share,
         )
     if parameters.step_fraction < 1.0:
         dT = _shorten(dT, pairs.source[pairs.kept], parameters.step_fraction)
@@ -213,15 +239,9 @@ def check_convergence(history: list[Iteration], parameters: IcpParameters) -> Te
     return None
 
 
-def _record(T: FloatArray, T_before: FloatArray, pairs: Correspondences, far: bool) -> Iteration:
-    first = T is T_before
+def step_length(T_before: FloatArray, T: FloatArray) -> tuple[float, float]:
+    """How far a pose moved, |Δt| [m], and turned, |Δψ| [rad]."""
     (c, _, x), (s, _, y), _ = T.tolist()
     (c_before, _, x_before), (s_before, _, y_before), _ = T_before.tolist()
     turned = math.atan2(c_before * s - s_before * c, c_before * c + s_before * s)
-    return Iteration(
-        T_target_source=T,
-        correspondences=pairs,
-        translation_step=math.nan if first else math.hypot(x - x_before, y - y_before),
-        rotation_step=math.nan if first else abs(turned),
-        far=far,
-    )
+    return math.hypot(x - x_before, y - y_before), abs(turned)

@@ -1,17 +1,17 @@
 """What goes into a registration and what comes out: parameters, history, result.
 
-There are two metrics. Generalised ICP (Segal, Haehnel, Thrun, RSS 2009) would be a third in
-some thirty lines of this loop; it was tried and left out. With planes of thickness √ε = 0.03
-its median errors are 1.16 mm and 0.0135° on ray-cast rooms of 360 beams, where
-point-to-line has 1.26 mm and 0.0121°. It needs the source's normals too, a tenth of a
-match's time, and a wall that is thin from both sides holds a scan that starts far away: of
-Killian Court's pairs at 0.5 m and 20° it finds 2 %, and 71 % with ε ten times as large,
-where point-to-line finds 84 % from the same starts.
+Generalised ICP (Segal, Haehnel, Thrun, RSS 2009) would be a third metric in some thirty
+lines; it was tried and left out. With planes of thickness √ε = 0.03 its median errors are
+1.16 mm and 0.0135° on ray-cast rooms of 360 beams (point-to-line: 1.26 mm, 0.0121°). It needs
+the source's normals too, and a wall that is thin from both sides holds a scan that starts far
+away: of Killian Court's pairs at 0.5 m and 20° it finds 2 %, and 71 % with ε ten times as
+large (point-to-line: 84 %).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
@@ -122,8 +122,8 @@ class Iteration:
     ----------
     T_target_source : ndarray, shape (3, 3)
         The pose.
-    correspondences : Correspondences
-        The association made there.
+    associate : callable
+        Makes the association.
     translation_step, rotation_step : float
         How far the pose moved to get here, [m] and [rad]; NaN at number 0.
     far : bool
@@ -131,10 +131,15 @@ class Iteration:
     """
 
     T_target_source: FloatArray
-    correspondences: Correspondences
-    translation_step: float
-    rotation_step: float
+    associate: Callable[[], Correspondences]
+    translation_step: float = math.nan
+    rotation_step: float = math.nan
     far: bool = False
+
+    @cached_property
+    def correspondences(self) -> Correspondences:
+        """The association there, made when it is asked for: a match ends without its last."""
+        return self.associate()
 
     @property
     def cost(self) -> float:
@@ -159,8 +164,7 @@ class IcpResult:
     Attributes
     ----------
     T_target_source : ndarray, shape (3, 3)
-        The estimate; all NaN where the run failed, so that no guess passes for one. The
-        last pose that was tried stays in ``history[-1]``.
+        The estimate; NaN where the run failed: no guess passes for one (see ``history[-1]``).
     termination : Termination
         How the run ended.
     history : tuple of Iteration
@@ -181,7 +185,7 @@ class IcpResult:
 
     @property
     def cost(self) -> float:
-        """The truncated Huber cost J [m²] there; see `labkit.icp`."""
+        """The truncated Huber cost J [m²] there."""
         return self.correspondences.cost
 
     @property
@@ -199,10 +203,8 @@ class IcpResult:
     def observability(self) -> Information | None:
         """What the final pairs say about each direction of the motion.
 
-        Computed when it is asked for. None where the run failed or no pair lies on a surface,
-        so that nothing can be said. ``result.observability.free`` are the directions in which
-        the estimate is no measurement: the guess under the point-to-line metric, chance under
-        point-to-point.
+        None where the run failed or no pair lies on a surface, so that nothing can be said.
+        In its ``free`` directions the estimate is no measurement, but the guess or chance.
         """
         if self.termination.failed:
             return None

@@ -24,7 +24,9 @@ class Target:
 
     def __init__(self, scan: Scan | ArrayLike) -> None:
         self.scan = as_scan(scan)
-        self.search = NearestNeighbors(self.scan.points, method="auto")
+        self.search = NearestNeighbors(
+            self.scan.points, method="auto", in_order=self.scan.beams is not None
+        )
         self.points = self.search.target
 
     @cached_property
@@ -38,9 +40,13 @@ class Target:
         return np.isfinite(self.normals[:, 0])
 
     @cached_property
-    def weightless_normals(self) -> FloatArray:
-        """The normals with zero for NaN, shape (M, 2): sums may run over all points."""
-        return np.where(self.on_line, self.normals.T, 0.0).T
+    def surface(self) -> FloatArray:
+        """Points [m] and unit normals as columns (x, y, nx, ny), shape (4, M).
+
+        A missing normal is zero.
+        """
+        normals = np.where(self.on_line, self.normals.T, 0.0)
+        return np.concatenate((self.points.T, normals))
 
 
 def as_target(target: Target | Scan | ArrayLike) -> Target:

@@ -22,6 +22,7 @@ from labkit.approach import (
     point_share,
     wide_delta,
 )
+from labkit.arrays import homogeneous
 from labkit.line_alignment import align_to_lines
 from labkit.odometry import OdometryParameters
 from labkit.se2 import apply, invert, rotation, to_xytheta, transform
@@ -55,7 +56,9 @@ def test_the_share_grows_with_delta_and_is_a_share(delta, ratio):
 def test_without_a_delta_there_is_nothing_to_widen():
     assert point_share(math.inf, math.inf) == 0.0
     assert close_gate(0.5, math.inf) == 0.5
-    assert not is_long(extent(np.zeros((3, 2))), np.eye(3), transform(1.0, 1.0, 1.0), math.inf)
+    assert not is_long(
+        extent(homogeneous(np.zeros((3, 2)))), np.eye(3), transform(1.0, 1.0, 1.0), math.inf
+    )
 
 
 def test_the_close_gate_is_never_wider_than_the_gate():
@@ -72,8 +75,8 @@ def test_a_step_is_as_long_as_it_moves_the_points(seed, T_before, way, turn):
     T = transform(way, -0.5 * way, 0.1 * turn) @ T_before
     motion = apply(T, points) - apply(T_before, points)
     moved = math.sqrt(np.mean((motion**2).sum(axis=1)))
-    assert is_long(extent(points), T_before, T, 0.999 * moved / LONG)
-    assert not is_long(extent(points), T_before, T, 1.001 * moved / LONG)
+    assert is_long(extent(homogeneous(points)), T_before, T, 0.999 * moved / LONG)
+    assert not is_long(extent(homogeneous(points)), T_before, T, 1.001 * moved / LONG)
 
 
 # ---------------------------------------------------------------- the share of point-to-point
@@ -200,7 +203,7 @@ def test_the_way_is_on_record(rooms):
             assert (pairs.huber_delta, pairs.point_share) == (0.02, 0.0)
     for before, now in pairwise(history):
         step = before.T_target_source, now.T_target_source
-        assert now.far == (before.far and is_long(extent(source.points), *step, 0.02))
+        assert now.far == (before.far and is_long(extent(homogeneous(source.points)), *step, 0.02))
 
 
 def test_no_run_ends_with_a_step_from_afar(rooms):

@@ -1,4 +1,4 @@
-"""Nearest neighbours: three ways to search, held against all distances."""
+"""Nearest neighbours: four ways to search, held against all distances."""
 
 import math
 
@@ -9,10 +9,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.distance import cdist
 
-from labkit import neighbors
+from labkit import neighbors, products
+from labkit.arrays import homogeneous
 from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.neighbors import Follower, NearestNeighbors, nearest_by_brute_force
 from labkit.se2 import apply, transform
+from labkit.simulation import Lidar, cast, room
 
 # On a coarse lattice ties and duplicates are the rule.
 lattice = arrays(
@@ -39,10 +41,11 @@ def test_of_equally_near_points_the_first_is_taken(points, target):
     np.testing.assert_array_equal(distance, np.sqrt(table.min(axis=1)))
 
 
+@pytest.mark.parametrize("method", ["matrix", "sweep"])
 @given(st.one_of(lattice, clouds), st.one_of(lattice, clouds))
-def test_the_matrix_product_finds_points_that_are_as_near(points, target):
-    """Not always the same ones: it rounds differently, by some 1e-16 of the coordinates."""
-    _, by_product = NearestNeighbors(target, method="matrix").query(points)
+def test_products_find_points_that_are_as_near(method, points, target):
+    """Not always the same ones: they round differently, by some 1e-16 of the coordinates."""
+    _, by_product = NearestNeighbors(target, method=method).query(points)
     _, by_force = NearestNeighbors(target, method="brute").query(points)
     extent = max(np.abs(points).max(), np.abs(target).max())
     np.testing.assert_allclose(by_product**2, by_force**2, rtol=1e-12, atol=1e-14 * extent**2)
@@ -62,7 +65,7 @@ steps = st.lists(
 )
 
 
-@pytest.mark.parametrize("method", ["tree", "matrix"])
+@pytest.mark.parametrize("method", ["tree", "matrix", "sweep", "brute"])
 @given(st.one_of(lattice, clouds), st.one_of(lattice, clouds), steps)
 def test_following_points_finds_what_asking_anew_finds(method, points, target, steps):
     """Through steps long, short and none at all, ties and duplicates included."""
@@ -71,7 +74,8 @@ def test_following_points_finds_what_asking_anew_finds(method, points, target, s
     answers = []
     for step in steps:
         points = apply(transform(*step), points)
-        answers.append((follower.nearest(points), search.nearest(points).copy()))
+        columns = homogeneous(points)
+        answers.append((follower.nearest(columns), search.nearest_to_columns(columns).copy()))
     for followed, asked in answers:  # no answer is overwritten by a later one
         np.testing.assert_array_equal(followed, asked)
 
@@ -88,22 +92,66 @@ def test_points_that_hardly_move_are_not_asked_about_again(monkeypatch):
     monkeypatch.setattr(neighbors, "_nearest_by_tree", counted)
     for shift, most in ((0.0, 500), (1e-3, 50), (2e-3, 50), (5.0, 500)):
         asked.clear()
-        index = follower.nearest(points + shift)
+        index = follower.nearest(homogeneous(points + shift))
         assert sum(asked) <= most
         np.testing.assert_array_equal(index, nearest_by_brute_force(points + shift, search.target))
     assert sum(asked) > 400
 
 
-@pytest.mark.parametrize(("points", "method"), [(450, "matrix"), (451, "tree")])
-def test_the_size_chooses_the_method(points, method):
+@pytest.mark.parametrize(
+    ("points", "in_order", "method"),
+    [
+        (450, True, "matrix"),
+        (451, True, "sweep"),
+        (10_000, True, "sweep"),
+        (10_001, True, "tree"),
+        (700, False, "matrix"),
+        (701, False, "tree"),
+    ],
+)
+def test_size_and_order_choose_the_method(points, in_order, method):
     target = np.random.default_rng(0).normal(size=(points, 2))
-    assert NearestNeighbors(target, "auto").method == method
+    assert NearestNeighbors(target, "auto", in_order=in_order).method == method
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.01, 1.0])
+@pytest.mark.parametrize("ordered", [True, False])
+def test_a_sweep_is_searched_as_brute_force_would(shift, ordered):
+    """With partners from before or without, good ones or bad ones, in any order."""
+    rng = np.random.default_rng(2)
+    lidar = Lidar(beam_count=1000, field_of_view=4.7)
+    target, source = (cast(room(), transform(x, 0.0, x), lidar, rng=rng).points for x in (0.0, 0.1))
+    source = source + shift
+    if not ordered:
+        target, source = rng.permutation(target), rng.permutation(source)
+    search = NearestNeighbors(target, "sweep")
+    expected = nearest_by_brute_force(source, search.target)
+    columns = homogeneous(source)
+    for before in (None, expected, expected[::-1], rng.integers(0, len(target), len(source))):
+        np.testing.assert_array_equal(search.nearest_to_columns(columns, before), expected)
+    np.testing.assert_array_equal(search.query(source)[0], expected)
+
+
+def test_a_sweep_leaves_out_what_is_far_away(monkeypatch):
+    """A tenth of all distances is looked at, where the scans overlap."""
+    rng = np.random.default_rng(3)
+    lidar = Lidar(beam_count=2000)
+    target, source = (cast(room(), np.eye(3), lidar, rng=rng).points for _ in range(2))
+    search, looked = NearestNeighbors(target, "sweep"), []
+
+    class Counted(np.ndarray):
+        def __matmul__(self, other):
+            looked.append(self.shape[0] * other.shape[1])
+            return np.asarray(self) @ np.asarray(other)
+
+    search.nearest_to_columns(homogeneous(source).view(Counted))
+    assert 0 < sum(looked) < 0.1 * len(source) * len(target)
 
 
 @pytest.mark.parametrize("cached", [1, 7 * 50, 1 << 20])
 def test_queries_of_changing_size_share_one_search(cached, monkeypatch):
     """In blocks of one row, of seven, and all at once."""
-    monkeypatch.setattr(neighbors, "_CACHED", cached)
+    monkeypatch.setattr(products, "_CACHED", cached)
     rng = np.random.default_rng(1)
     search = NearestNeighbors(rng.normal(size=(50, 2)), "matrix")
     for count in (7, 7, 30, 1, 30):
@@ -141,7 +189,6 @@ def test_bad_points(target, points, message):
 
 
 def test_unknown_method():
-    with pytest.raises(
-        InvalidParameterError, match="`method` must be one of auto, tree, brute, matrix, got 'kd'"
-    ):
+    message = "`method` must be one of auto, tree, brute, matrix, sweep, got 'kd'"
+    with pytest.raises(InvalidParameterError, match=message):
         NearestNeighbors([[0, 0]], "kd")

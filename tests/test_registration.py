@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from labkit import IcpParameters, Termination
+from labkit.arrays import homogeneous
 from labkit.correspondences import Correspondences
 from labkit.errors import InvalidParameterError
 
@@ -99,16 +100,15 @@ def correspondences(distances, kept):
     kept = np.array(kept, dtype=bool)
     d = np.array(distances, dtype=float)
     return Correspondences(
-        source=np.zeros((len(d), 2)),
-        target=np.column_stack([d, 0 * d]),
-        normals=None,
+        moved=homogeneous(np.zeros((len(d), 2))),
+        nearest=np.stack([d, 0 * d]),
+        center=np.zeros((3, 1)),
+        from_line=None,
         gate=10.0,
+        overlap_ratio=1.0,
         huber_delta=math.inf,
         target_index=np.zeros(len(d), dtype=np.intp),
         distances=d,
-        residuals=d,
-        within_gate=kept,
-        within_overlap=np.ones(len(d), dtype=bool),
         kept=kept,
         weights=kept.astype(float),
     )

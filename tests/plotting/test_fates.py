@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from labkit.correspondences import Correspondences
+from labkit.arrays import homogeneous
+from labkit.correspondences import Correspondences, distance_gate, overlap
 from labkit.icp import icp
 from labkit.plotting import Fate, fates
 from labkit.registration import IcpParameters
@@ -14,19 +15,20 @@ GATES = (0.02, 0.1, 0.5, np.inf)
 
 def random_pairs(rng, count=200):
     """Masks in every combination, with `kept` and `weights` as ICP sets them."""
-    within_gate, within_overlap, with_line = rng.random((3, count)) < 0.6
-    kept = within_gate & within_overlap & with_line
+    distances = rng.uniform(0.0, 0.8, count)
+    normals = np.stack([rng.random(count) < 0.6, np.zeros(count)])
+    gate, ratio = rng.choice([0.3, 0.6], 2)
+    kept = distance_gate(distances, gate) & overlap(distances, ratio) & normals.any(axis=0)
     return Correspondences(
-        source=np.zeros((count, 2)),
-        target=np.zeros((count, 2)),
-        normals=None,
-        gate=0.5,
+        moved=homogeneous(np.zeros((count, 2))),
+        nearest=np.concatenate((np.zeros((2, count)), normals)),
+        center=np.zeros((3, 1)),
+        from_line=np.ones(count),
+        gate=gate,
+        overlap_ratio=ratio,
         huber_delta=0.2,
         target_index=np.zeros(count, dtype=np.intp),
-        distances=np.ones(count),
-        residuals=np.where(with_line, 1.0, np.nan),
-        within_gate=within_gate,
-        within_overlap=within_overlap,
+        distances=distances,
         kept=kept,
         weights=np.where(kept, rng.choice([0.3, 1.0], count), 0.0),
     )
