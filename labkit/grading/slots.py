@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import atexit
 from concurrent.futures import BrokenExecutor, Executor
 from contextlib import suppress
+from multiprocessing.util import Finalize
 from threading import Thread
 
 from labkit.errors import LabkitError
@@ -19,7 +19,7 @@ def own_sandbox(mode: str, limits: Limits) -> Sandbox:
     """The sandbox of this process, opened once and closed when the process ends."""
     if (mode, limits) not in _OPEN:
         sandbox = open_sandbox(mode, limits)
-        atexit.register(sandbox.close)
+        Finalize(None, sandbox.close, exitpriority=0)  # a forked process runs no `atexit`
         _OPEN[mode, limits] = _OPEN[sandbox.mode, limits] = sandbox
     return _OPEN[mode, limits]
 
