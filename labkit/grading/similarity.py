@@ -99,7 +99,7 @@ def near_identical(submissions: Mapping[str, Iterable[int]], share: float = 0.8)
 def _shape(source: str) -> Iterator[str]:
     """The tokens of a program, names and texts alike; up to where it is no Python."""
     try:
-        for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        for token in tokenize.generate_tokens(io.StringIO(source.lstrip("\n")).readline):
             if token.type in SILENT:
                 continue
             if token.type == tokenize.NAME and not keyword.iskeyword(token.string):

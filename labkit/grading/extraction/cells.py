@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,10 @@ from labkit.errors import LabkitError
 from labkit.grading.extraction.magics import neutralise
 
 MAX_CELLS = 5000
+MAX_CODE = 1 << 18  # characters of code in one file
+MAX_ALL_CODE = 4 * MAX_CODE  # ... and in all files of a submission
+LINE = 50  # as many characters does a line cost, however short it is
+MAX_PARTS = 2_000_000  # objects and lists in the JSON of a notebook: far more than plots need
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +39,21 @@ class RawCell:
     grade_id: str = ""
 
 
-def cells_of(name: str, data: bytes) -> list[RawCell]:
+def cells_by_file(files: Mapping[str, bytes], notes: list[str]) -> dict[str, list[RawCell]]:
+    """The cells of each file; none, and a note, where it cannot be read or is one too many."""
+    read: dict[str, list[RawCell]] = {}
+    left = MAX_ALL_CODE
+    for name, data in files.items():
+        read[name] = []
+        try:
+            read[name] = cells_of(name, data, left)
+        except LabkitError as error:
+            notes.append(str(error))
+        left -= _cost(cell.source for cell in read[name])
+    return read
+
+
+def cells_of(name: str, data: bytes, left: int = MAX_CODE) -> list[RawCell]:
     """Read a file of a submission.
 
     Parameters
@@ -43,6 +62,8 @@ def cells_of(name: str, data: bytes) -> list[RawCell]:
         Its name; the suffix tells a notebook from a script.
     data : bytes
         What it holds.
+    left : int
+        How many characters of code may still be read; a line costs `LINE` at least.
 
     Returns
     -------
@@ -52,31 +73,51 @@ def cells_of(name: str, data: bytes) -> list[RawCell]:
     Raises
     ------
     LabkitError
-        For a file that is no notebook or no text; the message is for the student.
+        For a file that is no notebook or no text, or holds too much code; the message is for
+        the student.
     """
     text = _decode(name, data)
     if not name.lower().endswith(".ipynb"):
+        _check_length(name, [text], left)
         source, error = neutralise(text)
         return [RawCell(source=source, error=error, label=name)]
+    if text.count("{") + text.count("[") > MAX_PARTS:
+        raise LabkitError(f"{name} is too large a notebook; clear its outputs and hand it in again")
     try:
         notebook = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise LabkitError(
             f"{name} is no notebook ({error}); save it again and hand it in"
         ) from None
+    cells = [
+        cell
+        for cell in _cells(name, notebook)
+        if isinstance(cell, dict) and cell.get("cell_type") == "code"
+    ]
+    texts = [_text(cell.get("source", cell.get("input", ""))) for cell in cells]
+    _check_length(name, texts, left)
     found: list[RawCell] = []
-    for cell in _cells(name, notebook):
-        if isinstance(cell, dict) and cell.get("cell_type") == "code":
-            source, fault = neutralise(_text(cell.get("source", cell.get("input", ""))))
-            found.append(
-                RawCell(
-                    source=source,
-                    error=fault,
-                    label=f"code cell {len(found) + 1} of {name}",
-                    grade_id=_grade_id(cell),
-                )
-            )
+    for number, (cell, written) in enumerate(zip(cells, texts, strict=True), 1):
+        source, fault = neutralise(written)
+        label = f"code cell {number} of {name}"
+        found.append(RawCell(source=source, error=fault, label=label, grade_id=_grade_id(cell)))
     return found
+
+
+def _check_length(name: str, texts: list[str], left: int) -> None:
+    """Refuse what would keep the grader busy for minutes: it reads code outside of a sandbox."""
+    cost = _cost(texts)
+    if cost > MAX_CODE:
+        raise LabkitError(
+            f"{name} holds {sum(map(len, texts))} characters of code, at most {MAX_CODE} in "
+            f"{MAX_CODE // LINE} lines are read; keep data and outputs out of the code"
+        )
+    if cost > left:
+        raise LabkitError(f"the files hold too much code together; {name} is not read")
+
+
+def _cost(texts: Iterable[str]) -> int:
+    return sum(max(len(text), LINE * text.count("\n")) for text in texts)
 
 
 def _cells(name: str, notebook: Any) -> list[Any]:

@@ -14,9 +14,8 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from itertools import groupby
 
-from labkit.errors import LabkitError
 from labkit.grading.contract import SourceCell
-from labkit.grading.extraction.cells import RawCell, cells_of
+from labkit.grading.extraction.cells import RawCell, cells_by_file
 from labkit.grading.extraction.magics import tree
 from labkit.grading.extraction.slicing import (
     Statement,
@@ -26,6 +25,9 @@ from labkit.grading.extraction.slicing import (
     owners,
     statements,
 )
+
+MAX_NOTES = 40
+MAX_NAMES = 1000  # among which a slip is looked for
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,7 +68,7 @@ def extract(files: Mapping[str, bytes], functions: Mapping[str, str]) -> Extract
     [(None, 'import os'), ('q', 'def f(): return os.sep')]
     """
     notes: list[str] = []
-    read = {name: _read(name, data, notes) for name, data in files.items()}
+    read = cells_by_file(files, notes)
     modules = _modules(read)
     raw = [cell for name in read if name not in modules for cell in read[name]]
     whole = [(place, cell) for place, cell in enumerate(raw) if not cell.error]
@@ -83,15 +85,9 @@ def extract(files: Mapping[str, bytes], functions: Mapping[str, str]) -> Extract
     cells += _source_cells(raw, program, owner)
     cells += _broken(raw, {q: f for q, f in functions.items() if not answers[q]}, notes)
     notes += _remarks(raw, program, answers, functions)
+    if len(notes) > MAX_NOTES:
+        notes[MAX_NOTES:] = [f"and {len(notes) - MAX_NOTES} remarks more"]
     return Extraction(cells=tuple(cells), notes=tuple(notes))
-
-
-def _read(name: str, data: bytes, notes: list[str]) -> list[RawCell]:
-    try:
-        return cells_of(name, data)
-    except LabkitError as error:
-        notes.append(str(error))
-        return []
 
 
 def _answers(program: Sequence[Statement], functions: Mapping[str, str]) -> dict[str, list[int]]:
@@ -134,7 +130,10 @@ def _is_constant(line: ast.stmt) -> bool:
 
 
 def _gives_up(line: ast.stmt) -> bool:
-    return isinstance(line, ast.Raise) and "NotImplemented" in ast.unparse(line)
+    return isinstance(line, ast.Raise) and any(
+        isinstance(node, ast.Name) and node.id.startswith("NotImplemented")
+        for node in ast.walk(line)
+    )
 
 
 def _source_cells(
@@ -148,7 +147,7 @@ def _source_cells(
 
     cells = []
     for (cell, question, _), places in groupby(sorted(owner), key=group):
-        source = only_lines(raw[cell].source, [program[place] for place in places])
+        source = only_lines([program[place] for place in places])
         cells.append(SourceCell(source=source, question=question, label=raw[cell].label))
     return cells
 
@@ -186,7 +185,7 @@ def _remarks(
                 f"`{function}` is defined {len(labels)} times; the last one counts, in {labels[-1]}"
             )
         elif function not in defined:
-            near = get_close_matches(function, sorted(defined), n=1, cutoff=0.8)
+            near = get_close_matches(function, sorted(defined)[:MAX_NAMES], n=1, cutoff=0.8)
             if near:
                 remarks.append(f"there is no `{function}`, but `{near[0]}`: is that a slip?")
     return remarks

@@ -56,8 +56,11 @@ class Statement:
     @cached_property
     def used(self) -> frozenset[str]:
         """Every global name that it reads, at whatever depth; no function's own variables."""
-        with warnings.catch_warnings(action="ignore"):
-            tables = [symtable(self.text, "cell", "exec")]
+        try:
+            with warnings.catch_warnings(action="ignore"):
+                tables = [symtable(self.text, "cell", "exec")]
+        except RecursionError:  # it compiled, by a hair
+            return frozenset()
         names: set[str] = set()
         for table in tables:
             tables.extend(table.get_children())
@@ -81,19 +84,30 @@ class Statement:
 
 def statements(cell: int, source: str) -> list[Statement]:
     """The top-level statements of a cell, in order; those that share a line are one."""
-    found: list[Statement] = []
+    try:
+        body = tree(source).body
+    except RecursionError:  # it compiled, by a hair
+        return []
     lines = source.split("\n")
-    for node in tree(source).body:
+    spans: list[tuple[int, int, list[ast.stmt]]] = []
+    for node in body:
         decorators = getattr(node, "decorator_list", [])
         first = min([node.lineno, *(decorator.lineno for decorator in decorators)])
-        nodes: tuple[ast.stmt, ...] = (node,)
-        if found and first <= found[-1].last:
-            before = found.pop()
-            first, nodes = before.first, (*before.nodes, node)
-        last = node.end_lineno or node.lineno
-        text = "\n".join(lines[first - 1 : last])
-        found.append(Statement(cell=cell, first=first, last=last, text=text, nodes=nodes))
-    return found
+        nodes: list[ast.stmt] = []
+        if spans and first <= spans[-1][1]:
+            first, _, nodes = spans.pop()
+        nodes.append(node)
+        spans.append((first, node.end_lineno or node.lineno, nodes))
+    return [
+        Statement(
+            cell=cell,
+            first=first,
+            last=last,
+            text="\n".join(lines[first - 1 : last]),
+            nodes=tuple(nodes),
+        )
+        for first, last, nodes in spans
+    ]
 
 
 def binders_of(
@@ -129,11 +143,13 @@ def needed_by(
     return needed
 
 
-def only_lines(source: str, kept: Sequence[Statement]) -> str:
-    """The cell with all other lines empty, so that a line keeps its number."""
-    lines = source.split("\n")
-    shown = {n for statement in kept for n in range(statement.first, statement.last + 1)}
-    return "\n".join(line if n in shown else "" for n, line in enumerate(lines, 1)).rstrip()
+def only_lines(kept: Sequence[Statement]) -> str:
+    """Statements of one cell, with all other lines empty, so that a line keeps its number."""
+    parts, last = [], 1
+    for statement in kept:
+        parts += ["\n" * (statement.first - last), statement.text]
+        last = statement.last
+    return "".join(parts)
 
 
 def owners(needs: Mapping[str, set[int]], defining: Mapping[int, str]) -> dict[int, str | None]:
@@ -178,12 +194,13 @@ def _root(node: ast.AST) -> Iterator[str]:
         yield node.id
 
 
-def _defined(node: ast.stmt) -> Iterator[str]:
-    if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-        yield node.name
-    elif isinstance(node, ast.Assign):
-        yield from (target.id for target in node.targets if isinstance(target, ast.Name))
-    elif isinstance(node, ast.If | ast.Try | ast.With | ast.For):
-        for child in ast.iter_child_nodes(node):
-            if isinstance(child, ast.stmt):
-                yield from _defined(child)
+def _defined(statement: ast.stmt) -> Iterator[str]:
+    pending: list[ast.AST] = [statement]
+    while pending:
+        node = pending.pop()
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            yield node.name
+        elif isinstance(node, ast.Assign):
+            yield from (target.id for target in node.targets if isinstance(target, ast.Name))
+        elif isinstance(node, ast.If | ast.Try | ast.With | ast.For):
+            pending += [part for part in ast.iter_child_nodes(node) if isinstance(part, ast.stmt)]

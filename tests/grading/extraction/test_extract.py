@@ -1,12 +1,14 @@
 """Answers are found whatever else a submission holds; what is found runs as the student meant."""
 
 import json
+import time
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit.grading.extraction import extract
+from labkit.grading.similarity import passages
 
 FUNCTIONS = {"rotation": "rotation", "weights": "huber_weights"}
 IMPORT = "import math"
@@ -190,6 +192,54 @@ def test_a_file_that_cannot_be_read_costs_itself(data, says):
 def test_a_text_made_to_choke_a_parser_is_read_or_refused(source):
     found = extract({"a.py": source.encode(), "b.py": f"{IMPORT}\n{ROTATION}".encode()}, FUNCTIONS)
     assert run(found)["rotation"](0.0)[0][0] == 1.0
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        *(f"def huber_weights(r, d):\n    raise x{'+1' * depth}" for depth in (500, 900, 1500)),
+        *("if a: huber_weights = 1\n" + "elif a: pass\n" * depth for depth in (500, 990, 1400)),
+        *(f"def huber_weights(r, d):\n    return r{'.a' * depth}" for depth in range(2970, 2990)),
+    ],
+    ids=lambda source: f"{source[:9]} {len(source)}",
+)
+def test_an_answer_that_is_nested_as_deeply_as_the_compiler_allows_hurts_no_other(source):
+    found = extract({"a.py": source.encode(), "b.py": f"{IMPORT}\n{ROTATION}".encode()}, FUNCTIONS)
+    assert any("def rotation" in cell.source for cell in found.cells)
+
+
+@pytest.mark.parametrize(
+    "source",
+    ["import math\n" * 60_000, "a;" * 500_000, "a\n" * (1 << 20), "f'" + "{a}" * 100_000 + "'"],
+    ids=["imports", "one line", "statements", "a string"],
+)
+def test_code_that_would_keep_the_grader_busy_is_refused(source):
+    """Each took from twenty seconds to minutes, or gigabytes, before any sandbox was asked."""
+    for name, data in {"a.py": source.encode(), "a.ipynb": notebook(source)}.items():
+        found = extract({name: data, "b.py": f"{IMPORT}\n{ROTATION}".encode()}, FUNCTIONS)
+        assert "rotation" in run(found)
+        assert f"{name} holds {len(source)} characters of code" in found.notes[0]
+
+
+def test_as_much_code_as_is_read_is_read_soon():
+    """An import stands in a cell of its own, which has all the empty lines above it."""
+    source = b"import a\n" * 4900
+    start = time.process_time()
+    found = extract({f"{n}.py": source for n in range(40)}, FUNCTIONS)
+    assert len(passages(found.cells)) == 0
+    assert time.process_time() - start < 15.0  # 1.3 s; it was minutes
+    assert "too much code together; 4.py is not read" in found.notes[0]
+
+
+def test_a_notebook_of_a_million_empty_things_is_not_unfolded():
+    data = b'{"cells": [' + b"{}," * 2_100_000 + b"1]}"
+    assert "too large a notebook; clear its outputs" in extract({"a.ipynb": data}, {}).notes[0]
+
+
+def test_remarks_are_cut_where_there_are_too_many():
+    found = extract({"a.ipynb": notebook(*["x x"] * 300)}, FUNCTIONS)
+    assert len(found.notes) == 41
+    assert found.notes[-1] == "and 260 remarks more"
 
 
 @given(st.binary(max_size=200) | st.text(max_size=200).map(str.encode))
