@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from concurrent.futures import BrokenExecutor, Executor
 from contextlib import suppress
 from multiprocessing.util import Finalize
@@ -55,6 +56,7 @@ def _open(mode: str, limits: Limits, assignment: str) -> str:
         return own_sandbox(mode, limits).mode
     finally:
         reading.join()
+        gc.freeze()  # what is here now stays, and need not be gone through again
 
 
 def _read(assignment: str) -> None:

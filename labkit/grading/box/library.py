@@ -107,7 +107,7 @@ class Shelf:
 
     @staticmethod
     def hide_scipy() -> None:
-        """Have no scipy in this process, be it imported or not."""
+        """Have no scipy in this process any more."""
         for name in [name for name in sys.modules if name.partition(".")[0] == "scipy"]:
             del sys.modules[name]
 

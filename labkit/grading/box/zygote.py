@@ -106,7 +106,7 @@ def work(order: dict[str, Any], channel: int) -> None:
         except Exception as error:
             os.write(BOX_END, wire.pack({"fault": f"{type(error).__name__}: {error}"}))
             return
-        if not order["scipy"]:
+        if order["hide_scipy"]:
             library.Shelf.hide_scipy()
         os.environ["HOME"] = os.environ["TMPDIR"] = os.getcwd()
         Worker(BOX_END, BOX_END, order).serve()

@@ -109,7 +109,7 @@ class ForkServer:
             folder=folder,
             uid=self.user.uid if self.user else None,
             address_space=self.address_space,
-            scipy=scipy,
+            hide_scipy=self.has_scipy and not scipy,
         )
         told["threads"] += self._threads_besides()
         pairs = [socket.socketpair() for _ in range(2)]

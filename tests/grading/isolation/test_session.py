@@ -328,3 +328,24 @@ def test_graded_again_a_submission_draws_the_same(sandbox, slot):
     (first,) = sandbox.run(cells(source), [call("one")])
     (again,) = slot.run(cells(source), [call("one")])
     assert first.value == again.value
+
+
+def test_scipy_is_there_for_those_who_name_it_whoever_came_before(safe_mode):
+    pytest.importorskip("scipy")
+    named = "from scipy.spatial import cKDTree\ndef one(x):\n    return cKDTree([[x]]).n"
+    hidden = "def one(x):\n    return __import__('sci' + 'py').__name__"
+    with open_sandbox(safe_mode) as fresh:
+        found = [fresh.run(cells(text), [call("one")])[0] for text in (hidden, named) * 2]
+    assert [outcome.value for outcome in found] == [None, 1, None, 1]
+    assert found[0].error == found[2].error == "ModuleNotFoundError"
+    assert found[0].message == found[2].message, "the order of submissions shows"
+
+
+def test_all_of_numpy_can_be_imported_at_once(slot):
+    (outcome,) = slot.run(
+        cells(
+            "from numpy import *\nimport numpy.matlib\ndef one(x):\n    return linalg.det(eye(2))"
+        ),
+        [call("one")],
+    )
+    assert outcome.value == 1.0, outcome
