@@ -8,16 +8,16 @@ are spread, and so takes any narrow room for a corridor.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_points, as_transform
+from labkit.arrays import FloatArray, as_points, as_transform, homogeneous
 from labkit.correspondences import Correspondences
 from labkit.errors import DegenerateAlignmentError, InvalidPointsError
-from labkit.line_alignment import Information, line_information
+from labkit.line_alignment import Information, information_of_columns
 from labkit.scan import Scan, as_scan
-from labkit.se2 import apply
 from labkit.target import Target
 
 SHIFT = 0.1  # share of the turn in a motion (Δx, Δy, ℓΔψ) below which it is called a shift
@@ -45,11 +45,18 @@ def observability(
         None where no kept pair lies on a surface, so that nothing can be said.
     """
     points = as_points(as_scan(source).points, "source")
-    T = as_transform(T_target_source, "T_target_source")
-    normals = target.normals[pairs.target_index]
-    used = pairs.kept & np.isfinite(normals[:, 0])
+    moved = as_transform(T_target_source, "T_target_source") @ homogeneous(points)
+    return observability_of(replace(pairs, moved=moved), target)
+
+
+def observability_of(pairs: Correspondences, target: Target) -> Information | None:
+    """The same of pairs where they stand."""
+    nearest = pairs.nearest
+    if pairs.from_line is None:  # matched by points: surfaces are looked up now
+        nearest = target.surface.take(pairs.target_index, axis=1)
+    weights = pairs.weights * target.on_line.take(pairs.target_index)
     try:
-        return line_information(apply(T, points[used]), normals[used], pairs.weights[used])
+        return information_of_columns(pairs.moved, nearest, weights, center=pairs.center)
     except DegenerateAlignmentError:
         return None
 
@@ -96,16 +103,16 @@ def spread_ratio(points: ArrayLike, motion: ArrayLike) -> float:
     float
         Well below 1 in a corridor that is driven along; NaN without motion or points.
     """
-    p = as_points(points, "points")
+    columns = homogeneous(as_points(points, "points"))
     direction: FloatArray = np.asarray(motion, dtype=np.float64)
     if direction.shape != (2,):
         raise InvalidPointsError(f"`motion` must have shape (2,), got {direction.shape}")
-    length = np.hypot(*direction)
+    length = math.hypot(*direction)
     if not length > 0.0:
         return math.nan
-    along = p @ (direction / length)
-    across = p @ (np.array([-direction[1], direction[0]]) / length)
-    along -= along.mean()
-    across -= across.mean()
-    spread = float(along @ along)
-    return math.sqrt(float(across @ across) / spread) if spread > 0.0 else math.nan
+    dx, dy = (direction / length).tolist()
+    columns[:2] -= columns[:2].mean(axis=1, keepdims=True)
+    (xx, xy, _), (_, yy, _), _ = (columns @ columns.T).tolist()
+    along = dx * dx * xx + 2.0 * dx * dy * xy + dy * dy * yy
+    across = dy * dy * xx - 2.0 * dx * dy * xy + dx * dx * yy
+    return math.sqrt(max(0.0, across) / along) if along > 0.0 else math.nan

@@ -87,11 +87,16 @@ def line_information(
         Where there is no point with weight, or all of them coincide.
     """
     w = np.ones(len(points)) if weights is None else weights
-    center = _center(points, w)
-    nearest = np.concatenate((points.T, normals.T))
-    equations = normal_equations(
-        homogeneous(points), nearest, np.zeros(len(points)), w, center=center
-    )
+    columns = np.concatenate((points.T, normals.T))
+    return information_of_columns(homogeneous(points), columns, w, center=_center(points, w))
+
+
+def information_of_columns(
+    moved: FloatArray, nearest: FloatArray, weights: FloatArray, *, center: FloatArray
+) -> Information:
+    """`line_information` of pairs as the ICP loop has them, see `Correspondences`."""
+    nowhere = np.zeros(len(weights))
+    equations = normal_equations(moved, nearest, nowhere, weights, center=center)
     values, vectors = np.linalg.eigh(np.array(equations.A) / equations.weight)
     middle = np.array(equations.center)
     return Information(center=middle, length=equations.length, values=values, vectors=vectors)

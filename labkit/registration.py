@@ -17,11 +17,9 @@ from enum import Enum
 from functools import cached_property
 from typing import Literal, get_args
 
-import numpy as np
-
 from labkit.arrays import FloatArray, check_count, check_range
 from labkit.correspondences import Correspondences
-from labkit.degeneracy import free_motions, observability
+from labkit.degeneracy import free_motions, observability_of
 from labkit.errors import InvalidParameterError
 from labkit.line_alignment import Information
 from labkit.target import Target
@@ -208,8 +206,7 @@ class IcpResult:
         """
         if self.termination.failed:
             return None
-        pairs = self.correspondences  # their source stands in the target's frame already
-        return observability(pairs.source, self.target, np.eye(3), pairs)
+        return observability_of(self.correspondences, self.target)
 
     @property
     def unobservable(self) -> tuple[str, ...]:

@@ -196,6 +196,8 @@ def estimate_step(
         record, complaints = _attempt(
             source, target, guess=guess, prior=prior, matcher=matcher, limits=parameters.limits
         )
+        if not complaints and not reasons:
+            return record
         if not complaints:
             return replace(record, decision=decision, reason="; ".join(reasons))
         reasons.append(f"{decision.value}: {', '.join(complaints)}")
@@ -214,6 +216,7 @@ def _attempt(
     """Match once; the record of it, and every sanity check that it fails."""
     result = icp(source, target, from_xytheta(guess), matcher)
     increment = to_xytheta(result.T_target_source)
+    fitness, rmse = result.fitness, result.inlier_rmse
     information, degenerate = math.nan, False
     if result.termination.failed:
         complaints = [result.message]
@@ -222,7 +225,7 @@ def _attempt(
         information = 0.0 if seen is None else float(seen.values[0])
         degenerate = information < limits.min_information
         complaints = motion_complaints(increment, prior, limits)
-        complaints += quality_complaints(result.fitness, result.inlier_rmse, limits)
+        complaints += quality_complaints(fitness, rmse, limits)
     free_part_from_prior = prior is not None and matcher.metric == "point_to_line"
     if degenerate and not free_part_from_prior:
         complaints.append(
@@ -232,8 +235,8 @@ def _attempt(
         increment=increment,
         decision=Decision.ICP,
         inlier_count=result.inlier_count,
-        inlier_ratio=result.fitness,
-        rmse=result.inlier_rmse,
+        inlier_ratio=fitness,
+        rmse=rmse,
         rotation=result.rotation,
         information=information,
         spread=spread_ratio(source.points, increment[:2]),
