@@ -57,7 +57,8 @@ def assess(
     """The verdict on one question: its cases, the known mistake if there is one, the score.
 
     The score is the share of the cases that pass, less what a constant answer would get,
-    or the credit of the known mistake where that is more.
+    or the credit of the known mistake where that is more: for the cases that it explains, since
+    otherwise one wrong answer, learnt by heart, would be worth as much as a function.
     """
     verdicts = tuple(
         judge(question, case, outcome) for case, outcome in zip(cases, outcomes, strict=True)
@@ -66,7 +67,7 @@ def assess(
     known = recognise(question, cases, outcomes) if passed < len(cases) else None
     share = max(0.0, (passed / len(cases) - question.chance) / (1.0 - question.chance))
     if known:
-        share = max(share, known.credit)
+        share = max(share, known.credit * _explained(known, cases, outcomes))
         verdicts = tuple(_blame(verdict, known) for verdict in verdicts)
     return QuestionVerdict(
         question=question.id,
@@ -77,6 +78,15 @@ def assess(
         misconception=known.id if known else None,
         message=_message(question, verdicts, outcomes, known),
     )
+
+
+def _explained(known: Misconception, cases: Sequence[Case], outcomes: Sequence[Outcome]) -> float:
+    """The share of the cases that have an answer, or that the mistake answers no better."""
+    unanswered = sum(
+        outcome.status is not OutcomeStatus.RETURNED and known.id in case.mistaken
+        for case, outcome in zip(cases, outcomes, strict=True)
+    )
+    return 1.0 - unanswered / len(cases)
 
 
 def recognise(
@@ -125,7 +135,11 @@ def _is_accepted(got: FloatArray | str, question: Question, case: Case) -> bool:
 def _is_mistake(got: FloatArray | str, answers: Known, case: Case) -> bool:
     if isinstance(got, str):
         return any(isinstance(wrong, str) and got == wrong for wrong in answers)
-    return any(_close(got, wrong, case.tolerance) for wrong in answers)
+    return any(
+        _close(got, wrong, case.tolerance * _scale(wrong))
+        for wrong in answers
+        if not isinstance(wrong, str)
+    )
 
 
 def _read(answer: Answer, value: Value) -> FloatArray | str:
@@ -147,16 +161,20 @@ def _wrong(answer: Answer, case: Case, misconception: str) -> Known:
 
 
 def _close(got: FloatArray, wanted: FloatArray | str, tolerance: float) -> bool:
-    """Whether all entries agree. An answer can be far larger than 1: then by ε of its size."""
+    """Whether all entries agree, NaN with NaN and infinity with itself."""
     if isinstance(wanted, str) or got.shape != wanted.shape:
         return False
     with np.errstate(all="ignore"):
         apart = np.abs(got - wanted)
         if (apart <= tolerance).all():
             return True
-        size = np.abs(wanted[np.isfinite(wanted)]).max(initial=1.0)
         alike = (got == wanted) | (np.isnan(got) & np.isnan(wanted))
-        return bool((alike | (apart <= tolerance * size)).all())
+        return bool((alike | (apart <= tolerance)).all())
+
+
+def _scale(wrong: FloatArray) -> float:
+    """A mistake's answer can be far larger than the right one, whose size the tolerance knows."""
+    return float(np.abs(wrong[np.isfinite(wrong)]).max(initial=1.0))
 
 
 def _fault(question: Question, case: Case, outcome: Outcome) -> str:

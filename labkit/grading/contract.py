@@ -107,9 +107,9 @@ class Outcome:
 
     Notes
     -----
-    `message` and `output` may hold the arguments of this call, or of an earlier one in the
-    same `Sandbox.run`. Whoever keeps a case hidden shows neither of them, but
-    `unrevealing_message`, and runs hidden calls in a `run` of their own.
+    `value`, `message` and `output` may hold the arguments of this call, or of an earlier one
+    in the same `Sandbox.run`. Whoever keeps a case hidden shows none of them, but
+    `unrevealing_message`, and asks hidden calls last.
     """
 
     id: str
@@ -135,7 +135,7 @@ class Limits:
     Attributes
     ----------
     seconds : float
-        Wall time of one question's calls, and of any one cell [s].
+        Wall time of one question's calls in a row, and of any one cell [s].
     total_seconds : float
         Wall time of a whole submission, restarts included [s].
     memory : int

@@ -1,7 +1,8 @@
 """How far off a wrong answer is, in words for the student.
 
 The texts are built of fixed words and of differences with two digits. Of a hidden case
-they hold no input, no expected value and no shape.
+they hold no input, no expected value, no shape and no digit: who returns zeros would read
+the answer off the difference. There they say the kind of the error and its power of ten.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ def how_wrong(question: Question, case: Case, got: FloatArray, wanted: FloatArra
         return "where nothing is left there is no number: NaN is expected."
     if not np.isfinite(got).all():
         return "the result holds NaN or infinity; look for a division by zero."
-    sentences = [*_out_of_range(question, got), *_TEXTS[question.answer](question, got, wanted)]
+    texts = _TEXTS[question.answer](question, case, got, wanted)
+    sentences = [*_out_of_range(question, case, got), *texts]
     return " ".join(sentence[:1].lower() + sentence[1:] for sentence in sentences[:1]) + "".join(
         f" {sentence[:1].upper()}{sentence[1:]}" for sentence in sentences[1:2]
     )
@@ -55,32 +57,37 @@ def _shape(question: Question, case: Case, got: FloatArray, wanted: FloatArray) 
     return f"the result has shape {got.shape}, expected {wanted.shape}."
 
 
-def _out_of_range(question: Question, got: FloatArray) -> Iterator[str]:
+def _out_of_range(question: Question, case: Case, got: FloatArray) -> Iterator[str]:
     low = -math.inf if question.low is None else question.low
     high = math.inf if question.high is None else question.high
     outside = int(np.count_nonzero((got < low) | (got > high)))
     if outside and question.answer is Answer.VECTOR:
         bounds = f"[{low:g}, {high:g}]" if high < math.inf else f"at least {low:g}"
-        yield f"{_share(outside, got.size)} of the numbers lie outside {bounds}."
+        yield f"{_share(outside, got.size, case)} of the numbers lie outside {bounds}."
 
 
-def _matrix(question: Question, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
+def _matrix(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     if len(got) == 3:
-        yield from _transform(question, got, wanted)
+        yield from _transform(question, case, got, wanted)
     else:
-        yield from _rotation(got, wanted)
+        yield from _rotation(case, got, wanted)
 
 
-def _transform(question: Question, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
+def _transform(
+    question: Question, case: Case, got: FloatArray, wanted: FloatArray
+) -> Iterator[str]:
     if not np.allclose(got[2], (0.0, 0.0, 1.0)):
         yield "the last row of a transform is 0, 0, 1."
         return
     shift = math.hypot(*(got[:2, 2] - wanted[:2, 2]))
-    yield from _rotation(got[:2, :2], wanted[:2, :2])
-    yield f"the translation is off by {_two_digits(shift)} m."
+    yield from _rotation(case, got[:2, :2], wanted[:2, :2])
+    if shift <= case.tolerance:
+        yield "the translation is right."
+    else:
+        yield f"the translation is off by {_size(shift, ' m', case)}."
 
 
-def _rotation(got: FloatArray, wanted: FloatArray) -> Iterator[str]:
+def _rotation(case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     gram = got.T @ got
     if not np.allclose(gram, np.eye(2), atol=1e-3):
         yield "the matrix is no rotation: its columns are not orthonormal."
@@ -92,36 +99,37 @@ def _rotation(got: FloatArray, wanted: FloatArray) -> Iterator[str]:
         if angle < ANGLE:
             yield "the rotation is right."
         else:
-            yield f"the rotation is off by {_two_digits(math.degrees(angle))}°."
+            yield f"the rotation is off by {_size(math.degrees(angle), '°', case)}."
 
 
-def _vector(question: Question, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
+def _vector(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     error = np.abs(got - wanted)
     wrong = int(np.count_nonzero(error > 1e-5 * max(1.0, float(np.abs(wanted).max()))))
     unit = f" {question.unit}" if question.unit else ""
-    share, most = _share(wrong, error.size), _two_digits(float(error.max()))
-    yield f"{share} of the numbers are off, by up to {most}{unit}."
+    share, most = _share(wrong, error.size, case), _most(float(error.max()), unit, case)
+    yield f"{share} of the numbers are off, by {most}."
 
 
-def _matches(question: Question, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
+def _matches(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     wrong = int(np.count_nonzero(got[:, 0] != wanted[:, 0]))
     if wrong:
-        yield f"{_share(wrong, len(got))} of the indices are wrong."
+        yield f"{_share(wrong, len(got), case)} of the indices are wrong."
     error = float(np.abs(got[:, 1] - wanted[:, 1]).max())
     if error > 1e-5:
-        yield f"the distances are off by up to {_two_digits(error)} m."
+        yield f"the distances are off by {_most(error, ' m', case)}."
 
 
-def _mask(question: Question, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
+def _mask(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     if not np.isin(got, (0.0, 1.0)).all():
         yield "the result holds other numbers than True and False; expected a mask."
         return
     kept, lost = int(np.count_nonzero(got > wanted)), int(np.count_nonzero(got < wanted))
     parts = ((kept, "kept that should go"), (lost, "gone that should stay"))
-    yield f"of the pairs, {' and '.join(f'{count} {what}' for count, what in parts if count)}."
+    said = [f"{'some' if case.hidden else count} {what}" for count, what in parts if count]
+    yield f"of the pairs, {' and '.join(said)}."
 
 
-def _poses(question: Question, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
+def _poses(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     error = got - wanted
     turn = np.abs(error[:, 2])
     shift = float(np.hypot(error[:, 0], error[:, 1]).max())
@@ -130,29 +138,37 @@ def _poses(question: Question, got: FloatArray, wanted: FloatArray) -> Iterator[
         yield "the poses are right, but some headings lie outside (−π, π]: wrap them."
         return
     yield (
-        f"the positions are off by up to {_two_digits(shift)} m, "
-        f"the headings by up to {_two_digits(math.degrees(turn.max()))}°."
+        f"the positions are off by {_most(shift, ' m', case)}, "
+        f"the headings by {_most(math.degrees(turn.max()), '°', case)}."
     )
 
 
-def _number(question: Question, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
+def _number(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     unit = f" {question.unit}" if question.unit else ""
-    yield f"the result is off by {_two_digits(abs(float(got - wanted)))}{unit}."
+    yield f"the result is off by {_size(abs(float(got - wanted)), unit, case)}."
 
 
-def _flag(question: Question, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
+def _flag(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     yield f"it returned {bool(got)}; the rule says otherwise."
 
 
-def _two_digits(number: float) -> str:
-    """A size that can be read: 180 and not 1.8e+02."""
-    return f"{float(f'{number:.2g}'):g}"
+def _most(number: float, unit: str, case: Case) -> str:
+    return f"{'' if case.hidden else 'up to '}{_size(number, unit, case)}"
 
 
-def _share(count: int, total: int) -> str:
+def _size(number: float, unit: str, case: Case) -> str:
+    """A size that can be read: 180° and not 1.8e+02°; of a hidden case its power of ten."""
+    if case.hidden and 0.0 < number < math.inf:
+        return f"more than {10.0 ** math.floor(math.log10(number)):g}{unit}"
+    return f"{float(f'{number:.2g}'):g}{unit}"
+
+
+def _share(count: int, total: int, case: Case) -> str:
     """Of a hidden case a student may know how much is wrong, but not how long it is."""
     if count == total:
         return "all"
+    if case.hidden:
+        return "most" if 2 * count > total else "some"
     return f"about {max(1, round(100 * count / total))} %"
 
 

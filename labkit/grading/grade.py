@@ -7,11 +7,9 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from labkit.grading.compare import assess
-from labkit.grading.contract import Call, Outcome, OutcomeStatus, Sandbox, SourceCell
+from labkit.grading.contract import Call, Outcome, Sandbox, SourceCell
 from labkit.grading.questions import Assignment, Case, Question
 from labkit.grading.verdict import QuestionVerdict, SubmissionVerdict
-
-FAILED = (OutcomeStatus.RAISED, OutcomeStatus.SOURCE_FAILED)
 
 
 def grade_submission(
@@ -55,16 +53,15 @@ def grade_submission(
 
     Notes
     -----
-    What a call raised or printed may hold the arguments of another one that ran in the same
-    process. Where a visible case failed, the error text that a student reads therefore comes
-    from a second run, which is given the visible cases and nothing else.
+    What a call returns or raises may hold the arguments of any earlier one. A student reads
+    much of that where the case is a visible one: error texts, shapes, how far off a number is.
+    Therefore the visible cases of all questions are asked before any hidden one.
     """
     start = time.perf_counter()
     wanted = {assignment.question(id).id for id in questions}
     asked = [one for one in assignment.questions if not wanted or one.id in wanted]
     cases = {question.id: assignment.cases(question.id, student) for question in asked}
     outcomes = _run(cells, sandbox, asked, cases)
-    outcomes = _with_messages(outcomes, cells, sandbox, asked, cases)
     verdicts = _with_causes(asked, [assess(one, cases[one.id], outcomes[one.id]) for one in asked])
     return SubmissionVerdict(
         student=student,
@@ -103,6 +100,7 @@ def _run(
 ) -> dict[str, list[Outcome]]:
     """The outcomes of all cases by question; the calls' ids are mere numbers."""
     asked = [(question, case) for question in questions for case in cases[question.id]]
+    asked.sort(key=lambda pair: pair[1].hidden)
     calls = [
         Call(id=str(i), question=question.id, function=question.function, arguments=case.arguments)
         for i, (question, case) in enumerate(asked)
@@ -111,41 +109,6 @@ def _run(
     for (question, _), outcome in zip(asked, sandbox.run(cells, calls), strict=True):
         outcomes[question.id].append(outcome)
     return outcomes
-
-
-def _with_messages(
-    outcomes: dict[str, list[Outcome]],
-    cells: Sequence[SourceCell],
-    sandbox: Sandbox,
-    questions: Sequence[Question],
-    cases: Mapping[str, Sequence[Case]],
-) -> dict[str, list[Outcome]]:
-    """The same outcomes, with no message but those of a run that saw no hidden case."""
-    safe = {
-        id: [
-            replace(outcome, message="", output="")
-            if outcome.message or outcome.output
-            else outcome
-            for outcome in those
-        ]
-        for id, those in outcomes.items()
-    }
-    visible = {id: [case for case in those if not case.hidden] for id, those in cases.items()}
-    failed = [
-        question
-        for question in questions
-        if any(
-            outcome.status in FAILED and outcome.error != "NotImplementedError"
-            for outcome in outcomes[question.id][: len(visible[question.id])]
-        )
-    ]
-    if failed:
-        again = _run(cells, sandbox, failed, visible)
-        for id, those in again.items():
-            for i, outcome in enumerate(those):
-                if outcome.status is safe[id][i].status:
-                    safe[id][i] = replace(safe[id][i], message=outcome.message)
-    return safe
 
 
 def _total(amounts: Iterable[float]) -> float:

@@ -30,15 +30,9 @@ def test_an_answer_passes_up_to_the_tolerance_and_no_farther(question):
         right = case.expected[0]
         if isinstance(right, float) and np.isnan(right):
             continue
-        for share, passes in ((0.9, True), (1.5 * scale(right), False)):
+        for share, passes in ((0.9, True), (1.1, False)):
             off = shifted(right, share * case.tolerance)
             assert is_right(question, case, off) == passes, case.about
-
-
-def scale(value):
-    """An answer's own size, by which the tolerance grows beyond 1."""
-    parts = value if isinstance(value, tuple) else (value,)
-    return max(1.0, *(float(np.abs(part).max()) for part in parts))
 
 
 def shifted(value, by):
@@ -107,7 +101,7 @@ def test_a_hidden_case_gives_no_length_away(question):
 
 
 def test_the_texts_say_how_far_off():
-    def reason(question, change, hidden=True):
+    def reason(question, change, hidden=False):
         case = first(question, hidden)
         value = change(case.expected[0])
         return judge(ASSIGNMENT.question(question), case, returned(case, value)).reason
@@ -126,18 +120,72 @@ def test_the_texts_say_how_far_off():
     assert "lie outside [0, 1]" in reason("huber_weights", lambda w: -w)
     assert "look for a division by zero" in reason("huber_weights", lambda w: w * np.nan)
     assert "too long by 1" in reason("huber_weights", lambda w: np.append(w, 1.0))
-    assert reason("huber_weights", lambda w: w[:-3]).count("too short;") == 1
+    assert reason("huber_weights", lambda w: w[:-3], hidden=True).count("too short;") == 1
     assert "wrap them" in reason("integrate", lambda p: p + np.array([0, 0, 2 * np.pi]))
     assert "headings by up to 30°" in reason("integrate", lambda p: p + np.array([0, 0, np.pi / 6]))
     assert "kept that should go" in reason("distance_gate", lambda kept: kept | True)
     assert "gone that should stay" in reason("distance_gate", lambda kept: kept & False)
     assert "other numbers than True and False" in reason("overlap", lambda kept: kept * 7.0)
     assert "of the indices are wrong" in reason("nearest_neighbors", lambda m: (m[0] + 1, m[1]))
-    assert "shape (2, 2), expected (3, 3)" in reason("invert", lambda T: T[:2, :2], hidden=False)
-    assert "has another shape" in reason("invert", lambda T: T[:2, :2])
+    assert "shape (2, 2), expected (3, 3)" in reason("invert", lambda T: T[:2, :2])
+    assert "has another shape" in reason("invert", lambda T: T[:2, :2], hidden=True)
     none_kept = ASSIGNMENT.visible["inlier_rmse"][1]
     verdict = judge(ASSIGNMENT.question("inlier_rmse"), none_kept, returned(none_kept, 0.0))
     assert "NaN is expected" in verdict.reason
+
+
+@pytest.mark.parametrize("question", MEASURED, ids=lambda one: one.id)
+def test_how_far_off_a_hidden_case_is_gives_no_digit_away(question):
+    """Who returns zeros would read the answer off the difference, digit by digit."""
+    for case in ASSIGNMENT.cases(question.id, "ada"):
+        right = case.expected[0]
+        one_reading = len(case.expected) == 1
+        if one_reading and (not isinstance(right, float) or not np.isnan(right)):
+            near, far = (
+                judge(question, case, returned(case, turned(right, by))).reason
+                for by in (0.02, 0.05)
+            )
+            assert (near == far) == case.hidden, (near, far)
+
+
+def turned(value, by):
+    """A matrix turned by some radians; anything else shifted by as much."""
+    if np.shape(value) not in ((2, 2), (3, 3)):
+        return shifted(value, by)
+    turn = np.eye(len(value))
+    turn[:2, :2] = [[np.cos(by), -np.sin(by)], [np.sin(by), np.cos(by)]]
+    return value @ turn
+
+
+def test_a_hidden_case_says_the_kind_of_the_error_and_its_power_of_ten():
+    def reason(question, change):
+        case = first(question, hidden=True)
+        value = change(case.expected[0])
+        return judge(ASSIGNMENT.question(question), case, returned(case, value)).reason
+
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    assert "rotation is off by more than 10°." in reason("align", lambda T: T @ turn)
+    shift = np.array([[0.0, 0.0, 0.3], [0.0, 0.0, 0.4], [0.0, 0.0, 0.0]])
+    assert "translation is off by more than 0.1 m." in reason("align", lambda T: T + shift)
+    assert "headings by more than 10°" in reason("integrate", lambda p: p + np.array([0, 0, 0.6]))
+    assert "all of the numbers are off, by more than 0.01." in reason(
+        "huber_weights", lambda w: w - 0.02
+    )
+    assert "of the pairs, some kept that should go." in reason("distance_gate", lambda k: k | True)
+
+
+def test_one_wrong_answer_learnt_by_heart_is_worth_one_case():
+    """The answer that a known mistake gives to a visible case, and an error everywhere else."""
+    for question in ASSIGNMENT.questions:
+        cases = ASSIGNMENT.cases(question.id, "mallory")
+        for known in question.misconceptions:
+            outcomes = [Outcome(id=c.id, status=OutcomeStatus.RAISED) for c in cases]
+            answers = cases[0].mistaken.get(known.id, ())
+            if answers:
+                outcomes[0] = returned(cases[0], answers[0])
+            least = sum(known.id not in case.mistaken for case in cases)
+            most = max(1, least + 1) / len(cases)
+            assert assess(question, cases, outcomes).score <= question.points * most + 0.01
 
 
 def test_a_constant_earns_nothing_where_half_the_answers_are_yes():
