@@ -6,8 +6,10 @@ hidden cases are not needed; the students' edition does not have them.
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import re
+import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -146,7 +148,8 @@ def _outcome(case: Case, function: Callable[..., Any]) -> Outcome:
     start = time.perf_counter()
     status, value, message, error = OutcomeStatus.RETURNED, None, "", ""
     try:
-        value = plain(function(*map(_writable, case.arguments)), MOST_BYTES)
+        with contextlib.redirect_stderr(sys.stdout):  # a warning there costs nbgrader's points
+            value = plain(function(*map(_writable, case.arguments)), MOST_BYTES)
     except NotDataError as why:
         status, message = OutcomeStatus.NOT_DATA, str(why)
     except TooMuchError as why:

@@ -28,6 +28,17 @@ def test_a_right_function_passes():
     assert "<ul" not in feedback._repr_html_()
 
 
+def test_a_warning_is_shown_and_costs_nothing_in_nbgrader(capsys):
+    def warning(theta):
+        print("RuntimeWarning: divide by zero", file=sys.stderr)
+        return right.rotation(theta)
+
+    assert check("rotation", warning).passed
+    shown = capsys.readouterr()
+    assert "RuntimeWarning" in shown.out
+    assert shown.err == "", "nbgrader gives no point to a cell that writes to stderr"
+
+
 def test_a_wrong_one_is_told_its_mistake():
     feedback = check("rotation", transposed)
     assert not feedback.passed

@@ -35,7 +35,9 @@ MISTAKEN = (
     "def rotation(theta):\n"
     "    c, s = np.cos(theta), np.sin(theta)\n"
     "    return np.array([[c, s], [-s, c]])\n"
-    "def huber_weights(residuals, delta):\n"
+    "def huber_weights(residuals, delta):\n"  # right, with a warning of a division by zero
+    "    return np.where(residuals <= delta, 1.0, delta / residuals)\n"
+    "def overlap(*arguments):\n"
     "    return 1 / 0\n"
     "def distance_gate(distances, max_distance):\n"
     "    return [d <= max_distance for d in distances]\n"
@@ -113,5 +115,7 @@ def test_its_scores_are_ours(course, tmp_path, monkeypatch):
             assert ours == pytest.approx(theirs[row["student"]])
     totals = {student: sum(scores.values()) for student, scores in theirs.items()}
     assert totals["ada"] == load_assignment().points
-    assert 0.0 < totals["emmy"] < 10.0
+    assert 0.0 < totals["emmy"] < 11.0
+    full = load_assignment().question("huber_weights").points
+    assert theirs["emmy"]["huber_weights"] == full, "a warning on stderr cost nbgrader's points"
     assert totals["grace"] == 0.0

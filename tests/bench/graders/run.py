@@ -189,8 +189,9 @@ def _agreement(course: Course, graders: Sequence[Grader]) -> str:
     """The totals on which nbgrader and labkit agree, and those on which they do not.
 
     nbgrader scores a function when its cell has run, labkit when all have: they differ where a
-    later cell of the same notebook breaks what an earlier one calls. And nbgrader asks
-    everybody the same variant of the hidden cases.
+    later cell of the same notebook breaks what an earlier one calls. nbgrader asks everybody
+    the same variant of the hidden cases. And it gives no point to a cell that writes to stderr,
+    where numpy's warnings go; `labkit.grading.check` has them written to stdout therefore.
     """
     script = (
         "import json, sys\nfrom nbgrader.api import Gradebook\n"
@@ -206,8 +207,23 @@ def _agreement(course: Course, graders: Sequence[Grader]) -> str:
     ours = labkit_scores(course.folder / "grades")
     other = {one: (ours[one], theirs[one]) for one in ours if abs(ours[one] - theirs[one]) > 0.01}
     lines = [f"totals on which nbgrader and labkit agree: {len(ours) - len(other)} of {len(ours)}"]
-    lines += [f"  {one}: labkit {mine:g}, nbgrader {its:g}" for one, (mine, its) in other.items()]
+    lines += [
+        f"  {one}: labkit {mine:g}, nbgrader {its:g}{_silenced(course, one)}"
+        for one, (mine, its) in other.items()
+    ]
     return "\n".join(lines)
+
+
+def _silenced(course: Course, student: str) -> str:
+    """The tests to which nbgrader gave no point because something was written to stderr."""
+    path = course.folder / f"autograded/{student}/lab1/assignment.ipynb"
+    names = [
+        cell["metadata"]["nbgrader"]["grade_id"]
+        for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]
+        if cell["metadata"].get("nbgrader", {}).get("grade")
+        and any(output.get("name") == "stderr" for output in cell["outputs"])
+    ]
+    return f" (no point for what wrote to stderr: {', '.join(names)})" if names else ""
 
 
 def _parse() -> argparse.Namespace:
