@@ -16,7 +16,7 @@ from multiprocessing.context import BaseContext
 from labkit.errors import LabkitError
 
 PATIENCE = 10.0  # [s] for a cluster to answer
-NEEDED = "labkit.grading.batch"  # what a worker imports
+NEEDED = "labkit.grading.nursery"
 
 
 def prepare() -> None:
