@@ -39,8 +39,9 @@ def how_wrong(question: Question, case: Case, got: FloatArray, wanted: FloatArra
         return "where nothing is left there is no number: NaN is expected."
     if not np.isfinite(got).all():
         return "the result holds NaN or infinity; look for a division by zero."
-    texts = _TEXTS[question.answer](question, case, got, wanted)
-    sentences = [*_out_of_range(question, case, got), *texts]
+    with np.errstate(all="ignore"):  # 1e300 is an answer, too
+        texts = _TEXTS[question.answer](question, case, got, wanted)
+        sentences = [*_out_of_range(question, case, got), *texts]
     return " ".join(sentence[:1].lower() + sentence[1:] for sentence in sentences[:1]) + "".join(
         f" {sentence[:1].upper()}{sentence[1:]}" for sentence in sentences[1:2]
     )

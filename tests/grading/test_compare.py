@@ -44,8 +44,25 @@ def shifted(value, by):
 @pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
 @pytest.mark.parametrize(
     "value",
-    [None, "text", np.nan, (), np.zeros((0, 2)), np.full((3, 3), np.inf), 1e300, {"R": 1}, -1],
-    ids=repr,
+    [
+        None,
+        "text",
+        np.nan,
+        (),
+        np.zeros((0, 2)),
+        np.full((3, 3), np.inf),
+        1e300,
+        {"R": 1},
+        -1,
+        np.full((2, 2), 1e300),
+        np.diag([1e300, 1e300, 1.0]),
+        np.full((3, 3), 1.7e308),
+        5e-324,
+        np.empty((0, 2**46)),
+        np.empty((2**40, 0, 3)),
+        (np.eye(2), np.full(2, 1e308)),
+    ],
+    ids=lambda value: repr(value).replace("\n", ""),
 )
 def test_nonsense_is_wrong_and_never_a_traceback(question, value):
     for case in ASSIGNMENT.cases(question.id, "ada"):

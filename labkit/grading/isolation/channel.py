@@ -145,15 +145,21 @@ class PipeChannel:
     def close(self) -> None:
         """Let go of it, once the process has ended.
 
-        A process that outlived its group may hold the other end: then the thread that
-        listens there is left to it.
+        A process that outlived its group may hold the other end and talk on, or be silent:
+        then the thread that listens there is left to it.
         """
         with contextlib.suppress(OSError):
             self.stdin.close()
+        until = time.monotonic() + LEAVE
         with contextlib.suppress(queue.Empty):
-            while not self.ended:
+            while not self.ended and time.monotonic() < until:
                 self.ended = not self.arrived.get(timeout=LEAVE)
-            self.listener.join()
+        self.ended = True
+        with contextlib.suppress(queue.Empty):
+            while True:
+                self.arrived.get_nowait()
+        self.listener.join(LEAVE)
+        if not self.listener.is_alive():
             self.stdout.close()
 
     def _speak(self, frame: bytes) -> None:
@@ -164,7 +170,7 @@ class PipeChannel:
 
     def _listen(self) -> None:
         part = b"-"
-        while part:
+        while part and not self.ended:
             try:
                 part = os.read(self.stdout.fileno(), CHUNK)
             except (OSError, ValueError):

@@ -144,3 +144,27 @@ def test_a_slow_submission_is_ended_and_the_slot_is_ready_at_once():
         slot.run([hang], [CALL])
         assert slot.run([CELL], [CALL])[0].value == 42
         assert time.monotonic() - start < PATIENCE
+
+
+def test_without_isolation_a_survivor_that_talks_on_does_not_hold_the_grader():
+    """It has left the group that is killed, and its end of the pipe with it; for three seconds."""
+    source = (
+        "import os, signal\n"
+        "def f():\n"
+        "    if os.fork() == 0:\n"
+        "        os.setsid()\n"
+        "        signal.alarm(3)\n"
+        "        while True:\n"
+        "            for number in range(3, 9):\n"
+        "                try:\n"
+        "                    os.write(number, bytes(65536))\n"
+        "                except OSError:\n"
+        "                    pass\n"
+        "    return 1\n"
+    )
+    cells = [SourceCell(source=source, question="q", label="cell 1")]
+    calls = [Call(id="1", question="q", function="f")]
+    with open_sandbox("none", Limits(seconds=2.0)) as sandbox:
+        start = time.monotonic()
+        sandbox.run(cells, calls)
+        assert time.monotonic() - start < 2.5
