@@ -11,12 +11,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 from types import TracebackType
 from typing import Any, Protocol, Self, TypeAlias
 
 from numpy.typing import NDArray
 
 from labkit.arrays import check_count, check_range
+from labkit.grading.box import wire
 
 Value: TypeAlias = (
     NDArray[Any] | float | int | bool | str | tuple["Value", ...] | dict[str, "Value"] | None
@@ -69,6 +71,17 @@ class Call:
     function: str
     arguments: tuple[Value, ...] = ()
     keywords: Mapping[str, Value] = field(default_factory=dict)
+
+    @cached_property
+    def frame(self) -> bytes:
+        """What is sent of it, packed once: a whole class is asked the same calls."""
+        told = {
+            "id": self.id,
+            "function": self.function,
+            "arguments": self.arguments,
+            "keywords": dict(self.keywords),
+        }
+        return wire.pack(told, wire.MAX_REQUEST)
 
 
 class OutcomeStatus(Enum):

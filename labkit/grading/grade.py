@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 
 from labkit.grading.compare import assess
 from labkit.grading.contract import Call, Outcome, Sandbox, SourceCell
@@ -102,13 +103,18 @@ def _run(
     asked = [(question, case) for question in questions for case in cases[question.id]]
     asked.sort(key=lambda pair: pair[1].hidden)
     calls = [
-        Call(id=str(i), question=question.id, function=question.function, arguments=case.arguments)
-        for i, (question, case) in enumerate(asked)
+        _call(i, question.id, question.function, case) for i, (question, case) in enumerate(asked)
     ]
     outcomes: dict[str, list[Outcome]] = {question.id: [] for question in questions}
     for (question, _), outcome in zip(asked, sandbox.run(cells, calls), strict=True):
         outcomes[question.id].append(outcome)
     return outcomes
+
+
+@cache
+def _call(number: int, question: str, function: str, case: Case) -> Call:
+    """The call of a case, the same object for all who are asked it."""
+    return Call(id=str(number), question=question, function=function, arguments=case.arguments)
 
 
 def _total(amounts: Iterable[float]) -> float:

@@ -61,7 +61,7 @@ class Worker:
             while True:
                 self.left = self.order["result_bytes"]
                 asked = self.receive()
-                for call in asked["calls"]:
+                for call in [self.receive() for _ in range(asked["calls"])]:
                     self.send({"turn": asked["turn"], **self.run_call(**call)})
                 if leaves_something():
                     return  # the next question begins in a process of its own

@@ -134,18 +134,9 @@ class Session:
     def _ask(self, batch: list[Call], outcomes: dict[str, Outcome]) -> None:
         """Send the calls and read as many answers."""
         turn = secrets.token_hex(8)
-        asked = tuple(
-            {
-                "id": call.id,
-                "function": call.function,
-                "arguments": call.arguments,
-                "keywords": dict(call.keywords),
-            }
-            for call in batch
-        )
         start = time.monotonic()
         deadline = self._deadline()
-        self._send({"turn": turn, "calls": asked})
+        self._send({"turn": turn, "calls": len(batch)}, *(call.frame for call in batch))
         left = self.limits.result_bytes + PER_ANSWER * len(batch)
         for call in batch:
             frame, length = self._receive(left, deadline)
@@ -173,11 +164,12 @@ class Session:
         missing = f"`{call.function}` is not defined"
         return Outcome(id=call.id, status=OutcomeStatus.NOT_DEFINED, message=missing)
 
-    def _send(self, message: dict[str, Any]) -> None:
+    def _send(self, message: dict[str, Any], *frames: bytes) -> None:
         assert self.box is not None
         deadline = self._deadline()
         try:
-            self.box.channel.write(wire.pack(message, wire.MAX_REQUEST), deadline)
+            sent = b"".join((wire.pack(message, wire.MAX_REQUEST), *frames))
+            self.box.channel.write(sent, deadline)
         except LateError:
             raise self._late(deadline) from None
         except GoneError:
