@@ -9,11 +9,13 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from labkit.errors import LabkitError
+from labkit.grading.contract import Value
 from labkit.grading.questions import Answer, Assignment, Case, Cases, Misconception, Question
 from labkit.grading.values import from_plain
 
@@ -113,7 +115,24 @@ def _case(fields: dict[str, Any], hidden: bool) -> Case:
         arguments=tuple(map(from_plain, fields["arguments"])),
         expected=tuple(map(from_plain, fields["expected"])),
         tolerance=fields["tolerance"],
-        mistaken={
-            id: tuple(map(from_plain, answers)) for id, answers in fields["mistaken"].items()
-        },
+        mistaken=_Mistaken(fields["mistaken"]),
     )
+
+
+class _Mistaken(Mapping[str, tuple[Value, ...]]):
+    """The answers of known mistakes, built when a wrong answer is held against them."""
+
+    def __init__(self, plain: Mapping[str, list[Any]]) -> None:
+        self._plain = plain
+
+    def __getitem__(self, id: str) -> tuple[Value, ...]:
+        return tuple(map(from_plain, self._plain[id]))
+
+    def __contains__(self, id: object) -> bool:
+        return id in self._plain
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._plain)
+
+    def __len__(self) -> int:
+        return len(self._plain)
