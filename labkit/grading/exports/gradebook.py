@@ -10,6 +10,7 @@ from pathlib import Path
 from labkit.errors import LabkitError
 from labkit.logs.atomic import atomic_write
 
+FORMULA = (*"=+-@", *"＝＋－＠", "\t", "\r", "\n")  # the wide ones where people type Chinese
 Row = list[str]
 Rows = list[Row]
 
@@ -55,7 +56,7 @@ def write_gradebook(path: str | os.PathLike[str], rows: Iterable[Sequence[str]])
 def plain(text: str) -> str:
     """Text that no spreadsheet takes for a formula.
 
-    >>> plain("=1+1"), plain("well done")
-    ("'=1+1", 'well done')
+    >>> plain("=1+1"), plain("＝1+1"), plain("well done")
+    ("'=1+1", "'＝1+1", 'well done')
     """
-    return "'" + text if text.startswith(("=", "+", "-", "@", "\t", "\r")) else text
+    return "'" + text if text.startswith(FORMULA) else text

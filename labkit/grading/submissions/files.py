@@ -182,6 +182,12 @@ def is_skipped(name: str) -> bool:
 
 
 def printable(name: str) -> str:
-    """A file's name as text that can be printed and stored: on disk it may be any bytes."""
-    text = name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
-    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+    r"""A file's name as text that can be printed and stored: on disk it may be any bytes.
+
+    Two names stay two: what cannot be printed is spelled out.
+
+    >>> print(printable("ad\u202ea"), printable("ad\udcff"))
+    ad\u202ea ad\xff
+    """
+    text = name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

@@ -163,6 +163,16 @@ def test_names_that_are_no_text_can_be_printed(tmp_path):
     assert one.read()[1] == ()
 
 
+def test_two_names_that_are_no_text_are_two_students(tmp_path):
+    names = [b"ad\xff", b"ad\xfe", "ad\u202e".encode(), "ad\u202d".encode(), "ad\ufffd".encode()]
+    for name in names:
+        (tmp_path / os.fsdecode(name)).mkdir()
+        (tmp_path / os.fsdecode(name) / "a.py").write_bytes(SOURCE)
+    found = find_submissions(tmp_path)
+    assert len({one.student for one in found}) == len(names)
+    assert all(one.student.isprintable() for one in found)
+
+
 def test_what_cannot_be_read_is_named(tmp_path):
     with pytest.raises(LabkitError, match="no such file or folder"):
         find_submissions(tmp_path / "missing")
