@@ -26,6 +26,7 @@ MOMENT = 0.5  # s that a process may take to end once it has said so
 SMALL = 1 << 16
 SPARE_THREADS = 64  # others of the same user may start some meanwhile
 BOX_THREADS = 8  # bubblewrap, the zygote, the supervisor
+FIRST_TO_GO = "1000"  # where memory runs out, a box ends and not the grader: forks inherit it
 LIBRARIES = 1 << 29  # bytes of address space, where /proc does not tell
 
 
@@ -178,6 +179,11 @@ class ForkServer:
         self.address_space = LIBRARIES
         with contextlib.suppress(OSError), open(f"/proc/{pid}/statm", encoding="ascii") as file:
             self.address_space = int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+        with (
+            contextlib.suppress(OSError),
+            open(f"/proc/{pid}/oom_score_adj", "w", encoding="ascii") as file,
+        ):
+            file.write(FIRST_TO_GO)
 
     def _end(self) -> None:
         if self.control:

@@ -85,6 +85,15 @@ def test_a_slot_ends_what_it_started(safe_mode):
     assert wait_for(lambda: not alive(family)), f"still running: {alive(family)}"
 
 
+def test_where_memory_runs_out_boxes_go_first(safe_mode):
+    """All of a slot's boxes together may ask for more than the machine has."""
+    with open_sandbox(safe_mode) as sandbox:
+        pids = descendants(sandbox._starter.process.pid)
+        scores = [int(Path(f"/proc/{pid}/oom_score_adj").read_text("ascii")) for pid in pids]
+    assert max(scores) == 1000
+    assert int(Path("/proc/self/oom_score_adj").read_text("ascii")) < 1000
+
+
 def test_a_lost_zygote_is_started_again(safe_mode):
     with open_sandbox(safe_mode) as slot:
         for pid in reversed(descendants(slot._starter.process.pid)):
