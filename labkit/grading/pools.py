@@ -14,6 +14,7 @@ from multiprocessing import forkserver
 from multiprocessing.context import BaseContext
 
 from labkit.errors import LabkitError
+from labkit.grading.isolation import launch
 
 PATIENCE = 10.0  # [s] for a cluster to answer
 NEEDED = "labkit.grading.nursery"
@@ -24,7 +25,23 @@ def prepare() -> None:
     if sys.platform == "linux":
         _import_nothing_from_here()
         forkserver.set_forkserver_preload([NEEDED])
-        forkserver.ensure_running()
+        with _one_thread():
+            forkserver.ensure_running()
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Processes that are started meanwhile do linear algebra in one thread, without idle ones."""
+    before = {name: os.environ.get(name) for name in launch.ONE_THREAD}
+    os.environ |= launch.ONE_THREAD
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 @contextmanager

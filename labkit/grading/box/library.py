@@ -44,9 +44,9 @@ UNWANTED = {
     "tkinter", "turtledemo", "pydoc_data", "lib-dynload", "__pycache__",
 }  # fmt: skip
 UNWANTED_COMPILED = (
-    "_test", "_xx", "xx", "_ctypes_test", "_codecs_", "_crypt", "_curses", "_dbm", "_gdbm",
-    "_multiprocessing", "_posix", "_sqlite3", "_ssl", "_tkinter", "audioop", "nis", "ossaudio",
-    "readline", "resource_", "spwd", "syslog",
+    "_asyncio", "_test", "_xx", "xx", "_ctypes_test", "_codecs_", "_crypt", "_curses", "_dbm",
+    "_gdbm", "_multiprocessing", "_posix", "_sqlite3", "_ssl", "_tkinter", "audioop", "nis",
+    "ossaudio", "readline", "resource_", "spwd", "syslog",
 )  # fmt: skip
 
 
@@ -130,7 +130,6 @@ class Shelf:
         sys.path_hooks[:] = []
         sys.path_importer_cache.clear()
         forget_labkit()
-        gc.collect()
         gc.freeze()  # later forks share these pages for good
         gc.enable()
 

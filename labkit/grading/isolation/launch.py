@@ -10,6 +10,7 @@ from pathlib import Path
 from labkit.grading import box
 
 BOX = Path(box.__file__).parent
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 # Makes `labkit.grading.box` importable and nothing else of labkit, then runs one of its mains.
 # No package's start-up hooks run (-S), which take longer than the interpreter itself; but
@@ -47,8 +48,7 @@ def command(module: str, argument: str) -> list[str]:
 
 def environment() -> dict[str, str]:
     """All that a box learns from the environment: nothing of the grader's own."""
-    threads = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-    given = dict.fromkeys(threads, "1") | {
+    given = ONE_THREAD | {
         "PATH": "/usr/bin:/bin",
         "HOME": "/tmp",
         "LANG": "C.UTF-8",
