@@ -21,7 +21,7 @@ from labkit.scan import Scan
 
 ComplexArray = NDArray[np.complex128]
 
-HALF_WIDTH = 0.3  # [m]: how far a window along the sweep reaches to either side
+HALF_WIDTH = 0.25  # [m]: how far a window along the sweep reaches to either side
 HALF_BEAMS = 3  # and at the least this many beams
 NEIGHBORS = 7  # neighbours looked at in space, the point itself included
 REACH = 0.5  # [m]: neighbours farther than this are not on the same surface

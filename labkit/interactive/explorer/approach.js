@@ -1,9 +1,9 @@
 // What the loop does while its steps are long; mirrors labkit/approach.py.
 
 const LONG = 0.7;
-const WIDTH = 3;
+const WIDTH = 4;
 const CLOSE_GATE = 8;
-const POINT_SHARE = 1 / 150;
+const POINT_SHARE = 1 / 250;
 
 // The delta [m] far from the answer, for the residuals of the pairs that were kept.
 export function wideDelta(residuals, delta) {
