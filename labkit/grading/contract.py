@@ -169,7 +169,7 @@ class Limits:
     threads: int = 32
     file_bytes: int = 16 * MEBIBYTE
     disk_bytes: int = 64 * MEBIBYTE
-    result_bytes: int = 8 * MEBIBYTE
+    result_bytes: int = MEBIBYTE
     output_chars: int = 2000
 
     def __post_init__(self) -> None:
