@@ -126,7 +126,8 @@ def disk_use(folder: str, child: int) -> int:
             total += entry.stat(follow_symlinks=False).st_blocks * 512
     with contextlib.suppress(OSError):  # the first thread may have left, and shows none then
         threads = os.listdir(f"/proc/{child}/task")
-        total += max(removed(f"/proc/{child}/task/{thread}/fd") for thread in threads)
+        seen = (removed(f"/proc/{child}/task/{thread}/fd") for thread in threads)
+        total += max(seen, default=0)
     return total
 
 
