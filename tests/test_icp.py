@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 
 from labkit import IcpParameters, Scan, Target, Termination, icp
 from labkit.errors import InvalidPointsError
+from labkit.icp import associate
+from labkit.neighbors import Follower
 from labkit.se2 import apply, invert, rotation, to_xytheta, transform, wrap
 from labkit.simulation import Lidar, cast, corridor, lesson_experiment, room
 
@@ -362,6 +364,36 @@ def test_correspondences_belong_to_the_final_pose(parameters, in_the_room):
     assert (pairs.residuals[pairs.kept] <= pairs.distances[pairs.kept] + 1e-15).all()
     inliers = distances[pairs.kept]
     assert result.inlier_rmse == pytest.approx(math.sqrt(np.mean(inliers**2)))
+
+
+def test_the_last_association_is_made_when_it_is_asked_for(in_the_room, monkeypatch):
+    """Where the pose tests end a run; a cost test needs the cost of every pose."""
+    source, target = in_the_room.source, Target(in_the_room.target)
+    asked, nearest = [], Follower.nearest
+    monkeypatch.setattr(
+        Follower, "nearest", lambda self, columns: asked.append(0) or nearest(self, columns)
+    )
+    by_pose = icp(source, target, None, replace(BY_LINE, translation_tolerance=1e-4))
+    assert by_pose.termination is Termination.CONVERGED_POSE
+    assert len(asked) == by_pose.iterations
+    assert 0 < by_pose.inlier_count == by_pose.correspondences.kept.sum() <= len(source)
+    assert len(asked) == by_pose.iterations + 1
+    asked.clear()
+    by_cost = icp(source, target, None, replace(BY_LINE, cost_tolerance=1e-3))
+    assert by_cost.termination is Termination.CONVERGED_COST
+    assert len(asked) == by_cost.iterations + 1
+
+
+@METRICS
+def test_every_pose_can_be_associated_anew(parameters, in_the_room):
+    """What the loop finds by following the points is what `associate` finds without a past."""
+    source, target = in_the_room.source, Target(in_the_room.target)
+    for step in icp(source, target, None, parameters).history:
+        pairs = associate(source.points, target, step.T_target_source, parameters, far=step.far)
+        for name in ("source", "target", "target_index", "distances", "kept", "weights"):
+            np.testing.assert_array_equal(
+                getattr(step.correspondences, name), getattr(pairs, name), name
+            )
 
 
 def test_the_cost_by_hand():

@@ -7,8 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from labkit.arrays import homogeneous
 from labkit.errors import DegenerateAlignmentError
-from labkit.line_alignment import MIN_INFORMATION, align_to_lines, line_information
+from labkit.line_alignment import (
+    MIN_INFORMATION,
+    align_to_lines,
+    line_information,
+    line_step,
+)
 from labkit.se2 import apply, invert, rotation, to_xytheta, transform
 
 seeds = st.integers(0, 2**32 - 1)
@@ -75,6 +81,33 @@ def test_the_frame_does_not_matter(seed, x, y, theta):
     step = align_to_lines(source, target, normals, weights)
     moved = align_to_lines(apply(A, source), apply(A, target), normals @ A[:2, :2].T, weights)
     np.testing.assert_allclose(moved, A @ step @ invert(A), atol=1e-9)
+
+
+def test_far_from_the_origin_only_the_digits_of_the_place_are_lost():
+    """Sums are taken about the pairs' own centre: 1,000 km away, a step is good to 1e-7."""
+    target, normals, weights = surface(3)
+    source = apply(transform(0.03, -0.02, 0.01), target)
+    A = transform(1e6, -1e6, 0.5)
+    n = normals @ A[:2, :2].T
+    there = align_to_lines(apply(A, source), apply(A, target), n, weights)
+    here = align_to_lines(source, target, normals, weights)
+    assert abs(to_xytheta(there)[2] - to_xytheta(here)[2]) < 1e-9
+    center = np.average(source, axis=0, weights=weights)[None]
+    expected = apply(A, apply(here, center))
+    np.testing.assert_allclose(apply(there, apply(A, center)), expected, atol=1e-7, rtol=0.0)
+
+
+@given(seeds, st.floats(0.0, 1.0), st.floats(-3.0, 3.0))
+def test_the_sums_may_be_taken_about_any_point(seed, share, away):
+    target, normals, weights = surface(seed)
+    source = apply(transform(0.03, -0.02, 0.01), target)
+    along = normals.T * (source - target).T
+    columns = homogeneous(source), np.concatenate((target.T, normals.T)), along[0] + along[1]
+    steps = [
+        line_step(*columns, weights, center=np.array([[x], [y], [0.0]]), point_share=share)
+        for x, y in ((0.0, 0.0), (away, 2.0 - away))
+    ]
+    np.testing.assert_allclose(*steps, atol=1e-12)
 
 
 def test_weights_weigh():
