@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import os
 import sys
-from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -19,30 +17,20 @@ from typing import Any
 import matplotlib as mpl
 
 from figures import error_time_figure, growth_figure
+from in_short import in_short
 from labkit.logs import atomic_write
 from labkit.plotting import save_figure
 from tables import (
     HEADER,
     basin_rows,
     growth_rows,
-    number,
+    markdown,
     score_rows,
     whole_log_ideal,
     whole_log_rows,
 )
 
 BOOK = Path(__file__).parents[2] / "book"
-LINE = "labkit point-to-line"
-LESSON = "the lesson's listing"
-NOT_FROM_PIP = ("labkit", LESSON, "MRPT")
-ERRORS = {  # a column of the short table each
-    "mm": ("translation_mm", "median", ".1f"),
-    "mm, p95": ("translation_mm", "p95", ".1f"),
-    "deg": ("rotation_deg", "median", ".3f"),
-    "deg, p95": ("rotation_deg", "p95", ".3f"),
-}
-SLACK = 1.05  # an error is no worse than another if it is at most so many times as large
-
 INTRO = """\
 # Benchmark
 
@@ -51,16 +39,6 @@ the same pairs of scans, the same guess, the same gate and one thread, and the m
 pair by pair, so that all of them met the same machine. Search trees and normals are part of the
 time. `make bench` repeats it and writes this page anew; the numbers are here
 {download}`as JSON <_static/benchmark.json>`, too."""
-
-SHORT = """\
-## In short
-
-`labkit`'s point-to-line beside the best that pip has. Times are medians, in milliseconds a pair;
-the fastest peer and the lesson's listing are shown as multiples of `labkit`'s time, too. Behind
-each error stands, in parentheses, the smallest one that any of those peers has.
-
-- Sets on which `labkit` is faster than all of them: {fastest} of {sets}.
-- Errors that are at most 5 % larger than the smallest of the peers: {close} of {errors}."""
 
 ERROR_FIGURE = """\
 ```{figure} _static/benchmark-error.svg
@@ -135,57 +113,21 @@ def main() -> int:
 
 def page(results: dict[str, Any]) -> str:
     """The page as MyST Markdown: a section for all that was measured."""
-    parts = [INTRO, *_short(results), ERROR_FIGURE, SETS]
+    parts = [INTRO, *in_short(results), ERROR_FIGURE, SETS]
     parts += map(_set_section, results["sets"].values())
     if results["basins"]:
         parts += [BASIN, *map(_basin_section, results["basins"].values())]
     if "growth" in results:
         header = ["ms a pair", *(f"{size:,}" for size in results["growth"]["points"])]
-        parts += [GROWTH, _markdown(header, growth_rows(results["growth"]))]
+        parts += [GROWTH, markdown(header, growth_rows(results["growth"]))]
     if "whole_log" in results:
         parts += _whole_log(results["whole_log"])
     return "\n\n".join([*parts, f"## Conditions\n\n{_conditions(results)}"]) + "\n"
 
 
-def _short(results: dict[str, Any]) -> list[str]:
-    """Point-to-line beside the peers from pip that saw all pairs, in two tables and words."""
-    times, errors, fastest, close = [], [], 0, 0
-    for each in results["sets"].values():
-        scores = each["matchers"]
-        own = scores.get(LINE)
-        peers = [name for name in scores if _from_pip(name) and _saw_all(each, name)]
-        if own is None or not peers:
-            continue
-        first = min(peers, key=lambda name: scores[name]["time_ms"]["median"])
-        ratios = [_ratio(scores[name], own) if name in scores else None for name in (first, LESSON)]
-        fastest += ratios[0] > 1.0
-        times.append(
-            [
-                each["title"],
-                number(own["time_ms"]["median"], ".2f"),
-                f"{number(scores[first]['time_ms']['median'], '.2f')} ({first})",
-                *(f"{number(ratio, '.1f')} ×" for ratio in ratios),
-            ]
-        )
-        cells = []
-        for key, part, form in ERRORS.values():
-            best = min(_known(scores[name][key][part]) for name in peers)
-            close += _known(own[key][part]) <= SLACK * best
-            cells.append(f"{number(own[key][part], form)} ({number(best, form)})")
-        errors.append([each["title"], *cells])
-    if not times:
-        return []
-    words = {"sets": len(times), "errors": len(times) * len(ERRORS)}
-    return [
-        SHORT.format(fastest=fastest, close=close, **words),
-        _markdown(["set", "ms", "fastest peer", "peer to labkit", "lesson to labkit"], times),
-        _markdown(["set", *ERRORS], errors),
-    ]
-
-
 def _whole_log(result: dict[str, Any]) -> list[str]:
     words = WHOLE_LOG.format(**result, ratio=result["shared_s"] / whole_log_ideal(result))
-    return [words, _markdown(["", "s", "share"], whole_log_rows(result))]
+    return [words, markdown(["", "s", "share"], whole_log_rows(result))]
 
 
 def _set_section(result: dict[str, Any]) -> str:
@@ -195,13 +137,13 @@ def _set_section(result: dict[str, Any]) -> str:
         f"{result['pairs']} pairs under a gate of {result['gate']} m; "
         f"the reference: {result['reference']}.{source}"
     )
-    return f"### {title}\n\n{intro}\n\n{_markdown(HEADER, score_rows(result['matchers']))}"
+    return f"### {title}\n\n{intro}\n\n{markdown(HEADER, score_rows(result['matchers']))}"
 
 
 def _basin_section(result: dict[str, Any]) -> str:
     starts = next(iter(result["shares"].values()))
     title = f"{result['title'][0].upper()}{result['title'][1:]}, {result['pairs']} pairs:"
-    return f"{title}\n\n{_markdown(['matcher', *starts], basin_rows(result))}"
+    return f"{title}\n\n{markdown(['matcher', *starts], basin_rows(result))}"
 
 
 def _conditions(results: dict[str, Any]) -> str:
@@ -220,30 +162,6 @@ def _conditions(results: dict[str, Any]) -> str:
     if results["missing"]:
         lines.append(f"- not installed, so not here: {', '.join(results['missing'])}")
     return "\n".join(lines)
-
-
-def _markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table whose first column is words and whose others are numbers."""
-    rule = [":--", *("--:" for _ in header[1:])]
-    return "\n".join(f"| {' | '.join(line)} |" for line in [header, rule, *rows])
-
-
-def _from_pip(name: str) -> bool:
-    return not name.startswith(NOT_FROM_PIP)
-
-
-def _saw_all(result: dict[str, Any], name: str) -> bool:
-    return bool(result["matchers"][name]["pairs"] == result["pairs"])
-
-
-def _ratio(slower: dict[str, Any], faster: dict[str, Any]) -> float:
-    """How many times as long one takes as the other."""
-    return slower["time_ms"]["median"] / faster["time_ms"]["median"]
-
-
-def _known(value: float | None) -> float:
-    """An error, infinite where too many pairs went unanswered."""
-    return math.inf if value is None else value
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from labkit.cli.text import table
@@ -96,3 +97,9 @@ def number(value: float | None, form: str) -> str:
 
 def _pair(summary: dict[str, float | None], form: str) -> list[str]:
     return [number(summary["median"], form), number(summary["p95"], form)]
+
+
+def markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table whose first column is words and whose others are numbers."""
+    rule = [":--", *("--:" for _ in header[1:])]
+    return "\n".join(f"| {' | '.join(line)} |" for line in [header, rule, *rows])

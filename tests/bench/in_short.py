@@ -1,0 +1,109 @@
+"""The top of the benchmark's page: labkit's point-to-line beside the best that pip has."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from tables import markdown, number
+
+LINE = "labkit point-to-line"
+LESSON = "the lesson's listing"
+NOT_FROM_PIP = ("labkit", LESSON, "MRPT")
+ERRORS = {  # a column of the short table each
+    "mm": ("translation_mm", "median", ".1f"),
+    "mm, p95": ("translation_mm", "p95", ".1f"),
+    "deg": ("rotation_deg", "median", ".3f"),
+    "deg, p95": ("rotation_deg", "p95", ".3f"),
+}
+SLACK = 1.05  # an error is no worse than another if it is at most so many times as large
+
+SHORT = """\
+## In short
+
+`labkit`'s point-to-line beside the best that pip has. Times are medians, in milliseconds a pair,
+and behind a colon stands how many times `labkit`'s they are. An exact peer is one that fails no
+more often and has none of the four errors more than twice as large. Behind each error stands, in
+parentheses, the smallest one that any of the peers has.
+
+- Sets on which `labkit` is faster than all of them: {fastest} of {sets}; than all exact ones: \
+{exact} of {sets}.
+- Errors that are at most 5 % larger than the smallest of the peers: {close} of {errors}."""
+
+
+def in_short(results: dict[str, Any]) -> list[str]:
+    """Point-to-line beside the peers from pip that saw all pairs, in two tables and words."""
+    times, errors, fastest, exact, close = [], [], 0, 0, 0
+    for each in results["sets"].values():
+        scores = each["matchers"]
+        own = scores.get(LINE)
+        peers = [name for name in scores if _from_pip(name) and _saw_all(each, name)]
+        if own is None or not peers:
+            continue
+        quickest = [_quickest(scores, peers), _quickest(scores, _as_exact(scores, peers))]
+        fastest, exact = (
+            count + (name is None or _ratio(scores[name], own) > 1.0)
+            for count, name in zip((fastest, exact), quickest, strict=True)
+        )
+        compared = [_compared(scores, name) for name in (*quickest, LESSON)]
+        times.append([each["title"], number(own["time_ms"]["median"], ".2f"), *compared])
+        cells = []
+        for key, part, form in ERRORS.values():
+            best = min(_known(scores[name][key][part]) for name in peers)
+            close += _known(own[key][part]) <= SLACK * best
+            cells.append(f"{number(own[key][part], form)} ({number(best, form)})")
+        errors.append([each["title"], *cells])
+    if not times:
+        return []
+    words = {"sets": len(times), "errors": len(times) * len(ERRORS)}
+    return [
+        SHORT.format(fastest=fastest, exact=exact, close=close, **words),
+        markdown(["set", "ms", "fastest peer", "fastest exact peer", "the lesson"], times),
+        markdown(["set", *ERRORS], errors),
+    ]
+
+
+def _quickest(scores: dict[str, Any], names: Sequence[str]) -> str | None:
+    return min(names, key=lambda name: scores[name]["time_ms"]["median"], default=None)
+
+
+def _as_exact(scores: dict[str, Any], names: Sequence[str]) -> list[str]:
+    """Those that err and fail about as little as labkit does."""
+    own = scores[LINE]
+    return [
+        name
+        for name in names
+        if scores[name]["failures"] <= own["failures"]
+        and all(
+            _known(scores[name][key][part]) <= 2.0 * _known(own[key][part])
+            for key, part, _ in ERRORS.values()
+        )
+    ]
+
+
+def _compared(scores: dict[str, Any], name: str | None) -> str:
+    """The time of one, who it is, and how many times labkit's it is."""
+    if name not in scores:
+        return "–"
+    who = "" if name == LESSON else f" ({name})"
+    milliseconds = number(scores[name]["time_ms"]["median"], ".2f")
+    return f"{milliseconds}{who}: {_ratio(scores[name], scores[LINE]):.2f} ×"
+
+
+def _from_pip(name: str) -> bool:
+    return not name.startswith(NOT_FROM_PIP)
+
+
+def _saw_all(result: dict[str, Any], name: str) -> bool:
+    return bool(result["matchers"][name]["pairs"] == result["pairs"])
+
+
+def _ratio(slower: dict[str, Any], faster: dict[str, Any]) -> float:
+    """How many times as long one takes as the other."""
+    return slower["time_ms"]["median"] / faster["time_ms"]["median"]
+
+
+def _known(value: float | None) -> float:
+    """An error, infinite where too many pairs went unanswered."""
+    return math.inf if value is None else value
