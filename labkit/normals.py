@@ -12,6 +12,8 @@ mean, Σu² doubles the line's angle, and |Σu²| / Σ|u|² says how straight it
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import scipy  # its parts are loaded when they are used
 from numpy.typing import NDArray
@@ -25,6 +27,7 @@ HALF_WIDTH = 0.25  # [m]: how far a window along the sweep reaches to either sid
 HALF_BEAMS = 3  # and at the least this many beams
 NEIGHBORS = 7  # neighbours looked at in space, the point itself included
 REACH = 0.5  # [m]: neighbours farther than this are not on the same surface
+BEYOND = math.nextafter(REACH, math.inf)  # the search finds what is nearer than this
 GAP_RATIO = 4.0  # a step this much longer than its shorter neighbour leaves the surface
 GAP_FLOOR = 0.05  # [m]: a step this short never does
 LINEARITY = 0.5  # largest ratio of the spreads across and along that still is a line
@@ -101,10 +104,10 @@ def _windows(step: FloatArray) -> tuple[IntArray, IntArray]:
 def _normals_in_space(z: ComplexArray) -> ComplexArray:
     """Normals of the total-least-squares lines through the nearest neighbours."""
     points = z.view(np.float64).reshape(-1, 2)
-    tree = scipy.spatial.cKDTree(points, leafsize=8)
-    distance, neighbors = tree.query(points, k=min(NEIGHBORS, len(z)))
-    near = distance.T <= REACH
-    u = z.take(neighbors.T)
+    tree = scipy.spatial.cKDTree(points, balanced_tree=False, compact_nodes=False)
+    distance, neighbors = tree.query(points, k=min(NEIGHBORS, len(z)), distance_upper_bound=BEYOND)
+    near = np.isfinite(distance.T).astype(np.float64)
+    u = z.take(neighbors.T, mode="clip")  # any point will do for one that is missing
     u -= z
     u *= near
     sums = np.array([u.sum(axis=0), (u * u).sum(axis=0), (u * u.conj()).sum(axis=0)])
@@ -112,7 +115,7 @@ def _normals_in_space(z: ComplexArray) -> ComplexArray:
 
 
 def _line_normals(
-    z: ComplexArray, sums: ComplexArray, size: IntArray, rounding: float = 0.0
+    z: ComplexArray, sums: ComplexArray, size: IntArray | FloatArray, rounding: float = 0.0
 ) -> ComplexArray:
     """Directions of least spread, from Σu, Σu² and Σ|u|² of `size` points; NaN for no line."""
     mean = sums * (1.0 / size)
