@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
 from labkit.arrays import FloatArray
 from labkit.cli.quality import write_quality
+from labkit.errors import LogError
 from labkit.logs import Log, refuse_unwritable, write_g2o, write_tum
 from labkit.odometry import OdometryResult, increments_between
 
@@ -35,8 +37,12 @@ def choose_outputs(args: argparse.Namespace, name: str) -> list[tuple[str, Write
         (args.plot or f"{name}-map.png", write_map),
     ]
     wanted = [(path, writer) for path, writer in outputs if path != NOTHING]
+    taken = {Path(args.log).resolve(): "is the log itself"}
     for path, writer in wanted:
         refuse_unwritable(path)
+        if (place := Path(path).resolve()) in taken:
+            raise LogError(f"cannot write {path}: it {taken[place]}; give each file its own name")
+        taken[place] = "is written by this run already"
         if writer is write_map:
             from labkit.plotting.save import figure_suffix  # noqa: PLC0415 (matplotlib is slow)
 

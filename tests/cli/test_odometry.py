@@ -166,6 +166,8 @@ def test_an_unknown_kind_of_figure_is_refused_before_the_work(run, carmen_log, f
         (("gone.log",), "gone.log"),
         (("{log}", "--out", "no/such/t.tum"), "cannot write no/such/t.tum"),
         (("{log}", "--plot", "."), "cannot write .: it is a directory"),
+        (("{log}", "--out", "a", "--quality", "./a"), "cannot write ./a: it is written by this"),
+        (("{pair}", "--out", "pair.log"), "cannot write pair.log: it is the log itself"),
         (("{log}", "--prior", "simulated"), "no reference to simulate wheels from"),
         (("{pair}", "--prior", "log"), "holds no odometry for `--prior log`"),
         (("{points}", "--scans", "2"), "a single scan; a motion needs two"),
