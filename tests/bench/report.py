@@ -35,8 +35,8 @@ INTRO = """\
 # Benchmark
 
 How fast and how exact is the lab's matcher beside those that people use? Every matcher below had
-the same pairs of scans, the same guess, the same gate and one thread, and the matchers took turns,
-pair by pair, so that all of them met the same machine. Search trees and normals are part of the
+the same pairs of scans, the same guess, the same gate and one thread, and the matchers took turns
+of twenty pairs, so that all of them met the same machine. Search trees and normals are part of the
 time. `make bench` repeats it and writes this page anew; the numbers are here
 {download}`as JSON <_static/benchmark.json>`, too."""
 

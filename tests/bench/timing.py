@@ -17,6 +17,7 @@ from peers import Matcher
 
 CLOCKS = ("wall", "processor")
 WARM_UP = 3  # pairs that each matcher meets before the clock runs
+STRETCH = 20  # pairs that a matcher is given in one turn, as it would be given those of a log
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -68,7 +69,11 @@ def attempt(matcher: Matcher, pair: Pair, gate: float) -> Attempt:
 
 
 def measure(matchers: Sequence[Matcher], pair_set: PairSet, rounds: int) -> dict[str, Run]:
-    """Every matcher on every pair, `rounds` times; the one that begins changes each time."""
+    """Every matcher on every pair, `rounds` times, in turns of a stretch of pairs.
+
+    The one that begins changes each time. Turns of a single pair would time, for the most
+    part, how a processor's caches are filled again after all the other libraries.
+    """
     runs = {
         matcher.name: Run(attempts=[[] for _ in matcher.share(pair_set.pairs)])
         for matcher in matchers
@@ -79,10 +84,13 @@ def measure(matchers: Sequence[Matcher], pair_set: PairSet, rounds: int) -> dict
     turns = deque(matchers)
     for number in range(rounds):
         label = f"{pair_set.name}, round {number + 1} of {rounds}"
-        for index, pair in enumerate(tqdm(pair_set.pairs, label, leave=False, disable=None)):
+        starts = range(0, len(pair_set.pairs), STRETCH)
+        for start in tqdm(starts, label, leave=False, disable=None):
             for matcher in turns:
-                attempts = runs[matcher.name].attempts
-                if index < len(attempts) and not (matcher.slow and number):
-                    attempts[index].append(attempt(matcher, pair, pair_set.gate))
+                if matcher.slow and number:
+                    continue
+                attempts = runs[matcher.name].attempts[start : start + STRETCH]
+                for tried, pair in zip(attempts, pair_set.pairs[start:], strict=False):
+                    tried.append(attempt(matcher, pair, pair_set.gate))
             turns.rotate(1)
     return runs
