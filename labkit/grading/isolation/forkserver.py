@@ -118,9 +118,8 @@ class ForkServer:
         ends = [theirs.fileno(), their_life.fileno()]
         box = ForkBox(ours, life, folder)
         try:
-            socket.send_fds(self.control, [json.dumps(told).encode()], ends)
-            theirs.close()
-            their_life.close()
+            with theirs, their_life:  # or `stop` would wait for an end that is held here
+                socket.send_fds(self.control, [json.dumps(told).encode()], ends)
             first, _ = receive(box.channel, SMALL, time.monotonic() + START)
         except (OSError, GoneError, LateError, wire.WireError):
             end = box.stop(leaving=False)

@@ -101,6 +101,17 @@ def test_a_lost_zygote_is_started_again(safe_mode):
         assert slot.run([CELL], [CALL])[0].value == 42
 
 
+def test_a_zygote_that_is_long_gone_is_started_again_at_once(safe_mode):
+    with open_sandbox(safe_mode) as slot:
+        family = descendants(slot._starter.process.pid)
+        for pid in reversed(family):
+            os.kill(pid, signal.SIGKILL)
+        assert wait_for(lambda: not alive(family))
+        start = time.monotonic()
+        assert slot.run([CELL], [CALL])[0].value == 42
+        assert time.monotonic() - start < PATIENCE, "it waited for a process that is gone"
+
+
 def test_a_zygote_that_cannot_start_again_is_an_error(monkeypatch):
     with open_sandbox() as slot:
         for pid in reversed(descendants(slot._starter.process.pid)):
