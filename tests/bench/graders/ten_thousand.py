@@ -30,7 +30,7 @@ from submissions import lab_answers  # noqa: E402
 
 LOOK = 0.25  # s between two looks at the processes
 LEAVE = 10.0  # s that what was killed may take to be gone
-KINDS = ("parent", "worker", "sandbox")
+KINDS = ("parent", "server", "worker", "sandbox")  # each starts the next one
 
 
 @dataclass(kw_only=True)
@@ -162,12 +162,12 @@ def _verdicts(store: Path) -> dict[str, Any]:
 
 
 def _family(parent: int) -> list[tuple[int, str]]:
-    """The process, its workers, and everything below them."""
-    family, generation, kind = [(parent, "parent")], [parent], "worker"
+    """The process, the one that it has workers from, these, and everything below them."""
+    family, generation, depth = [(parent, KINDS[0])], [parent], 0
     while generation:
         generation = [child for pid in generation for child in _children(pid)]
-        family += [(pid, kind) for pid in generation]
-        kind = "sandbox"
+        depth = min(depth + 1, len(KINDS) - 1)
+        family += [(pid, KINDS[depth]) for pid in generation]
     return family
 
 
