@@ -116,9 +116,12 @@ def test_a_zygote_that_cannot_start_again_is_an_error(monkeypatch):
     with open_sandbox() as slot:
         for pid in reversed(descendants(slot._starter.process.pid)):
             os.kill(pid, signal.SIGKILL)
+        slot._starter.process.wait()
         monkeypatch.setattr("labkit.grading.isolation.launch.BOOTSTRAP", "raise SystemExit('no')")
+        start = time.monotonic()
         with pytest.raises(SandboxError, match=f"mode {slot.mode} does not work here: no"):
             slot.run([CELL], [CALL])
+        assert time.monotonic() - start < PATIENCE  # its own ends of the sockets are closed, too
 
 
 def test_slots_side_by_side_do_not_share_a_user():
