@@ -10,6 +10,7 @@ from labkit.authoring.variants import vectorised
 from labkit.errors import InvalidParameterError, LabkitError
 from labkit.grading.assignment import load_assignment
 from labkit.grading.box.values import plain
+from labkit.grading.box.wire import unpack
 from labkit.grading.contract import Outcome, OutcomeStatus, SourceCell
 from labkit.grading.grade import grade_submission
 from labkit.grading.verdict import SubmissionVerdict
@@ -68,7 +69,9 @@ def test_nothing_in_a_call_tells_its_purpose():
     assert [call.id for call in calls] == [str(number) for number in range(len(calls))]
     known = {"rotation", "transposed", "hidden", "visible"}
     for call in calls:
-        assert vars(call).keys() == {"id", "question", "function", "arguments", "keywords"}
+        own = {"id", "question", "function", "arguments", "keywords"}
+        assert vars(call).keys() - {"frame"} == own
+        assert unpack(call.frame).keys() == own - {"question"}, "what a box is sent"
         assert not known & set(map(str, call.keywords))
 
 
