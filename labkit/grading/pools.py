@@ -23,17 +23,21 @@ NEEDED = "labkit.grading.nursery"
 def prepare() -> None:
     """Have Python started and labkit imported where workers will come from, without waiting."""
     if sys.platform == "linux":
-        _import_nothing_from_here()
         forkserver.set_forkserver_preload([NEEDED])
-        with _one_thread():
+        with _for_workers():
             forkserver.ensure_running()
 
 
 @contextmanager
-def _one_thread() -> Iterator[None]:
-    """Processes that are started meanwhile do linear algebra in one thread, without idle ones."""
-    before = {name: os.environ.get(name) for name in launch.ONE_THREAD}
-    os.environ |= launch.ONE_THREAD
+def _for_workers() -> Iterator[None]:
+    """The environment of processes that are started meanwhile.
+
+    They import nothing from the grader's folder: it often is that of the submissions, and one
+    of them may be called ``signal.py``. Linear algebra gets one thread, and no idle ones.
+    """
+    given = launch.ONE_THREAD | {"PYTHONSAFEPATH": "1"}
+    before = {name: os.environ.get(name) for name in given}
+    os.environ |= given
     try:
         yield
     finally:
@@ -50,7 +54,6 @@ def local_pools(workers: int) -> Iterator[Iterator[Executor]]:
 
     On leaving, by an interruption too, no worker and no sandbox of one is left behind.
     """
-    _import_nothing_from_here()
     pools: list[ProcessPoolExecutor] = []
     context = _context()
 
@@ -61,7 +64,8 @@ def local_pools(workers: int) -> Iterator[Iterator[Executor]]:
             pools[-1].shutdown(wait=False, cancel_futures=True)
 
     try:
-        yield make()
+        with _for_workers():
+            yield make()
     except BaseException:
         for process in multiprocessing.active_children():
             process.terminate()
@@ -77,14 +81,6 @@ def _context() -> BaseContext:
     It is none of the grader's own, which holds open files and threads that no worker shall have.
     """
     return multiprocessing.get_context("forkserver" if sys.platform == "linux" else "spawn")
-
-
-def _import_nothing_from_here() -> None:
-    """Keep processes that are started from now on from what lies in the grader's folder.
-
-    That is often the folder of the submissions, and one of them may be called ``signal.py``.
-    """
-    os.environ["PYTHONSAFEPATH"] = "1"
 
 
 def _be_a_worker() -> None:
