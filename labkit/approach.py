@@ -8,9 +8,9 @@ far. So as long as a step moves the source by more than `LONG` δ, under ``appro
 - a share of the point-to-point metric, in proportion to that δ, calms the step;
 - the whole gate is open. Near the answer it closes to `CLOSE_GATE` δ.
 
-Pairs of Killian Court started at 0.5 m and 20° from the answer then find it in 86 % of the
-cases instead of 74 %, those at 0.3 m and 10° in 99 % instead of 93 %; started near, they
-take no more steps than before (`tests/bench/basin.py`, pairs for tuning).
+Pairs of Killian Court started at 0.5 m and 20° from the answer then find it in 87 % of the
+cases instead of 73 %, those at 0.3 m and 10° in 98 % instead of 93 %; started near, they
+take hardly more steps (`tests/bench/run.py --split tuning`).
 
 References
 ----------
