@@ -107,11 +107,12 @@ def spread_ratio(points: ArrayLike, motion: ArrayLike) -> float:
     direction: FloatArray = np.asarray(motion, dtype=np.float64)
     if direction.shape != (2,):
         raise InvalidPointsError(f"`motion` must have shape (2,), got {direction.shape}")
-    length = math.hypot(*direction)
+    dx, dy = direction.tolist()
+    length = math.hypot(dx, dy)
     if not length > 0.0:
         return math.nan
-    dx, dy = (direction / length).tolist()
-    columns[:2] -= columns[:2].mean(axis=1, keepdims=True)
+    dx, dy = dx / length, dy / length
+    columns[:2] -= columns[:2].sum(axis=1, keepdims=True) / columns.shape[1]
     (xx, xy, _), (_, yy, _), _ = (columns @ columns.T).tolist()
     along = dx * dx * xx + 2.0 * dx * dy * xy + dy * dy * yy
     across = dy * dy * xx - 2.0 * dx * dy * xy + dx * dx * yy

@@ -189,10 +189,8 @@ def estimate_step(
         return StepRecord(increment=guess, decision=last_resort, reason=reason)
 
     reasons: list[str] = []
-    for decision, matcher in (
-        (Decision.ICP, parameters.icp),
-        (Decision.RETRY, parameters.retry),
-    ):
+    for decision in (Decision.ICP, Decision.RETRY):
+        matcher = parameters.icp if decision is Decision.ICP else parameters.retry
         record, complaints = _attempt(
             source, target, guess=guess, prior=prior, matcher=matcher, limits=parameters.limits
         )
