@@ -24,7 +24,7 @@ from labkit.odometry.workers import in_order
 from labkit.scan import Scan
 from labkit.target import Target
 
-STRETCH = 16  # steps of a log that are handed over as one task
+STRETCH = 64  # steps of a log that are handed over as one task
 STEPS_A_JOB = 500  # fewer are done before another process has started
 
 
