@@ -131,12 +131,14 @@ class Correspondences:
     from_line : ndarray, shape (N,), or None
         n·(p − q), how far the source point is in front of the line through the target's
         surface [m]; None under the point-to-point metric.
+    within_overlap : ndarray of bool, shape (N,)
+        Which pairs are among the ⌊ρN⌋ closest.
     kept : ndarray of bool, shape (N,)
-        Which pairs passed gate and overlap, and have a residual.
+        Which of these passed the gate, too, and have a residual.
     weights : ndarray, shape (N,)
         Huber's weight of a kept pair, 0 for a rejected one.
-    gate, overlap_ratio, huber_delta : float
-        d_max [m], ρ and δ [m] that they were judged by.
+    gate, huber_delta : float
+        d_max and δ [m] that they were judged by.
     point_share : float
         Share of the point-to-point metric in the step of line pairs; see `labkit.approach`.
     """
@@ -147,10 +149,10 @@ class Correspondences:
     target_index: IntArray
     distances: FloatArray
     from_line: FloatArray | None
+    within_overlap: BoolArray
     kept: BoolArray
     weights: FloatArray
     gate: float
-    overlap_ratio: float
     huber_delta: float
     point_share: float = 0.0
 
@@ -184,11 +186,6 @@ class Correspondences:
         """Which pairs passed the gate, shape (N,)."""
         return distance_gate(self.distances, self.gate)
 
-    @cached_property
-    def within_overlap(self) -> BoolArray:
-        """Which pairs are among the ⌊ρN⌋ closest, shape (N,)."""
-        return overlap(self.distances, self.overlap_ratio)
-
     @property
     def inlier_count(self) -> int:
         """How many pairs were kept."""
@@ -208,7 +205,9 @@ class Correspondences:
     @cached_property
     def cost(self) -> float:
         """The truncated Huber cost J [m²] over all source points, (4.4) of `labkit.icp`."""
-        usable = self.within_gate & np.isfinite(self.residuals)
-        charged = np.where(usable, self.residuals, np.minimum(self.distances, self.gate))
+        charged = np.minimum(self.distances, self.gate)
+        if self.from_line is not None:
+            usable = self.within_gate & np.isfinite(self.residuals)
+            charged = np.where(usable, self.residuals, charged)
         loss = huber_loss(charged[self.within_overlap], self.huber_delta)
         return float(loss.sum() / len(charged))

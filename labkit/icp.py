@@ -153,9 +153,8 @@ def _associate(
     nearest = (target.surface if on_lines else target.points.T).take(index, axis=1)
     offset = moved[:2] - nearest[:2]
     distances = lengths(offset)
-    kept = distance_gate(distances, gate)
-    if parameters.overlap_ratio < 1.0:
-        kept &= overlap(distances, parameters.overlap_ratio)
+    within_overlap = overlap(distances, parameters.overlap_ratio)
+    kept = distance_gate(distances, gate) & within_overlap
     from_line, residuals = None, distances
     if on_lines:
         kept &= target.on_line.take(index)
@@ -172,10 +171,10 @@ def _associate(
         target_index=index,
         distances=distances,
         from_line=from_line,
+        within_overlap=within_overlap,
         kept=kept,
         weights=huber_weights(residuals, delta) * kept,
         gate=gate,
-        overlap_ratio=parameters.overlap_ratio,
         huber_delta=delta,
         point_share=share,
     )

@@ -105,7 +105,7 @@ def correspondences(distances, kept):
         center=np.zeros((3, 1)),
         from_line=None,
         gate=10.0,
-        overlap_ratio=1.0,
+        within_overlap=np.ones(len(d), dtype=bool),
         huber_delta=math.inf,
         target_index=np.zeros(len(d), dtype=np.intp),
         distances=d,

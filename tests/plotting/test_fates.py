@@ -18,14 +18,15 @@ def random_pairs(rng, count=200):
     distances = rng.uniform(0.0, 0.8, count)
     normals = np.stack([rng.random(count) < 0.6, np.zeros(count)])
     gate, ratio = rng.choice([0.3, 0.6], 2)
-    kept = distance_gate(distances, gate) & overlap(distances, ratio) & normals.any(axis=0)
+    within_overlap = overlap(distances, ratio)
+    kept = distance_gate(distances, gate) & within_overlap & normals.any(axis=0)
     return Correspondences(
         moved=homogeneous(np.zeros((count, 2))),
         nearest=np.concatenate((np.zeros((2, count)), normals)),
         center=np.zeros((3, 1)),
         from_line=np.ones(count),
         gate=gate,
-        overlap_ratio=ratio,
+        within_overlap=within_overlap,
         huber_delta=0.2,
         target_index=np.zeros(count, dtype=np.intp),
         distances=distances,
