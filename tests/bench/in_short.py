@@ -88,7 +88,7 @@ def _compared(scores: dict[str, Any], name: str | None) -> str:
         return "–"
     who = "" if name == LESSON else f" ({name})"
     milliseconds = number(scores[name]["time_ms"]["median"], ".2f")
-    return f"{milliseconds}{who}: {_ratio(scores[name], scores[LINE]):.2f} ×"
+    return f"{milliseconds}{who}: {_ratio(scores[name], scores[LINE]):.2f}\u00a0×"
 
 
 def _from_pip(name: str) -> bool:
