@@ -195,8 +195,8 @@ def normal_equations(
 
     All sums come from one product of some rows, a column for each pair, with their transpose:
     on 360 pairs that takes half as long as summing them one after the other. They are taken
-    about the columns' origin and moved to the pairs' centre in plain numbers, which takes a
-    tenth of the time that small arrays would.
+    about `center`, and A = [[a, b, c], [b, d, e], [c, e, f]] and g = [u, v, w] then moved to
+    the pairs' own centre (x, y) in plain numbers, for which arrays of three are too slow.
     """
     n, p = nearest[2:], moved - center
     turning = n[::-1] * p[:2]
