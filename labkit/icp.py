@@ -19,7 +19,7 @@ from labkit.correspondences import (
     overlap,
 )
 from labkit.errors import DegenerateAlignmentError
-from labkit.line_alignment import line_step
+from labkit.line_alignment import line_step, normal_equations
 from labkit.neighbors import Follower
 from labkit.registration import (
     IcpParameters,
@@ -187,7 +187,7 @@ def minimise(pairs: Correspondences, parameters: IcpParameters) -> FloatArray:
         p, q = take_rows(pairs.source, kept), take_rows(pairs.target, kept)
         dT = align(p, q, pairs.weights[kept])
     else:  # a pair that was rejected has no weight
-        dT = line_step(
+        equations = normal_equations(
             pairs.moved,
             pairs.nearest,
             pairs.from_line,
@@ -195,6 +195,7 @@ def minimise(pairs: Correspondences, parameters: IcpParameters) -> FloatArray:
             center=pairs.center,
             point_share=pairs.point_share,
         )
+        dT = line_step(equations)
     if parameters.step_fraction < 1.0:
         dT = _shorten(dT, pairs.source[pairs.kept], parameters.step_fraction)
     return dT

@@ -133,12 +133,14 @@ def align_to_lines(
     nearest = np.concatenate((target.T, normals.T))
     along = normals.T * (source - target).T
     return line_step(
-        homogeneous(source),
-        nearest,
-        along[0] + along[1],
-        weights,
-        center=_center(source, weights),
-        point_share=point_share,
+        normal_equations(
+            homogeneous(source),
+            nearest,
+            along[0] + along[1],
+            weights,
+            center=_center(source, weights),
+            point_share=point_share,
+        )
     )
 
 
@@ -150,28 +152,6 @@ def _center(points: FloatArray, weights: FloatArray) -> FloatArray:
     return center
 
 
-def line_step(
-    moved: FloatArray,
-    nearest: FloatArray,
-    from_line: FloatArray,
-    weights: FloatArray,
-    *,
-    center: FloatArray,
-    point_share: float = 0.0,
-) -> FloatArray:
-    """`align_to_lines` of pairs as the ICP loop has them, see `Correspondences`."""
-    A, g, total, (cx, cy), length = normal_equations(
-        moved, nearest, from_line, weights, center=center, point_share=point_share
-    )
-    minimum = MIN_INFORMATION if point_share < STEADY_SHARE else STEADY_INFORMATION
-    minimum = total * ((1.0 - point_share) * minimum + point_share)
-    dx, dy, turn = _solve_constrained(A, g, minimum)
-    c, s = math.cos(turn / length), math.sin(turn / length)
-    return np.array(  # turn about the pairs' centre, then shift
-        [[c, -s, cx + dx - c * cx + s * cy], [s, c, cy + dy - s * cx - c * cy], [0.0, 0.0, 1.0]]
-    )
-
-
 class NormalEquations(NamedTuple):
     """A x = −g of the motion x = (Δx, Δy, ℓΔψ) about the centre c, summed over all weight."""
 
@@ -180,6 +160,19 @@ class NormalEquations(NamedTuple):
     weight: float
     center: tuple[float, float]
     length: float
+    point_share: float
+
+
+def line_step(equations: NormalEquations) -> FloatArray:
+    """The step ``T_target_source`` that solves them, in the constrained directions alone."""
+    A, g, total, (cx, cy), length, point_share = equations
+    minimum = MIN_INFORMATION if point_share < STEADY_SHARE else STEADY_INFORMATION
+    minimum = total * ((1.0 - point_share) * minimum + point_share)
+    dx, dy, turn = _solve_constrained(A, g, minimum)
+    c, s = math.cos(turn / length), math.sin(turn / length)
+    return np.array(  # turn about the pairs' centre, then shift
+        [[c, -s, cx + dx - c * cx + s * cy], [s, c, cy + dy - s * cx - c * cy], [0.0, 0.0, 1.0]]
+    )
 
 
 def normal_equations(
@@ -191,7 +184,7 @@ def normal_equations(
     center: FloatArray,
     point_share: float = 0.0,
 ) -> NormalEquations:
-    """The equations of a step, from pairs as the ICP loop has them.
+    """The equations of a step, from pairs as the ICP loop has them, see `Correspondences`.
 
     All sums come from one product of some rows, a column for each pair, with their transpose:
     on 360 pairs that takes half as long as summing them one after the other. They are taken
@@ -227,7 +220,7 @@ def normal_equations(
         d, e, f = rest * d + full, rest * e, rest * f + full
         u, v, w = rest * u + t * to_x, rest * v + t * to_y, rest * w + t * pull
     A, g = [[a, b, c], [b, d, e], [c, e, f]], [u, v, w]
-    return NormalEquations(A, g, total, (x + cx, y + cy), length)
+    return NormalEquations(A, g, total, (x + cx, y + cy), length, point_share)
 
 
 def _solve_constrained(A: list[list[float]], g: list[float], minimum: float) -> list[float]:

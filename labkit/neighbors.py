@@ -161,7 +161,8 @@ class Follower:
 
     A point keeps its neighbour as long as it has moved by less than half of what the next
     one was farther away: the triangle inequality leaves no other answer. Only the rest is
-    asked of the tree, which on 1,000 beams halves the time of a match.
+    asked of the tree; a match of 1,000 points without an order takes 4 % less. A sweep is
+    told the partners from before, which narrow its search.
 
     Examples
     --------
@@ -174,17 +175,16 @@ class Follower:
     def __init__(self, search: NearestNeighbors) -> None:
         self._search = search
         self._at, self._slack = np.empty((0, 2)), np.empty(0)
-        self._index: IntArray = np.empty(0, dtype=np.intp)
+        self._index: IntArray | None = None
 
     def nearest(self, columns: FloatArray) -> IntArray:
         """What `nearest_to_columns` would answer, of the same points in every call."""
         search = self._search
         if search.method != "tree":
-            before = self._index if len(self._index) else None
-            self._index = search.nearest_to_columns(columns, before)
+            self._index = search.nearest_to_columns(columns, self._index)
             return self._index
         points = columns[:2].T
-        if len(self._at) == 0:
+        if self._index is None:
             self._at = points.copy("F")
             self._index, self._slack = _nearest_by_tree(points, search.target, search.tree)
             return self._index

@@ -24,10 +24,7 @@ class MatrixSearch:
     """
 
     def __init__(self, target: FloatArray) -> None:
-        self.factors = np.empty((3, target.shape[1]))
-        np.multiply(target, -2.0, out=self.factors[:2])
-        squares = target * target
-        np.add(squares[0], squares[1], out=self.factors[2])
+        self.factors = _factors(target)
         self.block = max(1, _CACHED // target.shape[1])
 
     def nearest(self, columns: FloatArray) -> IntArray:
@@ -51,7 +48,7 @@ class SweepSearch:
 
     def __init__(self, target: FloatArray) -> None:
         self.target = target
-        self.factors = MatrixSearch(target).factors
+        self.factors = _factors(target)
         self.low, self.high = _boxes(target)
 
     def nearest(self, columns: FloatArray, before: IntArray | None) -> IntArray:
@@ -76,6 +73,15 @@ class SweepSearch:
             product.argmin(axis=1, out=index[at])
             index[at] += start
         return index
+
+
+def _factors(target: FloatArray) -> FloatArray:
+    """(−2 qⱼ, ‖qⱼ‖²) of each column, shape (3, M)."""
+    factors = np.empty((3, target.shape[1]))
+    np.multiply(target, -2.0, out=factors[:2])
+    squares = target * target
+    np.add(squares[0], squares[1], out=factors[2])
+    return factors
 
 
 def _boxes(points: FloatArray) -> tuple[FloatArray, FloatArray]:

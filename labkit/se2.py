@@ -87,8 +87,7 @@ def to_xytheta(T: ArrayLike) -> FloatArray:
     T = np.asarray(T, dtype=np.float64)
     if T.ndim == 2:  # the short way of a single one
         (c, _, x), (s, _, y), _ = T.tolist()
-        angle = math.atan2(s, c)
-        return np.array([x, y, math.pi if angle == -math.pi else angle])
+        return np.array([x, y, wrap(math.atan2(s, c))])
     theta = wrap(np.arctan2(T[..., 1, 0], T[..., 0, 0]))
     return np.stack([T[..., 0, 2], T[..., 1, 2], theta], axis=-1)
 

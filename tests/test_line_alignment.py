@@ -14,6 +14,7 @@ from labkit.line_alignment import (
     align_to_lines,
     line_information,
     line_step,
+    normal_equations,
 )
 from labkit.se2 import apply, invert, rotation, to_xytheta, transform
 
@@ -104,7 +105,11 @@ def test_the_sums_may_be_taken_about_any_point(seed, share, away):
     along = normals.T * (source - target).T
     columns = homogeneous(source), np.concatenate((target.T, normals.T)), along[0] + along[1]
     steps = [
-        line_step(*columns, weights, center=np.array([[x], [y], [0.0]]), point_share=share)
+        line_step(
+            normal_equations(
+                *columns, weights, center=np.array([[x], [y], [0.0]]), point_share=share
+            )
+        )
         for x, y in ((0.0, 0.0), (away, 2.0 - away))
     ]
     np.testing.assert_allclose(*steps, atol=1e-12)

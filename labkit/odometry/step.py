@@ -194,10 +194,9 @@ def estimate_step(
         record, complaints = _attempt(
             source, target, guess=guess, prior=prior, matcher=matcher, limits=parameters.limits
         )
-        if not complaints and not reasons:
-            return record
         if not complaints:
-            return replace(record, decision=decision, reason="; ".join(reasons))
+            reason = "; ".join(reasons)
+            return replace(record, decision=decision, reason=reason) if reasons else record
         reasons.append(f"{decision.value}: {', '.join(complaints)}")
     return replace(record, increment=guess, decision=last_resort, reason="; ".join(reasons))
 
