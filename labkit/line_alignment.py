@@ -39,6 +39,8 @@ from labkit.errors import DegenerateAlignmentError
 MIN_INFORMATION = 0.02
 # A quarter of it will do where so much of point-to-point steadies the step.
 STEADY_SHARE, STEADY_INFORMATION = 0.03, 0.25 * MIN_INFORMATION
+# With next to nothing but point-to-point all eigenvalues are 1, and so is what they must reach.
+BUT_FOR_ROUNDING = 1.0 - 1e-12
 EPSILON = float(np.finfo(float).eps)
 
 
@@ -167,7 +169,7 @@ def line_step(equations: NormalEquations) -> FloatArray:
     """The step ``T_target_source`` that solves them, in the constrained directions alone."""
     A, g, total, (cx, cy), length, point_share = equations
     minimum = MIN_INFORMATION if point_share < STEADY_SHARE else STEADY_INFORMATION
-    minimum = total * ((1.0 - point_share) * minimum + point_share)
+    minimum = total * ((1.0 - point_share) * minimum + point_share) * BUT_FOR_ROUNDING
     dx, dy, turn = _solve_constrained(A, g, minimum)
     c, s = math.cos(turn / length), math.sin(turn / length)
     return np.array(  # turn about the pairs' centre, then shift

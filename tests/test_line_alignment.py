@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from labkit.arrays import homogeneous
@@ -99,6 +99,7 @@ def test_far_from_the_origin_only_the_digits_of_the_place_are_lost():
 
 
 @given(seeds, st.floats(0.0, 1.0), st.floats(-3.0, 3.0))
+@example(1, 0.9999999999999999, 0.0)
 def test_the_sums_may_be_taken_about_any_point(seed, share, away):
     target, normals, weights = surface(seed)
     source = apply(transform(0.03, -0.02, 0.01), target)
