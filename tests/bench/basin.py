@@ -23,6 +23,7 @@ STARTS = {"0.3 m, 10°": (0.3, math.radians(10.0)), "0.5 m, 20°": (0.5, math.ra
 DRAWS = 3  # starts of each pair: fewer leave two percent to luck
 SEED = 3
 STRUCTURE = 0.05  # smallest information of a pair that counts, see `labkit.line_alignment`
+AT_REST = 1e-5  # [m] and [rad]: a step this short counts as none
 AGREEMENT = 0.03, math.radians(0.5)  # two metrics that differ by more leave the answer open
 
 
@@ -51,11 +52,16 @@ def settled(pair: Pair, gate: float) -> Pair | None:
     """The pair with a reference that can be returned to, None where there is none.
 
     Recorded references are off by as much as what counts as found. So the reference is
-    refined: the answer is what point-to-line finds from there, provided that the surface
-    fixes the motion in every direction and the lesson's point-to-point agrees.
+    refined: the answer is where point-to-line comes to rest from there, provided that the
+    surface fixes the motion in every direction and the lesson's point-to-point agrees.
     """
     target = Target(pair.target)
-    parameters = replace(lab.POINT_TO_LINE, max_correspondence_distance=gate)
+    parameters = replace(
+        lab.POINT_TO_LINE,
+        max_correspondence_distance=gate,
+        translation_tolerance=AT_REST,
+        rotation_tolerance=AT_REST,
+    )
     result = icp(pair.source, target, pair.T_reference, parameters)
     seen = result.observability
     if seen is None or seen.values[0] < STRUCTURE:
