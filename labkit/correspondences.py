@@ -5,7 +5,7 @@ they leave:
 
 =============  =================================================================
 associate      `labkit.neighbors`: the nearest target point of each source point
-reject         `distance_gate` (A) and `overlap` (B); their intersection is kept
+reject         `distance_gate` (A) and `overlap` (B); `keep`: their intersection
 weight         `huber_weights` (C)
 =============  =================================================================
 
@@ -27,9 +27,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import BoolArray, FloatArray, IntArray, check_range
+from labkit.arrays import BoolArray, FloatArray, IntArray, check_range, take_rows
 
 MIN_PAIRS = 3  # the fewest pairs a step is computed from, as in the lesson
+ORIGIN = np.zeros((2, 1))
+# What a step is summed from, a column for each pair: the source point p as (x, y, 1) and its
+# offset p − q from its partner. Under the point-to-line metric also the partner's normal n,
+# zero where it has none, n·p⊥, and n·(p − q); see `labkit.line_alignment`.
+MOVED, OFFSET, NORMAL, TURNING, FROM_LINE = slice(0, 3), slice(3, 5), slice(5, 7), 7, 8
 
 
 def distance_gate(distances: ArrayLike, max_correspondence_distance: float) -> BoolArray:
@@ -76,6 +81,14 @@ def overlap_count(source_points: int, overlap_ratio: float) -> int:
     return min(source_points, max(MIN_PAIRS, int(overlap_ratio * source_points)))
 
 
+def keep(
+    distances: FloatArray, max_correspondence_distance: float, overlap_ratio: float
+) -> BoolArray:
+    """Which pairs pass (A) and (B); with a ratio of 1 there is no (B) to compute."""
+    within_gate = distance_gate(distances, max_correspondence_distance)
+    return within_gate if overlap_ratio == 1.0 else within_gate & overlap(distances, overlap_ratio)
+
+
 def huber_weights(residuals: ArrayLike, huber_delta: float) -> FloatArray:
     """(C) Huber's weights: 1 up to δ, δ/r beyond.
 
@@ -107,69 +120,76 @@ def huber_loss(residuals: ArrayLike, huber_delta: float) -> FloatArray:
     return loss
 
 
+def point_rows(moved: FloatArray, nearest: FloatArray) -> FloatArray:
+    """`MOVED` and `OFFSET` of points (x, y, 1) and their partners, shape (5, N)."""
+    return np.concatenate((moved, moved[:2] - nearest))
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Correspondences:
-    """The pairs of one association and what became of each; entry i is source point i.
+    """The pairs of one association and what became of each.
 
-    It keeps what the loop works with, points as columns; what people ask for is derived
-    from that when they do.
+    Entry i is source point i; from afar, that of ``source[::every]`` (see `labkit.approach`).
+    It keeps what the loop works with; what people ask for is derived from that when they do.
 
     Attributes
     ----------
-    moved : ndarray, shape (3, N)
-        The source points at the pose of the association, in the target's frame, as columns
-        (x, y, 1) [m].
-    nearest : ndarray, shape (2, N) or (4, N)
-        The nearest target point of each [m], and under the point-to-line metric its normal,
-        zero where it has none.
-    center : ndarray, shape (3, 1)
-        The target's centroid (x, y, 0) [m], which sums are taken about.
+    rows : ndarray, shape (5, N) or (9, N)
+        What a step is summed from, in metres about `center`: `MOVED` to `FROM_LINE`, under
+        the point-to-point metric the first two.
+    every : int
+        Of how many source points one was looked at; N counts those.
+    center : ndarray, shape (2, 1)
+        Where the rows have their origin [m]: at the target's centroid under point-to-line,
+        for sums about it round least, else at that of the target's frame.
+    target_points : ndarray, shape (M, 2)
+        All points of the target [m].
     target_index : ndarray of int, shape (N,)
-        The target point's row in the target.
+        The partner's row there.
     distances : ndarray, shape (N,)
         How far the pair is apart [m].
-    from_line : ndarray, shape (N,), or None
-        n·(p − q), how far the source point is in front of the line through the target's
-        surface [m]; None under the point-to-point metric.
-    within_overlap : ndarray of bool, shape (N,)
-        Which pairs are among the ⌊ρN⌋ closest.
     kept : ndarray of bool, shape (N,)
-        Which of these passed the gate, too, and have a residual.
+        Which passed the gate, are among the ⌊ρN⌋ closest, and have a residual.
     weights : ndarray, shape (N,)
         Huber's weight of a kept pair, 0 for a rejected one.
-    gate, huber_delta : float
-        d_max and δ [m] that they were judged by.
+    gate, overlap_ratio, huber_delta : float
+        d_max [m], ρ and δ [m] that they were judged by.
     point_share : float
         Share of the point-to-point metric in the step of line pairs; see `labkit.approach`.
     """
 
-    moved: FloatArray
-    nearest: FloatArray
+    rows: FloatArray
+    every: int = 1
     center: FloatArray
+    target_points: FloatArray
     target_index: IntArray
     distances: FloatArray
-    from_line: FloatArray | None
-    within_overlap: BoolArray
     kept: BoolArray
     weights: FloatArray
     gate: float
+    overlap_ratio: float
     huber_delta: float
     point_share: float = 0.0
 
     @property
     def source(self) -> FloatArray:
         """The source points in the target's frame [m], shape (N, 2)."""
-        return self.moved[:2].T
+        return (self.rows[:2] + self.center).T
 
     @property
     def target(self) -> FloatArray:
         """The nearest target point of each [m], shape (N, 2)."""
-        return self.nearest[:2].T
+        return take_rows(self.target_points, self.target_index)
+
+    @property
+    def on_lines(self) -> bool:
+        """Whether they were matched under the point-to-line metric."""
+        return len(self.rows) > FROM_LINE
 
     @property
     def normals(self) -> FloatArray | None:
         """Its normal, shape (N, 2), zero where it has none; None under point-to-point."""
-        return None if self.from_line is None else self.nearest[2:].T
+        return self.rows[NORMAL].T if self.on_lines else None
 
     @cached_property
     def residuals(self) -> FloatArray:
@@ -177,14 +197,19 @@ class Correspondences:
 
         NaN where the target has no normal.
         """
-        if self.from_line is None:
+        if not self.on_lines:
             return self.distances
-        return np.where(self.nearest[2:].any(axis=0), np.abs(self.from_line), np.nan)
+        return np.where(self.rows[NORMAL].any(axis=0), np.abs(self.rows[FROM_LINE]), np.nan)
 
     @cached_property
     def within_gate(self) -> BoolArray:
         """Which pairs passed the gate, shape (N,)."""
         return distance_gate(self.distances, self.gate)
+
+    @cached_property
+    def within_overlap(self) -> BoolArray:
+        """Which pairs are among the ⌊ρN⌋ closest, shape (N,)."""
+        return overlap(self.distances, self.overlap_ratio)
 
     @property
     def inlier_count(self) -> int:
@@ -206,7 +231,7 @@ class Correspondences:
     def cost(self) -> float:
         """The truncated Huber cost J [m²] over all source points, (4.4) of `labkit.icp`."""
         charged = np.minimum(self.distances, self.gate)
-        if self.from_line is not None:
+        if self.on_lines:
             usable = self.within_gate & np.isfinite(self.residuals)
             charged = np.where(usable, self.residuals, charged)
         loss = huber_loss(charged[self.within_overlap], self.huber_delta)

@@ -66,7 +66,8 @@ def censi_covariance(
     pairs = result.correspondences
     index = pairs.target_index
     used = pairs.kept & np.isfinite(prepared.normals[index, 0])
-    p, q = as_points(as_scan(source).points, "source")[used], prepared.points[index[used]]
+    p = as_points(as_scan(source).points, "source")[:: pairs.every][used]
+    q = prepared.points[index[used]]
     n, w = prepared.normals[index[used]], pairs.weights[used]
 
     T = result.T_target_source

@@ -8,15 +8,14 @@ are spread, and so takes any narrow room for a corridor.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, as_points, as_transform, homogeneous
-from labkit.correspondences import Correspondences
+from labkit.correspondences import MOVED, Correspondences
 from labkit.errors import DegenerateAlignmentError, InvalidPointsError
-from labkit.line_alignment import Information, information_of_columns
+from labkit.line_alignment import Information, information_of_rows, line_rows
 from labkit.scan import Scan, as_scan
 from labkit.target import Target
 
@@ -44,19 +43,24 @@ def observability(
     Information or None
         None where no kept pair lies on a surface, so that nothing can be said.
     """
-    points = as_points(as_scan(source).points, "source")
-    moved = as_transform(T_target_source, "T_target_source") @ homogeneous(points)
-    return observability_of(replace(pairs, moved=moved), target)
+    points = as_points(as_scan(source).points, "source")[:: pairs.every]
+    T = as_transform(T_target_source, "T_target_source")
+    return _information((T - target.to_center) @ homogeneous(points), pairs, target)
 
 
 def observability_of(pairs: Correspondences, target: Target) -> Information | None:
     """The same of pairs where they stand."""
-    nearest = pairs.nearest
-    if pairs.from_line is None:  # matched by points: surfaces are looked up now
-        nearest = target.surface.take(pairs.target_index, axis=1)
+    if pairs.on_lines:
+        return _information(pairs.rows[MOVED], pairs, target)
+    return _information(homogeneous(pairs.source - target.center.T), pairs, target)
+
+
+def _information(moved: FloatArray, pairs: Correspondences, target: Target) -> Information | None:
+    """The same of source points (x, y, 1) about the target's centre."""
+    rows = line_rows(moved, target.surface.take(pairs.target_index, axis=1))
     weights = pairs.weights * target.on_line.take(pairs.target_index)
     try:
-        return information_of_columns(pairs.moved, nearest, weights, center=pairs.center)
+        return information_of_rows(rows, weights, target.center)
     except DegenerateAlignmentError:
         return None
 

@@ -9,24 +9,29 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.alignment import align
-from labkit.approach import close_gate, extent, is_long, point_share, wide_delta
-from labkit.arrays import FloatArray, as_points, as_transform, homogeneous, lengths, take_rows
+from labkit.approach import close_gate, extent, is_far, motion_of, point_share, thinning, wide_delta
+from labkit.arrays import (
+    FloatArray,
+    IntArray,
+    as_points,
+    as_transform,
+    homogeneous,
+    lengths,
+    take_rows,
+)
 from labkit.correspondences import (
+    FROM_LINE,
     MIN_PAIRS,
+    OFFSET,
+    ORIGIN,
     Correspondences,
-    distance_gate,
     huber_weights,
-    overlap,
+    keep,
+    point_rows,
 )
 from labkit.errors import DegenerateAlignmentError
-from labkit.line_alignment import line_step, normal_equations
-from labkit.neighbors import Follower
-from labkit.registration import (
-    IcpParameters,
-    IcpResult,
-    Iteration,
-    Termination,
-)
+from labkit.line_alignment import line_rows, line_step, normal_equations
+from labkit.registration import IcpParameters, IcpResult, Iteration, Termination
 from labkit.scan import Scan, as_scan
 from labkit.se2 import compose, from_xytheta, to_xytheta, transform
 from labkit.target import Target, as_target
@@ -88,8 +93,8 @@ def icp(
     target = as_target(target)
     T = np.eye(3) if T_init is None else as_transform(T_init, "T_init")
 
-    far, size = parameters.approach, extent(columns)
-    match = partial(_associate, columns, Follower(target.search), target, parameters)
+    far, size, motion = parameters.approach, extent(columns), 0.0
+    match = partial(_associate, columns, target, parameters)
     now = Iteration(T_target_source=T, associate=partial(match, T, far=far), far=far)  # D, E
     history = [now]
     termination = check_pairs(now.correspondences)
@@ -100,11 +105,13 @@ def icp(
             termination = Termination.DEGENERATE
             break
         T, T_before = dT @ T, T  # G: the update composes on the left
-        far = far and is_long(size, T_before, T, parameters.huber_delta)
+        motion, motion_before = motion_of(size, T_before, T), motion
+        far = far and is_far(motion, motion_before, parameters.huber_delta)
         moved, turned = step_length(T_before, T)
         now = Iteration(
             T_target_source=T,
-            associate=partial(match, T, far=far),  # D, E, when somebody asks
+            # D, E, when somebody asks
+            associate=partial(match, T, far=far, before=now.correspondences.target_index),
             translation_step=moved,
             rotation_step=turned,
             far=far,
@@ -130,51 +137,51 @@ def associate(
     far: bool = False,
 ) -> Correspondences:
     """Match, reject and weight at the pose `T`, `far` from the answer or near it."""
-    columns = homogeneous(source)
-    return _associate(columns, Follower(target.search), target, parameters, T, far=far)
+    return _associate(homogeneous(source), target, parameters, T, far=far)
 
 
 def _associate(
     source: FloatArray,
-    search: Follower,
     target: Target,
     parameters: IcpParameters,
     T: FloatArray,
     *,
     far: bool,
+    before: IntArray | None = None,
 ) -> Correspondences:
-    """The same of `homogeneous` columns, with a search that has followed them so far."""
+    """The same of `homogeneous` columns, which may have had partners `before`."""
     gate, delta, share = parameters.max_correspondence_distance, parameters.huber_delta, 0.0
+    every = thinning(source.shape[1]) if far else 1
     if parameters.approach and not far:
         gate = close_gate(gate, delta)
-    moved = T @ source
-    index = search.nearest(moved)
+    source = source[:, ::every]
+    moved = (T - target.to_center) @ source
+    index = target.search.nearest_to_columns(moved, before)
     on_lines = parameters.metric == "point_to_line"
-    nearest = (target.surface if on_lines else target.points.T).take(index, axis=1)
-    offset = moved[:2] - nearest[:2]
-    distances = lengths(offset)
-    within_overlap = overlap(distances, parameters.overlap_ratio)
-    kept = distance_gate(distances, gate) & within_overlap
-    from_line, residuals = None, distances
+    if on_lines:
+        rows, center = line_rows(moved, target.surface.take(index, axis=1)), target.center
+    else:  # where they are, so that points which coincide are 0 m apart
+        rows, center = point_rows(T @ source, target.points.T.take(index, axis=1)), ORIGIN
+    distances = lengths(rows[OFFSET])
+    kept = keep(distances, gate, parameters.overlap_ratio)
+    residuals = distances
     if on_lines:
         kept &= target.on_line.take(index)
-        along = nearest[2:] * offset
-        from_line = along[0] + along[1]
-        residuals = np.abs(from_line)
+        residuals = np.abs(rows[FROM_LINE])
     if far:
         delta = wide_delta(residuals[kept], delta)
         share = point_share(delta, parameters.huber_delta)
     return Correspondences(
-        moved=moved,
-        nearest=nearest,
-        center=target.search.center,
+        rows=rows,
+        every=every,
+        center=center,
+        target_points=target.points,
         target_index=index,
         distances=distances,
-        from_line=from_line,
-        within_overlap=within_overlap,
         kept=kept,
         weights=huber_weights(residuals, delta) * kept,
         gate=gate,
+        overlap_ratio=parameters.overlap_ratio,
         huber_delta=delta,
         point_share=share,
     )
@@ -182,20 +189,12 @@ def _associate(
 
 def minimise(pairs: Correspondences, parameters: IcpParameters) -> FloatArray:
     """The step dT that best moves the kept pairs together under the metric."""
-    if pairs.from_line is None:
+    if not pairs.on_lines:
         kept = np.flatnonzero(pairs.kept)
         p, q = take_rows(pairs.source, kept), take_rows(pairs.target, kept)
         dT = align(p, q, pairs.weights[kept])
     else:  # a pair that was rejected has no weight
-        equations = normal_equations(
-            pairs.moved,
-            pairs.nearest,
-            pairs.from_line,
-            pairs.weights,
-            center=pairs.center,
-            point_share=pairs.point_share,
-        )
-        dT = line_step(equations)
+        dT = line_step(normal_equations(pairs.rows, pairs.weights, pairs.center, pairs.point_share))
     if parameters.step_fraction < 1.0:
         dT = _shorten(dT, pairs.source[pairs.kept], parameters.step_fraction)
     return dT

@@ -31,6 +31,7 @@ from typing import NamedTuple
 import numpy as np
 
 from labkit.arrays import FloatArray, homogeneous
+from labkit.correspondences import FROM_LINE, MOVED, NORMAL, OFFSET, TURNING
 from labkit.errors import DegenerateAlignmentError
 
 # A direction of motion is free when the residuals answer it, on average, by less than
@@ -89,16 +90,15 @@ def line_information(
         Where there is no point with weight, or all of them coincide.
     """
     w = np.ones(len(points)) if weights is None else weights
-    columns = np.concatenate((points.T, normals.T))
-    return information_of_columns(homogeneous(points), columns, w, center=_center(points, w))
+    center = _center(points, w)
+    moved = homogeneous(points - center.T)
+    rows = line_rows(moved, np.concatenate((moved[:2], normals.T)))
+    return information_of_rows(rows, w, center)
 
 
-def information_of_columns(
-    moved: FloatArray, nearest: FloatArray, weights: FloatArray, *, center: FloatArray
-) -> Information:
+def information_of_rows(rows: FloatArray, weights: FloatArray, center: FloatArray) -> Information:
     """`line_information` of pairs as the ICP loop has them, see `Correspondences`."""
-    nowhere = np.zeros(len(weights))
-    equations = normal_equations(moved, nearest, nowhere, weights, center=center)
+    equations = normal_equations(rows, weights, center)
     values, vectors = np.linalg.eigh(np.array(equations.A) / equations.weight)
     middle = np.array(equations.center)
     return Information(center=middle, length=equations.length, values=values, vectors=vectors)
@@ -132,25 +132,17 @@ def align_to_lines(
     DegenerateAlignmentError
         Where there is no pair with weight, or all of them coincide.
     """
-    nearest = np.concatenate((target.T, normals.T))
-    along = normals.T * (source - target).T
-    return line_step(
-        normal_equations(
-            homogeneous(source),
-            nearest,
-            along[0] + along[1],
-            weights,
-            center=_center(source, weights),
-            point_share=point_share,
-        )
-    )
+    center = _center(source, weights)
+    nearest = np.concatenate((target.T - center, normals.T))
+    rows = line_rows(homogeneous(source - center.T), nearest)
+    return line_step(normal_equations(rows, weights, center, point_share))
 
 
 def _center(points: FloatArray, weights: FloatArray) -> FloatArray:
-    """The mean (x, y, 0) of points (N, 2) that have weight, shape (3, 1)."""
-    center = np.zeros((3, 1))
-    if weights.any():
-        center[:2, 0] = points[weights > 0.0].mean(axis=0)
+    """The mean (x, y) of points (N, 2) that have weight, shape (2, 1)."""
+    if not weights.any():
+        return np.zeros((2, 1))
+    center: FloatArray = points[weights > 0.0].mean(axis=0)[:, None]
     return center
 
 
@@ -177,35 +169,35 @@ def line_step(equations: NormalEquations) -> FloatArray:
     )
 
 
+def line_rows(moved: FloatArray, nearest: FloatArray) -> FloatArray:
+    """The rows of `Correspondences`, from p as (x, y, 1) and the partner's (x, y, nx, ny)."""
+    rows = np.empty((FROM_LINE + 1, moved.shape[1]))
+    rows[MOVED] = moved
+    offset = np.subtract(moved[:2], nearest[:2], out=rows[OFFSET])
+    rows[NORMAL] = normal = nearest[2:]
+    across, along = normal[::-1] * moved[:2], normal * offset
+    np.subtract(across[0], across[1], out=rows[TURNING])
+    np.add(along[0], along[1], out=rows[FROM_LINE])
+    return rows
+
+
 def normal_equations(
-    moved: FloatArray,
-    nearest: FloatArray,
-    from_line: FloatArray,
-    weights: FloatArray,
-    *,
-    center: FloatArray,
-    point_share: float = 0.0,
+    rows: FloatArray, weights: FloatArray, center: FloatArray, point_share: float = 0.0
 ) -> NormalEquations:
     """The equations of a step, from pairs as the ICP loop has them, see `Correspondences`.
 
-    All sums come from one product of some rows, a column for each pair, with their transpose:
-    on 360 pairs that takes half as long as summing them one after the other. They are taken
-    about `center`, and A = [[a, b, c], [b, d, e], [c, e, f]] and g = [u, v, w] then moved to
-    the pairs' own centre (x, y) in plain numbers, for which arrays of three are too slow.
+    All sums come from one product of the rows with their transpose: on 360 pairs that takes
+    half as long as summing them one after the other. They are taken about `center`, and
+    A = [[a, b, c], [b, d, e], [c, e, f]] and g = [u, v, w] then moved to the pairs' own
+    centre (x, y) in plain numbers, for which arrays of three are too slow.
     """
-    n, p = nearest[2:], moved - center
-    turning = n[::-1] * p[:2]
-    rows = [n, (turning[0] - turning[1])[None], from_line[None], p]  # (5.1) about `center`
-    if point_share > 0.0:
-        rows.append(moved[:2] - nearest[:2])
-    stacked = np.concatenate(rows)
-    M = ((stacked * weights) @ stacked.T).tolist()
-    (a, b, c, u, *_), (_, d, e, v, *_), (_, _, f, w, *_) = M[:3]
-    *_, sum_x, sum_y, total = M[6][:7]
+    M = ((rows * weights) @ rows.T).tolist()
+    (xx, _, sum_x, _, x_to_y, *_), (_, yy, sum_y, y_to_x, *_), (_, _, total, to_x, to_y, *_) = M[:3]
+    (a, b, c, u), (d, e, v), (f, w) = M[5][5:], M[6][6:], M[7][7:]
     if total <= 0.0:
         raise DegenerateAlignmentError(f"none of {len(weights)} pairs has weight on a surface")
-    x, y, square = sum_x / total, sum_y / total, (M[4][4] + M[5][5]) / total
-    (cx,), (cy,), _ = center.tolist()
+    x, y, square = sum_x / total, sum_y / total, (xx + yy) / total
+    (cx,), (cy,) = center.tolist()
     spread, reach = square - x * x - y * y, max(abs(x + cx), abs(y + cy))
     if spread <= 64.0 * EPSILON * max(square, 64.0 * EPSILON * reach * reach):  # of rounding
         raise DegenerateAlignmentError(f"all {len(weights)} surface points coincide")
@@ -215,8 +207,7 @@ def normal_equations(
     w = (w - x * v + y * u) / length
     if point_share > 0.0:
         t, rest = point_share, 1.0 - point_share
-        to_x, to_y = M[6][7:]
-        pull = (M[4][8] - M[5][7] - x * to_y + y * to_x) / length
+        pull = (x_to_y - y_to_x - x * to_y + y * to_x) / length
         full = t * total
         a, b, c = rest * a + full, rest * b, rest * c
         d, e, f = rest * d + full, rest * e, rest * f + full

@@ -16,22 +16,13 @@ import numpy as np
 import scipy  # its parts are loaded when they are used
 from numpy.typing import ArrayLike
 
-from labkit.arrays import (
-    FloatArray,
-    IntArray,
-    as_points,
-    by_column,
-    homogeneous,
-    lengths,
-    take_rows,
-)
+from labkit.arrays import FloatArray, IntArray, as_points, by_column, homogeneous
 from labkit.errors import InvalidParameterError
 from labkit.products import MatrixSearch, SweepSearch
 
 Method = Literal["auto", "tree", "brute", "matrix", "sweep"]
 MATRIX_MAX = 450, 700  # target points up to which a product beats runs of beams, and the tree
 SWEEP_MAX = 10_000  # and runs of beams beat the tree
-EPSILON = float(np.finfo(float).eps)
 _BLOCK = 1 << 20  # brute force holds at most this many distances at once
 
 
@@ -81,17 +72,16 @@ class NearestNeighbors:
                 f"`method` must be one of {', '.join(get_args(Method))}, got {method!r}"
             )
         self.target = by_column(as_points(target, "target"))
-        self.center = np.zeros((3, 1))
-        self.center[:2, 0] = self.target.sum(axis=0) / len(self.target)
+        self.center = self.target.T.sum(axis=1, keepdims=True) / len(self.target)
+        self.columns = self.target.T - self.center
         self.method = _fastest(len(self.target), in_order) if method == "auto" else method
         if self.method == "tree":
             # A leaf of 8 is a twelfth faster to ask than one of 16.
             self.tree = scipy.spatial.cKDTree(self.target, leafsize=8)
-            self.rounding = 64.0 * EPSILON * float(np.abs(self.target).max())
         elif self.method == "matrix":
-            self._product = MatrixSearch(self.target.T - self.center[:2])
+            self._product = MatrixSearch(self.columns)
         elif self.method == "sweep":
-            self._sweep = SweepSearch(self.target.T - self.center[:2])
+            self._sweep = SweepSearch(self.columns)
 
     def query(self, points: ArrayLike) -> tuple[IntArray, FloatArray]:
         """Nearest target point of each row.
@@ -116,21 +106,21 @@ class NearestNeighbors:
     def nearest(self, points: FloatArray) -> IntArray:
         """The indices alone, of points that have been checked already."""
         if self.method == "tree":
-            return _nearest_by_tree(points, self.target, self.tree)[0]
+            return _nearest_by_tree(points, self.target, self.tree)
         if self.method == "brute":
             return nearest_by_brute_force(points, self.target)
-        return self.nearest_to_columns(homogeneous(points))
+        return self.nearest_to_columns(homogeneous(points - self.center.T))
 
     def nearest_to_columns(self, columns: FloatArray, before: IntArray | None = None) -> IntArray:
-        """The same of points that are `homogeneous` columns.
+        """The same of points that are `homogeneous` columns about the target's `center`.
 
         Where the points had partners `before`, a sweep is searched faster.
         """
         if self.method == "matrix":
-            return self._product.nearest(columns - self.center)
+            return self._product.nearest(columns)
         if self.method == "sweep":
-            return self._sweep.nearest(columns - self.center, before)
-        return self.nearest(columns[:2].T)
+            return self._sweep.nearest(columns, before)
+        return self.nearest(columns[:2].T + self.center.T)
 
 
 def _fastest(count: int, in_order: bool) -> Method:
@@ -142,60 +132,14 @@ def _fastest(count: int, in_order: bool) -> Method:
 
 def _nearest_by_tree(
     points: FloatArray, target: FloatArray, tree: scipy.spatial.cKDTree
-) -> tuple[IntArray, FloatArray]:
-    """What brute force finds, in O(log M) a query, and how much farther the next point is."""
+) -> IntArray:
+    """What brute force finds, in O(log M) a query."""
     if len(target) == 1:
-        return np.zeros(len(points), dtype=np.intp), np.full(len(points), np.inf)
+        return np.zeros(len(points), dtype=np.intp)
     distance, index = tree.query(points, k=2)
     nearest: IntArray = index[:, 0].astype(np.intp)
-    slack: FloatArray = distance[:, 1] - distance[:, 0] * (1.0 + 1e-14)
     # A tree meets ties in the order of its leaves; settle them as brute force does.
-    tied = np.flatnonzero(slack <= 0.0)
+    tied = np.flatnonzero(distance[:, 1] <= distance[:, 0] * (1.0 + 1e-14))
     if len(tied):
         nearest[tied] = nearest_by_brute_force(points[tied], target)
-    return nearest, slack
-
-
-class Follower:
-    """Nearest neighbours of points that move a little from one query to the next.
-
-    A point keeps its neighbour as long as it has moved by less than half of what the next
-    one was farther away: the triangle inequality leaves no other answer. Only the rest is
-    asked of the tree; a match of 1,000 points without an order takes 4 % less. A sweep is
-    told the partners from before, which narrow its search.
-
-    Examples
-    --------
-    >>> follower = Follower(NearestNeighbors([[0.0, 0.0], [2.0, 0.0]]))
-    >>> columns = [homogeneous(np.array([[x, 0.0]])) for x in (0.5, 0.6, 1.5)]
-    >>> [int(follower.nearest(each)[0]) for each in columns]
-    [0, 0, 1]
-    """
-
-    def __init__(self, search: NearestNeighbors) -> None:
-        self._search = search
-        self._at, self._slack = np.empty((0, 2)), np.empty(0)
-        self._index: IntArray | None = None
-
-    def nearest(self, columns: FloatArray) -> IntArray:
-        """What `nearest_to_columns` would answer, of the same points in every call."""
-        search = self._search
-        if search.method != "tree":
-            self._index = search.nearest_to_columns(columns, self._index)
-            return self._index
-        points = columns[:2].T
-        if self._index is None:
-            self._at = points.copy("F")
-            self._index, self._slack = _nearest_by_tree(points, search.target, search.tree)
-            return self._index
-        motion = points - self._at
-        # A share of 1e-9, and no less than what distances round by, is left to rounding.
-        moved = 2.0 * lengths(motion.T)
-        stale = np.flatnonzero(moved * (1.0 + 1e-9) + search.rounding >= self._slack)
-        index = self._index.copy()  # the answer before belongs to whoever asked
-        if len(stale):
-            asked = take_rows(points, stale)
-            index[stale], self._slack[stale] = _nearest_by_tree(asked, search.target, search.tree)
-            self._at.T[:, stale] = asked.T
-        self._index = index
-        return index
+    return nearest

@@ -90,7 +90,7 @@ def _windows(step: FloatArray) -> tuple[IntArray, IntArray]:
     limit = np.minimum(beside[:-2], beside[2:])
     limit *= GAP_RATIO
     gap = step > np.minimum(np.maximum(limit, GAP_FLOOR), REACH)
-    edges = np.array([0, *(np.flatnonzero(gap) + 1).tolist(), count])
+    edges = np.concatenate(([0], np.flatnonzero(gap) + 1, [count]))
     points_on = edges[1:] - edges[:-1]  # each surface
     spacing = np.maximum(np.minimum(beside[:-1], beside[1:]), 1e-3 * HALF_WIDTH)
     beams = np.maximum(HALF_WIDTH / spacing, HALF_BEAMS).astype(np.intp)

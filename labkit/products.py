@@ -52,13 +52,18 @@ class SweepSearch:
         self.low, self.high = _boxes(target)
 
     def nearest(self, columns: FloatArray, before: IntArray | None) -> IntArray:
-        """The nearest of each column; any partners `before` will do, near ones are faster."""
-        points, last = columns[:2], self.target.shape[1] - 1
+        """The nearest of each column; any partners `before` will do, near ones are faster.
+
+        They may be those of more or fewer points along the same sweep.
+        """
+        points, count = columns[:2], columns.shape[1]
         if before is None:  # between two scans, a beam mostly meets the same wall
-            before = np.minimum(np.arange(points.shape[1]), last)
+            before = np.arange(self.target.shape[1])
+        if len(before) != count:
+            before = before.take(np.arange(count) * len(before) // count)
         away = points - self.target.take(before, axis=1)
         away *= away
-        reach = np.maximum.reduceat(away[0] + away[1], range(0, points.shape[1], _RUN))
+        reach = np.maximum.reduceat(away[0] + away[1], range(0, count, _RUN))
         low, high = _boxes(points)
         gap = np.maximum(self.low[:, None] - high[:, :, None], low[:, :, None] - self.high[:, None])
         np.maximum(gap, 0.0, out=gap)
@@ -66,7 +71,7 @@ class SweepSearch:
         near = gap[0] + gap[1] <= reach[:, None] * (1.0 + 1e-9)
         first = (near.argmax(axis=1) * _RUN).tolist()
         stop = ((near.shape[1] - near[:, ::-1].argmax(axis=1)) * _RUN).tolist()
-        index = np.empty(points.shape[1], dtype=np.intp)
+        index = np.empty(count, dtype=np.intp)
         for run, (start, end) in enumerate(zip(first, stop, strict=True)):
             at = slice(run * _RUN, run * _RUN + _RUN)
             product = columns[:, at].T @ self.factors[:, start:end]

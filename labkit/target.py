@@ -28,6 +28,9 @@ class Target:
             self.scan.points, method="auto", in_order=self.scan.beams is not None
         )
         self.points = self.search.target
+        self.center = self.search.center
+        self.to_center = np.zeros((3, 3))  # from a T, makes one that ends about the centre
+        self.to_center[:2, 2] = self.center[:, 0]
 
     @cached_property
     def normals(self) -> FloatArray:
@@ -41,12 +44,14 @@ class Target:
 
     @cached_property
     def surface(self) -> FloatArray:
-        """Points [m] and unit normals as columns (x, y, nx, ny), shape (4, M).
+        """Points about the centre [m] and unit normals, (x, y, nx, ny), shape (4, M).
 
         A missing normal is zero.
         """
-        normals = np.where(self.on_line, self.normals.T, 0.0)
-        return np.concatenate((self.points.T, normals))
+        surface = np.zeros((4, len(self.points)))
+        surface[:2] = self.search.columns
+        np.copyto(surface[2:], self.normals.T, where=self.on_line)
+        return surface
 
 
 def as_target(target: Target | Scan | ArrayLike) -> Target:

@@ -14,19 +14,26 @@ from labkit import IcpParameters, Termination, icp
 from labkit.alignment import align
 from labkit.approach import (
     CLOSE_GATE,
+    FEW,
     LONG,
     WIDTH,
     close_gate,
     extent,
-    is_long,
+    is_far,
+    motion_of,
     point_share,
+    thinning,
     wide_delta,
 )
 from labkit.arrays import homogeneous
+from labkit.covariance import censi_covariance
+from labkit.degeneracy import observability
+from labkit.icp import associate
 from labkit.line_alignment import align_to_lines
 from labkit.odometry import OdometryParameters
 from labkit.se2 import apply, invert, rotation, to_xytheta, transform
 from labkit.simulation import Lidar, cast, room
+from labkit.target import Target
 
 PARAMETERS = OdometryParameters().icp
 GUESS = transform(0.5, 0.4, math.radians(24.0))
@@ -56,9 +63,7 @@ def test_the_share_grows_with_delta_and_is_a_share(delta, ratio):
 def test_without_a_delta_there_is_nothing_to_widen():
     assert point_share(math.inf, math.inf) == 0.0
     assert close_gate(0.5, math.inf) == 0.5
-    assert not is_long(
-        extent(homogeneous(np.zeros((3, 2)))), np.eye(3), transform(1.0, 1.0, 1.0), math.inf
-    )
+    assert not is_far(1e6, 0.0, math.inf)
 
 
 def test_the_close_gate_is_never_wider_than_the_gate():
@@ -70,13 +75,22 @@ poses = st.builds(transform, st.floats(-5, 5), st.floats(-5, 5), st.floats(-math
 
 
 @given(st.integers(0, 2**32 - 1), poses, st.floats(1e-3, 1.0), st.floats(-math.pi, math.pi))
-def test_a_step_is_as_long_as_it_moves_the_points(seed, T_before, way, turn):
+def test_a_motion_is_that_of_the_points(seed, T_before, way, turn):
     points = np.random.default_rng(seed).normal(0.0, 3.0, (20, 2))
     T = transform(way, -0.5 * way, 0.1 * turn) @ T_before
     motion = apply(T, points) - apply(T_before, points)
     moved = math.sqrt(np.mean((motion**2).sum(axis=1)))
-    assert is_long(extent(homogeneous(points)), T_before, T, 0.999 * moved / LONG)
-    assert not is_long(extent(homogeneous(points)), T_before, T, 1.001 * moved / LONG)
+    motion = motion_of(extent(homogeneous(points)), T_before, T)
+    assert motion == pytest.approx(moved, rel=1e-7, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("motion", "before", "expected"),
+    [(0.3, 0.0, 0.3), (0.3, 0.2, 0.3), (0.3, 0.3, 0.3), (0.3, 0.6, 0.15), (0.0, 0.3, 0.0)],
+)
+def test_the_next_motion_is_expected_to_shrink_as_the_last_did(motion, before, expected):
+    assert is_far(motion, before, 0.999 * expected / LONG + 1e-9) == (expected > 0.0)
+    assert not is_far(motion, before, 1.001 * expected / LONG + 1e-9)
 
 
 # ---------------------------------------------------------------- the share of point-to-point
@@ -184,6 +198,21 @@ def test_from_nearby_it_takes_no_more_steps_and_errs_no_more(rooms):
     assert steps[0] <= steps[1] + 0.5
 
 
+def test_a_run_that_ends_far_is_judged_by_what_it_looked_at(rooms):
+    """Its budget was spent on the way; the quality is that of the thinned pairs."""
+    source, scan, T = rooms[0]
+    target = Target(scan)
+    result = icp(source, target, GUESS @ T, replace(PARAMETERS, max_iterations=1))
+    assert result.termination is Termination.BUDGET_SPENT
+    pairs = result.correspondences
+    assert result.history[-1].far
+    assert pairs.every == len(source) // FEW > 1
+    assert len(pairs.kept) == len(source.points[:: pairs.every])
+    seen = observability(source, target, result.T_target_source, pairs)
+    np.testing.assert_array_equal(seen.values, result.observability.values)
+    assert np.isfinite(censi_covariance(source, target, result, 0.01)).all()
+
+
 def test_the_way_is_on_record(rooms):
     """Far first, near to the end; δ and the gate are those of the iteration."""
     source, target, T = rooms[0]
@@ -201,9 +230,22 @@ def test_the_way_is_on_record(rooms):
         else:
             assert pairs.gate == CLOSE_GATE * 0.02
             assert (pairs.huber_delta, pairs.point_share) == (0.02, 0.0)
+    last, size = 0.0, extent(homogeneous(source.points))
     for before, now in pairwise(history):
-        step = before.T_target_source, now.T_target_source
-        assert now.far == (before.far and is_long(extent(homogeneous(source.points)), *step, 0.02))
+        motion = motion_of(size, before.T_target_source, now.T_target_source)
+        assert now.far == (before.far and is_far(motion, last, 0.02))
+        last = motion
+
+
+@pytest.mark.parametrize(("count", "every"), [(1, 1), (239, 1), (240, 2), (1000, 8)])
+def test_from_afar_a_large_scan_is_thinned(count, every):
+    assert thinning(count) == every
+    rng = np.random.default_rng(0)
+    source, target = rng.uniform(-3.0, 3.0, (count, 2)), Target(rng.uniform(-3.0, 3.0, (50, 2)))
+    near, far = (associate(source, target, np.eye(3), PARAMETERS, far=far) for far in (False, True))
+    assert (near.every, far.every) == (1, every)
+    np.testing.assert_array_equal(far.source, near.source[::every])
+    np.testing.assert_array_equal(far.target_index, near.target_index[::every])
 
 
 def test_no_run_ends_with_a_step_from_afar(rooms):

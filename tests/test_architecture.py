@@ -28,7 +28,7 @@ STAGES = {
     "neighbors": DATA | {"products"},
     "correspondences": DATA,
     "normals": DATA,
-    "line_alignment": DATA,
+    "line_alignment": DATA | {"correspondences"},
     "target": DATA | {"neighbors", "normals"},
     "degeneracy": DATA | {"correspondences", "line_alignment", "target"},
     "registration": BASE | {"correspondences", "degeneracy", "line_alignment", "target"},

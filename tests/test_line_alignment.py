@@ -13,6 +13,7 @@ from labkit.line_alignment import (
     MIN_INFORMATION,
     align_to_lines,
     line_information,
+    line_rows,
     line_step,
     normal_equations,
 )
@@ -103,16 +104,11 @@ def test_far_from_the_origin_only_the_digits_of_the_place_are_lost():
 def test_the_sums_may_be_taken_about_any_point(seed, share, away):
     target, normals, weights = surface(seed)
     source = apply(transform(0.03, -0.02, 0.01), target)
-    along = normals.T * (source - target).T
-    columns = homogeneous(source), np.concatenate((target.T, normals.T)), along[0] + along[1]
-    steps = [
-        line_step(
-            normal_equations(
-                *columns, weights, center=np.array([[x], [y], [0.0]]), point_share=share
-            )
-        )
-        for x, y in ((0.0, 0.0), (away, 2.0 - away))
-    ]
+    steps = []
+    for center in np.array([[0.0, 0.0], [away, 2.0 - away]]):
+        nearest = np.concatenate(((target - center).T, normals.T))
+        rows = line_rows(homogeneous(source - center), nearest)
+        steps.append(line_step(normal_equations(rows, weights, center[:, None], share)))
     np.testing.assert_allclose(*steps, atol=1e-12)
 
 

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.distance import cdist
 
-from labkit import neighbors, products
+from labkit import products
 from labkit.arrays import homogeneous
 from labkit.errors import InvalidParameterError, InvalidPointsError
-from labkit.neighbors import Follower, NearestNeighbors, nearest_by_brute_force
+from labkit.neighbors import NearestNeighbors, nearest_by_brute_force
 from labkit.se2 import apply, transform
 from labkit.simulation import Lidar, cast, room
 
@@ -70,32 +70,14 @@ steps = st.lists(
 def test_following_points_finds_what_asking_anew_finds(method, points, target, steps):
     """Through steps long, short and none at all, ties and duplicates included."""
     search = NearestNeighbors(target, method)
-    follower = Follower(search)
-    answers = []
+    answers, before = [], None
     for step in steps:
         points = apply(transform(*step), points)
-        columns = homogeneous(points)
-        answers.append((follower.nearest(columns), search.nearest_to_columns(columns).copy()))
+        columns = homogeneous(points - search.center.T)
+        before = search.nearest_to_columns(columns, before)
+        answers.append((before, search.nearest_to_columns(columns).copy()))
     for followed, asked in answers:  # no answer is overwritten by a later one
         np.testing.assert_array_equal(followed, asked)
-
-
-def test_points_that_hardly_move_are_not_asked_about_again(monkeypatch):
-    rng = np.random.default_rng(0)
-    points, search = rng.uniform(-5.0, 5.0, (500, 2)), NearestNeighbors(rng.normal(size=(600, 2)))
-    follower, asked, find = Follower(search), [], neighbors._nearest_by_tree
-
-    def counted(some, *more):
-        asked.append(len(some))
-        return find(some, *more)
-
-    monkeypatch.setattr(neighbors, "_nearest_by_tree", counted)
-    for shift, most in ((0.0, 500), (1e-3, 50), (2e-3, 50), (5.0, 500)):
-        asked.clear()
-        index = follower.nearest(homogeneous(points + shift))
-        assert sum(asked) <= most
-        np.testing.assert_array_equal(index, nearest_by_brute_force(points + shift, search.target))
-    assert sum(asked) > 400
 
 
 @pytest.mark.parametrize(
@@ -126,7 +108,7 @@ def test_a_sweep_is_searched_as_brute_force_would(shift, ordered):
         target, source = rng.permutation(target), rng.permutation(source)
     search = NearestNeighbors(target, "sweep")
     expected = nearest_by_brute_force(source, search.target)
-    columns = homogeneous(source)
+    columns = homogeneous(source - search.center.T)
     for before in (None, expected, expected[::-1], rng.integers(0, len(target), len(source))):
         np.testing.assert_array_equal(search.nearest_to_columns(columns, before), expected)
     np.testing.assert_array_equal(search.query(source)[0], expected)
@@ -144,7 +126,8 @@ def test_a_sweep_leaves_out_what_is_far_away(monkeypatch):
             looked.append(self.shape[0] * other.shape[1])
             return np.asarray(self) @ np.asarray(other)
 
-    search.nearest_to_columns(homogeneous(source).view(Counted))
+    columns = homogeneous(source - search.center.T)
+    search.nearest_to_columns(columns.view(Counted))
     assert 0 < sum(looked) < 0.1 * len(source) * len(target)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from labkit import IcpParameters, Termination
 from labkit.arrays import homogeneous
-from labkit.correspondences import Correspondences
+from labkit.correspondences import Correspondences, point_rows
 from labkit.errors import InvalidParameterError
 
 NAN, INF = math.nan, math.inf
@@ -100,12 +100,11 @@ def correspondences(distances, kept):
     kept = np.array(kept, dtype=bool)
     d = np.array(distances, dtype=float)
     return Correspondences(
-        moved=homogeneous(np.zeros((len(d), 2))),
-        nearest=np.stack([d, 0 * d]),
-        center=np.zeros((3, 1)),
-        from_line=None,
+        rows=point_rows(homogeneous(np.zeros((len(d), 2))), np.stack([d, 0 * d])),
+        center=np.zeros((2, 1)),
+        target_points=np.column_stack([d, 0 * d]),
         gate=10.0,
-        within_overlap=np.ones(len(d), dtype=bool),
+        overlap_ratio=1.0,
         huber_delta=math.inf,
         target_index=np.zeros(len(d), dtype=np.intp),
         distances=d,

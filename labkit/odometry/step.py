@@ -57,8 +57,8 @@ class OdometryParameters:
             metric="point_to_line",
             overlap_ratio=1.0,
             huber_delta=0.02,
-            translation_tolerance=2e-3,
-            rotation_tolerance=5e-4,
+            translation_tolerance=3e-3,
+            rotation_tolerance=7.5e-4,
             cost_tolerance=0.0,
             approach=True,
         )

@@ -42,7 +42,7 @@ def plot_correspondences(
         The pose at which `pairs` were found: `T_target_source` of an `IcpResult`, or
         ``history[-1].T_target_source`` where the run failed.
     pairs : Correspondences
-        The association.
+        The association. Of one from afar, which looks at every so many-th point, those are drawn.
 
     Returns
     -------
@@ -68,6 +68,7 @@ def plot_correspondences(
     ['gated: 1', 'trimmed: 0']
     """
     p, q = scan_points(source, "source"), scan_points(target, "target")
+    points, p = p, p[:: pairs.every]
     if len(pairs.kept) != len(p):
         raise InvalidPointsError(
             f"`pairs` must have one row per source point, got {len(pairs.kept)} rows "
@@ -78,7 +79,7 @@ def plot_correspondences(
             f"`pairs` must point into `target`, got index {pairs.target_index.max()} "
             f"for {len(q)} points"
         )
-    moved = apply(as_transform(T_target_source, "T_target_source"), p)
+    moved = apply(as_transform(T_target_source, "T_target_source"), points)
     drawn_target = draw_target(ax, q)
     occurring = set(np.unique(fates(pairs)).tolist())
     shown = [fate for fate in Fate if fate is not Fate.NO_LINE or fate in occurring]

@@ -71,7 +71,7 @@ class PairArtists:
 
     def update(self, moved: FloatArray, target: FloatArray, pairs: Correspondences) -> None:
         """Show `pairs` of the source where it is now, shape (N, 2), and the target (M, 2)."""
-        fate_of = fates(pairs)
+        moved, fate_of = moved[:: pairs.every], fates(pairs)
         segments = np.stack([moved, target[pairs.target_index]], axis=1)
         for fate, lines in self.lines.items():
             chosen = fate_of == fate

@@ -61,6 +61,20 @@ def test_with_fates_each_frame_counts_the_pairs(short, animate, labels):
         assert sum(map(int, count.values())) == len(short[0])
 
 
+def test_with_fates_a_frame_from_afar_shows_what_was_looked_at(lesson, labels):
+    experiment = lesson.experiment
+    source, target, guess = experiment.source, experiment.target, experiment.T_init
+    result = icp(source, target, guess, IcpParameters(approach=True, huber_delta=0.02))
+    animation = animate_icp(source, target, result, fates=True)
+    animation._draw_was_started = True
+    assert result.history[0].far
+    assert not result.history[-1].far
+    for k, points in ((0, 150), (result.iterations, 597)):
+        animation._func(k)
+        counts = [label.split(": ")[1] for label in labels(animation._fig.axes[0])[1:]]
+        assert sum(map(int, counts)) == points
+
+
 def test_axes_have_units_and_are_equal(animate):
     plane, cost = animate()._fig.axes
     assert plane.get_aspect() == 1.0

@@ -40,6 +40,18 @@ def test_each_pair_is_one_line_of_its_fate(ax, lesson, first):
         np.testing.assert_array_equal(points.get_xydata(), moved[chosen])
 
 
+def test_from_afar_the_pairs_that_were_looked_at_are_drawn(ax, lesson):
+    experiment, parameters = lesson.experiment, lesson.parameters
+    points, target = experiment.source.points, Target(experiment.target)
+    pairs = associate(points, target, experiment.T_init, parameters, far=True)
+    assert pairs.every == 4
+    draw(ax, lesson, pairs)
+    drawn = np.concatenate([line.get_xydata() for line in ax.lines[1:]])
+    expected = apply(experiment.T_init, points[::4])
+    np.testing.assert_array_equal(drawn[np.lexsort(drawn.T)], expected[np.lexsort(expected.T)])
+    assert ax.get_title() == f"{pairs.inlier_count} of 150 pairs kept"
+
+
 def test_the_legend_counts(ax, lesson, first, labels):
     draw(ax, lesson, first)
     assert labels(ax) == [

@@ -6,6 +6,7 @@ import pytest
 from labkit.arrays import homogeneous
 from labkit.correspondences import Correspondences, distance_gate, overlap
 from labkit.icp import icp
+from labkit.line_alignment import line_rows
 from labkit.plotting import Fate, fates
 from labkit.registration import IcpParameters
 from labkit.simulation import lesson_experiment
@@ -21,12 +22,13 @@ def random_pairs(rng, count=200):
     within_overlap = overlap(distances, ratio)
     kept = distance_gate(distances, gate) & within_overlap & normals.any(axis=0)
     return Correspondences(
-        moved=homogeneous(np.zeros((count, 2))),
-        nearest=np.concatenate((np.zeros((2, count)), normals)),
-        center=np.zeros((3, 1)),
-        from_line=np.ones(count),
+        rows=line_rows(
+            homogeneous(np.zeros((count, 2))), np.concatenate((-np.ones((2, count)), normals))
+        ),
+        center=np.zeros((2, 1)),
+        target_points=-np.ones((1, 2)),
         gate=gate,
-        within_overlap=within_overlap,
+        overlap_ratio=ratio,
         huber_delta=0.2,
         target_index=np.zeros(count, dtype=np.intp),
         distances=distances,

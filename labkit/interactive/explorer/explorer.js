@@ -224,8 +224,9 @@ class ExplorerView {
   draw() {
     const colors = palette(this.root), k = this.number(), { history } = this.result;
     const path = history.slice(0, k + 1).map((each) => each.T_target_source);
-    const { pairs } = history[k];
-    this.plane.draw({ target: this.target.points, pairs, path, answer: this.known, pose: this.pose(), colors });
+    const { pairs } = history[k], source = apply(path[k], this.source);
+    const pose = this.pose(), answer = this.known;
+    this.plane.draw({ target: this.target.points, source, pairs, path, answer, pose, colors });
     const costs = history.map((each) => each.cost);
     drawCost(this.cost, { costs, shown: k, colors });
     const [first, end] = [costs[0], costs.at(-1)].map((each) => each.toPrecision(3));

@@ -5,7 +5,7 @@
 // a delta off.
 
 import { align, keptRows } from "./alignment.js";
-import { closeGate, isLong, pointShare, wideDelta } from "./approach.js";
+import { closeGate, isFar, motionOf, pointShare, thinning, wideDelta } from "./approach.js";
 import { MIN_PAIRS, cost, distanceGate, huberWeight, inlierCount, overlap } from "./correspondences.js";
 import { alignToLines } from "./line_alignment.js";
 import { NearestNeighbors } from "./neighbors.js";
@@ -33,7 +33,7 @@ export function prepareTarget(points, normals) {
 
 // Estimate the transform that maps the newer scan onto the older one.
 export function icp(source, target, T_init, parameters) {
-  let T = T_init, far = parameters.approach ?? false;
+  let T = T_init, far = parameters.approach ?? false, motion = 0;
   let pairs = associate(source, target, T, parameters, far); // D, E
   const history = [record(T, T, pairs, far)];
   let termination = checkPairs(pairs);
@@ -45,7 +45,9 @@ export function icp(source, target, T_init, parameters) {
     }
     const T_before = T;
     T = compose(dT, T); // G: the update composes on the left
-    far = far && isLong(pairs.source, apply(T, source), parameters.huber_delta ?? Infinity);
+    const motionBefore = motion;
+    motion = motionOf(apply(T_before, source), apply(T, source));
+    far = far && isFar(motion, motionBefore, parameters.huber_delta ?? Infinity);
     pairs = associate(source, target, T, parameters, far); // D, E
     history.push(record(T, T_before, pairs, far));
     termination = checkPairs(pairs) ?? checkConvergence(history, parameters); // H
@@ -55,8 +57,9 @@ export function icp(source, target, T_init, parameters) {
 
 // Match, reject and weight at the pose T, far from the answer or near it.
 export function associate(source, target, T, parameters, far = false) {
-  const moved = apply(T, source);
-  const count = source.length / 2;
+  const every = far ? thinning(source.length / 2) : 1;
+  const moved = apply(T, source.filter((_, i) => (i >> 1) % every === 0));
+  const count = moved.length / 2;
   const index = new Int32Array(count);
   const nearest = new Float64Array(2 * count);
   const distances = new Float64Array(count);
@@ -89,7 +92,7 @@ export function associate(source, target, T, parameters, far = false) {
   }
   const weights = residuals.map((r, i) => (kept[i] ? huberWeight(r, huberDelta) : 0));
   return {
-    source: moved, target: nearest, targetIndex: index, normals, distances, residuals,
+    every, source: moved, target: nearest, targetIndex: index, normals, distances, residuals,
     withinGate, withinOverlap, kept, weights, gate, huberDelta, pointShare: share,
   };
 }

@@ -83,7 +83,7 @@ export class Plane {
     return [this.width / 2 + (x - this.middle[0]) * this.scale, this.height / 2 - (y - this.middle[1]) * this.scale];
   }
 
-  draw({ target, pairs, path, answer, pose, colors }) {
+  draw({ target, source, pairs, path, answer, pose, colors }) {
     const fresh = freshContext(this.canvas, 0.72);
     if (!fresh) return;
     const { context } = fresh;
@@ -97,6 +97,12 @@ export class Plane {
     for (let i = 0; i < target.length; i += 2) {
       const [u, v] = this.pixel(target[i], target[i + 1]);
       context.fillRect(u - 1.3, v - 1.3, 2.6, 2.6);
+    }
+    context.fillStyle = colors.soft; // from afar not all are looked at
+    for (let i = 0; i < source.length; i += 2) {
+      if ((i >> 1) % pairs.every === 0) continue;
+      const [u, v] = this.pixel(source[i], source[i + 1]);
+      context.fillRect(u - 0.8, v - 0.8, 1.6, 1.6);
     }
     const fate = fates(pairs);
     for (let f = 0; f < FATES.length; f++) this.drawFate(context, pairs, fate, f, colors);
