@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, as_points, as_transform, homogeneous
-from labkit.correspondences import MOVED, Correspondences
+from labkit.correspondences import Correspondences
 from labkit.errors import DegenerateAlignmentError, InvalidPointsError
 from labkit.line_alignment import Information, information_of_rows, line_rows
 from labkit.scan import Scan, as_scan
@@ -51,14 +51,21 @@ def observability(
 def observability_of(pairs: Correspondences, target: Target) -> Information | None:
     """The same of pairs where they stand."""
     if pairs.on_lines:
-        return _information(pairs.rows[MOVED], pairs, target)
+        return _information_of_rows(pairs.rows, pairs.weights, target)
     return _information(homogeneous(pairs.source - target.center.T), pairs, target)
 
 
 def _information(moved: FloatArray, pairs: Correspondences, target: Target) -> Information | None:
     """The same of source points (x, y, 1) about the target's centre."""
     rows = line_rows(moved, target.surface.take(pairs.target_index, axis=1))
-    weights = pairs.weights * target.on_line.take(pairs.target_index)
+    return _information_of_rows(
+        rows, pairs.weights * target.on_line.take(pairs.target_index), target
+    )
+
+
+def _information_of_rows(
+    rows: FloatArray, weights: FloatArray, target: Target
+) -> Information | None:
     try:
         return information_of_rows(rows, weights, target.center)
     except DegenerateAlignmentError:
@@ -107,7 +114,7 @@ def spread_ratio(points: ArrayLike, motion: ArrayLike) -> float:
     float
         Well below 1 in a corridor that is driven along; NaN without motion or points.
     """
-    columns = homogeneous(as_points(points, "points"))
+    p = as_points(points, "points")
     direction: FloatArray = np.asarray(motion, dtype=np.float64)
     if direction.shape != (2,):
         raise InvalidPointsError(f"`motion` must have shape (2,), got {direction.shape}")
@@ -116,8 +123,9 @@ def spread_ratio(points: ArrayLike, motion: ArrayLike) -> float:
     if not length > 0.0:
         return math.nan
     dx, dy = dx / length, dy / length
-    columns[:2] -= columns[:2].sum(axis=1, keepdims=True) / columns.shape[1]
-    (xx, xy, _), (_, yy, _), _ = (columns @ columns.T).tolist()
+    columns = homogeneous(p - p[0])  # about a point among them: sums then round little
+    (xx, xy, x), (_, yy, y), (*_, count) = (columns @ columns.T).tolist()
+    xx, xy, yy = xx - x * x / count, xy - x * y / count, yy - y * y / count
     along = dx * dx * xx + 2.0 * dx * dy * xy + dy * dy * yy
     across = dy * dy * xx - 2.0 * dx * dy * xy + dx * dx * yy
     return math.sqrt(max(0.0, across) / along) if along > 0.0 else math.nan

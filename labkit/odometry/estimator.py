@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 
@@ -25,6 +25,7 @@ from labkit.scan import Scan
 from labkit.target import Target
 
 STRETCH = 64  # steps of a log that are handed over as one task
+SHORTEST = 8  # and at the end of the log
 STEPS_A_JOB = 500  # fewer are done before another process has started
 
 
@@ -179,16 +180,26 @@ def _independent_steps(
     scans: Sequence[Scan], increments: FloatArray, parameters: OdometryParameters, jobs: int
 ) -> Generator[StepRecord, None, None]:
     """The record of each scan; the steps are cut into stretches that may be done anywhere."""
-    tasks = (
-        (scans[k : k + STRETCH + 1], increments[k : k + STRETCH], parameters)
-        for k in range(0, len(increments), STRETCH)
-    )
     helpers = min(jobs, len(increments) // STEPS_A_JOB) - 1
+    tasks = (
+        (scans[k : k + length + 1], increments[k : k + length], parameters)
+        for k, length in _stretches(len(increments), max(1, helpers + 1))
+    )
     if len(scans):
         yield StepRecord(increment=STILL, decision=Decision.START)
     with closing(in_order(_match_stretch, tasks, max(0, helpers))) as stretches:
         for stretch in stretches:
             yield from stretch
+
+
+def _stretches(count: int, jobs: int) -> Iterator[tuple[int, int]]:
+    """Where each begins and how long it is: shorter to the end, so that all finish together."""
+    begin = 0
+    while begin < count:
+        share = (count - begin) // (4 * jobs)
+        length = min(count - begin, STRETCH, max(SHORTEST, share))
+        yield begin, length
+        begin += length
 
 
 def _match_stretch(

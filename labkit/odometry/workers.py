@@ -2,7 +2,7 @@
 
 Processes, for threads gain nothing here: numpy's calls on a few hundred points are too
 short to run side by side under the interpreter's lock. Killian Court on two cores takes
-2.6 s in one process, 4.6 s in two threads and 1.5 s in two processes.
+2.3 s in one process, 4.9 s in two threads and 1.3 s in two processes.
 """
 
 from __future__ import annotations
@@ -91,8 +91,8 @@ def start_method() -> str:
     """How workers start: as copies of this process where that is safe, else from nothing.
 
     A copy is there at once, while a new interpreter takes half a second to import numpy
-    and scipy: 1.5 s against 1.6 s for Killian Court. But a copy inherits the locks that other
-    threads hold and nobody will release; and only Linux's libraries bear being copied.
+    and scipy. But a copy inherits the locks that other threads hold and nobody will release;
+    and only Linux's libraries bear being copied.
     """
     alone = sys.platform == "linux" and threading.active_count() == 1
     return "fork" if alone else "spawn"

@@ -8,6 +8,8 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from labkit import Scan
 from labkit.errors import InvalidParameterError, InvalidPointsError
@@ -161,6 +163,18 @@ def eager(monkeypatch):
     """Workers start for a handful of steps, and a run has several stretches."""
     monkeypatch.setattr(estimator, "STEPS_A_JOB", 1)
     monkeypatch.setattr(estimator, "STRETCH", 2)
+
+
+@given(st.integers(0, 5000), st.integers(1, 64))
+def test_stretches_cover_the_log_and_shorten_to_the_end(count, jobs):
+    stretches = list(estimator._stretches(count, jobs))
+    steps = [k for begin, length in stretches for k in range(begin, begin + length)]
+    assert steps == list(range(count))
+    lengths = [length for _, length in stretches]
+    assert lengths == sorted(lengths, reverse=True)
+    assert all(length >= estimator.SHORTEST for length in lengths[:-1])
+    assert not lengths or lengths[0] <= estimator.STRETCH
+    assert not lengths or lengths[-1] <= estimator.SHORTEST or len(lengths) == 1
 
 
 @pytest.mark.parametrize("jobs", [2, 3])
