@@ -76,8 +76,8 @@ def icp(
 
     with Huber's loss ρ_δ. No stage can raise it under the point-to-point metric: a step
     lowers the loss of the kept pairs, a new association lowers every distance, and a pair
-    outside the gate counts as if it stood on it. With ``approach=True``, δ and d_max are
-    those of the iteration: costs far from the answer and near it are of two kinds.
+    outside the gate counts as if it stood on it. With ``approach=True``, δ, d_max
+    and N are those of the iteration: costs far from the answer and near it are of two kinds.
 
     Examples
     --------
