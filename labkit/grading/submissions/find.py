@@ -14,6 +14,7 @@ from labkit.grading.submissions.files import (
     StoredFile,
     is_source,
     list_files,
+    list_folders,
     may_hold_source,
     printable,
     unzip,
@@ -63,7 +64,10 @@ class Submission:
         if len(self.files) > MAX_FILES:
             notes.append(f"{len(self.files)} files were handed in; the first {MAX_FILES} are read")
         if not found:
-            handed_in = ", ".join(name for name, _ in self.files[:5]) or "nothing"
+            handed_in = (
+                ", ".join(name for name, _ in self.files[:5])
+                or "nothing, and links are not followed"
+            )
             notes.append(f"there is no notebook (.ipynb) or script (.py) in it; found {handed_in}")
         return found, tuple(notes)
 
@@ -80,8 +84,9 @@ def find_submissions(path: str | os.PathLike[str]) -> list[Submission]:
     Returns
     -------
     list of Submission
-        Sorted by student. What one student uploaded twice under one name counts once, the
-        newer copy. Other files that lie beside the students' ones are passed over.
+        Sorted by student, also those whose folder holds nothing. What one student uploaded
+        twice under one name counts once, the newer copy. Other files that lie beside the
+        students' ones are passed over.
 
     Raises
     ------
@@ -104,7 +109,16 @@ def find_submissions(path: str | os.PathLike[str]) -> list[Submission]:
         if not place.platform and place.file == file.name[cut:] and not may_hold_source(place.file):
             continue  # a README beside the students' files
         by_student.setdefault(place.student, []).append((place, file))
-    return [_submission(found) for _, found in sorted(by_student.items())]
+    submissions = [_submission(found) for found in by_student.values()]
+    if any("/" in file.name[cut:] for file in listed):  # each has a folder, which may be empty
+        plain = any(not one.platform for one in submissions)
+        places = (place_of(f"{each}/-") for each in list_folders(path, listed[0].name[:cut]))
+        submissions += [
+            Submission(student=place.student, name=place.name, files=(), platform=place.platform)
+            for place in places
+            if place.student not in by_student and (place.platform or plain)
+        ]
+    return sorted(submissions, key=lambda one: one.student)
 
 
 def one_submission(path: str | os.PathLike[str], student: str = "") -> Submission:

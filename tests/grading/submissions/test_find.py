@@ -155,6 +155,33 @@ def test_links_are_not_followed(tmp_path):
     assert whose(find_submissions(tmp_path / "class")) == {("ada", "mine.py")}
 
 
+@pytest.mark.parametrize("packed", [False, True])
+@pytest.mark.parametrize("wrapped", ["", "submitted/"])
+def test_a_student_whose_folder_holds_nothing_is_in_the_class(tmp_path, packed, wrapped):
+    moodle = "Ada Lovelace_4711_assignsubmission_file_"
+    folders = ["emmy", moodle, "__MACOSX", ".git"]
+    if packed:
+        path = pack(tmp_path / "class.zip", [f"{wrapped}kurt/a.py"])
+        with zipfile.ZipFile(path, "a") as archive:
+            for folder in (wrapped, *(f"{wrapped}{each}/" for each in folders)):
+                if folder:
+                    archive.writestr(zipfile.ZipInfo(folder), b"")
+    else:
+        path = lay_out(tmp_path / "class", [f"{wrapped}kurt/a.py"])
+        for folder in folders:
+            (path / wrapped / folder).mkdir()
+        os.symlink(tmp_path, path / wrapped / "emmy" / "all")
+        os.symlink(tmp_path, path / wrapped / "linked")
+    found = find_submissions(path)
+    linked = [] if packed else ["linked"]
+    assert [one.student for one in found] == ["4711", "emmy", "kurt", *linked]
+    nothing = "there is no notebook (.ipynb) or script (.py) in it; found nothing"
+    for one in found:
+        if one.student != "kurt":
+            assert one.read() == ({}, (f"{nothing}, and links are not followed",))
+    assert found[0].platform == "moodle"
+
+
 def test_names_that_are_no_text_can_be_printed(tmp_path):
     (tmp_path / os.fsdecode(b"ad\xff\n.py")).write_bytes(SOURCE)
     (one,) = find_submissions(tmp_path)
