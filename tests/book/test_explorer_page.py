@@ -130,6 +130,19 @@ def test_it_says_what_labkit_says(page, explorer):
             assert said.replace("-0.00°", "0.00°") == pose.replace("-0.00°", "0.00°")
 
 
+def test_it_says_how_many_points_are_not_looked_at_from_afar(page, explorer):
+    name, scene = next((n, s) for n, s in explorer.scenes.items() if len(s.source.points) >= 480)
+    page.get_by_label("scans", exact=True).select_option(name)
+    legend = page.locator(".icp-legend")
+    page.get_by_role("button", name="Start").click()
+    expect(legend).not_to_contain_text("not looked at")
+    page.get_by_label("begin wide, end narrow").check()
+    points = len(scene.source.points)
+    looked = len(range(0, points, points // 120))
+    expect(readout(page, "inliers")).to_contain_text(f"of {looked} ")
+    expect(legend).to_contain_text(f"not looked at: {points - looked}")
+
+
 @pytest.mark.parametrize("name", ["gate", "overlap ρ", "Huber δ"])
 def test_a_slider_dragged_by_the_mouse_is_followed_at_once(page, name):
     page.get_by_role("button", name="Start").click()

@@ -165,7 +165,7 @@ class ExplorerView {
   }
 
   reference() {
-    return { known: this.known, reference: this.scene.reference, target: this.target };
+    return { known: this.known, reference: this.scene.reference, source: this.source, target: this.target };
   }
 
   parameters() {

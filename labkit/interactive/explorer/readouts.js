@@ -18,7 +18,7 @@ export class Readouts {
   }
 
   // `known` is the answer, or null; `reference` says what that answer is.
-  write({ result, shown, known, reference, target }) {
+  write({ result, shown, known, reference, source, target }) {
     const { history } = result, last = history.length - 1;
     const { pairs, cost, T_target_source: T } = history[shown];
     const count = inlierCount(pairs), points = pairs.kept.length;
@@ -34,16 +34,18 @@ export class Readouts {
     this.numbers.replaceChildren(
       ...rows.flatMap(([term, text]) => [element("dt", {}, term), element("dd", { "data-readout": term }, text)]),
     );
-    this.count(pairs, target.points.length / 2);
+    this.count(pairs, source.length / 2, target.points.length / 2);
   }
 
-  count(pairs, targetPoints) {
+  count(pairs, sourcePoints, targetPoints) {
     const counts = new Array(FATES.length).fill(0);
     for (const fate of fates(pairs)) counts[fate]++;
     const entry = (f) => element("span", { class: `icp-fate-${f}` }, `${FATES[f]}: ${counts[f]}`);
     const shown = [4, 3, 2, 1, 0].filter((f) => counts[f] || FATES[f] !== "no line");
     const target = element("span", { class: "icp-fate-target" }, `target: ${targetPoints}`);
-    this.legend.replaceChildren(target, ...shown.map(entry));
+    const passed = sourcePoints - pairs.kept.length; // from afar not all are looked at
+    const rest = passed ? [element("span", { class: "icp-fate-passed" }, `not looked at: ${passed}`)] : [];
+    this.legend.replaceChildren(target, ...shown.map(entry), ...rest);
   }
 
   // One sentence about the whole run, once the sliders are at rest.
