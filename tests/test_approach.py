@@ -57,7 +57,7 @@ def test_without_a_pair_delta_stays():
 def test_the_share_grows_with_delta_and_is_a_share(delta, ratio):
     share = point_share(ratio * delta, delta)
     assert 0.0 < share <= 1.0
-    assert share == pytest.approx(min(1.0, point_share(delta, delta) * ratio))
+    assert share == pytest.approx(min(1.0, point_share(delta, delta) * ratio**2))
 
 
 def test_without_a_delta_there_is_nothing_to_widen():

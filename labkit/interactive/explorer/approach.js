@@ -3,7 +3,7 @@
 const LONG = 0.5;
 const WIDTH = 5;
 const CLOSE_GATE = 8;
-const POINT_SHARE = 1 / 300;
+const POINT_SHARE = 1 / 4000;
 const FEW = 120;
 
 // The delta [m] far from the answer, for the residuals of the pairs that were kept.
@@ -14,7 +14,7 @@ export function wideDelta(residuals, delta) {
 
 // The share of point-to-point where delta was widened.
 export function pointShare(wide, delta) {
-  return delta === Infinity ? 0 : Math.min(1, (POINT_SHARE * wide) / delta);
+  return delta === Infinity ? 0 : Math.min(1, POINT_SHARE * (wide / delta) ** 2);
 }
 
 // The gate [m] near the answer.
