@@ -29,6 +29,7 @@ from labkit.se2 import rotation, transform
 # A sum of n products carries a rounding error of about n·ε; a hundred thousand pairs
 # stay well below this, and a real scan's spread stays well above it.
 RELATIVE_RESOLUTION = 1e-10
+EPSILON = float(np.finfo(float).eps)
 
 
 def align(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None) -> FloatArray:
@@ -60,10 +61,10 @@ def align(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None
     [[0.0, -1.0, 2.0], [1.0, 0.0, 3.0], [0.0, 0.0, 1.0]]
     """
     p, q, w = as_pairs(source, target, weights)
-    p_mean, q_mean, x, y = _center(p, q, w)
+    p_mean, q_mean, x, y, scale = _center(p, q, w)
     a = float(w @ (x * y).sum(axis=1))  # (3.6)  Σ w (x·y)
     b = float(w @ (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]))  # (3.7)  Σ w (x × y)
-    _require_rotation(math.hypot(a, b), x, y, w)
+    _require_rotation(math.hypot(a, b), scale, len(w))
     theta = math.atan2(b, a)  # (3.8)
     t = q_mean - rotation(theta) @ p_mean  # (3.2)
     return transform(t[0], t[1], theta)
@@ -77,11 +78,11 @@ def align_svd(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = 
     reflection, which no robot can drive.
     """
     p, q, w = as_pairs(source, target, weights)
-    p_mean, q_mean, x, y = _center(p, q, w)
+    p_mean, q_mean, x, y, scale = _center(p, q, w)
     H = (w[:, None] * x).T @ y  # (3.4)
     U, singular_values, Vt = np.linalg.svd(H)
     sign = np.sign(np.linalg.det(Vt.T @ U.T))
-    _require_rotation(float(singular_values[0] + sign * singular_values[1]), x, y, w)
+    _require_rotation(float(singular_values[0] + sign * singular_values[1]), scale, len(w))
     R = Vt.T @ np.diag([1.0, sign]) @ U.T  # (3.5)
     T = np.eye(3)
     T[:2, :2] = R
@@ -91,8 +92,12 @@ def align_svd(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = 
 
 def _center(
     p: FloatArray, q: FloatArray, w: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Weighted centroids, and the pairs seen from them (3.3); raise where they coincide."""
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, float]:
+    """Weighted centroids, the pairs seen from them (3.3), and their scale [m²].
+
+    That is the weight times the root mean square distance from the centroid, of both.
+    Raise where all points coincide.
+    """
     total = w.sum()
     if total <= 0.0:
         raise DegenerateAlignmentError(
@@ -100,34 +105,29 @@ def _center(
             f"relax the gate or the weights"
         )
     p_mean, q_mean = w @ p / total, w @ q / total
-    x, y = p - p_mean, q - q_mean
+    x, y, scale = p - p_mean, q - q_mean, float(total)
     for name, points, centered in (("source", p, x), ("target", q, y)):
-        spread = _spread(centered, w)
-        rounding = 64.0 * np.finfo(float).eps * np.abs(points).max()
+        spread = math.sqrt(float(w @ (centered * centered).sum(axis=1) / total))
+        rounding = 64.0 * EPSILON * np.abs(points).max()
         if spread <= max(rounding, RELATIVE_RESOLUTION * np.abs(centered).max()):
             raise DegenerateAlignmentError(
                 f"the weighted {name} points coincide (spread {spread:.3g} m over {len(w)} "
                 f"pairs), so the rotation is undetermined; at least 2 distinct pairs with "
                 f"weight are needed"
             )
-    return p_mean, q_mean, x, y
+        scale *= spread
+    return p_mean, q_mean, x, y, scale
 
 
-def _spread(centered: FloatArray, w: FloatArray) -> float:
-    """Weighted root mean square distance [m] from the centroid."""
-    return math.sqrt(float(w @ (centered * centered).sum(axis=1) / w.sum()))
-
-
-def _require_rotation(strength: float, x: FloatArray, y: FloatArray, w: FloatArray) -> None:
+def _require_rotation(strength: float, scale: float, count: int) -> None:
     """Raise unless the pairs fix the angle.
 
     `strength` is √(a² + b²) = σ₁ ± σ₂, the height of the cosine that the angle maximises:
     zero means that every angle is as good. It is compared with the data's own scale.
     """
-    scale = float(w.sum()) * _spread(x, w) * _spread(y, w)
     if strength <= RELATIVE_RESOLUTION * scale:
         raise DegenerateAlignmentError(
-            f"every rotation fits these {len(w)} pairs equally well (a = b = 0 within "
+            f"every rotation fits these {count} pairs equally well (a = b = 0 within "
             f"{RELATIVE_RESOLUTION:g} of their scale {scale:.3g} m²); "
             f"is the target a mirror image of the source?"
         )

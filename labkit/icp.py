@@ -105,8 +105,9 @@ def icp(
             termination = Termination.DEGENERATE
             break
         T, T_before = dT @ T, T  # G: the update composes on the left
-        motion, motion_before = motion_of(size, T_before, T), motion
-        far = far and is_far(motion, motion_before, parameters.huber_delta)
+        if far:
+            motion, motion_before = motion_of(size, T_before, T), motion
+            far = is_far(motion, motion_before, parameters.huber_delta)
         moved, turned = step_length(T_before, T)
         now = Iteration(
             T_target_source=T,
