@@ -12,8 +12,9 @@ far. So as long as the next step is likely to move the source by more than `LONG
 
 Pairs of Killian Court started at 0.5 m and 20° from the answer then find it in 88 % of the
 cases instead of 74 %, those at 0.3 m and 10° in 98 % instead of 92 %; started near, they
-take no more steps (`tests/bench/run.py --split tuning --pairs 2000 --sets killian`, and the
-same with ``approach=False`` in its `matchers/lab.py`).
+take no more steps (`tests/bench/run.py --split tuning --pairs 2000 --sets killian --matchers
+point-to-line --no-growth --no-whole-log`, and again with ``approach=False`` in its
+`matchers/lab.py`).
 
 References
 ----------
