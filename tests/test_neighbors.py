@@ -99,7 +99,7 @@ def test_size_and_order_choose_the_method(points, in_order, method):
 @pytest.mark.parametrize("shift", [0.0, 0.01, 1.0])
 @pytest.mark.parametrize("ordered", [True, False])
 def test_a_sweep_is_searched_as_brute_force_would(shift, ordered):
-    """With partners from before or without, good ones or bad ones, in any order."""
+    """With partners from before or without, good ones or bad ones, in any order and number."""
     rng = np.random.default_rng(2)
     lidar = Lidar(beam_count=1000, field_of_view=4.7)
     target, source = (cast(room(), transform(x, 0.0, x), lidar, rng=rng).points for x in (0.0, 0.1))
@@ -109,7 +109,8 @@ def test_a_sweep_is_searched_as_brute_force_would(shift, ordered):
     search = NearestNeighbors(target, "sweep")
     expected = nearest_by_brute_force(source, search.target)
     columns = homogeneous(source - search.center.T)
-    for before in (None, expected, expected[::-1], rng.integers(0, len(target), len(source))):
+    any_of_them = rng.integers(0, len(target), len(source))
+    for before in (None, expected, expected[::-1], expected[::7], expected[:3], any_of_them):
         np.testing.assert_array_equal(search.nearest_to_columns(columns, before), expected)
     np.testing.assert_array_equal(search.query(source)[0], expected)
 
