@@ -38,8 +38,9 @@ How fast and how exact is the lab's matcher beside those that people use? Every 
 the same pairs of scans, the same guess, the same gate and one thread, and the matchers took turns
 of twenty pairs, so that all of them met the same machine. Search trees and normals are part of the
 time, which ends with the pose. What `labkit` says of the final pairs (inliers, RMSE) is made when
-somebody asks, by one more association: about a tenth of a match. `make bench` repeats it and writes
-this page anew; the numbers are here {download}`as JSON <_static/benchmark.json>`, too."""
+somebody asks, by one more association: a tenth of a match of 180 beams, a fifth of one of 1,000.
+`make bench` repeats it and writes this page anew; the numbers are here
+{download}`as JSON <_static/benchmark.json>`, too."""
 
 ERROR_FIGURE = """\
 ```{figure} _static/benchmark-error.svg
