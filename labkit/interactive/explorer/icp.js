@@ -45,9 +45,11 @@ export function icp(source, target, T_init, parameters) {
     }
     const T_before = T;
     T = compose(dT, T); // G: the update composes on the left
-    const motionBefore = motion;
-    motion = motionOf(apply(T_before, source), apply(T, source));
-    far = far && isFar(motion, motionBefore, parameters.huber_delta ?? Infinity);
+    if (far) {
+      const motionBefore = motion;
+      motion = motionOf(apply(T_before, source), apply(T, source));
+      far = isFar(motion, motionBefore, parameters.huber_delta ?? Infinity);
+    }
     pairs = associate(source, target, T, parameters, far); // D, E
     history.push(record(T, T_before, pairs, far));
     termination = checkPairs(pairs) ?? checkConvergence(history, parameters); // H
@@ -58,7 +60,7 @@ export function icp(source, target, T_init, parameters) {
 // Match, reject and weight at the pose T, far from the answer or near it.
 export function associate(source, target, T, parameters, far = false) {
   const every = far ? thinning(source.length / 2) : 1;
-  const moved = apply(T, source.filter((_, i) => (i >> 1) % every === 0));
+  const moved = apply(T, every === 1 ? source : source.filter((_, i) => (i >> 1) % every === 0));
   const count = moved.length / 2;
   const index = new Int32Array(count);
   const nearest = new Float64Array(2 * count);
