@@ -359,7 +359,8 @@ def test_correspondences_belong_to_the_final_pose(parameters, in_the_room):
     moved = apply(result.T_target_source, source.points)
     index, distances = target.search.query(moved)
     np.testing.assert_array_equal(pairs.target_index, index)
-    np.testing.assert_allclose(pairs.distances, distances, rtol=0.0, atol=1e-14)
+    rounding = 1e-14 if pairs.on_lines else 0.0  # of the way about the target's centre
+    np.testing.assert_allclose(pairs.distances, distances, rtol=0.0, atol=rounding)
     np.testing.assert_array_equal(
         pairs.kept, pairs.within_gate & pairs.within_overlap & np.isfinite(pairs.residuals)
     )

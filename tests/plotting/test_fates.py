@@ -19,8 +19,7 @@ def random_pairs(rng, count=200):
     distances = rng.uniform(0.0, 0.8, count)
     normals = np.stack([rng.random(count) < 0.6, np.zeros(count)])
     gate, ratio = rng.choice([0.3, 0.6], 2)
-    within_overlap = overlap(distances, ratio)
-    kept = distance_gate(distances, gate) & within_overlap & normals.any(axis=0)
+    kept = distance_gate(distances, gate) & overlap(distances, ratio) & normals.any(axis=0)
     return Correspondences(
         rows=line_rows(
             homogeneous(np.zeros((count, 2))), np.concatenate((-np.ones((2, count)), normals))
