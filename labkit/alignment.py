@@ -22,14 +22,13 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_pairs
+from labkit.arrays import EPSILON, FloatArray, as_pairs
 from labkit.errors import DegenerateAlignmentError
 from labkit.se2 import rotation, transform
 
 # A sum of n products carries a rounding error of about n·ε; a hundred thousand pairs
 # stay well below this, and a real scan's spread stays well above it.
 RELATIVE_RESOLUTION = 1e-10
-EPSILON = float(np.finfo(float).eps)
 
 
 def align(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None) -> FloatArray:

@@ -16,6 +16,7 @@ from labkit.errors import InvalidParameterError, InvalidPointsError
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
+EPSILON = float(np.finfo(float).eps)
 
 
 def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:

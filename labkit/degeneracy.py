@@ -45,27 +45,25 @@ def observability(
     """
     points = as_points(as_scan(source).points, "source")[:: pairs.every]
     T = as_transform(T_target_source, "T_target_source")
-    return _information((T - target.to_center) @ homogeneous(points), pairs, target)
+    moved = (T - target.to_center) @ homogeneous(points)
+    return _information(_rows(moved, pairs, target), pairs, target)
 
 
 def observability_of(pairs: Correspondences, target: Target) -> Information | None:
     """The same of pairs where they stand."""
     if pairs.on_lines:
-        return _information_of_rows(pairs.rows, pairs.weights, target)
-    return _information(homogeneous(pairs.source - target.center.T), pairs, target)
+        return _information(pairs.rows, pairs, target)
+    moved = homogeneous(pairs.source - target.center.T)
+    return _information(_rows(moved, pairs, target), pairs, target)
 
 
-def _information(moved: FloatArray, pairs: Correspondences, target: Target) -> Information | None:
-    """The same of source points (x, y, 1) about the target's centre."""
-    rows = line_rows(moved, target.surface.take(pairs.target_index, axis=1))
-    return _information_of_rows(
-        rows, pairs.weights * target.on_line.take(pairs.target_index), target
-    )
+def _rows(moved: FloatArray, pairs: Correspondences, target: Target) -> FloatArray:
+    """Those of line pairs, with source points (x, y, 1) about the target's centre."""
+    return line_rows(moved, target.surface.take(pairs.target_index, axis=1))
 
 
-def _information_of_rows(
-    rows: FloatArray, weights: FloatArray, target: Target
-) -> Information | None:
+def _information(rows: FloatArray, pairs: Correspondences, target: Target) -> Information | None:
+    weights = pairs.weights * target.on_line.take(pairs.target_index)
     try:
         return information_of_rows(rows, weights, target.center)
     except DegenerateAlignmentError:

@@ -30,7 +30,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from labkit.arrays import FloatArray, homogeneous
+from labkit.arrays import EPSILON, FloatArray, homogeneous
 from labkit.correspondences import FROM_LINE, MOVED, NORMAL, OFFSET, TURNING
 from labkit.errors import DegenerateAlignmentError
 
@@ -42,7 +42,6 @@ MIN_INFORMATION = 0.02
 STEADY_SHARE, STEADY_INFORMATION = 0.03, 0.25 * MIN_INFORMATION
 # With next to nothing but point-to-point all eigenvalues are 1, and so is what they must reach.
 BUT_FOR_ROUNDING = 1.0 - 1e-12
-EPSILON = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

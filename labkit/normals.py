@@ -18,7 +18,7 @@ import numpy as np
 import scipy  # its parts are loaded when they are used
 from numpy.typing import NDArray
 
-from labkit.arrays import FloatArray, IntArray
+from labkit.arrays import EPSILON, FloatArray, IntArray
 from labkit.scan import Scan
 
 ComplexArray = NDArray[np.complex128]
@@ -33,7 +33,6 @@ GAP_FLOOR = 0.05  # [m]: a step this short never does
 LINEARITY = 0.5  # largest ratio of the spreads across and along that still is a line
 STRAIGHT = (1.0 - LINEARITY**2) / (1.0 + LINEARITY**2)  # the same, as |Σu²| / Σ|u|²
 MIN_ON_LINE = 3  # points that a line needs
-EPSILON = float(np.finfo(float).eps)
 
 
 def estimate_normals(scan: Scan) -> FloatArray:

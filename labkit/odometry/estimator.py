@@ -180,14 +180,14 @@ def _independent_steps(
     scans: Sequence[Scan], increments: FloatArray, parameters: OdometryParameters, jobs: int
 ) -> Generator[StepRecord, None, None]:
     """The record of each scan; the steps are cut into stretches that may be done anywhere."""
-    helpers = min(jobs, len(increments) // STEPS_A_JOB) - 1
+    helpers = max(0, min(jobs, len(increments) // STEPS_A_JOB) - 1)
     tasks = (
         (scans[k : k + length + 1], increments[k : k + length], parameters)
-        for k, length in _stretches(len(increments), max(1, helpers + 1))
+        for k, length in _stretches(len(increments), helpers + 1)
     )
     if len(scans):
         yield StepRecord(increment=STILL, decision=Decision.START)
-    with closing(in_order(_match_stretch, tasks, max(0, helpers))) as stretches:
+    with closing(in_order(_match_stretch, tasks, helpers)) as stretches:
         for stretch in stretches:
             yield from stretch
 

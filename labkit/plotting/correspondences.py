@@ -68,8 +68,7 @@ def plot_correspondences(
     ['gated: 1', 'trimmed: 0']
     """
     p, q = scan_points(source, "source"), scan_points(target, "target")
-    points, p = p, p[:: pairs.every]
-    if len(pairs.kept) != len(p):
+    if len(pairs.kept) != len(p[:: pairs.every]):
         raise InvalidPointsError(
             f"`pairs` must have one row per source point, got {len(pairs.kept)} rows "
             f"for {len(p)} points"
@@ -79,7 +78,7 @@ def plot_correspondences(
             f"`pairs` must point into `target`, got index {pairs.target_index.max()} "
             f"for {len(q)} points"
         )
-    moved = apply(as_transform(T_target_source, "T_target_source"), points)
+    moved = apply(as_transform(T_target_source, "T_target_source"), p)
     drawn_target = draw_target(ax, q)
     occurring = set(np.unique(fates(pairs)).tolist())
     shown = [fate for fate in Fate if fate is not Fate.NO_LINE or fate in occurring]
@@ -88,6 +87,6 @@ def plot_correspondences(
     ax.relim()
     ax.autoscale_view()
     style_plane(ax)
-    ax.set_title(f"{pairs.inlier_count} of {len(p)} pairs kept")
+    ax.set_title(f"{pairs.inlier_count} of {len(pairs.kept)} pairs kept")
     legend_below(ax, [drawn_target, *artists.legend_handles()])
     return ax

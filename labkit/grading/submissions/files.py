@@ -116,16 +116,16 @@ def list_files(path: Path) -> list[StoredFile]:
     return sorted((file for file in files if not is_skipped(file.name)), key=lambda f: f.name)
 
 
-def list_folders(path: Path, inside: str = "") -> list[str]:
+def list_folders(path: Path, inside: str) -> list[str]:
     """Names of the folders right inside one of a folder or archive, those without a file too."""
     if path.is_dir():
-        names = [entry.name for entry in os.scandir(path / inside) if entry.is_dir()]
+        below = [printable(each.name) for each in os.scandir(path / inside) if each.is_dir()]
     else:
         with zipfile.ZipFile(path) as archive:
             folders = [printable(info.filename) for info in archive.infolist() if info.is_dir()]
         below = [name[len(inside) :] for name in folders if name.startswith(inside)]
-        names = [name.split("/", 1)[0] for name in below if name]
-    return sorted({printable(name) for name in names if not is_skipped(name)})
+    names = {name.split("/", 1)[0] for name in below}
+    return sorted(name for name in names if name and not is_skipped(name))
 
 
 def _in_folder(folder: Path) -> list[StoredFile]:
