@@ -150,7 +150,7 @@ def _associate(
     far: bool,
     before: IntArray | None = None,
 ) -> Correspondences:
-    """The same of `homogeneous` columns, which may have had partners `before`."""
+    """Match, reject and weight `homogeneous` columns, which may have had partners `before`."""
     gate, delta, share = parameters.max_correspondence_distance, parameters.huber_delta, 0.0
     every = thinning(source.shape[1]) if far else 1
     if parameters.approach and not far:
