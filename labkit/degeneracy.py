@@ -46,24 +46,26 @@ def observability(
     points = as_points(as_scan(source).points, "source")[:: pairs.every]
     T = as_transform(T_target_source, "T_target_source")
     moved = (T - target.to_center) @ homogeneous(points)
-    return _information(_rows(moved, pairs, target), pairs, target)
+    return _information_on_lines(moved, pairs, target)
 
 
 def observability_of(pairs: Correspondences, target: Target) -> Information | None:
     """The same of pairs where they stand."""
-    if pairs.on_lines:
-        return _information(pairs.rows, pairs, target)
-    moved = homogeneous(pairs.source - target.center.T)
-    return _information(_rows(moved, pairs, target), pairs, target)
+    if pairs.on_lines:  # of which those that lie on no surface have no weight
+        return _information(pairs.rows, pairs.weights, target)
+    return _information_on_lines(homogeneous(pairs.source - target.center.T), pairs, target)
 
 
-def _rows(moved: FloatArray, pairs: Correspondences, target: Target) -> FloatArray:
-    """Those of line pairs, with source points (x, y, 1) about the target's centre."""
-    return line_rows(moved, target.surface.take(pairs.target_index, axis=1))
-
-
-def _information(rows: FloatArray, pairs: Correspondences, target: Target) -> Information | None:
+def _information_on_lines(
+    moved: FloatArray, pairs: Correspondences, target: Target
+) -> Information | None:
+    """That of pairs with source points (x, y, 1) about the target's centre."""
+    rows = line_rows(moved, target.surface.take(pairs.target_index, axis=1))
     weights = pairs.weights * target.on_line.take(pairs.target_index)
+    return _information(rows, weights, target)
+
+
+def _information(rows: FloatArray, weights: FloatArray, target: Target) -> Information | None:
     try:
         return information_of_rows(rows, weights, target.center)
     except DegenerateAlignmentError:
@@ -97,13 +99,13 @@ def _metres(value: float) -> str:
     return f"{round(value, 2) + 0.0:.2f}"  # no "-0.00"
 
 
-def spread_ratio(points: ArrayLike, motion: ArrayLike) -> float:
+def spread_ratio(scan: Scan | ArrayLike, motion: ArrayLike) -> float:
     """The lesson's cheap corridor test: spread across the motion over spread along it.
 
     Parameters
     ----------
-    points : array_like, shape (N, 2)
-        A scan, in metres.
+    scan : Scan or array_like, shape (N, 2)
+        Points in metres.
     motion : array_like, shape (2,)
         Direction of the motion in the scan's frame; its length does not matter.
 
@@ -112,16 +114,16 @@ def spread_ratio(points: ArrayLike, motion: ArrayLike) -> float:
     float
         Well below 1 in a corridor that is driven along; NaN without motion or points.
     """
-    p = as_points(points, "points")
+    columns = homogeneous(as_scan(scan).points)
     direction: FloatArray = np.asarray(motion, dtype=np.float64)
     if direction.shape != (2,):
         raise InvalidPointsError(f"`motion` must have shape (2,), got {direction.shape}")
     dx, dy = direction.tolist()
     length = math.hypot(dx, dy)
-    if not length > 0.0:
+    if not (length > 0.0 and columns.size):
         return math.nan
     dx, dy = dx / length, dy / length
-    columns = homogeneous(p - p[0])  # about a point among them: sums then round little
+    columns[:2] -= columns[:2, :1]  # about a point among them: sums then round little
     (xx, xy, x), (_, yy, y), (*_, count) = (columns @ columns.T).tolist()
     xx, xy, yy = xx - x * x / count, xy - x * y / count, yy - y * y / count
     along = dx * dx * xx + 2.0 * dx * dy * xy + dy * dy * yy

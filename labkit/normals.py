@@ -88,8 +88,9 @@ def _windows(step: FloatArray) -> tuple[IntArray, IntArray]:
     beside = np.concatenate((step[:1], step, step[-1:]))  # the steps before and after a point
     limit = np.minimum(beside[:-2], beside[2:])
     limit *= GAP_RATIO
-    gap = step > np.minimum(np.maximum(limit, GAP_FLOOR), REACH)
-    edges = np.concatenate(([0], np.flatnonzero(gap) + 1, [count]))
+    first = np.ones(count + 1, dtype=np.bool_)  # of a surface; the one after the last, too
+    np.greater(step, np.minimum(np.maximum(limit, GAP_FLOOR), REACH), out=first[1:-1])
+    edges = np.flatnonzero(first)
     points_on = edges[1:] - edges[:-1]  # each surface
     spacing = np.maximum(np.minimum(beside[:-1], beside[1:]), 1e-3 * HALF_WIDTH)
     beams = np.maximum(HALF_WIDTH / spacing, HALF_BEAMS).astype(np.intp)

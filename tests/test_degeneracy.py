@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labkit import IcpParameters, Target, icp
+from labkit import IcpParameters, Scan, Target, icp
 from labkit.degeneracy import free_motions, observability, spread_ratio
 from labkit.errors import InvalidPointsError
 from labkit.line_alignment import line_information
@@ -164,6 +164,10 @@ def test_spread_turns_with_scan_and_motion_and_ignores_speed_and_place(theta):
 )
 def test_no_motion_or_no_spread_along_it_is_no_number(points, motion):
     assert math.isnan(spread_ratio(points, motion))
+
+
+def test_a_scan_without_points_has_no_spread():
+    assert math.isnan(spread_ratio(Scan.from_ranges([math.inf], [0.0]), [1.0, 0.0]))
 
 
 def test_the_cheap_test_takes_a_narrow_room_for_a_corridor():

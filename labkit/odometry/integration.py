@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats, as_pose, as_poses
+from labkit.arrays import FloatArray, as_finite, as_floats, as_pose, as_poses
 from labkit.errors import InvalidPointsError
-from labkit.se2 import from_xytheta, relative, rotation, to_xytheta, wrap
+from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
 
 
 def integrate_step(pose: ArrayLike, increment: ArrayLike) -> FloatArray:
@@ -30,9 +32,9 @@ def integrate_step(pose: ArrayLike, increment: ArrayLike) -> FloatArray:
     >>> np.round(integrate_step([1.0, 0.0, np.pi / 2], [0.5, 0.0, 0.1]), 3).tolist()
     [1.0, 0.5, 1.671]
     """
-    x, delta = as_pose(pose, "pose"), as_pose(increment, "increment")
-    position = x[:2] + rotation(x[2]) @ delta[:2]  # (5.4)
-    return np.array([*position, wrap(x[2] + delta[2])])  # (5.3)
+    return np.array(
+        _moved(as_pose(pose, "pose").tolist(), as_pose(increment, "increment").tolist())
+    )
 
 
 def integrate(increments: ArrayLike, start: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
@@ -40,11 +42,20 @@ def integrate(increments: ArrayLike, start: ArrayLike = (0.0, 0.0, 0.0)) -> Floa
     steps = as_floats(increments, "increments", hint="give rows (Δx, Δy, Δψ)")
     if steps.ndim != 2 or steps.shape[1] != 3:
         raise InvalidPointsError(f"`increments` must have shape (K, 3), got {steps.shape}")
-    first = as_pose(start, "start")
-    poses = [np.array([first[0], first[1], wrap(first[2])])]
-    for increment in steps:
-        poses.append(integrate_step(poses[-1], increment))
+    x, y, heading = as_pose(start, "start").tolist()
+    poses = [[x, y, float(wrap(heading))]]
+    for increment in as_finite(steps, "increments").tolist():
+        poses.append(_moved(poses[-1], increment))
     return np.array(poses)
+
+
+def _moved(pose: list[float], increment: list[float]) -> list[float]:
+    """The next pose, in plain numbers: arrays of three take ten times as long."""
+    x, y, heading = pose
+    dx, dy, turn = increment
+    c, s = math.cos(heading), math.sin(heading)
+    moved = [x + (c * dx - s * dy), y + (s * dx + c * dy)]  # (5.4)
+    return [*moved, float(wrap(heading + turn))]  # (5.3)
 
 
 def increments_between(poses: ArrayLike) -> FloatArray:

@@ -53,14 +53,16 @@ def motion_complaints(
 ) -> list[str]:
     """Why a robot would not have moved by `increment`; empty where it may have."""
     complaints = []
-    distance = math.hypot(increment[0], increment[1])
+    x, y, turn = increment.tolist()
+    distance = math.hypot(x, y)
     if distance > limits.max_translation:
         complaints.append(f"translation {distance:.2f} m > {limits.max_translation:.2f} m")
-    if abs(increment[2]) > limits.max_rotation:
-        complaints.append(f"rotation {_degrees(increment[2])} > {_degrees(limits.max_rotation)}")
+    if abs(turn) > limits.max_rotation:
+        complaints.append(f"rotation {_degrees(turn)} > {_degrees(limits.max_rotation)}")
     if prior is not None:
-        apart = math.hypot(increment[0] - prior[0], increment[1] - prior[1])
-        turned = math.remainder(increment[2] - prior[2], math.tau)
+        prior_x, prior_y, prior_turn = prior.tolist()
+        apart = math.hypot(x - prior_x, y - prior_y)
+        turned = math.remainder(turn - prior_turn, math.tau)
         if apart > limits.max_prior_translation:
             complaints.append(
                 f"{apart:.2f} m from the prior > {limits.max_prior_translation:.2f} m"

@@ -236,7 +236,7 @@ def _attempt(
         rmse=rmse,
         rotation=result.rotation,
         information=information,
-        spread=spread_ratio(source.points, increment[:2]),
+        spread=spread_ratio(source, increment[:2]),
         iterations=result.iterations,
         degenerate=degenerate,
         termination=result.termination,
