@@ -47,7 +47,10 @@ def wide_delta(residuals: FloatArray, huber_delta: float) -> float:
 
 def point_share(wide: float, huber_delta: float) -> float:
     """The share of point-to-point, in [0, 1], where δ was widened to `wide`."""
-    return 0.0 if math.isinf(huber_delta) else min(1.0, POINT_SHARE * (wide / huber_delta) ** 2)
+    if math.isinf(huber_delta):
+        return 0.0
+    ratio = wide / huber_delta
+    return min(1.0, POINT_SHARE * (ratio * ratio))
 
 
 def close_gate(gate: float, huber_delta: float) -> float:

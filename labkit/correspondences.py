@@ -140,8 +140,8 @@ class Correspondences:
     every : int
         Of how many source points one was looked at; N counts those.
     center : ndarray, shape (2, 1)
-        Where the rows have their origin [m]: at the target's centroid under point-to-line,
-        for sums about it round least, else at that of the target's frame.
+        Where the rows have their origin [m]: amid the target under point-to-line, for sums
+        about it round little, else at that of the target's frame.
     target_points : ndarray, shape (M, 2)
         All points of the target [m].
     target_index : ndarray of int, shape (N,)

@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_points, check_range
+from labkit.arrays import FloatArray, check_range
 from labkit.errors import DegenerateAlignmentError
 from labkit.registration import IcpResult
 from labkit.scan import Scan, as_scan
@@ -66,7 +66,7 @@ def censi_covariance(
     pairs = result.correspondences
     index = pairs.target_index
     used = pairs.kept & np.isfinite(prepared.normals[index, 0])
-    p = as_points(as_scan(source).points, "source")[:: pairs.every][used]
+    p = as_scan(source, "source").points[:: pairs.every][used]
     q = prepared.points[index[used]]
     n, w = prepared.normals[index[used]], pairs.weights[used]
 
@@ -77,10 +77,10 @@ def censi_covariance(
     A = 2.0 * (slope * w[:, None]).T @ slope
     A[2, 2] -= 2.0 * np.sum(w * r * _dot(n, turned))  # ∂²r/∂ψ² = −n·R p
 
-    ray = turned / np.linalg.norm(p, axis=1)[:, None]  # p = ρ u: how p moves with its range
+    ray = turned / _ranges(p)  # p = ρ u: how p moves with its range
     B_source = slope * _dot(n, ray)[:, None]
     B_source[:, 2] += r * _dot(n, _perpendicular(ray))
-    B_pairs = -slope * _dot(n, q / np.linalg.norm(q, axis=1)[:, None])[:, None]
+    B_pairs = -slope * _dot(n, q / _ranges(q))[:, None]
     B_target = np.zeros((len(prepared.points), 3))
     np.add.at(B_target, index[used], w[:, None] * B_pairs)  # one range may serve many pairs
     B = 2.0 * np.vstack([w[:, None] * B_source, B_target])
@@ -93,6 +93,11 @@ def censi_covariance(
         ) from None
     covariance: FloatArray = range_std**2 * gain @ gain.T
     return covariance
+
+
+def _ranges(points: FloatArray) -> FloatArray:
+    """Distance of each point from its scanner, shape (N, 1), never 0: no beam ends there."""
+    return np.maximum(np.hypot(points[:, :1], points[:, 1:]), np.finfo(float).tiny)
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_points, as_transform, homogeneous
+from labkit.arrays import FloatArray, as_transform, homogeneous
 from labkit.correspondences import Correspondences
 from labkit.errors import DegenerateAlignmentError, InvalidPointsError
 from labkit.line_alignment import Information, information_of_rows, line_rows
@@ -43,7 +43,7 @@ def observability(
     Information or None
         None where no kept pair lies on a surface, so that nothing can be said.
     """
-    points = as_points(as_scan(source).points, "source")[:: pairs.every]
+    points = as_scan(source, "source").points[:: pairs.every]
     T = as_transform(T_target_source, "T_target_source")
     moved = (T - target.to_center) @ homogeneous(points)
     return _information_on_lines(moved, pairs, target)

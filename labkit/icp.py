@@ -13,7 +13,6 @@ from labkit.approach import close_gate, extent, is_far, motion_of, point_share, 
 from labkit.arrays import (
     FloatArray,
     IntArray,
-    as_points,
     as_transform,
     homogeneous,
     lengths,
@@ -89,7 +88,7 @@ def icp(
     >>> bool(np.allclose(result.T_target_source, T_target_source)), result.inlier_count
     (True, 85)
     """
-    columns = homogeneous(as_points(as_scan(source).points, "source"))
+    columns = homogeneous(as_scan(source, "source", minimum=1).points)
     target = as_target(target)
     T = np.eye(3) if T_init is None else as_transform(T_init, "T_init")
 

@@ -198,7 +198,7 @@ def normal_equations(
     x, y, square = sum_x / total, sum_y / total, (xx + yy) / total
     (cx,), (cy,) = center.tolist()
     spread, reach = square - x * x - y * y, max(abs(x + cx), abs(y + cy))
-    if spread <= 64.0 * EPSILON * max(square, 64.0 * EPSILON * reach * reach):  # of rounding
+    if not spread > 64.0 * EPSILON * max(square, 64.0 * EPSILON * reach * reach):  # of rounding
         raise DegenerateAlignmentError(f"all {len(weights)} surface points coincide")
     length = math.sqrt(spread)
     f = (f - 2.0 * (x * e - y * c) + x * x * d - 2.0 * x * y * b + y * y * a) / spread

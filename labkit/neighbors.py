@@ -19,10 +19,12 @@ from numpy.typing import ArrayLike
 from labkit.arrays import FloatArray, IntArray, as_points, by_column, homogeneous
 from labkit.errors import InvalidParameterError
 from labkit.products import MatrixSearch, SweepSearch
+from labkit.scan import Scan, as_scan
 
 Method = Literal["auto", "tree", "brute", "matrix", "sweep"]
 MATRIX_MAX = 450, 700  # target points up to which a product beats runs of beams, and the tree
 SWEEP_MAX = 10_000  # and runs of beams beat the tree
+_CANDIDATES = 8  # target points among which a tie is settled; more need all of them
 _BLOCK = 1 << 20  # brute force holds at most this many distances at once
 
 
@@ -46,15 +48,13 @@ class NearestNeighbors:
 
     Parameters
     ----------
-    target : array_like, shape (M, 2)
+    target : Scan or array_like, shape (M, 2)
         Points to search, in metres.
     method : {"auto", "tree", "brute", "matrix", "sweep"}
         A KD-tree and brute force give the same answers, bit for bit, and of equally near
         points both take the first. The products ("matrix", and "sweep" for points in beam
         order) round differently: of two points that are equally near to within rounding they
-        may take either. "auto" is the fastest for the size.
-    in_order : bool
-        Whether the target's points are in beam order; "auto" asks.
+        may take either. "auto" is the fastest for the size and for beams.
 
     Examples
     --------
@@ -64,17 +64,16 @@ class NearestNeighbors:
     (1, 0.5)
     """
 
-    def __init__(
-        self, target: ArrayLike, method: Method = "tree", *, in_order: bool = False
-    ) -> None:
+    def __init__(self, target: Scan | ArrayLike, method: Method = "tree") -> None:
         if method not in get_args(Method):
             raise InvalidParameterError(
                 f"`method` must be one of {', '.join(get_args(Method))}, got {method!r}"
             )
-        self.target = by_column(as_points(target, "target"))
-        self.center = self.target.T.sum(axis=1, keepdims=True) / len(self.target)
+        scan = as_scan(target, "target", minimum=1)
+        self.target = by_column(scan.points)
+        self.center = _middle(self.target.T)
         self.columns = self.target.T - self.center
-        self.method = _fastest(len(self.target), in_order) if method == "auto" else method
+        self.method = _fastest(len(scan), scan.beams is not None) if method == "auto" else method
         if self.method == "tree":
             # A leaf of 8 is a twelfth faster to ask than one of 16.
             self.tree = scipy.spatial.cKDTree(self.target, leafsize=8)
@@ -123,6 +122,12 @@ class NearestNeighbors:
         return self.nearest(columns[:2].T + self.center.T)
 
 
+def _middle(columns: FloatArray) -> FloatArray:
+    """The median of each row, shape (2, 1): amid the points, even if some are far off."""
+    half = columns.shape[1] // 2
+    return np.partition(columns, half, axis=1)[:, half, None]
+
+
 def _fastest(count: int, in_order: bool) -> Method:
     """The way that a match of `count` target points takes the least time, as measured."""
     if in_order:
@@ -141,5 +146,22 @@ def _nearest_by_tree(
     # A tree meets ties in the order of its leaves; settle them as brute force does.
     tied = np.flatnonzero(distance[:, 1] <= distance[:, 0] * (1.0 + 1e-14))
     if len(tied):
-        nearest[tied] = nearest_by_brute_force(points[tied], target)
+        nearest[tied] = _first_of_nearest(points[tied], target, tree)
     return nearest
+
+
+def _first_of_nearest(
+    points: FloatArray, target: FloatArray, tree: scipy.spatial.cKDTree
+) -> IntArray:
+    """Of equally near target points the first one, of few candidates where few are tied."""
+    if len(target) <= _CANDIDATES:
+        return nearest_by_brute_force(points, target)
+    distance, index = tree.query(points, k=_CANDIDATES)
+    offset = points[:, None] - target[index]
+    squares = offset[..., 0] ** 2 + offset[..., 1] ** 2
+    least = squares == squares.min(axis=1, keepdims=True)
+    first: IntArray = np.where(least, index, len(target)).min(axis=1).astype(np.intp)
+    many = np.flatnonzero(distance[:, -1] <= distance[:, 0] * (1.0 + 1e-14))
+    if len(many):
+        first[many] = nearest_by_brute_force(points[many], target)
+    return first

@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike
 from labkit.arrays import BoolArray, FloatArray, IntArray, as_floats, as_points
 from labkit.errors import InvalidPointsError
 
+FARTHEST = 1e5  # [m]: what a scanner says lies farther is its way to say "nothing"
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Scan:
@@ -19,7 +21,7 @@ class Scan:
     Attributes
     ----------
     points : ndarray, shape (N, 2)
-        The returns in metres, in beam order where the scan has beams.
+        The returns in metres, in beam order where the scan has beams; checked when it is made.
     beams : ndarray of int, shape (N,), or None
         The beam that each point came from; None for points without a scan order.
     ranges, angles : ndarray, shape (B,), or None
@@ -34,6 +36,9 @@ class Scan:
     angles: FloatArray | None = None
     stamp: float = math.nan
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", as_points(self.points, "points", minimum=0))
+
     @classmethod
     def from_ranges(
         cls,
@@ -46,8 +51,9 @@ class Scan:
     ) -> Scan:
         """Points r·(cos α, sin α) of the beams with ``range_min < r < range_max``.
 
-        A range that is NaN, infinite, or not strictly inside the band is a no-return:
-        it makes no point. A scan in which no beam returned is legal and has no points.
+        A range that is NaN, not strictly inside the band, or beyond 100 km (some drivers
+        write the largest number there is) is a no-return: it makes no point. A scan in
+        which no beam returned is legal and has no points.
 
         Examples
         --------
@@ -63,15 +69,15 @@ class Scan:
         if not np.isfinite(alpha).all():
             index = int(np.flatnonzero(~np.isfinite(alpha))[0])
             raise InvalidPointsError(f"`angles` must be finite, got {alpha[index]} at beam {index}")
-        beams = np.flatnonzero(np.isfinite(r) & (r > range_min) & (r < range_max))
+        beams = np.flatnonzero((r > range_min) & (r < min(range_max, FARTHEST)))
         direction = np.column_stack([np.cos(alpha[beams]), np.sin(alpha[beams])])
         points = r[beams, None] * direction
         return cls(points=points, beams=beams, ranges=r, angles=alpha, stamp=stamp)
 
     @classmethod
     def from_points(cls, points: ArrayLike, *, stamp: float = math.nan) -> Scan:
-        """A scan of bare points, shape (N, 2) [m], in no particular order."""
-        return cls(points=as_points(points, "points"), stamp=stamp)
+        """A scan of bare points, shape (N, 2) [m], in no particular order; it copies them."""
+        return cls(points=as_points(points, "points").copy(), stamp=stamp)
 
     def __len__(self) -> int:
         """How many points the scan has."""
@@ -83,6 +89,13 @@ class Scan:
         return replace(self, points=self.points[kept], beams=beams)
 
 
-def as_scan(scan: Scan | ArrayLike) -> Scan:
-    """Return `scan` if it is one, else a scan of its points without an order."""
-    return scan if isinstance(scan, Scan) else Scan.from_points(scan)
+def as_scan(scan: Scan | ArrayLike, name: str = "points", minimum: int = 0) -> Scan:
+    """Return `scan` if it is one, else a scan of its points without an order.
+
+    Messages begin with `name`. A scan must have at least `minimum` points, bare points one.
+    """
+    if not isinstance(scan, Scan):
+        return Scan.from_points(as_points(scan, name))
+    if len(scan) < minimum:
+        as_points(scan.points, name, minimum)  # says so
+    return scan

@@ -23,10 +23,8 @@ class Target:
     """
 
     def __init__(self, scan: Scan | ArrayLike) -> None:
-        self.scan = as_scan(scan)
-        self.search = NearestNeighbors(
-            self.scan.points, method="auto", in_order=self.scan.beams is not None
-        )
+        self.scan = as_scan(scan, "target", minimum=1)
+        self.search = NearestNeighbors(self.scan, method="auto")
         self.points = self.search.target
         self.center = self.search.center
         self.to_center = np.zeros((3, 3))  # from a T, makes one that ends about the centre

@@ -66,6 +66,10 @@ def test_without_a_delta_there_is_nothing_to_widen():
     assert not is_far(1e6, 0.0, math.inf)
 
 
+def test_with_next_to_no_delta_all_is_point_to_point():
+    assert point_share(1.0, 1e-300) == 1.0
+
+
 def test_the_close_gate_is_never_wider_than_the_gate():
     assert close_gate(0.5, 0.02) == CLOSE_GATE * 0.02
     assert close_gate(0.1, 0.02) == 0.1

@@ -139,6 +139,18 @@ def test_a_wall_ahead_by_hand():
     np.testing.assert_allclose(np.diag(covariance)[:2], expected, rtol=1e-3)
 
 
+def test_a_point_at_the_scanner_itself_is_no_reason_for_nan():
+    """No beam ends there, but a scan in another frame may have such a point."""
+    wall = np.linspace(-2.0, 2.0, 41)
+    side = np.linspace(0.0, 3.0, 41)
+    points = np.vstack([np.column_stack([wall, 0.0 * wall]), np.column_stack([0 * side + 2, side])])
+    assert not points[20].any()
+    moved = points + np.array([0.02, 0.01])
+    result = icp(moved, points, None, BY_LINE)
+    covariance = censi_covariance(moved, points, result, RANGE_STD)
+    assert (np.linalg.eigvalsh(covariance) > 0.0).all()
+
+
 def test_a_corridor_says_next_to_nothing_along_it():
     covariance = censi_covariance(*matched(3, world=corridor()), RANGE_STD)
     assert covariance[0, 0] > 30.0 * covariance[1, 1]

@@ -13,6 +13,7 @@ from labkit import products
 from labkit.arrays import homogeneous
 from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.neighbors import NearestNeighbors, nearest_by_brute_force
+from labkit.scan import Scan
 from labkit.se2 import apply, transform
 from labkit.simulation import Lidar, cast, room
 
@@ -39,6 +40,28 @@ def test_of_equally_near_points_the_first_is_taken(points, target):
     table = cdist(points, target, "sqeuclidean")  # exact on the lattice
     np.testing.assert_array_equal(index, table.argmin(axis=1))
     np.testing.assert_array_equal(distance, np.sqrt(table.min(axis=1)))
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 20))
+def test_a_tree_of_points_that_are_there_many_times(seed, times):
+    """Ties among fewer points than the tree is asked for, among as many, and among more."""
+    rng = np.random.default_rng(seed)
+    once = rng.normal(size=(30, 2))
+    target = rng.permutation(np.tile(once, (times, 1)))
+    points = once[:9] + rng.normal(0.0, 0.3, (9, 2)) * rng.integers(0, 2, (9, 1))
+    index, _ = NearestNeighbors(target, "tree").query(points)
+    np.testing.assert_array_equal(index, nearest_by_brute_force(points, target))
+
+
+@pytest.mark.parametrize("method", ["matrix", "sweep"])
+def test_one_point_far_off_spoils_no_other(method):
+    """All distances are taken from amid the points, for a product rounds by their squares."""
+    rng = np.random.default_rng(0)
+    target = rng.uniform(-5.0, 5.0, (300, 2))
+    points = rng.uniform(-5.0, 5.0, (100, 2))
+    target[150] = 1e9
+    index, _ = NearestNeighbors(target, method).query(points)
+    np.testing.assert_array_equal(index, nearest_by_brute_force(points, target))
 
 
 @pytest.mark.parametrize("method", ["matrix", "sweep"])
@@ -92,8 +115,11 @@ def test_following_points_finds_what_asking_anew_finds(method, points, target, s
     ],
 )
 def test_size_and_order_choose_the_method(points, in_order, method):
-    target = np.random.default_rng(0).normal(size=(points, 2))
-    assert NearestNeighbors(target, "auto", in_order=in_order).method == method
+    target = Scan(
+        points=np.random.default_rng(0).normal(size=(points, 2)),
+        beams=np.arange(points) if in_order else None,
+    )
+    assert NearestNeighbors(target, "auto").method == method
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.01, 1.0])

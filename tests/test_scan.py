@@ -29,6 +29,13 @@ def test_a_range_not_strictly_inside_the_band_is_no_return(lost):
     np.testing.assert_array_equal(scan.ranges, [1.0, lost, 2.0])
 
 
+@pytest.mark.parametrize("nothing", [1e5, np.finfo(np.float32).max, 1e300])
+def test_the_largest_number_there_is_means_nothing(nothing):
+    """One such point would drown the sums along the sweep, and with them all normals."""
+    scan = Scan.from_ranges([1.0, nothing, 2.0], [0.0, 0.1, 0.2])
+    np.testing.assert_array_equal(scan.beams, [0, 2])
+
+
 def test_a_range_of_zero_makes_no_point():
     assert len(Scan.from_ranges([0.0], [0.0])) == 0
 
@@ -50,6 +57,39 @@ def test_select_takes_points_with_their_beams():
         assert part.ranges is scan.ranges
         assert part.stamp == 1.0
     assert Scan.from_points([[1.0, 2.0], [3.0, 4.0]]).select(np.array([1])).beams is None
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.int64])
+def test_points_become_float64(dtype):
+    points = np.array([[1, 2], [3, 4]], dtype=dtype)
+    assert Scan(points=points).points.dtype == np.float64
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        ([[0.0, NAN]], r"`points` must be finite, got \[0\.0, nan\] at index 0"),
+        ([[1.0], [2.0]], r"`points` must have shape \(N, 2\), got \(2, 1\)"),
+        ("wall", "`points` must hold numbers, got 'wall'"),
+    ],
+)
+def test_a_scan_checks_its_points(points, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        Scan(points=points)
+
+
+def test_bare_points_are_copied():
+    points = np.zeros((2, 2))
+    scan = Scan.from_points(points)
+    points[:] = 9.0
+    assert not scan.points.any()
+
+
+def test_messages_begin_with_the_callers_name():
+    with pytest.raises(InvalidPointsError, match=r"`source` must have shape .*; transpose it"):
+        as_scan(np.zeros((2, 9)), "source")
+    with pytest.raises(InvalidPointsError, match="`source` is empty"):
+        as_scan(Scan.from_ranges([INF], [0.0]), "source", minimum=1)
 
 
 def test_as_scan_keeps_a_scan_and_wraps_points():

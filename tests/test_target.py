@@ -27,12 +27,20 @@ def test_the_beam_order_reaches_the_normals(in_the_room):
     assert not np.array_equal(bare.normals, Target(scan).normals, equal_nan=True)
 
 
+def test_a_target_keeps_its_points_when_the_callers_array_is_filled_anew(in_the_room):
+    """Before its normals were asked for, too: a driver hands in one buffer again and again."""
+    buffer = in_the_room.target.points.copy()
+    target, normals = Target(buffer), Target(buffer.copy()).normals
+    buffer[:] = 0.0
+    np.testing.assert_array_equal(target.normals, normals)
+
+
 @pytest.mark.parametrize(
     ("points", "message"),
     [
         (Scan.from_ranges([math.inf], [0.0]), r"`target` is empty, got shape \(0, 2\)"),
-        (Scan(points=np.array([[0.0, math.nan]])), r"`target` must be finite, got \[0\.0, nan\]"),
-        ([[1.0, 2.0, 3.0]], r"must have shape \(N, 2\), got \(1, 3\)"),
+        ([[0.0, math.nan]], r"`target` must be finite, got \[0\.0, nan\]"),
+        ([[1.0, 2.0, 3.0]], r"`target` must have shape \(N, 2\), got \(1, 3\)"),
     ],
 )
 def test_bad_targets(points, message):

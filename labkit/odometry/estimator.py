@@ -182,7 +182,7 @@ def _independent_steps(
     """The record of each scan; the steps are cut into stretches that may be done anywhere."""
     helpers = max(0, min(jobs, len(increments) // STEPS_A_JOB) - 1)
     tasks = (
-        (scans[k : k + length + 1], increments[k : k + length], parameters)
+        (_bare(scans[k : k + length + 1]), increments[k : k + length], parameters)
         for k, length in _stretches(len(increments), helpers + 1)
     )
     if len(scans):
@@ -200,6 +200,11 @@ def _stretches(count: int, jobs: int) -> Iterator[tuple[int, int]]:
         length = min(count - begin, STRETCH, max(SHORTEST, share))
         yield begin, length
         begin += length
+
+
+def _bare(scans: Sequence[Scan]) -> list[Scan]:
+    """All that a step looks at: half as much to hand over to another process."""
+    return [Scan(points=scan.points, beams=scan.beams) for scan in scans]
 
 
 def _match_stretch(

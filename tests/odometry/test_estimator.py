@@ -201,10 +201,11 @@ def test_progress_sees_every_scan_of_shared_work():
 
 
 @pytest.mark.usefixtures("eager")
-def test_an_error_in_a_worker_is_the_callers_error():
-    torn = replace(SCANS[1], points=np.full((20, 2), math.nan))
-    with pytest.raises(InvalidPointsError, match="`source` must be finite"):
-        estimate_odometry([SCANS[0], torn, *SCANS[2:]], PRIORS, jobs=2)
+def test_an_error_while_workers_work_is_the_callers_error():
+    torn = replace(SCANS[5], points=SCANS[5].points.copy())
+    torn.points[3] = math.nan  # after it was checked
+    with pytest.raises(InvalidPointsError, match=r"`points` must be finite, .* at index 3"):
+        estimate_odometry([*SCANS[:5], torn, *SCANS[6:]], PRIORS, jobs=2)
 
 
 def test_short_runs_and_chains_start_no_process(monkeypatch):
