@@ -7,7 +7,7 @@ passed over, since every scan brings its own pose; ``PARAM``, ``NEFF``, ``#``,
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -16,13 +16,7 @@ from labkit.errors import LogError
 from labkit.logs.laser_lines import LASER_WORDS, LaserLine, parse_laser_line
 from labkit.logs.lines import DamagedLine, DamageReport, expect_fields, finite, pose
 from labkit.logs.log import Log
-from labkit.logs.poses import (
-    is_declared,
-    is_rigid,
-    mounting,
-    move_to_scanner,
-    refuse_second_offset,
-)
+from labkit.logs.poses import agree_on_mounting, move_to_scanner, refuse_second_offset
 
 CARMEN_WORDS = LASER_WORDS | {"ODOM", "PARAM", "NEFF", "TRUEPOS", "RAWLASER1"}
 """First words of a line that tell a CARMEN log."""
@@ -43,14 +37,15 @@ def read_carmen(
     `laser_offset` is composed on; where they differ by one fixed mounting, it is the
     laser's triple; where their difference changes along the run, the laser's triple is
     no odometry but a corrected pose: it becomes the reference, and the odometry is the
-    robot's triple with `laser_offset`.
+    robot's triple with `laser_offset`. A few lines that contradict the others decide
+    nothing: their poses are damaged, and they are skipped.
     """
-    found: list[LaserLine] = []
+    found: dict[int, LaserLine] = {}
     for number, line in enumerate(lines, start=1):
         fields = line.split()
         try:
             if fields and fields[0] in LASER_WORDS:
-                found.append(parse_laser_line(fields, range_max))
+                found[number] = parse_laser_line(fields, range_max)
             elif fields and fields[0] == "ODOM":
                 _check_odom(fields)
         except DamagedLine as damage:
@@ -60,9 +55,10 @@ def read_carmen(
             f"{report.file}: a CARMEN log without any scan, expected FLASER or ROBOTLASER1 "
             f"lines{report.summary()}"
         )
-    odometry, reference = _scanner_poses(found, laser_offset, report.file)
+    found, mount = agree_on_mounting(found, report)
+    odometry, reference = _scanner_poses(found.values(), mount, laser_offset, report.file)
     return Log(
-        scans=tuple(line.scan for line in found),
+        scans=tuple(line.scan for line in found.values()),
         odometry=odometry,
         reference=reference,
         name=name,
@@ -78,16 +74,14 @@ def _check_odom(fields: Sequence[str]) -> None:
 
 
 def _scanner_poses(
-    found: Sequence[LaserLine], laser_offset: FloatArray, file: str
+    found: Collection[LaserLine], mount: FloatArray | None, laser_offset: FloatArray, file: str
 ) -> tuple[FloatArray, FloatArray | None]:
     """The scanner's odometry and, in a corrected log, its reference."""
-    laser = np.array([line.laser for line in found])
+    laser = move_to_scanner(np.array([line.laser for line in found]), np.zeros(3))
     robot = np.array([line.robot for line in found])
-    mounts = mounting(laser, robot)
-    still = np.zeros(3)
-    if not is_declared(mounts):
+    if mount is None:
+        return move_to_scanner(robot, laser_offset), laser
+    if not mount.any():
         return move_to_scanner(robot, laser_offset), None
-    if not is_rigid(mounts):
-        return move_to_scanner(robot, laser_offset), move_to_scanner(laser, still)
-    refuse_second_offset(laser_offset, mounts, file)
-    return move_to_scanner(laser, still), None
+    refuse_second_offset(laser_offset, mount, file)
+    return laser, None

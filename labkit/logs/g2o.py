@@ -22,8 +22,11 @@ from labkit.logs.laser_lines import LaserLine, Pose, parse_laser_line
 from labkit.logs.lines import DamagedLine, DamageReport, expect_fields, pose
 from labkit.logs.log import Log
 from labkit.logs.poses import (
-    is_declared,
-    mounting,
+    SAME_PLACE,
+    agree_on_mounting,
+    beyond,
+    is_few,
+    leave_out,
     move_to_scanner,
     refuse_second_offset,
 )
@@ -31,6 +34,9 @@ from labkit.se2 import wrap
 
 G2O_WORDS = frozenset({"VERTEX_SE2", "EDGE_SE2"})
 """First words of a line that tell a g2o graph."""
+
+REPEATED = 1e-4
+"""A pose this near to its vertex [m, rad] is the vertex over again."""
 
 
 def read_g2o(
@@ -44,12 +50,14 @@ def read_g2o(
     """Read a g2o graph with ``ROBOTLASER1`` lines; see `labkit.logs.read_log`.
 
     A scan belongs to the vertex above it. The vertices are the reference, carried to the
-    scanner by the laser line's own mounting, or by `laser_offset` where the line declares
-    none. The laser lines' poses are the odometry, unless they merely repeat the vertices,
-    as in the Killian graph: then the log holds no odometry, and says None.
+    scanner by the laser lines' own mounting, or by `laser_offset` where they declare none:
+    where laser and robot coincide, or part along the run. The robot's poses are the
+    odometry, unless they merely repeat the vertices, as in the Killian graph: then the log
+    holds no odometry, and says None. A few lines that contradict the others in this or in
+    their mounting are damaged, and skipped.
     """
-    found: list[LaserLine] = []
-    vertices: list[Pose] = []
+    found: dict[int, LaserLine] = {}
+    vertices: dict[int, Pose] = {}
     vertex: Pose | None = None
     for number, line in enumerate(lines, start=1):
         word = line.split(maxsplit=1)[:1]
@@ -61,8 +69,7 @@ def read_g2o(
                 laser_line = parse_laser_line(line.split(), range_max)
                 if vertex is None:
                     raise DamagedLine("a scan of no vertex, expected a VERTEX_SE2 line above it")
-                found.append(laser_line)
-                vertices.append(vertex)
+                found[number], vertices[number] = laser_line, vertex
                 vertex = None
         except DamagedLine as damage:
             report.skip(number, damage)
@@ -71,11 +78,17 @@ def read_g2o(
             f"{report.file}: a g2o graph without any scan, expected a ROBOTLASER1 line below "
             f"each VERTEX_SE2{report.summary()}"
         )
-    odometry, reference = _scanner_poses(found, np.array(vertices), laser_offset, report.file)
+    found, mount = agree_on_mounting(found, report)
+    if mount is None or not mount.any():
+        mount = laser_offset
+    else:
+        refuse_second_offset(laser_offset, mount, report.file)
+    found, repeated = _agree_on_repetition(found, vertices, report)
+    robot = np.array([line.robot for line in found.values()])
     return Log(
-        scans=tuple(line.scan for line in found),
-        odometry=odometry,
-        reference=reference,
+        scans=tuple(line.scan for line in found.values()),
+        odometry=None if repeated else move_to_scanner(robot, mount),
+        reference=move_to_scanner(np.array([vertices[number] for number in found]), mount),
         name=name,
         format="g2o",
         skipped=report.skipped,
@@ -129,20 +142,17 @@ def _parse_vertex(fields: Sequence[str]) -> Pose:
     return pose(fields[2:5], "the vertex")
 
 
-def _scanner_poses(
-    found: Sequence[LaserLine], vertices: FloatArray, laser_offset: FloatArray, file: str
-) -> tuple[FloatArray | None, FloatArray]:
-    """The scanner's odometry, if the graph has any, and its reference."""
-    robot = np.array([line.robot for line in found])
-    mounts = mounting(np.array([line.laser for line in found]), robot)
-    if is_declared(mounts):
-        refuse_second_offset(laser_offset, mounts, file)
-    else:
-        mounts = np.broadcast_to(laser_offset, mounts.shape)
-    gap = robot - vertices
-    repeated = (np.abs(gap[:, :2]) < 1e-4).all() and (np.abs(wrap(gap[:, 2])) < 1e-4).all()
-    odometry = None if repeated else move_to_scanner(robot, mounts)
-    return odometry, move_to_scanner(vertices, mounts)
+def _agree_on_repetition(
+    found: dict[int, LaserLine], vertices: dict[int, Pose], report: DamageReport
+) -> tuple[dict[int, LaserLine], bool]:
+    """Whether the robot's poses merely repeat the vertices, and the lines that agree on it."""
+    gaps = np.array([np.subtract(line.robot, vertices[number]) for number, line in found.items()])
+    gaps[:, 2] = wrap(gaps[:, 2])
+    repeated = is_few(beyond(gaps, REPEATED))
+    if not repeated:
+        return found, False
+    reason = "the robot pose lies {} from the vertex, in other lines on it"
+    return leave_out(found, beyond(gaps, SAME_PLACE), gaps, reason, report), True
 
 
 def _as_pairs(pairs: ArrayLike | None, n_vertices: int, n_edges: int) -> IntArray:

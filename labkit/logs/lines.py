@@ -11,6 +11,9 @@ from labkit.logs.log import SkippedLine
 FARTHEST = 1e9
 """No robot drives farther [m]: a pose beyond it is a damaged number."""
 
+MOST_TURNED = 1e6
+"""No robot turns further [rad], even one whose heading is never wrapped."""
+
 
 class DamagedLine(Exception):
     """What one line holds instead of what its format asks for."""
@@ -87,6 +90,8 @@ def pose(fields: Sequence[str], what: str) -> tuple[float, float, float]:
     )
     if max(abs(x), abs(y)) > FARTHEST:
         raise DamagedLine(f"{what} is ({x:g}, {y:g}), expected to lie within {FARTHEST:g} m")
+    if abs(theta) > MOST_TURNED:
+        raise DamagedLine(f"theta of {what} is {theta:g}, expected at most {MOST_TURNED:g} rad")
     return x, y, theta
 
 

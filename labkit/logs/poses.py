@@ -5,9 +5,20 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats
+from labkit.arrays import BoolArray, FloatArray, as_floats
 from labkit.errors import InvalidParameterError, LogError
+from labkit.logs.laser_lines import LaserLine
+from labkit.logs.lines import DamageReport
 from labkit.se2 import from_xytheta, relative, to_xytheta, transform, wrap
+
+SAME_PLACE = 0.1
+"""A line whose pose lies farther from where other lines put it [m, rad] contradicts them."""
+
+PRINTED = 1e-5
+"""Two poses that differ by no more than this [m, rad] differ by their printed decimals."""
+
+DAMAGED_SHARE = 0.02
+"""No larger share of the lines contradicts all others by damage alone."""
 
 
 def as_offset(laser_offset: ArrayLike) -> FloatArray:
@@ -27,40 +38,98 @@ def move_to_scanner(poses: FloatArray, offset: FloatArray) -> FloatArray:
     ----------
     poses : ndarray, shape (K, 3)
         The robot's poses in the world.
-    offset : ndarray, shape (3,) or (K, 3)
+    offset : ndarray, shape (3,)
         The scanner's pose on the robot; zeros give the poses back bit for bit.
 
     Returns
     -------
     ndarray, shape (K, 3)
     """
-    T_w_laser = from_xytheta(poses) @ transform(offset[..., 0], offset[..., 1], 0.0)
-    theta = wrap(poses[:, 2] + offset[..., 2])
+    T_w_laser = from_xytheta(poses) @ transform(offset[0], offset[1], 0.0)
+    theta = wrap(poses[:, 2] + offset[2])
     return np.column_stack([T_w_laser[:, 0, 2], T_w_laser[:, 1, 2], theta])
 
 
-def mounting(laser: FloatArray, robot: FloatArray) -> FloatArray:
-    """Where the scanner sits on the robot by each line's two poses, shape (K, 3)."""
-    return to_xytheta(relative(from_xytheta(robot), from_xytheta(laser)))
+def agree_on_mounting(
+    found: dict[int, LaserLine], report: DamageReport
+) -> tuple[dict[int, LaserLine], FloatArray | None]:
+    """Where the scanner sits on the robot, by the two poses of each laser line.
+
+    A few lines that contradict all others hold a damaged pose, and are skipped.
+
+    Parameters
+    ----------
+    found : dict of LaserLine
+        The laser lines of a log by their number.
+    report : DamageReport
+        Takes the lines that are left out.
+
+    Returns
+    -------
+    kept : dict of LaserLine
+        The lines that agree; all of them where there is no mounting.
+    mount : ndarray, shape (3,), or None
+        ``T_robot_laser`` as (x [m], y [m], θ [rad]), the median over the lines: zeros where
+        laser and robot coincide, so that the log does not say; None where their difference
+        changes along the run, so that the laser's triple is a corrected pose.
+    """
+    laser = np.array([line.laser for line in found.values()])
+    robot = np.array([line.robot for line in found.values()])
+    mounts = to_xytheta(relative(from_xytheta(robot), from_xytheta(laser)))
+    mount = _median(mounts)
+    odd = beyond(to_xytheta(relative(from_xytheta(mount), from_xytheta(mounts))), SAME_PLACE)
+    if not is_few(odd):
+        return found, None
+    reason = f"the laser sits {{}} on the robot, in other lines {_text(mount)}"
+    kept = leave_out(found, odd, mounts, reason, report)
+    return kept, mount if (np.abs(mount) > PRINTED).any() else np.zeros(3)
 
 
-def is_declared(mounts: FloatArray) -> bool:
-    """Whether the two poses differ by more than their six printed decimals."""
-    return bool((np.abs(mounts) > 1e-5).any())
+def leave_out(
+    found: dict[int, LaserLine],
+    odd: BoolArray,
+    offsets: FloatArray,
+    reason: str,
+    report: DamageReport,
+) -> dict[int, LaserLine]:
+    """The laser lines without the odd ones, which are reported with their offset for the {}."""
+    kept = {}
+    for (number, line), leave, offset in zip(found.items(), odd, offsets, strict=True):
+        if leave:
+            report.skip(number, reason.format(_text(offset)))
+        else:
+            kept[number] = line
+    return kept
 
 
-def is_rigid(mounts: FloatArray, tolerance: float = 0.1) -> bool:
-    """Whether all mountings are one, within `tolerance` metres and radians."""
-    T = from_xytheta(mounts)
-    return bool((np.abs(to_xytheta(relative(T[0], T))) <= tolerance).all())
+def beyond(offsets: FloatArray, tolerance: float) -> BoolArray:
+    """Which rows (x [m], y [m], θ [rad]) exceed the tolerance in any number, shape (K,)."""
+    mask: BoolArray = np.any(np.abs(offsets) > tolerance, axis=1)
+    return mask
 
 
-def refuse_second_offset(laser_offset: FloatArray, mounts: FloatArray, file: str) -> None:
+def is_few(lines: BoolArray) -> bool:
+    """Whether a mask over all lines marks so few that they are damage, not what the log says."""
+    one_of_three = min(1, len(lines) // 3)
+    return bool(np.count_nonzero(lines) <= max(one_of_three, DAMAGED_SHARE * len(lines)))
+
+
+def refuse_second_offset(laser_offset: FloatArray, mount: FloatArray, file: str) -> None:
     """Raise `LogError` if the caller gives an offset where the log declares its own."""
     if laser_offset.any():
-        x, y, theta = np.median(mounts, axis=0)
         raise LogError(
-            f"{file}: the log itself says where the scanner sits on the robot "
-            f"({x:.3f} m, {y:.3f} m, {theta:.4f} rad), and `laser_offset` is "
-            f"{tuple(laser_offset.tolist())}; leave `laser_offset` out"
+            f"{file}: the log itself says where the scanner sits on the robot {_text(mount)}, "
+            f"and `laser_offset` is {tuple(laser_offset.tolist())}; leave `laser_offset` out"
         )
+
+
+def _median(mounts: FloatArray) -> FloatArray:
+    """Median of each number; that of θ about the mean direction, where ±π are one."""
+    x, y, theta = mounts.T
+    mean = np.arctan2(np.sin(theta).mean(), np.cos(theta).mean())
+    return np.array([np.median(x), np.median(y), wrap(mean + np.median(wrap(theta - mean)))])
+
+
+def _text(mount: FloatArray) -> str:
+    x, y, theta = np.round(mount, 4) + 0.0  # without the sign of a zero
+    return f"({x:.3f} m, {y:.3f} m, {theta:.4f} rad)"

@@ -63,7 +63,8 @@ def read_log(
         is the laser's triple of each line, with `laser_offset` where laser and robot
         coincide; where the laser's triple drifts away from the robot's, it is a corrected
         pose: then it is the reference, and the robot's triple the odometry. In a g2o graph
-        the vertices are the reference.
+        the vertices are the reference. A line whose poses contradict almost all others
+        (at least 98 %) is damaged.
 
     Raises
     ------

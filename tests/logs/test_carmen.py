@@ -5,7 +5,7 @@ import pytest
 
 from labkit.errors import InvalidParameterError, LogError
 from labkit.logs import read_log
-from labkit.se2 import from_xytheta, to_xytheta, transform
+from labkit.se2 import from_xytheta, to_xytheta, transform, wrap
 
 FOUR = [1.0, 2.0, 3.0, 4.0]
 
@@ -113,6 +113,44 @@ def test_a_laser_pose_that_leaves_the_robot_is_a_correction(save, flaser):
     np.testing.assert_allclose(log.reference, corrected)
 
 
+def test_a_corrected_log_is_one_however_slowly_its_poses_part(save, flaser):
+    k = np.arange(300)
+    robot = np.column_stack([0.1 * k, np.sin(0.1 * k), wrap(0.3 * k)])
+    corrected = to_xytheta(
+        from_xytheta(np.column_stack([0.001 * k, -0.0005 * k, 1e-3 * k])) @ from_xytheta(robot)
+    )
+    lines = [flaser(FOUR, c, r) for c, r in zip(corrected, robot, strict=True)]
+    log = read_log(save("".join(lines)), strict=True)
+    np.testing.assert_allclose(log.odometry, robot, atol=1e-12)
+    np.testing.assert_allclose(log.reference, corrected, atol=1e-12)
+
+
+@pytest.mark.parametrize("mount", [(0.0, 0.0, 0.0), (0.092, 0.0, 0.0), (-0.2, 0.1, math.pi)])
+@pytest.mark.parametrize("field", range(6, 12))
+def test_one_damaged_pose_is_one_damaged_line(save, flaser, mount, field):
+    text, _ = mounted_run(flaser, mount)
+    lines = text.splitlines(keepends=True)
+    whole = read_log(save(text))
+    fields = lines[3].split()
+    fields[field] = str(float(fields[field]) + 101.5)
+    path = save("".join([*lines[:3], " ".join(fields) + "\n", *lines[4:]]))
+    log = read_log(path)
+    assert [s.line for s in log.skipped] == [4]
+    assert log.skipped[0].reason.startswith("the laser sits (")
+    assert log.reference is None
+    assert (log.odometry == np.delete(whole.odometry, 3, axis=0)).all()
+    with pytest.raises(LogError, match=r"run\.log:4: the laser sits .* in other lines \("):
+        read_log(path, strict=True)
+
+
+@pytest.mark.parametrize(("damaged", "skipped"), [(4, 4), (5, 0)])
+def test_damage_contradicts_no_more_than_2_percent_of_the_lines(save, flaser, damaged, skipped):
+    laser = [(9.0 if k < damaged else 0.0, 0.0, 0.0) for k in range(200)]
+    log = read_log(save("".join(flaser(FOUR, pose, (0.0, 0.0, 0.0)) for pose in laser)))
+    assert len(log.skipped) == skipped
+    assert (log.reference is None) == (skipped > 0)
+
+
 FLASER_DAMAGE = [
     (lambda f: f[:-1], "14 fields, expected 15 for FLASER with 4 beams"),
     (lambda f: [*f, "9"], "16 fields, expected 15"),
@@ -124,6 +162,10 @@ FLASER_DAMAGE = [
     (lambda f: [*f[:6], "nan", *f[7:]], "x of the laser pose is 'nan', expected a finite number"),
     (lambda f: [*f[:11], "inf", *f[12:]], "theta of the robot pose is 'inf'"),
     (lambda f: [*f[:7], "1e300", *f[8:]], "expected to lie within 1e+09 m"),
+    (
+        lambda f: [*f[:8], "-1e300", *f[9:]],
+        "theta of the laser pose is -1e+300, expected at most 1e+06 rad",
+    ),
     (lambda f: [*f[:12], "noon", *f[13:]], "the timestamp beside host 'host' is 'noon'"),
 ]
 

@@ -3,6 +3,7 @@ import pytest
 
 from labkit.errors import InvalidPointsError, LogError
 from labkit.logs import read_log, write_g2o
+from labkit.se2 import from_xytheta, to_xytheta, transform
 
 FOUR = [1.0, 2.0, 3.0, 4.0]
 
@@ -44,6 +45,39 @@ def test_laser_offset_moves_both_to_the_scanner(save, robotlaser):
     log = read_log(path, laser_offset=(0.0, 0.25, 0.5))
     np.testing.assert_allclose(log.reference, np.add(STRAIGHT, (0.0, 0.25, 0.5)))
     np.testing.assert_allclose(log.odometry, np.add(DRIFTED, (0.0, 0.25, 0.5)))
+
+
+WINDING = [(0.5 * k, 0.1 * k * k, 0.4 * k) for k in range(5)]
+
+
+@pytest.mark.parametrize("damage", [(9.0, 0.0, 0.0), (0.0, -9.0, 0.0), (0.0, 0.0, 2.0)])
+@pytest.mark.parametrize("where", ["vertex", "robot and laser", "laser"])
+def test_one_damaged_pose_makes_no_odometry_of_an_echo(save, robotlaser, damage, where):
+    robots, vertices, lasers = list(WINDING), list(WINDING), list(WINDING)
+    for name, poses in (("vertex", vertices), ("robot", robots), ("laser", lasers)):
+        if name in where:
+            poses[3] = tuple(np.add(poses[3], damage))
+    lines = (
+        f"VERTEX_SE2 0 {' '.join(map(str, vertex))}\n{robotlaser(FOUR, laser, robot)}"
+        for vertex, laser, robot in zip(vertices, lasers, robots, strict=True)
+    )
+    path = save("".join(lines))
+    log = read_log(path, laser_offset=(0.25, 0.0, 0.0))
+    assert (len(log), log.odometry) == (4, None)
+    assert [s.line for s in log.skipped] == [8]
+    whole = read_log(save(graph(robotlaser, WINDING, WINDING)), laser_offset=(0.25, 0.0, 0.0))
+    assert (log.reference == np.delete(whole.reference, 3, axis=0)).all()
+
+
+def test_a_laser_pose_that_leaves_the_robot_is_no_mounting(save, robotlaser):
+    text = "".join(
+        f"VERTEX_SE2 {k} {k} 0 0\n{robotlaser(FOUR, (k, 0.0, 0.0), (k, 0.5 * k, 0.1 * k))}"
+        for k in range(6)
+    )
+    log = read_log(save(text), laser_offset=(0.25, 0.0, 0.0))
+    np.testing.assert_allclose(log.reference, [(k + 0.25, 0.0, 0.0) for k in range(6)])
+    robot = from_xytheta([(k, 0.5 * k, 0.1 * k) for k in range(6)])
+    np.testing.assert_allclose(log.odometry, to_xytheta(robot @ transform(0.25, 0.0, 0.0)))
 
 
 def test_a_scan_whose_vertex_is_damaged_is_skipped_with_it(save, robotlaser):
