@@ -13,7 +13,7 @@ import numpy as np
 
 from labkit.arrays import FloatArray
 from labkit.errors import LogError
-from labkit.logs.laser_lines import LASER_WORDS, LaserLine, parse_laser_line
+from labkit.logs.laser_lines import LASER_WORDS, LaserLine, parse_laser_line, timed_scans
 from labkit.logs.lines import DamagedLine, DamageReport, expect_fields, finite, pose
 from labkit.logs.log import Log
 from labkit.logs.poses import agree_on_mounting, move_to_scanner, refuse_second_offset
@@ -58,7 +58,7 @@ def read_carmen(
     found, mount = agree_on_mounting(found, report)
     odometry, reference = _scanner_poses(found.values(), mount, laser_offset, report.file)
     return Log(
-        scans=tuple(line.scan for line in found.values()),
+        scans=timed_scans(found.values()),
         odometry=odometry,
         reference=reference,
         name=name,

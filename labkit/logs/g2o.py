@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from labkit.arrays import FloatArray, IntArray, as_floats, as_poses
 from labkit.errors import InvalidPointsError, LogError
 from labkit.logs.atomic import atomic_write
-from labkit.logs.laser_lines import LaserLine, Pose, parse_laser_line
+from labkit.logs.laser_lines import LaserLine, Pose, parse_laser_line, timed_scans
 from labkit.logs.lines import DamagedLine, DamageReport, expect_fields, pose
 from labkit.logs.log import Log
 from labkit.logs.poses import (
@@ -86,7 +86,7 @@ def read_g2o(
     found, repeated = _agree_on_repetition(found, vertices, report)
     robot = np.array([line.robot for line in found.values()])
     return Log(
-        scans=tuple(line.scan for line in found.values()),
+        scans=timed_scans(found.values()),
         odometry=None if repeated else move_to_scanner(robot, mount),
         reference=move_to_scanner(np.array([vertices[number] for number in found]), mount),
         name=name,

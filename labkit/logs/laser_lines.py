@@ -15,8 +15,8 @@ and the step is π/n for an even count, π/(n − 1) for an odd one (180 or 181 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -61,6 +61,14 @@ def parse_laser_line(fields: Sequence[str], range_max: float | None = None) -> L
     """
     read = _flaser if fields[0] == "FLASER" else _robotlaser
     return read(fields, range_max)
+
+
+def timed_scans(found: Iterable[LaserLine]) -> tuple[Scan, ...]:
+    """The scans of a log's lines; their stamps NaN where no line has a time, but only zeros."""
+    scans = tuple(line.scan for line in found)
+    if any(scan.stamp for scan in scans):  # then a zero is where their clock began
+        return scans
+    return tuple(replace(scan, stamp=math.nan) for scan in scans)
 
 
 def _flaser(fields: Sequence[str], range_max: float | None) -> LaserLine:

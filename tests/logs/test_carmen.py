@@ -74,6 +74,16 @@ def test_logger_stamp_stands_in_for_a_missing_one(save, flaser):
     assert read_log(save(flaser(FOUR, ipc=0.0, logger=3.5))).stamps.tolist() == [3.5]
 
 
+def test_a_log_of_zero_stamps_has_no_times(save, flaser):
+    log = read_log(save(2 * flaser(FOUR, ipc=0.0, logger=0.0)))
+    assert np.isnan(log.stamps).all()
+
+
+def test_a_clock_may_begin_at_zero(save, flaser):
+    lines = [flaser(FOUR, ipc=0.1 * k, logger=0.0) for k in range(3)]
+    assert read_log(save("".join(lines))).stamps.tolist() == [0.0, 0.1, 0.2]
+
+
 def test_odometry_angles_are_wrapped(save, flaser):
     log = read_log(save(flaser(FOUR, (0.0, 0.0, -math.pi)) + flaser(FOUR, (0.0, 0.0, 4.0))))
     np.testing.assert_allclose(log.odometry[:, 2], [math.pi, 4.0 - 2.0 * math.pi])

@@ -26,6 +26,11 @@ def test_vertices_are_the_reference_and_their_echo_is_no_odometry(save, robotlas
     assert log.reference.tolist() == [list(row) for row in STRAIGHT]
 
 
+def test_a_graph_of_zero_stamps_has_no_times(save, robotlaser):
+    text = graph(robotlaser, STRAIGHT, STRAIGHT).replace(" 1.0 host 2.0", " 0 host 0")
+    assert np.isnan(read_log(save(text)).stamps).all()
+
+
 def test_poses_of_their_own_are_odometry(save, robotlaser):
     log = read_log(save(graph(robotlaser, STRAIGHT, DRIFTED)))
     assert log.odometry.tolist() == [list(row) for row in DRIFTED]
