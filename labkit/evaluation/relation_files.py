@@ -23,6 +23,7 @@ from labkit.errors import LogError
 from labkit.evaluation.relations import Relations
 
 HEADER = ["i", "j", "dx", "dy", "dtheta"]
+LAST_INDEX = 999_999_999  # no log has more scans; a number beyond it is a damaged one
 OUT_OF_PLANE = 1e-3  # m or rad; more of it is a relation in space, not in the plane
 
 
@@ -71,8 +72,10 @@ def _content(path: str | Path) -> list[tuple[int, str]]:
 def _indexed(text: str, place: str) -> list[float]:
     """One line of the table: i, j, dx, dy, dtheta."""
     row = _numbers(_fields(text, ","), len(HEADER), place)
-    if any(end < 0.0 or end != int(end) for end in row[:2]):
-        raise LogError(f"{place}: scan indices must be whole numbers from 0 on, got {text!r}")
+    if any(not 0.0 <= end <= LAST_INDEX or end != int(end) for end in row[:2]):
+        raise LogError(
+            f"{place}: scan indices must be whole numbers from 0 to {LAST_INDEX}, got {text!r}"
+        )
     return row
 
 

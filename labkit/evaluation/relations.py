@@ -136,8 +136,8 @@ def relation_errors(
         index = nearest(times, relations.ends.reshape(-1)).reshape(-1, 2)
         covered = np.abs(times[index] - relations.ends) <= tolerance
     else:
-        index = relations.ends.astype(np.intp)
-        covered = index < len(x)
+        covered = relations.ends < len(x)
+        index = np.where(covered, relations.ends, 0.0).astype(np.intp)
     found = np.logical_and(covered[:, 0], covered[:, 1])
     pairs = index[found]
     T = from_xytheta(x)

@@ -20,6 +20,7 @@ BENCHMARK = """\
 976052857.25 976052859.50 0.5 -0.25 0.000000 0.000000 -0.000000 0.125
 976052860.00\t976052861.75  1.5 2.0 0 0 0 -3.0
 """
+INDICES = "scan indices must be whole numbers from 0 to 999999999"
 
 
 @pytest.fixture
@@ -67,8 +68,11 @@ def test_line_ends_and_the_header_are_free(read):
         ("1,2,0.5,half,0.5", "could not convert string to float: 'half'"),
         ("1,2,0.5,,0.5", "could not convert string to float: ''"),
         ("1,2,0.5,nan,0.5", "numbers must be finite, got"),
-        ("1.5,2,0.5,0.5,0.5", "scan indices must be whole numbers from 0 on, got '1.5,2,"),
-        ("-1,2,0.5,0.5,0.5", "scan indices must be whole numbers from 0 on, got '-1,2,"),
+        ("1.5,2,0.5,0.5,0.5", f"{INDICES}, got '1.5,2,"),
+        ("-1,2,0.5,0.5,0.5", f"{INDICES}, got '-1,2,"),
+        ("1e30,2,0.5,0.5,0.5", f"{INDICES}, got '1e30,2,"),
+        ("1,1e19,0.5,0.5,0.5", f"{INDICES}, got '1,1e19,"),
+        ("1,1000000000,0.5,0.5,0.5", f"{INDICES}, got '1,1000000000,"),
         ("i,j,dx,dy,dtheta", "could not convert string to float: 'i'"),
     ],
 )

@@ -56,6 +56,14 @@ def test_what_the_trajectory_does_not_cover_is_counted():
     assert len(by_stamp) == 2
 
 
+@pytest.mark.parametrize("beyond", [20, 2.0**31, 2.0**63, 1e19, 1e30, 1e300])
+def test_no_index_is_too_large_to_be_missing(beyond):
+    ends = np.array([[0, 1], [beyond, 2], [7, beyond], [beyond, beyond]])
+    np.testing.assert_array_equal(
+        relation_errors(survey(ends), POSES).found, [True, False, False, False]
+    )
+
+
 def test_without_a_match_there_is_no_number():
     relations = survey(STAMPS[ENDS] + 0.1, by_stamp=True)
     errors = relation_errors(relations, POSES, STAMPS, tolerance=0.01)
