@@ -62,7 +62,7 @@ def read_relations(path: str | Path) -> Relations:
 def _content(path: str | Path) -> list[tuple[int, str]]:
     """The lines that say something, each with its number."""
     try:
-        text = Path(path).read_text(encoding="utf-8", errors="replace")
+        text = Path(path).read_text(encoding="utf-8-sig", errors="replace")
     except OSError as error:
         raise LogError(f"{path}: cannot be read: {error.strerror}") from error
     bare = ((number, line.split("#")[0].strip()) for number, line in enumerate(text.split("\n"), 1))

@@ -60,6 +60,15 @@ def test_line_ends_and_the_header_are_free(read):
 
 
 @pytest.mark.parametrize(
+    "text", [TABLE, TABLE.split("\n", 1)[1], TABLE.split("\n", 2)[2], BENCHMARK]
+)
+def test_a_byte_order_mark_is_no_part_of_the_first_line(read, text):
+    marked = read(b"\xef\xbb\xbf" + text.encode())
+    np.testing.assert_array_equal(marked.ends, read(text).ends)
+    np.testing.assert_array_equal(marked.increments, read(text).increments)
+
+
+@pytest.mark.parametrize(
     ("line", "complaint"),
     [
         ("1,2,0.5,0.5", "expected 5 fields, got 4"),
