@@ -40,7 +40,7 @@ def read_report(path: str | Path, *, run: bool = True) -> Any:
     if source.suffix not in (".ipynb", ".md"):
         raise ReportError(f"{path}: a report is a notebook (.ipynb) or Markdown (.md)")
     try:
-        text = source.read_text("utf-8")
+        text = source.read_text("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
         raise ReportError(f"{path}: cannot be read: {reason}") from error

@@ -51,6 +51,16 @@ def test_a_notebook_is_run_and_its_code_is_left_out(tmp_path):
     assert nbformat.read(path, as_version=4).cells[1].outputs == []  # the file stays as it was
 
 
+def test_a_byte_order_mark_is_no_part_of_the_report(tmp_path):
+    notebook = write(tmp_path / "report.ipynb", new_markdown_cell("# Report"))
+    page = tmp_path / "report.md"
+    page.write_text("---\njupytext: {}\n---\n# Report\n", "utf-8")
+    for path in (notebook, page):
+        plain = read_report(path, run=False).cells[0].source
+        path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+        assert read_report(path, run=False).cells[0].source == plain
+
+
 def test_a_figure_keeps_its_words(tmp_path):
     output = nbformat.v4.new_output(
         "display_data", {"image/png": base64.b64encode(PIXEL).decode(), "text/plain": "figure"}
