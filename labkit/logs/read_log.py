@@ -54,7 +54,8 @@ def read_log(
         The scanner's place on the robot, ``T_robot_laser`` as (x [m], y [m], θ [rad]), for
         a log that does not declare it itself: ``T_w_laser = T_w_robot @ T_robot_laser``.
     topic, odometry_topic : str, optional
-        In a bag: the topic of the scans and of the odometry, where there are several.
+        In a bag: the topic of the scans and of the odometry, where there are several. No
+        other log has topics, and is refused if one is given.
 
     Returns
     -------
@@ -70,7 +71,8 @@ def read_log(
     ------
     LogError
         If there is nothing to read at `path`, its format is not known, it holds no scan,
-        or (under `strict`) a line is damaged; the message names file and line.
+        it does not have the topic, or (under `strict`) a line is damaged; the message names
+        file and line.
     InvalidParameterError
         If `range_max` or `laser_offset` makes no sense.
 
@@ -101,6 +103,7 @@ def read_log(
             odometry_topic=odometry_topic,
         )
     content = load(source)
+    _refuse_topics(report.file, topic=topic, odometry_topic=odometry_topic)
     lines = split_lines(content.data)
     if content.damage:
         report.skip(len(lines), content.damage)
@@ -129,6 +132,15 @@ def read_killian() -> Log:
         If the package rtb-data is not installed: ``pip install "labkit[killian]"``.
     """
     return read_log(KILLIAN)
+
+
+def _refuse_topics(file: str, **topics: str | None) -> None:
+    for parameter, wanted in topics.items():
+        if wanted is not None:
+            raise LogError(
+                f"{file}: `{parameter}` is {wanted!r}, but the file is no ROS bag and has no "
+                f"topics; leave it out"
+            )
 
 
 def _run_name(source: Path) -> str:

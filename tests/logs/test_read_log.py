@@ -104,6 +104,17 @@ def test_a_laser_offset_that_is_none(save, run, offset):
         read_log(save(run), laser_offset=offset)
 
 
+@pytest.mark.parametrize("parameter", ["topic", "odometry_topic"])
+@pytest.mark.parametrize("text", [None, "VERTEX_SE2 0 0 0 0\n", "1,2\n"])
+def test_topics_are_for_bags(save, run, text, parameter):
+    path = save(run if text is None else text)
+    message = rf"run\.log: `{parameter}` is '/scan', but the file is no ROS bag.*leave it out"
+    with pytest.raises(LogError, match=message):
+        read_log(path, **{parameter: "/scan"})
+    with pytest.raises(LogError, match="no such file"):
+        read_log("gone.bag", **{parameter: "/scan"})
+
+
 @pytest.mark.parametrize("packing", ["gzip", "zip"])
 def test_a_damaged_stream_keeps_what_came_before_it(save, flaser, packing):
     rng = np.random.default_rng(2)
