@@ -34,7 +34,8 @@ def voxel_downsample(scan: Scan | ArrayLike, size: float) -> Scan:
     """
     check_range(size, "size", above=0.0, unit="m")
     scan = as_scan(scan)
-    cells = np.floor(scan.points / size).astype(np.int64)
+    finest = 1e-300 * np.abs(scan.points).max(initial=0.0)  # a smaller one overflows below
+    cells = np.floor(scan.points / max(size, finest))  # floats: integers end at 2**63
     _, first, member = np.unique(cells, axis=0, return_index=True, return_inverse=True)
     member = member.reshape(-1)
     count = np.bincount(member, minlength=len(first))

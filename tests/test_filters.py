@@ -46,6 +46,19 @@ def test_voxels_hold_one_centroid_each(points, size):
         assert thinned.beams[row] == 100 + members[0]
 
 
+@pytest.mark.parametrize("size", [1e-9, 1e-17, 1e-20, 1e-150, 5e-324])
+@pytest.mark.parametrize("far", [0.0, 1e5, 1e9])
+def test_voxels_of_no_extent_merge_only_equal_points(size, far):
+    points = np.random.default_rng(4).uniform(far - 5.0, far + 5.0, (50, 2))
+    thinned = voxel_downsample(beam_scan(np.vstack([points, points[7:9]])), size)
+    np.testing.assert_array_equal(thinned.points, points)
+
+
+def test_a_zero_has_no_sign_among_voxels():
+    points = np.array([[-0.0, 0.01], [0.0, 0.02], [0.03, -0.0]])
+    assert len(voxel_downsample(points, 0.1)) == 1
+
+
 def test_voxels_keep_the_measurement_and_the_stamp():
     scan = Scan.from_ranges([1.0, 1.0, 5.0], [0.0, 0.01, 1.0], stamp=3.0)
     thinned = voxel_downsample(scan, 0.6)
