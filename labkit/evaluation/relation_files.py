@@ -24,6 +24,7 @@ from labkit.evaluation.relations import Relations
 
 HEADER = ["i", "j", "dx", "dy", "dtheta"]
 LAST_INDEX = 999_999_999  # no log has more scans; a number beyond it is a damaged one
+FARTHEST = 1e9  # m or rad; no robot drives or turns farther between two scans
 OUT_OF_PLANE = 1e-3  # m or rad; more of it is a relation in space, not in the plane
 
 
@@ -76,7 +77,7 @@ def _indexed(text: str, place: str) -> list[float]:
         raise LogError(
             f"{place}: scan indices must be whole numbers from 0 to {LAST_INDEX}, got {text!r}"
         )
-    return row
+    return _near(row, text, place)
 
 
 def _timed(text: str, place: str) -> list[float]:
@@ -84,7 +85,13 @@ def _timed(text: str, place: str) -> list[float]:
     t1, t2, x, y, z, roll, pitch, yaw = _numbers(_fields(text), 8, place)
     if max(abs(z), abs(roll), abs(pitch)) > OUT_OF_PLANE:
         raise LogError(f"{place}: z, roll and pitch must be 0 in the plane, got {text!r}")
-    return [t1, t2, x, y, yaw]
+    return _near([t1, t2, x, y, yaw], text, place)
+
+
+def _near(row: list[float], text: str, place: str) -> list[float]:
+    if max(map(abs, row[2:])) > FARTHEST:
+        raise LogError(f"{place}: relations must lie within {FARTHEST:g} m and rad, got {text!r}")
+    return row
 
 
 def _fields(text: str, separator: str | None = None) -> list[str]:

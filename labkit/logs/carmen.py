@@ -14,7 +14,7 @@ import numpy as np
 from labkit.arrays import FloatArray
 from labkit.errors import LogError
 from labkit.logs.laser_lines import LASER_WORDS, LaserLine, parse_laser_line, timed_scans
-from labkit.logs.lines import DamagedLine, DamageReport, expect_fields, finite, pose
+from labkit.logs.lines import DamagedLine, DamageReport, expect_fields, pose, time
 from labkit.logs.log import Log
 from labkit.logs.poses import agree_on_mounting, move_to_scanner, refuse_second_offset
 
@@ -70,7 +70,7 @@ def read_carmen(
 def _check_odom(fields: Sequence[str]) -> None:
     expect_fields(fields, 10, "ODOM")
     pose(fields[1:4], "the robot pose")
-    finite(fields[7], "the timestamp")
+    time(fields[7], "the timestamp")
 
 
 def _scanner_poses(

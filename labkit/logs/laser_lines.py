@@ -22,7 +22,7 @@ from functools import lru_cache
 import numpy as np
 
 from labkit.arrays import BoolArray, FloatArray
-from labkit.logs.lines import DamagedLine, count, expect_fields, finite, numbers, pose
+from labkit.logs.lines import DamagedLine, count, expect_fields, finite, numbers, pose, time
 from labkit.scan import Scan
 
 LASER_WORDS = frozenset({"FLASER", "ROBOTLASER1"})
@@ -150,6 +150,6 @@ def _beam_angles(start: float, step: float, n: int) -> FloatArray:
 
 def _stamp(ipc: str, host: str, logger: str) -> float:
     """The time of the message [s]; the logger's clock where the message has none (0)."""
-    ipc_stamp = finite(ipc, f"the timestamp beside host {host!r}")
-    logger_stamp = finite(logger, f"the logger timestamp beside host {host!r}")
+    ipc_stamp = time(ipc, f"the timestamp beside host {host!r}")
+    logger_stamp = time(logger, f"the logger timestamp beside host {host!r}")
     return ipc_stamp or logger_stamp

@@ -14,6 +14,9 @@ FARTHEST = 1e9
 MOST_TURNED = 1e6
 """No robot turns further [rad], even one whose heading is never wrapped."""
 
+LATEST = 1e20
+"""No clock shows more [s], not even one that counts nanoseconds."""
+
 
 class DamagedLine(Exception):
     """What one line holds instead of what its format asks for."""
@@ -82,17 +85,30 @@ def finite(field: str, what: str) -> float:
     return value
 
 
+def time(field: str, what: str) -> float:
+    """One field as a time [s], or `DamagedLine` naming it."""
+    value = finite(field, what)
+    if abs(value) > LATEST:
+        raise DamagedLine(f"{what} is {_shorten(field)}, expected at most {LATEST:g} s")
+    return value
+
+
 def pose(fields: Sequence[str], what: str) -> tuple[float, float, float]:
     """Three fields as a finite pose (x, y, θ), or `DamagedLine`."""
     x, y, theta = (
         finite(field, f"{name} of {what}")
         for name, field in zip(("x", "y", "theta"), fields, strict=True)
     )
-    if max(abs(x), abs(y)) > FARTHEST:
-        raise DamagedLine(f"{what} is ({x:g}, {y:g}), expected to lie within {FARTHEST:g} m")
+    expect_near(x, y, what)
     if abs(theta) > MOST_TURNED:
         raise DamagedLine(f"theta of {what} is {theta:g}, expected at most {MOST_TURNED:g} rad")
     return x, y, theta
+
+
+def expect_near(x: float, y: float, what: str) -> None:
+    """Raise `DamagedLine` for a place that no robot reaches, beyond `FARTHEST`."""
+    if max(abs(x), abs(y)) > FARTHEST:
+        raise DamagedLine(f"{what} is ({x:g}, {y:g}), expected to lie within {FARTHEST:g} m")
 
 
 def count(fields: Sequence[str], index: int, what: str, at_least: int) -> int:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from labkit.arrays import FloatArray, as_floats, as_poses
 from labkit.errors import InvalidPointsError, LogError
 from labkit.logs.atomic import atomic_write
-from labkit.logs.lines import DamagedLine, expect_fields, finite, split_lines
+from labkit.logs.lines import DamagedLine, expect_fields, expect_near, finite, split_lines, time
 from labkit.logs.unpack import load
 from labkit.se2 import wrap
 
@@ -75,8 +75,8 @@ def read_tum(path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
     Raises
     ------
     LogError
-        If the file cannot be read, holds no pose, or has a damaged line or a rotation out
-        of the plane; the message names the line.
+        If the file cannot be read, holds no pose, or has a damaged line, a time beyond
+        1e20 s, a position beyond 1e9 m or a rotation out of the plane; the message names the line.
     """
     content = load(path)
     lines = split_lines(content.data)
@@ -103,10 +103,12 @@ def read_tum(path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
 def _parse_pose(fields: Sequence[str]) -> tuple[float, float, float, float]:
     """Time and x, y, θ of one line; the angle of a rotation about z is 2·atan2(qz, qw)."""
     expect_fields(fields, 8, "`timestamp tx ty tz qx qy qz qw`")
-    names = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
-    t, x, y, _, qx, qy, qz, qw = (
-        finite(field, name) for field, name in zip(fields, names, strict=True)
+    names = ("tx", "ty", "tz", "qx", "qy", "qz", "qw")
+    t = time(fields[0], "timestamp")
+    x, y, _, qx, qy, qz, qw = (
+        finite(field, name) for field, name in zip(fields[1:], names, strict=True)
     )
+    expect_near(x, y, "the position")
     norm = math.hypot(qx, qy, qz, qw)
     if abs(norm - 1.0) > 1e-3:
         raise DamagedLine(f"the quaternion has length {norm:.4g}, expected 1 (order qx qy qz qw)")

@@ -82,6 +82,8 @@ def test_a_byte_order_mark_is_no_part_of_the_first_line(read, text):
         ("1e30,2,0.5,0.5,0.5", f"{INDICES}, got '1e30,2,"),
         ("1,1e19,0.5,0.5,0.5", f"{INDICES}, got '1,1e19,"),
         ("1,1000000000,0.5,0.5,0.5", f"{INDICES}, got '1,1000000000,"),
+        ("1,2,0.5,-1e300,0.5", "relations must lie within 1e+09 m and rad, got '1,2,"),
+        ("1,2,0.5,0.5,1e10", "relations must lie within 1e+09 m and rad, got '1,2,"),
         ("i,j,dx,dy,dtheta", "could not convert string to float: 'i'"),
     ],
 )
@@ -96,6 +98,8 @@ def test_a_damaged_line_of_a_table_is_named(read, line, complaint):
         ("1 2 0.5 0.5 0 0 0", "expected 8 fields, got 7"),
         ("1 2 0.5 0.5 0 0 0 x", "could not convert string to float: 'x'"),
         ("1 2 0.5 0.5 0 0 0 inf", "numbers must be finite, got"),
+        ("1 2 1e10 0.5 0 0 0 0", "relations must lie within 1e+09 m and rad, got '1 2"),
+        ("1 2 0.5 0.5 0 0 0 -1e10", "relations must lie within 1e+09 m and rad, got '1 2"),
         ("1 2 0.5 0.5 0.2 0 0 0", "z, roll and pitch must be 0 in the plane, got '1 2"),
         ("1 2 0.5 0.5 0 0 -0.2 0", "z, roll and pitch must be 0 in the plane, got '1 2"),
     ],

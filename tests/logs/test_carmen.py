@@ -176,6 +176,7 @@ FLASER_DAMAGE = [
         lambda f: [*f[:8], "-1e300", *f[9:]],
         "theta of the laser pose is -1e+300, expected at most 1e+06 rad",
     ),
+    (lambda f: [*f[:12], "1e21", *f[13:]], "beside host 'host' is '1e21', expected at most 1e+20"),
     (lambda f: [*f[:12], "noon", *f[13:]], "the timestamp beside host 'host' is 'noon'"),
 ]
 
