@@ -9,7 +9,7 @@ from labkit.errors import LogError
 from labkit.logs.log import SkippedLine
 
 FARTHEST = 1e9
-"""No robot drives farther [m]: a pose beyond it is a damaged number."""
+"""No robot drives or sees farther [m]: a place beyond it is a damaged number."""
 
 MOST_TURNED = 1e6
 """No robot turns further [rad], even one whose heading is never wrapped."""
@@ -106,7 +106,7 @@ def pose(fields: Sequence[str], what: str) -> tuple[float, float, float]:
 
 
 def expect_near(x: float, y: float, what: str) -> None:
-    """Raise `DamagedLine` for a place that no robot reaches, beyond `FARTHEST`."""
+    """Raise `DamagedLine` for a place beyond `FARTHEST`."""
     if max(abs(x), abs(y)) > FARTHEST:
         raise DamagedLine(f"{what} is ({x:g}, {y:g}), expected to lie within {FARTHEST:g} m")
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from labkit.arrays import as_points
 from labkit.errors import LogError
 from labkit.logs.atomic import atomic_write
-from labkit.logs.lines import DamagedLine, DamageReport, finite, split_lines
+from labkit.logs.lines import DamagedLine, DamageReport, expect_near, finite, split_lines
 from labkit.logs.log import Log
 from labkit.logs.unpack import load
 from labkit.scan import Scan, as_scan
@@ -33,7 +33,7 @@ def parse_points(lines: Sequence[str], report: DamageReport, *, name: str) -> Lo
 
     The header, or without one the first good row, says whether the rows are ``x,y`` or
     ``scan,x,y``. Scans come in the order in which their number is first met; there is no
-    beam order, no time and no pose. ``#`` begins a comment.
+    beam order, no time and no pose. ``#`` begins a comment. A point beyond 1e9 m is damaged.
     """
     rows: list[Row] = []
     columns: int | None = None
@@ -46,7 +46,9 @@ def parse_points(lines: Sequence[str], report: DamageReport, *, name: str) -> Lo
             if tuple(map(str.lower, fields)) in HEADERS:
                 continue
         try:
-            rows.append(_parse_row(fields, columns))
+            row = _parse_row(fields, columns)
+            expect_near(*row[1:], "the point")
+            rows.append(row)
         except DamagedLine as damage:
             report.skip(number, damage)
     if not rows:
@@ -96,7 +98,8 @@ def read_points(path: str | os.PathLike[str]) -> Scan:
 def write_points(path: str | os.PathLike[str], scan: Scan | ArrayLike) -> None:
     """Write the points of one scan as rows ``x,y`` below that header.
 
-    Numbers are written with all their digits: `read_points` gives them back bit for bit.
+    Numbers are written with all their digits: `read_points` gives them back bit for bit,
+    but refuses a point beyond 1e9 m.
 
     Parameters
     ----------

@@ -49,6 +49,8 @@ def test_several_scans_in_the_order_of_their_first_rows(save, header):
         ("one,2", "x is 'one', expected a finite number"),
         ("1,nan", "y is 'nan', expected a finite number"),
         ("x,y", "x is 'x', expected a finite number"),
+        ("3.4028235e38,0", "the point is (3.40282e+38, 0), expected to lie within 1e+09 m"),
+        ("1,-2e9", "the point is (1, -2e+09), expected to lie within 1e+09 m"),
     ],
 )
 def test_a_damaged_row_is_skipped_or_named(save, row, reason):
@@ -61,6 +63,18 @@ def test_a_damaged_row_is_skipped_or_named(save, row, reason):
     assert str(raised.value).endswith(reason)
     with pytest.raises(LogError, match=r"run\.log:2: "):
         read_points(path)
+
+
+def test_a_table_of_places_that_do_not_exist_is_still_one_of_points(save):
+    path = save("1e200,1e200\n2e200,1e200\n")
+    for read in (read_log, read_points):
+        with pytest.raises(LogError, match=r"run\.log:.*1: the point is \(1e\+200, 1e\+200\), ex"):
+            read(path)
+
+
+def test_surveyed_coordinates_are_points(save):
+    utm = [[4.5e6, 5.41e6], [4.5e6 + 0.25, 5.41e6 - 1e-3]]
+    assert read_points(save("".join(f"{x},{y}\n" for x, y in utm))).points.tolist() == utm
 
 
 def test_a_damaged_first_row_does_not_hide_the_others(save):
@@ -91,7 +105,7 @@ def test_read_points_of_something_else(save, run):
     points=hnp.arrays(
         np.float64,
         st.tuples(st.integers(1, 20), st.just(2)),
-        elements=st.floats(allow_nan=False, allow_infinity=False),
+        elements=st.floats(-1e9, 1e9),
     )
 )
 def test_points_come_back_bit_for_bit(scratch, points):
