@@ -43,6 +43,14 @@ def test_range_max_takes_the_place_of_the_codes(save, flaser):
         read_log(path, range_max=-1.0)
 
 
+@pytest.mark.parametrize("word", ["flaser", "robotlaser"])
+def test_the_largest_number_there_is_is_no_return(save, request, word):
+    line = request.getfixturevalue(word)([1.0, 3.4e38, 40.0, 3.4028235e38])
+    path = save(line.replace(" 50.0 ", " 1e300 ") if word == "robotlaser" else line)
+    assert read_log(path).scans[0].beams.tolist() == [0, 2]
+    assert read_log(path, range_max=1e300).scans[0].beams.tolist() == [0, 2]
+
+
 def test_robotlaser_declares_beams_maximum_and_remissions(save, robotlaser):
     line = robotlaser([1.0, 49.9, 50.0, 51.16], (1.0, 0.0, 0.0), stamp=7.5, remissions=(3, 4))
     scan = read_log(save(line)).scans[0]

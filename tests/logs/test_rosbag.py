@@ -47,7 +47,14 @@ class Bag:
         sequence = {"seq": 0} if self.ros == 1 else {}
         return types["std_msgs/msg/Header"](stamp=time, frame_id="laser", **sequence)
 
-    def scan(self, stamp, ranges=(1.0, 2.0, math.inf, 0.05, 30.0), topic="/scan", header=None):
+    def scan(
+        self,
+        stamp,
+        ranges=(1.0, 2.0, math.inf, 0.05, 30.0),
+        topic="/scan",
+        header=None,
+        range_max=25.0,
+    ):
         message = self.store.types[LASER_SCAN](
             header=self.header(stamp if header is None else header),
             angle_min=-0.5,
@@ -56,7 +63,7 @@ class Bag:
             time_increment=0.0,
             scan_time=0.1,
             range_min=0.1,
-            range_max=25.0,
+            range_max=range_max,
             ranges=np.array(ranges, dtype=np.float32),
             intensities=np.zeros(0, dtype=np.float32),
         )
@@ -106,6 +113,12 @@ def test_scans_and_interpolated_odometry(bag):
     np.testing.assert_allclose(scan.points[0], [math.cos(-0.5), math.sin(-0.5)])
     quarter = 3.0 + 0.25 * (2.0 * math.pi - 6.0)
     np.testing.assert_allclose(log.odometry, [[0.25, 0.5, quarter], [1.0, 2.0, -3.0]])
+
+
+@pytest.mark.parametrize("range_max", [math.inf, np.finfo(np.float32).max])
+def test_the_largest_number_there_is_is_no_return(bag, range_max):
+    bag.scan(10.0, ranges=(1.0, 3.4e38, 2.0, np.finfo(np.float32).max, 30.0), range_max=range_max)
+    assert read_log(bag.close()).scans[0].beams.tolist() == [0, 2, 4]
 
 
 def test_options(bag):
