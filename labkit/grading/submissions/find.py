@@ -47,19 +47,25 @@ class Submission:
     late: bool = False
 
     def read(self) -> tuple[dict[str, bytes], tuple[str, ...]]:
-        """The notebooks and scripts, and what the student should know of the rest."""
+        """The notebooks and scripts, and what the student should know of the rest.
+
+        What an archive holds stands below the archive's name, ``work.zip/answers.ipynb``, so
+        that no file hides another.
+        """
         found: dict[str, bytes] = {}
         notes: list[str] = []
         for name, file in self.files[:MAX_FILES]:
+            read: dict[str, bytes] = {}
             try:
                 if is_source(name):
-                    found[name] = file.read()
+                    read = {name: file.read()}
                 elif may_hold_source(name):
-                    found |= unzip(name, file.read())
-                if sum(map(len, found.values())) > 2 * MAX_FILE:
+                    inside = unzip(name, file.read())
+                    read = {f"{name}/{inner}": data for inner, data in inside.items()}
+                if sum(map(len, (found | read).values())) > 2 * MAX_FILE:
                     raise LabkitError(f"the files are too large together; {name} is not read")
+                found |= read
             except LabkitError as error:
-                found.pop(name, None)
                 notes.append(str(error))
         if len(self.files) > MAX_FILES:
             notes.append(f"{len(self.files)} files were handed in; the first {MAX_FILES} are read")

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from labkit.errors import LabkitError
 from labkit.grading.submissions import files as files_module
+from labkit.grading.submissions import find as find_module
 from labkit.grading.submissions import find_submissions, one_submission
 
 SOURCE = b"def f(): return 1\n"
@@ -119,10 +120,35 @@ def test_an_archive_that_a_student_handed_in(tmp_path):
     (tmp_path / "lovelaceada_4711_98765_work.zip").write_bytes(inner.getvalue())
     (tmp_path / "noetheremmy_815_98766_work.zip").write_bytes(b"PK\x03\x04broken")
     ada, emmy = find_submissions(tmp_path)
-    assert ada.read() == ({"answers.ipynb": SOURCE}, ())
+    assert ada.read() == ({"work.zip/answers.ipynb": SOURCE}, ())
     files, notes = emmy.read()
     assert not files
     assert "work.zip cannot be unpacked" in notes[0]
+
+
+def test_a_file_in_an_archive_takes_the_place_of_no_other(tmp_path):
+    lay_out(tmp_path, ["ada/answers.ipynb"])
+    for name in ("old.zip", "older.zip"):
+        pack(tmp_path / "ada" / name, ["answers.ipynb"], name)
+    (ada,) = find_submissions(tmp_path)
+    assert ada.read() == (
+        {
+            "answers.ipynb": SOURCE,
+            "old.zip/answers.ipynb": b"old.zip",
+            "older.zip/answers.ipynb": b"older.zip",
+        },
+        (),
+    )
+
+
+def test_an_archive_too_much_is_left_out_whole(tmp_path, monkeypatch):
+    lay_out(tmp_path, ["ada/a.py"])
+    pack(tmp_path / "ada/b.zip", ["b.py"], b"#" * 1500)
+    pack(tmp_path / "ada/c.zip", ["c.py", "d.py"], b"#" * 300)
+    monkeypatch.setattr(find_module, "MAX_FILE", 1000)
+    files, notes = find_submissions(tmp_path)[0].read()
+    assert set(files) == {"a.py", "b.zip/b.py"}
+    assert notes == ("the files are too large together; c.zip is not read",)
 
 
 def test_nothing_to_grade_is_said(tmp_path):
