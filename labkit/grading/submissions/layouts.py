@@ -2,7 +2,8 @@
 
 =============  ===================================================================
 Canvas         ``lovelaceada_LATE_4711_98765_answers.ipynb``: name, user, submission
-Moodle         ``Ada Lovelace_4711_assignsubmission_file_/answers.ipynb``
+Moodle         ``Ada Lovelace_4711_assignsubmission_file_/answers.ipynb``, or without
+               folders ``Ada Lovelace_4711_assignsubmission_file_answers.ipynb``
 nbgrader       ``submitted/ada/assignment1/answers.ipynb``
 else           a folder for each student, or a file for each: ``ada.ipynb``
 =============  ===================================================================
@@ -21,7 +22,7 @@ _CANVAS = re.compile(
 )
 _CANVAS_COPY = re.compile(r"-(\d+)(?=\.\w+$)")  # answers-2.ipynb: answers.ipynb, uploaded again
 _MOODLE = re.compile(
-    r"(?P<name>[^/]+?)_(?P<id>\d+)_assignsubmission_(?:file|onlinetext)_?/(?P<file>.+)$"
+    r"(?P<name>[^/]+?)_(?P<id>\d+)_assignsubmission_(?:file|onlinetext)(?:_?/|_)(?P<file>.+)$"
 )
 
 

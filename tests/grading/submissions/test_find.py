@@ -34,6 +34,11 @@ CLASSES = {
         "Ada Lovelace_4711_assignsubmission_file_/answers.ipynb": ("4711", "answers.ipynb"),
         "Emmy Noether_815_assignsubmission_file/a.py": ("815", "a.py"),
     },
+    "Moodle without folders": {
+        "Ada Lovelace_4711_assignsubmission_file_my answers.ipynb": ("4711", "my answers.ipynb"),
+        "Ada Lovelace_4711_assignsubmission_file_mine.py": ("4711", "mine.py"),
+        "Emmy Noether_815_assignsubmission_file_a.py": ("815", "a.py"),
+    },
     "nbgrader": {
         "submitted/ada/lab1/answers.ipynb": ("ada", "lab1/answers.ipynb"),
         "submitted/emmy/lab1/answers.ipynb": ("emmy", "lab1/answers.ipynb"),
