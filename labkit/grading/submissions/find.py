@@ -19,7 +19,9 @@ from labkit.grading.submissions.files import (
     printable,
     unzip,
 )
-from labkit.grading.submissions.layouts import Place, Platform, place_of, without_wrapping
+from labkit.grading.submissions.layouts import Place, Platform, place_of, uploads, without_wrapping
+
+Files = tuple[tuple[str, StoredFile], ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,13 +40,16 @@ class Submission:
         Where the download came from, as far as its names tell.
     late : bool
         Whether the platform marked it so.
+    notes : tuple of str
+        What the student should know of files that are left out.
     """
 
     student: str
     name: str
-    files: tuple[tuple[str, StoredFile], ...]
+    files: Files
     platform: Platform = ""
     late: bool = False
+    notes: tuple[str, ...] = ()
 
     def read(self) -> tuple[dict[str, bytes], tuple[str, ...]]:
         """The notebooks and scripts, and what the student should know of the rest.
@@ -53,7 +58,7 @@ class Submission:
         that no file hides another.
         """
         found: dict[str, bytes] = {}
-        notes: list[str] = []
+        notes = list(self.notes)
         for name, file in self.files[:MAX_FILES]:
             read: dict[str, bytes] = {}
             try:
@@ -90,9 +95,9 @@ def find_submissions(path: str | os.PathLike[str]) -> list[Submission]:
     Returns
     -------
     list of Submission
-        Sorted by student, also those whose folder holds nothing. What one student uploaded
-        twice under one name counts once, the newer copy. Other files that lie beside the
-        students' ones are passed over.
+        Sorted by student, also those whose folder holds nothing. What a Canvas student
+        uploaded twice under one name counts once, the newer upload. Other files that lie
+        beside the students' ones are passed over.
 
     Raises
     ------
@@ -148,11 +153,33 @@ def one_submission(path: str | os.PathLike[str], student: str = "") -> Submissio
 
 def _submission(found: Sequence[tuple[Place, StoredFile]]) -> Submission:
     first = found[0][0]
-    found = sorted(found, key=lambda one: one[0].copy)
+    files, notes = _uploaded(found) if first.platform == "canvas" else (_named(found), ())
     return Submission(
         student=first.student,
         name=first.name,
-        files=tuple({place.file: (place.file, file) for place, file in found}.values()),
+        files=files,
         platform=first.platform,
         late=any(place.late for place, _ in found),
+        notes=notes,
     )
+
+
+def _named(found: Sequence[tuple[Place, StoredFile]]) -> Files:
+    """The files by their own names; by their whole paths where two would have one name."""
+    files = {place.file: file for place, file in found}
+    if len(files) < len({file.name for _, file in found}):
+        files = {file.name: file for _, file in found}
+    return tuple(files.items())
+
+
+def _uploaded(found: Sequence[tuple[Place, StoredFile]]) -> tuple[Files, tuple[str, ...]]:
+    """The newest upload of each file, and a note on those that it replaces."""
+    stored = dict(found)
+    by_name = uploads(stored)
+    files = tuple((name, stored[places[-1]]) for name, places in by_name.items())
+    notes = tuple(
+        f"{name} was uploaded {len(places)} times; the newest counts, {places[-1].file}"
+        for name, places in by_name.items()
+        if len(places) > 1
+    )
+    return files, notes

@@ -1,7 +1,7 @@
 """How learning platforms name what a class handed in.
 
 =============  ===================================================================
-Canvas         ``lovelaceada_LATE_4711_98765_answers.ipynb``: name, user, submission
+Canvas         ``lovelaceada_LATE_4711_98765_answers.ipynb``: name, user, upload
 Moodle         ``Ada Lovelace_4711_assignsubmission_file_/answers.ipynb``, or without
                folders ``Ada Lovelace_4711_assignsubmission_file_answers.ipynb``
 nbgrader       ``submitted/ada/assignment1/answers.ipynb``
@@ -12,15 +12,16 @@ else           a folder for each student, or a file for each: ``ada.ipynb``
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
 Platform = Literal["canvas", "moodle", ""]
 
 _CANVAS = re.compile(
-    r"(?P<name>[^_/]+)(?P<late>_LATE)?_(?P<user>\d+)_(?P<submission>\d+)_(?P<file>[^/]+)$"
+    r"(?P<name>[^_/]+)(?P<late>_LATE)?_(?P<user>\d+)_(?P<upload>\d+)_(?P<file>[^/]+)$"
 )
-_CANVAS_COPY = re.compile(r"-(\d+)(?=\.\w+$)")  # answers-2.ipynb: answers.ipynb, uploaded again
+_AGAIN = re.compile(r"-\d+(?=\.\w+$)")  # answers-2.ipynb: answers.ipynb, uploaded again
 _MOODLE = re.compile(
     r"(?P<name>[^/]+?)_(?P<id>\d+)_assignsubmission_(?:file|onlinetext)(?:_?/|_)(?P<file>.+)$"
 )
@@ -42,8 +43,8 @@ class Place:
         Where the number comes from.
     late : bool
         Whether the platform marked it so.
-    copy : int
-        Of two files of one name, the one with the higher number is newer.
+    upload : int
+        Canvas's number of the upload, the higher the later; else 0.
     """
 
     student: str
@@ -51,7 +52,7 @@ class Place:
     file: str
     platform: Platform = ""
     late: bool = False
-    copy: int = 0
+    upload: int = 0
 
 
 def place_of(path: str) -> Place:
@@ -60,8 +61,8 @@ def place_of(path: str) -> Place:
     Examples
     --------
     >>> place = place_of("lovelaceada_LATE_4711_98765_answers-1.ipynb")
-    >>> place.student, place.name, place.file, place.platform, place.late
-    ('4711', 'lovelaceada', 'answers.ipynb', 'canvas', True)
+    >>> place.student, place.name, place.file, place.platform, place.late, place.upload
+    ('4711', 'lovelaceada', 'answers-1.ipynb', 'canvas', True, 98765)
     >>> place_of("Ada Lovelace_4711_assignsubmission_file_/answers.py").student
     '4711'
     >>> place_of("ada/week 3/answers.py").file
@@ -70,20 +71,45 @@ def place_of(path: str) -> Place:
     if found := _MOODLE.match(path):
         return Place(student=found["id"], name=found["name"], file=found["file"], platform="moodle")
     if found := _CANVAS.match(path):
-        copy = _CANVAS_COPY.search(found["file"])
         return Place(
             student=found["user"],
             name=found["name"],
-            file=_CANVAS_COPY.sub("", found["file"]),
+            file=found["file"],
             platform="canvas",
             late=bool(found["late"]),
-            copy=int(copy[1]) if copy else 0,
+            upload=int(found["upload"]),
         )
     if "/" in path:
         student, file = path.split("/", 1)
         return Place(student=student, name=student, file=file)
     student = path.rsplit(".", 1)[0]
     return Place(student=student, name=student, file=path)
+
+
+def uploads(places: Iterable[Place]) -> dict[str, list[Place]]:
+    """A Canvas student's uploads by the name of the file, the newest last.
+
+    Canvas calls a second ``answers.py`` ``answers-1.py``. Where there is more than one such
+    name and the plain one is not among them, the numbers are the student's own.
+
+    Examples
+    --------
+    >>> def names(*files):
+    ...     places = [place_of(f"ada_11_{k}_{file}") for k, file in enumerate(files)]
+    ...     return {name: len(found) for name, found in uploads(places).items()}
+    >>> names("answers.py", "answers-1.py"), names("answers-1.py"), names("a-1.py", "a-2.py")
+    ({'answers.py': 2}, {'answers.py': 1}, {'a-1.py': 1, 'a-2.py': 1})
+    """
+    by_plain: dict[str, list[Place]] = {}
+    for place in sorted(places, key=lambda place: place.upload):
+        by_plain.setdefault(_AGAIN.sub("", place.file), []).append(place)
+    found: dict[str, list[Place]] = {}
+    for plain, same in by_plain.items():
+        names = {place.file for place in same}
+        numbered = len(names) > 1 and plain not in names
+        for place in same:
+            found.setdefault(place.file if numbered else plain, []).append(place)
+    return found
 
 
 def without_wrapping(paths: list[str], *, packed: bool) -> int:

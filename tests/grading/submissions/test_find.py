@@ -27,8 +27,8 @@ CLASSES = {
     },
     "Canvas": {
         "lovelaceada_4711_98765_answers.ipynb": ("4711", "answers.ipynb"),
-        "lovelaceada_4711_98765_mine.py": ("4711", "mine.py"),
-        "noetheremmy_LATE_815_98766_my_answers.ipynb": ("815", "my_answers.ipynb"),
+        "lovelaceada_4711_98766_mine.py": ("4711", "mine.py"),
+        "noetheremmy_LATE_815_98767_my_answers.ipynb": ("815", "my_answers.ipynb"),
     },
     "Moodle": {
         "Ada Lovelace_4711_assignsubmission_file_/answers.ipynb": ("4711", "answers.ipynb"),
@@ -102,11 +102,41 @@ def test_names_late_marks_and_platforms_are_kept(tmp_path):
 
 
 def test_of_two_uploads_the_newer_one_counts(tmp_path):
-    for copy in ("", "-1", "-10", "-2"):
-        name = f"lovelaceada_4711_98765_answers{copy}.py"
+    for upload, copy in enumerate(("", "-1", "-10", "-2"), start=98765):
+        name = f"lovelaceada_4711_{upload}_answers{copy}.py"
         (tmp_path / name).write_bytes(f"copy = '{copy}'".encode())
     (ada,) = find_submissions(tmp_path)
-    assert ada.read()[0] == {"answers.py": b"copy = '-10'"}
+    note = "answers.py was uploaded 4 times; the newest counts, answers-2.py"
+    assert ada.read() == ({"answers.py": b"copy = '-2'"}, (note,))
+
+
+def test_two_parts_are_no_two_uploads(tmp_path):
+    """Nor is a lone number one of the student's: a helper is imported by its plain name."""
+    names = ["LATE_4711_98770_part-1.py", "LATE_4711_98771_part-2.py", "4711_98772_helper-1.py"]
+    lay_out(tmp_path, [f"lovelaceada_{name}" for name in names])
+    (ada,) = find_submissions(tmp_path)
+    files, notes = ada.read()
+    assert list(files) == ["part-1.py", "part-2.py", "helper.py"]
+    assert notes == ()
+
+
+@pytest.mark.parametrize(
+    ("names", "files"),
+    [
+        (["x.ipynb", "x/x.ipynb"], ["x.ipynb", "x/x.ipynb"]),
+        (["x.ipynb", "x.py", "x.zip"], ["x.ipynb", "x.py", "x.zip/a.py"]),
+        (
+            ["A_1_assignsubmission_file_/a.py", "A_1_assignsubmission_onlinetext_/a.py"],
+            ["A_1_assignsubmission_file_/a.py", "A_1_assignsubmission_onlinetext_/a.py"],
+        ),
+    ],
+)
+def test_two_files_of_one_name_are_both_read(tmp_path, names, files):
+    lay_out(tmp_path, names)
+    if "x.zip" in names:
+        pack(tmp_path / "x.zip", ["a.py"])
+    (one,) = find_submissions(tmp_path)
+    assert one.read() == (dict.fromkeys(files, SOURCE), ())
 
 
 def test_a_folder_as_one_submission(tmp_path):
