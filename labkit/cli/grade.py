@@ -125,7 +125,11 @@ def _grade(
 def _submissions(args: argparse.Namespace) -> list[Submission]:
     if args.student:
         return [one_submission(args.submissions, args.student)]
-    return find_submissions(args.submissions)
+    remarks: list[str] = []
+    found = find_submissions(args.submissions, remarks)
+    for remark in remarks:
+        print(f"labkit grade: {remark}", file=sys.stderr)
+    return found
 
 
 def _mode(args: argparse.Namespace, limits: Limits, where: Where) -> tuple[str, Where]:

@@ -1,89 +1,33 @@
-"""The submissions of a class, each read only when its turn comes."""
+"""The submissions of a class, whichever way it was collected."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from labkit.errors import LabkitError
 from labkit.grading.submissions.files import (
-    MAX_FILE,
-    MAX_FILES,
     StoredFile,
     is_source,
     list_files,
     list_folders,
     may_hold_source,
     printable,
-    unzip,
 )
-from labkit.grading.submissions.layouts import Place, Platform, place_of, uploads, without_wrapping
-
-Files = tuple[tuple[str, StoredFile], ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Submission:
-    """What one student handed in.
-
-    Attributes
-    ----------
-    student : str
-        Unique in the class: the platform's number, or the name of folder or file.
-    name : str
-        For a person.
-    files : tuple of (str, StoredFile)
-        Every file under its own name; the platform's part of the name is gone.
-    platform : {"canvas", "moodle", ""}
-        Where the download came from, as far as its names tell.
-    late : bool
-        Whether the platform marked it so.
-    notes : tuple of str
-        What the student should know of files that are left out.
-    """
-
-    student: str
-    name: str
-    files: Files
-    platform: Platform = ""
-    late: bool = False
-    notes: tuple[str, ...] = ()
-
-    def read(self) -> tuple[dict[str, bytes], tuple[str, ...]]:
-        """The notebooks and scripts, and what the student should know of the rest.
-
-        What an archive holds stands below the archive's name, ``work.zip/answers.ipynb``, so
-        that no file hides another.
-        """
-        found: dict[str, bytes] = {}
-        notes = list(self.notes)
-        for name, file in self.files[:MAX_FILES]:
-            read: dict[str, bytes] = {}
-            try:
-                if is_source(name):
-                    read = {name: file.read()}
-                elif may_hold_source(name):
-                    inside = unzip(name, file.read())
-                    read = {f"{name}/{inner}": data for inner, data in inside.items()}
-                if sum(map(len, (found | read).values())) > 2 * MAX_FILE:
-                    raise LabkitError(f"the files are too large together; {name} is not read")
-                found |= read
-            except LabkitError as error:
-                notes.append(str(error))
-        if len(self.files) > MAX_FILES:
-            notes.append(f"{len(self.files)} files were handed in; the first {MAX_FILES} are read")
-        if not found:
-            handed_in = (
-                ", ".join(name for name, _ in self.files[:5])
-                or "nothing, and links are not followed"
-            )
-            notes.append(f"there is no notebook (.ipynb) or script (.py) in it; found {handed_in}")
-        return found, tuple(notes)
+from labkit.grading.submissions.layouts import (
+    Place,
+    canvas_clash,
+    place_of,
+    uploads,
+    without_wrapping,
+)
+from labkit.grading.submissions.submission import Files, Submission
 
 
-def find_submissions(path: str | os.PathLike[str]) -> list[Submission]:
+def find_submissions(
+    path: str | os.PathLike[str], remarks: list[str] | None = None
+) -> list[Submission]:
     """List the submissions in a file, folder or zip archive, by student.
 
     Parameters
@@ -91,6 +35,8 @@ def find_submissions(path: str | os.PathLike[str]) -> list[Submission]:
     path : path-like
         One notebook or script, or a class: a folder or zip archive with a folder or a file
         for each student, or a bulk download of Canvas, Moodle or nbgrader.
+    remarks : list of str, optional
+        Gets what the instructor should know of how the names were read.
 
     Returns
     -------
@@ -114,9 +60,15 @@ def find_submissions(path: str | os.PathLike[str]) -> list[Submission]:
             f"archive with one folder or file for each student"
         )
     cut = without_wrapping([file.name for file in listed], packed=path.is_file())
+    clash = canvas_clash(file.name[cut:] for file in listed)
+    if clash and remarks is not None:
+        remarks.append(
+            f"{path}: {clash[0]} and {clash[1]} have a number in common that Canvas gives once, "
+            f"so that each file goes by its own name"
+        )
     by_student: dict[str, list[tuple[Place, StoredFile]]] = {}
     for file in listed:
-        place = place_of(file.name[cut:])
+        place = place_of(file.name[cut:], canvas=not clash)
         if not place.platform and place.file == file.name[cut:] and not may_hold_source(place.file):
             continue  # a README beside the students' files
         by_student.setdefault(place.student, []).append((place, file))

@@ -55,8 +55,8 @@ class Place:
     upload: int = 0
 
 
-def place_of(path: str) -> Place:
-    """Read the path of a file within what was downloaded.
+def place_of(path: str, *, canvas: bool = True) -> Place:
+    """Read the path of a file within what was downloaded; as Canvas's where that may be.
 
     Examples
     --------
@@ -70,7 +70,7 @@ def place_of(path: str) -> Place:
     """
     if found := _MOODLE.match(path):
         return Place(student=found["id"], name=found["name"], file=found["file"], platform="moodle")
-    if found := _CANVAS.match(path):
+    if canvas and (found := _CANVAS.match(path)):
         return Place(
             student=found["user"],
             name=found["name"],
@@ -84,6 +84,23 @@ def place_of(path: str) -> Place:
         return Place(student=student, name=student, file=file)
     student = path.rsplit(".", 1)[0]
     return Place(student=student, name=student, file=path)
+
+
+def canvas_clash(paths: Iterable[str]) -> tuple[str, str] | None:
+    """Two files that Canvas would not name so: it numbers every user and every upload.
+
+    >>> canvas_clash(["lovelaceada_4711_98765_a.py", "noetheremmy_815_98766_a.py"])
+    >>> canvas_clash(["2024_1_2_ada.py", "2024_1_2_emmy.py"])
+    ('2024_1_2_ada.py', '2024_1_2_emmy.py')
+    """
+    known: dict[tuple[str, str], tuple[str, str]] = {}
+    for path in paths:
+        if found := _CANVAS.match(path):
+            for number, whose in (("user", found["name"]), ("upload", path)):
+                first, other = known.setdefault((number, found[number]), (whose, path))
+                if first != whose:
+                    return other, path
+    return None
 
 
 def uploads(places: Iterable[Place]) -> dict[str, list[Place]]:

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from labkit.errors import LabkitError
 from labkit.grading.submissions import files as files_module
-from labkit.grading.submissions import find as find_module
 from labkit.grading.submissions import find_submissions, one_submission
+from labkit.grading.submissions import submission as submission_module
 
 SOURCE = b"def f(): return 1\n"
 CLASSES = {
@@ -110,6 +110,23 @@ def test_of_two_uploads_the_newer_one_counts(tmp_path):
     assert ada.read() == ({"answers.py": b"copy = '-2'"}, (note,))
 
 
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["2024_1_2_ada.ipynb", "2024_1_2_emmy.ipynb"],  # a number of two uploads
+        ["a_1_2_ada.ipynb", "b_1_3_emmy.ipynb"],  # a number of two users
+        ["lab_1_2_ada.ipynb", "lab_1_3_bob.ipynb", "lab_2_3_emmy.ipynb"],
+    ],
+)
+def test_names_that_only_look_like_canvas_go_by_file(tmp_path, names):
+    remarks = []
+    found = find_submissions(lay_out(tmp_path, names), remarks)
+    assert whose(found) == {(name.removesuffix(".ipynb"), name) for name in names}
+    assert "have a number in common that Canvas gives once" in remarks[0]
+    find_submissions(lay_out(tmp_path / "canvas", CLASSES["Canvas"]), remarks)
+    assert len(remarks) == 1
+
+
 def test_two_parts_are_no_two_uploads(tmp_path):
     """Nor is a lone number one of the student's: a helper is imported by its plain name."""
     names = ["LATE_4711_98770_part-1.py", "LATE_4711_98771_part-2.py", "4711_98772_helper-1.py"]
@@ -180,7 +197,7 @@ def test_an_archive_too_much_is_left_out_whole(tmp_path, monkeypatch):
     lay_out(tmp_path, ["ada/a.py"])
     pack(tmp_path / "ada/b.zip", ["b.py"], b"#" * 1500)
     pack(tmp_path / "ada/c.zip", ["c.py", "d.py"], b"#" * 300)
-    monkeypatch.setattr(find_module, "MAX_FILE", 1000)
+    monkeypatch.setattr(submission_module, "MAX_FILE", 1000)
     files, notes = find_submissions(tmp_path)[0].read()
     assert set(files) == {"a.py", "b.zip/b.py"}
     assert notes == ("the files are too large together; c.zip is not read",)
