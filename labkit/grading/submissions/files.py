@@ -117,9 +117,13 @@ def list_files(path: Path) -> list[StoredFile]:
 
 
 def list_folders(path: Path, inside: str) -> list[str]:
-    """Names of the folders right inside one of a folder or archive, those without a file too."""
+    """Names of the folders right inside one of a folder or archive, those without a file too.
+
+    `inside` is the name of a folder right in `path`, with its "/"; empty for `path` itself.
+    """
     if path.is_dir():
-        below = [printable(each.name) for each in os.scandir(path / inside) if each.is_dir()]
+        around = [each for each in path.iterdir() if f"{printable(each.name)}/" == inside] or [path]
+        below = [printable(each.name) for each in around[0].iterdir() if each.is_dir()]
     else:
         with zipfile.ZipFile(path) as archive:
             folders = [printable(info.filename) for info in archive.infolist() if info.is_dir()]

@@ -20,7 +20,8 @@ from labkit.grading.submissions.layouts import (
     canvas_clash,
     place_of,
     uploads,
-    without_wrapping,
+    whole_answers,
+    wrapping,
 )
 from labkit.grading.submissions.submission import Files, Submission
 
@@ -51,6 +52,7 @@ def find_submissions(
         Where `path` is missing or cannot be read, or holds nothing.
     """
     path = Path(path)
+    remarks = [] if remarks is None else remarks
     if path.is_file() and is_source(path.name):
         return [one_submission(path)]
     listed = list_files(path)
@@ -59,28 +61,32 @@ def find_submissions(
             f"{path}: nothing was handed in; name a notebook, a script, or a folder or zip "
             f"archive with one folder or file for each student"
         )
-    cut = without_wrapping([file.name for file in listed], packed=path.is_file())
-    clash = canvas_clash(file.name[cut:] for file in listed)
-    if clash and remarks is not None:
+    around = _around(path, [file.name for file in listed])
+    inside = [file for file in listed if file.name.startswith(around)]
+    cut = len(around)
+    clash = canvas_clash(file.name[cut:] for file in inside)
+    if clash:
         remarks.append(
             f"{path}: {clash[0]} and {clash[1]} have a number in common that Canvas gives once, "
             f"so that each file goes by its own name"
         )
     by_student: dict[str, list[tuple[Place, StoredFile]]] = {}
-    for file in listed:
+    for file in inside:
         place = place_of(file.name[cut:], canvas=not clash)
         if not place.platform and place.file == file.name[cut:] and not may_hold_source(place.file):
             continue  # a README beside the students' files
         by_student.setdefault(place.student, []).append((place, file))
     submissions = [_submission(found) for found in by_student.values()]
-    if any("/" in file.name[cut:] for file in listed):  # each has a folder, which may be empty
+    if any("/" in file.name[cut:] for file in inside):  # each has a folder, which may be empty
         plain = any(not one.platform for one in submissions)
-        places = (place_of(f"{each}/-") for each in list_folders(path, listed[0].name[:cut]))
+        places = (place_of(f"{each}/-") for each in list_folders(path, around))
         submissions += [
             Submission(student=place.student, name=place.name, files=(), platform=place.platform)
             for place in places
             if place.student not in by_student and (place.platform or plain)
         ]
+    if len(submissions) == 1:
+        remarks += _doubts(path, submissions[0])
     return sorted(submissions, key=lambda one: one.student)
 
 
@@ -101,6 +107,26 @@ def one_submission(path: str | os.PathLike[str], student: str = "") -> Submissio
     else:
         listed = list_files(path)
     return Submission(student=name, name=name, files=tuple((file.name, file) for file in listed))
+
+
+def _around(path: Path, names: Sequence[str]) -> str:
+    """The folder around the students' files, by name; in nbgrader's own, folders are students."""
+    if path.resolve().name == "submitted":
+        return ""
+    folders = [f"{each}/" for each in list_folders(path, "")]
+    return wrapping([*names, *folders], packed=path.is_file())
+
+
+def _doubts(path: Path, alone: Submission) -> list[str]:
+    """What to say of a class of one with several answers: they may be a class's."""
+    several = whole_answers(alone.read()[0])
+    if len(several) < 2:
+        return []
+    return [
+        f"{path}: {several[0]} and {len(several) - 1} more are taken for the work of one student, "
+        f"{alone.student!r}; if they are several students', name the folder that holds a folder "
+        f"or a file for each; if not, --student {alone.student!r} says so"
+    ]
 
 
 def _submission(found: Sequence[tuple[Place, StoredFile]]) -> Submission:

@@ -12,9 +12,12 @@ else           a folder for each student, or a file for each: ``ada.ipynb``
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
+from pathlib import PurePosixPath
 from typing import Literal
+
+from labkit.grading.submissions.files import may_hold_source
 
 Platform = Literal["canvas", "moodle", ""]
 
@@ -129,18 +132,42 @@ def uploads(places: Iterable[Place]) -> dict[str, list[Place]]:
     return found
 
 
-def without_wrapping(paths: list[str], *, packed: bool) -> int:
-    """How many leading characters of every path are a folder around the students' folders.
+def wrapping(paths: Collection[str], *, packed: bool) -> str:
+    """The folder around what the students handed in, with its "/"; empty where there is none.
 
-    An archive often holds one such folder, and nbgrader's is called ``submitted``.
+    nbgrader's is called ``submitted``. Any other has to hold folders of several students and
+    no file of one's. In an archive, where one student alone is rare, it may hold their files:
+    several notebooks or several archives. What can hold no answer tells nothing.
+
+    Examples
+    --------
+    >>> class_files = ["lab 1/ada.ipynb", "lab 1/emmy.ipynb", "lab 1/Thumbs.db"]
+    >>> wrapping(class_files, packed=True), wrapping(class_files, packed=False)
+    ('lab 1/', '')
+    >>> wrapping(["lab 1/ada/a.py", "lab 1/emmy/a.py"], packed=False)
+    'lab 1/'
     """
-    tops = {path.split("/", 1)[0] for path in paths}
-    if len(tops) != 1:
-        return 0
-    top = tops.pop()
-    inner = [path[len(top) + 1 :] for path in paths]
-    wraps = packed or top in {"submitted", "submissions"}
-    if not wraps or not all(inner) or _MOODLE.match(paths[0]):
-        return 0
-    students = all("/" in path for path in inner) or all(_CANVAS.match(path) for path in inner)
-    return len(top) + 1 if students or top in {"submitted", "submissions"} else 0
+    tops = {path.split("/", 1)[0] for path in paths if "/" in path or may_hold_source(path)}
+    top = f"{tops.pop()}/" if len(tops) == 1 else ""
+    inner = [path[len(top) :] for path in paths if path.startswith(top)]
+    if not top or not any(inner) or _MOODLE.match(f"{top}-"):
+        return ""
+    whole = whole_answers(inner)
+    if top in {"submitted/", "submissions/"} or any(map(_MOODLE.match, inner)):
+        return top
+    enough = len(whole) > (0 if packed else 1)
+    if enough and all(map(_CANVAS.match, whole)) and not canvas_clash(inner):
+        return top
+    parts = {path.split("/", 1)[0]: _kind(path) for path in whole}
+    several = len(parts) > len(set(parts.values()))
+    return top if several and (packed or set(parts.values()) == {"/"}) else ""
+
+
+def whole_answers(paths: Iterable[str]) -> list[str]:
+    """Files each of which may be all that a student handed in: scripts where there is no more."""
+    sources = [path for path in paths if may_hold_source(path)]
+    return [path for path in sources if not path.lower().endswith(".py")] or sources
+
+
+def _kind(path: str) -> str:
+    return "/" if "/" in path else PurePosixPath(path).suffix.lower()

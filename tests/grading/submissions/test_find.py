@@ -81,18 +81,99 @@ def test_every_layout_in_a_folder_and_in_an_archive(tmp_path, layout, packed):
     assert whose(found) == set(expected.values())
 
 
-def test_an_archive_with_one_folder_around_the_class(tmp_path):
-    path = pack(tmp_path / "class.zip", ["lab 1/ada/a.py", "lab 1/emmy/a.py"])
-    assert [one.student for one in find_submissions(path)] == ["ada", "emmy"]
-    canvas = pack(tmp_path / "canvas.zip", ["submissions/lovelaceada_4711_98765_a.ipynb"])
-    assert [one.student for one in find_submissions(canvas)] == ["4711"]
+WRAPPED = {
+    "folders": ["lab 1/ada/a.py", "lab 1/emmy/a.py"],
+    "folders beside what can hold no answer": [
+        "desktop.ini",
+        "notes.pdf",
+        "lab 1/ada/a.ipynb",
+        "lab 1/emmy/a.ipynb",
+        "lab 1/Thumbs.db",
+        "lab 1/readme.txt",
+        "lab 1/helpers.py",
+    ],
+    "notebooks": ["lab 1/ada.ipynb", "lab 1/emmy.ipynb", "lab 1/readme.txt"],
+    "scripts": ["lab 1/ada.py", "lab 1/emmy.py"],
+    "archives": ["lab 1/ada.zip", "lab 1/emmy.zip"],
+    "Canvas": ["class/ada_1_10_a.ipynb", "class/emmy_2_11_a.ipynb", "class/kurt_3_text.html"],
+    "Moodle": ["class/Ada_1_assignsubmission_file_/a.py"],
+    "Moodle without folders": ["class/Ada_1_assignsubmission_file_a.py"],
+    "nbgrader": ["submitted/ada/lab 1/a.ipynb", "submitted/ada/lab 2/a.ipynb"],
+}
+STUDENTS = {
+    "folders beside what can hold no answer": ["ada", "emmy", "helpers"],
+    "Canvas": ["1", "2"],
+    "Moodle": ["1"],
+    "Moodle without folders": ["1"],
+    "nbgrader": ["ada"],
+}
 
 
-def test_one_student_alone_keeps_the_name(tmp_path):
-    assert [one.student for one in find_submissions(pack(tmp_path / "c.zip", ["ada/a.py"]))] == [
-        "ada"
-    ]
+@pytest.mark.parametrize("layout", WRAPPED)
+def test_an_archive_with_one_folder_around_the_class(tmp_path, layout):
+    found = find_submissions(pack(tmp_path / "class.zip", WRAPPED[layout]))
+    assert [one.student for one in found] == STUDENTS.get(layout, ["ada", "emmy"])
+
+
+@pytest.mark.parametrize("layout", WRAPPED.keys() - {"notebooks", "scripts", "archives"})
+def test_a_folder_with_one_folder_around_the_class(tmp_path, layout):
+    found = find_submissions(lay_out(tmp_path, WRAPPED[layout]))
+    assert [one.student for one in found] == STUDENTS.get(layout, ["ada", "emmy"])
+
+
+def test_archives_in_an_archive_are_the_students(tmp_path):
+    inner = packed([("answers.ipynb", SOURCE)])
+    found = find_submissions(pack(tmp_path / "class.zip", WRAPPED["archives"], inner))
+    assert whose(found) == {(name, f"{name}.zip/answers.ipynb") for name in ("ada", "emmy")}
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["ada/a.py"],
+        ["ada/hw/answers.ipynb"],
+        ["ada/hw/answers.ipynb", "ada/figures/1.png", "ada/lib/mine.py"],
+        ["ada/answers.ipynb", "ada/mine.py"],
+        ["ada/answers.ipynb", "ada/work.zip"],
+        ["ada/answers.ipynb", "ada/old/answers.ipynb"],
+    ],
+)
+@pytest.mark.parametrize("is_packed", [False, True])
+def test_one_student_alone_keeps_the_name(tmp_path, names, is_packed):
+    path = pack(tmp_path / "c.zip", names) if is_packed else lay_out(tmp_path / "c", names)
+    assert [one.student for one in find_submissions(path)] == ["ada"]
+
+
+def test_one_file_goes_by_its_name(tmp_path):
     assert find_submissions(lay_out(tmp_path, ["x/a.py"]) / "x/a.py")[0].student == "a"
+
+
+def test_a_folder_of_one_students_parts_is_no_class(tmp_path):
+    """It may be one all the same, so the instructor is told."""
+    remarks = []
+    names = ["ada l/part-1.ipynb", "ada l/part-2.ipynb", "ada l/mine.py"]
+    (ada,) = find_submissions(lay_out(tmp_path / "class", names), remarks)
+    assert set(ada.read()[0]) == {"part-1.ipynb", "part-2.ipynb", "mine.py"}
+    (remark,) = remarks
+    assert "part-1.ipynb and 1 more are taken for the work of one student, 'ada l'" in remark
+    assert remark.endswith("if not, --student 'ada l' says so")
+    find_submissions(lay_out(tmp_path / "two", ["ada/a.ipynb", "ada/mine.py"]), remarks)
+    find_submissions(lay_out(tmp_path / "two", ["emmy/a.ipynb", "emmy/b.ipynb"]), remarks)
+    assert len(remarks) == 1
+
+
+def test_nbgraders_folder_holds_students_by_definition(tmp_path):
+    names = ["submitted/ada/lab1/a.ipynb", "submitted/ada/lab2/a.ipynb"]
+    lay_out(tmp_path, names)
+    for path in (tmp_path, tmp_path / "submitted"):
+        assert whose(find_submissions(path)) == {("ada", "lab1/a.ipynb"), ("ada", "lab2/a.ipynb")}
+
+
+def test_a_folder_around_the_class_may_have_any_name(tmp_path):
+    odd = tmp_path / os.fsdecode(b"cl\xff")
+    lay_out(odd, ["ada/a.py", "emmy/a.py"])
+    (odd / "kurt").mkdir()
+    assert [one.student for one in find_submissions(tmp_path)] == ["ada", "emmy", "kurt"]
 
 
 def test_names_late_marks_and_platforms_are_kept(tmp_path):
