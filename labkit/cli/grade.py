@@ -25,6 +25,7 @@ from labkit.grading.questions import Assignment
 from labkit.grading.slots import open_sandboxes
 from labkit.grading.store import VerdictStore
 from labkit.grading.submissions import Submission, find_submissions, one_submission
+from labkit.grading.submissions.outputs import VERDICTS
 from labkit.odometry import available_cores
 
 Where = tuple[Iterator[Executor], int]  # what grades, and how many at a time
@@ -103,7 +104,7 @@ def _grade(
     limits = Limits(seconds=args.seconds)
     mode, where = _mode(args, limits, where)
     settings = Settings(mode=mode, limits=limits, assignment=args.assignment)
-    with VerdictStore(_folder(args.out) / "verdicts.jsonl") as store:
+    with VerdictStore(_folder(args.out) / VERDICTS) as store:
         again = _known(submissions, args.again)
         todo = still_to_grade(submissions, store, settings, again)
         failures: dict[str, str] = {}
@@ -126,7 +127,7 @@ def _submissions(args: argparse.Namespace) -> list[Submission]:
     if args.student:
         return [one_submission(args.submissions, args.student)]
     remarks: list[str] = []
-    found = find_submissions(args.submissions, remarks)
+    found = find_submissions(args.submissions, remarks, out=args.out)
     for remark in remarks:
         print(f"labkit grade: {remark}", file=sys.stderr)
     return found

@@ -73,6 +73,14 @@ def test_it_goes_on_where_it_was_and_grades_what_changed(grade, tmp_path, capsys
     assert scores(tmp_path / "grades")["student00001"] == 3.5
 
 
+def test_verdicts_among_the_submissions_are_not_graded(grade, tmp_path, capsys):
+    hand_in(tmp_path, 2)
+    for _ in range(2):
+        assert grade(".") == 0
+    assert "0 of 2 submissions graded" in capsys.readouterr().out
+    assert set(scores(tmp_path / "grades")) == {"student00000", "student00001"}
+
+
 def test_a_submission_named_like_a_module_is_not_imported_by_the_grader(small, tmp_path):
     """Workers are started where the grader is: often among the submissions."""
     for name in ("signal", "pickle", "socket", "random"):

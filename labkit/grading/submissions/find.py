@@ -23,11 +23,15 @@ from labkit.grading.submissions.layouts import (
     whole_answers,
     wrapping,
 )
+from labkit.grading.submissions.outputs import earlier_outputs, folder_below
 from labkit.grading.submissions.submission import Files, Submission
 
 
 def find_submissions(
-    path: str | os.PathLike[str], remarks: list[str] | None = None
+    path: str | os.PathLike[str],
+    remarks: list[str] | None = None,
+    *,
+    out: str | os.PathLike[str] | None = None,
 ) -> list[Submission]:
     """List the submissions in a file, folder or zip archive, by student.
 
@@ -38,6 +42,9 @@ def find_submissions(
         for each student, or a bulk download of Canvas, Moodle or nbgrader.
     remarks : list of str, optional
         Gets what the instructor should know of how the names were read.
+    out : path-like, optional
+        Where verdicts are written. It is left out, as are folders with verdicts of earlier
+        runs and nobody's work.
 
     Returns
     -------
@@ -56,12 +63,15 @@ def find_submissions(
     if path.is_file() and is_source(path.name):
         return [one_submission(path)]
     listed = list_files(path)
+    names = [file.name for file in listed]
+    left_out = _outputs(path, names, out, remarks)
+    listed = [file for file in listed if not file.name.startswith(left_out)]
     if not listed:
         raise LabkitError(
             f"{path}: nothing was handed in; name a notebook, a script, or a folder or zip "
             f"archive with one folder or file for each student"
         )
-    around = _around(path, [file.name for file in listed])
+    around = _around(path, [file.name for file in listed], left_out)
     inside = [file for file in listed if file.name.startswith(around)]
     cut = len(around)
     clash = canvas_clash(file.name[cut:] for file in inside)
@@ -79,7 +89,7 @@ def find_submissions(
     submissions = [_submission(found) for found in by_student.values()]
     if any("/" in file.name[cut:] for file in inside):  # each has a folder, which may be empty
         plain = any(not one.platform for one in submissions)
-        places = (place_of(f"{each}/-") for each in list_folders(path, around))
+        places = (place_of(f"{each}/-") for each in _folders(path, around, left_out))
         submissions += [
             Submission(student=place.student, name=place.name, files=(), platform=place.platform)
             for place in places
@@ -109,11 +119,39 @@ def one_submission(path: str | os.PathLike[str], student: str = "") -> Submissio
     return Submission(student=name, name=name, files=tuple((file.name, file) for file in listed))
 
 
-def _around(path: Path, names: Sequence[str]) -> str:
+def _outputs(
+    path: Path,
+    names: Sequence[str],
+    out: str | os.PathLike[str] | None,
+    remarks: list[str],
+) -> tuple[str, ...]:
+    """The folders below `path` that the grader wrote or will write, each with its "/"."""
+    own = folder_below(path, out) if out is not None else ""
+    hidden = [name for name in names if own and name.startswith(own) and is_source(name)]
+    if hidden:
+        remarks.append(
+            f"{path}: {hidden[0]} is not graded, since verdicts go to {own}; choose another --out "
+            f"if it is a student's"
+        )
+    earlier = [folder for folder in earlier_outputs(names) if folder != own]
+    remarks += [f"{path}: {folder} is left out: an earlier run wrote it" for folder in earlier]
+    return (*earlier, own) if own else tuple(earlier)
+
+
+def _folders(path: Path, inside: str, left_out: Sequence[str]) -> list[str]:
+    """The folders right inside one, but those in which the grader writes."""
+    return [
+        each
+        for each in list_folders(path, inside)
+        if not any(output.startswith(f"{inside}{each}/") for output in left_out)
+    ]
+
+
+def _around(path: Path, names: Sequence[str], left_out: Sequence[str]) -> str:
     """The folder around the students' files, by name; in nbgrader's own, folders are students."""
     if path.resolve().name == "submitted":
         return ""
-    folders = [f"{each}/" for each in list_folders(path, "")]
+    folders = [f"{each}/" for each in _folders(path, "", left_out)]
     return wrapping([*names, *folders], packed=path.is_file())
 
 

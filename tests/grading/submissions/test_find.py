@@ -176,6 +176,42 @@ def test_a_folder_around_the_class_may_have_any_name(tmp_path):
     assert [one.student for one in find_submissions(tmp_path)] == ["ada", "emmy", "kurt"]
 
 
+OUTPUTS = ["verdicts.jsonl", "scores.csv", "index.html", "students/ada.html"]
+
+
+@pytest.mark.parametrize("wrapped", ["", "class/"])
+def test_verdicts_are_no_student(tmp_path, wrapped):
+    lay_out(tmp_path, [f"{wrapped}ada/a.py", f"{wrapped}emmy/a.py"])
+    lay_out(tmp_path / "grades", [*OUTPUTS, "autograder.zip"])
+    lay_out(tmp_path / wrapped / "older", OUTPUTS)
+    remarks = []
+    found = find_submissions(tmp_path, remarks, out=tmp_path / "grades")
+    assert [one.student for one in found] == ["ada", "emmy"]
+    assert remarks == [f"{tmp_path}: {wrapped}older/ is left out: an earlier run wrote it"]
+
+
+def test_a_place_for_verdicts_is_no_student_before_there_are_any(tmp_path):
+    lay_out(tmp_path, ["ada/a.py", "emmy/a.py"])
+    (tmp_path / "results/grades").mkdir(parents=True)
+    found = find_submissions(tmp_path, out=tmp_path / "results/grades")
+    assert [one.student for one in found] == ["ada", "emmy"]
+
+
+def test_verdicts_right_beside_the_students_files(tmp_path):
+    lay_out(tmp_path, ["ada/a.py", "emmy/a.py", *OUTPUTS])
+    found = find_submissions(tmp_path, out=tmp_path)
+    assert [one.student for one in found] == ["ada", "emmy"]
+
+
+def test_no_students_work_is_taken_for_verdicts(tmp_path):
+    lay_out(tmp_path, ["ada/a.py", "ada/verdicts.jsonl", "emmy/a.py", "kurt.py"])
+    remarks = []
+    found = find_submissions(tmp_path, remarks, out=tmp_path / "emmy")
+    assert [one.student for one in found] == ["ada", "kurt"]
+    (remark,) = remarks
+    assert remark.startswith(f"{tmp_path}: emmy/a.py is not graded, since verdicts go to emmy/;")
+
+
 def test_names_late_marks_and_platforms_are_kept(tmp_path):
     ada, emmy = find_submissions(lay_out(tmp_path, CLASSES["Canvas"]))
     assert (ada.name, ada.platform, ada.late) == ("lovelaceada", "canvas", False)
