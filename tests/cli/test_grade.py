@@ -81,6 +81,14 @@ def test_verdicts_among_the_submissions_are_not_graded(grade, tmp_path, capsys):
     assert set(scores(tmp_path / "grades")) == {"student00000", "student00001"}
 
 
+def test_what_cannot_be_read_is_named_once(grade, tmp_path, capsys):
+    hand_in(tmp_path / "class", 2)
+    (tmp_path / "class/carl.rar").write_bytes(b"Rar!")
+    assert grade("class", "--no-html") == 0
+    assert capsys.readouterr().err.count("carl.rar") == 1
+    assert len(scores(tmp_path / "grades")) == 2
+
+
 def test_a_submission_named_like_a_module_is_not_imported_by_the_grader(small, tmp_path):
     """Workers are started where the grader is: often among the submissions."""
     for name in ("signal", "pickle", "socket", "random"):

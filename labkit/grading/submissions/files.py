@@ -17,7 +17,10 @@ MEBIBYTE = 1 << 20
 MAX_FILE = 32 * MEBIBYTE  # a notebook with its pictures
 MAX_FILES = 200  # of one student
 PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # unpacked piece by piece; others at once
-SKIPPED = {".ipynb_checkpoints", "__MACOSX", "__pycache__", ".git", ".venv", "node_modules"}
+SKIPPED = {
+    ".ipynb_checkpoints", "__MACOSX", "__pycache__", ".git", ".venv", "node_modules", "Thumbs.db",
+    "desktop.ini",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)

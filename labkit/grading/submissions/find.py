@@ -26,6 +26,11 @@ from labkit.grading.submissions.layouts import (
 from labkit.grading.submissions.outputs import earlier_outputs, folder_below
 from labkit.grading.submissions.submission import Files, Submission
 
+NOTHING = (
+    "nothing was handed in; name a notebook, a script, or a folder or zip archive with one "
+    "folder or file for each student"
+)
+
 
 def find_submissions(
     path: str | os.PathLike[str],
@@ -67,10 +72,7 @@ def find_submissions(
     left_out = _outputs(path, names, out, remarks)
     listed = [file for file in listed if not file.name.startswith(left_out)]
     if not listed:
-        raise LabkitError(
-            f"{path}: nothing was handed in; name a notebook, a script, or a folder or zip "
-            f"archive with one folder or file for each student"
-        )
+        raise LabkitError(f"{path}: {NOTHING}")
     around = _around(path, [file.name for file in listed], left_out)
     inside = [file for file in listed if file.name.startswith(around)]
     cut = len(around)
@@ -84,8 +86,10 @@ def find_submissions(
     for file in inside:
         place = place_of(file.name[cut:], canvas=not clash)
         if not place.platform and place.file == file.name[cut:] and not may_hold_source(place.file):
-            continue  # a README beside the students' files
+            continue  # beside the students' files
         by_student.setdefault(place.student, []).append((place, file))
+    used = {file.name for found in by_student.values() for _, file in found}
+    remarks += _passed_over(path, [file.name for file in listed if file.name not in used])
     submissions = [_submission(found) for found in by_student.values()]
     if any("/" in file.name[cut:] for file in inside):  # each has a folder, which may be empty
         plain = any(not one.platform for one in submissions)
@@ -95,6 +99,8 @@ def find_submissions(
             for place in places
             if place.student not in by_student and (place.platform or plain)
         ]
+    if not submissions:
+        raise LabkitError(f"{path}: {NOTHING}; found {_some([file.name for file in listed])}")
     if len(submissions) == 1:
         remarks += _doubts(path, submissions[0])
     return sorted(submissions, key=lambda one: one.student)
@@ -153,6 +159,21 @@ def _around(path: Path, names: Sequence[str], left_out: Sequence[str]) -> str:
         return ""
     folders = [f"{each}/" for each in _folders(path, "", left_out)]
     return wrapping([*names, *folders], packed=path.is_file())
+
+
+def _passed_over(path: Path, names: Sequence[str]) -> list[str]:
+    """What to say of files beside the students' ones, which may be someone's work all the same."""
+    if not names:
+        return []
+    return [
+        f"{path}: passed over, as no notebook (.ipynb), script (.py) or zip archive: "
+        f"{_some(names)}; convert or unpack what is a student's work"
+    ]
+
+
+def _some(names: Sequence[str]) -> str:
+    """A few names, and how many there are where these are not all."""
+    return ", ".join(names[:5]) + (f", ... ({len(names)} in all)" if len(names) > 5 else "")
 
 
 def _doubts(path: Path, alone: Submission) -> list[str]:

@@ -47,6 +47,7 @@ CLASSES = {
 LEFT_BEHIND = [
     "README.txt",
     ".DS_Store",
+    "Thumbs.db",
     "__MACOSX/ada/._answers.ipynb",
     "ada/.ipynb_checkpoints/answers.ipynb",
 ]
@@ -329,6 +330,23 @@ def test_nothing_to_grade_is_said(tmp_path):
     )
 
 
+def test_what_no_student_is_made_of_is_named(tmp_path):
+    lay_out(tmp_path, ["ada.ipynb", "emmy.pdf", "kurt.rar", ".DS_Store", "desktop.ini"])
+    remarks = []
+    assert [one.student for one in find_submissions(tmp_path, remarks)] == ["ada"]
+    (remark,) = remarks
+    assert remark.startswith(f"{tmp_path}: passed over, as no notebook (.ipynb)")
+    assert remark.endswith(": emmy.pdf, kurt.rar; convert or unpack what is a student's work")
+
+
+def test_many_that_are_passed_over_are_counted(tmp_path):
+    names = ["class/ada/a.py", "class/emmy/a.py", *(f"{k}.pdf" for k in range(9))]
+    remarks = []
+    found = find_submissions(pack(tmp_path / "class.zip", names), remarks)
+    assert [one.student for one in found] == ["ada", "emmy"]
+    assert ": 0.pdf, 1.pdf, 2.pdf, 3.pdf, 4.pdf, ... (9 in all); convert" in remarks[0]
+
+
 def test_what_is_too_large_is_not_read(tmp_path, monkeypatch):
     monkeypatch.setattr(files_module, "MAX_FILE", 1000)
     lay_out(tmp_path, ["ada/small.py"])
@@ -399,6 +417,9 @@ def test_what_cannot_be_read_is_named(tmp_path):
     with pytest.raises(LabkitError, match="no such file or folder"):
         find_submissions(tmp_path / "missing")
     with pytest.raises(LabkitError, match="nothing was handed in; name a notebook"):
+        find_submissions(tmp_path)
+    (tmp_path / "ada.pdf").write_bytes(b"%PDF")
+    with pytest.raises(LabkitError, match=r"nothing was handed in; .*; found ada\.pdf$"):
         find_submissions(tmp_path)
     (tmp_path / "class.zip").write_bytes(b"not a zip")
     with pytest.raises(LabkitError, match=r"class\.zip: cannot be read as a zip archive"):
