@@ -117,7 +117,8 @@ def _grade(
             for graded in _graded(part, how, where, by_value=args.cluster is not None):
                 _keep(graded, store, failures)
         write_outputs(args, store, assignment, [one.student for one in submissions], failures)
-        print(_closing(len(submissions), len(todo), len(failures), settings.mode, args.out))
+        asked = sum(len(part) for part, _ in jobs)
+        print(_closing(len(submissions), asked, len(failures), settings.mode, args.out))
     for student, why in failures.items():
         print(f"labkit grade: {student} was not graded: {why}", file=sys.stderr)
     return 1 if failures else 0

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from labkit.cli import main
+from labkit.grading.batch import Graded
 from labkit.grading.isolation import available_modes
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "grading"))
@@ -69,8 +70,23 @@ def test_it_goes_on_where_it_was_and_grades_what_changed(grade, tmp_path, capsys
     assert scores(tmp_path / "grades") == {**expected, "student00001": 3.5, "new": 5.0}
     assert grade("class", "--no-html", "--again", "new") == 0
     assert "1 of 5 submissions graded" in capsys.readouterr().out
+    capsys.readouterr()
     assert grade("class", "--no-html", "--question", "negate") == 0
+    assert "5 of 5 submissions graded (isolation: " in capsys.readouterr().out
     assert scores(tmp_path / "grades")["student00001"] == 3.5
+
+
+def test_a_question_that_fails_is_counted(grade, tmp_path, capsys, monkeypatch):
+    hand_in(tmp_path / "class", 2)
+    assert grade("class", "--no-html") == 0
+
+    def lost(part, *_, **__):
+        return (Graded(student=one.student, failure="lost") for one in part)
+
+    monkeypatch.setattr("labkit.cli.grade.grade_class", lost)
+    capsys.readouterr()
+    assert grade("class", "--no-html", "--question", "negate") == 1
+    assert "0 of 2 submissions graded (isolation: " in capsys.readouterr().out
 
 
 def test_verdicts_among_the_submissions_are_not_graded(grade, tmp_path, capsys):
