@@ -74,24 +74,9 @@ def find_submissions(
     if not listed:
         raise LabkitError(f"{path}: {NOTHING}")
     around = _around(path, [file.name for file in listed], left_out)
-    inside = [file for file in listed if file.name.startswith(around)]
-    cut = len(around)
-    clash = canvas_clash(file.name[cut:] for file in inside)
-    if clash:
-        remarks.append(
-            f"{path}: {clash[0]} and {clash[1]} have a number in common that Canvas gives once, "
-            f"so that each file goes by its own name"
-        )
-    by_student: dict[str, list[tuple[Place, StoredFile]]] = {}
-    for file in inside:
-        place = place_of(file.name[cut:], canvas=not clash)
-        if not place.platform and place.file == file.name[cut:] and not may_hold_source(place.file):
-            continue  # beside the students' files
-        by_student.setdefault(place.student, []).append((place, file))
-    used = {file.name for found in by_student.values() for _, file in found}
-    remarks += _passed_over(path, [file.name for file in listed if file.name not in used])
+    by_student = _by_student(path, listed, around, remarks)
     submissions = [_submission(found) for found in by_student.values()]
-    if any("/" in file.name[cut:] for file in inside):  # each has a folder, which may be empty
+    if any("/" in file.name[len(around) :] for file in listed):  # each has a folder, maybe empty
         plain = any(not one.platform for one in submissions)
         places = (place_of(f"{each}/-") for each in _folders(path, around, left_out))
         submissions += [
@@ -123,6 +108,29 @@ def one_submission(path: str | os.PathLike[str], student: str = "") -> Submissio
     else:
         listed = list_files(path)
     return Submission(student=name, name=name, files=tuple((file.name, file) for file in listed))
+
+
+def _by_student(
+    path: Path, listed: Sequence[StoredFile], around: str, remarks: list[str]
+) -> dict[str, list[tuple[Place, StoredFile]]]:
+    """Each student's files; what lies beside them goes to the remarks."""
+    inner = {file.name: file.name.removeprefix(around) for file in listed}
+    clash = canvas_clash(inner.values())
+    if clash:
+        remarks.append(
+            f"{path}: {clash[0]} and {clash[1]} have a number in common that Canvas gives once, "
+            f"so that each file goes by its own name"
+        )
+    by_student: dict[str, list[tuple[Place, StoredFile]]] = {}
+    beside = []
+    for file in listed:
+        place = place_of(inner[file.name], canvas=not clash)
+        if place.platform or place.file != inner[file.name] or may_hold_source(place.file):
+            by_student.setdefault(place.student, []).append((place, file))
+        else:
+            beside.append(file.name)
+    remarks += _passed_over(path, beside)
+    return by_student
 
 
 def _outputs(
