@@ -6,13 +6,16 @@ import argparse
 
 from labkit.cli.text import ERROR_HEADER, error_dict, error_row, table, to_json
 from labkit.errors import InvalidPointsError
-from labkit.evaluation import PoseErrors, associate, ate, read_relations, relation_errors, rpe
+from labkit.evaluation import PoseErrors, associate, read_relations, relation_errors, rpe
 from labkit.logs import read_tum
+from labkit.report import absolute_errors
 
 DESCRIPTION = """\
 Compare a trajectory (TUM format) with a reference trajectory: absolute error after rigid
-alignment (ATE), relative error a step and over a stretch (RPE). Or compare it with
-surveyed relations between pairs of scans (SLAM benchmark format, or CSV i,j,dx,dy,dtheta)."""
+alignment (ATE), relative error a step and over a stretch (RPE). Where the robot stays in
+its place, no rigid alignment is the best one: the first poses are aligned, and the name of
+the error says so. Or compare it with surveyed relations between pairs of scans (SLAM
+benchmark format, or CSV i,j,dx,dy,dtheta)."""
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -65,8 +68,9 @@ def _against_reference(args: argparse.Namespace) -> tuple[dict[str, PoseErrors],
             f"{args.tolerance:g} s, but at least 2 are needed; are their clocks the same?"
         )
     x, x_reference = estimate[pairs[:, 0]], reference[pairs[:, 1]]
-    errors: dict[str, PoseErrors] = {
-        "ATE": ate(x, x_reference),
+    kind, absolute = absolute_errors(x, x_reference)
+    errors = {
+        kind: absolute,
         "RPE, a step": rpe(x, x_reference),
         f"RPE, {args.stretch:g} m": rpe(x, x_reference, args.stretch, "metres"),
     }

@@ -127,11 +127,11 @@ def run(args: argparse.Namespace) -> int:
     seconds = time.perf_counter() - began
     for path, write in outputs:
         write(path, log, result)
+    if outputs:
+        print("wrote " + ", ".join(path for path, _ in outputs))
     print(decision_text(result, seconds))
     if log.reference is not None:
         print(error_table(log.reference, result, prior))
-    if outputs:
-        print("wrote " + ", ".join(path for path, _ in outputs))
     return 0
 
 

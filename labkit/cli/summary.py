@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from labkit.arrays import FloatArray
 from labkit.cli.text import ERROR_HEADER, error_row, table
-from labkit.evaluation import ate, rpe
+from labkit.evaluation import rpe
 from labkit.odometry import Decision, OdometryResult, integrate
+from labkit.report import absolute_errors
 
 
 def decision_text(result: OdometryResult, seconds: float) -> str:
@@ -32,5 +33,6 @@ def error_table(reference: FloatArray, result: OdometryResult, prior: FloatArray
     for name, poses in trajectories.items():
         rows.append(error_row(f"{name}, RPE over 10 m", rpe(poses, reference, 10.0, "metres")))
     for name, poses in trajectories.items():
-        rows.append(error_row(f"{name}, ATE", ate(poses, reference)))
+        kind, errors = absolute_errors(poses, reference)
+        rows.append(error_row(f"{name}, {kind}", errors))
     return table(ERROR_HEADER, rows)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.errors import InvalidParameterError
+from labkit.errors import DegenerateAlignmentError, InvalidParameterError
 from labkit.evaluation import ErrorSummary, PoseErrors, ate, rpe
 from labkit.odometry import Decision, StepRecord
 
@@ -127,17 +127,43 @@ def error_table(
     Table
         Median, 95th percentile and maximum.
     """
-    rows = []
-    kinds: dict[str, Callable[[ArrayLike], PoseErrors]] = {
-        "RPE a step": lambda poses: rpe(poses, reference),
-        f"RPE over {stretch:g} m": lambda poses: rpe(poses, reference, stretch, "metres"),
-        "ATE": lambda poses: ate(poses, reference),
-    }
-    for kind, errors_of in kinds.items():
-        for name, poses in trajectories.items():
-            errors = errors_of(poses)
-            rows.append([f"{name}, {kind}", *_three(errors.translation, errors.rotation)])
+    errors: list[tuple[str, PoseErrors]] = []
+    for name, poses in trajectories.items():
+        errors.append((f"{name}, RPE a step", rpe(poses, reference)))
+    for name, poses in trajectories.items():
+        over = rpe(poses, reference, stretch, "metres")
+        errors.append((f"{name}, RPE over {stretch:g} m", over))
+    for name, poses in trajectories.items():
+        kind, absolute = absolute_errors(poses, reference)
+        errors.append((f"{name}, {kind}", absolute))
+    rows = [[title, *_three(each.translation, each.rotation)] for title, each in errors]
     return Table.of(["error (median, 95 %, max)", "translation [m]", "rotation [°]"], rows)
+
+
+def absolute_errors(estimate: ArrayLike, reference: ArrayLike) -> tuple[str, PoseErrors]:
+    """The ATE under a name that says so where no rigid alignment is the best one.
+
+    Parameters
+    ----------
+    estimate, reference : array_like, shape (K, 3)
+        Rows (x [m], y [m], θ [rad]); row k of one belongs to row k of the other.
+
+    Returns
+    -------
+    str, PoseErrors
+        "ATE" after rigid alignment; "ATE, first poses aligned" for a robot that stays in
+        its place.
+
+    Examples
+    --------
+    >>> name, errors = absolute_errors([[0, 0, 0], [0, 0, 0.1]], [[5, 5, 0], [5, 5, 0.2]])
+    >>> name, round(errors.rotation.max, 3)
+    ('ATE, first poses aligned', 0.1)
+    """
+    try:
+        return "ATE", ate(estimate, reference)
+    except DegenerateAlignmentError:
+        return "ATE, first poses aligned", ate(estimate, reference, align="origin")
 
 
 def quality_table(records: Sequence[StepRecord]) -> Table:

@@ -37,6 +37,20 @@ def test_json_in_metres_and_radians(run, trajectories):
     assert step["rotation_rad"]["max"] < 1e-12
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.1])
+def test_a_robot_that_stays_in_its_place_has_errors(run, tmp_path, turn):
+    reference = np.array([[2.0, 1.0, turn * k] for k in range(10)])
+    estimate = reference + [[0.0, 0.0, 0.02 * k] for k in range(10)]
+    write_tum(tmp_path / "reference.tum", np.arange(10.0), reference)
+    write_tum(tmp_path / "estimate.tum", np.arange(10.0), estimate)
+    status, out, err = run("evaluate", "estimate.tum", "--reference", "reference.tum", "--json")
+    errors = json.loads(out)
+    assert (status, err) == (0, "")
+    assert errors["RPE, a step"]["rotation_rad"]["median"] == pytest.approx(0.02)
+    assert errors["ATE, first poses aligned"]["rotation_rad"]["max"] == pytest.approx(0.18)
+    assert errors["ATE, first poses aligned"]["translation_m"]["max"] < 1e-12
+
+
 def test_against_relations(run, trajectories, tmp_path):
     steps = increments_between(trajectories)
     rows = [f"{k},{k + 1}," + ",".join(map(repr, steps[k].tolist())) for k in (3, 49, 70)]

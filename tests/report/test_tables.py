@@ -86,6 +86,21 @@ def test_a_path_too_short_for_a_stretch_has_no_error():
     assert rows[3] == ["a, RPE over 10 m", "none", "none"]
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.1])
+def test_a_robot_that_stays_in_its_place_has_its_first_pose_aligned(turn):
+    reference = np.array([[2.0, 1.0, turn * k] for k in range(5)])
+    drifts = reference + [[0.0, 0.0, 0.01 * k] for k in range(5)]
+    moves = reference + [[0.1 * k, 0.0, 0.0] for k in range(5)]
+    rows = cells(error_table({"drifts": drifts, "moves": moves}, reference))
+    assert [row[0] for row in rows[6:]] == [
+        "drifts, ATE, first poses aligned",
+        "moves, ATE, first poses aligned",
+    ]
+    assert rows[6][1] == "0.000, 0.000, 0.000"
+    assert rows[6][2] == "1.15, 2.18, 2.29"
+    assert rows[7][1] == "0.200, 0.380, 0.400"
+
+
 def record(**values):
     return StepRecord(increment=np.zeros(3), decision=Decision.ICP, **values)
 
