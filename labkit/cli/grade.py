@@ -125,10 +125,13 @@ def _grade(
 
 
 def _submissions(args: argparse.Namespace) -> list[Submission]:
-    if args.student:
-        return [one_submission(args.submissions, args.student)]
     remarks: list[str] = []
-    found = find_submissions(args.submissions, remarks, out=args.out)
+    try:
+        if args.student:
+            return [one_submission(args.submissions, args.student)]
+        found = find_submissions(args.submissions, remarks, out=args.out)
+    except OSError as error:  # a folder on the way that may not be entered, a name too long
+        raise LabkitError(f"{args.submissions}: cannot be read: {error.strerror}") from None
     for remark in remarks:
         print(f"labkit grade: {remark}", file=sys.stderr)
     return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+import os
 import re
 import sys
 from collections.abc import Mapping, Sequence
@@ -45,7 +46,8 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
 
 def check_outputs(args: argparse.Namespace, submissions: int) -> None:
     """Refuse what cannot be written or filled in, before the work begins."""
-    for path in (args.gradescope, args.junit):
+    scores = os.path.join(args.out, "scores.csv") if os.path.isdir(args.out) else None
+    for path in (args.gradescope, args.junit, scores):
         if path:
             refuse_unwritable(path)
     if bool(args.canvas) != bool(args.title):

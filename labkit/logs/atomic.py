@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -51,7 +52,7 @@ def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "w") -
     target = Path(os.path.realpath(path))
     try:
         refuse_unwritable(path)
-        if target.exists() and not target.is_file():
+        if _is_special(target):
             with _open(target, mode) as file:
                 yield file
             return
@@ -72,22 +73,43 @@ def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "w") -
 
 def refuse_unwritable(path: str | os.PathLike[str]) -> None:
     """Raise the `LogError` that writing to `path` would raise, before any work is done."""
-    target, shown = Path(os.path.realpath(path)), os.fspath(path)
-    if target.is_dir():
-        raise LogError(f"cannot write {shown}: it is a directory; name a file in it")
-    if not target.parent.exists():
-        raise LogError(
-            f"cannot write {shown}: the directory {target.parent} does not exist; make it first"
-        )
-    if not target.parent.is_dir():
-        raise LogError(
-            f"cannot write {shown}: {target.parent} is a file, not a directory; "
-            f"choose another place"
-        )
-    if target.exists() and not os.access(target, os.W_OK):
-        raise LogError(
-            f"cannot write {shown}: it is write-protected; choose another name, or lift that"
-        )
+    try:
+        obstacle = _obstacle(Path(os.path.realpath(path)))
+    except OSError as error:  # a folder that may not be entered, a name too long, ...
+        obstacle = f"{error.strerror or error}; choose another place"
+    if obstacle:
+        raise LogError(f"cannot write {os.fspath(path)}: {obstacle}")
+
+
+def _obstacle(target: Path) -> str:
+    """What stands in the way of writing `target`, and the way out; empty for nothing."""
+    folder = target.parent
+    if os.path.isdir(target):
+        return "it is a directory; name a file in it"
+    if not _is_special(target):  # a temporary file is made beside it
+        mode = _mode(folder)
+        if mode is None:
+            return f"the directory {folder} does not exist; make it first"
+        if not stat.S_ISDIR(mode):
+            return f"{folder} is a file, not a directory; choose another place"
+        if not os.access(folder, os.W_OK | os.X_OK):
+            return f"the directory {folder} may not be written in; choose another, or lift that"
+    if _mode(target) is not None and not os.access(target, os.W_OK):
+        return "it is write-protected; choose another name, or lift that"
+    return ""
+
+
+def _is_special(path: Path) -> bool:
+    """Whether it is there and neither a regular file nor a directory."""
+    return os.path.exists(path) and not (os.path.isfile(path) or os.path.isdir(path))
+
+
+def _mode(path: Path) -> int | None:
+    """The mode of a file, None where there is none; an `OSError` where nobody may look."""
+    try:
+        return path.stat().st_mode
+    except FileNotFoundError:
+        return None
 
 
 def _open(path: Path, mode: Literal["w", "wb"]) -> IO[Any]:

@@ -155,6 +155,18 @@ def test_a_mistake_is_named_before_anything_is_graded(
     assert not (tmp_path / "grades/scores.csv").exists()
 
 
+def test_a_folder_that_may_not_be_written_in_is_named_before_anything_is_graded(
+    grade, tmp_path, monkeypatch, capsys
+):
+    """Though the verdicts could still be appended to a file in it."""
+    hand_in(tmp_path / "class", 2)
+    (tmp_path / "grades").mkdir()
+    monkeypatch.setattr(os, "access", lambda place, mode: place != tmp_path / "grades")
+    assert grade("class") == 1
+    assert "cannot write grades/scores.csv: the directory" in capsys.readouterr().err
+    assert list((tmp_path / "grades").iterdir()) == []
+
+
 @NEEDS_A_BOX
 def test_killed_halfway_and_resumed(small, tmp_path):
     """Takes some ten seconds; buys that a crash costs no verdict and leaves no process."""

@@ -1,6 +1,7 @@
 """The command line as a whole: help, exit statuses, and what an interruption leaves behind."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -59,6 +60,49 @@ def test_a_reader_that_stops_early_is_no_error():
     shell = f"{sys.executable} -m labkit demo | true"
     done = subprocess.run(["sh", "-c", shell], capture_output=True, text=True, check=True)
     assert done.stderr == ""
+
+
+AS_ANYBODY = []  # what takes root's right to write everywhere away
+if hasattr(os, "geteuid") and os.geteuid() == 0:
+    AS_ANYBODY = ["setpriv", "--inh-caps=-all", "--bounding-set=-dac_override,-dac_read_search"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has other permissions")
+@pytest.mark.skipif(AS_ANYBODY != [] and not shutil.which("setpriv"), reason="no setpriv")
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("odometry", "{log}"), "cannot write room-odometry.tum: the directory "),
+        (("odometry", "{log}", "--plot", "mine.png"), "cannot write room-odometry.tum: "),
+        (("odometry", "{log}", "--out", "../t", "--plot", "mine.png"), "cannot write room-q"),
+        (("odometry", "{log}", "--out", "../shut/t"), "cannot write ../shut/t: the directory "),
+        (("odometry", "{log}", "--out", "../shut/in/t"), "cannot write ../shut/in/t: Permission"),
+        (("report", "../shut/r.md"), "cannot write ../shut/r.html: the directory"),
+        (("grade", "../shut/class"), "../shut/class: cannot be read: Permission denied"),
+        (("demo", "--plot", "mine.png"), "may not be written in; choose another, or lift that"),
+    ],
+)
+def test_a_place_without_permission_is_refused_before_the_work(
+    tmp_path, carmen_log, arguments, message
+):
+    """Root may write anywhere, so these run without that right."""
+    folder, shut = tmp_path / "read_only", tmp_path / "shut"
+    folder.mkdir()
+    shut.mkdir()
+    (folder / "mine.png").write_text("mine")
+    folder.chmod(0o555)
+    shut.chmod(0)
+    command = [*AS_ANYBODY, sys.executable, "-m", "labkit"]
+    command += [argument.format(log=carmen_log[0]) for argument in arguments]
+    try:
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    finally:
+        folder.chmod(0o755)
+        shut.chmod(0o755)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert message in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert set(tmp_path.rglob("*")) == {shut, folder, folder / "mine.png"}
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for a child alone")

@@ -1,9 +1,10 @@
 import os
+from pathlib import Path
 
 import pytest
 
 from labkit.errors import LogError
-from labkit.logs import atomic_write
+from labkit.logs import atomic_write, refuse_unwritable
 
 
 def test_text_and_bytes(tmp_path):
@@ -25,7 +26,7 @@ def test_the_name_is_taken_only_at_the_end(tmp_path):
     assert path.read_text() == "half"
 
 
-def write_half(path, interruption):
+def write_half(path, interruption=KeyboardInterrupt):
     with atomic_write(path) as file:
         file.write("half")
         raise interruption
@@ -66,14 +67,34 @@ def test_paths_that_cannot_be_written(tmp_path):
             pytest.fail("the block must not run")
         assert str(raised.value).startswith(f"cannot write {path}: ")
         assert reason in str(raised.value)
+        with pytest.raises(LogError) as refused:
+            refuse_unwritable(path)
+        assert str(refused.value) == str(raised.value)
 
 
-def test_a_write_protected_file_is_not_replaced(tmp_path, monkeypatch):
+@pytest.mark.parametrize("check", [refuse_unwritable, write_half])
+@pytest.mark.parametrize("before", [None, "mine"])
+def test_what_is_write_protected_is_not_written(tmp_path, monkeypatch, check, before):
+    """The file or its folder, where a new one and a file to be replaced are made."""
     path = tmp_path / "note.txt"
-    path.write_text("mine")
-    monkeypatch.setattr(os, "access", lambda *_: False)
-    with pytest.raises(LogError, match=r"note\.txt: it is write-protected"), atomic_write(path):
-        pytest.fail("the block must not run")
+    if before is not None:
+        path.write_text(before)
+        monkeypatch.setattr(os, "access", lambda place, mode: place != path)
+        with pytest.raises(LogError, match=r"note\.txt: it is write-protected"):
+            check(path)
+    monkeypatch.setattr(os, "access", lambda place, mode: place != tmp_path)
+    with pytest.raises(LogError, match=rf"note\.txt: the directory .*{tmp_path.name} may not be"):
+        check(path)
+    assert [file.read_text() for file in tmp_path.iterdir()] == [before] * (before is not None)
+
+
+def test_what_may_not_be_looked_at_is_a_log_error(tmp_path, monkeypatch):
+    def stat(path, **_):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "stat", stat)
+    with pytest.raises(LogError, match=r"note\.txt: Permission denied; choose another place"):
+        refuse_unwritable(tmp_path / "note.txt")
 
 
 def test_links_are_followed_and_permissions_kept(tmp_path):
