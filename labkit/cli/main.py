@@ -7,6 +7,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
+from typing import Any
 
 from labkit.cli import autograder, demo, evaluate, grade, match, odometry, report
 from labkit.errors import InvalidParameterError, LabkitError
@@ -52,9 +53,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return status
 
 
+class Parser(argparse.ArgumentParser):
+    """A parser, like those of its commands, that takes -1e-3 and -1. for numbers.
+
+    Before Python 3.14, argparse takes them for options that it does not know. This is how
+    3.14 tells a negative number; no option of ours begins with a digit.
+    """
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self._negative_number_matcher = re.compile(r"-\.?\d")
+
+
 def build_parser() -> argparse.ArgumentParser:
     """The parser of the whole command line."""
-    parser = argparse.ArgumentParser(
+    parser: argparse.ArgumentParser = Parser(
         prog="labkit",
         description=DESCRIPTION,
         epilog=EPILOG,
