@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import re
 import sys
@@ -31,6 +32,8 @@ command line is wrong. `labkit COMMAND --help` explains each command."""
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status."""
+    if isinstance(sys.stdout, io.TextIOWrapper):  # a code page without ² must not end a run
+        sys.stdout.reconfigure(errors="replace")
     parser = build_parser()
     args = parser.parse_args(arguments)
     try:

@@ -67,6 +67,21 @@ def test_the_module_runs_as_the_command_does():
     assert "theta = 6.011 deg" in done.stdout
 
 
+@pytest.mark.parametrize("encoding", ["ascii", "cp1250", "gbk"])
+def test_a_code_page_without_a_sign_ends_no_run(tmp_path, scan_files, encoding):
+    """As where output goes to a file on Windows: a sign it does not know becomes a `?`."""
+    for arguments, sign in ((["match", *scan_files[:2]], "m?"), (["demo", "--help"], "[m?]")):
+        done = subprocess.run(
+            [sys.executable, "-m", "labkit", *arguments],
+            cwd=tmp_path,
+            env=os.environ | {"PYTHONIOENCODING": encoding},
+            capture_output=True,
+            check=False,
+        )
+        assert (done.returncode, done.stderr) == (0, b"")
+        assert sign in done.stdout.decode("ascii")
+
+
 def test_a_reader_that_stops_early_is_no_error():
     shell = f"{sys.executable} -m labkit demo | true"
     done = subprocess.run(["sh", "-c", shell], capture_output=True, text=True, check=True)
