@@ -32,13 +32,33 @@ command line is wrong. `labkit COMMAND --help` explains each command."""
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status."""
+    sys.stdout = sys.stdout or io.StringIO()  # none where it is closed, as by `>&-`
     if isinstance(sys.stdout, io.TextIOWrapper):  # a code page without ² must not end a run
         sys.stdout.reconfigure(errors="replace")
-    parser = build_parser()
-    args = parser.parse_args(arguments)
+    status = 0
+    try:
+        try:
+            status = _run(build_parser().parse_args(arguments))
+        finally:
+            sys.stdout.flush()  # not at Python's exit, where no failure can be told
+    except BrokenPipeError:  # the reader (`| head`) has seen enough
+        _drop_output()
+    except OSError as error:
+        if error.filename is not None:  # of no stream: a defect, which its traceback tells best
+            raise
+        _drop_output()
+        print(
+            f"labkit: the output cannot be written: {error.strerror}; send it elsewhere",
+            file=sys.stderr,
+        )
+        return BAD_INPUT
+    return status
+
+
+def _run(args: argparse.Namespace) -> int:
+    """Run the command; a mistake is told in one line."""
     try:
         status: int = args.run(args)
-        sys.stdout.flush()
     except InvalidParameterError as error:  # an option's value: `some_name` is --some-name
         named = re.sub(r"^`(\w+)`", lambda m: "--" + m[1].replace("_", "-"), str(error))
         print(f"labkit {args.command}: {named}", file=sys.stderr)
@@ -50,10 +70,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(file=sys.stderr)
         print(f"labkit {args.command}: interrupted; no file is left half-written", file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:  # the reader (`| head`) has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
     return status
+
+
+def _drop_output() -> None:
+    """Send what is still to be written to stdout nowhere, lest it fail once more at the end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class Parser(argparse.ArgumentParser):

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import math
 
 from labkit.cli.options import add_icp_options, from_options
 from labkit.cli.text import pose_text, to_json
+from labkit.errors import InvalidParameterError
 from labkit.icp import icp
 from labkit.logs import read_points
 from labkit.registration import IcpParameters, IcpResult
@@ -41,6 +43,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 def run(args: argparse.Namespace) -> int:
     """Match the two files and print the result; status 1 where they do not match."""
+    if not all(map(math.isfinite, args.initial)):
+        raise InvalidParameterError(
+            f"`initial` must be three finite numbers x, y, theta, got {args.initial}"
+        )
     target, source = read_points(args.target), read_points(args.source)
     result = icp(source, target, from_xytheta(args.initial), from_options(IcpParameters, args))
     print(to_json(_as_dict(result)) if args.json else _as_text(result))

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 
+from labkit.errors import LogError
 from labkit.logs import atomic_write, refuse_unwritable
-from labkit.report import read_report, render, write_pdf
+from labkit.report import ReportError, read_report, render, write_pdf
 
 DESCRIPTION = """\
 Run a report from its first cell to its last, and write it as one page of HTML and as a PDF:
@@ -33,7 +35,11 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 def run(args: argparse.Namespace) -> int:
     """Write the files; status 1 where there are more pages than two."""
     source = Path(args.report)
+    if os.path.isdir(source):
+        raise ReportError(f"{source}: is a directory; name a notebook or Markdown in it")
     stem = Path(args.out) if args.out else source.with_suffix("")
+    if args.out and os.path.isdir(stem):
+        raise LogError(f"cannot write {stem}: it is a directory; name a file in it")
     page, pdf = stem.with_name(stem.name + ".html"), stem.with_name(stem.name + ".pdf")
     for path in [page] if args.html_only else [page, pdf]:
         refuse_unwritable(path)

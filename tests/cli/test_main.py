@@ -82,10 +82,33 @@ def test_a_code_page_without_a_sign_ends_no_run(tmp_path, scan_files, encoding):
         assert sign in done.stdout.decode("ascii")
 
 
-def test_a_reader_that_stops_early_is_no_error():
-    shell = f"{sys.executable} -m labkit demo | true"
-    done = subprocess.run(["sh", "-c", shell], capture_output=True, text=True, check=True)
+@pytest.mark.parametrize("arguments", ["demo", "demo --help"])
+@pytest.mark.parametrize("to", ["| true", ">&-"])
+def test_a_reader_that_stops_early_or_none_is_no_error(arguments, to):
+    shell = f"{sys.executable} -m labkit {arguments} {to}"
+    environment = os.environ | {"PYTHONUNBUFFERED": ""}
+    done = subprocess.run(
+        ["sh", "-c", shell], env=environment, capture_output=True, text=True, check=True
+    )
     assert done.stderr == ""
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs Linux's device of no room")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_full_disk_is_said_in_one_line(unbuffered):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "labkit", "demo"],
+            env=os.environ | {"PYTHONUNBUFFERED": unbuffered},
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 1
+    assert done.stderr == (
+        "labkit: the output cannot be written: No space left on device; send it elsewhere\n"
+    )
 
 
 AS_ANYBODY = []  # what takes root's right to write everywhere away

@@ -60,11 +60,19 @@ def test_a_missing_file(run, scan_files):
     assert "gone.csv" in err
 
 
-@pytest.mark.parametrize("guess", [(1, 2), ("a", 0, 0), ("nan", 0, 0)])
-def test_a_guess_that_is_none(run, scan_files, guess):
-    status, _, err = run("match", "target.csv", "source.csv", "--initial", *guess)
-    assert status in (1, 2)
-    assert "initial" in err or "T_init" in err
+@pytest.mark.parametrize(
+    ("guess", "message"),
+    [
+        ((1, 2), "argument --initial: expected 3 arguments"),
+        (("a", 0, 0), "argument --initial: invalid float value: 'a'"),
+        (("nan", 0, 0), "--initial must be three finite numbers x, y, theta, got [nan, 0.0, 0.0]"),
+        ((0, 0, "inf"), "--initial must be three finite numbers x, y, theta, got [0.0, 0.0, inf]"),
+    ],
+)
+def test_a_guess_that_is_none(run, scan_files, guess, message):
+    status, out, err = run("match", "target.csv", "source.csv", "--initial", *guess)
+    assert (status, out) == (2, "")
+    assert message in err
 
 
 def test_one_point_is_too_few(run, scan_files, tmp_path):

@@ -43,6 +43,10 @@ def test_more_than_two_pages_are_too_many(report, capsys, monkeypatch):
         (["none.md"], "labkit report: none.md: cannot be read"),
         (["a.txt"], "a report is a notebook"),
         (["a.md", "--out", "no/such/folder/a"], "cannot write no/such/folder/a.html"),
+        (["a.md", "--out", "."], "cannot write .: it is a directory; name a file in it"),
+        (["a.md", "--out", ".."], "cannot write ..: it is a directory"),
+        (["a.md", "--out", "/"], "cannot write /: it is a directory"),
+        (["."], "labkit report: .: is a directory; name a notebook or Markdown in it"),
     ],
 )
 def test_a_mistake_is_named_without_a_traceback(arguments, message, capsys):
