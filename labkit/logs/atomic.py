@@ -49,7 +49,7 @@ def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "w") -
     ...     target.read_text()
     'whole'
     """
-    target = Path(os.path.realpath(path))
+    target = _target(path)
     try:
         refuse_unwritable(path)
         if _is_special(target):
@@ -74,7 +74,7 @@ def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "w") -
 def refuse_unwritable(path: str | os.PathLike[str]) -> None:
     """Raise the `LogError` that writing to `path` would raise, before any work is done."""
     try:
-        obstacle = _obstacle(Path(os.path.realpath(path)))
+        obstacle = _obstacle(_target(path))
     except OSError as error:  # a folder that may not be entered, a name too long, ...
         obstacle = f"{error.strerror or error}; choose another place"
     if obstacle:
@@ -99,7 +99,12 @@ def _obstacle(target: Path) -> str:
     return ""
 
 
-def _is_special(path: Path) -> bool:
+def _target(path: str | os.PathLike[str]) -> Path:
+    """The file behind links; a device or a pipe is opened by the name given."""
+    return Path(path) if _is_special(path) else Path(os.path.realpath(path))
+
+
+def _is_special(path: str | os.PathLike[str]) -> bool:
     """Whether it is there and neither a regular file nor a directory."""
     return os.path.exists(path) and not (os.path.isfile(path) or os.path.isdir(path))
 

@@ -114,3 +114,15 @@ def test_a_device_is_written_to_and_stays_a_device():
         file.write("nowhere")
     assert os.path.exists(os.devnull)
     assert not os.path.isfile(os.devnull)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/fd"), reason="needs the file descriptors of POSIX")
+def test_a_pipe_is_written_to_by_the_name_given():
+    """As /dev/stdout, whose links end in a name that nothing bears."""
+    reading, writing = os.pipe()
+    refuse_unwritable(f"/dev/fd/{writing}")
+    with atomic_write(f"/dev/fd/{writing}") as file:
+        file.write("through")
+    os.close(writing)
+    with os.fdopen(reading) as pipe:
+        assert pipe.read() == "through"
