@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from labkit.arrays import check_range
 from labkit.cli.text import ERROR_HEADER, error_dict, error_row, table, to_json
 from labkit.errors import InvalidPointsError
 from labkit.evaluation import PoseErrors, associate, read_relations, relation_errors, rpe
@@ -46,6 +47,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 def run(args: argparse.Namespace) -> int:
     """Measure and print."""
+    check_range(args.stretch, "stretch", above=0.0, at_most=1e9, unit="m")
     if args.relations is not None:
         errors, note = _against_relations(args)
     else:
