@@ -42,8 +42,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the experiment and print what came of it."""
     experiment = lesson_experiment()
     parameters = from_options(IcpParameters, args)
-    for path in filter(None, (args.plot, args.animate)):
-        refuse_unwritable(path)
+    _check_pictures(args)
     result = icp(experiment.source, experiment.target, experiment.T_init, parameters)
     if result.termination.failed:
         print(result.message)
@@ -64,6 +63,18 @@ def run(args: argparse.Namespace) -> int:
     if args.animate:
         save_animation(animate_icp(experiment.source, experiment.target, result), args.animate)
     return 0
+
+
+def _check_pictures(args: argparse.Namespace) -> None:
+    """Refuse a picture that cannot be written, before any work is done."""
+    if args.plot or args.animate:  # else nobody waits for matplotlib
+        from labkit.plotting.save import animation_suffix, figure_suffix  # noqa: PLC0415
+    if args.plot:
+        refuse_unwritable(args.plot)
+        figure_suffix(args.plot)
+    if args.animate:
+        refuse_unwritable(args.animate)
+        animation_suffix(args.animate)
 
 
 def _before_and_after(experiment: LessonExperiment, result: IcpResult) -> Figure:

@@ -102,7 +102,7 @@ def save_animation(
     LogError
         If the file cannot be written there; a `LabkitError` too.
     """
-    suffix = _suffix(path, ANIMATION_SUFFIXES, "an animation")
+    suffix = animation_suffix(path)
     check_range(fps, "fps", above=0.0, at_most=100.0)
     with atomic_write(path, "wb") as file:
         if suffix == ".html":
@@ -115,6 +115,11 @@ def save_animation(
                 animation.save(rendered, writer=PillowWriter(fps=fps))  # type: ignore[arg-type]
                 file.write(rendered.read_bytes())
     return Path(path)
+
+
+def animation_suffix(path: str | os.PathLike[str]) -> str:
+    """The suffix of an animation's name, or the `InvalidParameterError` as `figure_suffix`."""
+    return _suffix(path, ANIMATION_SUFFIXES, "an animation")
 
 
 def animation_html(animation: FuncAnimation, *, fps: float = 2.5) -> str:

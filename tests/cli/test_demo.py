@@ -2,6 +2,8 @@
 
 import re
 
+import pytest
+
 
 def test_the_lesson_s_numbers(run):
     status, out, err = run("demo")
@@ -36,3 +38,17 @@ def test_an_unwritable_picture(run):
     status, _, err = run("demo", "--plot", "no/such/folder/scans.png")
     assert status == 1
     assert "cannot write no/such/folder/scans.png: the directory" in err
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "kinds"),
+    [
+        ("--plot", "scans.xyz", "a figure's name must end in .png, .pdf or .svg"),
+        ("--animate", "run.mp4", "an animation's name must end in .gif or .html"),
+    ],
+)
+def test_an_unknown_kind_of_picture_is_refused_before_the_work(run, tmp_path, option, name, kinds):
+    status, out, err = run("demo", option, name)
+    assert (status, out) == (2, "")
+    assert err == f"labkit demo: {kinds}, got {name!r}\n"
+    assert list(tmp_path.iterdir()) == []
