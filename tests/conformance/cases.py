@@ -48,6 +48,8 @@ def _termination(cases: Cases) -> None:
     files = (cases.table("posts", posts), cases.table("posts_shaken", shaken))
     wide: Parameters = {"max_correspondence_distance": 0.45, "huber_delta": None}
     cases.match("termination", "too_few_after_a_step", *files, **wide)
+    cases.match("termination", "too_few_as_the_budget_ends", *files, max_iterations=1, **wide)
+    _last_step_loses_a_pair(cases)
     two = cases.table("two_points", [[0.0, 0.1], [0.1, 50.0]])
     cases.match("termination", "too_few_points", files[0], two)
     spot = cases.table("spot", np.tile([0.1, 0.9], (5, 1)))
@@ -57,6 +59,22 @@ def _termination(cases: Cases) -> None:
     near = np.random.default_rng(4).uniform([0.0, 0.8], [0.2, 1.0], (6, 2))
     cluster = cases.table("cluster", near)
     cases.match("termination", "degenerate_target", one, cluster, overlap_ratio=1.0)
+
+
+def _last_step_loses_a_pair(cases: Cases) -> None:
+    """A step of 1e-7 m takes the middle pair across the gate: is the run over before it counts?"""
+    row = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0]])
+    zigzag = row + np.array([[0.0, 0.25], [0.0, -0.5], [0.0, 0.25]])
+    files = (cases.table("row", row), cases.table("row_zigzag", zigzag))
+    close: Parameters = {
+        "initial_y": 1e-7,
+        "max_correspondence_distance": 0.49999995,
+        "overlap_ratio": 1.0,
+        "huber_delta": None,
+    }
+    cases.match("termination", "ends_by_pose_with_two_pairs_left", *files, **close)
+    by_cost: Parameters = {"translation_tolerance": 0.0, "cost_tolerance": 1e-6}
+    cases.match("termination", "too_few_as_the_cost_settles", *files, **close, **by_cost)
 
 
 def _integration(cases: Cases) -> None:

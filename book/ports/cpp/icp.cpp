@@ -32,6 +32,7 @@ std::optional<Termination> check_pairs(const Correspondences& pairs) {
 
 /// Whether to stop, and why. The two pose tests hold together: a scan that turns about its
 /// own centre does not move, and under "either of them" it would stop at the first step.
+/// They come before the count of pairs: the pose was estimated from enough of them.
 std::optional<Termination> check_convergence(const State& before, const State& now,
                                              Eigen::Index iterations,
                                              const Parameters& parameters) {
@@ -40,6 +41,7 @@ std::optional<Termination> check_convergence(const State& before, const State& n
         std::abs(heading(T_before_now)) < parameters.rotation_tolerance) {
         return Termination::converged_pose;
     }
+    if (const auto no_step = check_pairs(now.pairs)) return no_step;
     if (parameters.cost_tolerance > 0.0 &&
         std::abs(now.pairs.cost - before.pairs.cost) < parameters.cost_tolerance) {
         return Termination::converged_cost;
@@ -72,11 +74,8 @@ Result icp(const Points& source, const Points& target, const Eigen::Isometry2d& 
         }
         const Eigen::Isometry2d T = *dT * now.T_target_source;  // 3: composed on the left
         ++iterations;
-        const State before = std::exchange(now, associate_at(T));  // 4
-        termination = check_pairs(now.pairs);
-        if (!termination) {
-            termination = check_convergence(before, now, iterations, parameters);  // 5
-        }
+        const State before = std::exchange(now, associate_at(T));              // 4
+        termination = check_convergence(before, now, iterations, parameters);  // 5
     }
 
     const bool failed = termination == Termination::too_few_correspondences ||

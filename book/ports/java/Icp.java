@@ -67,17 +67,18 @@ final class Icp {
      * Why to stop after a step; empty to go on.
      *
      * <p>The two pose tests hold together: a scan that turns about its own centre hardly moves from
-     * the first step on, and under "either of them" it would stop there.
+     * the first step on, and under "either of them" it would stop there. They come before the count
+     * of pairs: the pose was estimated from enough of them.
      */
     private Optional<Termination> check(Iteration before, Iteration now) {
-        Optional<Termination> noStep = check(now.pairs());
-        if (noStep.isPresent()) {
-            return noStep;
-        }
         Transform pose = now.targetFromSource();
         if (pose.translationFrom(before.targetFromSource()) < parameters.translationTolerance()
                 && pose.rotationFrom(before.targetFromSource()) < parameters.rotationTolerance()) {
             return Optional.of(Termination.CONVERGED_POSE);
+        }
+        Optional<Termination> noStep = check(now.pairs());
+        if (noStep.isPresent()) {
+            return noStep;
         }
         double costChange = Math.abs(now.pairs().cost() - before.pairs().cost());
         if (costChange < parameters.costTolerance()) { // never, where the tolerance is 0

@@ -35,11 +35,8 @@ while isempty(termination)
     T = dT * T_before;   % the update composes on the left
     iterations = iterations + 1;
     pairs = associate(source, target, T, parameters);
-    termination = check_pairs(pairs);
-    if isempty(termination)
-        dcost = pairs.cost - cost_before;
-        termination = check_convergence(T, T_before, dcost, iterations, parameters);
-    end
+    dcost = pairs.cost - cost_before;
+    termination = check_convergence(T, T_before, pairs, dcost, iterations, parameters);
 end
 
 if any(strcmp(termination, {'too_few_correspondences', 'degenerate'}))
@@ -58,14 +55,17 @@ if pairs.inlier_count < 3
 end
 end
 
-function termination = check_convergence(T, T_before, dcost, iterations, parameters)
+function termination = check_convergence(T, T_before, pairs, dcost, iterations, parameters)
 % Why to stop after a step; empty to go on. The two tests of the pose hold together: a scan
-% that turns about its own centre does not travel.
+% that turns about its own centre does not travel. They come before the count of pairs: the
+% pose was estimated from enough of them.
 travelled = norm(T(1:2, 3) - T_before(1:2, 3));
 dR = T_before(1:2, 1:2)' * T(1:2, 1:2);
 turned = abs(atan2(dR(2, 1), dR(1, 1)));
 if travelled < parameters.translation_tolerance && turned < parameters.rotation_tolerance
     termination = 'converged_pose';
+elseif ~isempty(check_pairs(pairs))
+    termination = check_pairs(pairs);
 elseif abs(dcost) < parameters.cost_tolerance   % a tolerance of 0 turns the test off
     termination = 'converged_cost';
 elseif iterations >= parameters.max_iterations

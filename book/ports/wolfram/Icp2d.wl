@@ -176,19 +176,19 @@ minimise[pairs_] := alignPairs[pairs["Source"], pairs["Target"], pairs["Weights"
 
 advance[state_, _degenerate, __] := Append[state, "Termination" -> "degenerate"]
 
-advance[state_, dT_motion, associate_, parameters_] := Module[{T, pairs, now},
+advance[state_, dT_motion, associate_, parameters_] := Module[{T, now},
   T = compose[dT, state["Motion"]];      (* the update composes on the left *)
-  pairs = associate[T];
-  now = <|"Motion" -> T, "Pairs" -> pairs, "Iterations" -> state["Iterations"] + 1|>;
-  Append[now, "Termination" -> Replace[checkPairs[pairs],
-    None :> checkConvergence[state, now, parameters]]]]
+  now = <|"Motion" -> T, "Pairs" -> associate[T], "Iterations" -> state["Iterations"] + 1|>;
+  Append[now, "Termination" -> checkConvergence[state, now, parameters]]]
 
 checkPairs[pairs_] := If[pairs["InlierCount"] < $minPairs, "too_few_correspondences", None]
 
 checkConvergence[before_, now_, parameters_] := Which[
   translationStep[before["Motion"], now["Motion"]] < parameters["TranslationTolerance"] &&
     rotationStep[before["Motion"], now["Motion"]] < parameters["RotationTolerance"],
-    "converged_pose",
+    "converged_pose",                    (* estimated from enough pairs, whatever is left *)
+  checkPairs[now["Pairs"]] =!= None,
+    checkPairs[now["Pairs"]],
   Abs[now["Pairs"]["Cost"] - before["Pairs"]["Cost"]] < parameters["CostTolerance"],
     "converged_cost",
   now["Iterations"] >= parameters["MaxIterations"],

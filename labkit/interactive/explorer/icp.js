@@ -52,7 +52,8 @@ export function icp(source, target, T_init, parameters) {
     }
     pairs = associate(source, target, T, parameters, far); // D, E
     history.push(record(T, T_before, pairs, far));
-    termination = checkPairs(pairs) ?? checkConvergence(history, parameters); // H
+    termination = checkConvergence(history, parameters); // H
+    if (termination !== "CONVERGED_POSE") termination = checkPairs(pairs) ?? termination;
   }
   return { T_target_source: failed(termination) ? null : T, termination, history }; // I
 }
