@@ -27,6 +27,8 @@ class RawCell:
         Python, magics taken out.
     error : str
         What keeps the source from being Python all the same; mostly "".
+    file : str
+        The file that it stands in.
     label : str
         What a message calls it.
     grade_id : str
@@ -35,6 +37,7 @@ class RawCell:
 
     source: str
     error: str
+    file: str
     label: str
     grade_id: str = ""
 
@@ -80,7 +83,7 @@ def cells_of(name: str, data: bytes, left: int = MAX_CODE) -> list[RawCell]:
     if not name.lower().endswith(".ipynb"):
         _check_length(name, [text], left)
         source, error = neutralise(text)
-        return [RawCell(source=source, error=error, label=name)]
+        return [RawCell(source=source, error=error, file=name, label=name)]
     if text.count("{") + text.count("[") > MAX_PARTS:
         raise LabkitError(f"{name} is too large a notebook; clear its outputs and hand it in again")
     try:
@@ -100,7 +103,8 @@ def cells_of(name: str, data: bytes, left: int = MAX_CODE) -> list[RawCell]:
     for number, (cell, written) in enumerate(zip(cells, texts, strict=True), 1):
         source, fault = neutralise(written)
         label = f"code cell {number} of {name}"
-        found.append(RawCell(source=source, error=fault, label=label, grade_id=_grade_id(cell)))
+        grade_id = _grade_id(cell)
+        found.append(RawCell(source=source, error=fault, file=name, label=label, grade_id=grade_id))
     return found
 
 

@@ -2,22 +2,26 @@
 
 Answers are found by the names of the functions that the assignment asks for, so cells may
 be renamed, duplicated, deleted or reordered. Of two answers to one question the later one
-counts, but an untouched stub never hides an answer.
+counts, or of two in different files the one in the file that answers more questions: beside
+the assignment, a chapter or a report changes nothing. Neither an untouched stub nor an import
+ever hides an answer.
 """
 
 from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from itertools import groupby
 
 from labkit.grading.contract import SourceCell
+from labkit.grading.extraction.answers import answers_of, by_answers, stubs_of
 from labkit.grading.extraction.cells import RawCell, cells_by_file
 from labkit.grading.extraction.magics import tree
 from labkit.grading.extraction.slicing import (
+    ANYWHERE,
     Statement,
     binders_of,
     needed_by,
@@ -70,96 +74,59 @@ def extract(files: Mapping[str, bytes], functions: Mapping[str, str]) -> Extract
     notes: list[str] = []
     read = cells_by_file(files, notes)
     modules = _modules(read)
-    raw = [cell for name in read if name not in modules for cell in read[name]]
-    whole = [(place, cell) for place, cell in enumerate(raw) if not cell.error]
-    program = [one for place, cell in whole for one in statements(place, cell.source)]
+    parts = [_statements(read[name]) for name in read if name not in modules]
+    program = [one for part in by_answers(parts, functions.values()) for one in part]
 
-    answers = _answers(program, functions)
-    binders = binders_of(program, aside=_stubs(program, answers))
-    needs = {question: needed_by(name, program, binders) for question, name in functions.items()}
+    answers = answers_of(program, functions, _imported_from(modules, read, program))
+    binders = binders_of(program, aside=stubs_of(program, answers))
+    needs = {}
+    for question, name in functions.items():
+        file = program[answers[question][-1]].cell.file if answers[question] else ANYWHERE
+        needs[question] = needed_by(name, file, program, binders)
     defining = {place: question for question, places in answers.items() for place in places}
     owner = owners(needs, defining)
     owner |= {place: None for place, one in enumerate(program) if one.is_import}
 
     cells = [_module_cell(name, read[name][0].source) for name in modules]
-    cells += _source_cells(raw, program, owner)
-    cells += _broken(raw, {q: f for q, f in functions.items() if not answers[q]}, notes)
-    notes += _remarks(raw, program, answers, functions)
+    cells += _source_cells(program, owner)
+    broken = [cell for name in read if name not in modules for cell in read[name] if cell.error]
+    cells += _broken(broken, {q: f for q, f in functions.items() if not answers[q]}, notes)
+    notes += _remarks(program, answers, functions)
     if len(notes) > MAX_NOTES:
         notes[MAX_NOTES:] = [f"and {len(notes) - MAX_NOTES} remarks more"]
     return Extraction(cells=tuple(cells), notes=tuple(notes))
 
 
-def _answers(program: Sequence[Statement], functions: Mapping[str, str]) -> dict[str, list[int]]:
-    """Where each question's function is defined; stubs alone where there is nothing else."""
-    defined: dict[str, list[int]] = {}
-    for place, one in enumerate(program):
-        for name in one.defines:
-            defined.setdefault(name, []).append(place)
-    answers: dict[str, list[int]] = {}
-    for question, function in functions.items():
-        places = defined.get(function, [])
-        answers[question] = [p for p in places if not _untouched(program[p], function)] or places
-    return answers
-
-
-def _stubs(program: Sequence[Statement], answers: Mapping[str, list[int]]) -> set[int]:
-    """Untouched stubs of functions that are answered elsewhere."""
-    chosen = {place for places in answers.values() for place in places}
-    return {
-        place
-        for place, one in enumerate(program)
-        if place not in chosen and any(_untouched(one, name) for name in one.defines)
-    }
-
-
-def _untouched(statement: Statement, function: str) -> bool:
-    """Whether a function still is the stub that was handed out."""
-    for node in statement.nodes:
-        if isinstance(node, ast.FunctionDef) and node.name == function:
-            body = [line for line in node.body if not _is_constant(line)]
-            return not body or (len(body) == 1 and _gives_up(body[0]))
-    return False
-
-
-def _is_constant(line: ast.stmt) -> bool:
-    """A docstring, an ellipsis, or `pass`."""
-    return isinstance(line, ast.Pass) or (
-        isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant)
-    )
-
-
-def _gives_up(line: ast.stmt) -> bool:
-    return isinstance(line, ast.Raise) and any(
-        isinstance(node, ast.Name) and node.id.startswith("NotImplemented")
-        for node in ast.walk(line)
-    )
+def _statements(cells: Sequence[RawCell]) -> list[Statement]:
+    return [one for cell in cells if not cell.error for one in statements(cell)]
 
 
 def _source_cells(
-    raw: Sequence[RawCell], program: Sequence[Statement], owner: Mapping[int, str | None]
+    program: Sequence[Statement], owner: Mapping[int, str | None]
 ) -> list[SourceCell]:
-    """The needed statements, those of one cell and one owner together; each import alone."""
+    """The needed statements, those of one cell and one owner together.
 
-    def group(place: int) -> tuple[int, str | None, int]:
+    Each import stands alone, and before all else: so it replaces nothing that is defined.
+    """
+
+    def group(place: int) -> tuple[str, str | None, int]:
         one = program[place]
-        return one.cell, owner[place], place if one.is_import else -1
+        return one.cell.label, owner[place], place if one.is_import else -1
 
     cells = []
-    for (cell, question, _), places in groupby(sorted(owner), key=group):
+    order = sorted(owner, key=lambda place: (not program[place].is_import, place))
+    for (label, question, _), places in groupby(order, key=group):
         source = only_lines([program[place] for place in places])
-        cells.append(SourceCell(source=source, question=question, label=raw[cell].label))
+        cells.append(SourceCell(source=source, question=question, label=label))
     return cells
 
 
 def _broken(
-    raw: Sequence[RawCell], missing: Mapping[str, str], notes: list[str]
+    broken: Sequence[RawCell], missing: Mapping[str, str], notes: list[str]
 ) -> list[SourceCell]:
     """Cells with a syntax error: whole, for the question that finds its answer there alone."""
     cells = []
-    for cell in raw:
-        if not cell.error:
-            continue
+    for cell in broken:
         notes.append(f"{cell.label} is not Python, so nothing in it counts: {cell.error}")
         cells += [
             SourceCell(source=cell.source, question=question, label=cell.label)
@@ -170,19 +137,21 @@ def _broken(
 
 
 def _remarks(
-    raw: Sequence[RawCell],
     program: Sequence[Statement],
     answers: Mapping[str, list[int]],
     functions: Mapping[str, str],
 ) -> list[str]:
     """What is worth saying about missing and repeated answers."""
-    defined = {name for one in program for name in one.bound}
+    defined = {name for one in program for name in one.assigned | one.changed}
     remarks = []
     for question, function in functions.items():
-        labels = [raw[program[place].cell].label for place in answers[question]]
-        if len(labels) > 1:
+        cells = [program[place].cell for place in answers[question]]
+        if len(cells) > 1:
+            one_file = cells[0].file == cells[-1].file
+            which = "last one" if one_file else "one beside most other answers"
             remarks.append(
-                f"`{function}` is defined {len(labels)} times; the last one counts, in {labels[-1]}"
+                f"`{function}` is defined {len(cells)} times; the {which} counts, "
+                f"in {cells[-1].label}"
             )
         elif function not in defined:
             near = get_close_matches(function, sorted(defined)[:MAX_NAMES], n=1, cutoff=0.8)
@@ -210,6 +179,20 @@ def _modules(read: Mapping[str, list[RawCell]]) -> list[str]:
         and cells
         and any(stem == _stem(file) and other != file for stem, other in imported)
     ]
+
+
+def _imported_from(
+    modules: Collection[str], read: Mapping[str, list[RawCell]], program: Sequence[Statement]
+) -> set[str]:
+    """What the program takes from the student's own scripts by name, or by ``*``."""
+    own = {_stem(file): _statements(read[file]) for file in modules}
+    taken: set[str] = set()
+    for node in [node for one in program if one.is_import for node in one.nodes]:
+        if isinstance(node, ast.ImportFrom) and node.module in own:
+            taken |= {alias.asname or alias.name for alias in node.names}
+            if "*" in taken:
+                taken |= {name for one in own[node.module] for name in one.defines}
+    return taken
 
 
 def _imported(node: ast.AST) -> list[str]:

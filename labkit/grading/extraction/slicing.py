@@ -19,7 +19,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from symtable import symtable
 
+from labkit.grading.extraction.cells import RawCell
 from labkit.grading.extraction.magics import tree
+
+ANYWHERE = ""  # instead of the name of a file
+Binders = Mapping[tuple[str, str], Sequence[int]]  # by name and file, or name and `ANYWHERE`
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,8 +32,8 @@ class Statement:
 
     Attributes
     ----------
-    cell : int
-        Which cell it stands in.
+    cell : RawCell
+        Where it stands.
     first, last : int
         Its lines there, counted from 1, both included.
     text : str
@@ -38,7 +42,7 @@ class Statement:
         What they say.
     """
 
-    cell: int
+    cell: RawCell
     first: int
     last: int
     text: str
@@ -72,9 +76,14 @@ class Statement:
         return frozenset(names)
 
     @cached_property
-    def bound(self) -> frozenset[str]:
-        """Every name that it gives a value to, or whose value it may change in place."""
-        return frozenset(name for node in self.nodes for name in _bound(node))
+    def assigned(self) -> frozenset[str]:
+        """Every name that it gives a value to."""
+        return frozenset(name for node in _outside(self.nodes) for name in _assigned(node))
+
+    @cached_property
+    def changed(self) -> frozenset[str]:
+        """Every name whose value it may change in place."""
+        return frozenset(name for node in _outside(self.nodes) for name in _changed(node))
 
     @cached_property
     def defines(self) -> frozenset[str]:
@@ -82,13 +91,13 @@ class Statement:
         return frozenset(name for node in self.nodes for name in _defined(node))
 
 
-def statements(cell: int, source: str) -> list[Statement]:
+def statements(cell: RawCell) -> list[Statement]:
     """The top-level statements of a cell, in order; those that share a line are one."""
     try:
-        body = tree(source).body
+        body = tree(cell.source).body
     except RecursionError:  # it compiled, by a hair
         return []
-    lines = source.split("\n")
+    lines = cell.source.split("\n")
     spans: list[tuple[int, int, list[ast.stmt]]] = []
     for node in body:
         decorators = getattr(node, "decorator_list", [])
@@ -110,34 +119,44 @@ def statements(cell: int, source: str) -> list[Statement]:
     ]
 
 
-def binders_of(
-    program: Sequence[Statement], aside: Collection[int] = ()
-) -> Mapping[str, Sequence[int]]:
+def binders_of(program: Sequence[Statement], aside: Collection[int] = ()) -> Binders:
     """The statements that may change what a name stands for, by their place in `program`.
 
+    A name means what its own file gives it, and what all of them do where that gives it none.
     Statements in `aside` (an untouched stub) are passed over. A call on an imported module
     (``np.random.seed(0)``, ``plt.show()``) changes no value of the submission's.
     """
-    modules = {name for statement in program if statement.is_import for name in statement.bound}
-    binders: dict[str, list[int]] = {}
+    imported = {name for one in program if one.is_import for name in one.assigned}
+    modules = imported.difference(*(one.assigned for one in program if not one.is_import))
+    binders: dict[tuple[str, str], list[int]] = {}
+    given: set[tuple[str, str]] = set()
     for place, statement in enumerate(program):
         if place not in aside:
-            for name in statement.bound - (set() if statement.is_import else modules):
-                binders.setdefault(name, []).append(place)
-    return binders
+            file = statement.cell.file
+            given |= {(name, file) for name in statement.assigned}
+            for name in statement.assigned | (statement.changed - modules):
+                binders.setdefault((name, file), []).append(place)
+                binders.setdefault((name, ANYWHERE), []).append(place)
+    return {
+        name: places for name, places in binders.items() if name in given or name[1] == ANYWHERE
+    }
 
 
-def needed_by(
-    function: str, program: Sequence[Statement], binders: Mapping[str, Sequence[int]]
-) -> set[int]:
-    """The statements that a function needs, by their place in `program`."""
+def needed_by(function: str, file: str, program: Sequence[Statement], binders: Binders) -> set[int]:
+    """The statements that a function of a file needs, by their place in `program`."""
+
+    def meant(name: str, file: str) -> tuple[str, str]:
+        return (name, file) if (name, file) in binders else (name, ANYWHERE)
+
     needed: set[int] = set()
-    open_names, seen = [function], {function}
+    open_names = [meant(function, file)]
+    seen = {*open_names}
     while open_names:
         for place in binders.get(open_names.pop(), ()):
             if place not in needed:
                 needed.add(place)
-                fresh = program[place].used - seen
+                one = program[place]
+                fresh = {meant(name, one.cell.file) for name in one.used} - seen
                 seen |= fresh
                 open_names.extend(fresh)
     return needed
@@ -165,24 +184,30 @@ def owners(needs: Mapping[str, set[int]], defining: Mapping[int, str]) -> dict[i
     return owner
 
 
-def _bound(statement: ast.stmt) -> Iterator[str]:
-    """Names bound at the level of the statement, not inside the functions that it defines."""
-    pending: list[ast.AST] = [statement]
+def _outside(statements: Sequence[ast.stmt]) -> Iterator[ast.AST]:
+    """What is done where the statements stand: not inside the functions that they define."""
+    pending: list[ast.AST] = [*statements]
     while pending:
         node = pending.pop()
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            yield node.name
-            continue
-        if isinstance(node, ast.Import | ast.ImportFrom):
-            yield from ((alias.asname or alias.name).split(".")[0] for alias in node.names)
-        elif isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load):
-            yield node.id
-        elif isinstance(node, ast.Attribute | ast.Subscript) and not isinstance(node.ctx, ast.Load):
-            yield from _root(node)
-        elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
-            yield from _root(node.value.func)  # table.append(...) changes `table`
-        if not isinstance(node, ast.Lambda):
+        yield node
+        if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Lambda):
             pending.extend(ast.iter_child_nodes(node))
+
+
+def _assigned(node: ast.AST) -> Iterator[str]:
+    if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+        yield node.name
+    elif isinstance(node, ast.Import | ast.ImportFrom):
+        yield from ((alias.asname or alias.name).split(".")[0] for alias in node.names)
+    elif isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load):
+        yield node.id
+
+
+def _changed(node: ast.AST) -> Iterator[str]:
+    if isinstance(node, ast.Attribute | ast.Subscript) and not isinstance(node.ctx, ast.Load):
+        yield from _root(node)
+    elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
+        yield from _root(node.value.func)  # table.append(...) changes `table`
 
 
 def _root(node: ast.AST) -> Iterator[str]:

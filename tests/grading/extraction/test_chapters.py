@@ -5,17 +5,41 @@ from collections import defaultdict
 from pathlib import Path
 
 import nbformat
+import pytest
 
 from labkit.authoring.notebook import notebook_text
+from labkit.grading.assignment import load_assignment
+from labkit.grading.contract import Limits
+from labkit.grading.extraction import extract
+from labkit.grading.grade import grade_submission
+from labkit.grading.isolation import open_sandbox
 
 NOTEBOOKS = Path(__file__).parents[3] / "notebooks"
 CHAPTERS = {path.name: path.read_bytes() for path in sorted(NOTEBOOKS.glob("0*.ipynb"))}
+REPORT = (NOTEBOOKS / "report_template.ipynb").read_bytes()
 
 
 def sources(text):
     """The code cells of a notebook."""
     cells = nbformat.reads(text, as_version=4).cells
     return [cell.source for cell in cells if cell.cell_type == "code"]
+
+
+@pytest.mark.slow
+def test_chapters_and_report_beside_the_solved_assignment_change_nothing():
+    """Buys that who hands in what the page asks for gets the points of the assignment alone."""
+    assignment = load_assignment()
+    functions = {question.id: question.function for question in assignment.questions}
+    solved = notebook_text(solutions=True).encode()
+    below = {f"notebooks/{name}": data for name, data in CHAPTERS.items()}
+    with open_sandbox("auto", Limits(seconds=5.0)) as sandbox:
+        for others in ({}, CHAPTERS, below, {"my_report.ipynb": REPORT}):
+            for name in ("0.ipynb", "assignment.ipynb", "zoe.ipynb"):
+                files = dict(sorted({name: solved, **others}.items()))
+                found = extract(files, functions)
+                verdict = grade_submission(found.cells, sandbox, assignment, "ada")
+                assert verdict.score == 100.0, (name, list(others))
+                assert found.notes == ()
 
 
 def test_functions_of_one_name_have_the_same_parameters():

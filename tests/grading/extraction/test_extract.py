@@ -120,6 +120,69 @@ def test_a_stub_alone_is_the_answer():
         run(extracted(STUB))["rotation"](0.0)
 
 
+@pytest.mark.parametrize(
+    "imported",
+    [
+        "from labkit.se2 import rotation",
+        "import somewhere as rotation",
+        "try:\n    from fast import rotation\nexcept ImportError:\n    from slow import rotation",
+    ],
+)
+@pytest.mark.parametrize("definition", [ROTATION, "rotation = lambda angle: 1"])
+def test_an_import_hides_no_answer_wherever_it_stands(imported, definition):
+    for cells in ((imported, definition), (definition, imported)):
+        apart = {f"{number}.ipynb": notebook(cell) for number, cell in enumerate(cells)}
+        for found in (extracted(*cells), extract(apart, FUNCTIONS)):
+            assert found.cells[-1].source.strip() == definition
+            assert found.cells[-1].question == "rotation"
+            assert found.notes == ()
+
+
+def test_an_imported_name_can_be_a_helper_of_the_students_own():
+    """`from labkit import transform` stands in a chapter, or was tried once."""
+    helper = "def transform(angle):\n    return 2 * angle\ntransform.calls = 0"
+    answer = "def rotation(angle):\n    return transform(angle), transform.calls"
+    imported = "from math import sqrt as transform"
+    assert run(extracted(helper, imported, answer))["rotation"](3.0) == (6.0, 0)
+
+
+@pytest.mark.parametrize("stub", [(), (STUB,)], ids=["", "and a stub"])
+@pytest.mark.parametrize("imported", ["from mine import *", "from mine import rotation"])
+def test_a_stub_hides_no_answer_in_a_module(imported, stub):
+    module = f"{IMPORT}\n{ROTATION}".encode()
+    found = extract({"a.ipynb": notebook(imported, *stub), "mine.py": module}, FUNCTIONS)
+    assert run(found)["rotation"](0.0)[0][0] == 1.0
+
+
+OLDER = "def rotation(angle):\n    return SCALE\nSCALE = broken()\n"
+
+
+@pytest.mark.parametrize("names", [("a", "b"), ("b", "a")], ids="".join)
+def test_of_two_files_the_one_that_answers_more_counts(names):
+    """In it, a name means what it gives it: a chapter's `SCALE` is another one."""
+    whole = f"SCALE = 2.0\ndef rotation(angle):\n    return SCALE\n{WEIGHTS}"
+    files = dict(zip(names, (whole.encode(), OLDER.encode()), strict=True))
+    found = extract({f"{name}.py": files[name] for name in "ab"}, FUNCTIONS)
+    assert not any("broken" in cell.source for cell in found.cells)
+    assert run(found)["rotation"](0.0) == 2.0
+    assert found.notes == (
+        "`rotation` is defined 2 times; the one beside most other answers counts, "
+        f"in {names[0]}.py",
+    )
+
+
+def test_of_two_files_that_answer_as_much_the_one_with_more_stubs_counts():
+    stub = "def huber_weights(r, delta):\n    ..."
+    found = extract({"a.ipynb": notebook(ROTATION, stub), "b.py": OLDER.encode()}, FUNCTIONS)
+    assert [cell.source.strip() for cell in found.cells] == [ROTATION, stub]
+
+
+def test_a_name_that_its_file_does_not_give_is_looked_for_in_the_others():
+    part = b"def rotation(angle):\n    return SCALE\nSCALES = [SCALE]\n"
+    found = extract({"a.py": part, "b.py": b"SCALE = 2.0"}, FUNCTIONS)
+    assert run(found)["rotation"](0.0) == 2.0
+
+
 def test_a_syntax_error_costs_its_cell_alone():
     broken = "def huber_weights(r, d):\n    return ("
     found = extracted(IMPORT, ROTATION, broken)
