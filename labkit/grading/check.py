@@ -106,7 +106,7 @@ def check(question: str, function: Callable[..., Any]) -> Feedback:
 
 
 def score(question: str, function: Callable[..., Any], student: str = "") -> float:
-    """The points of a function, hidden cases included; for nbgrader's hidden tests.
+    """The points of a function, by its hidden cases; for nbgrader's hidden tests.
 
     nbgrader runs a student's code in the process that grades it. This cannot mend that:
     marks that have to hold come from ``labkit grade``.

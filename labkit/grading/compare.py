@@ -56,18 +56,20 @@ def assess(
 ) -> QuestionVerdict:
     """The verdict on one question: its cases, the known mistake if there is one, the score.
 
-    The score is the share of the cases that pass, less what a constant answer would get,
+    The score is the share of the hidden cases that pass, less what a constant answer would get,
     or the credit of the known mistake where that is more: for the cases that it explains, since
-    otherwise one wrong answer, learnt by heart, would be worth as much as a function.
+    otherwise one wrong answer, learnt by heart, would be worth as much as a function. Visible
+    cases, whose answers are handed out, count where there are no hidden ones.
     """
-    verdicts = tuple(
-        judge(question, case, outcome) for case, outcome in zip(cases, outcomes, strict=True)
-    )
-    passed = sum(verdict.passed for verdict in verdicts)
-    known = recognise(question, cases, outcomes) if passed < len(cases) else None
-    share = max(0.0, (passed / len(cases) - question.chance) / (1.0 - question.chance))
+    pairs = list(zip(cases, outcomes, strict=True))
+    verdicts = tuple(judge(question, case, outcome) for case, outcome in pairs)
+    right = all(verdict.passed for verdict in verdicts)
+    known = None if right else recognise(question, cases, outcomes)
+    counting = [place for place, case in enumerate(cases) if case.hidden] or range(len(cases))
+    passed = sum(verdicts[place].passed for place in counting) / len(counting)
+    share = max(0.0, (passed - question.chance) / (1.0 - question.chance))
     if known:
-        share = max(share, known.credit * _explained(known, cases, outcomes))
+        share = max(share, known.credit * _explained(known, [pairs[place] for place in counting]))
         verdicts = tuple(_blame(verdict, known) for verdict in verdicts)
     return QuestionVerdict(
         question=question.id,
@@ -80,13 +82,13 @@ def assess(
     )
 
 
-def _explained(known: Misconception, cases: Sequence[Case], outcomes: Sequence[Outcome]) -> float:
+def _explained(known: Misconception, asked: Sequence[tuple[Case, Outcome]]) -> float:
     """The share of the cases that have an answer, or that the mistake answers no better."""
     unanswered = sum(
         outcome.status is not OutcomeStatus.RETURNED and known.id in case.mistaken
-        for case, outcome in zip(cases, outcomes, strict=True)
+        for case, outcome in asked
     )
-    return 1.0 - unanswered / len(cases)
+    return 1.0 - unanswered / len(asked)
 
 
 def recognise(
@@ -241,6 +243,8 @@ def _message(
     if known:
         return f"This looks like a known mistake: {known.says} See {known.chapter}."
     text = f"{passed} of {len(verdicts)} cases pass."
+    if passed and (hidden := [verdict.passed for verdict in verdicts if verdict.hidden]):
+        text += f" Points are for the hidden ones: {sum(hidden)} of {len(hidden)}."
     if question.chance and passed:
         text += " A constant answer would pass half of them, so points begin beyond that."
     return text

@@ -116,7 +116,7 @@ def test_the_score_asks_the_hidden_cases_too():
         return right.rotation(theta) if theta in known else np.eye(2)
 
     assert check("rotation", by_heart).passed
-    assert score("rotation", by_heart) == round(3.0 * 3 / 8, 2)
+    assert score("rotation", by_heart) == 0.0
 
 
 def test_it_works_without_the_hidden_cases(tmp_path):

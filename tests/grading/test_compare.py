@@ -217,10 +217,42 @@ def test_a_constant_earns_nothing_where_half_the_answers_are_yes():
 def test_the_score_is_the_share_of_the_cases_beyond_chance():
     question = ASSIGNMENT.question("has_converged")
     cases = ASSIGNMENT.cases(question.id, "ada")
-    values = [case.expected[0] ^ (number < 2) for number, case in enumerate(cases)]
+    hidden = [case for case in cases if case.hidden]
+    wrong = hidden[:2]
+    values = [case.expected[0] ^ (case in wrong) for case in cases]
     verdict = assess(question, cases, [returned(*pair) for pair in zip(cases, values, strict=True)])
     assert verdict.cases_passed == len(cases) - 2
-    assert verdict.score == round(question.points * (1 - 4 / len(cases)), 2)
+    assert verdict.score == round(question.points * (1 - 4 / len(hidden)), 2)
+    assert "18 of 20 cases pass. Points are for the hidden ones: 14 of 16." in verdict.message
+
+
+@pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
+def test_the_examples_learnt_by_heart_are_worth_nothing(question):
+    """Their answers are handed out, right and wrong ones; beyond them, an error or a constant."""
+    cases = ASSIGNMENT.cases(question.id, "mallory")
+    tables = [{case.id: case.expected[0] for case in cases if not case.hidden}]
+    for known in question.misconceptions:
+        told = [case for case in cases if not case.hidden and known.id in case.mistaken]
+        tables.append({case.id: case.mistaken[known.id][0] for case in told})
+    constant = cases[-1].expected[0]
+    by_constant = assess(question, cases, [returned(case, constant) for case in cases])
+    for table in tables:
+        raised = [
+            returned(case, table[case.id])
+            if case.id in table
+            else Outcome(id=case.id, status=OutcomeStatus.RAISED)
+            for case in cases
+        ]
+        assert assess(question, cases, raised).score == 0.0
+        filled = [returned(case, table.get(case.id, constant)) for case in cases]
+        assert assess(question, cases, filled).score <= by_constant.score
+
+
+@pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
+def test_the_examples_make_the_score_where_nothing_is_hidden(question):
+    cases = ASSIGNMENT.cases(question.id)
+    right = [returned(case, case.expected[0]) for case in cases]
+    assert assess(question, cases, right).score == question.points
 
 
 def test_answers_of_two_mistakes_name_neither():
