@@ -1,7 +1,8 @@
 """Notebook lines that are no Python: magics, shell commands and help requests.
 
 A cell that parses as it stands is left alone. In one that does not, those lines give way
-to Python that does nothing, so that every other line keeps its number.
+to Python that does nothing, so that every other line keeps its number. As in IPython, they
+begin where a statement may: a line inside brackets or a string that begins with ``%`` is none.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import ast
 import re
 import warnings
+from collections.abc import Iterator
 
 # Cell magics whose body is Python of this notebook; the body of any other one is not.
 TRANSPARENT = {"time", "timeit", "capture", "prun", "memit", "mprun"}
@@ -18,6 +20,12 @@ LONGEST = 300  # no magic is as long; what is longer would only cost time
 _CELL_MAGIC = re.compile(r"\s*%%(\w+)[^\n]*")
 _LINE = re.compile(r"(?P<indent>\s*)(?:[%!?].*|[^#'\"]*[^#'\"\s?]\?{1,2}\s*)$")
 _ASSIGNED = re.compile(r"(?P<target>\s*[\w.,\s]+=\s*)[%!].*$")
+# What tells where a statement ends: comments, strings, brackets and line breaks.
+_PART = re.compile(
+    r"""\#[^\n]*|'{3}(?:\\.|[^\\])*?(?:'{3}|\Z)|"{3}(?:\\.|[^\\])*?(?:"{3}|\Z)"""
+    r"""|'(?:\\.|[^\\\n'])*'?|"(?:\\.|[^\\\n"])*"?|\\\n|[][(){}\n]""",
+    re.DOTALL,
+)
 
 
 def neutralise(source: str) -> tuple[str, str]:
@@ -55,7 +63,7 @@ def neutralise(source: str) -> tuple[str, str]:
         )
         error = syntax_error(source)
     if error:
-        source = "\n".join(map(_plain_line, source.split("\n")))
+        source = "\n".join(_plain(source))
         error = syntax_error(source)
     return source, error
 
@@ -76,6 +84,29 @@ def tree(source: str) -> ast.Module:
     """The syntax tree of a text that parses."""
     with warnings.catch_warnings(action="ignore"):
         return ast.parse(source)
+
+
+def _plain(source: str) -> Iterator[str]:
+    """The text in pieces of whole lines; those that are no Python give way to some."""
+    start = 0
+    while start <= len(source):
+        end = source.find("\n", start) % (len(source) + 1)  # -1: the last line
+        plain = _plain_line(source[start:end])
+        if plain == source[start:end]:
+            end = _end_of_statement(source, start)
+            plain = source[start:end]
+        yield plain
+        start = end + 1
+
+
+def _end_of_statement(source: str, start: int) -> int:
+    """Where the first line break outside of brackets and strings is."""
+    depth = 0
+    for part in _PART.finditer(source, start):
+        depth += (part[0] in "([{") - (part[0] in ")]}")
+        if part[0] == "\n" and depth <= 0:
+            return part.start()
+    return len(source)
 
 
 def _plain_line(line: str) -> str:

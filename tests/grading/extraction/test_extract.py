@@ -80,6 +80,26 @@ def test_a_magic_keeps_the_numbers_of_the_lines():
     assert cell.source.split("\n")[2:] == ROTATION.split("\n")
 
 
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "theta = (theta\n    % (2 * math.pi))",
+        "theta = [theta\n% 3][0]",
+        "theta = theta \\\n    % 3",
+        '"""How far?\n%s off\n!"""',
+        "text = '''\\'''%\n?''' + f'{theta}(' # (",
+    ],
+)
+def test_a_line_that_goes_on_is_no_magic(statement):
+    magics = "%matplotlib inline\nfiles = !ls (\nrotation??\n!echo \"it's"
+    answer = f"import math\ndef rotation(theta):\n    %time\n    {statement}\n    return theta"
+    for cell in (f"{magics}\n{answer}", f"{answer}\n{magics}"):
+        found = extracted(cell)
+        assert found.notes == ()
+        assert statement in found.cells[-1].source
+        assert run(found)["rotation"](2.0) == 2.0
+
+
 def test_an_answer_brings_what_it_needs():
     helper = "SCALE = 2.0\ndef helper(x):\n    return SCALE * x"
     table = "table = []\nfor k in range(3):\n    table.append(k)\ntable[0] = 7"
