@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
-from labkit.grading.extraction.slicing import Statement
+from labkit.grading.extraction.statements import Statement
 
 
 def by_answers(
@@ -49,17 +49,20 @@ def stubs_of(program: Sequence[Statement], answers: Mapping[str, list[int]]) -> 
     return {
         place
         for place, one in enumerate(program)
-        if place not in chosen and any(is_untouched(one, name) for name in one.defines)
+        if place not in chosen and any(map(_is_stub, one.nodes))
     }
 
 
 def is_untouched(statement: Statement, function: str) -> bool:
     """Whether a function still is the stub that was handed out."""
-    for node in statement.nodes:
-        if isinstance(node, ast.FunctionDef) and node.name == function:
-            body = [line for line in node.body if not _is_constant(line)]
-            return not body or (len(body) == 1 and _gives_up(body[0]))
-    return False
+    return any(_is_stub(node) and getattr(node, "name", "") == function for node in statement.nodes)
+
+
+def _is_stub(node: ast.stmt) -> bool:
+    if not isinstance(node, ast.FunctionDef):
+        return False
+    body = [line for line in node.body if not _is_constant(line)]
+    return not body or (len(body) == 1 and _gives_up(body[0]))
 
 
 def _is_constant(line: ast.stmt) -> bool:

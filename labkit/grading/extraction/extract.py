@@ -20,15 +20,8 @@ from labkit.grading.contract import SourceCell
 from labkit.grading.extraction.answers import answers_of, by_answers, stubs_of
 from labkit.grading.extraction.cells import RawCell, cells_by_file
 from labkit.grading.extraction.magics import tree
-from labkit.grading.extraction.slicing import (
-    ANYWHERE,
-    Statement,
-    binders_of,
-    needed_by,
-    only_lines,
-    owners,
-    statements,
-)
+from labkit.grading.extraction.slicing import ANYWHERE, links_of, needed_by, only_lines, owners
+from labkit.grading.extraction.statements import Statement, statements
 
 MAX_NOTES = 40
 MAX_NAMES = 1000  # among which a slip is looked for
@@ -78,11 +71,11 @@ def extract(files: Mapping[str, bytes], functions: Mapping[str, str]) -> Extract
     program = [one for part in by_answers(parts, functions.values()) for one in part]
 
     answers = answers_of(program, functions, _imported_from(modules, read, program))
-    binders = binders_of(program, aside=stubs_of(program, answers))
-    needs = {}
-    for question, name in functions.items():
-        file = program[answers[question][-1]].cell.file if answers[question] else ANYWHERE
-        needs[question] = needed_by(name, file, program, binders)
+    links = links_of(program, aside=stubs_of(program, answers))
+    files_of = {q: program[at[-1]].cell.file if at else ANYWHERE for q, at in answers.items()}
+    own = [needed_by(name, files_of[question], links) for question, name in functions.items()]
+    tried = set().union(*own)
+    needs = {q: needed_by(name, files_of[q], links, tried) for q, name in functions.items()}
     defining = {place: question for question, places in answers.items() for place in places}
     owner = owners(needs, defining)
     owner |= {place: None for place, one in enumerate(program) if one.is_import}

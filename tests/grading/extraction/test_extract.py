@@ -108,6 +108,45 @@ def test_an_answer_brings_what_it_needs():
     assert "unused" not in run(extracted(helper, table, answer, "unused = 1"))
 
 
+@pytest.mark.parametrize(
+    ("cell", "answer"),
+    [
+        ("def setup():\n    global SIGN\n    SIGN = -1\nsetup()", "SIGN"),
+        (
+            "SIGN = 1\ndef setup():\n    global SIGN\n    SIGN = -1\nif True:\n    done = setup()",
+            "SIGN",
+        ),
+        ("P = {}\ndef setup(sign):\n    P['sign'] = sign\nsetup(-1)", "P['sign']"),
+        ("def a():\n    global S\n    S = -1\ndef b():\n    a()\nfor _ in 'once': b()", "S"),
+        ("class K: pass\nk = K()\nsetattr(k, 'sign', -1)", "k.sign"),
+        ("P = {}\ndict.update(P, sign=-1)", "P['sign']"),
+        ("P = []\nlist.append(P, -1)", "P[0]"),
+        ("import numpy as np\nP = np.ones(3)\nnp.copyto(P, -1.0)", "P[0]"),
+        ("import numpy as np\nP = np.ones((3, 3))\nnp.fill_diagonal(P[1:], -1.0)", "P[1, 0]"),
+        ("import heapq\nP = []\nheapq.heappush(P, -1)", "P[0]"),
+    ],
+)
+def test_a_call_that_gives_a_value_by_the_way_is_kept(cell, answer):
+    found = extracted(cell, f"def rotation(angle):\n    return {answer}")
+    assert run(found)["rotation"](0.0) == -1
+
+
+@pytest.mark.parametrize(
+    "trial",
+    [
+        "rotation(load())",
+        "print(rotation, history); display(history); plt.plot(history)",
+        "check('rotation', rotation)\nsorted(history)",
+        "def trial():\n    history = [1]\n    history.append(rotation(load()))\ntrial()",
+        "def trial():\n    return rotation(load())\ntrial()",
+    ],
+)
+def test_a_call_that_tries_an_answer_is_left_out_though_the_answer_counts_its_calls(trial):
+    answer = "history = []\ndef rotation(angle):\n    global history\n    history += [angle]"
+    found = extracted("import matplotlib.pyplot as plt", answer, trial)
+    assert "".join(cell.source for cell in found.cells[1:]).strip() == answer
+
+
 def test_each_cell_belongs_to_its_question_and_shared_ones_to_none():
     both = "def rotation(a):\n    return f(a)\ndef huber_weights(r, d):\n    return f(rotation(r))"
     cells = extracted("import math\ndef f(x):\n    return x", both).cells
