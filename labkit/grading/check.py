@@ -92,7 +92,7 @@ def check(question: str, function: Callable[..., Any]) -> Feedback:
     Raises
     ------
     InvalidParameterError
-        For a question that does not exist, or what is no function.
+        For a question that does not exist, or what is no function of the student's.
 
     Examples
     --------
@@ -140,6 +140,12 @@ def _assessed(
         raise InvalidParameterError(
             f"`function` must be the function itself, as in "
             f'check("{question.id}", {question.function}), got {type(function).__name__}'
+        )
+    home = getattr(function, "__module__", None) or ""
+    if home.startswith("labkit.") and home.split(".")[1] not in ("authoring", "grading"):
+        raise InvalidParameterError(
+            f"`function` must be your own, got the one that was imported from {home}, which the "
+            f"grading does not have; run the cell that defines your `{question.function}` again"
         )
     return assess(question, cases, [_outcome(case, function) for case in cases])
 

@@ -12,6 +12,7 @@ import pytest
 
 import labkit
 from labkit.authoring.variants import vectorised as right
+from labkit.correspondences import overlap
 from labkit.errors import InvalidParameterError, LabkitError
 from labkit.grading.assignment import FOLDER, load_assignment
 from labkit.grading.check import check, score
@@ -105,6 +106,21 @@ def test_the_callers_own_mistakes_are_named():
         check("rotate", transposed)
     with pytest.raises(InvalidParameterError, match=r'check\("rotation", rotation\), got ndarray'):
         check("rotation", right.rotation(0.3))
+
+
+@pytest.mark.parametrize("ask", [check, score])
+@pytest.mark.parametrize(
+    ("question", "function"),
+    [("rotation", labkit.se2.rotation), ("icp", labkit.icp), ("overlap", overlap)],
+)
+def test_labkits_own_function_is_no_answer(ask, question, function):
+    """An import after the student's cell replaces it in the notebook; it does not in grading."""
+    with pytest.raises(
+        InvalidParameterError,
+        match=rf"must be your own, got the one that was imported from labkit\.\w+, which .* "
+        rf"defines your `{question}` again",
+    ):
+        ask(question, function)
 
 
 def test_the_score_asks_the_hidden_cases_too():
