@@ -25,6 +25,7 @@ from labkit.grading.verdict import SubmissionVerdict
 
 Files = dict[str, bytes]
 
+RULES = 2  # raise it when the same files would get other points or messages than before
 LOST_TWICE = "its worker was lost, twice"
 
 
@@ -51,8 +52,8 @@ class Settings:
 
     @property
     def digest(self) -> str:
-        """A digest of the assignment, the isolation and the limits."""
-        return f"{load_assignment(self.assignment).digest} {self.mode} {self.limits!r}"
+        """A digest of the assignment, the isolation, the limits and the grader's own rules."""
+        return f"{load_assignment(self.assignment).digest} {self.mode} {self.limits!r} {RULES}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +82,7 @@ class Graded:
 
 
 def fingerprint(files: Files, settings: Settings) -> str:
-    """A digest of all that a verdict follows from: files, assignment, isolation, limits."""
+    """A digest of all that a verdict follows from: files, assignment, isolation, limits, rules."""
     digest = hashlib.sha256(settings.digest.encode())
     for name in sorted(files):
         digest.update(json.dumps([name, len(files[name])]).encode())

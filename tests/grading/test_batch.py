@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from labkit.grading import batch
 from labkit.grading.batch import Graded, Settings, fingerprint, grade_class, merge, still_to_grade
 from labkit.grading.contract import Limits
 from labkit.grading.store import VerdictStore
@@ -84,7 +85,7 @@ def test_submissions_are_taken_no_faster_than_they_are_graded():
     assert len(taken) == 100
 
 
-def test_a_fingerprint_follows_from_all_that_a_verdict_follows_from(small, tmp_path):
+def test_a_fingerprint_follows_from_all_that_a_verdict_follows_from(small, tmp_path, monkeypatch):
     files = {"a.py": b"x", "b.py": b"y"}
     settings = Settings(mode="none", assignment=str(small))
     other = shutil.copytree(small, tmp_path / "other")
@@ -99,6 +100,9 @@ def test_a_fingerprint_follows_from_all_that_a_verdict_follows_from(small, tmp_p
     }
     assert len(marks) == 6
     assert fingerprint(dict(reversed(files.items())), settings) == fingerprint(files, settings)
+    before = fingerprint(files, settings)
+    monkeypatch.setattr(batch, "RULES", batch.RULES + 1)
+    assert fingerprint(files, settings) != before
 
 
 def test_only_what_changed_is_graded_again(small, tmp_path):
