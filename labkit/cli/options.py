@@ -39,7 +39,7 @@ EXPLANATIONS = {
     # labkit.odometry.OdometryParameters
     "retry_gate": "share of the gate in the second attempt",
     "retry_step": "share of each step in the second attempt",
-    "on_skip": "without match and prior: hold the last motion, or stand still",
+    "on_skip": "without match and prior: hold the last motion once, or stand still",
 }
 SHORT = {"max_correspondence_distance": "--gate", "overlap_ratio": "--overlap"}
 CHOICES = {"metric": get_args(Metric), "on_skip": ("hold", "stand")}

@@ -3,7 +3,8 @@
 1. ICP from the prior, or from the last motion where there is none.
 2. Where a sanity check fails: ICP once more, with a reduced gate and reduced steps.
 3. Where that fails too: the prior.
-4. Without a prior: skip the update, that is hold the last motion or stand still.
+4. Without a prior: skip the update, that is hold the last motion, or stand still where
+   there is none to hold (a motion is held once) or `on_skip` says so.
 
 A step depends on nothing but its arguments, so steps with a prior may run in any order.
 """
@@ -48,8 +49,9 @@ class OdometryParameters:
     retry_gate, retry_step : float
         The retry's share of the gate and of each ICP step, in (0, 1].
     on_skip : {"hold", "stand"}
-        Without a match and without a prior: hold the last motion, or stand still. The
-        same motion is ICP's initial guess where there is no prior.
+        Without a match and without a prior: hold the last motion once and then stand
+        still, or stand still at once. The same motion is ICP's initial guess where there
+        is no prior.
     """
 
     icp: IcpParameters = field(
@@ -88,7 +90,10 @@ class OdometryParameters:
 
 
 class Decision(Enum):
-    """Where a step's motion came from; the value is the word for a table."""
+    """Where a step's motion came from; the value is the word for a table.
+
+    HOLD is a motion that was held; where that is no motion at all, the decision is STAND.
+    """
 
     START = "start"
     ICP = "icp"
@@ -182,7 +187,7 @@ def estimate_step(
     if prior is not None:
         last_resort = Decision.PRIOR
     else:
-        last_resort = Decision.HOLD if parameters.on_skip == "hold" else Decision.STAND
+        last_resort = Decision.HOLD if skipped.any() else Decision.STAND
     if target is None or len(source) < MIN_PAIRS:
         which = "older" if target is None else "newer"
         reason = f"the {which} scan has fewer than {MIN_PAIRS} points"

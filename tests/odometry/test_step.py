@@ -96,7 +96,7 @@ def test_the_retry_has_a_smaller_gate_and_smaller_steps():
         STRICT.icp, max_correspondence_distance=0.2, step_fraction=0.25
     )
     unreduced = replace(STRICT, retry_gate=1.0)
-    record = estimate_step(CURTAINED, Target(WALLS), None, STILL, unreduced)
+    record = estimate_step(CURTAINED, Target(WALLS), None, LAST, unreduced)
     assert record.decision is Decision.HOLD
     first, second = record.reason.split("; ")
     assert first.startswith("icp: RMSE")
@@ -127,6 +127,14 @@ def test_the_last_resort(prior, on_skip, decision, increment):
     assert record.inlier_count == 0
     assert math.isnan(record.rmse)
     assert record.termination is None
+
+
+def test_no_motion_is_no_motion_to_hold():
+    """Whatever `on_skip` says: a record of HOLD promises that the robot kept going."""
+    for motion, decision in ((STILL, Decision.STAND), (LAST * [0, 0, 1], Decision.HOLD)):
+        record = estimate_step(EMPTY, Target(WALLS), None, motion, no_way(on_skip="hold"))
+        assert record.decision is decision
+        np.testing.assert_array_equal(record.increment, motion)
 
 
 def test_decisions_know_their_kind():
@@ -185,7 +193,7 @@ def test_a_room_far_from_degenerate_can_be_called_so_by_the_limit():
     source, target = looks(room())
     demanding = replace(PARAMETERS, limits=SanityLimits(min_information=0.5))
     record = estimate_step(source, target, None, STILL, demanding)
-    assert record.decision is Decision.HOLD
+    assert record.decision is Decision.STAND
     assert record.degenerate
     assert "< 0.500" in record.reason
 
