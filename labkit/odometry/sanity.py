@@ -22,7 +22,8 @@ class SanityLimits:
     min_inlier_ratio : float
         Kept pairs over source points. It cannot exceed ICP's overlap ratio.
     max_rmse : float
-        Inlier RMSE [m].
+        Inlier RMSE [m]. It cannot exceed the gate: with the odometry's own parameters that
+        has closed to 0.16 m where a match has settled; see `labkit.approach`.
     min_information : float
         Smallest eigenvalue of the information; see `labkit.line_alignment.Information`.
     """
