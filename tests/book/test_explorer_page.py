@@ -38,6 +38,15 @@ STOPWATCH = """() => {
         since = null;
     }).observe(document.querySelector(".icp-readouts"), { childList: true });
 }"""
+# Counts how often the basin gives way to the page.
+SLICES = """() => {
+    window.slices = 0;
+    const later = window.setTimeout;
+    window.setTimeout = (work, ...rest) => {
+        if (rest.length === 0) window.slices++;
+        return later(work, ...rest);
+    };
+}"""
 NAMELESS = """root => [...root.querySelectorAll("input, select, button, canvas, [role]")]
     .filter(node => !(node.labels?.length || node.textContent.trim() || node.ariaLabel
         || node.getAttribute("role") === "status"))
@@ -222,6 +231,23 @@ def test_the_page_listens_while_it_computes_the_basin(page):
     page.get_by_role("button", name="Stop").click()
     expect(page.get_by_role("button", name="Compute again")).to_be_visible()
     expect(page.locator(".icp-status")).not_to_contain_text("of 225")
+
+
+@pytest.mark.parametrize(
+    ("control", "option"), [("offsets up to", "2"), ("scans", "The lesson's experiment")]
+)
+def test_a_basin_that_is_forgotten_is_computed_no_further(page, control, option):
+    page.get_by_label("scans", exact=True).select_option("Two rooms")
+    page.evaluate(SLICES)
+    page.get_by_role("button", name="Compute the basin").click()
+    page.wait_for_function("() => window.slices > 2")
+    page.get_by_label(control, exact=True).select_option(option)
+    page.evaluate(TWO_FRAMES)
+    page.wait_for_timeout(100)  # what has begun may end
+    before = page.evaluate("() => window.slices")
+    page.wait_for_timeout(300)
+    assert page.evaluate("() => window.slices") == before
+    expect(page.get_by_role("button", name="Compute the basin")).to_be_visible()
 
 
 def test_the_basin_is_labkit_s(page, explorer):

@@ -34,6 +34,7 @@ export class BasinPanel {
   }
 
   forget() {
+    if (this.run) this.run.stopped = true;
     this.run = null;
     this.start.textContent = "Compute the basin";
     this.status.textContent =
