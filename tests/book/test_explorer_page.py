@@ -212,6 +212,16 @@ def test_the_guess_is_typed(page):
     expect(readout(page, "pose")).to_contain_text("40.00°")
 
 
+def test_an_emptied_guess_shows_its_value_again(page):
+    field = page.get_by_label("turn [°]")
+    field.fill("12")
+    field.press("Enter")
+    field.fill("")
+    field.press("Tab")
+    expect(field).to_have_value("12.00")
+    expect(readout(page, "pose")).to_contain_text("12.00°")
+
+
 def test_steps_play_and_reset(page):
     shown = readout(page, "shown")
     page.get_by_role("button", name="Start").click()
@@ -268,6 +278,8 @@ def test_the_basin_is_labkit_s(page, explorer):
     expect(status).to_contain_text(f"{found} of 225 guesses")
     page.get_by_label("overlap ρ").press("ArrowLeft")
     expect(status).to_contain_text("have changed since")
+    page.get_by_label("overlap ρ").press("ArrowRight")
+    expect(status).to_contain_text(f"{found} of 225 guesses")
 
 
 def test_a_start_is_picked_from_the_basin(page):

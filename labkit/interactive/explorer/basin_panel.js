@@ -6,6 +6,8 @@ import { button, choice, element } from "./controls.js";
 
 const SIZE = 15;
 const REACHES = [0.5, 1, 2];
+const LEGEND =
+  "Each start has the heading of the guess. ● ends at the answer, × elsewhere, – without an estimate.";
 
 export class BasinPanel {
   // `job` gives {source, target, parameters, answer, guess, within, from} as things stand;
@@ -36,32 +38,40 @@ export class BasinPanel {
   forget() {
     if (this.run) this.run.stopped = true;
     this.run = null;
-    this.start.textContent = "Compute the basin";
-    this.status.textContent =
-      "Each start has the heading of the guess. ● ends at the answer, × elsewhere, – without an estimate.";
     this.canvas.hidden = true;
+    this.tell();
   }
 
-  // What the picture shows no longer belongs to the sliders.
+  // Whether what the picture shows still belongs to the sliders, which may be moved back.
   outdate(key) {
-    if (!this.run || this.run.key === key) return;
-    this.run.stopped = true;
-    this.run.stale = true;
-    this.start.textContent = "Compute again";
-    this.status.textContent = "Parameters, heading or scene have changed since.";
+    if (!this.run) return;
+    this.run.stale = this.run.key !== key;
+    this.run.stopped ||= this.run.stale;
+    this.tell();
+  }
+
+  running() {
+    return this.run && !this.run.stopped && !this.run.complete;
+  }
+
+  // The words for how things stand, written only where they change: a screen reader speaks them.
+  tell() {
+    let said = this.run?.found ?? LEGEND;
+    if (this.run?.stale) said = "Parameters, heading or scene have changed since.";
+    if (this.status.textContent !== said) this.status.textContent = said;
+    this.start.textContent = this.running() ? "Stop" : this.run ? "Compute again" : "Compute the basin";
   }
 
   async toggle() {
-    if (this.run && !this.run.stopped && !this.run.complete) {
+    if (this.running()) {
       this.run.stopped = true;
-      this.start.textContent = "Compute again";
-      return;
+      return this.tell();
     }
     const job = this.job();
     const run = { key: job.key, outcomes: new Uint8Array(SIZE * SIZE), done: 0, stopped: false, stale: false };
     this.run = run;
     this.canvas.hidden = false;
-    this.start.textContent = "Stop";
+    this.tell();
     const starts = startGrid(job.answer, job.guess, this.reach, SIZE);
     const report = (outcomes, done) => {
       Object.assign(run, { outcomes, done });
@@ -71,10 +81,10 @@ export class BasinPanel {
       { ...job, starts }, { stopped: () => run.stopped || this.signal.aborted, report },
     );
     if (this.run !== run || !run.complete) return;
-    this.start.textContent = "Compute again";
     const reached = run.outcomes.filter((each) => each === 0).length;
     const said = `${reached} of ${run.done} guesses end within ${job.within[0]} m of the ${job.from}.`;
-    this.status.textContent = `${said} Click one to start there.`;
+    run.found = `${said} Click one to start there.`;
+    this.tell();
     this.canvas.setAttribute("aria-label", `Basin of convergence: ${said}`);
   }
 

@@ -61,13 +61,18 @@ export function choice({ name, label, options, onValue }) {
 
 export function number({ name, label, step, digits, onValue }) {
   const id = `icp-${name}-${++made}`;
+  let text = "";
   const input = element("input", {
     id, type: "number", name, step, inputmode: "decimal",
-    onchange: () => Number.isFinite(input.valueAsNumber) && onValue(input.valueAsNumber),
+    onchange: () => {
+      if (Number.isFinite(input.valueAsNumber)) onValue(input.valueAsNumber);
+      else input.value = text; // emptied: the value stands
+    },
   });
   const node = element("div", { class: "icp-number" }, element("label", { for: id }, label), input);
   const set = (value) => {
-    if (document.activeElement !== input) input.value = value.toFixed(digits);
+    text = value.toFixed(digits);
+    if (document.activeElement !== input) input.value = text;
   };
   return { node, set };
 }
