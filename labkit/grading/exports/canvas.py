@@ -7,10 +7,11 @@ from collections.abc import Iterable
 
 from labkit.errors import LabkitError
 from labkit.grading.exports.feedback import number
-from labkit.grading.exports.gradebook import read_gradebook, write_gradebook
+from labkit.grading.exports.gradebook import read_gradebook, rows_of, write_gradebook
 from labkit.grading.verdict import SubmissionVerdict
 
-STUDENT = ["Student", "ID", "SIS User ID", "SIS Login ID", "Section"]
+KEYS = ["ID", "SIS User ID", "SIS Login ID"]
+STUDENT = ["Student", *KEYS, "Section"]
 NEEDED = ["Student", "ID"]
 POINTS_POSSIBLE = "Points Possible"
 
@@ -26,7 +27,8 @@ def fill_canvas(
     Parameters
     ----------
     verdicts : iterable of SubmissionVerdict
-        Their students are Canvas numbers (as in a bulk download), SIS numbers or logins.
+        Their students are Canvas numbers (as in a bulk download), SIS numbers or logins, in
+        this order: who is somebody's Canvas number is nobody's SIS number.
     gradebook : path-like
         The gradebook as exported from Canvas.
     title : str
@@ -42,28 +44,28 @@ def fill_canvas(
     Raises
     ------
     LabkitError
-        Where the gradebook cannot be read, or has no such column.
+        Where the gradebook cannot be read, or has no such column; where a student is in two
+        of its rows, or two are in one.
     """
     header, *rows = read_gradebook(gradebook, NEEDED)
     column = _column(header, title, gradebook)
     identity = [name for name in STUDENT if name in header]
-    keys = [header.index(name) for name in ("ID", "SIS User ID", "SIS Login ID") if name in header]
+    keys = [[row[header.index(name)].strip() for row in rows] for name in KEYS if name in header]
     scores = {verdict.student: number(verdict.score) for verdict in verdicts}
-    filled, found = [[*identity, header[column]]], set[str]()
-    for row in rows:
-        who = next((row[key].strip() for key in keys if row[key].strip() in scores), None)
-        if who is not None:
-            found.add(who)
-        elif not row[0].strip().startswith(POINTS_POSSIBLE):
+    found = rows_of(scores, rows, keys, gradebook)
+    graded = {place: scores[student] for student, place in found.items()}
+    filled = [[*identity, header[column]]]
+    for place, row in enumerate(rows):
+        if place not in graded and not row[0].strip().startswith(POINTS_POSSIBLE):
             continue  # nothing was graded: Canvas keeps what it has
-        score = row[column] if who is None else scores[who]
+        score = graded.get(place, row[column])
         filled.append([*(row[header.index(name)] for name in identity), score])
     write_gradebook(out, filled)
-    return sorted(scores.keys() - found)
+    return sorted(scores.keys() - found.keys())
 
 
 def check_canvas(gradebook: str | os.PathLike[str], title: str) -> None:
-    """Raise the `LabkitError` that filling this gradebook in would raise, before any work."""
+    """Raise, before any work, the `LabkitError` of a gradebook that no verdicts can fill in."""
     _column(read_gradebook(gradebook, NEEDED)[0], title, gradebook)
 
 

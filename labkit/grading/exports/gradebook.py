@@ -47,6 +47,55 @@ def read_gradebook(path: str | os.PathLike[str], columns: Sequence[str]) -> Rows
     return [header, *(row + [""] * (len(header) - len(row)) for row in rows[1:])]
 
 
+def rows_of(
+    students: Iterable[str],
+    rows: Rows,
+    keys: Sequence[Sequence[str]],
+    path: str | os.PathLike[str],
+) -> dict[str, int]:
+    """The place of each student's row among `rows`; without those who have none.
+
+    Parameters
+    ----------
+    students : iterable of str
+        Whom to look for.
+    rows : list of list of str
+        The gradebook without its header.
+    keys : sequence of sequence of str
+        Columns that say who a row is. A student that the first one holds is not looked for in
+        the second: what is one student's number there may be another's here.
+    path : path-like
+        The gradebook, for messages.
+
+    Raises
+    ------
+    LabkitError
+        Where a student is in two rows, or two are in one.
+    """
+    holders: dict[str, list[int]] = {}
+    for cells in reversed(keys):
+        column: dict[str, list[int]] = {}
+        for place, cell in enumerate(cells):
+            column.setdefault(cell, []).append(place)
+        holders |= column
+    found: dict[str, int] = {}
+    owners: dict[int, str] = {}
+    for student in students:
+        places = holders.get(student, [])
+        if len(places) > 1:
+            which = " and ".join(f"row {place + 2} ({rows[place][0]!r})" for place in places)
+            raise LabkitError(f"{path}: student {student!r} is {which}; take the wrong one out")
+        for place in places:
+            other = owners.setdefault(place, student)
+            if other != student:
+                raise LabkitError(
+                    f"{path}: row {place + 2} ({rows[place][0]!r}) is {other!r} and {student!r}; "
+                    "grade one of the two submissions"
+                )
+            found[student] = place
+    return found
+
+
 def write_gradebook(path: str | os.PathLike[str], rows: Iterable[Sequence[str]]) -> None:
     """Write rows as CSV, whole or not at all."""
     with atomic_write(path) as file:

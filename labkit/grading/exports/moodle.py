@@ -8,7 +8,14 @@ from collections.abc import Iterable
 
 from labkit.errors import LabkitError
 from labkit.grading.exports.feedback import number, summary_text
-from labkit.grading.exports.gradebook import Row, Rows, plain, read_gradebook, write_gradebook
+from labkit.grading.exports.gradebook import (
+    Row,
+    Rows,
+    plain,
+    read_gradebook,
+    rows_of,
+    write_gradebook,
+)
 from labkit.grading.verdict import SubmissionVerdict
 
 NEEDED = ["Identifier", "Grade"]
@@ -39,29 +46,28 @@ def fill_moodle(
     Raises
     ------
     LabkitError
-        Where the worksheet cannot be read, or lacks a column.
+        Where the worksheet cannot be read, or lacks a column; where a student is in two of
+        its rows.
     """
     header, *rows = read_gradebook(worksheet, NEEDED)
     place = {name: header.index(name) for name in header}
     by_number = {verdict.student: verdict for verdict in verdicts}
-    found = set()
-    for row, maximum in zip(rows, _maxima(worksheet, header, rows), strict=True):
-        who = row[place["Identifier"]].removeprefix("Participant").strip()
-        verdict = by_number.get(who)
-        if verdict is None:
-            continue
-        found.add(who)
+    maxima = _maxima(worksheet, header, rows)
+    numbers = [row[place["Identifier"]].removeprefix("Participant").strip() for row in rows]
+    found = rows_of(by_number, rows, [numbers], worksheet)
+    for student, n in found.items():
+        row, maximum, verdict = rows[n], maxima[n], by_number[student]
         scale = 1.0 if maximum is None or not verdict.points else maximum / verdict.points
         row[place["Grade"]] = number(verdict.score * scale)
         if "Feedback comments" in place:
             text = html.escape(summary_text(verdict)).replace("\n", "<br>")
             row[place["Feedback comments"]] = plain(text)
     write_gradebook(out, [header, *rows])
-    return sorted(by_number.keys() - found)
+    return sorted(by_number.keys() - found.keys())
 
 
 def check_moodle(worksheet: str | os.PathLike[str]) -> None:
-    """Raise the `LabkitError` that filling this worksheet in would raise, before any work."""
+    """Raise, before any work, the `LabkitError` of a worksheet that no verdicts can fill in."""
     header, *rows = read_gradebook(worksheet, NEEDED)
     _maxima(worksheet, header, rows)
 

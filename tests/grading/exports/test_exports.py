@@ -75,6 +75,44 @@ def test_canvas_gets_the_scores_of_those_who_were_graded(verdicts, written, tmp_
     ]
 
 
+@pytest.mark.parametrize(
+    ("header", "turing", "doe"),
+    [
+        ("ID,SIS User ID,SIS Login ID", "4711,902,alan", "5000,4711,john"),
+        ("ID,SIS User ID,SIS Login ID", "4711,902,alan", "5000,900,4711"),
+        ("ID,SIS User ID,SIS Login ID", "17,4711,alan", "5000,900,4711"),
+        ("SIS User ID,SIS Login ID,ID", "902,alan,4711", "4711,john,5000"),
+    ],
+)
+@pytest.mark.parametrize("first", ["turing", "doe"])
+def test_a_number_may_be_another_students_elsewhere(
+    verdicts, written, tmp_path, header, turing, doe, first
+):
+    lines = [f'"Turing, Alan",{turing},\n', f'"Doe, John",{doe},3\n']
+    lines = lines if first == "turing" else lines[::-1]
+    book = written(f"Student,{header},Lab 1\n" + "".join(lines))
+    assert fill_canvas(verdicts[:1], book, "Lab 1", tmp_path / "canvas.csv") == []
+    assert [row[0] for row in rows(tmp_path / "canvas.csv")] == ["Student", "Turing, Alan"]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (CANVAS.replace(",99,", ",4711,"), "'4711' is row 3 ('Lovelace, Ada') and row 4 ("),
+        (CANVAS.replace(",g1,", ",815,"), "'815' is row 4 ('Noether, Emmy') and row 5 ("),
+        (
+            CANVAS.replace(",a1,", ",815,").replace("99,815", "99,e1"),
+            "row 3 ('Lovelace, Ada') is '4711' and '815'",
+        ),
+    ],
+)
+def test_canvas_gives_one_student_one_row(verdicts, written, tmp_path, text, says):
+    with pytest.raises(LabkitError) as error:
+        fill_canvas(verdicts, written(text), "Lab 1", tmp_path / "out.csv")
+    assert says in str(error.value)
+    assert not (tmp_path / "out.csv").exists()
+
+
 def test_canvas_names_a_column_that_is_not_there(verdicts, written, tmp_path):
     with pytest.raises(
         LabkitError, match=r"line 1: no column 'Lab 3'; the columns are Lab 1 \(77\)"
@@ -95,6 +133,13 @@ def test_moodle_gets_grades_of_its_own_scale_and_keeps_its_times(verdicts, writt
     assert emmy[3] == "1"
     assert emmy[6].startswith("0.5 of 5 points.<br>Gate (0.5/2): About gate.<br>")
     assert grace[3] == grace[6] == ""
+
+
+def test_moodle_gives_one_student_one_row(verdicts, written, tmp_path):
+    twice = MOODLE.replace("Participant 12,", "Participant 815,")
+    with pytest.raises(LabkitError, match=r"'815' is row 3 \('Participant 815'\) and row 4"):
+        fill_moodle(verdicts, written(twice), tmp_path / "out.csv")
+    assert not (tmp_path / "out.csv").exists()
 
 
 def test_moodle_comments_are_text_not_markup(verdicts, written, tmp_path):
