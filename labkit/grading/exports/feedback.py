@@ -14,6 +14,12 @@ def number(value: float) -> str:
     return f"{value:.2f}".rstrip("0").rstrip(".")
 
 
+def score_text(verdict: SubmissionVerdict, maximum: float | None) -> str:
+    """The score on a gradebook's scale; as it is where that names no `maximum`."""
+    scale = 1.0 if maximum is None or not verdict.points else maximum / verdict.points
+    return number(verdict.score * scale)
+
+
 def question_text(question: QuestionVerdict, *, hidden: bool = True) -> str:
     """The message on a question and the reasons of its cases, one paragraph each.
 

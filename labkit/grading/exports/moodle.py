@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterable
 
 from labkit.errors import LabkitError
-from labkit.grading.exports.feedback import number, summary_text
+from labkit.grading.exports.feedback import score_text, summary_text
 from labkit.grading.exports.gradebook import (
     Row,
     Rows,
@@ -57,8 +57,7 @@ def fill_moodle(
     found = rows_of(by_number, rows, [numbers], worksheet)
     for student, n in found.items():
         row, maximum, verdict = rows[n], maxima[n], by_number[student]
-        scale = 1.0 if maximum is None or not verdict.points else maximum / verdict.points
-        row[place["Grade"]] = number(verdict.score * scale)
+        row[place["Grade"]] = score_text(verdict, maximum)
         if "Feedback comments" in place:
             text = html.escape(summary_text(verdict)).replace("\n", "<br>")
             row[place["Feedback comments"]] = plain(text)

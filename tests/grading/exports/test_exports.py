@@ -76,6 +76,32 @@ def test_canvas_gets_the_scores_of_those_who_were_graded(verdicts, written, tmp_
 
 
 @pytest.mark.parametrize(
+    ("possible", "score"),
+    [
+        ("10.00", "1"),
+        ("10,00", "1"),
+        ("100", "10"),
+        ("0.33", "0.03"),
+        ("", "0.5"),
+        ("(read only)", "0.5"),
+        ("0.00", "0.5"),
+        ("nan", "0.5"),
+        ("inf", "0.5"),
+    ],
+)
+def test_canvas_gets_scores_of_its_own_scale(verdicts, written, tmp_path, possible, score):
+    book = written(CANVAS.replace(",5.00,", f',"{possible}",'))
+    fill_canvas(verdicts[1:2], book, "Lab 1", tmp_path / "canvas.csv")
+    assert [row[-1] for row in rows(tmp_path / "canvas.csv")[1:]] == [possible, score]
+
+
+def test_canvas_gets_the_scores_as_they_are_without_its_scale(verdicts, written, tmp_path):
+    lines = CANVAS.splitlines(keepends=True)
+    fill_canvas(verdicts[1:2], written(lines[0] + lines[3]), "Lab 1", tmp_path / "canvas.csv")
+    assert rows(tmp_path / "canvas.csv")[1][-1] == "0.5"
+
+
+@pytest.mark.parametrize(
     ("header", "turing", "doe"),
     [
         ("ID,SIS User ID,SIS Login ID", "4711,902,alan", "5000,4711,john"),
