@@ -22,7 +22,7 @@ from labkit.grading.exports import (
 )
 from labkit.grading.questions import Assignment
 from labkit.grading.reports import ClassSummary, write_class_page, write_student_page
-from labkit.grading.similarity import near_identical
+from labkit.grading.similarity import all_passages, near_identical
 from labkit.grading.store import VerdictStore
 from labkit.logs import atomic_write, refuse_unwritable
 
@@ -117,8 +117,9 @@ def _write_pages(
         summary.add(verdict, page)
     kept = set(graded)
     marks = {student: found for student, found in store.passages().items() if student in kept}
-    pairs = near_identical(marks)
-    write_class_page(summary, assignment, out / "index.html", pairs=pairs, failures=failures)
+    stubs = all_passages(question.stub for question in assignment.questions)
+    groups = near_identical(marks, stubs)
+    write_class_page(summary, assignment, out / "index.html", groups=groups, failures=failures)
 
 
 def _tell(missing: Sequence[str], gradebook: str) -> None:

@@ -2,8 +2,9 @@
 
 Winnowing [1]_: a program becomes a sequence of tokens in which every name is alike; of the
 hashes of its runs of tokens, the smallest in each window is kept. Two programs that share
-a passage share its hashes. What many of a class share (the stubs, the obvious one-liner)
-says nothing and is left out.
+a passage share its hashes. What was handed out says nothing and is left out, as is what many
+of a class wrote (the obvious one-liner). Many means many of their own accord: those who
+copied from one another are a family, and count once, however many they are.
 
 References
 ----------
@@ -15,28 +16,44 @@ from __future__ import annotations
 
 import io
 import keyword
+import math
 import tokenize
 import zlib
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+
+import numpy as np
 
 from labkit.grading.contract import SourceCell
 
 RUN = 12  # tokens in a run: shorter passages are alike by chance
 WINDOW = 8  # runs of which one is kept
-COMMON = 0.1  # share of the class beyond which a passage is everybody's
-FEW = 3  # ... and as many students share it at least
+COMMON = 0.1  # share of the families beyond which a passage is everybody's
+FEW = 3  # ... and as many families share it at least
 ENOUGH = 8  # rare passages that a submission must have to be compared
+WHOLE = 40  # passages in which no two are the same by chance, rare or not
+KEYS, ROWS = 40, 8  # sharing 8 of 10: one in common at 0.8 at least; 5 of 10: at 0.006
+SHUFFLES = np.random.default_rng(0).integers(2**63, size=KEYS * ROWS, dtype=np.uint64) * 2 + 1
 SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.ENCODING, tokenize.ENDMARKER}
+
+Passages = frozenset[int]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pair:
-    """Two students, and the share of the smaller submission that the other one holds too."""
+class Group:
+    """Students whose submissions are nearly the same.
 
-    students: tuple[str, str]
+    Attributes
+    ----------
+    students : tuple of str
+        Two or more, in alphabetical order.
+    share : float
+        Each of them shares as much, at least, with another one: of the rare passages of the
+        one that has fewer, or 1 where both are the same as a whole.
+    """
+
+    students: tuple[str, ...]
     share: float
 
 
@@ -54,46 +71,134 @@ def passages(cells: Iterable[SourceCell]) -> tuple[int, ...]:
     """
     hashes: list[int] = []
     for cell in cells:
-        shape = list(_shape(cell.source))
-        runs = [
-            zlib.crc32("\0".join(shape[start : start + RUN]).encode())
-            for start in range(len(shape) - RUN + 1)
-        ]
+        runs = _runs(cell.source)
         hashes += [min(runs[start : start + WINDOW]) for start in range(len(runs) - WINDOW + 1)]
         hashes += [min(runs)] if 0 < len(runs) < WINDOW else []
     return tuple(sorted(set(hashes)))
 
 
-def near_identical(submissions: Mapping[str, Iterable[int]], share: float = 0.8) -> list[Pair]:
-    """The pairs that share at least `share` of their rare passages, most alike first.
+def all_passages(sources: Iterable[str]) -> set[int]:
+    """The hashes of every run of tokens, not only of some: of what was handed out."""
+    return {one for source in sources for one in _runs(source)}
+
+
+def near_identical(
+    submissions: Mapping[str, Iterable[int]],
+    handed_out: Collection[int] = (),
+    share: float = 0.8,
+) -> list[Group]:
+    """Groups of students who share at least `share` of their rare passages, most alike first.
 
     Parameters
     ----------
     submissions : mapping of str to iterable of int
         The `passages` of each student.
+    handed_out : collection of int
+        What is in the assignment already; see `all_passages`.
     share : float
         In (0, 1].
+
+    Notes
+    -----
+    A passage is rare where few families wrote it. A family is one submission and those that
+    share at least `share` of all passages with it, so that a copy does not make what was
+    copied less rare. Submissions that are the same as a whole are a group even without
+    anything rare, unless they are short.
     """
-    spread = Counter(one for found in submissions.values() for one in set(found))
-    limit = max(FEW, COMMON * len(submissions))
-    holders: defaultdict[int, list[str]] = defaultdict(list)
-    rare: Counter[str] = Counter()
+    authors: defaultdict[Passages, list[str]] = defaultdict(list)
     for student, found in submissions.items():
-        for one in set(found):
-            if spread[one] <= limit:
-                rare[student] += 1
-                holders[one].append(student)
-    common = Counter(
-        pair for students in holders.values() for pair in combinations(sorted(students), 2)
-    )
-    pairs = [
-        Pair(students=pair, share=count / min(rare[pair[0]], rare[pair[1]]))
-        for pair, count in common.items()
-        if min(rare[pair[0]], rare[pair[1]]) >= ENOUGH
+        authors[frozenset(found).difference(handed_out)].append(student)
+    programs = sorted(authors, key=lambda one: (-len(one), min(authors[one])))
+    rare = _rare(programs, share)
+    links = [
+        (1.0, place, place)
+        for place, (whole, own) in enumerate(zip(programs, rare, strict=True))
+        if len(authors[whole]) > 1 and (len(own) >= ENOUGH or len(whole) >= WHOLE)
     ]
-    return sorted(
-        (pair for pair in pairs if pair.share >= share), key=lambda p: (-p.share, p.students)
-    )
+    links += _links(rare, share)
+    groups = []
+    for places, least in _connected(links):
+        students = sorted(student for place in places for student in authors[programs[place]])
+        groups.append(Group(students=tuple(students), share=least))
+    return sorted(groups, key=lambda group: (-group.share, group.students))
+
+
+def _rare(programs: Sequence[Passages], share: float) -> list[Passages]:
+    """Of each program the passages that few families wrote."""
+    families: dict[int, set[int]] = {}
+    found_by: defaultdict[bytes, list[int]] = defaultdict(list)
+    for place, program in enumerate(programs):
+        keys = _keys(program)
+        for first in sorted({first for key in keys for first in found_by.get(key, ())}):
+            longer = max(len(program), len(programs[first]))
+            if len(program & programs[first]) >= share * longer:
+                families[first] |= program
+                break
+        else:
+            families[place] = set(program)
+            for key in keys:
+                found_by[key].append(place)
+    spread = Counter(passage for family in families.values() for passage in family)
+    limit = max(FEW, COMMON * len(families))
+    return [frozenset(one for one in program if spread[one] <= limit) for program in programs]
+
+
+def _keys(program: Passages) -> list[bytes]:
+    """Keys by MinHash: those who share most have one in common, those who do not have none."""
+    hashes = np.fromiter(program, np.uint64)[:, None] * SHUFFLES  # wraps round
+    least = hashes.min(axis=0, initial=np.iinfo(np.uint64).max)
+    return [bytes([key]) + rows.tobytes() for key, rows in enumerate(least.reshape(KEYS, ROWS))]
+
+
+def _links(rare: Sequence[Passages], share: float) -> Iterator[tuple[float, int, int]]:
+    """The pairs that share enough, with how much they share of the smaller one.
+
+    Whoever holds `share` of a program cannot lack all of its rarest passages.
+    """
+    spread = Counter(passage for one in rare for passage in one)
+    holders: defaultdict[int, list[int]] = defaultdict(list)
+    for place in sorted(range(len(rare)), key=lambda place: -len(rare[place])):
+        own = rare[place]
+        if len(own) < ENOUGH:
+            return
+        rarest = sorted(own, key=lambda passage: (spread[passage], passage))
+        lacking = len(own) - math.ceil(share * len(own))
+        for other in {other for one in rarest[: lacking + 1] for other in holders.get(one, ())}:
+            common = len(own & rare[other]) / len(own)
+            if common >= share:
+                yield common, other, place
+        for passage in own:
+            holders[passage].append(place)
+
+
+def _connected(links: Iterable[tuple[float, int, int]]) -> list[tuple[list[int], float]]:
+    """What the links join, and the weakest link that it takes, a spanning tree's."""
+    parent: dict[int, int] = {}
+    least: dict[int, float] = {}
+
+    def root(one: int) -> int:
+        while parent.setdefault(one, one) != one:
+            parent[one] = parent[parent[one]]
+            one = parent[one]
+        return one
+
+    for share, one, other in sorted(links, reverse=True):
+        first, second = root(one), root(other)
+        if first != second or one == other:
+            parent[second], least[first] = first, share
+    joined: defaultdict[int, list[int]] = defaultdict(list)
+    for one in parent:
+        joined[root(one)].append(one)
+    return [(places, least[first]) for first, places in joined.items()]
+
+
+def _runs(source: str) -> list[int]:
+    """The hash of every run of `RUN` tokens."""
+    shape = list(_shape(source))
+    return [
+        zlib.crc32("\0".join(shape[start : start + RUN]).encode())
+        for start in range(len(shape) - RUN + 1)
+    ]
 
 
 def _shape(source: str) -> Iterator[str]:

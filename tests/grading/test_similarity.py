@@ -1,11 +1,14 @@
-"""Copies are found through renaming and reformatting; what everybody writes is not a copy."""
+"""Copies are found through renaming and reformatting; what everybody writes is not a copy.
+
+However many copied: that many have it makes a copy no less of one.
+"""
 
 import random
 
 import pytest
 
 from labkit.grading.contract import SourceCell
-from labkit.grading.similarity import near_identical, passages
+from labkit.grading.similarity import Group, all_passages, near_identical, passages
 
 OURS = """
 def icp(source, target, steps):
@@ -51,25 +54,89 @@ def test_renaming_formatting_and_comments_change_nothing(change):
     assert marks(change(OURS)) == marks(OURS) != ()
 
 
+def class_of(count):
+    """Students who each wrote a program of their own."""
+    return {f"own {seed}": marks(STUB, program(seed)) for seed in range(count)}
+
+
+def edited(text, seed):
+    """A copy in which a few lines were written anew."""
+    rng, lines = random.Random(seed), text.splitlines(keepends=True)
+    for line in rng.sample(range(1, len(lines)), 2):
+        lines[line] = (
+            f"    x = abs(x) {rng.choice('+-*/')} {rng.choice(['y', '1', '[y]'])} if y else x\n"
+        )
+    return "".join(lines)
+
+
 def test_a_copy_is_found_among_others():
-    found = {str(seed): marks(STUB, program(seed)) for seed in range(40)}
+    found = class_of(40)
     found["copy"] = marks(program(7).replace("x", "angle"), STUB, "print('mine')")
-    (pair,) = near_identical(found)
-    assert pair.students == ("7", "copy")
-    assert pair.share > 0.9
+    (group,) = near_identical(found)
+    assert group.students == ("copy", "own 7")
+    assert group.share > 0.9
+
+
+@pytest.mark.parametrize("copies", [2, 3, 4, 5, 16, 40])
+def test_the_more_copy_the_more_are_listed(copies):
+    same = {f"same {k}": marks(program(99)) for k in range(copies)}
+    (group,) = near_identical(class_of(16) | same)
+    assert group == Group(students=tuple(sorted(same)), share=1.0)
+
+
+@pytest.mark.parametrize("copies", [2, 4, 8, 12])
+def test_many_near_copies_are_one_group(copies):
+    one = "".join(program(seed) for seed in (97, 98, 99))
+    near = {f"near {k}": marks(edited(one, k)) for k in range(copies)}
+    (group,) = near_identical(class_of(8) | near)
+    assert group.students == tuple(sorted(near))
+    assert 0.8 <= group.share < 1.0
+
+
+def test_two_groups_stay_two():
+    copies = {f"{seed} {k}": marks(program(seed)) for seed in (98, 99) for k in range(5)}
+    groups = near_identical(class_of(10) | copies)
+    assert [group.students for group in groups] == [
+        tuple(f"{seed} {k}" for k in range(5)) for seed in (98, 99)
+    ]
 
 
 def test_what_a_class_shares_is_no_copy():
-    assert near_identical({str(seed): marks(STUB, OURS) for seed in range(40)}) == []
+    """Neither what was handed out, nor what each wrote of his own accord next to the rest."""
+    handed_out = all_passages([STUB, OURS])
+    assert near_identical({str(k): marks(STUB, OURS) for k in range(40)}, handed_out) == []
+    found = {str(seed): marks(STUB, OURS, program(seed)) for seed in range(40)}
+    assert near_identical(found) == []
+    obvious = {f"obvious {k}": marks(STUB, OURS) for k in range(10)}
+    assert near_identical(found | obvious) == []
+
+
+def test_a_whole_submission_is_no_chance_even_of_what_others_wrote():
+    parts = [program(seed) for seed in range(90, 94)]
+    found = {str(k): marks(*(parts[:k] + parts[k + 1 :]), program(k)) for k in range(4)}
+    found |= {str(k): marks(parts[k % 4], program(k)) for k in range(4, 30)}
+    assert near_identical(found) == []
+    same = dict.fromkeys(("ada", "emmy"), marks(*parts))
+    (group,) = near_identical(found | same)
+    assert group == Group(students=("ada", "emmy"), share=1.0)
+
+
+def test_the_order_of_the_class_makes_no_difference():
+    found = class_of(12) | {f"near {k}": marks(edited(program(99), k)) for k in range(6)}
+    assert near_identical(dict(reversed(found.items()))) == near_identical(found) != []
+
+
+def test_nothing_handed_in_is_no_copy():
+    assert near_identical({}) == near_identical({str(k): () for k in range(9)}) == []
 
 
 def test_half_a_copy_is_half_alike():
     lines = program(1).splitlines(keepends=True)
     half = "".join(lines[:16] + program(2).splitlines(keepends=True)[16:])
     others = {str(seed): marks(program(seed)) for seed in range(10, 30)}
-    pairs = near_identical({"a": marks(program(1)), "b": marks(half), **others}, share=0.3)
-    assert [pair.students for pair in pairs] == [("a", "b")]
-    assert 0.3 < pairs[0].share < 0.7
+    groups = near_identical({"a": marks(program(1)), "b": marks(half), **others}, share=0.3)
+    assert [group.students for group in groups] == [("a", "b")]
+    assert 0.3 < groups[0].share < 0.7
 
 
 @pytest.mark.parametrize("text", ["", "x", "def f(:", "'", "\0", "\tx\n  y"])

@@ -12,7 +12,7 @@ from labkit.errors import LabkitError
 from labkit.grading.exports.feedback import number
 from labkit.grading.questions import Assignment
 from labkit.grading.reports.summary import ClassSummary
-from labkit.grading.similarity import Pair
+from labkit.grading.similarity import Group
 from labkit.grading.verdict import SubmissionVerdict
 from labkit.logs.atomic import atomic_write
 
@@ -36,7 +36,7 @@ def write_class_page(
     assignment: Assignment,
     out: str | os.PathLike[str],
     *,
-    pairs: Sequence[Pair] = (),
+    groups: Sequence[Group] = (),
     failures: Mapping[str, str] | None = None,
 ) -> None:
     """Write the instructor's page: distribution, questions, mistakes, likenesses, students.
@@ -49,7 +49,7 @@ def write_class_page(
         What was asked.
     out : path-like
         The page.
-    pairs : sequence of Pair
+    groups : sequence of Group
         Submissions that are nearly the same.
     failures : mapping of str to str
         Why a student has no verdict.
@@ -70,7 +70,7 @@ def write_class_page(
         summary=summary,
         title=assignment.title,
         mistakes=sorted(mistakes, key=lambda row: (-row[0], row[1:])),
-        pairs=pairs,
+        groups=groups,
         failures=failures or {},
     )
 
