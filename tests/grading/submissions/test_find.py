@@ -116,7 +116,7 @@ def test_an_archive_with_one_folder_around_the_class(tmp_path, layout):
     assert [one.student for one in found] == STUDENTS.get(layout, ["ada", "emmy"])
 
 
-@pytest.mark.parametrize("layout", WRAPPED.keys() - {"notebooks", "scripts", "archives"})
+@pytest.mark.parametrize("layout", sorted(WRAPPED.keys() - {"notebooks", "scripts", "archives"}))
 def test_a_folder_with_one_folder_around_the_class(tmp_path, layout):
     found = find_submissions(lay_out(tmp_path, WRAPPED[layout]))
     assert [one.student for one in found] == STUDENTS.get(layout, ["ada", "emmy"])
