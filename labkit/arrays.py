@@ -20,9 +20,12 @@ EPSILON = float(np.finfo(float).eps)
 
 
 def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:
-    """Return `values` as float64, or say what they are instead of numbers."""
+    """Copy `values` as float64, or say what they are instead of numbers.
+
+    A copy, for the caller may fill the array anew while the numbers are still needed.
+    """
     try:
-        return np.asarray(values, dtype=np.float64)
+        return np.array(values, dtype=np.float64)
     except (TypeError, ValueError):
         received = repr(values)
         shown = received if len(received) <= 60 else received[:57] + "..."

@@ -229,7 +229,7 @@ class Correspondences:
 
     @cached_property
     def cost(self) -> float:
-        """The truncated Huber cost J [m²]: of the ⌊ρN⌋ closest pairs, over N; (4.4) of `labkit.icp`."""
+        """The truncated Huber cost J [m²] of the ⌊ρN⌋ closest pairs, over N; see `labkit.icp`."""
         charged = np.minimum(self.distances, self.gate)
         if self.on_lines:
             usable = self.within_gate & np.isfinite(self.residuals)

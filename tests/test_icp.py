@@ -504,6 +504,13 @@ def test_a_corridor_leaves_the_drive_at_the_guess():
         assert theta == pytest.approx(0.02, abs=1e-3)
 
 
+def test_the_history_keeps_the_guess_when_the_callers_array_is_filled_anew():
+    T_init = transform(0.01, 0.0, 0.0)
+    result = icp(scatter(0, 9), scatter(0, 9), T_init)
+    T_init[:] = 0.0
+    np.testing.assert_array_equal(result.history[0].T_target_source, transform(0.01, 0.0, 0.0))
+
+
 # ---------------------------------------------------------------- the caller's mistakes
 
 CLOUD = scatter(0, 6)

@@ -43,8 +43,8 @@ def test_a_range_of_zero_makes_no_point():
 @given(st.lists(st.floats(allow_nan=True, allow_infinity=True), max_size=20))
 def test_points_and_beams_go_together(ranges):
     angles = np.linspace(-2.0, 2.0, len(ranges))
-    scan = Scan.from_ranges(ranges, angles, range_max=1e6)
-    assert len(scan) == len(scan.beams) == sum(0.0 < r < 1e6 for r in ranges)
+    scan = Scan.from_ranges(ranges, angles, range_max=1e3)
+    assert len(scan) == len(scan.beams) == sum(0.0 < r < 1e3 for r in ranges)
     np.testing.assert_allclose(np.hypot(*scan.points.T), scan.ranges[scan.beams], rtol=1e-14)
 
 

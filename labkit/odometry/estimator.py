@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, as_finite, as_floats, as_pose, check_count
 from labkit.correspondences import MIN_PAIRS
-from labkit.errors import InvalidPointsError
+from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.odometry.integration import increments_between, integrate, integrate_step
 from labkit.odometry.step import (
     STILL,
@@ -21,7 +22,7 @@ from labkit.odometry.step import (
     estimate_step,
 )
 from labkit.odometry.workers import in_order
-from labkit.scan import Scan
+from labkit.scan import Scan, as_scan
 from labkit.target import Target
 
 STRETCH = 64  # steps of a log that are handed over as one task
@@ -52,7 +53,7 @@ class ScanMatchingOdometry:
         parameters: OdometryParameters | None = None,
         start: ArrayLike = (0.0, 0.0, 0.0),
     ) -> None:
-        self.parameters = parameters or OdometryParameters()
+        self.parameters = _as_parameters(parameters)
         self.pose = as_pose(start, "start")
         self._target: Target | None = None
         self._started = False
@@ -102,19 +103,19 @@ class OdometryResult:
 
 
 def estimate_odometry(
-    scans: Sequence[Scan],
+    scans: Sequence[Scan | ArrayLike],
     priors: ArrayLike | None = None,
     parameters: OdometryParameters | None = None,
     *,
     start: ArrayLike = (0.0, 0.0, 0.0),
     jobs: int = 1,
-    progress: Callable[[Iterable[Scan]], Iterable[Scan]] = iter,
+    progress: Callable[[Iterable[Any]], Iterable[Any]] = iter,
 ) -> OdometryResult:
     """Estimate the motion of a whole log.
 
     Parameters
     ----------
-    scans : sequence of Scan, length K
+    scans : sequence of Scan or array_like, length K
         In the order of time.
     priors : array_like, shape (K, 3) or (K−1, 3), optional
         Wheel odometry: K poses (x, y, ψ), or the K−1 increments between them.
@@ -153,7 +154,7 @@ def estimate_odometry(
     2
     """
     check_count(jobs, "jobs", at_least=1)
-    parameters = parameters or OdometryParameters()
+    parameters = _as_parameters(parameters)
     first = as_pose(start, "start")
     if priors is None:
         records = _steps_in_turn(scans, parameters)
@@ -168,7 +169,7 @@ def estimate_odometry(
 
 
 def _steps_in_turn(
-    scans: Sequence[Scan], parameters: OdometryParameters
+    scans: Sequence[Scan | ArrayLike], parameters: OdometryParameters
 ) -> Generator[StepRecord, None, None]:
     """The record of each scan; every step starts from the motion of the one before."""
     odometry = ScanMatchingOdometry(parameters)
@@ -177,7 +178,10 @@ def _steps_in_turn(
 
 
 def _independent_steps(
-    scans: Sequence[Scan], increments: FloatArray, parameters: OdometryParameters, jobs: int
+    scans: Sequence[Scan | ArrayLike],
+    increments: FloatArray,
+    parameters: OdometryParameters,
+    jobs: int,
 ) -> Generator[StepRecord, None, None]:
     """The record of each scan; the steps are cut into stretches that may be done anywhere."""
     helpers = max(0, min(jobs, len(increments) // STEPS_A_JOB) - 1)
@@ -202,9 +206,9 @@ def _stretches(count: int, jobs: int) -> Iterator[tuple[int, int]]:
         begin += length
 
 
-def _bare(scans: Sequence[Scan]) -> list[Scan]:
+def _bare(scans: Sequence[Scan | ArrayLike]) -> list[Scan]:
     """All that a step looks at: half as much to hand over to another process."""
-    return [Scan(points=scan.points, beams=scan.beams) for scan in scans]
+    return [Scan(points=scan.points, beams=scan.beams) for scan in map(as_scan, scans)]
 
 
 def _match_stretch(
@@ -220,6 +224,17 @@ def _match_stretch(
 
 def _prepare(scan: Scan) -> Target | None:
     return Target(scan) if len(scan) >= MIN_PAIRS else None
+
+
+def _as_parameters(parameters: OdometryParameters | None) -> OdometryParameters:
+    if parameters is None:
+        return OdometryParameters()
+    if not isinstance(parameters, OdometryParameters):
+        raise InvalidParameterError(
+            f"`parameters` must be OdometryParameters, got {type(parameters).__name__}; those of "
+            f"the matcher go in as OdometryParameters(icp=...)"
+        )
+    return parameters
 
 
 def _as_increments(priors: ArrayLike, scan_count: int) -> FloatArray:

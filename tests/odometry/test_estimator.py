@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labkit import Scan
+from labkit import IcpParameters, Scan
 from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.filters import Preprocessing
 from labkit.odometry import (
@@ -199,6 +199,37 @@ def test_progress_sees_every_scan_of_shared_work():
         SCANS, PRIORS, jobs=2, progress=lambda scans: (seen.append(s) or s for s in scans)
     )
     assert [one is other for one, other in zip(seen, SCANS, strict=True)] == [True] * 12
+
+
+def test_a_buffer_that_is_filled_anew_changes_nothing_that_was_estimated():
+    start, prior, steps = np.zeros(3), np.zeros(3), []
+    odometry = ScanMatchingOdometry(start=start)
+    start += 5.0
+    for _ in range(4):  # empty scans fall back to the prior
+        prior += 0.1
+        steps.append(odometry.update(EMPTY, prior).increment)
+    np.testing.assert_allclose(np.array(steps)[1:, 0], [0.2, 0.3, 0.4])
+    np.testing.assert_allclose(odometry.pose, integrate(steps)[-1], atol=1e-15)
+
+    priors = np.full((2, 3), 0.1)
+    run = estimate_odometry([EMPTY] * 3, priors)
+    priors *= 0.0
+    assert all((record.increment == 0.1).all() for record in run.records[1:])
+
+
+def test_a_run_takes_bare_points():
+    bare = [scan.points for scan in SCANS[:3]]
+    in_space = estimate_odometry([Scan.from_points(points) for points in bare], PRIORS[:2])
+    np.testing.assert_array_equal(estimate_odometry(bare, PRIORS[:2]).poses, in_space.poses)
+    assert len(estimate_odometry(bare).poses) == 3
+
+
+def test_the_matchers_parameters_are_not_the_odometrys():
+    message = r"`parameters` must be OdometryParameters, got IcpParameters; .*\(icp=\.\.\.\)"
+    with pytest.raises(InvalidParameterError, match=message):
+        ScanMatchingOdometry(IcpParameters())
+    with pytest.raises(InvalidParameterError, match=message):
+        estimate_odometry(SCANS, parameters=IcpParameters())
 
 
 @pytest.mark.usefixtures("eager")
