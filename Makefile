@@ -40,7 +40,7 @@ bench: ## time the lab's matcher beside others and write the book's page on it (
 	@echo "The page is book/benchmark.md; make book shows it."
 
 clean: ## remove all that these commands made, .venv included
-	rm -rf $(VENV) .venv-wolfram .venv-graders .venv-numpy1 $(BENCH) _build book/_static/vendor *.egg-info
+	rm -rf $(VENV) .venv-wolfram .venv-graders .venv-numpy1 $(BENCH) _build build book/_static/vendor *.egg-info
 	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -prune -exec rm -rf {} +
 

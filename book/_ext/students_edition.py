@@ -14,6 +14,7 @@ one trace, and nothing is written.
 from __future__ import annotations
 
 import argparse
+import re
 import shutil
 import subprocess
 import sys
@@ -52,6 +53,7 @@ KEPT_BACK = (
     "*/__pycache__/*",
     "*.pyc",
 )
+WITHOUT = ("student", "test", "bench")  # commands whose files stay with the lab
 README = """\
 # ICP-based motion estimation: the lab
 
@@ -93,6 +95,8 @@ def write_source(root: Path, to: Path) -> Source:
         name = path.relative_to(root).as_posix()
         if path.suffix not in (".ipynb", ".md"):
             shutil.copy(path, target)
+            if name == "Makefile":
+                target.write_text(without_commands(path.read_text("utf-8")), "utf-8", newline="\n")
             public.append(path.read_text("utf-8", errors="replace"))
             continue
         if path.suffix == ".ipynb":
@@ -112,6 +116,14 @@ def write_source(root: Path, to: Path) -> Source:
         public.append(original)
     (to / "README.md").write_text(README, "utf-8", newline="\n")
     return Source(solutions=len(secret), secrets=Secrets.of(secret, public))
+
+
+def without_commands(makefile: str) -> str:
+    """The Makefile without the commands that students lack the files for."""
+    for command in WITHOUT:
+        makefile = re.sub(rf"(?m)^{command}:.*\n(?:\t.*\n)+\n?", "", makefile)
+        makefile = re.sub(rf"(?m)^(\.PHONY:.*) {command}\b", r"\1", makefile)
+    return makefile
 
 
 def build_book(source: Path, scratch: Path, vendor: Path) -> Path:

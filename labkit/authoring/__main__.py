@@ -9,7 +9,6 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from labkit.authoring.notebook import notebook_text
 from labkit.authoring.write import VARIANTS, write_assignment
 from labkit.errors import LabkitError
 from labkit.grading.assignment import FOLDER
@@ -19,6 +18,11 @@ from labkit.logs.atomic import atomic_write, refuse_unwritable
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write what the options name; the exit status is 2 for a mistake of the caller."""
     options = _parser().parse_args(arguments)
+    try:
+        from labkit.authoring.notebook import notebook_text  # noqa: PLC0415
+    except ImportError as error:
+        sys.stderr.write(f"labkit.authoring: {error}: pip install 'labkit[authoring]'\n")
+        return 2
     try:
         for path in (options.notebook, options.solutions):
             if path is not None:

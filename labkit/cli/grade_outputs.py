@@ -21,7 +21,7 @@ from labkit.grading.exports import (
     write_scores,
 )
 from labkit.grading.questions import Assignment
-from labkit.grading.reports import ClassSummary, write_class_page, write_student_page
+from labkit.grading.reports import ClassSummary, templates, write_class_page, write_student_page
 from labkit.grading.similarity import all_passages, near_identical
 from labkit.grading.store import VerdictStore
 from labkit.logs import atomic_write, refuse_unwritable
@@ -50,6 +50,8 @@ def check_outputs(args: argparse.Namespace, submissions: int) -> None:
     for path in (args.gradescope, args.junit, scores):
         if path:
             refuse_unwritable(path)
+    if not args.no_html:
+        templates()  # or say what they need
     if bool(args.canvas) != bool(args.title):
         raise InvalidParameterError(
             f"`title` and --canvas must be given together, got {args.title or args.canvas!r} alone"

@@ -19,5 +19,5 @@ def need(name: str) -> Any:
     except ImportError as error:
         raise ReportError(
             f"a report needs more than labkit does: "
-            f"`python -m pip install labkit[report]` ({error})"
+            f"`python -m pip install 'labkit[report]'` ({error})"
         ) from error

@@ -292,6 +292,13 @@ def test_the_notebooks_keep_their_questions_and_checks(student):
     assert sum(each["grade"] for each in graded) == len(answers)
 
 
+def test_students_get_the_commands_that_work_for_them():
+    makefile = edition.without_commands((edition.ROOT / "Makefile").read_text("utf-8"))
+    assert re.findall(r"(?m)^(\w+):.*##", makefile) == ["help", "book", "lab", "clean"]
+    assert ".PHONY: help book lab clean\n" in makefile
+    assert "pytest" not in makefile
+
+
 def test_authors_files_are_kept_back(student):
     names = [path.relative_to(student / "lab").as_posix() for path in student.rglob("lab/**/*")]
     assert "labkit/icp.py" in names

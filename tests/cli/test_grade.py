@@ -14,6 +14,7 @@ import pytest
 from labkit.cli import main
 from labkit.grading.batch import Graded
 from labkit.grading.isolation import available_modes
+from labkit.grading.reports import templates
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "grading"))
 from small import HANGS, RIGHT, SQUARED, hand_in, write_assignment
@@ -168,6 +169,18 @@ def test_a_folder_that_may_not_be_written_in_is_named_before_anything_is_graded(
 
 
 @NEEDS_A_BOX
+def test_without_jinja2_the_extra_is_named_before_anything_is_graded(
+    grade, tmp_path, monkeypatch, capsys
+):
+    hand_in(tmp_path / "class", 1)
+    templates.cache_clear()
+    monkeypatch.setitem(sys.modules, "jinja2", None)
+    assert grade("class") == 1
+    assert "need jinja2: pip install 'labkit[grading]'" in capsys.readouterr().err
+    assert not (tmp_path / "grades/scores.csv").exists()
+    assert grade("class", "--no-html") == 0
+
+
 def test_killed_halfway_and_resumed(small, tmp_path):
     """Takes some ten seconds; buys that a crash costs no verdict and leaves no process."""
     expected = hand_in(tmp_path / "class", 60)

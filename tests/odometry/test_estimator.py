@@ -33,7 +33,6 @@ TRUTH = integrate([STEP] * 11, start=[-0.5, -0.3, 0.2])
 SCANS = scan_along(room(), TRUTH, Lidar(beam_count=271), rng=4)
 NOISE = np.random.default_rng(0).normal(0.0, [0.01, 0.01, 0.005], (11, 3))
 PRIORS = increments_between(TRUTH) + NOISE
-HOLED = np.where(np.arange(11)[:, None] == 2, math.nan, PRIORS)
 
 
 def assert_same_records(actual, expected):

@@ -76,14 +76,20 @@ def write_class_page(
 
 
 def _write(template: str, out: str | os.PathLike[str], **content: Any) -> None:
-    text = _environment().get_template(template).render(**content)
+    text = templates().get_template(template).render(**content)
     with atomic_write(out) as file:
         file.write(text)
 
 
 @functools.cache
-def _environment() -> Any:
-    """The templates; what a student wrote is escaped wherever it stands."""
+def templates() -> Any:
+    """The templates; what a student wrote is escaped wherever it stands.
+
+    Raises
+    ------
+    LabkitError
+        Where jinja2 is not installed.
+    """
     try:
         jinja2 = importlib.import_module("jinja2")
     except ImportError:

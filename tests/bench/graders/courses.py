@@ -54,11 +54,6 @@ class Course:
     folder: Path
     assignment: Path
 
-    @property
-    def submitted(self) -> Path:
-        """What the students handed in, in nbgrader's layout."""
-        return self.folder / "submitted"
-
 
 def lab_course(folder: Path, students: int, python: Path) -> Course:
     """The lab's own assignment; all three graders ask its hidden cases through labkit."""
