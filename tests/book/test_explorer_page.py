@@ -137,8 +137,10 @@ def test_it_says_what_labkit_says(page, explorer):
             said = readout(page, "pose").inner_text()
             assert re.fullmatch(r"\(-?\d\.\d{3}, -?\d\.\d{3}\) m, -?\d+\.\d\d°", said)
             *shift, turn = map(float, re.findall(r"[-\d.]+", said))
-            assert shift == pytest.approx([x, y], abs=0.501e-3)  # half of the last digit
-            assert turn == pytest.approx(np.degrees(theta), abs=0.501e-2)
+            # To the last digit: of points that are equally near, as some are in a recorded
+            # scan, rounding alone decides which is taken.
+            assert shift == pytest.approx([x, y], abs=1e-3)
+            assert turn == pytest.approx(np.degrees(theta), abs=1e-2)
 
 
 def test_it_says_how_many_points_are_not_looked_at_from_afar(page, explorer):
