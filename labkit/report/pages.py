@@ -13,6 +13,7 @@ from labkit.report.needs import ReportError, need
 from labkit.report.style import CSS
 
 TIMEOUT = 300  # seconds for one cell
+PLACE = "labkit_place"  # in a cell's metadata: the file and the cell, for a message
 
 
 def read_report(path: str | Path, *, run: bool = True) -> Any:
@@ -46,11 +47,14 @@ def read_report(path: str | Path, *, run: bool = True) -> Any:
         raise ReportError(f"{path}: cannot be read: {reason}") from error
     if source.suffix == ".md":
         cell = nbformat.v4.new_markdown_cell(_without_front_matter(text))
+        cell.metadata[PLACE] = str(path)
         return nbformat.v4.new_notebook(cells=[cell])
     try:
         notebook = nbformat.reads(text, as_version=4)
     except Exception as error:  # whatever a damaged file makes the reader raise
         raise ReportError(f"{path}: is no notebook: {error}") from error
+    for number, cell in enumerate(notebook.cells, start=1):
+        cell.metadata[PLACE] = f"{path}: cell {number}"
     if run:
         folder = {"metadata": {"path": str(source.resolve().parent)}}
         client = nbclient.NotebookClient(notebook, timeout=TIMEOUT, resources=folder)
@@ -84,27 +88,36 @@ def render(notebook: Any, folder: str | Path = ".") -> str:
     -------
     str
         Nothing in it asks the network.
+
+    Raises
+    ------
+    ReportError
+        For a formula that cannot be read: with its file and its cell.
     """
-    nbconvert = need("nbconvert")
+    jinja2, nbconvert = need("jinja2"), need("nbconvert")
     renderer = need("nbconvert.filters.markdown_mistune")
-    formula = need("latex2mathml.converter").convert
 
     class Formulas(renderer.IPythonRenderer):  # type: ignore[misc, name-defined]
         """Writes formulas as MathML, which browsers draw without any script."""
 
         def inline_math(self, body: str) -> str:
-            return str(formula(body))
+            return _mathml(body, "inline")
 
         def block_math(self, body: str) -> str:
-            return str(formula(body, display="block"))
+            return _mathml(body, "block")
 
         def latex_environment(self, name: str, body: str) -> str:
-            return str(formula(rf"\begin{{{name}}}{body}\end{{{name}}}", display="block"))
+            return _mathml(rf"\begin{{{name}}}{body}\end{{{name}}}", "block")
 
-    def to_html(text: str) -> str:
+    @jinja2.pass_context  # type: ignore[untyped-decorator]
+    def to_html(context: Any, text: str) -> str:
         settings = {"escape": False, "embed_images": True, "path": str(folder)}
         writer = Formulas(**settings, exclude_anchor_links=True)
-        return str(renderer.MarkdownWithMath(renderer=writer).render(text))
+        try:
+            return str(renderer.MarkdownWithMath(renderer=writer).render(text))
+        except ReportError as error:
+            place = context["cell"].metadata.get(PLACE, "the notebook")
+            raise ReportError(f"{place}: {error}") from error
 
     for cell in notebook.cells:
         words = cell.metadata.get("mystnb", {}).get("image", {}).get("alt")
@@ -122,6 +135,18 @@ def render(notebook: Any, folder: str | Path = ".") -> str:
         f"<title>{html.escape(title[1] if title else 'Report')}</title>\n"
         f"<style>\n{CSS}</style>\n</head>\n<body>\n<main>\n{body}\n</main>\n</body>\n</html>\n"
     )
+
+
+def _mathml(formula: str, display: str) -> str:
+    """A formula of LaTeX as MathML."""
+    try:
+        return str(need("latex2mathml.converter").convert(formula, display=display))
+    except Exception as error:  # its errors have no common base, and some are of Python itself
+        problem = f"{type(error).__name__} {error}".strip()
+        raise ReportError(
+            f"the formula ${formula}$ cannot be read ({problem}): "
+            "look for a missing brace, bracket, index or \\end"
+        ) from error
 
 
 def _without_front_matter(text: str) -> str:

@@ -91,3 +91,29 @@ def test_a_cell_that_fails_is_named(tmp_path):
     path = write(tmp_path / "a.ipynb", new_markdown_cell("# A"), new_code_cell("1 / 0"))
     with pytest.raises(ReportError, match=r"a\.ipynb: cell 2: ZeroDivisionError: division by zero"):
         read_report(path)
+
+
+@pytest.mark.parametrize(
+    "formula",
+    [
+        "$x_$",
+        "$a_b_c$",
+        r"$\frac{a}{$",
+        r"$\left( \frac12$",
+        r"$\sqrt$",
+        r"$\color$",
+        r"$\begin{pmatrix}1&2$",
+        "$$ $$",
+        r"\begin{align}x_\end{align}",
+    ],
+)
+def test_a_formula_that_cannot_be_read_is_named_with_its_cell(tmp_path, formula):
+    page = tmp_path / "a.md"
+    page.write_text(f"# A\n\nAn angle {formula}.\n", "utf-8")
+    body = re.escape(formula.strip("$"))
+    with pytest.raises(ReportError, match=rf"a\.md: the formula \${body}\$ cannot be read") as told:
+        render(read_report(page))
+    assert "\n" not in str(told.value)
+    path = write(tmp_path / "a.ipynb", new_markdown_cell("# A"), new_markdown_cell(formula))
+    with pytest.raises(ReportError, match=r"a\.ipynb: cell 2: the formula"):
+        render(read_report(path, run=False))
