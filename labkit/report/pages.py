@@ -34,9 +34,10 @@ def read_report(path: str | Path, *, run: bool = True) -> Any:
     Raises
     ------
     ReportError
-        For a file that is neither, or a cell that fails: with its number and its error.
+        For a file that is neither, a cell that fails (with its number and its error), or a
+        kernel that is not installed or dies.
     """
-    nbformat, nbclient = need("nbformat"), need("nbclient")
+    nbformat = need("nbformat")
     source = Path(path)
     if source.suffix not in (".ipynb", ".md"):
         raise ReportError(f"{path}: a report is a notebook (.ipynb) or Markdown (.md)")
@@ -56,22 +57,42 @@ def read_report(path: str | Path, *, run: bool = True) -> Any:
     for number, cell in enumerate(notebook.cells, start=1):
         cell.metadata[PLACE] = f"{path}: cell {number}"
     if run:
-        folder = {"metadata": {"path": str(source.resolve().parent)}}
-        client = nbclient.NotebookClient(notebook, timeout=TIMEOUT, resources=folder)
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # of the kernel's own machinery
-                client.execute(stderr=subprocess.DEVNULL)
-        except nbclient.exceptions.CellExecutionError as error:
-            number = 1 + next(
-                index
-                for index, cell in enumerate(notebook.cells)
-                if any(output.output_type == "error" for output in cell.get("outputs", []))
-            )
-            raise ReportError(f"{path}: cell {number}: {error.ename}: {error.evalue}") from error
-        except nbclient.exceptions.CellTimeoutError as error:
-            raise ReportError(f"{path}: a cell ran for more than {TIMEOUT} s") from error
+        _execute(notebook, source)
     return notebook
+
+
+def _execute(notebook: Any, source: Path) -> None:
+    """Run a notebook in its file's folder; its outputs replace those that it had."""
+    nbclient = need("nbclient")
+    places = [str(source)]  # of what was started; the last one is where it ended
+
+    def begin(cell: Any, cell_index: int) -> None:
+        places.append(cell.metadata[PLACE])
+
+    client = nbclient.NotebookClient(
+        notebook,
+        timeout=TIMEOUT,
+        resources={"metadata": {"path": str(source.resolve().parent)}},
+        on_cell_start=begin,
+    )
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of the kernel's own machinery
+            client.execute(stderr=subprocess.DEVNULL)
+    except nbclient.exceptions.CellExecutionError as error:
+        raise ReportError(f"{places[-1]}: {error.ename}: {error.evalue}") from error
+    except nbclient.exceptions.CellTimeoutError as error:
+        raise ReportError(f"{places[-1]}: ran for more than {TIMEOUT} s") from error
+    except nbclient.exceptions.DeadKernelError as error:
+        raise ReportError(
+            f"{places[-1]}: the kernel died while it ran; look for a call that ends Python, "
+            "or for more memory than there is"
+        ) from error
+    except need("jupyter_client.kernelspec").NoSuchKernel as error:
+        raise ReportError(
+            f"{source}: asks for the kernel {error.name!r}, which is not installed here; choose "
+            "another in JupyterLab (Kernel, Change Kernel) and save, or do not run it: `--as-is`"
+        ) from error
 
 
 def render(notebook: Any, folder: str | Path = ".") -> str:

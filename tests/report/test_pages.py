@@ -7,7 +7,7 @@ import nbformat
 import pytest
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
-from labkit.report import ReportError, read_report, render
+from labkit.report import ReportError, pages, read_report, render
 
 PIXEL = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
@@ -91,6 +91,39 @@ def test_a_cell_that_fails_is_named(tmp_path):
     path = write(tmp_path / "a.ipynb", new_markdown_cell("# A"), new_code_cell("1 / 0"))
     with pytest.raises(ReportError, match=r"a\.ipynb: cell 2: ZeroDivisionError: division by zero"):
         read_report(path)
+
+
+def test_a_cell_that_may_fail_is_not_taken_for_the_one_that_may_not(tmp_path):
+    allowed = new_code_cell("1 / 0", metadata={"tags": ["raises-exception"]})
+    path = write(tmp_path / "a.ipynb", new_markdown_cell("# A"), allowed, new_code_cell("3 / 0"))
+    with pytest.raises(ReportError, match=r"a\.ipynb: cell 3: ZeroDivisionError"):
+        read_report(path)
+
+
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        ("%matplotlb inline", "UsageError: Line magic function `%matplotlb` not found"),
+        ("x = 1\n%%time", "UsageError: Line magic function `%%time` not found"),
+        ("import os\nos._exit(3)", "the kernel died while it ran"),
+        ("import time\ntime.sleep(60)", "ran for more than 5 s"),
+    ],
+)
+def test_a_cell_that_fails_without_an_error_output_is_named(tmp_path, monkeypatch, source, message):
+    monkeypatch.setattr(pages, "TIMEOUT", 5)
+    path = write(tmp_path / "a.ipynb", new_code_cell("x = 1"), new_code_cell(source))
+    with pytest.raises(ReportError, match=rf"a\.ipynb: cell 2: {re.escape(message)}"):
+        read_report(path)
+
+
+def test_a_kernel_that_is_not_installed_is_named(tmp_path):
+    notebook = new_notebook(cells=[new_code_cell("x = 1")])
+    notebook.metadata["kernelspec"] = {"name": "lab-2019", "display_name": "Lab"}
+    nbformat.write(notebook, tmp_path / "a.ipynb")
+    with pytest.raises(
+        ReportError, match=r"a\.ipynb: asks for the kernel 'lab-2019', which is not"
+    ):
+        read_report(tmp_path / "a.ipynb")
 
 
 @pytest.mark.parametrize(
