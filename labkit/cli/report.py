@@ -13,7 +13,8 @@ from labkit.report import ReportError, read_report, render, write_pdf
 DESCRIPTION = """\
 Run a report from its first cell to its last, and write it as one page of HTML and as a PDF:
 text, tables, figures and formulas, without the code. REPORT is a notebook (.ipynb) or
-Markdown (.md). notebooks/report_template.ipynb is one to start from."""
+Markdown (.md). Its pictures lie in its folder or below; they go into the page.
+notebooks/report_template.ipynb is one to start from."""
 PAGES = 2  # what the lesson allows
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from labkit.report.needs import ReportError, need
+from labkit.report.pictures import embedded
 from labkit.report.style import CSS
 
 TIMEOUT = 300  # seconds for one cell
@@ -113,13 +114,14 @@ def render(notebook: Any, folder: str | Path = ".") -> str:
     Raises
     ------
     ReportError
-        For a formula that cannot be read: with its file and its cell.
+        For a formula that cannot be read, or a picture that cannot go into the page: with
+        its file and its cell.
     """
     jinja2, nbconvert = need("jinja2"), need("nbconvert")
     renderer = need("nbconvert.filters.markdown_mistune")
 
-    class Formulas(renderer.IPythonRenderer):  # type: ignore[misc, name-defined]
-        """Writes formulas as MathML, which browsers draw without any script."""
+    class Writer(renderer.IPythonRenderer):  # type: ignore[misc, name-defined]
+        """Writes formulas as MathML, which needs no script, and pictures into the page."""
 
         def inline_math(self, body: str) -> str:
             return _mathml(body, "inline")
@@ -130,10 +132,16 @@ def render(notebook: Any, folder: str | Path = ".") -> str:
         def latex_environment(self, name: str, body: str) -> str:
             return _mathml(rf"\begin{{{name}}}{body}\end{{{name}}}", "block")
 
+        def _src_to_base64(self, src: str) -> str:
+            return embedded(src, folder, self.attachments)
+
+        _embed_image_or_attachment = _src_to_base64
+
     @jinja2.pass_context  # type: ignore[untyped-decorator]
     def to_html(context: Any, text: str) -> str:
-        settings = {"escape": False, "embed_images": True, "path": str(folder)}
-        writer = Formulas(**settings, exclude_anchor_links=True)
+        attachments = context["cell"].get("attachments", {})
+        settings = {"escape": False, "embed_images": True, "attachments": attachments}
+        writer = Writer(**settings, exclude_anchor_links=True)
         try:
             return str(renderer.MarkdownWithMath(renderer=writer).render(text))
         except ReportError as error:

@@ -150,3 +150,48 @@ def test_a_formula_that_cannot_be_read_is_named_with_its_cell(tmp_path, formula)
     path = write(tmp_path / "a.ipynb", new_markdown_cell("# A"), new_markdown_cell(formula))
     with pytest.raises(ReportError, match=r"a\.ipynb: cell 2: the formula"):
         render(read_report(path, run=False))
+
+
+@pytest.mark.parametrize("name", ["p.png", "my pic.png"])
+def test_a_picture_pasted_into_a_cell_goes_into_the_page(tmp_path, name):
+    pasted = {name: {"image/png": base64.b64encode(PIXEL).decode()}}
+    text = f"![a](attachment:{name.replace(' ', '%20')})"
+    path = write(tmp_path / "a.ipynb", new_markdown_cell(text, attachments=pasted))
+    assert f'src="data:image/png;base64,{pasted[name]["image/png"]}"' in render(
+        read_report(path, run=False)
+    )
+
+
+@pytest.mark.parametrize(
+    "text", ["![a](my%20pic.png)", "![a](<my pic.png>)", '<img src="my pic.png" alt="a">']
+)
+def test_a_picture_beside_the_report_goes_into_the_page(tmp_path, text):
+    (tmp_path / "my pic.png").write_bytes(PIXEL)
+    (tmp_path / "a.md").write_text(f"# A\n\n{text}\n", "utf-8")
+    html = render(read_report(tmp_path / "a.md"), tmp_path)
+    assert f'src="data:image/png;base64,{base64.b64encode(PIXEL).decode()}"' in html
+
+
+def test_a_picture_that_is_a_data_url_stays(tmp_path):
+    url = f"data:image/png;base64,{base64.b64encode(PIXEL).decode()}"
+    (tmp_path / "a.md").write_text(f"![a]({url})\n", "utf-8")
+    assert f'src="{url}"' in render(read_report(tmp_path / "a.md"), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("![a](attachment:p.png)", "the picture 'p.png' is not attached to the cell, which has no"),
+        ("![a](none.png)", "the picture 'none.png' cannot be read: No such file"),
+        ("![a](https://x.org/a.png)", "the picture 'https://x.org/a.png' lies on the network"),
+        ('<img src="//x.org/a.png">', "the picture '//x.org/a.png' lies on the network"),
+        ("![a](../a.png)", "the picture '../a.png' lies outside of "),
+        ("![a](.)", "the picture '.' cannot be read: "),
+        ("![a](a%00.png)", r"the picture 'a\x00.png' cannot be read: "),
+        ("![a](a.md)", "'a.md' is no picture that a page can show"),
+    ],
+)
+def test_a_picture_that_cannot_go_into_the_page_is_named(tmp_path, text, message):
+    (tmp_path / "a.md").write_text(f"# A\n\n{text}\n", "utf-8")
+    with pytest.raises(ReportError, match=rf"a\.md: {re.escape(message)}"):
+        render(read_report(tmp_path / "a.md"), tmp_path)
