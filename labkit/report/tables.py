@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass
 from typing import Any
@@ -45,6 +46,8 @@ class Table(str):
     def of(cls, header: Sequence[str], rows: Sequence[Sequence[object]]) -> Table:
         """Lay out rows under a header; the first column is text, the others align right.
 
+        A bar or a line's end within a cell is written so that it ends no cell.
+
         Examples
         --------
         >>> print(Table.of(["error", "m"], [["median", 0.03]]))
@@ -56,7 +59,9 @@ class Table(str):
         lines = [header, None, *rows]
         return cls(
             "\n".join(
-                "|" + "|".join(rule) + "|" if line is None else f"| {' | '.join(map(str, line))} |"
+                "|" + "|".join(rule) + "|"
+                if line is None
+                else f"| {' | '.join(map(_cell, line))} |"
                 for line in lines
             )
         )
@@ -220,6 +225,14 @@ def _leaves(parameters: object) -> Iterator[tuple[str, Any, Any]]:
             continue
         usual = {name: each for name, each, _ in _leaves(default)}
         yield from ((name, each, usual.get(name)) for name, each, _ in _leaves(value))
+
+
+def _cell(value: object) -> str:
+    r"""One line without a bare bar; in a formula a ``\|`` would be a norm."""
+    line = " ".join(str(value).splitlines())
+    parts = re.split(r"(\$[^$]+\$)", line)  # text, formula, text, ...
+    bars = [r"\|", r"\\vert "]
+    return "".join(re.sub(r"(?<!\\)\|", bars[k % 2], part) for k, part in enumerate(parts))
 
 
 def _show(name: str, value: object) -> str:

@@ -5,12 +5,13 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
+from nbformat.v4 import new_markdown_cell, new_notebook
 
 import labkit
 from labkit.errors import InvalidParameterError
 from labkit.filters import Preprocessing
 from labkit.odometry import Decision, OdometryParameters, SanityLimits, StepRecord
-from labkit.report import Table, error_table, parameter_table, quality_table
+from labkit.report import Table, error_table, parameter_table, quality_table, render
 from labkit.report.tables import UNANSWERED, UNITS
 
 
@@ -31,6 +32,25 @@ def test_a_choice_without_a_reason_is_asked_for_one():
         ["`overlap_ratio`", "0.7", "0.85", "a crowd"],
         ["`huber_delta`", "off", "0.2 m", UNANSWERED],
     ]
+
+
+@pytest.mark.parametrize(
+    ("reason", "written"),
+    [
+        ("residuals |r| > 0.1 m are few", r"residuals \|r\| > 0.1 m are few"),
+        (r"a \| b", r"a \| b"),
+        ("few have $|r| > 0.1$ m | so", r"few have $\vert r\vert  > 0.1$ m \| so"),
+        (r"$\|r\| > 0.1$", r"$\|r\| > 0.1$"),
+        ("a crowd\nstands there", "a crowd stands there"),
+        ("costs $5 | more", r"costs $5 \| more"),
+    ],
+)
+def test_no_reason_breaks_its_table(reason, written):
+    table = parameter_table(labkit.IcpParameters(huber_delta=0.1), {"huber_delta": reason})
+    assert table.split("\n")[2:] == [f"| `huber_delta` | 0.1 m | 0.2 m | {written} |"]
+    page = render(new_notebook(cells=[new_markdown_cell(str(table))]))
+    assert page.count("<td") == 4
+    assert r"\vert" not in page
 
 
 def test_parameters_within_parameters_are_listed():
