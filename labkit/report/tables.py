@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
@@ -236,11 +237,12 @@ def _cell(value: object) -> str:
 
 
 def _show(name: str, value: object) -> str:
-    if not isinstance(value, float):
+    if isinstance(value, bool) or not isinstance(value, Real):
         return str(value)
     if value == math.inf:
         return "off"
-    return f"{value:g} {UNITS[name]}" if name in UNITS else f"{value:g}"
+    number = str(value) if isinstance(value, Integral) else f"{float(value):g}"
+    return f"{number} {UNITS[name]}" if name in UNITS else number
 
 
 def _three(translation: ErrorSummary, rotation: ErrorSummary) -> list[str]:

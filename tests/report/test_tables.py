@@ -53,6 +53,21 @@ def test_no_reason_breaks_its_table(reason, written):
     assert r"\vert" not in page
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "shown"),
+    [
+        ("max_correspondence_distance", 1, "1 m"),
+        ("max_correspondence_distance", np.float32(0.25), "0.25 m"),
+        ("max_correspondence_distance", np.int64(2), "2 m"),
+        ("max_iterations", 1000000, "1000000"),
+        ("overlap_ratio", 1, "1"),
+    ],
+)
+def test_a_number_of_any_kind_has_its_unit(name, value, shown):
+    rows = cells(parameter_table(labkit.IcpParameters(**{name: value})))
+    assert rows[2][:2] == [f"`{name}`", shown]
+
+
 def test_parameters_within_parameters_are_listed():
     chosen = OdometryParameters(limits=SanityLimits(max_rmse=0.3), retry_gate=0.25)
     names = [row[0] for row in cells(parameter_table(chosen))[2:]]
