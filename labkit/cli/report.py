@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 from pathlib import Path
 
 from labkit.errors import LogError
@@ -50,8 +51,13 @@ def run(args: argparse.Namespace) -> int:
     print(f"{page}")
     if args.html_only:
         return 0
-    count = write_pdf(html, pdf)
+    count, cut = write_pdf(html, pdf)
     print(f"{pdf}: {count} page{'' if count == 1 else 's'}")
+    for text in cut:
+        print(
+            f"labkit report: {text!r} is wider than the page and cut off in the PDF: break it up",
+            file=sys.stderr,
+        )
     if count > PAGES:
         print(f"That is more than {PAGES} pages: leave out what your reader would not miss.")
         return 1

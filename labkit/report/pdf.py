@@ -22,10 +22,22 @@ FOOTER = (
     '<div style="font: 7pt sans-serif; width: 100%; text-align: center; color: #555">'
     '<span class="pageNumber"></span> / <span class="totalPages"></span></div>'
 )
+WIDTH = 658  # pixels between the margins of A4 in the style's `@page`
+TOO_WIDE = """() => {
+    const range = document.createRange();
+    const wide = new Set();
+    for (const each of document.querySelectorAll("main *")) {
+        range.selectNodeContents(each);
+        const right = Math.max(...[each, range].map(it => it.getBoundingClientRect().right));
+        if (right > innerWidth + 1) wide.add(each.closest("math, table, pre, p, li") ?? each);
+    }
+    return [...wide].filter(each => ![...wide].some(it => it !== each && each.contains(it)))
+        .map(each => (each.textContent.trim() || each.tagName).replace(/\\s+/g, " ").slice(0, 40));
+}"""
 QUIET = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-sync"]
 
 
-def write_pdf(html: str, path: str | Path) -> int:
+def write_pdf(html: str, path: str | Path) -> tuple[int, list[str]]:
     """Print a page, from `render`, to a file.
 
     The page is the reader's own report, so it runs without a sandbox, which root and most
@@ -42,6 +54,8 @@ def write_pdf(html: str, path: str | Path) -> int:
     -------
     int
         How many pages of A4 it has.
+    list of str
+        What is cut off at the right for being wider than the page: how the text of each begins.
 
     Raises
     ------
@@ -51,10 +65,10 @@ def write_pdf(html: str, path: str | Path) -> int:
         Where `path` cannot be written.
     """
     with ThreadPoolExecutor(1) as own:  # a notebook's thread has a loop that playwright refuses
-        content = own.submit(_print, html).result()
+        content, cut = own.submit(_print, html).result()
     with atomic_write(path, "wb") as file:
         file.write(content)
-    return page_count(content)
+    return page_count(content), cut
 
 
 def page_count(pdf: bytes) -> int:
@@ -62,12 +76,15 @@ def page_count(pdf: bytes) -> int:
     return len(need("pypdf").PdfReader(io.BytesIO(pdf)).pages)
 
 
-def _print(html: str) -> bytes:
+def _print(html: str) -> tuple[bytes, list[str]]:
     with need("playwright.sync_api").sync_playwright() as driver:
         browser = _launch(driver)
         try:
             page = browser.new_page(offline=True, java_script_enabled=False)
+            page.set_viewport_size({"width": WIDTH, "height": WIDTH})
+            page.emulate_media(media="print")
             page.set_content(html, wait_until="load")
+            cut: list[str] = page.evaluate(TOO_WIDE)
             content: bytes = page.pdf(
                 prefer_css_page_size=True,
                 display_header_footer=True,
@@ -76,7 +93,7 @@ def _print(html: str) -> bytes:
             )
         finally:
             browser.close()
-    return content
+    return content, cut
 
 
 def _launch(driver: Any) -> Any:

@@ -32,9 +32,15 @@ def test_without_a_browser_the_page_is_there_and_the_way_out_is_named(report, ca
 
 
 def test_more_than_two_pages_are_too_many(report, capsys, monkeypatch):
-    monkeypatch.setattr("labkit.cli.report.write_pdf", lambda html, path: 3)
+    monkeypatch.setattr("labkit.cli.report.write_pdf", lambda html, path: (3, []))
     assert main(["report", str(report)]) == 1
     assert "more than 2 pages" in capsys.readouterr().out
+
+
+def test_what_the_pdf_cuts_off_is_named(report, capsys, monkeypatch):
+    monkeypatch.setattr("labkit.cli.report.write_pdf", lambda html, path: (1, ["a+b+c"]))
+    assert main(["report", str(report)]) == 0
+    assert "'a+b+c' is wider than the page and cut off" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

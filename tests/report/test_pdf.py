@@ -28,7 +28,7 @@ def browser():
 def test_pages_are_counted(browser, tmp_path):
     text = "".join(f'<p style="break-before: page">This is page {n}.</p>' for n in (1, 2, 3))
     path = tmp_path / "three.pdf"
-    assert write_pdf(f"<main>{text}</main>", path) == 3
+    assert write_pdf(f"<main>{text}</main>", path) == (3, [])
     content = path.read_bytes()
     assert page_count(content) == 3
     words = [page.extract_text() for page in PdfReader(io.BytesIO(content)).pages]
@@ -38,7 +38,7 @@ def test_pages_are_counted(browser, tmp_path):
 
 def test_it_prints_from_a_thread_with_a_running_loop_as_a_notebook_has(browser, tmp_path):
     async def cell():
-        return write_pdf("<main><p>From a cell.</p></main>", tmp_path / "cell.pdf")
+        return write_pdf("<main><p>From a cell.</p></main>", tmp_path / "cell.pdf")[0]
 
     with ThreadPoolExecutor(1) as own:  # this thread's loop may be that of another test's browser
         assert own.submit(asyncio.run, cell()).result() == 1
@@ -46,7 +46,9 @@ def test_it_prints_from_a_thread_with_a_running_loop_as_a_notebook_has(browser, 
 
 def test_the_markdown_template_fits_on_two_pages(browser, tmp_path):
     page = render(read_report(ROOT / "book" / "report_template.md"))
-    assert 1 <= write_pdf(page, tmp_path / "report.pdf") <= 2
+    count, cut = write_pdf(page, tmp_path / "report.pdf")
+    assert 1 <= count <= 2
+    assert cut == []
     text = "".join(each.extract_text() for each in PdfReader(tmp_path / "report.pdf").pages)
     assert "Where it fails" in text
     assert "huber_delta" in text
@@ -57,7 +59,35 @@ def test_the_notebook_template_fits_on_two_pages(browser, tmp_path):
     page = render(read_report(ROOT / "notebooks" / "report_template.ipynb"))
     assert page.count("<table") == 4
     assert page.count("<img") == 2
-    assert 1 <= write_pdf(page, tmp_path / "report.pdf") <= 2
+    count, cut = write_pdf(page, tmp_path / "report.pdf")
+    assert 1 <= count <= 2
+    assert cut == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "|" + "a head|" * 24 + "\n|" + "--:|" * 24 + "\n|" + "12.345|" * 23 + "|",
+        "|" + "`a_head`|" * 24 + "\n|" + "--:|" * 24 + "\n|" + "12.345|" * 23 + "|",
+        "`" + "x" * 300 + "`",
+        "w" * 300,
+        "# " + "w" * 300,
+        "| a | b |\n|---|---|\n| a | " + "w" * 300 + " |",
+        "```\n" + "y" * 400 + "\n```",
+    ],
+)
+def test_wide_text_is_wrapped_and_not_cut_off(browser, tmp_path, text):
+    (tmp_path / "a.md").write_text(text + "\n", "utf-8")
+    assert write_pdf(render(read_report(tmp_path / "a.md")), tmp_path / "a.pdf") == (1, [])
+
+
+@pytest.mark.parametrize("delimiter", ["$", "$$"])
+def test_a_formula_wider_than_the_page_is_named(browser, tmp_path, delimiter):
+    formula = delimiter + "+".join("abcdefgh" * 12) + delimiter
+    (tmp_path / "a.md").write_text(f"Here: {formula}\n\nThere: $x$\n", "utf-8")
+    count, cut = write_pdf(render(read_report(tmp_path / "a.md")), tmp_path / "a.pdf")
+    assert count == 1
+    assert [each[:5] for each in cut] == ["a+b+c"]
 
 
 def test_without_a_browser_it_says_what_to_install(tmp_path, monkeypatch):
