@@ -157,13 +157,20 @@ def render(notebook: Any, folder: str | Path = ".") -> str:
     exporter.exclude_output_prompt = True
     exporter.register_filter("markdown2html", to_html)
     body, _ = exporter.from_notebook_node(notebook)
-    title = re.search(r"^# (.+)$", "\n".join(cell.source for cell in notebook.cells), re.MULTILINE)
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{html.escape(title[1] if title else 'Report')}</title>\n"
+        f"<title>{html.escape(_title(notebook))}</title>\n"
         f"<style>\n{CSS}</style>\n</head>\n<body>\n<main>\n{body}\n</main>\n</body>\n</html>\n"
     )
+
+
+def _title(notebook: Any) -> str:
+    """The first heading of its text; a ``#`` in code is a comment."""
+    texts = [cell.source for cell in notebook.cells if cell.cell_type == "markdown"]
+    code = re.compile(r"^(```|~~~).*?^\1", re.MULTILINE | re.DOTALL)
+    heading = re.search(r"^# (.+)$", code.sub("", "\n".join(texts)), re.MULTILINE)
+    return heading[1] if heading else "Report"
 
 
 def _mathml(formula: str, display: str) -> str:

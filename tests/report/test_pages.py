@@ -51,6 +51,15 @@ def test_a_notebook_is_run_and_its_code_is_left_out(tmp_path):
     assert nbformat.read(path, as_version=4).cells[1].outputs == []  # the file stays as it was
 
 
+def test_its_title_is_a_heading_and_no_comment(tmp_path):
+    path = write(
+        tmp_path / "a.ipynb",
+        new_code_cell("# setup: imports\nx = 1"),
+        new_markdown_cell("```\n# first\n```\n\n# My report\n\n# More"),
+    )
+    assert "<title>My report</title>" in render(read_report(path, run=False))
+
+
 def test_a_byte_order_mark_is_no_part_of_the_report(tmp_path):
     notebook = write(tmp_path / "report.ipynb", new_markdown_cell("# Report"))
     page = tmp_path / "report.md"
