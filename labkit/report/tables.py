@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from labkit.arrays import check_range
 from labkit.errors import DegenerateAlignmentError, InvalidParameterError
 from labkit.evaluation import ErrorSummary, PoseErrors, ate, rpe
 from labkit.odometry import Decision, StepRecord
@@ -132,7 +133,13 @@ def error_table(
     -------
     Table
         Median, 95th percentile and maximum.
+
+    Raises
+    ------
+    InvalidParameterError
+        For a `stretch` that is not positive, or longer than 1e9 m.
     """
+    check_range(stretch, "stretch", above=0.0, at_most=1e9, unit="m")
     errors: list[tuple[str, PoseErrors]] = []
     for name, poses in trajectories.items():
         errors.append((f"{name}, RPE a step", rpe(poses, reference)))

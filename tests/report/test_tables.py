@@ -121,6 +121,14 @@ def test_a_path_too_short_for_a_stretch_has_no_error():
     assert rows[3] == ["a, RPE over 10 m", "none", "none"]
 
 
+@pytest.mark.parametrize("stretch", [-1, 0.0, math.nan, math.inf])
+def test_a_stretch_that_is_none_is_refused_by_its_name(stretch):
+    path = [[0, 0, 0], [1, 0, 0]]
+    message = rf"`stretch` must be in \(0, 1e\+09\] m, got {stretch}"
+    with pytest.raises(InvalidParameterError, match=message):
+        error_table({"a": path}, path, stretch)
+
+
 @pytest.mark.parametrize("turn", [0.0, 0.1])
 def test_a_robot_that_stays_in_its_place_has_its_first_pose_aligned(turn):
     reference = np.array([[2.0, 1.0, turn * k] for k in range(5)])
