@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import MISSING, fields, is_dataclass
-from numbers import Integral, Real
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,24 +13,6 @@ from labkit.arrays import check_range
 from labkit.errors import DegenerateAlignmentError, InvalidParameterError
 from labkit.evaluation import ErrorSummary, PoseErrors, ate, rpe
 from labkit.odometry import Decision, StepRecord
-
-UNITS = {
-    "max_correspondence_distance": "m",
-    "huber_delta": "m",
-    "translation_tolerance": "m",
-    "rotation_tolerance": "rad",
-    "cost_tolerance": "m²",
-    "max_translation": "m",
-    "max_rotation": "rad",
-    "max_prior_translation": "m",
-    "max_prior_rotation": "rad",
-    "max_rmse": "m",
-    "range_min": "m",
-    "range_max": "m",
-    "voxel_size": "m",
-    "isolation_radius": "m",
-}
-UNANSWERED = "**why?**"
 
 
 class Table(str):
@@ -67,52 +46,6 @@ class Table(str):
                 for line in lines
             )
         )
-
-
-def parameter_table(parameters: object, reasons: Mapping[str, str] | None = None) -> Table:
-    """Every parameter that was chosen, with the reason for it.
-
-    Parameters
-    ----------
-    parameters : dataclass instance
-        Such as `labkit.IcpParameters` or `labkit.odometry.OdometryParameters`; parameters
-        within parameters are listed, too.
-    reasons : mapping of str to str, optional
-        Why each has its value. One that has neither its default nor a reason is asked "why?".
-
-    Returns
-    -------
-    Table
-        Those that differ from their default, and those with a reason.
-
-    Raises
-    ------
-    InvalidParameterError
-        For a reason for a parameter that there is not.
-
-    Examples
-    --------
-    >>> import labkit
-    >>> chosen = labkit.IcpParameters(overlap_ratio=0.7)
-    >>> print(parameter_table(chosen, {"overlap_ratio": "a third of the scan is a crowd"}))
-    | parameter | value | default | reason |
-    |---|--:|--:|---|
-    | `overlap_ratio` | 0.7 | 0.85 | a third of the scan is a crowd |
-    """
-    given = dict(reasons or {})
-    rows = []
-    for name, value, default in _leaves(parameters):
-        reason = given.pop(name, None)
-        if reason is not None or value != default:
-            cells = (_show(name, value), _show(name, default))
-            rows.append([f"`{name}`", *cells, reason or UNANSWERED])
-    if given:
-        known = ", ".join(sorted(name for name, _, _ in _leaves(parameters)))
-        raise InvalidParameterError(
-            f"`reasons` must be for parameters, got {next(iter(given))!r}; there are {known}"
-        )
-    head = Table.of(["parameter", "value", "default", "reason"], rows)
-    return Table(head.replace("|---|--:|--:|--:|", "|---|--:|--:|---|", 1))
 
 
 def error_table(
@@ -219,37 +152,12 @@ def quality_table(records: Sequence[StepRecord]) -> Table:
     return Table.of(["signal", "median", "5 % to 95 %"], rows)
 
 
-def _leaves(parameters: object) -> Iterator[tuple[str, Any, Any]]:
-    """Name, value and default of each parameter, those within parameters included."""
-    if not is_dataclass(parameters) or isinstance(parameters, type):
-        raise InvalidParameterError(
-            f"`parameters` must be a parameter object such as IcpParameters(), got {parameters!r}"
-        )
-    for field in fields(parameters):
-        value = getattr(parameters, field.name)
-        default = field.default_factory() if field.default_factory is not MISSING else field.default
-        if not is_dataclass(value):
-            yield field.name, value, default
-            continue
-        usual = {name: each for name, each, _ in _leaves(default)}
-        yield from ((name, each, usual.get(name)) for name, each, _ in _leaves(value))
-
-
 def _cell(value: object) -> str:
     r"""One line without a bare bar; in a formula a ``\|`` would be a norm."""
     line = " ".join(str(value).splitlines())
     parts = re.split(r"(\$[^$]+\$)", line)  # text, formula, text, ...
     bars = [r"\|", r"\\vert "]
     return "".join(re.sub(r"(?<!\\)\|", bars[k % 2], part) for k, part in enumerate(parts))
-
-
-def _show(name: str, value: object) -> str:
-    if isinstance(value, bool) or not isinstance(value, Real):
-        return str(value)
-    if value == math.inf:
-        return "off"
-    number = str(value) if isinstance(value, Integral) else f"{float(value):g}"
-    return f"{number} {UNITS[name]}" if name in UNITS else number
 
 
 def _three(translation: ErrorSummary, rotation: ErrorSummary) -> list[str]:

@@ -12,7 +12,7 @@ from labkit.errors import InvalidParameterError
 from labkit.filters import Preprocessing
 from labkit.odometry import Decision, OdometryParameters, SanityLimits, StepRecord
 from labkit.report import Table, error_table, parameter_table, quality_table, render
-from labkit.report.tables import UNANSWERED, UNITS
+from labkit.report.parameters import UNANSWERED, UNITS
 
 
 def cells(table):
