@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import html
 import re
 import subprocess
@@ -148,11 +149,14 @@ def render(notebook: Any, folder: str | Path = ".") -> str:
             place = context["cell"].metadata.get(PLACE, "the notebook")
             raise ReportError(f"{place}: {error}") from error
 
+    notebook = copy.deepcopy(notebook)
     for cell in notebook.cells:
         words = cell.metadata.get("mystnb", {}).get("image", {}).get("alt")
         for output in cell.get("outputs", []):
             if words and "image/png" in output.get("data", {}):
                 output.metadata.setdefault("image/png", {})["alt"] = words
+            if "data" in output:
+                output["data"] = _formulas_as_text(output.data)
     exporter = nbconvert.HTMLExporter(template_name="basic", exclude_input=True)
     exporter.exclude_output_prompt = True
     exporter.register_filter("markdown2html", to_html)
@@ -163,6 +167,15 @@ def render(notebook: Any, folder: str | Path = ".") -> str:
         f"<title>{html.escape(_title(notebook))}</title>\n"
         f"<style>\n{CSS}</style>\n</head>\n<body>\n<main>\n{body}\n</main>\n</body>\n</html>\n"
     )
+
+
+def _formulas_as_text(data: Any) -> Any:
+    """An output's LaTeX as Markdown, whose formulas become MathML; better kinds stay."""
+    if "text/latex" not in data or {"text/html", "text/markdown", "image/svg+xml"} & set(data):
+        return data
+    line = " ".join(data["text/latex"].split())  # a list or a heading in Markdown starts a line
+    text = re.sub(r"(?<!\\)\\[()]", "$", re.sub(r"(?<!\\)\\[\[\]]", "$$", line))
+    return {"text/markdown": text}
 
 
 def _title(notebook: Any) -> str:

@@ -51,6 +51,37 @@ def test_a_notebook_is_run_and_its_code_is_left_out(tmp_path):
     assert nbformat.read(path, as_version=4).cells[1].outputs == []  # the file stays as it was
 
 
+@pytest.mark.parametrize(
+    ("latex", "parts"),
+    [
+        (r"$\displaystyle \frac{a}{b}$", "<mfrac"),
+        ("$$x^2$$", "<msup"),
+        (r"\[x^2\]", "<msup"),
+        (r"\(x^2\)", "<msup"),
+        ("$$\n  x^2\n- y\n$$", "<msup"),
+        (r"\begin{pmatrix} x^2 & 1 \\[1ex] 2 & 3 \end{pmatrix}", "<mtable"),
+        (r"\begin{align}x^2 &= 1\\y &= 2\end{align}", "<mtable"),
+    ],
+)
+def test_a_formula_that_a_cell_displays_is_drawn(tmp_path, latex, parts):
+    data = {"text/latex": latex, "text/plain": "<IPython.core.display.Math object>"}
+    output = nbformat.v4.new_output("display_data", data)
+    notebook = read_report(write(tmp_path / "a.ipynb", new_code_cell(outputs=[output])), run=False)
+    html = render(notebook)
+    assert html.count("<math") == 1
+    assert parts in html
+    assert "$" not in html
+    assert "IPython" not in html
+    assert notebook.cells[0].outputs[0].data == data  # as it was
+
+
+def test_a_displayed_formula_that_cannot_be_read_is_named(tmp_path):
+    output = nbformat.v4.new_output("display_data", {"text/latex": "$x_$"})
+    path = write(tmp_path / "a.ipynb", new_markdown_cell("# A"), new_code_cell(outputs=[output]))
+    with pytest.raises(ReportError, match=r"a\.ipynb: cell 2: the formula \$x_\$ cannot be read"):
+        render(read_report(path, run=False))
+
+
 def test_its_title_is_a_heading_and_no_comment(tmp_path):
     path = write(
         tmp_path / "a.ipynb",
