@@ -7,11 +7,13 @@ import html
 import re
 import subprocess
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from labkit.report.needs import ReportError, need
-from labkit.report.pictures import embedded
+from labkit.report.pictures import embed_in_html, embedded
 from labkit.report.style import CSS
 
 TIMEOUT = 300  # seconds for one cell
@@ -143,11 +145,8 @@ def render(notebook: Any, folder: str | Path = ".") -> str:
         attachments = context["cell"].get("attachments", {})
         settings = {"escape": False, "embed_images": True, "attachments": attachments}
         writer = Writer(**settings, exclude_anchor_links=True)
-        try:
+        with _at(context["cell"]):
             return str(renderer.MarkdownWithMath(renderer=writer).render(text))
-        except ReportError as error:
-            place = context["cell"].metadata.get(PLACE, "the notebook")
-            raise ReportError(f"{place}: {error}") from error
 
     notebook = copy.deepcopy(notebook)
     for cell in notebook.cells:
@@ -157,6 +156,9 @@ def render(notebook: Any, folder: str | Path = ".") -> str:
                 output.metadata.setdefault("image/png", {})["alt"] = words
             if "data" in output:
                 output["data"] = _formulas_as_text(output.data)
+            if "text/html" in output.get("data", {}):
+                with _at(cell):
+                    output.data["text/html"] = embed_in_html(output.data["text/html"], folder)
     exporter = nbconvert.HTMLExporter(template_name="basic", exclude_input=True)
     exporter.exclude_output_prompt = True
     exporter.register_filter("markdown2html", to_html)
@@ -167,6 +169,15 @@ def render(notebook: Any, folder: str | Path = ".") -> str:
         f"<title>{html.escape(_title(notebook))}</title>\n"
         f"<style>\n{CSS}</style>\n</head>\n<body>\n<main>\n{body}\n</main>\n</body>\n</html>\n"
     )
+
+
+@contextmanager
+def _at(cell: Any) -> Iterator[None]:
+    """Put a cell's place before the message of what cannot be rendered in it."""
+    try:
+        yield
+    except ReportError as error:
+        raise ReportError(f"{cell.metadata.get(PLACE, 'the notebook')}: {error}") from error
 
 
 def _formulas_as_text(data: Any) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import html
 import mimetypes
 import os
 import re
@@ -54,6 +55,16 @@ def embedded(address: str, folder: str | Path, attachments: Mapping[str, Mapping
     if not kind.startswith("image/"):
         raise ReportError(f"{name!r} is no picture that a page can show; use .png, .jpg or .svg")
     return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
+
+
+def embed_in_html(text: str, folder: str | Path) -> str:
+    """HTML that a cell displays, with the pictures that it names as data URLs."""
+
+    def replace(found: re.Match[str]) -> str:
+        start, quote, address = found.groups()
+        return f"{start}{quote}{embedded(html.unescape(address), folder, {})}{quote}"
+
+    return re.sub(r"""(<img\b[^>]*?\ssrc=)(["'])(.*?)\2""", replace, text, flags=re.I | re.S)
 
 
 def _attached(name: str, attachments: Mapping[str, Mapping[str, str]]) -> str:

@@ -82,6 +82,22 @@ def test_a_displayed_formula_that_cannot_be_read_is_named(tmp_path):
         render(read_report(path, run=False))
 
 
+def test_a_picture_in_html_that_a_cell_displays_goes_into_the_page(tmp_path):
+    def displaying(source):
+        output = nbformat.v4.new_output("display_data", {"text/html": source})
+        path = write(tmp_path / "a.ipynb", new_code_cell(outputs=[output]))
+        return render(read_report(path, run=False), tmp_path)
+
+    (tmp_path / "a.png").write_bytes(PIXEL)
+    url = f"data:image/png;base64,{base64.b64encode(PIXEL).decode()}"
+    assert f'src="{url}"' in displaying('<p><img alt="a" src="a.png"/></p>')
+    assert f'src="{url}"' in displaying(f"<img alt='a' src='{url}'>")
+    with pytest.raises(
+        ReportError, match=r"a\.ipynb: cell 1: the picture 'https://x\.org/a\?b=1&c"
+    ):
+        displaying('<img src="https://x.org/a?b=1&amp;c=2">')
+
+
 def test_its_title_is_a_heading_and_no_comment(tmp_path):
     path = write(
         tmp_path / "a.ipynb",
