@@ -93,6 +93,8 @@ def test_another_scene_brings_its_guess(explorer):
         ("overlap_ratio", 1.3, r"`overlap_ratio` must be in \(0, 1\], got 1.3"),
         ("max_correspondence_distance", 0.0, r"`max_correspondence_distance` must be in .*0"),
         ("huber_delta", -1.0, r"`huber_delta` must be in .*got -1.0"),
+        ("guess", [math.nan, 0.0, 0.0], r"`guess` must be three finite .*got \[nan, 0.0, 0.0\]"),
+        ("guess", [0.0, math.inf, 0.0], r"`guess` must be three finite .*got \[0.0, inf, 0.0\]"),
     ],
 )
 def test_what_cannot_be_meant_is_refused_and_changes_nothing(explorer, name, value, message):

@@ -107,6 +107,15 @@ class Explorer(anywidget.AnyWidget):
         _parameters({name: value})
         return value
 
+    @traitlets.validate("guess")
+    def _finite(self, proposal: dict[str, Any]) -> list[float]:
+        guess = cast("list[float]", proposal["value"])
+        if not np.isfinite(guess).all():
+            raise InvalidParameterError(
+                f"`guess` must be three finite numbers (x [m], y [m], θ [rad]), got {guess}"
+            )
+        return guess
+
     @traitlets.observe("scene")
     def _start_over(self, change: dict[str, Any]) -> None:
         self.guess = _row(self.scenes[change["new"]].T_init)
