@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
+from pathlib import Path
 from statistics import median
 
 import browser_files
@@ -21,7 +22,7 @@ pytest.importorskip("anywidget")
 from ipywidgets.embed import embed_data
 
 import labkit
-from labkit.interactive import Explorer, icp_explorer
+from labkit.interactive import Explorer, default_scenes, icp_explorer
 
 DELAY = 100.0  # ms from an event to the numbers that it changes, in the median
 FIT = "() => document.documentElement.scrollWidth <= window.innerWidth"
@@ -61,14 +62,18 @@ def explorer() -> Explorer:
 
 @pytest.fixture(scope="module")
 def address(explorer: Explorer, tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A page in a folder, which loads the book's own files for widgets."""
+    return written_page(explorer, tmp_path_factory.mktemp("page"))
+
+
+def written_page(explorer: Explorer, folder: Path) -> str:
+    """A page that shows the explorer as it is now; it loads the book's own files for widgets."""
     browser_files.provide()
     book = browser_files.VENDOR.parent.as_uri()
     data = embed_data(views=[explorer], drop_defaults=False)
     state, view = json.dumps(data["manager_state"]), json.dumps(data["view_specs"][0])
     kinds = "application/vnd.jupyter.widget-state+json", "application/vnd.jupyter.widget-view+json"
     scripts = ("vendor/requirejs/require.js", "require-map.js", "vendor/html-manager/embed-amd.js")
-    page = tmp_path_factory.mktemp("page") / "page.html"
+    page = folder / "page.html"
     page.write_text(
         '<!doctype html><html lang="en" data-content_root="./"><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width"><title>page</title>'
@@ -238,6 +243,20 @@ def test_steps_play_and_reset(page):
     page.emulate_media(reduced_motion="reduce")
     page.get_by_role("button", name="Play").click()
     expect(shown).to_have_text("iteration 25 of 25")
+
+
+def test_reset_in_a_view_opened_later_goes_back_to_the_first_parameters(browser, tmp_path):
+    """A second view finds the model as the first one left it."""
+    explorer = icp_explorer(default_scenes()[:1], labkit.IcpParameters(huber_delta=0.1))
+    explorer.huber_delta, explorer.metric = 0.05, "point_to_line"
+    page = browser.new_page()
+    page.goto(written_page(explorer, tmp_path))
+    delta = page.get_by_label("Huber δ")
+    expect(delta).to_have_attribute("aria-valuetext", "0.05 m")
+    page.get_by_role("button", name="Reset").click()
+    expect(delta).to_have_attribute("aria-valuetext", "0.10 m")
+    expect(page.get_by_label("metric")).to_have_value("point_to_point")
+    page.close()
 
 
 def test_the_page_listens_while_it_computes_the_basin(page):

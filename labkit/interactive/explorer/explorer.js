@@ -21,7 +21,6 @@ class ExplorerView {
     this.model = model;
     this.signal = signal;
     this.shown = null; // the iteration that is shown; null: the last one
-    this.first = Object.fromEntries(SLIDERS.map((name) => [name, model.get(name)]));
     this.build();
     const watched = [...SLIDERS, "guess"].map((name) => `change:${name}`).join(" ");
     const changed = () => this.request(), entered = () => this.enter();
@@ -112,7 +111,7 @@ class ExplorerView {
   reset() {
     this.stop();
     this.shown = null;
-    this.set(this.first);
+    this.set(this.model.get("first_parameters"));
     this.choose(this.model.get("scene"));
     this.request();
   }

@@ -47,6 +47,7 @@ class Explorer(anywidget.AnyWidget):
 
     scene_data: traitlets.List[Any] = traitlets.List().tag(sync=True)
     fixed_parameters = traitlets.Dict().tag(sync=True)
+    first_parameters = traitlets.Dict().tag(sync=True)
     found_within = traitlets.List(traitlets.Float()).tag(sync=True)
     scene = traitlets.Unicode().tag(sync=True)
     metric = traitlets.Enum(get_args(Metric)).tag(sync=True)
@@ -65,13 +66,15 @@ class Explorer(anywidget.AnyWidget):
                 f"`scenes` must be at least one, no two of one name, got {names}"
             )
         told = {k: None if v == math.inf else v for k, v in asdict(parameters).items()}
+        first = {k: told[k] for k in _SLIDERS}
         super().__init__(
             scene_data=[packed(each) for each in scenes],
             fixed_parameters={k: v for k, v in told.items() if k not in _SLIDERS},
+            first_parameters=first,
             found_within=list(FOUND),
             scene=scenes[0].name,
             guess=_row(scenes[0].T_init),
-            **{k: told[k] for k in _SLIDERS},
+            **first,
         )
 
     @property
