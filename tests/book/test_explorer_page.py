@@ -48,6 +48,8 @@ SLICES = """() => {
         return later(work, ...rest);
     };
 }"""
+# A slider that moves without taking the focus, as when Python moves it.
+MOVED = "node => { node.value = 40; node.dispatchEvent(new Event('input')); }"
 NAMELESS = """root => [...root.querySelectorAll("input, select, button, canvas, [role]")]
     .filter(node => !(node.labels?.length || node.textContent.trim() || node.ariaLabel
         || node.getAttribute("role") === "status"))
@@ -219,6 +221,24 @@ def test_the_guess_is_typed(page):
     field.press("Enter")
     expect(readout(page, "shown")).to_contain_text("the guess")
     expect(readout(page, "pose")).to_contain_text("40.00°")
+
+
+@pytest.mark.parametrize("key", ["Enter", "Tab"])
+def test_a_typed_guess_shows_the_value_that_is_used(page, key):
+    field = page.get_by_label("turn [°]")
+    field.fill("400")
+    field.press(key)
+    expect(field).to_have_value("40.00")
+    field.press("Tab")
+    expect(field).to_have_value("40.00")
+
+
+def test_a_guess_half_typed_is_left_alone_until_it_is_entered(page):
+    field = page.get_by_label("turn [°]")
+    field.fill("1")
+    page.get_by_label("overlap ρ").evaluate(MOVED)
+    page.evaluate(TWO_FRAMES)
+    expect(field).to_have_value("1")
 
 
 def test_an_emptied_guess_shows_its_value_again(page):

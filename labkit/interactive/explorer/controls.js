@@ -61,18 +61,22 @@ export function choice({ name, label, options, onValue }) {
 
 export function number({ name, label, step, digits, onValue }) {
   const id = `icp-${name}-${++made}`;
-  let text = "";
+  let text = "", typing = false;
+  const rest = () => ((typing = false), (input.value = text));
   const input = element("input", {
     id, type: "number", name, step, inputmode: "decimal",
+    oninput: () => (typing = true),
     onchange: () => {
-      if (Number.isFinite(input.valueAsNumber)) onValue(input.valueAsNumber);
-      else input.value = text; // emptied: the value stands
+      if (!Number.isFinite(input.valueAsNumber)) return rest(); // emptied: the value stands
+      typing = false; // what is used of it comes back by `set`
+      onValue(input.valueAsNumber);
     },
+    onblur: () => typing && rest(), // typed back to what it was, which is no change
   });
   const node = element("div", { class: "icp-number" }, element("label", { for: id }, label), input);
   const set = (value) => {
     text = value.toFixed(digits);
-    if (document.activeElement !== input) input.value = text;
+    if (!typing) input.value = text;
   };
   return { node, set };
 }
