@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
 import ipywidgets
+import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.icp import DEFAULTS, icp
@@ -41,8 +43,8 @@ def icp_sliders(
     Parameters
     ----------
     source, target, T_init, parameters
-        As in `labkit.icp`. The sliders start at the parameters; a gate or a delta that is
-        off starts at its slider's end, which is a number.
+        As in `labkit.icp`. The sliders start at the parameters, also at those between or
+        beyond their steps; at the end of theirs, gate and delta are off.
 
     Returns
     -------
@@ -60,9 +62,9 @@ def icp_sliders(
     ['gate [m]', 'overlap ρ', 'Huber δ [m]']
     """
     prepared = as_target(target)
-    gate = _slider("gate [m]", parameters.max_correspondence_distance, 0.05, 2.0, 0.05)
+    gate = _slider("gate [m]", parameters.max_correspondence_distance, 0.05, 2.0, 0.05, math.inf)
     ratio = _slider("overlap ρ", parameters.overlap_ratio, 0.2, 1.0, 0.01)
-    delta = _slider("Huber δ [m]", parameters.huber_delta, 0.01, 0.5, 0.01)
+    delta = _slider("Huber δ [m]", parameters.huber_delta, 0.01, 0.5, 0.01, math.inf)
     figures, image = ipywidgets.HTML(), ipywidgets.HTML()
 
     def redraw(_: Any = None) -> None:
@@ -85,17 +87,25 @@ def icp_sliders(
 
 
 def _slider(
-    label: str, value: float, first: float, last: float, step: float
-) -> ipywidgets.FloatSlider:
-    return ipywidgets.FloatSlider(
-        value=min(value, last),
-        min=first,
-        max=last,
-        step=step,
+    label: str, value: float, first: float, last: float, step: float, *beyond: float
+) -> ipywidgets.SelectionSlider:
+    """A slider over the steps, what lies beyond them, and the value that it starts at.
+
+    It holds a list, because a slider over floats moves its value to a step when it is shown.
+    """
+    regular = np.linspace(first, last, round((last - first) / step) + 1).round(6).tolist()
+    others = [each for each in (*regular, *beyond) if not math.isclose(each, value)]
+    return ipywidgets.SelectionSlider(
+        options=[(_read(each), each) for each in sorted([*others, value])],
+        value=value,
         description=label,
         style={"description_width": "7em"},
         layout={"width": "min(100%, 480px)"},
     )
+
+
+def _read(value: float) -> str:
+    return "off" if value == math.inf else f"{value:g}"
 
 
 def _in_words(result: IcpResult) -> str:

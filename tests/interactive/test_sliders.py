@@ -35,7 +35,7 @@ def test_it_starts_with_labkit_s_own_run(box):
     assert expected.message in figures.value
 
 
-@pytest.mark.parametrize("end", ["min", "max"])
+@pytest.mark.parametrize("end", [0, -1])
 @pytest.mark.parametrize("which", [0, 1, 2])
 def test_each_slider_redraws_at_both_its_ends(box, which, end):
     """The gate or the overlap decides about the outlier, δ about its weight."""
@@ -43,7 +43,7 @@ def test_each_slider_redraws_at_both_its_ends(box, which, end):
     sliders[1].value = 1.0 if which != 1 else 0.85
     sliders[0].value = 1.95 if which != 0 else 0.5
     before = figures.value, image.value
-    sliders[which].value = getattr(sliders[which], end)
+    sliders[which].value = sliders[which].options[end][1]
     told = IcpParameters(
         max_correspondence_distance=sliders[0].value,
         overlap_ratio=sliders[1].value,
@@ -61,10 +61,28 @@ def test_a_run_that_fails_is_told_not_raised():
     assert "failed: fewer than 3 correspondences are left" in figures.value
 
 
+@pytest.mark.parametrize(
+    ("gate", "ratio", "delta"),
+    [(0.12, 0.85, 0.025), (0.02, 0.1, 0.001), (3.0, 1.0 / 3.0, 0.7), (0.1 + 0.2, 1.0, 0.03)],
+)
+def test_it_starts_at_the_parameters_wherever_they_lie(gate, ratio, delta):
+    told = IcpParameters(max_correspondence_distance=gate, overlap_ratio=ratio, huber_delta=delta)
+    sliders, figures, _ = parts(icp_sliders(SOURCE, TARGET, None, told))
+    assert [slider.value for slider in sliders] == [gate, ratio, delta]
+    assert labkit.icp(SOURCE, TARGET, None, told).message in figures.value
+    for slider in sliders:
+        values = [value for _, value in slider.options]
+        labels = [label for label, _ in slider.options]
+        assert values == sorted(values)
+        assert len(set(labels)) == len(labels)
+
+
 def test_what_is_off_starts_at_the_sliders_end():
     told = IcpParameters(max_correspondence_distance=math.inf, huber_delta=math.inf)
     (gate, _, delta), _, _ = parts(icp_sliders(SOURCE, TARGET, None, told))
-    assert (gate.value, delta.value) == (gate.max, delta.max)
+    for slider in (gate, delta):
+        assert (slider.label, slider.value) == ("off", math.inf)
+        assert slider.options[-1] == ("off", math.inf)
 
 
 def test_the_picture_says_what_it_shows(box):
