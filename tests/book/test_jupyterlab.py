@@ -19,6 +19,14 @@ ANSWER = 6_000  # ms for a picture that Python draws
 PICTURES = """area => [...area.querySelectorAll("img")]
     .filter(image => image.checkVisibility()).map(image => image.src.slice(-200)).join()"""
 OTHER_PICTURES = f"([area, before]) => ({PICTURES})(area) !== before"
+# Parameters that lie on no step of their slider.
+BETWEEN = """import labkit
+from labkit.interactive import icp_sliders
+from labkit.simulation import lesson_experiment
+lesson = lesson_experiment()
+told = labkit.IcpParameters(max_correspondence_distance=0.12, huber_delta=0.025)
+box = icp_sliders(lesson.source, lesson.target, lesson.T_init, told)
+box"""
 OTHER_DRAWING = "([canvas, before]) => canvas.toDataURL() !== before"
 
 
@@ -40,6 +48,8 @@ def page(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator
     """JupyterLab over a copy of the notebooks; nothing is started without a browser."""
     root, home = tmp_path_factory.mktemp("work"), tmp_path_factory.mktemp("home")
     shutil.copytree(ROOT / "notebooks", root / "notebooks")
+    between = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(BETWEEN)])
+    nbformat.write(between, root / "between.ipynb")
     with jupyterlab(root, home) as address:
         page = browser.new_page(viewport={"width": 1300, "height": 1000})
         open_lab(page, address)
@@ -60,6 +70,17 @@ def test_sliders_live_in_jupyterlab(page, path):
         for explorer in explorers:
             play_with(page, explorer)
         assert handles or explorers
+        assert errors(page) == []
+
+
+@pytest.mark.slow
+def test_sliders_stay_where_they_start_when_they_are_shown(page):
+    with notebook_run(page, "between.ipynb"):
+        readouts = page.locator(".widget-slider .widget-readout:visible")
+        expect(readouts).to_have_text(["0.12", "0.85", "0.025"])
+        page.wait_for_timeout(500)  # until what the page might say has reached the kernel
+        values = "[slider.value for slider in box.children[1].children]"
+        assert ask(page, values) == [0.12, 0.85, 0.025]
         assert errors(page) == []
 
 
