@@ -160,9 +160,9 @@ def _outcome(case: Case, function: Callable[..., Any]) -> Outcome:
         status, message = OutcomeStatus.NOT_DATA, str(why)
     except TooMuchError as why:
         status, message = OutcomeStatus.TOO_LARGE, str(why)
-    except Exception as why:  # the student's own, whatever it is
+    except (Exception, SystemExit) as why:  # the student's own, whatever it is
         status, error = OutcomeStatus.RAISED, type(why).__name__
-        message = f"{error}: {why}"[:LONGEST_ERROR] + _line_of(why)
+        message = f"{error}: {_text_of(why)}"[:LONGEST_ERROR] + _line_of(why)
     seconds = time.perf_counter() - start
     return Outcome(
         id=case.id, status=status, value=value, message=message, error=error, seconds=seconds
@@ -178,7 +178,14 @@ def _writable(argument: Any) -> Any:
     return copy.deepcopy(argument)
 
 
-def _line_of(error: Exception) -> str:
+def _text_of(error: BaseException) -> str:
+    """Its message, or none where it raises another error instead of saying it."""
+    with contextlib.suppress(Exception, SystemExit):
+        return str(error)
+    return ""
+
+
+def _line_of(error: BaseException) -> str:
     """Where in the student's function it was raised."""
     trace = error.__traceback__
     line = 0

@@ -108,6 +108,36 @@ def test_the_callers_own_mistakes_are_named():
         check("rotation", right.rotation(0.3))
 
 
+class Mute(Exception):
+    def __str__(self):
+        raise KeyError("nothing to say")
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (SystemExit(3), "it raised SystemExit: 3"),
+        (SystemExit, "it raised SystemExit: "),
+        (Mute(), "it raised Mute: "),
+    ],
+)
+def test_what_a_function_raises_is_a_verdict(error, reason):
+    def raising(theta):
+        raise error
+
+    told = f"{reason} (line {raising.__code__.co_firstlineno + 1} of its cell)."
+    assert told in repr(check("rotation", raising))
+    assert score("rotation", raising) == 0.0
+
+
+def test_the_students_own_interrupt_ends_the_check():
+    def interrupted(theta):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        check("rotation", interrupted)
+
+
 @pytest.mark.parametrize("ask", [check, score])
 @pytest.mark.parametrize(
     ("question", "function"),
