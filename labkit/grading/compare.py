@@ -204,16 +204,16 @@ def _gap(got: FloatArray, wanted: FloatArray) -> float:
 def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
     if outcome.status is OutcomeStatus.NOT_DEFINED:
         return f"there is no function `{question.function}`; was it renamed or left out?"
+    message = "" if case.hidden else outcome.message
     if outcome.status is OutcomeStatus.SOURCE_FAILED:
-        shown = "" if case.hidden or not outcome.message else f": {outcome.message}"
+        shown = f": {message}" if message else ""
         return f"its cell did not run{shown}; run the whole notebook afresh to see why."
     if outcome.error == "NotImplementedError":
         return "it is not written yet."
     if outcome.status is OutcomeStatus.RAISED:
-        shown = outcome.unrevealing_message
-        if not case.hidden and outcome.message:
-            shown = f"it raised {outcome.message}"
-        return f"{shown}."
+        return f"it raised {message}." if message else f"{outcome.unrevealing_message}."
+    if outcome.status is OutcomeStatus.NOT_DATA and message:
+        return f"it {message}" + ("" if message.endswith("?") else ".")
     return ADVICE[outcome.status]
 
 

@@ -91,8 +91,10 @@ def test_no_expected_value_is_shown():
 @pytest.mark.parametrize(
     ("returns", "reason"),
     [
-        (object, "it returned an object"),
-        (lambda: (x for x in "ab"), "it returned an object"),
+        (object, "it returned an object; return numbers, arrays or tuples."),
+        (lambda: (x for x in "ab"), "it returned a generator; return"),
+        (lambda: 1j * np.eye(2), "it returned complex numbers; return real ones (`.real`?)."),
+        (lambda: np.array([object()]), "are its rows of different length?\n"),
         (lambda: np.zeros(3_000_000), "far more data"),
         (lambda: None, "is a `return` missing?"),
     ],

@@ -97,7 +97,9 @@ def test_a_call_without_an_answer_is_explained(outcome, reason):
 SECRET = "3.14159 is the first input"
 
 
-@pytest.mark.parametrize("status", [OutcomeStatus.RAISED, OutcomeStatus.SOURCE_FAILED])
+@pytest.mark.parametrize(
+    "status", [OutcomeStatus.RAISED, OutcomeStatus.SOURCE_FAILED, OutcomeStatus.NOT_DATA]
+)
 def test_a_students_own_text_is_shown_of_a_visible_case_alone(status):
     """An error text may hold the arguments: `raise ValueError(source)`."""
     outcome = Outcome(id="1", status=status, message=SECRET, output=SECRET, error="ValueError")
