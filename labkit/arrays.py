@@ -127,6 +127,26 @@ def as_pairs(
     return p, q, w
 
 
+def check_partners(
+    index: IntArray, every: int, source: FloatArray, target: FloatArray, name: str
+) -> None:
+    """Raise `InvalidPointsError` where pairs cannot be those of these two scans.
+
+    `index` holds the row in `target` of the partner of each of ``source[::every]``; `name`
+    is the caller's argument that it comes from.
+    """
+    if len(index) != len(source[::every]):
+        raise InvalidPointsError(
+            f"`{name}` must have one pair per source point, got {len(index)} pairs "
+            f"for {len(source)} points; was it made from another scan?"
+        )
+    if index.max() >= len(target):
+        raise InvalidPointsError(
+            f"`{name}` must point into `target`, got index {index.max()} "
+            f"for {len(target)} points; was it made from another scan?"
+        )
+
+
 def as_transform(T: ArrayLike, name: str) -> FloatArray:
     """Check a single (3, 3) rigid transform: finite, proper rotation, last row 0 0 1."""
     checked = as_floats(T, name, hint="build one with `labkit.transform(x, y, theta)`")

@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, check_range
+from labkit.arrays import FloatArray, check_partners, check_range
 from labkit.errors import DegenerateAlignmentError
 from labkit.registration import IcpResult
 from labkit.scan import Scan, as_scan
@@ -51,6 +51,8 @@ def censi_covariance(
 
     Raises
     ------
+    InvalidPointsError
+        For scans that cannot be meant, or a result of other scans.
     DegenerateAlignmentError
         Where the match failed, or a direction is free without any doubt (A is singular).
 
@@ -64,9 +66,10 @@ def censi_covariance(
         raise DegenerateAlignmentError(f"no covariance without an estimate: {result.message}")
     prepared = as_target(target)
     pairs = result.correspondences
-    index = pairs.target_index
+    index, p = pairs.target_index, as_scan(source, "source").points
+    check_partners(index, pairs.every, p, prepared.points, "result")
     used = pairs.kept & np.isfinite(prepared.normals[index, 0])
-    p = as_scan(source, "source").points[:: pairs.every][used]
+    p = p[:: pairs.every][used]
     q = prepared.points[index[used]]
     n, w = prepared.normals[index[used]], pairs.weights[used]
 

@@ -7,7 +7,7 @@ import pytest
 
 from labkit import IcpParameters, Scan, Target, icp
 from labkit.covariance import censi_covariance
-from labkit.errors import DegenerateAlignmentError, InvalidParameterError
+from labkit.errors import DegenerateAlignmentError, InvalidParameterError, InvalidPointsError
 from labkit.se2 import from_xytheta, to_xytheta, transform
 from labkit.simulation import Lidar, cast, corridor, room
 
@@ -162,6 +162,14 @@ def test_the_scans_may_come_as_points():
     source, target, result = matched(4)
     from_scan = censi_covariance(source, target.scan, result, RANGE_STD)
     np.testing.assert_array_equal(from_scan, censi_covariance(source, target, result, RANGE_STD))
+
+
+def test_a_result_of_other_scans():
+    source, target, result = matched(4)
+    with pytest.raises(InvalidPointsError, match="`result` must have one pair per source point"):
+        censi_covariance(source.points[:9], target, result, RANGE_STD)
+    with pytest.raises(InvalidPointsError, match=r"`result` must point into `target`, got index"):
+        censi_covariance(source, target.points[:9], result, RANGE_STD)
 
 
 def test_no_covariance_without_an_estimate():

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, check_range
+from labkit.arrays import FloatArray, check_partners, check_range
 from labkit.correspondences import Correspondences
 from labkit.plotting.checks import scan_points
 from labkit.plotting.fates import Fate
@@ -57,16 +57,19 @@ def animate_icp(
     Raises
     ------
     InvalidPointsError
-        For scans that cannot be meant.
+        For scans that cannot be meant, or a result of other scans.
     """
     p, q = scan_points(source, "source"), scan_points(target, "target")
     check_range(interval, "interval", at_least=1, unit="ms")
+    pairs = [each.correspondences for each in result.history]
+    for each in pairs:
+        check_partners(each.target_index, each.every, p, q, "result")
     path = [apply(each.T_target_source, p) for each in result.history]
-    pairs = [each.correspondences for each in result.history] if fates else None
 
     figure = book_figure(6.4)
     plane, cost = figure.subplots(2, 1, height_ratios=[4, 1])
-    show_scans, show_cost = _scans_on(plane, path, q, pairs), _cost_on(cost, result)
+    show_scans = _scans_on(plane, path, q, pairs if fates else None)
+    show_cost = _cost_on(cost, result)
 
     def show(k: int) -> Iterable[Artist]:
         show_scans(k)

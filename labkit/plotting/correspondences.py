@@ -6,9 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from labkit.arrays import as_transform
+from labkit.arrays import as_transform, check_partners
 from labkit.correspondences import Correspondences
-from labkit.errors import InvalidPointsError
 from labkit.plotting.checks import scan_points
 from labkit.plotting.fates import Fate, fates
 from labkit.plotting.pair_artists import PairArtists
@@ -68,16 +67,7 @@ def plot_correspondences(
     ['gated: 1', 'trimmed: 0']
     """
     p, q = scan_points(source, "source"), scan_points(target, "target")
-    if len(pairs.kept) != len(p[:: pairs.every]):
-        raise InvalidPointsError(
-            f"`pairs` must have one row per source point, got {len(pairs.kept)} rows "
-            f"for {len(p)} points"
-        )
-    if pairs.target_index.max() >= len(q):
-        raise InvalidPointsError(
-            f"`pairs` must point into `target`, got index {pairs.target_index.max()} "
-            f"for {len(q)} points"
-        )
+    check_partners(pairs.target_index, pairs.every, p, q, "pairs")
     moved = apply(as_transform(T_target_source, "T_target_source"), p)
     drawn_target = draw_target(ax, q)
     occurring = set(np.unique(fates(pairs)).tolist())

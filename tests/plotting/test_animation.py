@@ -119,6 +119,16 @@ def test_bad_input(short):
         animate_icp(source, target, result, interval=0)
 
 
+@pytest.mark.parametrize("shown", [False, True])
+def test_a_result_of_other_scans(short, shown):
+    source, target, result = short
+    message = "`result` must have one pair per source point, got 597 pairs for 615 points"
+    with pytest.raises(InvalidPointsError, match=message):
+        animate_icp(target, source, result, fates=shown)
+    with pytest.raises(InvalidPointsError, match=r"`result` must point into `target`, got index"):
+        animate_icp(source, target.points[:9], result, fates=shown)
+
+
 @pytest.mark.parametrize("fps", [0, -1.0, 101.0])
 def test_frames_per_second(animate, tmp_path, fps):
     with pytest.raises(InvalidParameterError, match=r"`fps` must be in \(0, 100\], got"):

@@ -101,7 +101,7 @@ def test_artists_can_be_set_again(ax, lesson, first):
 def test_pairs_of_other_scans(ax, lesson, first):
     experiment = lesson.experiment
     source, target, T = experiment.source, experiment.target, experiment.T_init
-    message = "`pairs` must have one row per source point, got 597 rows for 2 points"
+    message = "`pairs` must have one pair per source point, got 597 pairs for 2 points"
     with pytest.raises(InvalidPointsError, match=message):
         plot_correspondences(ax, source.points[:2], target, T, first)
     with pytest.raises(InvalidPointsError, match=r"`pairs` must point into `target`, got index"):
