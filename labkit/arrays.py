@@ -7,6 +7,7 @@ mathematics behind the door can assume clean float64 arrays.
 from __future__ import annotations
 
 import math
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -188,6 +189,11 @@ def check_range(
     high = f"{at_most:g}]" if math.isfinite(at_most) else "inf]"
     suffix = f" {unit}" if unit else ""
     raise InvalidParameterError(f"`{name}` must be in {low}, {high}{suffix}, got {value!r}")
+
+
+def is_number(value: object) -> bool:
+    """Whether it is one real number, Python's or numpy's."""
+    return isinstance(value, Real)
 
 
 def check_count(value: int, name: str, at_least: int) -> None:

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, IntArray, check_range
+from labkit.arrays import FloatArray, IntArray, check_range, is_number
 from labkit.errors import InvalidParameterError
 from labkit.evaluation.checks import as_trajectories
 from labkit.evaluation.pose_errors import PoseErrors, pose_differences
@@ -104,7 +104,7 @@ def rpe(
 
 def _pairs_by_steps(length: int, delta: float) -> IntArray:
     """All (i, i + delta)."""
-    if not (delta >= 1 and float(delta).is_integer()):
+    if not (is_number(delta) and delta >= 1 and float(delta).is_integer()):
         raise InvalidParameterError(
             f"`delta` must be a whole number of at least 1 step, got {delta!r}"
         )

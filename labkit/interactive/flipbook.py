@@ -6,7 +6,7 @@ reader's browser. No value is left that was not drawn when the notebook ran.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from typing import TypeVar
 
 import ipywidgets
@@ -21,7 +21,7 @@ Value = TypeVar("Value")
 
 def flipbook(
     draw: Callable[[Figure, Value], object],
-    values: Sequence[Value],
+    values: Iterable[Value],
     *,
     label: str,
     alt: str,
@@ -36,7 +36,7 @@ def flipbook(
     draw : callable
         ``draw(figure, value)`` draws on an empty figure of the book's width. Fix the
         limits of its axes, or the picture will jump.
-    values : sequence
+    values : iterable
         What the slider can be set to, in its order; at least two.
     label : str
         What the slider changes, with its unit.
@@ -68,6 +68,7 @@ def flipbook(
     >>> slider.index, len(pages.children)
     (0, 3)
     """
+    values = list(values)  # a generator is spent after one pass
     readouts = [readout(value) for value in values]
     if len(readouts) < 2 or len(set(readouts)) < len(readouts):
         raise InvalidParameterError(

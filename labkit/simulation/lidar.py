@@ -8,7 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats, as_poses, as_transform, check_count, check_range
+from labkit.arrays import (
+    FloatArray,
+    as_floats,
+    as_poses,
+    as_transform,
+    check_count,
+    check_range,
+    is_number,
+)
 from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta
@@ -64,7 +72,7 @@ class Lidar:
             self.field_of_view, "field_of_view", above=0.0, at_most=2.0 * math.pi, unit="rad"
         )
         check_range(self.range_min, "range_min", at_least=0.0, unit="m")
-        if not self.range_max > self.range_min:
+        if not (is_number(self.range_max) and self.range_max > self.range_min):
             raise InvalidParameterError(
                 f"`range_max` must exceed `range_min`, got {self.range_max!r} "
                 f"and {self.range_min!r} m"

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from labkit.arrays import FloatArray, check_count, check_range
+from labkit.arrays import FloatArray, check_count, check_range, is_number
 from labkit.errors import InvalidParameterError
 from labkit.se2 import rotation
 from labkit.simulation.world import MovingObject, World, circle, polyline
@@ -178,7 +178,7 @@ def two_rooms(doorway: float = 1.2, width: float = 5.0, depth: float = DEPTH) ->
         For a parameter out of range.
     """
     _check_lengths(width=width, depth=depth)
-    if not 0.0 < doorway < depth:
+    if not (is_number(doorway) and 0.0 < doorway < depth):
         raise InvalidParameterError(
             f"`doorway` must be in (0, depth = {depth:g}) m, got {doorway!r}"
         )

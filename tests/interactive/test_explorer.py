@@ -121,9 +121,10 @@ def test_a_scene_of_two_points_is_refused():
         scene("few", source=Scan.from_points([[0.0, 0.0], [1.0, 0.0]]))
 
 
-@pytest.mark.parametrize("number", [0, 3873])
+@pytest.mark.parametrize("number", [0, 3873, 1.5, "5"])
 def test_a_scan_that_killian_court_does_not_have_is_refused(killian, number):
-    with pytest.raises(LabkitError, match=rf"`scan` must be in \[1, 3872\], got {number}"):
+    message = rf"`scan` must be a whole number in \[1, 3872\], got {number!r}"
+    with pytest.raises(LabkitError, match=message):
         killian_scene(number)
 
 

@@ -33,6 +33,11 @@ def test_each_value_is_drawn_once_and_in_order():
     assert drawn == [3, 1, 2]
 
 
+def test_the_values_may_come_from_a_generator():
+    slider, pages = book(height / 2.0 for height in (1, 2, 3)).children
+    assert (len(slider.options), len(pages.children)) == (3, 3)
+
+
 def test_pictures_have_the_book_s_shape_and_differ():
     _, pages = book(height=2.0).children
     pictures = [picture(page) for page in pages.children]

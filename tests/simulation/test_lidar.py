@@ -108,6 +108,8 @@ def test_a_trajectory_is_one_cast_per_pose_from_one_generator():
         ({"range_min": -1.0}, r"`range_min` must be in \[0, inf\] m, got -1.0"),
         ({"range_max": 0.1}, "`range_max` must exceed `range_min`, got 0.1 and 0.1 m"),
         ({"range_max": math.nan}, "`range_max` must exceed `range_min`, got nan and 0.1 m"),
+        ({"range_max": "10"}, "`range_max` must exceed `range_min`, got '10' and 0.1 m"),
+        ({"range_max": None}, "`range_max` must exceed `range_min`, got None and 0.1 m"),
         ({"noise_std": -0.1}, r"`noise_std` must be in \[0, 10\] m, got -0.1"),
         ({"dropout_ratio": 1.1}, r"`dropout_ratio` must be in \[0, 1\], got 1.1"),
     ],

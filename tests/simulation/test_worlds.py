@@ -147,6 +147,7 @@ def test_a_closed_place_returns_every_beam(world):
         (lambda: room_with_door(4.0), r"`opening` must be in \[0, 3.14159\] rad, got 4.0"),
         (lambda: room_with_door(0.0, width=1.0), r"`width` must be in \[2, inf\] m, got 1.0"),
         (lambda: two_rooms(doorway=6.0), r"`doorway` must be in \(0, depth = 6\) m, got 6.0"),
+        (lambda: two_rooms(doorway="1"), r"`doorway` must be in \(0, depth = 6\) m, got '1'"),
     ],
 )
 def test_places_that_cannot_be_built(make, message):
