@@ -1,4 +1,4 @@
-"""What a plotter asks of its caller: scans as points, trajectories as rows."""
+"""What a plotter asks of its caller: scans as points, one point, trajectories as rows."""
 
 from __future__ import annotations
 
@@ -13,6 +13,18 @@ from labkit.scan import Scan
 def scan_points(scan: Scan | ArrayLike, name: str) -> FloatArray:
     """The points of a scan, or a checked array of them, shape (N, 2) [m]; not empty."""
     return as_points(scan.points if isinstance(scan, Scan) else scan, name)
+
+
+def single_point(point: ArrayLike, name: str) -> FloatArray:
+    """Check one point (x, y), shape (2,), finite."""
+    checked = as_floats(point, name, hint="give two numbers (x, y)")
+    if checked.shape != (2,):
+        raise InvalidPointsError(
+            f"`{name}` must be one point (x, y), shape (2,), got shape {checked.shape}"
+        )
+    if not np.isfinite(checked).all():
+        raise InvalidPointsError(f"`{name}` must be finite, got {checked.tolist()}")
+    return checked
 
 
 def pose_rows(poses: ArrayLike, name: str) -> FloatArray:

@@ -10,8 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Ellipse
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats, as_points, check_range
-from labkit.errors import InvalidPointsError
+from labkit.arrays import FloatArray, as_floats, is_number
+from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.plotting.checks import single_point
 
 
 def plot_covariance(
@@ -61,9 +62,10 @@ def plot_covariance(
     >>> round(ax.patches[0].width, 2), round(ax.patches[0].height, 2)
     (9.79, 4.9)
     """
-    center = as_points(as_floats(mean, "mean")[None], "mean")[0]
+    center = single_point(mean, "mean")
     matrix = _as_covariance(covariance)
-    check_range(probability, "probability", above=0.0, at_most=math.nextafter(1.0, 0.0))
+    if not (is_number(probability) and 0.0 < probability < 1.0):
+        raise InvalidParameterError(f"`probability` must be in (0, 1), got {probability!r}")
     values, vectors = np.linalg.eigh(matrix)
     reach = math.sqrt(-2.0 * math.log1p(-probability))
     minor, major = (2.0 * reach * np.sqrt(np.maximum(values, 0.0))).tolist()

@@ -12,8 +12,8 @@ from matplotlib.patches import Circle, Rectangle
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from labkit.arrays import FloatArray, as_floats, as_points, check_count
-from labkit.plotting.checks import scan_points
+from labkit.arrays import FloatArray, check_count
+from labkit.plotting.checks import scan_points, single_point
 from labkit.plotting.scans import draw_target
 from labkit.plotting.style import BLUE, GREY, SKY, VERMILLION, legend_below, style_plane
 from labkit.scan import Scan
@@ -64,7 +64,7 @@ def plot_search_cells(
     title = f"{len(boxes)} cell{'' if len(boxes) == 1 else 's'}"
     open_to_query = np.zeros(len(boxes), dtype=bool)
     if query is not None:
-        p = as_points(as_floats(query, "query")[None], "query")[0]
+        p = single_point(query, "query")
         radius = float(np.hypot(*(points - p).T).min())
         open_to_query = np.array([_gap(p, box) <= radius for box in boxes])
         title += f", {open_to_query.sum()} to open"

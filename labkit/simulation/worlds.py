@@ -115,10 +115,11 @@ def crowd(
     InvalidParameterError
         For a parameter out of range, or people who do not fit between clearance and wall.
     """
-    _check_lengths(width=width, depth=depth, radius=radius)
+    _check_lengths(width=width, depth=depth)
     check_count(count, "count", at_least=0)
     check_range(speed, "speed", at_least=0.0, at_most=100.0, unit="m/s")
     nearest_wall = min(width, depth) / 2.0
+    check_range(radius, "radius", above=0.0, at_most=nearest_wall / 2.0, unit="m")
     check_range(clearance, "clearance", at_least=0.0, at_most=nearest_wall - 2.0 * radius, unit="m")
     rng = np.random.default_rng(rng)
     distance = rng.uniform(clearance + radius, nearest_wall - radius, size=count)

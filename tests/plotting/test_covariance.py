@@ -56,10 +56,17 @@ def test_a_flat_one_is_a_line(ax):
         ([[1.0, np.nan], [0.0, 1.0]], 0.95, InvalidPointsError, "must be a finite"),
         ([[1.0, 0.5], [0.0, 1.0]], 0.95, InvalidPointsError, "symmetric and positive"),
         ([[1.0, 2.0], [2.0, 1.0]], 0.95, InvalidPointsError, "symmetric and positive"),
-        (np.eye(2), 0.0, InvalidParameterError, "`probability` must"),
-        (np.eye(2), 1.0, InvalidParameterError, "`probability` must"),
+        (np.eye(2), 0.0, InvalidParameterError, r"`probability` must be in \(0, 1\), got 0.0"),
+        (np.eye(2), 1, InvalidParameterError, r"`probability` must be in \(0, 1\), got 1"),
+        (np.eye(2), "1", InvalidParameterError, r"`probability` must be in \(0, 1\), got '1'"),
+        (np.eye(2), np.nan, InvalidParameterError, r"`probability` must be in \(0, 1\), got nan"),
     ],
 )
 def test_what_cannot_be_meant(ax, covariance, probability, error, message):
     with pytest.raises(error, match=message):
         plot_covariance(ax, MEAN, covariance, probability=probability)
+
+
+def test_a_mean_of_three_is_refused(ax):
+    with pytest.raises(InvalidPointsError, match=r"`mean` must be one point .*got shape \(3,\)"):
+        plot_covariance(ax, [0.0, 0.0, 0.0], np.eye(2))

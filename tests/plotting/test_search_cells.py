@@ -59,7 +59,14 @@ def test_axes_and_legend(ax, labels):
     [
         ([], 1, None, InvalidPointsError, "`target` is empty"),
         (POINTS, -1, None, InvalidParameterError, "`depth` must be a whole number"),
-        (POINTS, 1, [np.nan, 0.0], InvalidPointsError, "`query` must be finite"),
+        (
+            POINTS,
+            1,
+            [np.nan, 0.0],
+            InvalidPointsError,
+            r"`query` must be finite, got \[nan, 0.0\]$",
+        ),
+        (POINTS, 1, [1, 2, 3], InvalidPointsError, r"`query` must be one point .* shape \(3,\)"),
     ],
 )
 def test_what_cannot_be_meant(ax, points, depth, query, error, message):

@@ -143,6 +143,8 @@ def test_a_closed_place_returns_every_beam(world):
         (lambda: corridor(length=math.inf), r"`length` must be in \(0, 10000\] m, got inf"),
         (lambda: crowd(-1, rng=0), "`count` must be a whole number of at least 0, got -1"),
         (lambda: crowd(rng=0, clearance=3.0), r"`clearance` must be in \[0, 2.5\] m, got 3.0"),
+        (lambda: crowd(rng=0, radius=3), r"`radius` must be in \(0, 1.5\] m, got 3"),
+        (lambda: crowd(rng=0, radius=0.0), r"`radius` must be in \(0, 1.5\] m, got 0.0"),
         (lambda: crowd(rng=0, speed=-1.0), r"`speed` must be in \[0, 100\] m/s, got -1.0"),
         (lambda: room_with_door(4.0), r"`opening` must be in \[0, 3.14159\] rad, got 4.0"),
         (lambda: room_with_door(0.0, width=1.0), r"`width` must be in \[2, inf\] m, got 1.0"),
