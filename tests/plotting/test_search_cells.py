@@ -30,6 +30,17 @@ def test_a_cell_of_one_point_is_not_cut():
     assert len(list(search_cells(np.ones((3, 2)), 20))) <= 3
 
 
+def test_a_cut_goes_across_the_longer_extent_of_the_points_not_of_the_cell():
+    """Two columns of points: the left cell is wider than high, its points are not."""
+    columns = np.array([[x, y] for x in (0.0, 10.0) for y in (0.0, 1.0, 2.0, 3.0)])
+    wide = list(search_cells(columns, 1))
+    width, height = wide[0][1] - wide[0][0]
+    assert width > height
+    halves = list(search_cells(columns, 2))
+    assert len(halves) == 4
+    assert {(low[0], high[0]) for low, high in halves} == {(low[0], high[0]) for low, high in wide}
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_the_nearest_point_lies_in_a_shaded_cell(ax, seed):
     query = np.random.default_rng(seed).uniform([-4.0, -1.0], [6.0, 3.0])
