@@ -22,6 +22,7 @@ FALLBACKS = {  # decision: colour, marker
     Decision.HOLD: (PURPLE, "s"),
     Decision.STAND: (GREEN, "D"),
 }
+_MARGIN = 0.06  # of the greatest value, below 0 and above it: a mark there stays whole
 _MEDIAN_SHARE = 80  # the running median looks at one part in so many of the run,
 _MEDIAN_STEPS = 15  # but at so many steps at least
 
@@ -125,7 +126,8 @@ def _draw_signal(
                 markeredgecolor="white",
                 markeredgewidth=0.5,
             )
-    _show_from_zero(ax, ax.get_ylim()[1])
+    greatest = float(values[known].max(initial=0.0))
+    _show_from_zero(ax, (1.0 + _MARGIN) * greatest or ax.get_ylim()[1])
     style_grid(ax)
 
 
@@ -144,7 +146,7 @@ def _draw_limits(axes: Sequence[Axes], limits: SanityLimits) -> None:
 
 
 def _show_from_zero(ax: Axes, top: float) -> None:
-    ax.set_ylim(-0.03 * top, top)  # a mark at 0 stays whole
+    ax.set_ylim(-_MARGIN * top, top)
 
 
 def _draw_decisions(ax: Axes, at: FloatArray, decisions: Sequence[Decision]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
@@ -69,8 +70,9 @@ def plot_trajectory(
     if dashed is not None:
         ax.plot(*dashed[:, :2].T, "--", color=VERMILLION, linewidth=1.2, label=reference_label)
     ax.plot(*rows[:, :2].T, "-", color=BLUE, linewidth=1.0, label=label, zorder=2.1)
-    _mark(ax, rows[0], "start", marker="o", size=9.0, color=GREEN)
-    _mark(ax, rows[-1], "end", marker="s", size=7.0, color=BLACK)
+    ring = {"markersize": 11.0, "markerfacecolor": "none", "markeredgewidth": 1.8}
+    _mark(ax, rows[0], "start", "o", color=GREEN, **ring)  # seen round an end at the same place
+    _mark(ax, rows[-1], "end", "s", color=BLACK, markersize=6.0, markeredgecolor="white")
     ax.set_title(f"Trajectory: {len(rows):,} pose{'' if len(rows) == 1 else 's'}, {_length(rows)}")
     style_plane(ax)
     handles = ax.get_legend_handles_labels()[0]
@@ -93,17 +95,8 @@ def _draw_map(ax: Axes, points: FloatArray) -> None:
     )
 
 
-def _mark(ax: Axes, pose: FloatArray, label: str, *, marker: str, size: float, color: str) -> None:
-    ax.plot(
-        *pose[:2],
-        linestyle="none",
-        marker=marker,
-        markersize=size,
-        color=color,
-        markeredgecolor="white",
-        label=label,
-        zorder=4,
-    )
+def _mark(ax: Axes, pose: FloatArray, label: str, marker: str, **style: Any) -> None:
+    ax.plot(*pose[:2], linestyle="none", marker=marker, label=label, zorder=4, **style)
 
 
 def _length(rows: FloatArray) -> str:

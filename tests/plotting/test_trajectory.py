@@ -25,6 +25,14 @@ def test_the_line_is_the_trajectory(ax, labels):
     assert labels(ax) == ["estimate", "start", "end"]
 
 
+def test_where_the_path_closes_the_start_is_seen_round_the_end(ax):
+    plot_trajectory(ax, [*POSES, POSES[0]])
+    start, end = by_label(ax)["start"], by_label(ax)["end"]
+    assert start.get_markerfacecolor() == "none"
+    inside = start.get_markersize() - start.get_markeredgewidth()
+    assert inside > np.sqrt(2.0) * end.get_markersize()
+
+
 def test_the_map_is_drawn_point_for_point_and_rasterised(ax, labels):
     plot_trajectory(ax, POSES, SCANS)
     grey = ax.lines[0]
