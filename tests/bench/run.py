@@ -20,7 +20,9 @@ import argparse
 import sys
 import warnings
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -84,7 +86,8 @@ def main() -> int:
         results["growth"] = growth(matchers, args.split, args.rounds, args.largest, args.clock)
         print(growth_text(results["growth"]), flush=True)
     if args.whole_log:
-        results["whole_log"] = whole_log(available_cores(), args.rounds)
+        with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as fresh:
+            results["whole_log"] = fresh.submit(whole_log, available_cores(), args.rounds).result()
         print(whole_log_text(results["whole_log"]), flush=True)
     if args.out:
         with atomic_write(args.out) as file:

@@ -40,8 +40,10 @@ ROUNDS = 5
 def whole_log(cores: int, rounds: int) -> dict[str, Any]:
     """Median times [s] over rounds of all matches, the run alone and the run shared.
 
-    The three take turns, so that they meet the same machine.
+    The three take turns, so that they meet the same machine. A large process is slow to copy,
+    so ask for this in a fresh one, as the command line is.
     """
+    tqdm.monitor_interval = 0  # as in the command: beside a thread no worker can be a copy
     log = read_log("killian")
     assert log.reference is not None
     priors = wheel_increments(log.reference, SIMULATED_WHEELS, rng=0)
@@ -81,7 +83,6 @@ def main() -> int:
     parser.add_argument("--rounds", type=int, default=ROUNDS, metavar="R")
     parser.add_argument("--jobs", type=int, default=available_cores(), metavar="N")
     args = parser.parse_args()
-    tqdm.monitor_interval = 0  # as in the command: beside a thread no worker can be a copy
     result = whole_log(args.jobs, args.rounds)
     print(whole_log_text(result))
     return 0
