@@ -10,6 +10,7 @@ half of what the tree takes, which has to be built as well (both: `labkit.produc
 
 from __future__ import annotations
 
+import math
 from typing import Literal, get_args
 
 import numpy as np
@@ -24,6 +25,7 @@ from labkit.scan import Scan, as_scan
 Method = Literal["auto", "tree", "brute", "matrix", "sweep"]
 MATRIX_MAX = 450, 700  # target points up to which a product beats runs of beams, and the tree
 SWEEP_MAX = 10_000  # and runs of beams beat the tree
+FAR_OFF = 1000.0  # [m]: about a centroid so far away, products round by 2e-10 m²
 _CANDIDATES = 8  # target points among which a tie is settled; more need all of them
 _BLOCK = 1 << 20  # brute force holds at most this many distances at once
 
@@ -123,9 +125,12 @@ class NearestNeighbors:
 
 
 def _middle(columns: FloatArray) -> FloatArray:
-    """The median of each row, shape (2, 1): amid the points, even if some are far off."""
-    half = columns.shape[1] // 2
-    return np.partition(columns, half, axis=1)[:, half, None]
+    """The centroid, shape (2, 1), or the median of each row where some points are far off."""
+    center: FloatArray = columns.sum(axis=1, keepdims=True) / columns.shape[1]
+    if math.dist(center[:, 0].tolist(), columns[:, 0].tolist()) > FAR_OFF:
+        half = columns.shape[1] // 2
+        center = np.partition(columns, half, axis=1)[:, half, None]
+    return center
 
 
 def _fastest(count: int, in_order: bool) -> Method:
