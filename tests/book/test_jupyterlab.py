@@ -48,7 +48,9 @@ def page(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator
     """JupyterLab over a copy of the notebooks; nothing is started without a browser."""
     root, home = tmp_path_factory.mktemp("work"), tmp_path_factory.mktemp("home")
     shutil.copytree(ROOT / "notebooks", root / "notebooks")
-    between = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(BETWEEN)])
+    python = {"name": "python3", "display_name": "Python 3"}  # else JupyterLab asks, and waits
+    cells, metadata = [nbformat.v4.new_code_cell(BETWEEN)], {"kernelspec": python}
+    between = nbformat.v4.new_notebook(cells=cells, metadata=metadata)
     nbformat.write(between, root / "between.ipynb")
     with jupyterlab(root, home) as address:
         page = browser.new_page(viewport={"width": 1300, "height": 1000})
