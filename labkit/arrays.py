@@ -18,6 +18,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 EPSILON = float(np.finfo(float).eps)
+FARTHEST = 1e9  # [m]: no robot drives or sees farther, so a number beyond it is damaged
 
 
 def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:

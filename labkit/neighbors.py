@@ -149,7 +149,7 @@ def _nearest_by_tree(
     distance, index = tree.query(points, k=2)
     nearest: IntArray = index[:, 0].astype(np.intp)
     # A tree meets ties in the order of its leaves; settle them as brute force does.
-    tied = np.flatnonzero(distance[:, 1] <= distance[:, 0] * (1.0 + 1e-14))
+    tied = _all_tied(distance)
     if len(tied):
         nearest[tied] = _first_of_nearest(points[tied], target, tree)
     return nearest
@@ -166,7 +166,12 @@ def _first_of_nearest(
     squares = offset[..., 0] ** 2 + offset[..., 1] ** 2
     least = squares == squares.min(axis=1, keepdims=True)
     first: IntArray = np.where(least, index, len(target)).min(axis=1).astype(np.intp)
-    many = np.flatnonzero(distance[:, -1] <= distance[:, 0] * (1.0 + 1e-14))
+    many = _all_tied(distance)
     if len(many):
         first[many] = nearest_by_brute_force(points[many], target)
     return first
+
+
+def _all_tied(distance: FloatArray) -> IntArray:
+    """The rows whose last candidate is as near as the first, to within rounding."""
+    return np.flatnonzero(distance[:, -1] <= distance[:, 0] * (1.0 + 1e-14))

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from labkit.arrays import BoolArray, FloatArray, IntArray, as_floats, as_points
 from labkit.errors import InvalidPointsError
 
-FARTHEST = 1e5  # [m]: what a scanner says lies farther is its way to say "nothing"
+LONGEST_RANGE = 1e5  # [m]: what a scanner says lies farther is its way to say "nothing"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -69,7 +69,7 @@ class Scan:
         if not np.isfinite(alpha).all():
             index = int(np.flatnonzero(~np.isfinite(alpha))[0])
             raise InvalidPointsError(f"`angles` must be finite, got {alpha[index]} at beam {index}")
-        beams = np.flatnonzero((r > range_min) & (r < min(range_max, FARTHEST)))
+        beams = np.flatnonzero((r > range_min) & (r < min(range_max, LONGEST_RANGE)))
         direction = np.column_stack([np.cos(alpha[beams]), np.sin(alpha[beams])])
         points = r[beams, None] * direction
         return cls(points=points, beams=beams, ranges=r, angles=alpha, stamp=stamp)
@@ -95,7 +95,7 @@ def as_scan(scan: Scan | ArrayLike, name: str = "points", minimum: int = 0) -> S
     Messages begin with `name`. A scan must have at least `minimum` points, bare points one.
     """
     if not isinstance(scan, Scan):
-        return Scan.from_points(as_points(scan, name))
+        return Scan(points=as_points(scan, name))
     if len(scan) < minimum:
         as_points(scan.points, name, minimum)  # says so
     return scan

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import argparse
 
-from labkit.arrays import check_range
+from labkit.arrays import FARTHEST, check_range
 from labkit.cli.text import ERROR_HEADER, error_dict, error_row, table, to_json
 from labkit.errors import InvalidPointsError
-from labkit.evaluation import PoseErrors, associate, read_relations, relation_errors, rpe
+from labkit.evaluation import (
+    PoseErrors,
+    absolute_errors,
+    associate,
+    read_relations,
+    relation_errors,
+    rpe,
+)
 from labkit.logs import read_tum
-from labkit.report import absolute_errors
 
 DESCRIPTION = """\
 Compare a trajectory (TUM format) with a reference trajectory: absolute error after rigid
@@ -47,7 +53,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 def run(args: argparse.Namespace) -> int:
     """Measure and print."""
-    check_range(args.stretch, "stretch", above=0.0, at_most=1e9, unit="m")
+    check_range(args.stretch, "stretch", above=0.0, at_most=FARTHEST, unit="m")
     if args.relations is not None:
         errors, note = _against_relations(args)
     else:

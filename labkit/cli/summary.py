@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from labkit.arrays import FloatArray
 from labkit.cli.text import ERROR_HEADER, error_row, table
-from labkit.evaluation import rpe
+from labkit.evaluation import absolute_errors, rpe
 from labkit.odometry import Decision, OdometryResult, integrate
-from labkit.report import absolute_errors
 
 
 def decision_text(result: OdometryResult, seconds: float) -> str:

@@ -4,7 +4,7 @@ Everything takes poses as rows (x [m], y [m], θ [rad]). An error is one transla
 and one rotation [rad] per pose or pair; the two are never mixed into one number.
 """
 
-from labkit.evaluation.absolute import AbsoluteErrors, ate
+from labkit.evaluation.absolute import AbsoluteErrors, absolute_errors, ate
 from labkit.evaluation.association import associate
 from labkit.evaluation.consistency import disagreement, forward_backward, loop_closure
 from labkit.evaluation.pose_errors import ErrorSummary, PoseErrors
@@ -19,6 +19,7 @@ __all__ = [
     "RelationErrors",
     "Relations",
     "RelativeErrors",
+    "absolute_errors",
     "associate",
     "ate",
     "disagreement",

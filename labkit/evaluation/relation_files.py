@@ -19,12 +19,12 @@ from pathlib import Path
 
 import numpy as np
 
+from labkit.arrays import FARTHEST
 from labkit.errors import LogError
 from labkit.evaluation.relations import Relations
 
 HEADER = ["i", "j", "dx", "dy", "dtheta"]
 LAST_INDEX = 999_999_999  # no log has more scans; a number beyond it is a damaged one
-FARTHEST = 1e9  # m or rad; no robot drives or turns farther between two scans
 OUT_OF_PLANE = 1e-3  # m or rad; more of it is a relation in space, not in the plane
 
 

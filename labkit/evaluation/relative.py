@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, IntArray, check_range, is_number
+from labkit.arrays import FARTHEST, FloatArray, IntArray, check_range, is_number
 from labkit.errors import InvalidParameterError
 from labkit.evaluation.checks import as_trajectories
 from labkit.evaluation.pose_errors import PoseErrors, pose_differences
@@ -91,7 +91,7 @@ def rpe(
     if unit == "steps":
         pairs = _pairs_by_steps(len(x), delta)
     elif unit == "metres":
-        check_range(delta, "delta", above=0.0, at_most=1e9, unit="m")
+        check_range(delta, "delta", above=0.0, at_most=FARTHEST, unit="m")
         check_range(tolerance, "tolerance", at_least=0.0, at_most=1.0)
         pairs = _pairs_by_path(x_reference, delta, tolerance * delta)
     else:

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from labkit.arrays import FARTHEST
 from labkit.errors import LogError
 from labkit.logs.log import SkippedLine
-
-FARTHEST = 1e9
-"""No robot drives or sees farther [m]: a place beyond it is a damaged number."""
 
 MOST_TURNED = 1e6
 """No robot turns further [rad], even one whose heading is never wrapped."""

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from labkit.arrays import FloatArray
+from labkit.arrays import FARTHEST, FloatArray
 from labkit.errors import LabkitError, LogError
-from labkit.logs.lines import FARTHEST, DamageReport
+from labkit.logs.lines import DamageReport
 from labkit.logs.log import Log
 from labkit.logs.poses import move_to_scanner
 from labkit.scan import Scan

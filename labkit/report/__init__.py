@@ -4,12 +4,11 @@ from labkit.report.needs import ReportError
 from labkit.report.pages import read_report, render
 from labkit.report.parameters import parameter_table
 from labkit.report.pdf import page_count, write_pdf
-from labkit.report.tables import Table, absolute_errors, error_table, quality_table
+from labkit.report.tables import Table, error_table, quality_table
 
 __all__ = [
     "ReportError",
     "Table",
-    "absolute_errors",
     "error_table",
     "page_count",
     "parameter_table",

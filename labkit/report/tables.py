@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import check_range
-from labkit.errors import DegenerateAlignmentError, InvalidParameterError
-from labkit.evaluation import ErrorSummary, PoseErrors, ate, rpe
+from labkit.arrays import FARTHEST, check_range
+from labkit.errors import InvalidParameterError
+from labkit.evaluation import ErrorSummary, PoseErrors, absolute_errors, rpe
 from labkit.odometry import Decision, StepRecord
 
 
@@ -72,7 +72,7 @@ def error_table(
     InvalidParameterError
         For a `stretch` that is not positive, or longer than 1e9 m.
     """
-    check_range(stretch, "stretch", above=0.0, at_most=1e9, unit="m")
+    check_range(stretch, "stretch", above=0.0, at_most=FARTHEST, unit="m")
     errors: list[tuple[str, PoseErrors]] = []
     for name, poses in trajectories.items():
         errors.append((f"{name}, RPE a step", rpe(poses, reference)))
@@ -84,32 +84,6 @@ def error_table(
         errors.append((f"{name}, {kind}", absolute))
     rows = [[title, *_three(each.translation, each.rotation)] for title, each in errors]
     return Table.of(["error (median, 95 %, max)", "translation [m]", "rotation [°]"], rows)
-
-
-def absolute_errors(estimate: ArrayLike, reference: ArrayLike) -> tuple[str, PoseErrors]:
-    """The ATE under a name that says so where no rigid alignment is the best one.
-
-    Parameters
-    ----------
-    estimate, reference : array_like, shape (K, 3)
-        Rows (x [m], y [m], θ [rad]); row k of one belongs to row k of the other.
-
-    Returns
-    -------
-    str, PoseErrors
-        "ATE" after rigid alignment; "ATE, first poses aligned" for a robot that stays in
-        its place.
-
-    Examples
-    --------
-    >>> name, errors = absolute_errors([[0, 0, 0], [0, 0, 0.1]], [[5, 5, 0], [5, 5, 0.2]])
-    >>> name, round(errors.rotation.max, 3)
-    ('ATE, first poses aligned', 0.1)
-    """
-    try:
-        return "ATE", ate(estimate, reference)
-    except DegenerateAlignmentError:
-        return "ATE, first poses aligned", ate(estimate, reference, align="origin")
 
 
 def quality_table(records: Sequence[StepRecord]) -> Table:
