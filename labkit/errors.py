@@ -25,3 +25,7 @@ class DegenerateAlignmentError(LabkitError):
 
 class LogError(LabkitError):
     """A log or trajectory file that cannot be read; the message names file and line."""
+
+
+class WriteError(LabkitError):
+    """A file that cannot be written; the message names it and the way out."""

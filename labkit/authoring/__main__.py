@@ -11,8 +11,8 @@ from tqdm import tqdm
 
 from labkit.authoring.write import VARIANTS, write_assignment
 from labkit.errors import LabkitError
+from labkit.files import atomic_write, refuse_unwritable
 from labkit.grading.assignment import FOLDER
-from labkit.logs.atomic import atomic_write, refuse_unwritable
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -9,8 +9,8 @@ import numpy as np
 
 from labkit.cli.options import add_icp_options, from_options
 from labkit.cli.text import pose_text
+from labkit.files import refuse_unwritable
 from labkit.icp import icp
-from labkit.logs import refuse_unwritable
 from labkit.registration import IcpParameters, IcpResult
 from labkit.se2 import to_xytheta
 from labkit.simulation import LessonExperiment, lesson_experiment

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from labkit.errors import InvalidParameterError
+from labkit.files import atomic_write, refuse_unwritable
 from labkit.grading.exports import (
     check_canvas,
     check_moodle,
@@ -24,7 +25,6 @@ from labkit.grading.questions import Assignment
 from labkit.grading.reports import ClassSummary, templates, write_class_page, write_student_page
 from labkit.grading.similarity import all_passages, near_identical
 from labkit.grading.store import VerdictStore
-from labkit.logs import atomic_write, refuse_unwritable
 
 
 def add_output_options(parser: argparse.ArgumentParser) -> None:

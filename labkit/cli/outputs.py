@@ -10,8 +10,9 @@ import numpy as np
 
 from labkit.arrays import FloatArray
 from labkit.cli.quality import write_quality
-from labkit.errors import LogError
-from labkit.logs import Log, refuse_unwritable, write_g2o, write_tum
+from labkit.errors import WriteError
+from labkit.files import refuse_unwritable
+from labkit.logs import Log, write_g2o, write_tum
 from labkit.odometry import OdometryResult, increments_between
 
 NOTHING = "none"  # the word for no file
@@ -41,7 +42,7 @@ def choose_outputs(args: argparse.Namespace, name: str) -> list[tuple[str, Write
     for path, writer in wanted:
         refuse_unwritable(path)
         if (place := Path(path).resolve()) in taken:
-            raise LogError(f"cannot write {path}: it {taken[place]}; give each file its own name")
+            raise WriteError(f"cannot write {path}: it {taken[place]}; give each file its own name")
         taken[place] = "is written by this run already"
         if writer is write_map:
             from labkit.plotting.save import figure_suffix  # noqa: PLC0415 (matplotlib is slow)

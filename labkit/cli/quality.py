@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from labkit.arrays import FloatArray
-from labkit.logs import atomic_write
+from labkit.files import atomic_write
 from labkit.odometry import StepRecord
 
 COLUMNS = (

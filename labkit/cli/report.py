@@ -7,8 +7,8 @@ import os
 import sys
 from pathlib import Path
 
-from labkit.errors import LogError
-from labkit.logs import atomic_write, refuse_unwritable
+from labkit.errors import WriteError
+from labkit.files import atomic_write, refuse_unwritable
 from labkit.report import ReportError, read_report, render, write_pdf
 
 DESCRIPTION = """\
@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
         raise ReportError(f"{source}: is a directory; name a notebook or Markdown in it")
     stem = Path(args.out) if args.out else source.with_suffix("")
     if args.out and os.path.isdir(stem):
-        raise LogError(f"cannot write {stem}: it is a directory; name a file in it")
+        raise WriteError(f"cannot write {stem}: it is a directory; name a file in it")
     page, pdf = stem.with_name(stem.name + ".html"), stem.with_name(stem.name + ".pdf")
     for path in [page] if args.html_only else [page, pdf]:
         refuse_unwritable(path)

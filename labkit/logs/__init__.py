@@ -4,7 +4,6 @@
 `write_tum` and `write_g2o` write what was estimated, whole or not at all.
 """
 
-from labkit.logs.atomic import atomic_write, refuse_unwritable
 from labkit.logs.g2o import write_g2o
 from labkit.logs.log import Log, SkippedLine
 from labkit.logs.points import read_points, write_points
@@ -14,12 +13,10 @@ from labkit.logs.tum import read_tum, write_tum
 __all__ = [
     "Log",
     "SkippedLine",
-    "atomic_write",
     "read_killian",
     "read_log",
     "read_points",
     "read_tum",
-    "refuse_unwritable",
     "write_g2o",
     "write_points",
     "write_tum",

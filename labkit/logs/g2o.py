@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, IntArray, as_floats, as_poses
 from labkit.errors import InvalidPointsError, LogError
-from labkit.logs.atomic import atomic_write
+from labkit.files import atomic_write
 from labkit.logs.laser_lines import LaserLine, Pose, parse_laser_line, timed_scans
 from labkit.logs.lines import DamagedLine, DamageReport, expect_fields, pose
 from labkit.logs.log import Log
@@ -122,7 +122,7 @@ def write_g2o(
     ------
     InvalidPointsError
         If shapes do not fit together, or a number is not finite.
-    LogError
+    WriteError
         If the file cannot be written.
     """
     vertices = as_poses(poses, "poses")

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from labkit.arrays import as_points
 from labkit.errors import LogError
-from labkit.logs.atomic import atomic_write
+from labkit.files import atomic_write
 from labkit.logs.lines import DamagedLine, DamageReport, expect_near, finite, split_lines
 from labkit.logs.log import Log
 from labkit.logs.unpack import load
@@ -112,7 +112,7 @@ def write_points(path: str | os.PathLike[str], scan: Scan | ArrayLike) -> None:
     ------
     InvalidPointsError
         If there is no point, or one that is not finite.
-    LogError
+    WriteError
         If the file cannot be written.
     """
     points = as_points(as_scan(scan).points, "scan")

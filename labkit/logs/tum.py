@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, as_floats, as_poses
 from labkit.errors import InvalidPointsError, LogError
-from labkit.logs.atomic import atomic_write
+from labkit.files import atomic_write
 from labkit.logs.lines import DamagedLine, expect_fields, expect_near, finite, split_lines, time
 from labkit.logs.unpack import load
 from labkit.se2 import wrap
@@ -36,7 +36,7 @@ def write_tum(path: str | os.PathLike[str], stamps: ArrayLike, poses: ArrayLike)
     ------
     InvalidPointsError
         If the shapes do not fit together, or a number is not finite.
-    LogError
+    WriteError
         If the file cannot be written.
     """
     rows = as_poses(poses, "poses")

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from labkit.arrays import check_range
 from labkit.errors import InvalidParameterError
-from labkit.logs.atomic import atomic_write
+from labkit.files import atomic_write
 
 FIGURE_SUFFIXES = (".png", ".pdf", ".svg")
 ANIMATION_SUFFIXES = (".gif", ".html")
@@ -52,7 +52,7 @@ def save_figure(figure: Figure, path: str | os.PathLike[str], *, dpi: float = 20
     ------
     InvalidParameterError
         For another suffix.
-    LogError
+    WriteError
         If the file cannot be written there; a `LabkitError` too.
 
     Examples
@@ -99,7 +99,7 @@ def save_animation(
     ------
     InvalidParameterError
         For another suffix.
-    LogError
+    WriteError
         If the file cannot be written there; a `LabkitError` too.
     """
     suffix = animation_suffix(path)

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from labkit.logs.atomic import atomic_write
+from labkit.files import atomic_write
 from labkit.report.needs import ReportError, need
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
@@ -61,7 +61,7 @@ def write_pdf(html: str, path: str | Path) -> tuple[int, list[str]]:
     ------
     ReportError
         Where there is no browser: with what to install.
-    LogError
+    WriteError
         Where `path` cannot be written.
     """
     with ThreadPoolExecutor(1) as own:  # a notebook's thread has a loop that playwright refuses

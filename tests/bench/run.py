@@ -32,7 +32,7 @@ from basin import basin
 from data import SPLITS, PairSet, lesson_pairs, ray_pairs
 from growth import SIZES, growth
 from labkit.cli.text import to_json
-from labkit.logs import atomic_write
+from labkit.files import atomic_write
 from labkit.odometry import available_cores
 from machine import describe_machine, describe_versions, today
 from peers import Matcher, load_matchers

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from labkit.errors import LabkitError
-from labkit.logs.atomic import atomic_write
+from labkit.files import atomic_write
 
 FORMULA = (*"=+-@", *"＝＋－＠", "\t", "\r", "\n")  # the wide ones where people type Chinese
 Row = list[str]

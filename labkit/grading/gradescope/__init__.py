@@ -17,8 +17,8 @@ from importlib.metadata import requires
 from pathlib import Path
 
 from labkit.errors import LabkitError
+from labkit.files import atomic_write
 from labkit.grading.assignment import FOLDER, load_assignment
-from labkit.logs.atomic import atomic_write
 
 HERE = Path(__file__).parent
 PACKAGE = HERE.parents[1]

@@ -9,12 +9,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from labkit.errors import LabkitError
+from labkit.files import atomic_write
 from labkit.grading.exports.feedback import number
 from labkit.grading.questions import Assignment
 from labkit.grading.reports.summary import ClassSummary
 from labkit.grading.similarity import Group
 from labkit.grading.verdict import SubmissionVerdict
-from labkit.logs.atomic import atomic_write
 
 
 def write_student_page(

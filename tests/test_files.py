@@ -3,8 +3,8 @@ from pathlib import Path
 
 import pytest
 
-from labkit.errors import LogError
-from labkit.logs import atomic_write, refuse_unwritable
+from labkit.errors import WriteError
+from labkit.files import atomic_write, refuse_unwritable
 
 
 def test_text_and_bytes(tmp_path):
@@ -44,10 +44,10 @@ def test_an_interruption_leaves_things_as_they_were(tmp_path, interruption, befo
     assert before is None or path.read_text() == before
 
 
-def test_a_full_disk_is_a_log_error(tmp_path):
+def test_a_full_disk_is_a_write_error(tmp_path):
     path = tmp_path / "note.txt"
     with (
-        pytest.raises(LogError, match=r"cannot write .*note\.txt: No space left on device"),
+        pytest.raises(WriteError, match=r"cannot write .*note\.txt: No space left on device"),
         atomic_write(path),
     ):
         raise OSError(28, "No space left on device")
@@ -63,11 +63,11 @@ def test_paths_that_cannot_be_written(tmp_path):
         tmp_path / ("x" * 300): "File name too long",
     }
     for path, reason in places.items():
-        with pytest.raises(LogError) as raised, atomic_write(path):
+        with pytest.raises(WriteError) as raised, atomic_write(path):
             pytest.fail("the block must not run")
         assert str(raised.value).startswith(f"cannot write {path}: ")
         assert reason in str(raised.value)
-        with pytest.raises(LogError) as refused:
+        with pytest.raises(WriteError) as refused:
             refuse_unwritable(path)
         assert str(refused.value) == str(raised.value)
 
@@ -80,20 +80,20 @@ def test_what_is_write_protected_is_not_written(tmp_path, monkeypatch, check, be
     if before is not None:
         path.write_text(before)
         monkeypatch.setattr(os, "access", lambda place, mode: place != path)
-        with pytest.raises(LogError, match=r"note\.txt: it is write-protected"):
+        with pytest.raises(WriteError, match=r"note\.txt: it is write-protected"):
             check(path)
     monkeypatch.setattr(os, "access", lambda place, mode: place != tmp_path)
-    with pytest.raises(LogError, match=rf"note\.txt: the directory .*{tmp_path.name} may not be"):
+    with pytest.raises(WriteError, match=rf"note\.txt: the directory .*{tmp_path.name} may not be"):
         check(path)
     assert [file.read_text() for file in tmp_path.iterdir()] == [before] * (before is not None)
 
 
-def test_what_may_not_be_looked_at_is_a_log_error(tmp_path, monkeypatch):
+def test_what_may_not_be_looked_at_is_a_write_error(tmp_path, monkeypatch):
     def stat(path, **_):
         raise PermissionError(13, "Permission denied", str(path))
 
     monkeypatch.setattr(Path, "stat", stat)
-    with pytest.raises(LogError, match=r"note\.txt: Permission denied; choose another place"):
+    with pytest.raises(WriteError, match=r"note\.txt: Permission denied; choose another place"):
         refuse_unwritable(tmp_path / "note.txt")
 
 

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any, Literal
 
-from labkit.errors import LogError
+from labkit.errors import WriteError
 
 
 @contextmanager
@@ -36,7 +36,7 @@ def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "w") -
 
     Raises
     ------
-    LogError
+    WriteError
         If `path` cannot be written: the message names it and the way out.
 
     Examples
@@ -66,19 +66,19 @@ def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "w") -
         finally:
             temporary.unlink(missing_ok=True)
     except OSError as error:
-        raise LogError(
+        raise WriteError(
             f"cannot write {os.fspath(path)}: {error.strerror or error}; choose another place"
         ) from error
 
 
 def refuse_unwritable(path: str | os.PathLike[str]) -> None:
-    """Raise the `LogError` that writing to `path` would raise, before any work is done."""
+    """Raise the `WriteError` that writing to `path` would raise, before any work is done."""
     try:
         obstacle = _obstacle(_target(path))
     except OSError as error:  # a folder that may not be entered, a name too long, ...
         obstacle = f"{error.strerror or error}; choose another place"
     if obstacle:
-        raise LogError(f"cannot write {os.fspath(path)}: {obstacle}")
+        raise WriteError(f"cannot write {os.fspath(path)}: {obstacle}")
 
 
 def _obstacle(target: Path) -> str:
