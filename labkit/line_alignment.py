@@ -4,7 +4,7 @@ A pair's residual is its distance from the target's surface, e = n·(p − q), s
 slide along a wall at no cost. Linearised about the source's centroid c, a small motion
 x = (Δx, Δy, Δψ) changes e by
 
-    n·Δt + Δψ n·(p − c)⊥ ,      (u, v)⊥ = (−v, u)                               (5.1)
+    n·Δt + Δψ n·(p − c)⊥ ,      (u, v)⊥ = (−v, u)                               (6.1)
 
 which leaves a 3×3 system A x = −g. Where the surface fixes only part of the motion (a
 corridor, a single wall), only that part of x is solved for; the rest stays at rest.

@@ -42,7 +42,7 @@ def test_it_predicts_the_spread_in_a_room():
 
 
 def estimator(x, source, target, result, used):
-    """Where x = (Δx, Δy, Δψ) goes when (5.2)'s cost is minimised by Newton's method."""
+    """Where x = (Δx, Δy, Δψ) goes when (6.4)'s cost is minimised by Newton's method."""
     pairs = result.correspondences
     index = pairs.target_index[used]
     p, q, n, w = source[used], target.points[index], target.normals[index], pairs.weights[used]

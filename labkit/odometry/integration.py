@@ -54,8 +54,8 @@ def _moved(pose: list[float], increment: list[float]) -> list[float]:
     x, y, heading = pose
     dx, dy, turn = increment
     c, s = math.cos(heading), math.sin(heading)
-    moved = [x + (c * dx - s * dy), y + (s * dx + c * dy)]  # (5.4)
-    return [*moved, float(wrap(heading + turn))]  # (5.3)
+    moved = [x + (c * dx - s * dy), y + (s * dx + c * dy)]  # (5.2)
+    return [*moved, float(wrap(heading + turn))]  # (5.1)
 
 
 def increments_between(poses: ArrayLike) -> FloatArray:
