@@ -28,3 +28,5 @@ __all__ = [
     "transform",
     "wrap",
 ]
+
+__version__ = "0.1.0"

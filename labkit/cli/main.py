@@ -10,6 +10,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
+from labkit import __version__
 from labkit.cli import autograder, demo, evaluate, grade, match, odometry, report
 from labkit.errors import InvalidParameterError, LabkitError
 
@@ -98,6 +99,7 @@ def build_parser() -> argparse.ArgumentParser:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.add_argument("--version", action="version", version=f"labkit {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for module in (demo, odometry, match, evaluate, report, grade, autograder):
         module.add_command(commands)

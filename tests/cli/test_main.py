@@ -6,9 +6,11 @@ import signal
 import subprocess
 import sys
 import time
+from importlib.metadata import version
 
 import pytest
 
+import labkit
 from labkit.cli.main import build_parser
 
 COMMANDS = ("demo", "odometry", "match", "evaluate")
@@ -19,6 +21,12 @@ def test_every_command_explains_itself(run, command):
     status, out, _ = run(command, "--help")
     assert status == 0
     assert "usage: labkit " + command in out
+
+
+def test_the_version_is_that_of_the_installed_package(run):
+    status, out, _ = run("--version")
+    assert (status, out) == (0, f"labkit {labkit.__version__}\n")
+    assert labkit.__version__ == version("labkit")
 
 
 def test_the_help_names_every_command(run):
