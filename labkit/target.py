@@ -7,7 +7,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import BoolArray, FloatArray, by_column
+from labkit.arrays import BoolArray, FloatArray, as_floats, by_column
+from labkit.errors import InvalidPointsError
 from labkit.neighbors import NearestNeighbors
 from labkit.normals import estimate_normals
 from labkit.scan import Scan, as_scan
@@ -20,10 +21,19 @@ class Target:
     ----------
     scan : Scan or array_like, shape (M, 2)
         Points in metres. A scan's own beam order makes for better normals.
+    normals : array_like, shape (M, 2), optional
+        Unit normals of the surface at the points, NaN where there is none; estimated from
+        the points by default. Points of several scans bring those that each scan gave.
+
+    Raises
+    ------
+    InvalidPointsError
+        For a target without points, or normals of another shape.
     """
 
-    def __init__(self, scan: Scan | ArrayLike) -> None:
+    def __init__(self, scan: Scan | ArrayLike, normals: ArrayLike | None = None) -> None:
         self.scan = as_scan(scan, "target", minimum=1)
+        self._given_normals = None if normals is None else _as_normals(normals, len(self.scan))
         self.search = NearestNeighbors(self.scan, method="auto")
         self.points = self.search.target
         self.center = self.search.center
@@ -33,7 +43,8 @@ class Target:
     @cached_property
     def normals(self) -> FloatArray:
         """Unit normals, shape (M, 2); NaN where a point lies on no line."""
-        return by_column(estimate_normals(self.scan))
+        given = self._given_normals
+        return by_column(estimate_normals(self.scan) if given is None else given)
 
     @cached_property
     def on_line(self) -> BoolArray:
@@ -50,6 +61,15 @@ class Target:
         surface[:2] = self.search.columns
         np.copyto(surface[2:], self.normals.T, where=self.on_line)
         return surface
+
+
+def _as_normals(normals: ArrayLike, count: int) -> FloatArray:
+    given = as_floats(normals, "normals", hint="give an (M, 2) array of unit vectors")
+    if given.shape != (count, 2):
+        raise InvalidPointsError(
+            f"`normals` must have shape ({count}, 2), one per point, got {given.shape}"
+        )
+    return given
 
 
 def as_target(target: Target | Scan | ArrayLike) -> Target:

@@ -35,6 +35,16 @@ def test_a_target_keeps_its_points_when_the_callers_array_is_filled_anew(in_the_
     np.testing.assert_array_equal(target.normals, normals)
 
 
+def test_given_normals_are_used_as_they_are():
+    """A wall along x that is said to face along y with one point on no surface."""
+    given = np.array([[0.0, -1.0], [math.nan, math.nan], [0.0, -1.0]])
+    target = Target([[0.0, 1.0], [1.0, 1.0], [2.0, 1.0]], normals=given)
+    np.testing.assert_array_equal(target.normals, given)
+    np.testing.assert_array_equal(target.on_line, [True, False, True])
+    with pytest.raises(InvalidPointsError, match=r"`normals` must have shape \(3, 2\), one per"):
+        Target(target.points, normals=given[:2])
+
+
 @pytest.mark.parametrize(
     ("points", "message"),
     [

@@ -206,6 +206,13 @@ def estimate_step(
     return replace(record, increment=guess, decision=last_resort, reason="; ".join(reasons))
 
 
+def _seen_from_the_end(increment: FloatArray) -> FloatArray:
+    """The motion (Δx, Δy) in the frame of scan k+1, as the newer scan sees it."""
+    x, y, turn = increment.tolist()
+    c, s = math.cos(turn), math.sin(turn)
+    return np.array([c * x + s * y, c * y - s * x])
+
+
 def _attempt(
     source: Scan,
     target: Target,
@@ -241,7 +248,7 @@ def _attempt(
         rmse=rmse,
         rotation=result.rotation,
         information=information,
-        spread=spread_ratio(source, increment[:2]),
+        spread=spread_ratio(source, _seen_from_the_end(increment)),
         iterations=result.iterations,
         degenerate=degenerate,
         termination=result.termination,

@@ -49,9 +49,20 @@ def test_a_good_match_is_taken_and_its_numbers_are_the_matchs():
     assert record.rotation == abs(increment[2])
     assert record.information == seen.values[0]
     assert not record.degenerate
-    assert record.spread == spread_ratio(source.points, increment[:2])
     assert record.iterations == result.iterations
     assert record.termination is result.termination
+
+
+@pytest.mark.parametrize("turn", [0.0, 20.0, 45.0, 80.0])
+def test_the_spread_does_not_depend_on_how_far_the_robot_turned(turn):
+    """The newer scan is the same points, turned: the corridor is as narrow as it was."""
+    driven = np.array([0.3, 0.0, 0.0])
+    turned = np.array([0.3, 0.0, math.radians(turn)])
+    ahead, target = looks(corridor(), driven)
+    source = Scan.from_points(apply(from_xytheta([0.0, 0.0, -turned[2]]), ahead.points))
+    record = estimate_step(source, target, turned, LAST, PARAMETERS)
+    np.testing.assert_allclose(record.increment, turned, atol=0.01)
+    assert record.spread == pytest.approx(spread_ratio(ahead, [1.0, 0.0]), rel=0.01)
 
 
 def test_without_a_prior_the_last_motion_is_the_guess():
