@@ -8,6 +8,7 @@ import browser_files
 from diagrams import MermaidDirective
 from docutils import nodes
 from launch import settle_buttons
+from predictions import mark_all
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.errors import ExtensionError
@@ -49,10 +50,12 @@ def setup(app: Sphinx) -> dict[str, bool]:
     """Register the steps above, the diagrams, and what the pages load."""
     app.connect("config-inited", provide_browser_files)
     app.connect("config-inited", settle_buttons)
+    app.connect("doctree-read", mark_all)
     app.connect("doctree-resolved", keep_tagged_formulas_whole)
     app.connect("html-page-context", declare_thebe_once, priority=900)
     app.add_directive("mermaid", MermaidDirective)
     app.add_css_file("labbook.css")
     app.add_js_file("mathjax-hub.js", priority=100)
     app.add_js_file("slider-names.js")
+    app.add_js_file("predictions.js")
     return {"parallel_read_safe": True, "parallel_write_safe": True}

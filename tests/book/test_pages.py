@@ -95,6 +95,50 @@ def test_a_slider_says_its_name_and_its_value_not_an_index(browser, base):
         assert page.locator("[title=null]").count() == 0
 
 
+@pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
+def test_a_prediction_holds_the_answer_back_until_the_reader_commits(browser, base):
+    with visit(browser, base, "widgets") as page:
+        box = page.locator(".admonition.predict").first
+        commit, answer = box.get_by_role("button", name="Commit"), page.get_by_text("[0, 1, 2, 3")
+        expect(answer).to_be_hidden()
+        expect(page.get_by_text("Ten numbers.")).to_be_hidden()
+        expect(box.get_by_text("The cell below")).to_be_hidden()
+        expect(commit).to_be_disabled()
+        choice = box.get_by_role("radio", name="Half of them")
+        box.get_by_role("radio", name="None").focus()
+        page.keyboard.press("ArrowDown")
+        expect(choice).to_be_checked()
+        page.keyboard.press("Enter")
+        expect(box.get_by_role("status")).to_have_text("You said 2; it is 3.")
+        expect(box.get_by_text("The cell below")).to_be_visible()
+        expect(answer).to_be_visible()
+        expect(page.get_by_text("Ten numbers.")).to_be_visible()
+        page.reload()  # the answer is kept
+        expect(box.get_by_role("status")).to_have_text("You said 2; it is 3.")
+        expect(answer).to_be_visible()
+        box.get_by_role("button", name="Ask me again").click()
+        expect(answer).to_be_hidden()
+        box.locator("summary").click()  # not to answer is allowed
+        expect(answer).to_be_visible()
+
+
+@pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
+def test_a_prediction_takes_a_number_or_a_sentence(browser, base):
+    with visit(browser, base, "widgets") as page:
+        number, words = page.locator(".admonition.predict").all()[1:]
+        field = number.get_by_label("Your number")
+        field.fill("long")
+        expect(number.get_by_role("button", name="Commit")).to_be_disabled()
+        field.fill("0.5")
+        field.press("Enter")
+        expect(number.get_by_role("status")).to_have_text("You said 0.5 m; it is 1.00 m.")
+        words.get_by_label("Your prediction").fill("A sweep.")
+        words.get_by_role("button", name="Commit").click()
+        expect(words.get_by_text("of many ranges")).to_be_visible()
+        page.emulate_media(media="print")
+        expect(words.get_by_role("button", name="Ask me again")).to_be_hidden()
+
+
 @pytest.mark.skipif("BOOK_HTML" in os.environ, reason="that book may have an address")
 def test_without_an_address_no_button_leads_outside(html):
     """test_edition.py sees that with one they are there."""

@@ -1,0 +1,98 @@
+"""Predictions: the reader commits to an answer before the page shows it.
+
+How to write one, in a Markdown cell or on a page; plain MyST, no directive of the book's own::
+
+    ::::{admonition} Predict first
+    :class: predict
+
+    The gate closes from 0.5 m to 0.1 m. What becomes of the kept pairs?
+
+    1. All of them stay.
+    2. The long ones go, the others stay.
+    3. None is left.
+
+    :::{dropdown} What happens
+    **2.** A pair is kept if it is shorter than the gate; no other stage has changed.
+    :::
+    ::::
+
+Mind the colons: the outer fence has one more than the inner one. The box holds exactly one
+dropdown, and the dropdown's first bold text is the answer. It decides what the reader is
+asked for:
+
+- *A choice*: the box holds a numbered list, and the answer is the number of the right item,
+  ``**2.**``.
+- *A number*: no numbered list, and the answer is a number with its unit, ``**0.35 m**``. The
+  reader types a number in that unit.
+- *Words*: anything else. The reader writes a sentence and compares.
+
+A cell that follows the box directly (nothing between them) is part of the answer: the page
+holds back what it shows, and its caption, until the reader has answered or has opened the
+dropdown. Put a sentence between the two where the picture may be seen at once.
+
+In JupyterLab and on paper the same text is a box with a question, a list, and a dropdown
+to open; nothing is held back there. In the page all of it works by keyboard, and the
+reader's answers stay in the browser (`predictions.js`). A box that does not follow these
+rules is a warning, and so stops the build.
+"""
+
+from __future__ import annotations
+
+import re
+
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.util import logging
+
+CLASS = "predict"
+NUMBER = re.compile(r"[-+\N{MINUS SIGN}]?\d+([.,]\d+)?\s*\D{0,8}")
+
+logger = logging.getLogger(__name__)
+
+
+class PredictionError(ValueError):
+    """A box that breaks the rules above; the message says which."""
+
+
+def mark(box: nodes.admonition) -> None:
+    """Tell the page what a prediction asks for, by classes.
+
+    Raises
+    ------
+    PredictionError
+        For a box without its dropdown, or a dropdown without a usable answer.
+    """
+    dropdowns = [each for each in box.children if _is_dropdown(each)]
+    if len(dropdowns) != 1:
+        raise PredictionError(f"a prediction needs one dropdown, got {len(dropdowns)}")
+    bold = next(iter(dropdowns[0].findall(nodes.strong)), None)
+    answer = bold.astext().strip() if bold else ""
+    lists = [each for each in box.children if isinstance(each, nodes.enumerated_list)]
+    if lists:
+        count = len(lists[0].children)
+        right = answer.rstrip(".")
+        if not (right.isdecimal() and 1 <= int(right) <= count):
+            raise PredictionError(
+                f"the dropdown of a prediction with {count} choices must begin with the number "
+                f"of the right one in bold, like **1.**, got {answer!r}"
+            )
+        lists[0]["classes"].append("predict-choices")
+        box["classes"].append(f"predict-answer-{right}")
+    elif NUMBER.fullmatch(answer):
+        box["classes"].append("predict-number")
+    else:
+        box["classes"].append("predict-words")
+
+
+def _is_dropdown(node: nodes.Node) -> bool:
+    return isinstance(node, nodes.container) and node.get("design_component") == "dropdown"
+
+
+def mark_all(app: Sphinx, doctree: nodes.document) -> None:
+    """Mark every prediction of a page."""
+    for box in doctree.findall(nodes.admonition):
+        if CLASS in box["classes"]:
+            try:
+                mark(box)
+            except PredictionError as error:
+                logger.warning(str(error), location=box)

@@ -1,0 +1,141 @@
+// Predictions: a question, the reader's answer, and only then what happens.
+// book/_ext/predictions.py says how one is written and gives the box its classes.
+(() => {
+  const STORE = "labkit-predictions";
+
+  const stored = () => {
+    try {
+      return JSON.parse(localStorage.getItem(STORE)) ?? {};
+    } catch {
+      return {}; // storage is forbidden or damaged: the page works, it only forgets
+    }
+  };
+  const store = (key, answer) => {
+    const { [key]: _, ...others } = stored();
+    try {
+      localStorage.setItem(STORE, JSON.stringify(answer === null ? others : { ...others, [key]: answer }));
+    } catch {}
+  };
+
+  const make = (tag, attributes = {}, ...children) => {
+    const node = Object.assign(document.createElement(tag), attributes);
+    node.append(...children);
+    return node;
+  };
+
+  // The question in words tells one prediction from another, also when boxes are moved.
+  const keyOf = (box) => {
+    const words = [...box.children].filter((each) => each.matches("p, ol")).map((each) => each.textContent);
+    let hash = 0;
+    for (const letter of words.join(" ")) hash = (31 * hash + letter.codePointAt(0)) | 0;
+    return `${location.pathname.split("/").pop()}#${hash}`;
+  };
+
+  // What belongs to the answer: a cell right after the box, and its caption.
+  const heldBack = (box) => {
+    const cell = box.nextElementSibling;
+    if (!cell?.matches(".cell:has(.cell_output)")) return [];
+    const caption = cell.nextElementSibling;
+    const isCaption = caption?.matches("p") && caption.children.length === 1 && caption.firstElementChild.matches("em");
+    return isCaption ? [cell, caption] : [cell];
+  };
+
+  // Each kind of question: its controls, and the verdict on an answer.
+  const choice = (box, list) => {
+    const right = Number(box.className.match(/predict-answer-(\d+)/)[1]);
+    const name = `predict-${++made}`;
+    const inputs = [...list.children].map((item, i) => {
+      const input = make("input", { type: "radio", name, value: String(i + 1) });
+      const words = make("span");
+      for (const child of [...item.childNodes]) words.append(...(child.nodeName === "P" ? child.childNodes : [child]));
+      item.replaceChildren(make("label", {}, input, words));
+      return input;
+    });
+    list.setAttribute("role", "radiogroup");
+    list.setAttribute("aria-label", "Your prediction");
+    for (const item of list.children) item.setAttribute("role", "presentation");
+    return {
+      nodes: [],
+      inputs,
+      read: () => inputs.find((each) => each.checked)?.value ?? "",
+      write: (answer) => inputs.forEach((each) => (each.checked = each.value === answer)),
+      verdict: (answer) => {
+        inputs.forEach((each, i) => each.closest("li").classList.toggle("predict-right", answer !== "" && i + 1 === right));
+        return Number(answer) === right ? `You said ${answer}, and so it is.` : `You said ${answer}; it is ${right}.`;
+      },
+    };
+  };
+
+  const typed = (box, answer) => {
+    const isNumber = box.matches(".predict-number");
+    const unit = isNumber ? answer.replace(/^[-+−\d.,\s]+/, "") : "";
+    const input = isNumber
+      ? make("input", { type: "text", inputMode: "decimal", autocomplete: "off", size: 8 })
+      : make("textarea", { rows: 2 });
+    const label = make("label", {}, isNumber ? "Your number " : "Your prediction ", input, unit && ` ${unit}`);
+    return {
+      nodes: [label],
+      inputs: [input],
+      read: () => {
+        const text = input.value.trim();
+        return isNumber && !Number.isFinite(Number(text.replace(",", ".").replace("−", "-"))) ? "" : text;
+      },
+      write: (text) => (input.value = text),
+      verdict: (text) => (isNumber ? `You said ${text}${unit && ` ${unit}`}; it is ${answer}.` : "Compare yours with what happens."),
+    };
+  };
+
+  let made = 0;
+  const enliven = (box) => {
+    const list = box.querySelector(":scope > ol.predict-choices");
+    const details = box.querySelector(":scope > details");
+    if (!details) return;
+    const answer = details.querySelector("strong")?.textContent.trim() ?? "";
+    const key = keyOf(box), held = heldBack(box);
+    const { nodes, inputs, read, write, verdict } = list ? choice(box, list) : typed(box, answer);
+
+    const commit = make("button", { type: "submit", textContent: "Commit", disabled: true });
+    const again = make("button", { type: "button", textContent: "Ask me again" });
+    const said = make("output", { className: "predict-verdict" });
+    said.setAttribute("role", "status");
+    const form = make("form", { className: "predict-form" }, ...nodes, commit, again, said);
+    if (list) form.prepend(list); // so that Enter commits a choice
+    details.before(form);
+    const waiting = make("p", { className: "predict-waiting", textContent: "What comes next is shown once you have answered." });
+    if (held.length) box.append(waiting);
+
+    const show = (committed, open) => {
+      for (const input of inputs) input.disabled = committed !== null;
+      said.textContent = committed === null ? "" : verdict(committed);
+      if (committed === null) verdict("");
+      commit.hidden = committed !== null;
+      again.hidden = committed === null;
+      commit.disabled = read() === "";
+      if (details.open !== open) details.open = open;
+      held.forEach((each) => each.classList.toggle("predict-held", !open));
+      waiting.hidden = open;
+      if (open) dispatchEvent(new Event("resize")); // what was hidden had no width
+    };
+    let committed = stored()[key] ?? null;
+    if (committed !== null) write(committed);
+    show(committed, committed !== null);
+
+    form.addEventListener("input", () => (commit.disabled = read() === ""));
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      if (committed !== null || read() === "") return;
+      store(key, (committed = read()));
+      show(committed, true);
+      details.querySelector("summary").focus({ preventScroll: true });
+    });
+    again.addEventListener("click", () => {
+      store(key, (committed = null));
+      write("");
+      show(null, false);
+      inputs[0].focus({ preventScroll: true });
+    });
+    details.addEventListener("toggle", () => details.open && show(committed, true)); // opened without an answer
+  };
+
+  document.addEventListener("DOMContentLoaded", () => document.querySelectorAll(".admonition.predict").forEach(enliven));
+})();
