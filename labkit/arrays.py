@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from numbers import Real
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +18,7 @@ from labkit.errors import InvalidParameterError, InvalidPointsError
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
+Values = TypeVar("Values", bound=NDArray[Any])
 EPSILON = float(np.finfo(float).eps)
 FARTHEST = 1e9  # [m]: no robot drives or sees farther, so a number beyond it is damaged
 
@@ -33,6 +35,12 @@ def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:
         shown = received if len(received) <= 60 else received[:57] + "..."
         advice = f"; {hint}" if hint else ""
         raise InvalidPointsError(f"`{name}` must hold numbers, got {shown}{advice}") from None
+
+
+def read_only(values: Values) -> Values:
+    """The same array, which nobody can write to any more."""
+    values.setflags(write=False)
+    return values
 
 
 def as_points(points: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
@@ -178,30 +186,36 @@ def check_range(
 ) -> None:
     """Raise `InvalidParameterError` unless ``above < value`` and ``at_least <= value <= at_most``.
 
-    ``inf`` passes where no upper bound is given (it reads "off"); NaN never does.
+    ``inf`` passes where no upper bound is given (it reads "off"); NaN never does, and neither
+    does what is no single number.
     """
-    try:
-        inside = bool(value > above and at_least <= value <= at_most)
-    except TypeError:
-        inside = False
-    if inside:
+    if is_number(value) and value > above and at_least <= value <= at_most:
         return
     low = f"({above:g}" if above > at_least else f"[{at_least:g}"
     high = f"{at_most:g}]" if math.isfinite(at_most) else "inf]"
     suffix = f" {unit}" if unit else ""
-    raise InvalidParameterError(f"`{name}` must be in {low}, {high}{suffix}, got {value!r}")
+    raise InvalidParameterError(f"must be in {low}, {high}{suffix}, got {value!r}", parameter=name)
 
 
 def is_number(value: object) -> bool:
-    """Whether it is one real number, Python's or numpy's."""
-    return isinstance(value, Real)
+    """Whether it is one real number, Python's or numpy's; True and False are none."""
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def check_count(value: int, name: str, at_least: int) -> None:
     """Raise `InvalidParameterError` unless `value` is a whole number ≥ `at_least`."""
-    if not isinstance(value, (int, np.integer)) or value < at_least:
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not (whole and value >= at_least):
         raise InvalidParameterError(
-            f"`{name}` must be a whole number of at least {at_least}, got {value!r}"
+            f"must be a whole number of at least {at_least}, got {value!r}", parameter=name
+        )
+
+
+def check_kind(value: object, name: str, kind: type) -> None:
+    """Raise `InvalidParameterError` unless `value` is an object of the class `kind`."""
+    if not isinstance(value, kind):
+        raise InvalidParameterError(
+            f"must be of the class {kind.__name__}, got {value!r:.80}", parameter=name
         )
 
 

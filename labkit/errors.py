@@ -16,7 +16,24 @@ class InvalidPointsError(LabkitError):
 
 
 class InvalidParameterError(LabkitError):
-    """A parameter outside its range; the message carries the value that was received."""
+    """A parameter outside its range; the message carries the value that was received.
+
+    Attributes
+    ----------
+    problem : str
+        What the parameter must be, and what it is.
+    parameter : str
+        Its name, with which the message begins; empty where `problem` says it all.
+    """
+
+    def __init__(self, problem: str, *, parameter: str = "") -> None:
+        super().__init__(problem)
+        self.problem = problem
+        self.parameter = parameter
+
+    def __str__(self) -> str:
+        """The message for a person."""
+        return f"`{self.parameter}` {self.problem}" if self.parameter else self.problem
 
 
 class DegenerateAlignmentError(LabkitError):

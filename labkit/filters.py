@@ -7,13 +7,13 @@ and the beams they came from survive, so that later stages can still lean on the
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy  # its parts are loaded when they are used
 from numpy.typing import ArrayLike
 
-from labkit.arrays import check_range
+from labkit.arrays import check_count, check_range
 from labkit.scan import Scan, as_scan
 
 
@@ -58,7 +58,7 @@ def remove_isolated(scan: Scan | ArrayLike, radius: float, min_neighbors: int = 
     A lone return is mostly a mixed pixel at an edge, dust, or somebody's leg.
     """
     check_range(radius, "radius", above=0.0, unit="m")
-    check_range(min_neighbors, "min_neighbors", at_least=1)
+    check_count(min_neighbors, "min_neighbors", at_least=1)
     scan = as_scan(scan)
     if len(scan) == 0:
         return scan
@@ -81,10 +81,24 @@ class Preprocessing:
         The radius of `remove_isolated` [m]; 0 turns it off.
     """
 
-    range_min: float = 0.0
-    range_max: float = math.inf
-    voxel_size: float = 0.0
-    isolation_radius: float = 0.0
+    range_min: float = field(
+        default=0.0, metadata={"unit": "m", "help": "drop points nearer than this"}
+    )
+    range_max: float = field(
+        default=math.inf,
+        metadata={"unit": "m", "help": "drop points farther than this; inf turns it off"},
+    )
+    voxel_size: float = field(
+        default=0.0,
+        metadata={"unit": "m", "help": "thin to one point a cell of this size; 0 turns it off"},
+    )
+    isolation_radius: float = field(
+        default=0.0,
+        metadata={
+            "unit": "m",
+            "help": "drop points without a neighbour this near; 0 turns it off",
+        },
+    )
 
     def __post_init__(self) -> None:
         check_range(self.range_min, "range_min", at_least=0.0, unit="m")

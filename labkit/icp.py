@@ -14,6 +14,7 @@ from labkit.arrays import (
     FloatArray,
     IntArray,
     as_transform,
+    check_kind,
     homogeneous,
     lengths,
     take_rows,
@@ -66,6 +67,8 @@ def icp(
     ------
     InvalidPointsError
         For an empty scan, a wrong shape, or points that are not finite.
+    InvalidParameterError
+        For `parameters` of another class.
 
     Notes
     -----
@@ -88,6 +91,7 @@ def icp(
     >>> bool(np.allclose(result.T_target_source, T_target_source)), result.inlier_count
     (True, 85)
     """
+    check_kind(parameters, "parameters", IcpParameters)
     columns = homogeneous(as_scan(source, "source", minimum=1).points)
     target = as_target(target)
     T = np.eye(3) if T_init is None else as_transform(T_init, "T_init")

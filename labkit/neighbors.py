@@ -69,7 +69,7 @@ class NearestNeighbors:
     def __init__(self, target: Scan | ArrayLike, method: Method = "tree") -> None:
         if method not in get_args(Method):
             raise InvalidParameterError(
-                f"`method` must be one of {', '.join(get_args(Method))}, got {method!r}"
+                f"must be one of {', '.join(get_args(Method))}, got {method!r}", parameter="method"
             )
         scan = as_scan(target, "target", minimum=1)
         self.target = by_column(scan.points)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from typing import Literal, get_args
@@ -61,16 +61,38 @@ class IcpParameters:
     labkit.errors.InvalidParameterError: `overlap_ratio` must be in (0, 1], got 1.3
     """
 
-    max_correspondence_distance: float = 0.5
-    overlap_ratio: float = 0.85
-    huber_delta: float = 0.2
-    max_iterations: int = 60
-    translation_tolerance: float = 1e-6
-    rotation_tolerance: float = 1e-6
-    cost_tolerance: float = 1e-12
-    metric: Metric = "point_to_point"
-    step_fraction: float = 1.0
-    approach: bool = False
+    max_correspondence_distance: float = field(
+        default=0.5,
+        metadata={"unit": "m", "help": "gate: pairs farther apart are rejected; inf turns it off"},
+    )
+    overlap_ratio: float = field(
+        default=0.85,
+        metadata={"help": "share of the source points that is kept, closest first, in (0, 1]"},
+    )
+    huber_delta: float = field(
+        default=0.2,
+        metadata={"unit": "m", "help": "residuals beyond it weigh delta/r; inf turns it off"},
+    )
+    max_iterations: int = field(default=60, metadata={"help": "iteration budget"})
+    translation_tolerance: float = field(
+        default=1e-6,
+        metadata={"unit": "m", "help": "a step shorter than this, and turning less, converged"},
+    )
+    rotation_tolerance: float = field(
+        default=1e-6,
+        metadata={"unit": "rad", "help": "a step turning less than this, and shorter, converged"},
+    )
+    cost_tolerance: float = field(
+        default=1e-12,
+        metadata={"unit": "m²", "help": "converged when the cost changes by less; 0 turns it off"},
+    )
+    metric: Metric = field(default="point_to_point", metadata={"help": "what a residual is"})
+    step_fraction: float = field(
+        default=1.0, metadata={"help": "share of each step that is taken, in (0, 1]"}
+    )
+    approach: bool = field(
+        default=False, metadata={"help": "begin with a wide delta, end with a gate of 8 delta"}
+    )
 
     def __post_init__(self) -> None:
         gate = self.max_correspondence_distance
@@ -84,10 +106,13 @@ class IcpParameters:
         check_range(self.step_fraction, "step_fraction", above=0.0, at_most=1.0)
         if self.metric not in get_args(Metric):
             raise InvalidParameterError(
-                f"`metric` must be one of {', '.join(get_args(Metric))}, got {self.metric!r}"
+                f"must be one of {', '.join(get_args(Metric))}, got {self.metric!r}",
+                parameter="metric",
             )
         if not isinstance(self.approach, bool):
-            raise InvalidParameterError(f"`approach` must be True or False, got {self.approach!r}")
+            raise InvalidParameterError(
+                f"must be True or False, got {self.approach!r}", parameter="approach"
+            )
 
 
 class Termination(Enum):

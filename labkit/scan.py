@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import BoolArray, FloatArray, IntArray, as_floats, as_points
+from labkit.arrays import BoolArray, FloatArray, IntArray, as_floats, as_points, read_only
 from labkit.errors import InvalidPointsError
 
 LONGEST_RANGE = 1e5  # [m]: what a scanner says lies farther is its way to say "nothing"
@@ -28,6 +28,11 @@ class Scan:
         All B beams as measured [m] and their directions [rad], no-returns included.
     stamp : float
         Time in seconds; NaN where the file has none.
+
+    Notes
+    -----
+    The arrays are the scan's own and read-only: several targets, matches and maps may rest
+    on one scan.
     """
 
     points: FloatArray
@@ -37,7 +42,14 @@ class Scan:
     stamp: float = math.nan
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", as_points(self.points, "points", minimum=0))
+        points = as_points(self.points, "points", minimum=0)
+        object.__setattr__(self, "points", read_only(points))
+        if self.beams is not None:
+            object.__setattr__(self, "beams", read_only(_as_beams(self.beams, len(points))))
+        for name in ("ranges", "angles"):
+            values = getattr(self, name)
+            if values is not None and values.flags.writeable:
+                object.__setattr__(self, name, read_only(as_floats(values, name)))
 
     @classmethod
     def from_ranges(
@@ -87,6 +99,16 @@ class Scan:
         """The same scan with the points named by a mask or by indices, beams included."""
         beams = None if self.beams is None else self.beams[kept]
         return replace(self, points=self.points[kept], beams=beams)
+
+
+def _as_beams(beams: IntArray, count: int) -> IntArray:
+    checked = np.array(beams)
+    if checked.shape != (count,) or not (count == 0 or np.issubdtype(checked.dtype, np.integer)):
+        raise InvalidPointsError(
+            f"`beams` must be {count} whole numbers, one per point, got shape {checked.shape} "
+            f"of {checked.dtype}"
+        )
+    return checked.astype(np.intp, copy=False)
 
 
 def as_scan(scan: Scan | ArrayLike, name: str = "points", minimum: int = 0) -> Scan:

@@ -119,7 +119,10 @@ def test_each_filter_can_stand_alone():
         (lambda p: range_band(p, 2.0, 2.0), r"`maximum` must be in \(2, inf\] m, got 2\.0"),
         (lambda p: voxel_downsample(p, 0.0), r"`size` must be in \(0, inf\] m, got 0\.0"),
         (lambda p: remove_isolated(p, -0.1), r"`radius` must be in \(0, inf\] m, got -0\.1"),
-        (lambda p: remove_isolated(p, 1.0, 0), r"`min_neighbors` must be in \[1, inf\], got 0"),
+        (
+            lambda p: remove_isolated(p, 1.0, 0),
+            r"`min_neighbors` must be a whole number of at least 1, got 0",
+        ),
         (lambda p: Preprocessing(range_min=math.nan), r"`range_min` must be in \[0, .* got nan"),
         (
             lambda p: Preprocessing(range_min=3, range_max=2),

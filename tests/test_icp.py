@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from labkit import IcpParameters, Scan, Target, Termination, icp
-from labkit.errors import InvalidPointsError
+from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.icp import associate
 from labkit.neighbors import NearestNeighbors
 from labkit.se2 import apply, invert, rotation, to_xytheta, transform, wrap
@@ -541,3 +541,9 @@ EMPTY = Scan.from_ranges([math.inf], [0.0])
 def test_bad_input(source, target, T_init, message):
     with pytest.raises(InvalidPointsError, match=message):
         icp(source, target, T_init)
+
+
+@pytest.mark.parametrize("parameters", [None, {"overlap_ratio": 0.7}, 0.7])
+def test_parameters_of_another_kind_are_refused(parameters):
+    with pytest.raises(InvalidParameterError, match="`parameters` must be of the class IcpParam"):
+        icp(np.eye(3, 2), np.eye(3, 2), parameters=parameters)

@@ -32,6 +32,10 @@ NAN, INF = math.nan, math.inf
         ("cost_tolerance", None, "[0, inf] m²"),
         ("step_fraction", 0.0, "(0, 1]"),
         ("step_fraction", 1.5, "(0, 1]"),
+        ("step_fraction", np.array([0.5, 0.6]), "(0, 1]"),
+        ("overlap_ratio", True, "(0, 1]"),
+        ("overlap_ratio", np.True_, "(0, 1]"),
+        ("huber_delta", 0.2j, "(0, inf] m"),
     ],
 )
 def test_a_parameter_outside_its_range(name, value, interval):
@@ -40,7 +44,7 @@ def test_a_parameter_outside_its_range(name, value, interval):
     assert str(caught.value) == f"`{name}` must be in {interval}, got {value!r}"
 
 
-@pytest.mark.parametrize("budget", [0, -1, 2.5, 60.0, INF, NAN, "60", None])
+@pytest.mark.parametrize("budget", [0, -1, 2.5, 60.0, INF, NAN, "60", None, True, np.array([60])])
 def test_a_budget_that_is_no_count(budget):
     message = f"`max_iterations` must be a whole number of at least 1, got {budget!r}"
     with pytest.raises(InvalidParameterError) as caught:

@@ -137,3 +137,35 @@ def test_bad_points(points, message):
 def test_bad_beams(ranges, angles, message):
     with pytest.raises(InvalidPointsError, match=message):
         Scan.from_ranges(ranges, angles)
+
+
+@pytest.mark.parametrize(
+    ("beams", "message"),
+    [
+        (np.arange(3), r"`beams` must be 5 whole numbers, one per point, got shape \(3,\)"),
+        (np.arange(5.0), r"`beams` must be 5 whole .* got shape \(5,\) of float64"),
+        (np.arange(10).reshape(5, 2), r"got shape \(5, 2\)"),
+        ([True] * 5, "of bool"),
+    ],
+)
+def test_beams_are_one_per_point(beams, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        Scan(points=np.zeros((5, 2)), beams=beams)
+
+
+def test_nobody_writes_to_a_scan():
+    """Neither to its arrays nor, through those that it was made of, to what it holds."""
+    given = {
+        "points": np.ones((2, 2)),
+        "beams": np.array([0, 2]),
+        "ranges": np.ones(3),
+        "angles": np.zeros(3),
+    }
+    scan = Scan(**given)
+    measured = Scan.from_ranges([1.0, 2.0], [0.0, 0.1])
+    for name, values in given.items():
+        values[:] = 7
+        assert not (getattr(scan, name) == 7).any()
+        for each in (scan, measured, measured.select(np.array([0]))):
+            with pytest.raises(ValueError, match="read-only"):
+                getattr(each, name)[...] = 7

@@ -142,7 +142,8 @@ def _mode(args: argparse.Namespace, limits: Limits, where: Where) -> tuple[str, 
     if args.no_isolation:
         if args.mode != "auto":
             raise InvalidParameterError(
-                f"`no_isolation` cannot go with --mode {args.mode}; leave one of them out"
+                f"cannot go with --mode {args.mode}; leave one of them out",
+                parameter="no_isolation",
             )
         print(
             "labkit grade: no isolation: the code can read and write all that you can",
@@ -163,7 +164,9 @@ def _known(submissions: Sequence[Submission], again: Sequence[str]) -> set[str]:
     for name in again:
         if name not in students:
             shown = ", ".join(sorted(students)[:5]) + (", ..." if len(students) > 5 else "")
-            raise InvalidParameterError(f"`again` must name students ({shown}), got {name!r}")
+            raise InvalidParameterError(
+                f"must name students ({shown}), got {name!r}", parameter="again"
+            )
     return set(again)
 
 

@@ -54,7 +54,8 @@ def check_outputs(args: argparse.Namespace, submissions: int) -> None:
         templates()  # or say what they need
     if bool(args.canvas) != bool(args.title):
         raise InvalidParameterError(
-            f"`title` and --canvas must be given together, got {args.title or args.canvas!r} alone"
+            f"and --canvas must be given together, got {args.title or args.canvas!r} alone",
+            parameter="title",
         )
     if args.canvas:
         check_canvas(args.canvas, args.title)
@@ -62,7 +63,7 @@ def check_outputs(args: argparse.Namespace, submissions: int) -> None:
         check_moodle(args.moodle)
     if args.gradescope and submissions != 1:
         raise InvalidParameterError(
-            f"`gradescope` is for one submission, got {submissions}; name one --student"
+            f"is for one submission, got {submissions}; name one --student", parameter="gradescope"
         )
 
 

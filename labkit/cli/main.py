@@ -60,9 +60,8 @@ def _run(args: argparse.Namespace) -> int:
     """Run the command; a mistake is told in one line."""
     try:
         status: int = args.run(args)
-    except InvalidParameterError as error:  # an option's value: `some_name` is --some-name
-        named = re.sub(r"^`(\w+)`", lambda m: "--" + m[1].replace("_", "-"), str(error))
-        print(f"labkit {args.command}: {named}", file=sys.stderr)
+    except InvalidParameterError as error:
+        print(f"labkit {args.command}: {_as_option(error, args)}", file=sys.stderr)
         return USAGE
     except LabkitError as error:
         print(f"labkit {args.command}: {error}", file=sys.stderr)
@@ -72,6 +71,13 @@ def _run(args: argparse.Namespace) -> int:
         print(f"labkit {args.command}: interrupted; no file is left half-written", file=sys.stderr)
         return INTERRUPTED
     return status
+
+
+def _as_option(error: InvalidParameterError, args: argparse.Namespace) -> str:
+    """The message, with an option of the command line under the name that it has there."""
+    if error.parameter in vars(args):
+        return f"--{error.parameter.replace('_', '-')} {error.problem}"
+    return str(error)
 
 
 def _drop_output() -> None:

@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
     """Match the two files and print the result; status 1 where they do not match."""
     if not all(map(math.isfinite, args.initial)):
         raise InvalidParameterError(
-            f"`initial` must be three finite numbers x, y, theta, got {args.initial}"
+            f"must be three finite numbers x, y, theta, got {args.initial}", parameter="initial"
         )
     target, source = read_points(args.target), read_points(args.source)
     result = icp(source, target, from_xytheta(args.initial), from_options(IcpParameters, args))

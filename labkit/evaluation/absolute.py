@@ -86,7 +86,9 @@ def ate(
     elif align is None:
         T_reference_estimate = np.eye(3)
     else:
-        raise InvalidParameterError(f'`align` must be "rigid", "origin" or None, got {align!r}')
+        raise InvalidParameterError(
+            f'must be "rigid", "origin" or None, got {align!r}', parameter="align"
+        )
     translation, angle = pose_differences(T_true, T_reference_estimate @ T)
     return AbsoluteErrors(
         translation_errors=translation,

@@ -95,7 +95,7 @@ def rpe(
         check_range(tolerance, "tolerance", at_least=0.0, at_most=1.0)
         pairs = _pairs_by_path(x_reference, delta, tolerance * delta)
     else:
-        raise InvalidParameterError(f'`unit` must be "steps" or "metres", got {unit!r}')
+        raise InvalidParameterError(f'must be "steps" or "metres", got {unit!r}', parameter="unit")
     T, T_true = from_xytheta(x), from_xytheta(x_reference)
     i, j = pairs.T
     translation, rotation = pose_differences(relative(T_true[i], T_true[j]), relative(T[i], T[j]))
@@ -106,7 +106,7 @@ def _pairs_by_steps(length: int, delta: float) -> IntArray:
     """All (i, i + delta)."""
     if not (is_number(delta) and delta >= 1 and float(delta).is_integer()):
         raise InvalidParameterError(
-            f"`delta` must be a whole number of at least 1 step, got {delta!r}"
+            f"must be a whole number of at least 1 step, got {delta!r}", parameter="delta"
         )
     start = np.arange(length - int(delta))
     return np.column_stack([start, start + int(delta)])

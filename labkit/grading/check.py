@@ -138,14 +138,16 @@ def _assessed(
 ) -> QuestionVerdict:
     if not callable(function):
         raise InvalidParameterError(
-            f"`function` must be the function itself, as in "
-            f'check("{question.id}", {question.function}), got {type(function).__name__}'
+            f"must be the function itself, as in "
+            f'check("{question.id}", {question.function}), got {type(function).__name__}',
+            parameter="function",
         )
     home = getattr(function, "__module__", None) or ""
     if home.startswith("labkit.") and home.split(".")[1] not in ("authoring", "grading"):
         raise InvalidParameterError(
-            f"`function` must be your own, got the one that was imported from {home}, which the "
-            f"grading does not have; run the cell that defines your `{question.function}` again"
+            f"must be your own, got the one that was imported from {home}, which the "
+            f"grading does not have; run the cell that defines your `{question.function}` again",
+            parameter="function",
         )
     return assess(question, cases, [_outcome(case, function) for case in cases])
 

@@ -197,7 +197,7 @@ class Assignment:
             if question.id == id:
                 return question
         known = ", ".join(question.id for question in self.questions)
-        raise InvalidParameterError(f"`question` must be one of {known}, got {id!r}")
+        raise InvalidParameterError(f"must be one of {known}, got {id!r}", parameter="question")
 
     def variant(self, student: str) -> int:
         """Which variant a student gets: always the same one for the same name."""

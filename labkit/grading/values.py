@@ -43,7 +43,7 @@ def to_plain(value: Value) -> Any:
         if not np.isfinite(value).all():
             data = [entry if math.isfinite(entry) else repr(entry) for entry in data]
         return {"dtype": value.dtype.name, "shape": list(value.shape), "data": data}
-    raise InvalidParameterError(f"`value` must be plain data, got {value!r:.80}")
+    raise InvalidParameterError(f"must be plain data, got {value!r:.80}", parameter="value")
 
 
 def from_plain(plain: Any) -> Value:

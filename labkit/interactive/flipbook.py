@@ -72,11 +72,11 @@ def flipbook(
     readouts = [readout(value) for value in values]
     if len(readouts) < 2 or len(set(readouts)) < len(readouts):
         raise InvalidParameterError(
-            f"`values` must be at least two that read differently, got {readouts}"
+            f"must be at least two that read differently, got {readouts}", parameter="values"
         )
     if not 0 <= start < len(readouts):
         raise InvalidParameterError(
-            f"`start` must be an index of the {len(readouts)} values, got {start!r}"
+            f"must be an index of the {len(readouts)} values, got {start!r}", parameter="start"
         )
     pages = []
     for value, text in zip(values, readouts, strict=True):

@@ -26,7 +26,7 @@ def as_offset(laser_offset: ArrayLike) -> FloatArray:
     offset = as_floats(laser_offset, "laser_offset", hint="give (x, y, θ)")
     if offset.shape != (3,) or not np.isfinite(offset).all():
         raise InvalidParameterError(
-            f"`laser_offset` must be three finite numbers x, y, θ, got {laser_offset!r}"
+            f"must be three finite numbers x, y, θ, got {laser_offset!r}", parameter="laser_offset"
         )
     return offset
 

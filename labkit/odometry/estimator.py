@@ -231,8 +231,9 @@ def _as_parameters(parameters: OdometryParameters | None) -> OdometryParameters:
         return OdometryParameters()
     if not isinstance(parameters, OdometryParameters):
         raise InvalidParameterError(
-            f"`parameters` must be OdometryParameters, got {type(parameters).__name__}; those of "
-            f"the matcher go in as OdometryParameters(icp=...)"
+            f"must be OdometryParameters, got {type(parameters).__name__}; those of "
+            f"the matcher go in as OdometryParameters(icp=...)",
+            parameter="parameters",
         )
     return parameters
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 
 from labkit.arrays import FloatArray, check_range
 from labkit.line_alignment import MIN_INFORMATION
@@ -28,23 +28,29 @@ class SanityLimits:
         Smallest eigenvalue of the information; see `labkit.line_alignment.Information`.
     """
 
-    max_translation: float = 2.0
-    max_rotation: float = math.radians(90.0)
-    max_prior_translation: float = 0.5
-    max_prior_rotation: float = math.radians(20.0)
-    min_inlier_ratio: float = 0.33
-    max_rmse: float = 0.2
-    min_information: float = MIN_INFORMATION
+    max_translation: float = field(
+        default=2.0, metadata={"unit": "m", "help": "farthest motion of a step"}
+    )
+    max_rotation: float = field(
+        default=math.radians(90.0), metadata={"unit": "rad", "help": "largest rotation of a step"}
+    )
+    max_prior_translation: float = field(
+        default=0.5, metadata={"unit": "m", "help": "farthest shift from the prior"}
+    )
+    max_prior_rotation: float = field(
+        default=math.radians(20.0),
+        metadata={"unit": "rad", "help": "largest rotation from the prior"},
+    )
+    min_inlier_ratio: float = field(default=0.33, metadata={"help": "smallest share of inliers"})
+    max_rmse: float = field(default=0.2, metadata={"unit": "m", "help": "largest inlier RMSE"})
+    min_information: float = field(
+        default=MIN_INFORMATION, metadata={"help": "smallest eigenvalue of the information"}
+    )
 
     def __post_init__(self) -> None:
-        for name, unit in (
-            ("max_translation", "m"),
-            ("max_rotation", "rad"),
-            ("max_prior_translation", "m"),
-            ("max_prior_rotation", "rad"),
-            ("max_rmse", "m"),
-        ):
-            check_range(getattr(self, name), name, above=0.0, unit=unit)
+        for each in fields(self):
+            if unit := each.metadata.get("unit"):
+                check_range(getattr(self, each.name), each.name, above=0.0, unit=unit)
         check_range(self.min_inlier_ratio, "min_inlier_ratio", at_least=0.0, at_most=1.0)
         check_range(self.min_information, "min_information", at_least=0.0, at_most=0.5)
 

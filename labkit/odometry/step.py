@@ -18,7 +18,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from labkit.arrays import FloatArray, check_range
+from labkit.arrays import FloatArray, check_kind, check_range
 from labkit.correspondences import MIN_PAIRS
 from labkit.degeneracy import spread_ratio
 from labkit.errors import InvalidParameterError
@@ -67,16 +67,27 @@ class OdometryParameters:
     )
     limits: SanityLimits = field(default_factory=SanityLimits)
     preprocessing: Preprocessing = field(default_factory=Preprocessing)
-    retry_gate: float = 0.5
-    retry_step: float = 0.5
-    on_skip: OnSkip = "hold"
+    retry_gate: float = field(
+        default=0.5, metadata={"help": "share of the gate in the second attempt"}
+    )
+    retry_step: float = field(
+        default=0.5, metadata={"help": "share of each step in the second attempt"}
+    )
+    on_skip: OnSkip = field(
+        default="hold",
+        metadata={"help": "without match and prior: hold the last motion once, or stand still"},
+    )
 
     def __post_init__(self) -> None:
+        check_kind(self.icp, "icp", IcpParameters)
+        check_kind(self.limits, "limits", SanityLimits)
+        check_kind(self.preprocessing, "preprocessing", Preprocessing)
         check_range(self.retry_gate, "retry_gate", above=0.0, at_most=1.0)
         check_range(self.retry_step, "retry_step", above=0.0, at_most=1.0)
         if self.on_skip not in get_args(OnSkip):
             raise InvalidParameterError(
-                f"`on_skip` must be one of {', '.join(get_args(OnSkip))}, got {self.on_skip!r}"
+                f"must be one of {', '.join(get_args(OnSkip))}, got {self.on_skip!r}",
+                parameter="on_skip",
             )
 
     @property

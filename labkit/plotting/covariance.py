@@ -65,7 +65,9 @@ def plot_covariance(
     center = single_point(mean, "mean")
     matrix = _as_covariance(covariance)
     if not (is_number(probability) and 0.0 < probability < 1.0):
-        raise InvalidParameterError(f"`probability` must be in (0, 1), got {probability!r}")
+        raise InvalidParameterError(
+            f"must be in (0, 1), got {probability!r}", parameter="probability"
+        )
     values, vectors = np.linalg.eigh(matrix)
     reach = math.sqrt(-2.0 * math.log1p(-probability))
     minor, major = (2.0 * reach * np.sqrt(np.maximum(values, 0.0))).tolist()

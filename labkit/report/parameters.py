@@ -11,22 +11,6 @@ from typing import Any
 from labkit.errors import InvalidParameterError
 from labkit.report.tables import Table
 
-UNITS = {
-    "max_correspondence_distance": "m",
-    "huber_delta": "m",
-    "translation_tolerance": "m",
-    "rotation_tolerance": "rad",
-    "cost_tolerance": "m²",
-    "max_translation": "m",
-    "max_rotation": "rad",
-    "max_prior_translation": "m",
-    "max_prior_rotation": "rad",
-    "max_rmse": "m",
-    "range_min": "m",
-    "range_max": "m",
-    "voxel_size": "m",
-    "isolation_radius": "m",
-}
 UNANSWERED = "**why?**"
 
 
@@ -62,40 +46,43 @@ def parameter_table(parameters: object, reasons: Mapping[str, str] | None = None
     """
     given = dict(reasons or {})
     rows = []
-    for name, value, default in _leaves(parameters):
+    leaves = list(_leaves(parameters))
+    for name, value, default, unit in leaves:
         reason = given.pop(name, None)
         if reason is not None or value != default:
-            cells = (_show(name, value), _show(name, default))
+            cells = (_show(value, unit), _show(default, unit))
             rows.append([f"`{name}`", *cells, reason or UNANSWERED])
     if given:
-        known = ", ".join(sorted(name for name, _, _ in _leaves(parameters)))
+        known = ", ".join(sorted(name for name, *_ in leaves))
         raise InvalidParameterError(
-            f"`reasons` must be for parameters, got {next(iter(given))!r}; there are {known}"
+            f"must be for parameters, got {next(iter(given))!r}; there are {known}",
+            parameter="reasons",
         )
     head = Table.of(["parameter", "value", "default", "reason"], rows)
     return Table(head.replace("|---|--:|--:|--:|", "|---|--:|--:|---|", 1))
 
 
-def _leaves(parameters: object) -> Iterator[tuple[str, Any, Any]]:
-    """Name, value and default of each parameter, those within parameters included."""
+def _leaves(parameters: object) -> Iterator[tuple[str, Any, Any, str]]:
+    """Name, value, default and unit of each parameter, those within parameters included."""
     if not is_dataclass(parameters) or isinstance(parameters, type):
         raise InvalidParameterError(
-            f"`parameters` must be a parameter object such as IcpParameters(), got {parameters!r}"
+            f"must be a parameter object such as IcpParameters(), got {parameters!r}",
+            parameter="parameters",
         )
     for field in fields(parameters):
         value = getattr(parameters, field.name)
         default = field.default_factory() if field.default_factory is not MISSING else field.default
         if not is_dataclass(value):
-            yield field.name, value, default
+            yield field.name, value, default, field.metadata.get("unit", "")
             continue
-        usual = {name: each for name, each, _ in _leaves(default)}
-        yield from ((name, each, usual.get(name)) for name, each, _ in _leaves(value))
+        usual = {name: each for name, each, *_ in _leaves(default)}
+        yield from ((name, each, usual.get(name), unit) for name, each, _, unit in _leaves(value))
 
 
-def _show(name: str, value: object) -> str:
+def _show(value: object, unit: str) -> str:
     if isinstance(value, bool) or not isinstance(value, Real):
         return str(value)
     if value == math.inf:
         return "off"
     number = str(value) if isinstance(value, Integral) else f"{float(value):g}"
-    return f"{number} {UNITS[name]}" if name in UNITS else number
+    return f"{number} {unit}".rstrip()

@@ -101,7 +101,7 @@ def quality_table(records: Sequence[StepRecord]) -> Table:
     """
     steps = [record for record in records if record.decision is not Decision.START]
     if not steps:
-        raise InvalidParameterError("`records` must hold at least one step, got none")
+        raise InvalidParameterError("must hold at least one step, got none", parameter="records")
     matched = [record for record in steps if record.termination is not None]
     counts = {
         decision: sum(record.decision is decision for record in steps) for decision in Decision

@@ -74,8 +74,8 @@ class Lidar:
         check_range(self.range_min, "range_min", at_least=0.0, unit="m")
         if not (is_number(self.range_max) and self.range_max > self.range_min):
             raise InvalidParameterError(
-                f"`range_max` must exceed `range_min`, got {self.range_max!r} "
-                f"and {self.range_min!r} m"
+                f"must exceed `range_min`, got {self.range_max!r} and {self.range_min!r} m",
+                parameter="range_max",
             )
         check_range(self.noise_std, "noise_std", at_least=0.0, at_most=self.range_max, unit="m")
         check_range(self.dropout_ratio, "dropout_ratio", at_least=0.0, at_most=1.0)

@@ -79,7 +79,9 @@ class World:
     def at(self, stamp: float) -> FloatArray:
         """Everything there is to see at time `stamp` [s]: segments [m], shape (M, 2, 2)."""
         if not math.isfinite(stamp):
-            raise InvalidParameterError(f"`stamp` must be a finite time in s, got {stamp!r}")
+            raise InvalidParameterError(
+                f"must be a finite time in s, got {stamp!r}", parameter="stamp"
+            )
         return np.concatenate([self.segments, *(thing.at(stamp) for thing in self.moving)])
 
 

@@ -181,7 +181,7 @@ def two_rooms(doorway: float = 1.2, width: float = 5.0, depth: float = DEPTH) ->
     _check_lengths(width=width, depth=depth)
     if not (is_number(doorway) and 0.0 < doorway < depth):
         raise InvalidParameterError(
-            f"`doorway` must be in (0, depth = {depth:g}) m, got {doorway!r}"
+            f"must be in (0, depth = {depth:g}) m, got {doorway!r}", parameter="doorway"
         )
     y, jamb = depth / 2.0, doorway / 2.0
     east = np.array([[0.0, -y], [width, -y], [width, 0.4 * y], [0.6 * width, y], [0.0, y]])

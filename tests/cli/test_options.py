@@ -2,14 +2,23 @@
 
 import argparse
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import pytest
 
-from labkit.cli.options import EXPLANATIONS, add_options, from_options, number_or_off
+from labkit.cli.options import add_options, from_options, number_or_off
+from labkit.errors import InvalidParameterError
 from labkit.filters import Preprocessing
 from labkit.odometry import OdometryParameters, SanityLimits
 from labkit.registration import IcpParameters
+
+
+class OneLine(argparse.HelpFormatter):
+    """Breaks no lines."""
+
+    def __init__(self, prog):
+        super().__init__(prog, width=1000)
+
 
 OBJECTS = (IcpParameters(), SanityLimits(), Preprocessing())
 
@@ -42,9 +51,31 @@ def test_a_switch_goes_on_and_off(default):
     assert f"(default {'on' if default else 'off'})" in parser.format_help()
 
 
-def test_every_explanation_belongs_to_a_field():
-    kinds = (IcpParameters, SanityLimits, Preprocessing, OdometryParameters)
-    assert set(EXPLANATIONS) <= {field.name for kind in kinds for field in fields(kind)}
+@pytest.mark.parametrize("defaults", OBJECTS, ids=lambda item: type(item).__name__)
+def test_every_option_says_what_it_means_and_in_which_unit(defaults):
+    parser = argparse.ArgumentParser(formatter_class=OneLine)
+    add_options(parser, "all", defaults)
+    told = parser.format_help()
+    for field in fields(defaults):
+        unit = f" [{field.metadata['unit']}]" if "unit" in field.metadata else ""
+        assert f"{field.metadata['help']}{unit} (default " in told
+
+
+@pytest.mark.parametrize("defaults", OBJECTS, ids=lambda item: type(item).__name__)
+def test_the_unit_of_a_field_is_that_of_its_check(defaults):
+    for field in fields(defaults):
+        if field.type == "float":
+            unit = f" {field.metadata['unit']}" if "unit" in field.metadata else ""
+            with pytest.raises(InvalidParameterError, match=rf"[])]{unit}, got nan$") as raised:
+                replace(defaults, **{field.name: math.nan})
+            assert raised.value.parameter == field.name
+
+
+def test_only_the_fields_that_are_named_get_options():
+    parser = argparse.ArgumentParser()
+    add_options(parser, "some", OdometryParameters(), names=("retry_gate", "on_skip"))
+    args = parser.parse_args(["--on-skip", "stand"])
+    assert vars(args) == {"retry_gate": 0.5, "on_skip": "stand"}
 
 
 def test_off_is_infinity():

@@ -1,7 +1,6 @@
 """A report's tables: what is in them, and that no parameter goes without a reason."""
 
 import math
-from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -9,10 +8,9 @@ from nbformat.v4 import new_markdown_cell, new_notebook
 
 import labkit
 from labkit.errors import InvalidParameterError
-from labkit.filters import Preprocessing
 from labkit.odometry import Decision, OdometryParameters, SanityLimits, StepRecord
 from labkit.report import Table, error_table, parameter_table, quality_table, render
-from labkit.report.parameters import UNANSWERED, UNITS
+from labkit.report.parameters import UNANSWERED
 
 
 def cells(table):
@@ -76,18 +74,6 @@ def test_parameters_within_parameters_are_listed():
 
 def test_defaults_alone_need_no_reasons():
     assert len(cells(parameter_table(OdometryParameters()))) == 2
-
-
-def test_every_length_and_angle_has_its_unit():
-    """A name with a metre or a radian in its explanation is in the list of units."""
-    for kind in (labkit.IcpParameters, SanityLimits, Preprocessing):
-        for field in fields(kind):
-            word = f"{field.name}"
-            dimension = any(
-                part in word
-                for part in ("distance", "delta", "tolerance", "max_r", "max_t", "max_p", "range_")
-            )
-            assert not dimension or word in UNITS, word
 
 
 @pytest.mark.parametrize(

@@ -51,7 +51,9 @@ class Slot:
         ids = [call.id for call in calls]
         if len(set(ids)) != len(ids):
             twice = next(name for name in ids if ids.count(name) > 1)
-            raise InvalidParameterError(f"`calls` must have different ids, got {twice!r} twice")
+            raise InvalidParameterError(
+                f"must have different ids, got {twice!r} twice", parameter="calls"
+            )
         return Session(self._starter, self.limits, cells).run(calls)
 
     def close(self) -> None:
@@ -127,7 +129,9 @@ def open_sandbox(mode: str = "auto", limits: Limits | None = None) -> Slot:
             + "\nwith --no-isolation code runs with your own rights: only for code you trust"
         )
     if mode not in MODES:
-        raise InvalidParameterError(f"`mode` must be one of auto, {', '.join(MODES)}, got {mode!r}")
+        raise InvalidParameterError(
+            f"must be one of auto, {', '.join(MODES)}, got {mode!r}", parameter="mode"
+        )
     if mode != NONE and (why := obstacle(mode)):
         raise SandboxError(f"mode {mode} does not work here: {why}")
     return Slot(mode, limits)

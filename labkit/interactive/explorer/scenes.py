@@ -104,7 +104,9 @@ def killian_scene(scan: int, note: str = "") -> Scene:
     log = read_log(KILLIAN)
     last = len(log.scans) - 1
     if not (isinstance(scan, (int, np.integer)) and 1 <= scan <= last):
-        raise InvalidParameterError(f"`scan` must be a whole number in [1, {last}], got {scan!r}")
+        raise InvalidParameterError(
+            f"must be a whole number in [1, {last}], got {scan!r}", parameter="scan"
+        )
     assert log.reference is not None
     before, now = from_xytheta(log.reference[scan - 1 : scan + 1])
     return Scene(

@@ -63,7 +63,7 @@ class Explorer(anywidget.AnyWidget):
         if not scenes or len(self.scenes) < len(scenes):
             names = [each.name for each in scenes]
             raise InvalidParameterError(
-                f"`scenes` must be at least one, no two of one name, got {names}"
+                f"must be at least one, no two of one name, got {names}", parameter="scenes"
             )
         told = {k: None if v == math.inf else v for k, v in asdict(parameters).items()}
         first = {k: told[k] for k in _SLIDERS}
@@ -98,7 +98,7 @@ class Explorer(anywidget.AnyWidget):
         name = cast(str, proposal["value"])
         if name not in self.scenes:
             raise InvalidParameterError(
-                f"`scene` must be one of {', '.join(self.scenes)}, got {name!r}"
+                f"must be one of {', '.join(self.scenes)}, got {name!r}", parameter="scene"
             )
         return name
 
@@ -115,7 +115,8 @@ class Explorer(anywidget.AnyWidget):
         guess = cast("list[float]", proposal["value"])
         if not np.isfinite(guess).all():
             raise InvalidParameterError(
-                f"`guess` must be three finite numbers (x [m], y [m], θ [rad]), got {guess}"
+                f"must be three finite numbers (x [m], y [m], θ [rad]), got {guess}",
+                parameter="guess",
             )
         return guess
 
