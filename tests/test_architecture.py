@@ -56,6 +56,7 @@ LAYERS = {
     "plotting": BELOW_PLOTTING,
     "grading": BELOW_PLOTTING - GRADED,
     "authoring": BELOW_PLOTTING | {"grading"},
+    "exercises": BELOW_PLOTTING | {"grading"},
     "report": BELOW_PLOTTING,
     "interactive": BELOW_PLOTTING | {"plotting", "grading"},
     "cli": BELOW_PLOTTING | {"plotting", "grading", "report"},

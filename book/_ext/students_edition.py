@@ -66,7 +66,8 @@ make book    # builds the pages, with your own results in them
 ```
 
 Start with `notebooks/01_problem_and_se2.ipynb`; `book/students.md` says how to go on, how to
-submit and where to get help. Where a cell says `YOUR CODE HERE`, write yours in its place.
+submit and where to get help. Where a function ends in `raise NotImplementedError`, write yours
+in its place and run the cell; `check` says whether it is right.
 
 Code: MIT. Text and figures: CC BY 4.0. See LICENSE.
 """

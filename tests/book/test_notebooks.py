@@ -50,9 +50,10 @@ def too_long(cells: Iterable[NotebookNode]) -> list[str]:
 
 
 def helpers(notebook: NotebookNode) -> Iterator[ast.FunctionDef]:
-    """What a notebook defines for itself; an answer to a question is no helper."""
+    """What a notebook defines for itself; a stub or an answer to a question is no helper."""
     for cell in code_cells(notebook):
-        if not cell.metadata.get("nbgrader", {}).get("solution", False):
+        stub = "stub" in cell.metadata.get("tags", [])
+        if not stub and not cell.metadata.get("nbgrader", {}).get("solution", False):
             nodes = parse(cell.source).body
             yield from (node for node in nodes if isinstance(node, ast.FunctionDef))
 
