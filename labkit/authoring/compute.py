@@ -27,10 +27,10 @@ from labkit.authoring.tolerance import (
     tolerance,
 )
 from labkit.errors import LabkitError
-from labkit.grading.box.values import plain
 from labkit.grading.compare import is_answer_of, is_right
 from labkit.grading.contract import Value
 from labkit.grading.questions import Case, Question
+from labkit.grading.sandbox.inside.data import plain
 
 TRIES = 200
 STABLE_DRAWS = 2

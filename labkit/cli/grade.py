@@ -19,9 +19,9 @@ from labkit.errors import InvalidParameterError, LabkitError
 from labkit.grading.assignment import FOLDER, load_assignment
 from labkit.grading.batch import Graded, Settings, grade_class, merge, still_to_grade
 from labkit.grading.contract import Limits
-from labkit.grading.isolation import SAFE, open_sandbox
 from labkit.grading.pools import cluster_executors, local_pools, prepare
 from labkit.grading.questions import Assignment
+from labkit.grading.sandbox.host import SAFE, open_sandbox
 from labkit.grading.slots import open_sandboxes
 from labkit.grading.store import VerdictStore
 from labkit.grading.submissions import Submission, find_submissions, one_submission

@@ -36,7 +36,7 @@ class Settings:
     Attributes
     ----------
     mode : str
-        The isolation, by the name that `labkit.grading.isolation` gives it.
+        The isolation, by the name that `labkit.grading.sandbox.host` gives it.
     limits : Limits
         What a submission may use.
     assignment : str

@@ -18,10 +18,10 @@ from typing import Any
 
 from labkit.errors import InvalidParameterError
 from labkit.grading.assignment import load_assignment
-from labkit.grading.box.values import NotDataError, TooMuchError, plain
 from labkit.grading.compare import assess
 from labkit.grading.contract import Outcome, OutcomeStatus
 from labkit.grading.questions import Case, Question
+from labkit.grading.sandbox.inside.data import NotDataError, TooMuchError, plain
 from labkit.grading.verdict import CaseVerdict, QuestionVerdict
 
 MOST_BYTES = 8 << 20

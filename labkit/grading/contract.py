@@ -18,7 +18,7 @@ from typing import Any, Protocol, Self, TypeAlias
 from numpy.typing import NDArray
 
 from labkit.arrays import check_count, check_range
-from labkit.grading.box import wire
+from labkit.grading.sandbox.inside import data
 
 Value: TypeAlias = (
     NDArray[Any] | float | int | bool | str | tuple["Value", ...] | dict[str, "Value"] | None
@@ -81,7 +81,7 @@ class Call:
             "arguments": self.arguments,
             "keywords": dict(self.keywords),
         }
-        return wire.pack(told, wire.MAX_REQUEST)
+        return data.pack(told, data.MAX_REQUEST)
 
 
 class OutcomeStatus(Enum):

@@ -14,7 +14,7 @@ from multiprocessing import forkserver
 from multiprocessing.context import BaseContext
 
 from labkit.errors import LabkitError
-from labkit.grading.isolation import launch
+from labkit.grading.sandbox.host import launch
 
 PATIENCE = 10.0  # [s] for a cluster to answer
 NEEDED = "labkit.grading.nursery"

@@ -11,7 +11,7 @@ from threading import Thread
 from labkit.errors import LabkitError
 from labkit.grading.assignment import load_assignment
 from labkit.grading.contract import Limits, Sandbox
-from labkit.grading.isolation import open_sandbox
+from labkit.grading.sandbox.host import open_sandbox
 
 _OPEN: dict[tuple[str, Limits], Sandbox] = {}
 

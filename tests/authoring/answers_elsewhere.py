@@ -32,11 +32,12 @@ def load(path):
 
 
 def main(labkit, out):
-    for name in ("labkit", "labkit.grading", "labkit.grading.box"):  # without what they import
-        package = types.ModuleType(name)
+    inside = "labkit.grading.sandbox.inside"
+    for name in ("labkit", "labkit.grading", "labkit.grading.sandbox", inside):
+        package = types.ModuleType(name)  # without what it imports
         package.__path__ = [str(labkit.parent / name.replace(".", "/"))]
         sys.modules[name] = package
-    from labkit.grading.box import values, wire  # noqa: PLC0415
+    from labkit.grading.sandbox.inside import data  # noqa: PLC0415
 
     folder = labkit / "grading/assignment"
     files = [folder / "visible.json", *sorted((folder / "hidden").glob("*.json"))]
@@ -46,14 +47,14 @@ def main(labkit, out):
             cases = json.loads(file.read_text("utf-8"))["cases"]
             answers = {
                 question: tuple(
-                    values.plain(
+                    data.plain(
                         getattr(module, question)(*map(of_plain, case["arguments"])), 1 << 20
                     )
                     for case in those
                 )
                 for question, those in cases.items()
             }
-            (out / f"{path.stem}-{number}.frame").write_bytes(wire.pack(answers))
+            (out / f"{path.stem}-{number}.frame").write_bytes(data.pack(answers))
 
 
 if __name__ == "__main__":

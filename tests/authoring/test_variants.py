@@ -9,10 +9,9 @@ import pytest
 
 from labkit.authoring.variants import vectorised
 from labkit.grading.assignment import FOLDER
-from labkit.grading.box.values import plain
-from labkit.grading.box.wire import unpack
 from labkit.grading.compare import assess, is_right
 from labkit.grading.contract import Outcome, OutcomeStatus
+from labkit.grading.sandbox.inside.data import plain, unpack
 
 WITHOUT_WHOLE_NUMBERS = {"rotation", "inlier_rmse", "icp_step", "icp"} | {
     "has_converged",

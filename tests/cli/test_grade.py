@@ -13,8 +13,8 @@ import pytest
 
 from labkit.cli import main
 from labkit.grading.batch import Graded
-from labkit.grading.isolation import available_modes
 from labkit.grading.reports import templates
+from labkit.grading.sandbox.host import available_modes
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "grading"))
 from small import HANGS, RIGHT, SQUARED, hand_in, write_assignment

@@ -11,7 +11,7 @@ from collections import Counter
 import pytest
 from small import hand_in
 
-from labkit.grading.isolation import available_modes
+from labkit.grading.sandbox.host import available_modes
 
 pytest.importorskip("distributed", reason="grading on a cluster needs: pip install distributed")
 SAFE = any(not why for mode, why in available_modes().items() if mode != "none")

@@ -9,10 +9,9 @@ import pytest
 from labkit.authoring.variants import vectorised
 from labkit.errors import InvalidParameterError, LabkitError
 from labkit.grading.assignment import load_assignment
-from labkit.grading.box.values import plain
-from labkit.grading.box.wire import unpack
 from labkit.grading.contract import Outcome, OutcomeStatus, SourceCell
 from labkit.grading.grade import grade_submission
+from labkit.grading.sandbox.inside.data import plain, unpack
 from labkit.grading.verdict import SubmissionVerdict
 
 ASSIGNMENT = load_assignment()

@@ -10,7 +10,7 @@ from small import RIGHT, SQUARED
 
 from labkit.errors import LabkitError
 from labkit.grading.gradescope import write_autograder
-from labkit.grading.isolation import available_modes
+from labkit.grading.sandbox.host import available_modes
 
 SAFE = any(not why for mode, why in available_modes().items() if mode != "none")
 

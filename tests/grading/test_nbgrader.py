@@ -13,7 +13,7 @@ from labkit.authoring.notebook import notebook_text
 from labkit.authoring.variants import plain_python
 from labkit.cli import main
 from labkit.grading.assignment import load_assignment
-from labkit.grading.isolation import available_modes
+from labkit.grading.sandbox.host import available_modes
 
 ROOT = Path(__file__).parents[2]
 PYTHON = ROOT / ".venv-graders/bin/python"

@@ -18,7 +18,7 @@ from labkit.authoring.notebook import notebook_text
 from labkit.authoring.variants import vectorised
 from labkit.cli import main
 from labkit.grading.assignment import load_assignment
-from labkit.grading.isolation import available_modes
+from labkit.grading.sandbox.host import available_modes
 
 sys.path.insert(0, str(Path(__file__).parent / "others"))
 from results_schema import RESULTS

@@ -17,10 +17,17 @@ from difflib import get_close_matches
 from itertools import groupby
 
 from labkit.grading.contract import SourceCell
-from labkit.grading.extraction.answers import answers_of, by_answers, stubs_of
-from labkit.grading.extraction.cells import RawCell, cells_by_file
-from labkit.grading.extraction.magics import tree
-from labkit.grading.extraction.slicing import ANYWHERE, links_of, needed_by, only_lines, owners
+from labkit.grading.extraction.cells import RawCell, cells_by_file, tree
+from labkit.grading.extraction.slicing import (
+    ANYWHERE,
+    answers_of,
+    by_answers,
+    links_of,
+    needed_by,
+    only_lines,
+    owners,
+    stubs_of,
+)
 from labkit.grading.extraction.statements import Statement, statements
 
 MAX_NOTES = 40

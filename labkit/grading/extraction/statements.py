@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from symtable import symtable
 
-from labkit.grading.extraction.cells import RawCell
-from labkit.grading.extraction.magics import tree
+from labkit.grading.extraction.cells import RawCell, tree
 
 Definition = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
 

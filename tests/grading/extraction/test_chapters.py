@@ -12,7 +12,7 @@ from labkit.grading.assignment import load_assignment
 from labkit.grading.contract import Limits
 from labkit.grading.extraction import extract
 from labkit.grading.grade import grade_submission
-from labkit.grading.isolation import open_sandbox
+from labkit.grading.sandbox.host import open_sandbox
 
 NOTEBOOKS = Path(__file__).parents[3] / "notebooks"
 CHAPTERS = {path.name: path.read_bytes() for path in sorted(NOTEBOOKS.glob("0*.ipynb"))}

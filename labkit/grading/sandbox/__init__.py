@@ -1,0 +1,1 @@
+"""Where students' code runs: `host` is the grader's side, `inside` all that a sandbox sees."""

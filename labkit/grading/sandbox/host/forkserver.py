@@ -1,0 +1,213 @@
+"""The safe modes: a zygote with numpy imported forks one jailed process a submission."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import select
+import shutil
+import socket
+import struct
+import subprocess
+import tempfile
+import time
+from typing import Any
+
+from labkit.grading.contract import Limits
+from labkit.grading.sandbox.host import launch
+from labkit.grading.sandbox.host.box import Exit, SandboxError, order
+from labkit.grading.sandbox.host.channel import (
+    Channel,
+    GoneError,
+    LateError,
+    SocketChannel,
+    receive,
+)
+from labkit.grading.sandbox.host.users import SlotUser, threads_of
+from labkit.grading.sandbox.inside import data
+
+START = 60.0  # s that a busy machine may take to import numpy and scipy
+MOMENT = 0.5  # s that a process may take to end once it has said so
+SMALL = 1 << 16
+SPARE_THREADS = 64  # others of the same user may start some meanwhile
+BOX_THREADS = 8  # bubblewrap, the zygote, the supervisor
+FIRST_TO_GO = "1000"  # where memory runs out, a box ends and not the grader: forks inherit it
+LIBRARIES = 1 << 29  # bytes of address space, where /proc does not tell
+
+
+class ForkBox:
+    """One jailed process, and its supervisor's line to the grader."""
+
+    def __init__(self, end: socket.socket, life: socket.socket, folder: str | None) -> None:
+        self.channel: Channel = SocketChannel(end)
+        self.life = life
+        self.folder = folder
+
+    def stop(self, leaving: bool) -> Exit:
+        """Have the supervisor end it, and wait until it has."""
+        end: dict[str, Any] = {}
+        try:
+            self.life.settimeout(MOMENT)
+            if leaving:
+                with contextlib.suppress(TimeoutError):
+                    end = json.loads(self.life.recv(SMALL) or "{}")
+            if not end:
+                self.life.shutdown(socket.SHUT_WR)
+                self.life.settimeout(START)
+                end = json.loads(self.life.recv(SMALL) or "{}") | {"signal": 0}
+        except (OSError, ValueError):
+            end = {"reason": "the sandbox itself broke down"}
+        finally:
+            self.life.close()
+            self.channel.close()
+            if self.folder:
+                shutil.rmtree(self.folder, ignore_errors=True)
+        return Exit(signal=end.get("signal", 0), reason=end.get("reason", end.get("fault", "")))
+
+
+class ForkServer:
+    """Holds the zygote of one slot, and starts it again should it be lost."""
+
+    def __init__(self, mode: str, limits: Limits) -> None:
+        self.mode = mode
+        self.limits = limits
+        self.user = SlotUser() if os.geteuid() == 0 else None
+        self.process: subprocess.Popen[bytes] | None = None
+        self.control: socket.socket | None = None
+        self.has_scipy = False
+        try:
+            self._launch()
+        except BaseException:
+            self.close()
+            raise
+
+    def start(self, *, scipy: bool) -> ForkBox:
+        """Have the zygote fork a child, and wait until its jail is closed."""
+        try:
+            return self._fork(scipy)
+        except OSError:  # the zygote is lost: once more, with a new one
+            self._end()
+            self._launch()
+        try:
+            return self._fork(scipy)
+        except OSError as error:
+            raise SandboxError(f"mode {self.mode} broke down: {error}") from None
+
+    def close(self) -> None:
+        """End the zygote and all that it forked."""
+        self._end()
+        if self.user:
+            self.user.close()
+            self.user = None
+
+    def _fork(self, scipy: bool) -> ForkBox:
+        assert self.control is not None
+        if scipy and not self.has_scipy:
+            self.control.send(data.ADD_SCIPY)
+            self._await_ready()
+            self.has_scipy = True
+        folder = None if self.mode == "bubblewrap" else tempfile.mkdtemp(prefix="labkit-")
+        if self.mode == "landlock" and self.user and folder:
+            os.chown(folder, self.user.uid, self.user.uid)
+        told = order(
+            self.mode,
+            self.limits,
+            folder=folder,
+            uid=self.user.uid if self.user else None,
+            address_space=self.address_space,
+            hide_scipy=self.has_scipy and not scipy,
+        )
+        told["threads"] += self._threads_besides()
+        pairs = [socket.socketpair() for _ in range(2)]
+        (ours, theirs), (life, their_life) = pairs
+        ends = [theirs.fileno(), their_life.fileno()]
+        box = ForkBox(ours, life, folder)
+        try:
+            with theirs, their_life:  # or `stop` would wait for an end that is held here
+                socket.send_fds(self.control, [json.dumps(told).encode()], ends)
+            first, _ = receive(box.channel, SMALL, time.monotonic() + START)
+        except (OSError, GoneError, LateError, data.WireError):
+            end = box.stop(leaving=False)
+            raise OSError(f"no jail ({end})") from None
+        if first != {"ready": True}:
+            box.stop(leaving=True)
+            raise SandboxError(f"mode {self.mode} does not work here: {first.get('fault')}")
+        return box
+
+    def _threads_besides(self) -> int:
+        if self.mode == "bubblewrap":
+            return BOX_THREADS
+        return SPARE_THREADS + threads_of(os.getuid()) if self.user is None else 0
+
+    def _launch(self) -> None:
+        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self.control = ours
+        ours.setsockopt(socket.SOL_SOCKET, socket.SO_PASSCRED, 1)
+        passed = [theirs.fileno()]
+        before: list[str] = []
+        try:
+            if self.mode == "bubblewrap":
+                if self.user:
+                    passed.append(launch.mapped_users(self.user.uid))
+                before = launch.bubblewrap(passed[1] if self.user else None)
+            self.process = subprocess.Popen(
+                before + launch.command("zygote", str(passed[0])),
+                env=launch.environment(),
+                pass_fds=passed,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.PIPE,
+                start_new_session=True,
+            )
+        finally:
+            theirs.close()
+            for descriptor in passed[1:]:
+                os.close(descriptor)
+        self._await_ready()
+        self.has_scipy = False
+
+    def _await_ready(self) -> None:
+        assert self.control is not None
+        assert self.process is not None
+        self.control.settimeout(START)
+        try:
+            message, ancillary, _, _ = self.control.recvmsg(SMALL, socket.CMSG_SPACE(12))
+        except TimeoutError:
+            message, ancillary = b"", []
+        if message != b"ready":
+            self.process.kill()
+            _, complaint = self.process.communicate()
+            last = complaint.decode(errors="replace").strip().rpartition("\n")[2]
+            raise SandboxError(f"mode {self.mode} does not work here: {last or 'no answer'}")
+        pid = next(struct.unpack("3i", sender)[0] for _, _, sender in ancillary)
+        self.address_space = LIBRARIES
+        with contextlib.suppress(OSError), open(f"/proc/{pid}/statm", encoding="ascii") as file:
+            self.address_space = int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+        with (
+            contextlib.suppress(OSError),
+            open(f"/proc/{pid}/oom_score_adj", "w", encoding="ascii") as file,
+        ):
+            file.write(FIRST_TO_GO)
+
+    def _end(self) -> None:
+        if self.control:
+            self.control.close()  # the zygote's sign to leave
+        if self.process:
+            if self.process.poll() is None and not _ends(self.process.pid, MOMENT):
+                self.process.kill()
+            self.process.wait()
+            if self.process.stderr:
+                self.process.stderr.close()
+        self.control = self.process = None
+
+
+def _ends(child: int, seconds: float) -> bool:
+    """Whether a child of this process ends within the time; known at once, without polling."""
+    handle = os.pidfd_open(child)
+    waiting = select.poll()
+    waiting.register(handle, select.POLLIN)
+    try:
+        return bool(waiting.poll(seconds * 1000))
+    finally:
+        os.close(handle)

@@ -1,0 +1,35 @@
+"""Slots of every mode that works here."""
+
+import pytest
+
+from labkit.grading.contract import Limits
+from labkit.grading.sandbox.host import MODES, SAFE, SandboxError, open_sandbox
+
+LIMITS = Limits(seconds=0.6, total_seconds=20.0)
+
+
+def opened(mode):
+    try:
+        return open_sandbox(mode, LIMITS)
+    except SandboxError as why:  # it names what to install
+        pytest.skip(str(why))
+
+
+@pytest.fixture(scope="session", params=MODES)
+def sandbox(request):
+    with opened(request.param) as slot:
+        yield slot
+
+
+@pytest.fixture(scope="session", params=SAFE)
+def safe_mode(request):
+    """The name of a safe mode that works here."""
+    opened(request.param).close()
+    return request.param
+
+
+@pytest.fixture(scope="session")
+def slot():
+    """One slot of the strongest mode: for what does not depend on the mode."""
+    with open_sandbox("auto", LIMITS) as strongest:
+        yield strongest

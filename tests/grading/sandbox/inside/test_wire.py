@@ -1,0 +1,151 @@
+"""Frames: what goes in comes out, and bytes that lie are refused before they cost anything."""
+
+import json
+import struct
+import tracemalloc
+from contextlib import suppress
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from labkit.grading.sandbox.inside.data import (
+    HEAD,
+    MAGIC,
+    MAX_TREE,
+    TooLargeError,
+    WireError,
+    lengths,
+    pack,
+    unpack,
+)
+
+ARRAYS = hnp.arrays(
+    st.sampled_from(["<f8", "<i8", "|b1"]), hnp.array_shapes(min_dims=0, max_dims=3, min_side=0)
+)
+NUMBERS = st.integers(-(2**63), 2**63 - 1) | st.floats() | st.booleans() | st.none()
+VALUES = st.recursive(
+    NUMBERS | st.text() | ARRAYS,
+    lambda inner: st.lists(inner, max_size=4).map(tuple) | st.dictionaries(st.text(), inner),
+    max_leaves=8,
+)
+
+
+def frame(tree, raw=b"", head=None):
+    text = tree if isinstance(tree, bytes) else json.dumps(tree).encode()
+    return (head or HEAD.pack(MAGIC, len(text), len(raw))) + text + raw
+
+
+def same(a, b):
+    if isinstance(a, np.ndarray):
+        return type(b) is np.ndarray and a.dtype == b.dtype and a.tobytes() == b.tobytes()
+    if isinstance(a, tuple):
+        return type(b) is tuple and len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
+    return type(a) is type(b) and (a == b or (a != a and b != b))
+
+
+@given(VALUES)
+def test_what_is_packed_comes_out_the_same(value):
+    assert same(value, unpack(pack(value)))
+
+
+def test_arrays_come_out_writable_and_apart():
+    first, second = unpack(pack((np.zeros(3), np.zeros(3))))
+    first[:] = 1.0
+    assert second.tolist() == [0.0, 0.0, 0.0]
+    assert first.flags.owndata
+    assert first.flags.c_contiguous
+
+
+def test_a_transposed_array_keeps_its_rows():
+    points = np.arange(6.0).reshape(2, 3).T
+    np.testing.assert_array_equal(unpack(pack(points)), points)
+
+
+@given(st.binary(max_size=200))
+def test_noise_is_no_frame(noise):
+    with pytest.raises(WireError):
+        unpack(noise)
+
+
+@given(VALUES, st.data())
+def test_a_changed_byte_gives_a_value_or_an_error_of_our_own(value, data):
+    whole = bytearray(pack(value))
+    place = data.draw(st.integers(0, len(whole) - 1))
+    whole[place] = data.draw(st.integers(0, 255))
+    with suppress(WireError):
+        unpack(whole)
+
+
+@given(st.recursive(NUMBERS | st.text(), lambda t: st.lists(t) | st.dictionaries(st.text(), t)))
+@example({"a": ["<f8", [2]]})
+@example({"a": [["<f8"], [0]]})
+@example({"d": [["x"]]})
+@example({"d": [[["x"], 1]]})
+@example([2**70])
+def test_any_json_gives_a_value_or_an_error_of_our_own(tree):
+    with suppress(WireError):
+        unpack(frame(tree))
+
+
+@pytest.mark.parametrize(
+    ("bad", "complaint"),
+    [
+        (b"", "a head of 0 bytes"),
+        (frame(1, head=HEAD.pack(b"PK\x03\x04", 1, 0)), "no frame begins here"),
+        (frame(1) + b"!", "not the stated"),
+        (frame(1)[:-1], "a frame of 1 . 0 bytes; 16 fit"),
+        (frame(b"[" * 100_000), "no JSON"),
+        (frame(b"\xff"), "no JSON"),
+        (frame(1, b"12345678"), "belong to no array"),
+        (frame({"a": ["|O", [1]]}, bytes(8)), "no known dtype"),
+        (frame({"a": ["<f8", [-1]]}), "no possible shape"),
+        (frame({"a": ["<f8", [True]]}, bytes(8)), "no possible shape"),
+        (frame({"a": ["<f8", [1] * 9]}, bytes(8)), "no possible shape"),
+        (frame({"a": ["<f8", [2**40]]}, bytes(8)), "longer than the bytes sent"),
+        (frame({"a": ["<f8", [2**62, 4]]}, bytes(8)), "no possible shape"),
+        (frame({"b": 1}), "no known kind"),
+        (frame({"d": [["x", 1, 2]]}), "no pair"),
+        (frame(2**63), "more than 64 bits"),
+        (frame(json.loads("[" * 20 + "]" * 20)), "nested deeper"),
+    ],
+)
+def test_a_frame_that_lies_is_refused(bad, complaint):
+    with pytest.raises(WireError, match=complaint):
+        unpack(bad)
+
+
+def test_a_length_is_refused_before_anything_is_made_of_it():
+    tracemalloc.start()
+    for tree, raw in ((MAX_TREE + 1, 0), (0, 2**63), (20, 5000)):
+        with pytest.raises(TooLargeError, match="fit"):
+            lengths(struct.pack("<4sIQ", MAGIC, tree, raw), most=4096)
+    with pytest.raises(WireError):
+        unpack(frame({"a": ["<f8", [2**44, 0, 2**40]]}, b"1"))
+    assert tracemalloc.get_traced_memory()[1] < 1 << 20
+    tracemalloc.stop()
+
+
+def test_a_lone_surrogate_cannot_break_who_writes_it_to_a_file():
+    assert unpack(frame(b'"\\ud800x"')).encode() == b"?x"
+
+
+@pytest.mark.parametrize(
+    ("value", "error"),
+    [
+        (np.array([1j]), TypeError),
+        (np.float64(1.0), TypeError),
+        ([1.0], TypeError),
+        ({1: 2}, TypeError),
+        (object(), TypeError),
+        (2**63, TooLargeError),
+        ("x" * (MAX_TREE + 1), TooLargeError),
+    ],
+)
+def test_only_plain_data_is_packed(value, error):
+    with pytest.raises(error):
+        pack(value)
