@@ -7,17 +7,15 @@ alone: markers, line styles and lightness tell things apart in grey too.
 
 from labkit.plotting.animation import animate_icp
 from labkit.plotting.convergence import plot_convergence
-from labkit.plotting.correspondences import plot_correspondences
 from labkit.plotting.covariance import plot_covariance
-from labkit.plotting.fates import Fate, fates
-from labkit.plotting.map_points import map_points
 from labkit.plotting.observability import plot_observability
+from labkit.plotting.pairs import Fate, fates, plot_correspondences
 from labkit.plotting.quality import plot_quality
 from labkit.plotting.save import animation_html, save_animation, save_figure
 from labkit.plotting.scans import plot_scans
 from labkit.plotting.search_cells import plot_search_cells
 from labkit.plotting.style import book_figure
-from labkit.plotting.trajectory import plot_trajectory
+from labkit.plotting.trajectory import map_points, plot_trajectory
 
 __all__ = [
     "Fate",

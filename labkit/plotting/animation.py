@@ -13,10 +13,8 @@ from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, check_partners, check_range
 from labkit.correspondences import Correspondences
-from labkit.plotting.checks import scan_points
-from labkit.plotting.fates import Fate
-from labkit.plotting.pair_artists import PairArtists
-from labkit.plotting.scans import draw_source, draw_target
+from labkit.plotting.pairs import Fate, PairArtists
+from labkit.plotting.scans import draw_source, draw_target, scan_points
 from labkit.plotting.style import BLUE, book_figure, legend_below, style_grid, style_plane
 from labkit.registration import IcpResult
 from labkit.scan import Scan

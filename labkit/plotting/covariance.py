@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, as_floats, is_number
 from labkit.errors import InvalidParameterError, InvalidPointsError
-from labkit.plotting.checks import single_point
+from labkit.plotting.scans import single_point
 
 
 def plot_covariance(

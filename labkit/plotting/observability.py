@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray
 from labkit.line_alignment import Information
-from labkit.plotting.checks import scan_points
-from labkit.plotting.scans import draw_target
+from labkit.plotting.scans import draw_target, scan_points
 from labkit.plotting.style import BLUE, GREY, PURPLE, VERMILLION, legend_below, style_plane
 from labkit.scan import Scan
 

@@ -1,13 +1,14 @@
-"""Two scans in one picture, before or after a registration."""
+"""Two scans in one picture, and what every picture of scans is drawn with."""
 
 from __future__ import annotations
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_transform
-from labkit.plotting.checks import scan_points
+from labkit.arrays import FloatArray, as_floats, as_points, as_transform
+from labkit.errors import InvalidPointsError
 from labkit.plotting.style import BLACK, VERMILLION, legend_below, style_plane
 from labkit.scan import Scan
 from labkit.se2 import apply
@@ -89,3 +90,20 @@ def draw_source(ax: Axes, points: FloatArray, label: str) -> Line2D:
         label=label,
     )
     return line
+
+
+def scan_points(scan: Scan | ArrayLike, name: str) -> FloatArray:
+    """The points of a scan, or a checked array of them, shape (N, 2) [m]; not empty."""
+    return as_points(scan.points if isinstance(scan, Scan) else scan, name)
+
+
+def single_point(point: ArrayLike, name: str) -> FloatArray:
+    """Check one point (x, y), shape (2,), finite."""
+    checked = as_floats(point, name, hint="give two numbers (x, y)")
+    if checked.shape != (2,):
+        raise InvalidPointsError(
+            f"`{name}` must be one point (x, y), shape (2,), got shape {checked.shape}"
+        )
+    if not np.isfinite(checked).all():
+        raise InvalidPointsError(f"`{name}` must be finite, got {checked.tolist()}")
+    return checked

@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from labkit.arrays import FloatArray, check_count
-from labkit.plotting.checks import scan_points, single_point
-from labkit.plotting.scans import draw_target
+from labkit.plotting.scans import draw_target, scan_points, single_point
 from labkit.plotting.style import BLUE, GREY, SKY, VERMILLION, legend_below, style_plane
 from labkit.scan import Scan
 

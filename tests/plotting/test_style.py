@@ -9,7 +9,7 @@ from matplotlib.colors import to_rgb
 
 from labkit.errors import InvalidParameterError
 from labkit.plotting import book_figure
-from labkit.plotting.pair_artists import STYLES
+from labkit.plotting.pairs import STYLES
 from labkit.plotting.quality import FALLBACKS
 from labkit.plotting.style import legend_below, style_plane
 
