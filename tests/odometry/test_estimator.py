@@ -234,6 +234,7 @@ def test_the_matchers_parameters_are_not_the_odometrys():
 @pytest.mark.usefixtures("eager")
 def test_an_error_while_workers_work_is_the_callers_error():
     torn = replace(SCANS[5], points=SCANS[5].points.copy())
+    torn.points.setflags(write=True)
     torn.points[3] = math.nan  # after it was checked
     with pytest.raises(InvalidPointsError, match=r"`points` must be finite, .* at index 3"):
         estimate_odometry([*SCANS[:5], torn, *SCANS[6:]], PRIORS, jobs=2)
