@@ -9,7 +9,7 @@ answers, so nothing of grading or of the notebooks imports it, and students do n
 `cases`             what the functions are called with, as recipes for any seed
 `references`        the right answers, by labkit
 `misconceptions`    wrong answers, each by a function that makes the mistake
-`variants`          whole right submissions of different kinds, for the tests
+`solution`          the right submission from which the instructor's notebook is made
 `tolerance`         how far an answer may lie from the reference, and why
 `compute`           cases with answers, refused where they do not tell mistakes apart
 `notebook`          the notebook that is handed out

@@ -27,9 +27,9 @@ from labkit.authoring.tolerance import (
     tolerance,
 )
 from labkit.errors import LabkitError
-from labkit.grading.compare import is_answer_of, is_right
+from labkit.grading.assignment.questions import Case, Question
 from labkit.grading.contract import Value
-from labkit.grading.questions import Case, Question
+from labkit.grading.judging.compare import is_answer_of, is_right
 from labkit.grading.sandbox.inside.data import plain
 
 TRIES = 200

@@ -15,9 +15,9 @@ from typing import Any
 import nbformat
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
+from labkit.authoring import solution
 from labkit.authoring.texts import introduction, read_texts
-from labkit.authoring.variants import vectorised
-from labkit.grading.questions import Question
+from labkit.grading.assignment.questions import Question
 
 IMPORTS = "import numpy as np\n\nfrom labkit.grading.check import check"
 KERNEL = {
@@ -102,7 +102,7 @@ def _cell(cell: Any, *, points: float | None = None, **flags: Any) -> Any:
 
 def _solution(question: Question) -> str:
     """The body of the reference submission's function, between nbgrader's marks."""
-    source = inspect.getsource(getattr(vectorised, question.function))
+    source = inspect.getsource(getattr(solution, question.function))
     (function,) = ast.parse(source).body
     assert isinstance(function, ast.FunctionDef)
     lines = source.splitlines()[function.body[0].lineno - 1 :]

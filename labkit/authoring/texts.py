@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from labkit.authoring.misconceptions import MISTAKES
-from labkit.grading.questions import Answer, Misconception, Question
+from labkit.grading.assignment.questions import Answer, Misconception, Question
 
 FOLDER = Path(__file__).with_name("questions")
 

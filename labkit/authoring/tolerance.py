@@ -23,9 +23,9 @@ import numpy as np
 
 from labkit.arrays import FloatArray
 from labkit.authoring.references import READINGS, step
+from labkit.grading.assignment.questions import Answer
 from labkit.grading.contract import Value
-from labkit.grading.questions import Answer
-from labkit.grading.reading import read
+from labkit.grading.judging.reading import read
 
 EPSILON = 2.0**-24
 DRAWS = 6

@@ -11,9 +11,8 @@ from typing import Any
 from labkit.authoring.compute import hidden_cases, visible_cases
 from labkit.authoring.texts import read_texts
 from labkit.files import atomic_write
-from labkit.grading.assignment import FORMAT
-from labkit.grading.questions import Case, Cases, Question
-from labkit.grading.values import to_plain
+from labkit.grading.assignment.files import FORMAT, to_plain
+from labkit.grading.assignment.questions import Case, Cases, Question
 
 VARIANTS = 8
 

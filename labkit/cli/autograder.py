@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from labkit.grading.assignment import FOLDER
-from labkit.grading.gradescope import write_autograder
+from labkit.grading.exports import write_autograder
 
 DESCRIPTION = """\
 Write the zip archive to upload as the autograder of a Gradescope programming assignment. It

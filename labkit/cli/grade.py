@@ -17,15 +17,14 @@ from labkit.arrays import check_count
 from labkit.cli.grade_outputs import add_output_options, check_outputs, write_outputs
 from labkit.errors import InvalidParameterError, LabkitError
 from labkit.grading.assignment import FOLDER, load_assignment
-from labkit.grading.batch import Graded, Settings, grade_class, merge, still_to_grade
+from labkit.grading.assignment.questions import Assignment
+from labkit.grading.class_run.run import Graded, Settings, grade_class, merge, still_to_grade
+from labkit.grading.class_run.workers import cluster_executors, local_pools, open_sandboxes, prepare
 from labkit.grading.contract import Limits
-from labkit.grading.pools import cluster_executors, local_pools, prepare
-from labkit.grading.questions import Assignment
 from labkit.grading.sandbox.host import SAFE, open_sandbox
-from labkit.grading.slots import open_sandboxes
 from labkit.grading.store import VerdictStore
 from labkit.grading.submissions import Submission, find_submissions, one_submission
-from labkit.grading.submissions.outputs import VERDICTS
+from labkit.grading.submissions.files import VERDICTS
 from labkit.odometry import available_cores
 
 Where = tuple[Iterator[Executor], int]  # what grades, and how many at a time

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from labkit.errors import InvalidParameterError
 from labkit.files import atomic_write, refuse_unwritable
+from labkit.grading.assignment.questions import Assignment
 from labkit.grading.exports import (
     check_canvas,
     check_moodle,
@@ -21,8 +22,7 @@ from labkit.grading.exports import (
     write_junit,
     write_scores,
 )
-from labkit.grading.questions import Assignment
-from labkit.grading.reports import ClassSummary, templates, write_class_page, write_student_page
+from labkit.grading.pages import ClassSummary, templates, write_class_page, write_student_page
 from labkit.grading.similarity import all_passages, near_identical
 from labkit.grading.store import VerdictStore
 

@@ -11,7 +11,7 @@ import numpy as np
 from labkit.errors import InvalidParameterError
 from labkit.exercises.exercise import Case, Exercise, exercises
 from labkit.grading.check import Feedback
-from labkit.grading.verdict import CaseVerdict, QuestionVerdict
+from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict
 
 LONGEST_ERROR = 300
 

@@ -18,11 +18,11 @@ from typing import Any
 
 from labkit.errors import InvalidParameterError
 from labkit.grading.assignment import load_assignment
-from labkit.grading.compare import assess
+from labkit.grading.assignment.questions import Case, Question
 from labkit.grading.contract import Outcome, OutcomeStatus
-from labkit.grading.questions import Case, Question
+from labkit.grading.judging.compare import assess
+from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict
 from labkit.grading.sandbox.inside.data import NotDataError, TooMuchError, plain
-from labkit.grading.verdict import CaseVerdict, QuestionVerdict
 
 MOST_BYTES = 8 << 20
 LONGEST_ERROR = 500

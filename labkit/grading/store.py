@@ -16,7 +16,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from labkit.errors import LabkitError
-from labkit.grading.verdict import SubmissionVerdict
+from labkit.grading.judging.verdict import SubmissionVerdict
 
 HEADER = {"labkit verdicts": 1}
 HEADER_LINE = json.dumps(HEADER).encode("ascii") + b"\n"

@@ -14,7 +14,7 @@ import numpy as np
 
 
 def of_plain(plain):
-    """What `labkit.grading.values.from_plain` makes of it; labkit is not here."""
+    """What `labkit.grading.assignment.files.from_plain` makes of it; labkit is not here."""
     if not isinstance(plain, dict):
         return plain
     if "tuple" in plain:
@@ -41,7 +41,8 @@ def main(labkit, out):
 
     folder = labkit / "grading/assignment"
     files = [folder / "visible.json", *sorted((folder / "hidden").glob("*.json"))]
-    for path in sorted((labkit / "authoring/variants").glob("[!_]*.py")):
+    others = (Path(__file__).parent / "right_answers").glob("[!_]*.py")
+    for path in sorted([labkit / "authoring/solution.py", *others]):
         module = load(path)
         for number, file in enumerate(files, start=-1):
             cases = json.loads(file.read_text("utf-8"))["cases"]

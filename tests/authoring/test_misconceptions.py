@@ -9,8 +9,8 @@ import pytest
 
 from labkit.authoring.compute import answers_of
 from labkit.authoring.misconceptions import MISTAKES
-from labkit.grading.compare import assess, is_answer_of
 from labkit.grading.contract import Outcome, OutcomeStatus
+from labkit.grading.judging.compare import assess, is_answer_of
 
 ROOT = Path(__file__).parents[2]
 NAMES = [f"{one.question}-{one.id}" for one in MISTAKES]

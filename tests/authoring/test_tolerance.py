@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import labkit
 from labkit.authoring.references import REFERENCES
 from labkit.authoring.tolerance import EPSILON, FLOOR, perturbed, round_up, tolerance
-from labkit.grading.questions import Answer
+from labkit.grading.assignment.questions import Answer
 
 
 def align(p, T):

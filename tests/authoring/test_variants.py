@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from labkit.authoring.variants import vectorised
+from labkit.authoring import solution
 from labkit.grading.assignment import FOLDER
-from labkit.grading.compare import assess, is_right
 from labkit.grading.contract import Outcome, OutcomeStatus
+from labkit.grading.judging.compare import assess, is_right
 from labkit.grading.sandbox.inside.data import plain, unpack
 
 WITHOUT_WHOLE_NUMBERS = {"rotation", "inlier_rmse", "icp_step", "icp"} | {
@@ -82,9 +82,9 @@ def looping_until(ends):
     def icp(source, target, T, gate, ratio, delta, iterations):
         rmse = np.inf
         for _ in range(iterations):
-            before, T = T, vectorised.icp_step(source, target, T, gate, ratio, delta)
-            dT = T @ vectorised.invert(before)
-            distances = vectorised.nearest_neighbors(source @ T[:2, :2].T + T[:2, 2], target)[1]
+            before, T = T, solution.icp_step(source, target, T, gate, ratio, delta)
+            dT = T @ solution.invert(before)
+            distances = solution.nearest_neighbors(source @ T[:2, :2].T + T[:2, 2], target)[1]
             rmse_before, rmse = rmse, np.sqrt(np.mean(distances**2))
             if ends(np.hypot(*dT[:2, 2]), abs(np.arctan2(dT[1, 0], dT[0, 0])), rmse_before - rmse):
                 break

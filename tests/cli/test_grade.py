@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from labkit.cli import main
-from labkit.grading.batch import Graded
-from labkit.grading.reports import templates
+from labkit.grading.class_run.run import Graded
+from labkit.grading.pages import templates
 from labkit.grading.sandbox.host import available_modes
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "grading"))

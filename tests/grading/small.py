@@ -3,8 +3,8 @@
 import json
 from dataclasses import asdict
 
-from labkit.grading.assignment import FORMAT
-from labkit.grading.questions import Answer, Misconception, Question
+from labkit.grading.assignment.files import FORMAT
+from labkit.grading.assignment.questions import Answer, Misconception, Question
 
 DOUBLE = Question(
     id="double", title="Double it", chapter="chapter 1", points=2.0, function="double",

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import labkit
-from labkit.authoring.variants import vectorised as right
+from labkit.authoring import solution as right
 from labkit.correspondences import overlap
 from labkit.errors import InvalidParameterError, LabkitError
 from labkit.grading.assignment import FOLDER, load_assignment

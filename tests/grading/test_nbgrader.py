@@ -8,9 +8,9 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from right_answers import plain_python
 
 from labkit.authoring.notebook import notebook_text
-from labkit.authoring.variants import plain_python
 from labkit.cli import main
 from labkit.grading.assignment import load_assignment
 from labkit.grading.sandbox.host import available_modes

@@ -14,8 +14,8 @@ from pathlib import Path
 import jsonschema
 import pytest
 
+from labkit.authoring import solution
 from labkit.authoring.notebook import notebook_text
-from labkit.authoring.variants import vectorised
 from labkit.cli import main
 from labkit.grading.assignment import load_assignment
 from labkit.grading.sandbox.host import available_modes
@@ -69,7 +69,7 @@ def notebook(answers):
 
 HANDED_IN = {
     "ada": notebook(
-        {one.function: inspect.getsource(getattr(vectorised, one.function)) for one in QUESTIONS}
+        {one.function: inspect.getsource(getattr(solution, one.function)) for one in QUESTIONS}
     ),
     "emmy": notebook(MISTAKEN),
 }

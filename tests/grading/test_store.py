@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit.errors import LabkitError
+from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
 from labkit.grading.store import VerdictStore
-from labkit.grading.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
 
 
 def verdict(student, score=1.0, note="résumé ⌊ρN⌋"):

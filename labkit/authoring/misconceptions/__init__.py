@@ -3,26 +3,7 @@
 The functions take what the question's function takes. Their docstrings are read by students.
 """
 
-from labkit.authoring.misconceptions import (
-    alignment,
-    convergence,
-    loop,
-    odometry,
-    pairs,
-    se2,
-    steps,
-    weights,
-)
+from labkit.authoring.misconceptions import alignment, loop, odometry, pairs, se2
 from labkit.authoring.mistake import MISTAKES
 
-__all__ = [
-    "MISTAKES",
-    "alignment",
-    "convergence",
-    "loop",
-    "odometry",
-    "pairs",
-    "se2",
-    "steps",
-    "weights",
-]
+__all__ = ["MISTAKES", "alignment", "loop", "odometry", "pairs", "se2"]

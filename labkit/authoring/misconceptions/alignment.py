@@ -4,8 +4,8 @@ import itertools
 
 import numpy as np
 
+from labkit.authoring import solution as right
 from labkit.authoring.mistake import Several, mistake
-from labkit.authoring.variants import vectorised as right
 
 DETERMINANT = "chapter 2, “What the determinant is for”"
 

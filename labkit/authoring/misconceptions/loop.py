@@ -1,25 +1,221 @@
-"""Mistakes in the whole loop, each in both readings of the trimming."""
+"""Mistakes in one step of ICP and in the whole loop, each in both readings of the trimming."""
+
+import functools
 
 import numpy as np
 
-from labkit.authoring.misconceptions import stages
-from labkit.authoring.misconceptions.stages import (
-    LEFT,
-    STAGES,
-    aligned,
-    both,
-    huber,
-    right_step,
-    step,
-)
-from labkit.authoring.mistake import mistake
-from labkit.authoring.variants import vectorised as right
+from labkit.authoring import solution as right
+from labkit.authoring.mistake import Several, mistake
+from labkit.authoring.references import READINGS
+
+LEFT = "chapter 4, “The flow chart, line by line”"
+STAGES = "chapter 3, “Each stage by itself”"
+
+
+def both(function):
+    """Make the mistake in each reading of gate and trimming."""
+
+    @functools.wraps(function)
+    def answers(*arguments):
+        return Several(tuple(function(*arguments, keep=keep) for keep in READINGS))
+
+    return answers
+
+
+def left(dT, T):
+    return dT @ T
+
+
+def huber(d, delta):
+    return right.huber_weights(d, delta)
+
+
+def step(source, target, T, gate, ratio, delta, keep, *, weigh=huber, update=left):
+    """The right step, but for the stages that are handed in."""
+    moved = source @ T[:2, :2].T + T[:2, 2]
+    indices, d = right.nearest_neighbors(moved, target)
+    kept = keep(d, gate, ratio)
+    dT = aligned(moved[kept], target[indices[kept]], weigh(d[kept], delta))
+    return update(dT, T)
+
+
+def aligned(p, q, w):
+    T = np.eye(3)
+    T[:2, :2], T[:2, 2] = right.align_weighted(p, q, w)
+    return T
+
+
+def _gate_on_squares(d, gate, ratio, keep):
+    """A gate on squared distances in either reading: the gate is its root, in metres."""
+    return keep(d, np.sqrt(gate), ratio)
+
+
+def _keep_worst(d, gate, ratio, keep):
+    """Trim the closest pairs; of those within the gate, in either reading."""
+    if keep is READINGS[0]:
+        return (d <= gate) & right.overlap(-d, ratio)
+    kept = d <= gate
+    kept[kept] = right.overlap(-d[kept], ratio)
+    return kept
+
+
+# Steps with one stage wrong; the loops below make the same mistakes over and over.
+
+
+def step_update_on_the_right(*arguments, keep):
+    return step(*arguments, keep, update=lambda dT, T: T @ dT)
+
+
+def step_translation_not_turned(*arguments, keep):
+    return step(*arguments, keep, update=_add_translation)
+
+
+def step_no_weights(*arguments, keep):
+    return step(*arguments, keep, weigh=lambda d, delta: np.ones(len(d)))
+
+
+def step_weights_of_squares(*arguments, keep):
+    return step(*arguments, keep, weigh=lambda d, delta: huber(d**2, delta))
+
+
+def step_gate_on_squares(*arguments, keep):
+    return step(*arguments, functools.partial(_gate_on_squares, keep=keep))
+
+
+def step_worst_kept(*arguments, keep):
+    return step(*arguments, functools.partial(_keep_worst, keep=keep))
+
+
+def step_no_gate(*arguments, keep):
+    return step(*arguments, lambda d, gate, ratio: right.overlap(d, ratio))
+
+
+def step_no_trimming(*arguments, keep):
+    return step(*arguments, lambda d, gate, ratio: d <= gate)
+
+
+def step_unmoved(source, target, T, gate, ratio, delta, *, keep):
+    moved = source @ T[:2, :2].T + T[:2, 2]
+    indices, d = right.nearest_neighbors(moved, target)
+    kept = keep(d, gate, ratio)
+    return aligned(source[kept], target[indices[kept]], huber(d[kept], delta)) @ T
+
+
+def step_sign_of_b(source, target, T, gate, ratio, delta, *, keep):
+    moved = source @ T[:2, :2].T + T[:2, 2]
+    indices, d = right.nearest_neighbors(moved, target)
+    kept = keep(d, gate, ratio)
+    p, q, w = moved[kept], target[indices[kept]], huber(d[kept], delta)
+    dT = aligned(p, q, w)
+    dT[:2, :2] = dT[:2, :2].T
+    dT[:2, 2] = (w @ q - dT[:2, :2] @ (w @ p)) / w.sum()
+    return dT @ T
+
+
+def step_swapped(*arguments, keep):
+    return step(*arguments, keep, update=lambda dT, T: right.invert(dT) @ T)
+
+
+def _add_translation(dT, T):
+    added = dT @ T
+    added[:2, 2] = T[:2, 2] + dT[:2, 2]
+    return added
+
+
+def right_step(*arguments, keep):
+    return step(*arguments, keep)
+
+
+@mistake("icp_step", credit=0.5, chapter=LEFT)
+@both
+def icp_step__update_on_the_right(*arguments, keep):
+    """The increment is composed on the right, T @ dT: it acts on points that T has moved
+    already, so it belongs on the left, dT @ T."""
+    return step_update_on_the_right(*arguments, keep=keep)
+
+
+@mistake("icp_step", credit=0.5, chapter=LEFT)
+@both
+def icp_step__increment_alone(*arguments, keep):
+    """This is the increment dT alone; the new transform is dT @ T."""
+    return step(*arguments, keep, update=lambda dT, T: dT)
+
+
+@mistake("icp_step", credit=0.5, chapter=LEFT)
+@both
+def icp_step__translation_not_turned(*arguments, keep):
+    """The translations are added, t + Δt; the increment turns the old one: ΔR t + Δt."""
+    return step_translation_not_turned(*arguments, keep=keep)
+
+
+@mistake("icp_step", credit=0.4, chapter=LEFT)
+@both
+def icp_step__unmoved_source(*arguments, keep):
+    """The pairs are found at T, but the points that are aligned have not been moved by T."""
+    return step_unmoved(*arguments, keep=keep)
+
+
+@mistake("icp_step", credit=0.5, chapter="chapter 2, “In the plane: one `atan2`”")
+@both
+def icp_step__sign_of_b(*arguments, keep):
+    """The increment turns the wrong way: in b = Σ w (x v − y u) the sign is lost, or R is
+    transposed."""
+    return step_sign_of_b(*arguments, keep=keep)
+
+
+@mistake("icp_step", credit=0.4)
+@both
+def icp_step__swapped(*arguments, keep):
+    """Source and target are swapped in the alignment: the step leads away from the target."""
+    return step_swapped(*arguments, keep=keep)
+
+
+@mistake("icp_step", credit=0.6, chapter=STAGES)
+@both
+def icp_step__no_weights(*arguments, keep):
+    """Huber's weights are not used in the alignment."""
+    return step_no_weights(*arguments, keep=keep)
+
+
+@mistake("icp_step", credit=0.6, chapter=STAGES)
+@both
+def icp_step__weights_of_squares(*arguments, keep):
+    """Huber's weights are taken of squared distances; they take distances in metres."""
+    return step_weights_of_squares(*arguments, keep=keep)
+
+
+@mistake("icp_step", credit=0.6, chapter=STAGES)
+@both
+def icp_step__gate_on_squares(*arguments, keep):
+    """The gate is held against squared distances; both are in metres."""
+    return step_gate_on_squares(*arguments, keep=keep)
+
+
+@mistake("icp_step", credit=0.6, chapter=STAGES)
+@both
+def icp_step__no_gate(*arguments, keep):
+    """The distance gate is not applied."""
+    return step_no_gate(*arguments, keep=keep)
+
+
+@mistake("icp_step", credit=0.6, chapter=STAGES)
+@both
+def icp_step__no_trimming(*arguments, keep):
+    """The trimming is not applied: all pairs within the gate are aligned."""
+    return step_no_trimming(*arguments, keep=keep)
+
+
+@mistake("icp_step", credit=0.4, chapter=STAGES)
+@both
+def icp_step__worst_kept(*arguments, keep):
+    """Trimming keeps the worst pairs; it should keep the closest ones."""
+    return step_worst_kept(*arguments, keep=keep)
 
 
 def _loop(one_step, source, target, T, *rest, keep):
-    *stages, iterations = rest
+    *settings, iterations = rest
     for _ in range(iterations):
-        T_before, T = T, one_step(source, target, T, *stages, keep=keep)
+        T_before, T = T, one_step(source, target, T, *settings, keep=keep)
         if np.abs(T - T_before).max() < 1e-14:
             break
     return T
@@ -30,7 +226,7 @@ def _loop(one_step, source, target, T, *rest, keep):
 def icp__update_on_the_right(*arguments, keep):
     """The increment is composed on the right, T @ dT: it acts on points that T has moved
     already, so it belongs on the left, dT @ T."""
-    return _loop(stages.step_update_on_the_right, *arguments, keep=keep)
+    return _loop(step_update_on_the_right, *arguments, keep=keep)
 
 
 @mistake("icp", credit=0.4)
@@ -88,32 +284,32 @@ def icp__inverse(*arguments, keep):
 @both
 def icp__no_weights(*arguments, keep):
     """Huber's weights are not used in the alignment."""
-    return _loop(stages.step_no_weights, *arguments, keep=keep)
+    return _loop(step_no_weights, *arguments, keep=keep)
 
 
 @mistake("icp", credit=0.6, chapter=STAGES)
 @both
 def icp__weights_of_squares(*arguments, keep):
     """Huber's weights are taken of squared distances; they take distances in metres."""
-    return _loop(stages.step_weights_of_squares, *arguments, keep=keep)
+    return _loop(step_weights_of_squares, *arguments, keep=keep)
 
 
 @mistake("icp", credit=0.6, chapter=STAGES)
 @both
 def icp__gate_on_squares(*arguments, keep):
     """The gate is held against squared distances; both are in metres."""
-    return _loop(stages.step_gate_on_squares, *arguments, keep=keep)
+    return _loop(step_gate_on_squares, *arguments, keep=keep)
 
 
 @mistake("icp", credit=0.6, chapter=STAGES)
 @both
 def icp__no_gate(*arguments, keep):
     """The distance gate is not applied."""
-    return _loop(stages.step_no_gate, *arguments, keep=keep)
+    return _loop(step_no_gate, *arguments, keep=keep)
 
 
 @mistake("icp", credit=0.6, chapter=STAGES)
 @both
 def icp__no_trimming(*arguments, keep):
     """The trimming is not applied: all pairs within the gate are aligned."""
-    return _loop(stages.step_no_trimming, *arguments, keep=keep)
+    return _loop(step_no_trimming, *arguments, keep=keep)

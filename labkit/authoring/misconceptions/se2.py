@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from labkit.authoring import solution as right
 from labkit.authoring.mistake import mistake
-from labkit.authoring.variants import vectorised as right
 
 
 @mistake("rotation", credit=0.5)

@@ -1,10 +1,10 @@
 """Verdicts in the formats of those who take them: gradebooks, autograders, test reports."""
 
 from labkit.grading.exports.canvas import check_canvas, fill_canvas
-from labkit.grading.exports.gradescope import gradescope_results
+from labkit.grading.exports.gradebook import write_scores
+from labkit.grading.exports.gradescope import gradescope_results, write_autograder
 from labkit.grading.exports.junit import write_junit
 from labkit.grading.exports.moodle import check_moodle, fill_moodle
-from labkit.grading.exports.table import write_scores
 
 __all__ = [
     "check_canvas",
@@ -12,6 +12,7 @@ __all__ = [
     "fill_canvas",
     "fill_moodle",
     "gradescope_results",
+    "write_autograder",
     "write_junit",
     "write_scores",
 ]

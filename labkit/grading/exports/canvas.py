@@ -10,7 +10,7 @@ from contextlib import suppress
 from labkit.errors import LabkitError
 from labkit.grading.exports.feedback import score_text
 from labkit.grading.exports.gradebook import Row, Rows, read_gradebook, rows_of, write_gradebook
-from labkit.grading.verdict import SubmissionVerdict
+from labkit.grading.judging.verdict import SubmissionVerdict
 
 KEYS = ["ID", "SIS User ID", "SIS Login ID"]
 STUDENT = ["Student", *KEYS, "Section"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from labkit.grading.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
+from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
 
 
 def number(value: float) -> str:

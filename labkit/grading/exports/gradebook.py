@@ -9,6 +9,8 @@ from pathlib import Path
 
 from labkit.errors import LabkitError
 from labkit.files import atomic_write
+from labkit.grading.exports.feedback import number
+from labkit.grading.judging.verdict import SubmissionVerdict
 
 FORMULA = (*"=+-@", *"＝＋－＠", "\t", "\r", "\n")  # the wide ones where people type Chinese
 Row = list[str]
@@ -109,3 +111,28 @@ def plain(text: str) -> str:
     ("'=1+1", "'＝1+1", 'well done')
     """
     return "'" + text if text.startswith(FORMULA) else text
+
+
+def write_scores(verdicts: Iterable[SubmissionVerdict], out: str | os.PathLike[str]) -> None:
+    """Write ``student, submission, score, points, isolation`` and the score of each question."""
+    rows: list[list[str]] = []
+    questions: dict[str, None] = {}
+    scores: list[dict[str, str]] = []
+    for verdict in verdicts:
+        rows.append(
+            [
+                plain(verdict.student),
+                plain(verdict.submission),
+                number(verdict.score),
+                number(verdict.points),
+                verdict.mode,
+            ]
+        )
+        scores.append({one.question: number(one.score) for one in verdict.questions})
+        questions |= dict.fromkeys(scores[-1])
+    header = ["student", "submission", "score", "points", "isolation", *questions]
+    body = [
+        [*row, *(own.get(question, "") for question in questions)]
+        for row, own in zip(rows, scores, strict=True)
+    ]
+    write_gradebook(out, [header, *body])

@@ -9,7 +9,7 @@ from xml.etree import ElementTree as ET
 
 from labkit.files import atomic_write
 from labkit.grading.exports.feedback import number, question_text
-from labkit.grading.verdict import SubmissionVerdict
+from labkit.grading.judging.verdict import SubmissionVerdict
 
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 

@@ -16,7 +16,7 @@ from labkit.grading.exports.gradebook import (
     rows_of,
     write_gradebook,
 )
-from labkit.grading.verdict import SubmissionVerdict
+from labkit.grading.judging.verdict import SubmissionVerdict
 
 NEEDED = ["Identifier", "Grade"]
 

@@ -1,4 +1,4 @@
-"""Files in a folder or an archive, listed without unpacking, read within bounds."""
+"""What one student handed in: files listed without unpacking, read within bounds."""
 
 from __future__ import annotations
 
@@ -8,13 +8,18 @@ import os
 import struct
 import zipfile
 import zlib
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import Literal
 
 from labkit.errors import LabkitError
 
+Platform = Literal["canvas", "moodle", ""]
+
 MEBIBYTE = 1 << 20
 MAX_FILE = 32 * MEBIBYTE  # a notebook with its pictures
+MAX_TOGETHER = 2 * MAX_FILE  # of all files of one student
 MAX_FILES = 200  # of one student
 PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # unpacked piece by piece; others at once
 SKIPPED = {
@@ -210,3 +215,92 @@ def printable(name: str) -> str:
     """
     text = name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+VERDICTS = "verdicts.jsonl"  # the file by which a folder of verdicts and pages is known
+PAGES = "students/"  # a folder in it
+
+
+def folder_below(path: Path, folder: str | os.PathLike[str]) -> str:
+    """A folder's name below `path`, with its "/"; empty where it is that, or lies elsewhere."""
+    try:
+        below = Path(folder).resolve().relative_to(path.resolve())
+    except ValueError:
+        return ""
+    return f"{printable(below.as_posix())}/" if below.parts else ""
+
+
+def earlier_outputs(names: Collection[str]) -> list[str]:
+    """Folders of earlier verdicts and pages, each with its "/", in which nobody's work lies.
+
+    >>> earlier_outputs(["ada/a.py", "grades/verdicts.jsonl", "grades/students/ada.html"])
+    ['grades/']
+    >>> earlier_outputs(["ada/a.py", "ada/verdicts.jsonl"])
+    []
+    """
+    holders = [name.removesuffix(VERDICTS) for name in names if Path(name).name == VERDICTS]
+    sources = [name for name in names if may_hold_source(name)]
+    folders = [holder or PAGES for holder in holders]
+    return [folder for folder in folders if not any(one.startswith(folder) for one in sources)]
+
+
+Files = tuple[tuple[str, StoredFile], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Submission:
+    """What one student handed in.
+
+    Attributes
+    ----------
+    student : str
+        Unique in the class: the platform's number, or the name of folder or file.
+    name : str
+        For a person.
+    files : tuple of (str, StoredFile)
+        Every file under its own name; the platform's part of the name is gone.
+    platform : {"canvas", "moodle", ""}
+        Where the download came from, as far as its names tell.
+    late : bool
+        Whether the platform marked it so.
+    notes : tuple of str
+        What the student should know of files that are left out.
+    """
+
+    student: str
+    name: str
+    files: Files
+    platform: Platform = ""
+    late: bool = False
+    notes: tuple[str, ...] = ()
+
+    def read(self) -> tuple[dict[str, bytes], tuple[str, ...]]:
+        """The notebooks and scripts, and what the student should know of the rest.
+
+        What an archive holds stands below the archive's name, ``work.zip/answers.ipynb``, so
+        that no file hides another.
+        """
+        found: dict[str, bytes] = {}
+        notes = list(self.notes)
+        for name, file in self.files[:MAX_FILES]:
+            read: dict[str, bytes] = {}
+            try:
+                if is_source(name):
+                    read = {name: file.read()}
+                elif may_hold_source(name):
+                    inside = unzip(name, file.read())
+                    read = {f"{name}/{inner}": data for inner, data in inside.items()}
+                if sum(map(len, (found | read).values())) > MAX_TOGETHER:
+                    raise LabkitError(f"the files are too large together; {name} is not read")
+                found |= read
+            except LabkitError as error:
+                notes.append(str(error))
+        if len(self.files) > MAX_FILES:
+            notes.append(f"{len(self.files)} files were handed in; the first {MAX_FILES} are read")
+        if not found:
+            handed_in = (
+                ", ".join(name for name, _ in self.files[:5])
+                or "nothing, and links are not followed"
+            )
+            notes.append(f"there is no notebook (.ipynb) or script (.py) in it; found {handed_in}")
+        return found, tuple(notes)

@@ -15,11 +15,8 @@ import re
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from pathlib import PurePosixPath
-from typing import Literal
 
-from labkit.grading.submissions.files import may_hold_source
-
-Platform = Literal["canvas", "moodle", ""]
+from labkit.grading.submissions.files import Platform, may_hold_source
 
 _CANVAS = re.compile(
     r"(?P<name>[^_/]+)(?P<late>_LATE)?_(?P<user>\d+)_(?P<upload>\d+)_(?P<file>[^/]+)$"

@@ -15,7 +15,7 @@ from nbformat.v4 import new_code_cell, new_notebook
 
 from labkit.authoring.notebook import notebook_text
 from labkit.grading.assignment import FOLDER, load_assignment
-from labkit.grading.questions import Question
+from labkit.grading.assignment.questions import Question
 from small import DOUBLE, case, write
 from submissions import Answers, answered, lab_answers, trivial_answers
 

@@ -28,7 +28,7 @@ from pathlib import Path
 from statistics import median
 
 ROOT = Path(__file__).parents[3]
-sys.path[:0] = [str(ROOT / "tests/grading"), str(ROOT / "tests/bench")]
+sys.path[:0] = [str(ROOT / "tests" / name) for name in ("grading", "authoring", "bench")]
 
 from machine import describe_machine, describe_versions  # noqa: E402
 

@@ -10,12 +10,12 @@ from itertools import count, cycle
 from types import ModuleType
 from typing import Any
 
+from right_answers import RIGHT
+
 from labkit.authoring.misconceptions import MISTAKES
 from labkit.authoring.mistake import Mistake
-from labkit.authoring.variants import homogeneous, plain_python, single_precision, vectorised
 from labkit.grading.assignment import load_assignment
 
-RIGHT = (vectorised, plain_python, homogeneous, single_precision)
 KINDS = (*("right", "mistaken", "right", "failing", "right") * 2,)
 MISTAKES_EACH = 4
 FAILURES = (

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[3]
-sys.path[:0] = [str(ROOT / "tests/grading")]
+sys.path[:0] = [str(ROOT / "tests/grading"), str(ROOT / "tests/authoring")]
 
 from labkit.cli.text import table  # noqa: E402
 from labkit.grading.assignment import FOLDER  # noqa: E402

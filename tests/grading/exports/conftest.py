@@ -2,7 +2,7 @@
 
 import pytest
 
-from labkit.grading.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
+from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
 
 HOSTILE = '=HYPERLINK("x")\x00\x1b[31m <script>alert(1)</script> ]]> \ud800 é'
 

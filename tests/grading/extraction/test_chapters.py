@@ -11,7 +11,7 @@ from labkit.authoring.notebook import notebook_text
 from labkit.grading.assignment import load_assignment
 from labkit.grading.contract import Limits
 from labkit.grading.extraction import extract
-from labkit.grading.grade import grade_submission
+from labkit.grading.judging.grade import grade_submission
 from labkit.grading.sandbox.host import open_sandbox
 
 NOTEBOOKS = Path(__file__).parents[3] / "notebooks"

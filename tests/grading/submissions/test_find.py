@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from labkit.errors import LabkitError
 from labkit.grading.submissions import files as files_module
 from labkit.grading.submissions import find_submissions, one_submission
-from labkit.grading.submissions import submission as submission_module
 
 SOURCE = b"def f(): return 1\n"
 CLASSES = {
@@ -315,7 +314,7 @@ def test_an_archive_too_much_is_left_out_whole(tmp_path, monkeypatch):
     lay_out(tmp_path, ["ada/a.py"])
     pack(tmp_path / "ada/b.zip", ["b.py"], b"#" * 1500)
     pack(tmp_path / "ada/c.zip", ["c.py", "d.py"], b"#" * 300)
-    monkeypatch.setattr(submission_module, "MAX_FILE", 1000)
+    monkeypatch.setattr(files_module, "MAX_TOGETHER", 2000)
     files, notes = find_submissions(tmp_path)[0].read()
     assert set(files) == {"a.py", "b.zip/b.py"}
     assert notes == ("the files are too large together; c.zip is not read",)

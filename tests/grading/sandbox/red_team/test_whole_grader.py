@@ -7,7 +7,7 @@ import pytest
 
 from labkit.grading.assignment import load_assignment
 from labkit.grading.contract import Limits, SourceCell
-from labkit.grading.grade import grade_submission
+from labkit.grading.judging.grade import grade_submission
 from labkit.grading.sandbox.host import open_sandbox
 
 ATTACKS = [

@@ -1,0 +1,1 @@
+"""A whole class: the workers that grade it, and what is done when one is lost."""

@@ -1,0 +1,1 @@
+"""From what a call returned to points and words for the student."""

@@ -1,0 +1,105 @@
+"""From verdicts to pages, each written whole or not at all."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from labkit.errors import LabkitError
+from labkit.files import atomic_write
+from labkit.grading.assignment.questions import Assignment
+from labkit.grading.exports.feedback import number
+from labkit.grading.judging.verdict import SubmissionVerdict
+from labkit.grading.pages.statistics import ClassSummary
+from labkit.grading.similarity import Group
+
+
+def write_student_page(
+    verdict: SubmissionVerdict, assignment: Assignment, out: str | os.PathLike[str]
+) -> None:
+    """Write the page that a student gets: score, and for each question what to look at.
+
+    Raises
+    ------
+    LabkitError
+        Where it cannot be written, or jinja2 is not installed.
+    """
+    chapters = {question.id: question.chapter for question in assignment.questions}
+    _write("student.html", out, verdict=verdict, title=assignment.title, chapters=chapters)
+
+
+def write_class_page(
+    summary: ClassSummary,
+    assignment: Assignment,
+    out: str | os.PathLike[str],
+    *,
+    groups: Sequence[Group] = (),
+    failures: Mapping[str, str] | None = None,
+) -> None:
+    """Write the instructor's page: distribution, questions, mistakes, likenesses, students.
+
+    Parameters
+    ----------
+    summary : ClassSummary
+        All verdicts.
+    assignment : Assignment
+        What was asked.
+    out : path-like
+        The page.
+    groups : sequence of Group
+        Submissions that are nearly the same.
+    failures : mapping of str to str
+        Why a student has no verdict.
+
+    Raises
+    ------
+    LabkitError
+        Where it cannot be written, or jinja2 is not installed.
+    """
+    mistakes = [
+        (count, question.title, assignment.question(id).misconception(known).says)
+        for id, question in summary.questions.items()
+        for known, count in question.misconceptions.items()
+    ]
+    _write(
+        "class.html",
+        out,
+        summary=summary,
+        title=assignment.title,
+        mistakes=sorted(mistakes, key=lambda row: (-row[0], row[1:])),
+        groups=groups,
+        failures=failures or {},
+    )
+
+
+def _write(template: str, out: str | os.PathLike[str], **content: Any) -> None:
+    text = templates().get_template(template).render(**content)
+    with atomic_write(out) as file:
+        file.write(text)
+
+
+@functools.cache
+def templates() -> Any:
+    """The templates; what a student wrote is escaped wherever it stands.
+
+    Raises
+    ------
+    LabkitError
+        Where jinja2 is not installed.
+    """
+    try:
+        jinja2 = importlib.import_module("jinja2")
+    except ImportError:
+        raise LabkitError("the HTML reports need jinja2: pip install 'labkit[grading]'") from None
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("labkit.grading.pages"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["number"] = number
+    return environment

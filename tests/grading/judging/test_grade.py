@@ -1,0 +1,165 @@
+"""A whole submission: calls built, variants chosen, hidden things kept hidden."""
+
+import json
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from labkit.authoring import solution
+from labkit.errors import InvalidParameterError, LabkitError
+from labkit.grading.assignment import load_assignment
+from labkit.grading.contract import Outcome, OutcomeStatus, SourceCell
+from labkit.grading.judging.grade import grade_submission
+from labkit.grading.judging.verdict import SubmissionVerdict
+from labkit.grading.sandbox.inside.data import plain, unpack
+
+ASSIGNMENT = load_assignment()
+RIGHT = Path(solution.__file__).read_text("utf-8")
+
+
+class InProcess:
+    """A sandbox that is none: it runs the cells here, and remembers what it was asked."""
+
+    mode = "none"
+    safe = False
+
+    def __init__(self):
+        self.runs = []
+
+    def run(self, cells, calls):
+        self.runs.append(calls)
+        names = {}
+        for cell in cells:
+            exec(cell.source, names)
+        return [self.call(names, call) for call in calls]
+
+    def call(self, names, call):
+        if call.function not in names:
+            return Outcome(id=call.id, status=OutcomeStatus.NOT_DEFINED)
+        try:
+            value = plain(names[call.function](*call.arguments), 1 << 20)
+        except Exception as error:
+            text = f"{type(error).__name__}: {error}"
+            name = type(error).__name__
+            return Outcome(id=call.id, status=OutcomeStatus.RAISED, message=text, error=name)
+        return Outcome(id=call.id, status=OutcomeStatus.RETURNED, value=value)
+
+
+def graded(source, student="ada", **options):
+    box = InProcess()
+    cells = [SourceCell(source=source, question=None, label="cell 1")]
+    return grade_submission(cells, box, ASSIGNMENT, student, **options), box
+
+
+def test_a_right_submission_gets_all_points():
+    verdict, box = graded(RIGHT, submission="ada.py", notes=["read as a script"])
+    assert verdict.score == verdict.points == ASSIGNMENT.points == 100.0
+    assert [one.question for one in verdict.questions] == [one.id for one in ASSIGNMENT.questions]
+    assert (verdict.mode, verdict.submission, verdict.notes) == (
+        "none", "ada.py", ("read as a script",),
+    )  # fmt: skip
+    assert len(box.runs) == 1
+
+
+def test_nothing_in_a_call_tells_its_purpose():
+    _, box = graded(RIGHT)
+    (calls,) = box.runs
+    assert [call.id for call in calls] == [str(number) for number in range(len(calls))]
+    known = {"rotation", "transposed", "hidden", "visible"}
+    for call in calls:
+        own = {"id", "question", "function", "arguments", "keywords"}
+        assert vars(call).keys() - {"frame"} == own
+        assert unpack(call.frame).keys() == own - {"question"}, "what a box is sent"
+        assert not known & set(map(str, call.keywords))
+
+
+def test_students_are_spread_evenly_and_always_alike():
+    count = Counter(ASSIGNMENT.variant(f"student{number}") for number in range(800))
+    assert len(count) == len(ASSIGNMENT.variants) == 8
+    assert min(count.values()) > 60
+    assert ASSIGNMENT.variant("ada") == ASSIGNMENT.variant("ada")
+    assert ASSIGNMENT.variant("\udcff") in range(8)  # a file name that is no UTF-8
+
+
+def test_one_question_alone_can_be_graded():
+    verdict, box = graded(RIGHT, questions=["overlap", "icp"])
+    assert [one.question for one in verdict.questions] == ["overlap", "icp"]
+    assert verdict.points == 20.0
+    assert {call.question for call in box.runs[0]} == {"overlap", "icp"}
+    with pytest.raises(InvalidParameterError, match=r"`question` must be one of .*, got 'loop'"):
+        graded(RIGHT, questions=["loop"])
+
+
+def test_a_hidden_input_never_reaches_the_verdict():
+    """The submission remembers what it was given, and shouts it in every later call."""
+    source = (
+        "seen = []\n"
+        "def rotation(theta):\n"
+        "    seen.append(theta)\n"
+        "    raise ValueError(str(seen))\n"
+        "def align(source, target):\n"
+        "    raise KeyError(str(seen))\n"
+    )
+    verdict, _ = graded(source)
+    text = verdict.to_json()
+    for case in ASSIGNMENT.cases("rotation", "ada"):
+        if isinstance(case.arguments[0], float):  # 1 and -1 stand in every text
+            assert (str(case.arguments[0]) in text) == (not case.hidden)
+    assert "it raised ValueError: [0.0]" in text
+    assert "it raised KeyError: '[0.0, " in text
+
+
+def test_the_visible_cases_are_asked_before_any_hidden_one():
+    """What is shown of them (shapes, error texts, sizes) can then hold nothing of a hidden one."""
+    _, box = graded(RIGHT)
+    visible = [(one.id, case) for one in ASSIGNMENT.questions for case in ASSIGNMENT.cases(one.id)]
+    (calls,) = box.runs
+    assert len(calls) > len(visible)
+    for call, (question, case) in zip(calls, visible, strict=False):
+        assert (call.question, call.arguments) == (question, case.arguments)
+
+
+def test_an_unwritten_submission_is_said_to_be():
+    source = "def rotation(theta):\n    raise NotImplementedError\n"
+    verdict, _ = graded(source)
+    assert verdict.questions[0].message == "`rotation` is not written yet."
+    assert "there is no function `compose`" in verdict.questions[1].cases[0].reason
+
+
+def test_a_wrong_function_is_named_where_another_may_call_it():
+    wrong = RIGHT.replace("return delta / np.maximum(residuals, delta)", "return residuals * 0 + 1")
+    assert wrong != RIGHT
+    verdict, _ = graded(wrong)
+    by_id = {one.question: one for one in verdict.questions}
+    assert by_id["icp"].misconception == "no_weights"
+    assert "mend that first" not in by_id["icp"].message
+    crooked = RIGHT.replace("return delta / np.maximum(residuals, delta)", "return residuals + 1")
+    by_id = {one.question: one for one in graded(crooked)[0].questions}
+    assert by_id["icp_step"].message.endswith("If it calls “Huber's weights”: mend that first.")
+    assert by_id["icp"].message.endswith("“Huber's weights” or “One step of ICP”: mend that first.")
+
+
+def test_a_verdict_goes_to_json_and_back():
+    verdict, _ = graded("def rotation(theta):\n    return theta\n")
+    assert SubmissionVerdict.from_json(verdict.to_json()) == verdict
+    again, _ = graded("def rotation(theta):\n    return theta\n")
+    fields, same = json.loads(verdict.to_json()), json.loads(again.to_json())
+    assert fields.pop("seconds") >= 0.0
+    assert same.pop("seconds") >= 0.0
+    assert fields == same
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "this is no stored verdict"),
+        ("[]", "this is no stored verdict"),
+        ("{}", "this is no stored verdict"),
+        ('{"format": 1}', "this is no stored verdict"),
+        ('{"format": 7}', "the verdict has format 7, this labkit reads 1"),
+    ],
+)
+def test_what_is_no_verdict_is_refused(text, message):
+    with pytest.raises(LabkitError, match=message):
+        SubmissionVerdict.from_json(text)

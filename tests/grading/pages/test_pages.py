@@ -1,0 +1,103 @@
+"""The pages hold what was found, as text, and ask for nothing from elsewhere."""
+
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import pytest
+
+from labkit.grading.assignment import load_assignment
+from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
+from labkit.grading.pages import ClassSummary, write_class_page, write_student_page
+from labkit.grading.similarity import Group
+
+ASSIGNMENT = load_assignment(hidden=False)
+GATE = ASSIGNMENT.questions[0]
+MISTAKE = GATE.misconceptions[0]
+HOSTILE = "<script>alert('x')</script><img src=x onerror=y>"
+
+
+def verdict(student, share, *, mistake=None, text="", mode="landlock"):
+    case = CaseVerdict(id="1", hidden=True, credit=share, reason=text)
+    question = QuestionVerdict(
+        question=GATE.id, title=GATE.title, points=4.0, score=4.0 * share, cases=(case,),
+        misconception=mistake, message=text,
+    )  # fmt: skip
+    return SubmissionVerdict(
+        student=student, submission=f"Student {student}", mode=mode, questions=(question,),
+        score=4.0 * share, points=4.0, notes=(text,) if text else (), seconds=0.1,
+    )  # fmt: skip
+
+
+class Words(HTMLParser):
+    """The text of a page, and its elements."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.text, self.tags = "", []
+        self.feed(page.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag):
+        self.text += " "
+
+    def handle_data(self, data):
+        self.text += data
+
+
+def test_a_student_reads_score_reason_and_chapter(tmp_path):
+    page = tmp_path / "ada.html"
+    write_student_page(verdict("ada", 0.25, text="It returned a list."), ASSIGNMENT, page)
+    words = " ".join(Words(page).text.split())
+    assert "Student ada : 1 of 4 points" in words
+    assert "✗ 1 / 4 It returned a list. It returned a list. (hidden case)" in words
+    assert f"Read again: {GATE.chapter}" in words
+    assert "Graded in isolation: landlock." in words
+
+
+def test_whatever_a_student_wrote_stays_text(tmp_path):
+    page = tmp_path / "page.html"
+    hostile = replace(verdict(HOSTILE, 0.0, text=HOSTILE), submission=HOSTILE)
+    write_student_page(hostile, ASSIGNMENT, page)
+    assert not {"script", "img"} & {tag for tag, _ in Words(page).tags}
+    assert Words(page).text.count(HOSTILE) >= 4
+    summary = ClassSummary()
+    summary.add(hostile, "students/x.html")
+    groups = [Group(students=(HOSTILE, "b"), share=0.9)]
+    write_class_page(summary, ASSIGNMENT, page, groups=groups, failures={HOSTILE: HOSTILE})
+    assert not {"script", "img"} & {tag for tag, _ in Words(page).tags}
+
+
+@pytest.mark.parametrize("mode", ["landlock", "none"])
+def test_the_class_at_a_glance(tmp_path, mode):
+    summary = ClassSummary()
+    for student, share in (("a", 0.0), ("b", 0.5), ("c", 1.0), ("d", 1.0)):
+        mistake = MISTAKE.id if share == 0.0 else None
+        summary.add(verdict(student, share, mistake=mistake, mode=mode), f"students/{student}.html")
+    page = tmp_path / "index.html"
+    groups = [Group(students=("b", "c", "d"), share=0.94)]
+    write_class_page(summary, ASSIGNMENT, page, groups=groups, failures={"e": "the disk is full"})
+    assert (summary.median, summary.mean, summary.points) == (3.0, 2.5, 4.0)
+    assert summary.histogram == [1, 0, 0, 0, 0, 1, 0, 0, 0, 2]
+    words = " ".join(Words(page).text.split())
+    assert "4 submissions. Median 3, mean 2.5 of 4 points." in words
+    assert "62 % 2 1" in words  # mean share, full marks, no points
+    assert f"1 {GATE.title} {MISTAKE.says}" in words
+    assert "b, c, d 3 94 %" in words
+    assert "e : the disk is full" in words
+    assert ("Limits alone are not safe" in words) == (mode == "none")
+    links = [attrs["href"] for tag, attrs in Words(page).tags if tag == "a"]
+    assert links == [f"students/{student}.html" for student in "abcd"]
+
+
+def test_the_pages_ask_nothing_of_the_network(tmp_path):
+    page = tmp_path / "page.html"
+    write_student_page(verdict("ada", 1.0), ASSIGNMENT, page)
+    assert not re.search(r"https?://|src=|@import|url\(", page.read_text(encoding="utf-8"))
+
+
+def test_an_empty_class_has_a_page(tmp_path):
+    write_class_page(ClassSummary(), ASSIGNMENT, tmp_path / "index.html")
+    assert "0 submissions" in Words(tmp_path / "index.html").text
