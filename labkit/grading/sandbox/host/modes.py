@@ -3,7 +3,7 @@
 A mode that only claims to isolate is none: what the kernel refuses today a changed setting may
 allow tomorrow. So every slot tries its walls from inside before the first submission: it tries
 to read a file of the grader, to list the root, to open a socket, to start a process, to signal
-the grader and to change a file's metadata.
+the grader, to change a file's metadata, and to set a lock that another process can see.
 """
 
 from __future__ import annotations
@@ -26,6 +26,11 @@ from labkit.grading.sandbox.inside.syscall_filter import MACHINES
 WALL_TEST = """
 import os, socket
 
+try:
+    import fcntl
+except ImportError:  # only where there is nothing to try
+    fcntl = None
+
 EXPECTED = {"dev", "tmp"}
 
 
@@ -42,6 +47,11 @@ def fork():
         os._exit(0)
 
 
+def lock(way):
+    with open("/dev/null", "r+b") as shared:
+        way(shared, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
 def holes(grader_file, grader):
     attempts = {
         "it can read the grader's files": lambda: open(grader_file).close(),
@@ -49,6 +59,9 @@ def holes(grader_file, grader):
         "it can start a process": fork,
         "it can signal the grader": lambda: os.kill(grader, 0),
         "it can change metadata": lambda: os.utime("."),
+        "it can set record locks that others see": lambda: lock(fcntl.lockf),
+        "it can set file locks that others see": lambda: lock(fcntl.flock),
+        "it can see which processes live": lambda: os.getpgid(grader),
     }
     found = [hole for hole, attempt in attempts.items() if not refused(attempt)]
     try:

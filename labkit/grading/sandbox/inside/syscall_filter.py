@@ -9,7 +9,8 @@ Listed is what student code may call; whatever is not named here is refused. It 
 Python, numpy and threads on files that are open or in reach. Not listed, on purpose: other
 processes (fork, exec, ptrace, signals to others), sockets, mounts, namespaces, metadata (chmod,
 utime, xattr), directories, links, memory that no limit counts (memfd, shm), priorities, keys,
-io_uring, bpf.
+io_uring, bpf, and what one box could tell another by: locks, the machine's load and free space,
+other processes' numbers, which pages of a file are in memory.
 """
 
 from __future__ import annotations
@@ -40,8 +41,8 @@ FREE = {
     "read": (0, 63), "write": (1, 64), "readv": (19, 65), "writev": (20, 66),
     "pread64": (17, 67), "pwrite64": (18, 68), "lseek": (8, 62), "close": (3, 57),
     "dup": (32, 23), "dup2": (33, -1), "dup3": (292, 24),
-    "pipe": (22, -1), "pipe2": (293, 59), "fstat": (5, 80), "fstatfs": (138, 44),
-    "ftruncate": (77, 46), "fsync": (74, 82), "fdatasync": (75, 83), "flock": (73, 32),
+    "pipe": (22, -1), "pipe2": (293, 59), "fstat": (5, 80),
+    "ftruncate": (77, 46), "fsync": (74, 82), "fdatasync": (75, 83),
     "poll": (7, -1), "ppoll": (271, 73), "select": (23, -1), "pselect6": (270, 72),
     "epoll_create1": (291, 20), "epoll_ctl": (233, 21), "epoll_wait": (232, -1),
     "epoll_pwait": (281, 22), "eventfd2": (290, 19), "getdents64": (217, 61),
@@ -51,25 +52,24 @@ FREE = {
     "umask": (95, 166),
     # memory
     "mprotect": (10, 226), "munmap": (11, 215), "mremap": (25, 216),
-    "madvise": (28, 233), "brk": (12, 214), "mincore": (27, 232), "membarrier": (324, 283),
+    "brk": (12, 214), "membarrier": (324, 283),
     # signals to oneself, threads, time
     "rt_sigaction": (13, 134), "rt_sigprocmask": (14, 135), "rt_sigreturn": (15, 139),
     "rt_sigpending": (127, 136), "rt_sigtimedwait": (128, 137), "rt_sigsuspend": (130, 133),
     "sigaltstack": (131, 132), "pause": (34, -1), "futex": (202, 98),
-    "set_robust_list": (273, 99), "get_robust_list": (274, 100), "rseq": (334, 293),
-    "set_tid_address": (218, 96), "sched_yield": (24, 124), "sched_getaffinity": (204, 123),
+    "set_robust_list": (273, 99), "rseq": (334, 293),
+    "set_tid_address": (218, 96), "sched_yield": (24, 124),
     "nanosleep": (35, 101), "clock_nanosleep": (230, 115), "clock_gettime": (228, 113),
     "clock_getres": (229, 114), "gettimeofday": (96, 169), "time": (201, -1),
     "times": (100, 153), "getrusage": (98, 165), "getitimer": (36, 102),
     "setitimer": (38, 103), "alarm": (37, -1), "restart_syscall": (219, 128),
-    "getrandom": (318, 278), "uname": (63, 160), "sysinfo": (99, 179), "getcpu": (309, 168),
+    "getrandom": (318, 278), "uname": (63, 160), "getcpu": (309, 168),
     "exit": (60, 93), "exit_group": (231, 94),
     # who am I
     "getpid": (39, 172), "gettid": (186, 178), "getppid": (110, 173), "getpgrp": (111, -1),
-    "getpgid": (121, 155), "getsid": (124, 156), "getuid": (102, 174), "geteuid": (107, 175),
+    "getuid": (102, 174), "geteuid": (107, 175),
     "getgid": (104, 176), "getegid": (108, 177), "getgroups": (115, 158),
     "getresuid": (118, 148), "getresgid": (120, 150), "getrlimit": (97, 163),
-    "getpriority": (140, 141), "capget": (125, 90),
 }  # fmt: skip
 
 # Questions about a path: harmless where the jail has its own root, telling where it has not.
@@ -82,7 +82,9 @@ PATHS = {
 CONDITIONAL = {
     "clone": (56, 220), "clone3": (435, 435), "kill": (62, 129), "tgkill": (234, 131),
     "prlimit64": (302, 261), "fcntl": (72, 25), "ioctl": (16, 29), "prctl": (157, 167),
-    "mmap": (9, 222), "close_range": (436, 436),
+    "mmap": (9, 222), "close_range": (436, 436), "madvise": (28, 233),
+    "sched_getaffinity": (204, 123), "getpgid": (121, 155), "getsid": (124, 156),
+    "getpriority": (140, 141),
 }  # fmt: skip
 
 
@@ -100,8 +102,11 @@ CLOSE_ON_EXEC = 4  # for close_range; not: a table of descriptors of its own
 AT_EMPTY_PATH = 0x1000
 # Terminal size and kind, bytes waiting, close-on-exec, non-blocking; not: owner and signal.
 IOCTLS = (0x5401, 0x5413, 0x541B, 0x5421, 0x5450, 0x5451)
-# Duplicate, flags, record locks; not F_SETOWN and F_SETSIG, which send signals to others.
-FCNTLS = (0, 1, 2, 3, 4, 5, 6, 7, 1030)
+# Duplicate and flags; not F_SETOWN and F_SETSIG, which send signals to others, and no locks: on
+# a device that the whole machine shares a lock is a letter to whoever looks at it.
+FCNTLS = (0, 1, 2, 3, 4, 1030)
+# Advice on one's own memory; not to merge equal pages of all programs, or to throw out shared ones.
+ADVICE = (0, 1, 2, 3, 4, 8, 14, 15, 16, 17)
 # Names of threads and of memory areas.
 PRCTLS = (15, 16, 0x53564D41)
 
@@ -177,6 +182,10 @@ def assembled(machine: str, own_root: bool) -> bytes:
     code += rule(here, CONDITIONAL["prctl"], Condition(0, PRCTLS))
     code += rule(here, CONDITIONAL["mmap"], Condition(3, (ANONYMOUS,), mask=ANONYMOUS))
     code += rule(here, CONDITIONAL["close_range"], Condition(2, (0, CLOSE_ON_EXEC)))
+    code += rule(here, CONDITIONAL["madvise"], Condition(2, ADVICE))
+    for name in ("sched_getaffinity", "getpgid", "getsid"):  # of others: whether they live
+        code += rule(here, CONDITIONAL[name], Condition(0, (0, ONESELF)))
+    code += rule(here, CONDITIONAL["getpriority"], Condition(1, (0, ONESELF)))
     code.append((RETURN, 0, 0, REFUSE | EPERM))
     return b"".join(struct.pack("<HBBI", *instruction) for instruction in code)
 

@@ -125,6 +125,20 @@ def test_descriptors_cannot_be_made_to_signal_others(ask):
         assert ask("ioctl", 1, command) == errno.EPERM
 
 
+def test_nothing_is_told_to_another_box(ask):
+    for command in (5, 6, 7, 36, 37, 38):  # record locks, of a process and of a description
+        assert ask("fcntl", 3, command) == errno.EPERM
+    for name in ("sched_getaffinity", "getpgid", "getsid"):
+        assert ask(name, 0) == ask(name, PID) == ALLOWED
+        assert ask(name, PID + 1) == ask(name, 1) == errno.EPERM
+    assert ask("getpriority", 0, 0) == ask("getpriority", 0, PID) == ALLOWED
+    assert ask("getpriority", 0, PID + 1) == ask("getpriority", 2, 1000) == errno.EPERM
+    for advice in (4, 8, 14):  # what allocators say
+        assert ask("madvise", 0, 4096, advice) == ALLOWED
+    for advice in (12, 13, 20, 21, 100):  # merge pages, throw them out, poison them
+        assert ask("madvise", 0, 4096, advice) == errno.EPERM
+
+
 def test_a_jail_without_its_own_root_answers_no_question_about_paths(machine):
     code = bpf.program(machine, PID, own_root=False)
     column = MACHINES[machine].column
@@ -152,7 +166,7 @@ def test_the_process_s_number_stands_where_it_belongs_and_nowhere_else(machine):
     for own_root in (True, False):
         code = bpf.assembled(machine, own_root)
         places = [at for at in range(0, len(code), 4) if code[at : at + 4] == ONESELF]
-        assert len(places) == code.count(ONESELF) == 3  # kill, tgkill, prlimit
+        assert len(places) == code.count(ONESELF) == 7  # kill, tgkill, prlimit, and four questions
         assert bpf.program(machine, PID, own_root).count(ONESELF) == 0
 
 
@@ -169,5 +183,6 @@ def test_what_a_box_must_never_have_is_not_listed():
         "mount", "unshare", "setns", "chroot", "pivot_root", "chmod", "utimensat", "setxattr",
         "mkdir", "link", "symlink", "mknod", "memfd_create", "io_uring_setup", "bpf",
         "setpriority", "sched_setaffinity", "tkill", "pidfd_open", "keyctl", "userfaultfd",
+        "flock", "fstatfs", "sysinfo", "mincore", "get_robust_list", "capget",
     }  # fmt: skip
     assert not doors & (FREE | PATHS | CONDITIONAL).keys()
