@@ -177,3 +177,5 @@ def _report_damage(log: Log) -> None:
     if len(log.skipped) > SHOWN_DAMAGE:
         rest = len(log.skipped) - SHOWN_DAMAGE
         print(f"... and {rest} more damaged lines", file=sys.stderr)
+    for remark in log.remarks:
+        print(f"note: {remark}", file=sys.stderr)

@@ -18,11 +18,13 @@ from numpy.typing import ArrayLike
 from labkit.arrays import FloatArray, IntArray, as_floats, as_poses
 from labkit.errors import InvalidPointsError, LogError
 from labkit.files import atomic_write
-from labkit.logs.laser_lines import LaserLine, Pose, parse_laser_line, timed_scans
+from labkit.logs.laser_lines import Pose, parse_laser_line
+from labkit.logs.laser_scans import LaserScans
 from labkit.logs.lines import DamagedLine, DamageReport, expect_fields, pose
-from labkit.logs.log import Log
+from labkit.logs.log import LogStream
 from labkit.logs.poses import (
     SAME_PLACE,
+    PoseTable,
     agree_on_mounting,
     beyond,
     is_few,
@@ -30,6 +32,7 @@ from labkit.logs.poses import (
     move_to_scanner,
     refuse_second_offset,
 )
+from labkit.logs.source import TextSource
 from labkit.se2 import wrap
 
 G2O_WORDS = frozenset({"VERTEX_SE2", "EDGE_SE2"})
@@ -40,13 +43,13 @@ REPEATED = 1e-4
 
 
 def read_g2o(
-    lines: Sequence[str],
+    source: TextSource,
     report: DamageReport,
+    scans: LaserScans,
     *,
     name: str,
-    range_max: float | None,
     laser_offset: FloatArray,
-) -> Log:
+) -> LogStream:
     """Read a g2o graph with ``ROBOTLASER1`` lines; see `labkit.logs.read_log`.
 
     A scan belongs to the vertex above it. The vertices are the reference, carried to the
@@ -56,42 +59,41 @@ def read_g2o(
     holds no odometry, and says None. A few lines that contradict the others in this or in
     their mounting are damaged, and skipped.
     """
-    found: dict[int, LaserLine] = {}
-    vertices: dict[int, Pose] = {}
     vertex: Pose | None = None
-    for number, line in enumerate(lines, start=1):
-        word = line.split(maxsplit=1)[:1]
+    for number, text in source.lines(report):
+        word = text.split(maxsplit=1)[:1]
         try:
             if word == ["VERTEX_SE2"]:
                 vertex = None
-                vertex = _parse_vertex(line.split())
+                vertex = _parse_vertex(text.split())
             elif word == ["ROBOTLASER1"]:
-                laser_line = parse_laser_line(line.split(), range_max)
+                line = parse_laser_line(text.split())
                 if vertex is None:
                     raise DamagedLine("a scan of no vertex, expected a VERTEX_SE2 line above it")
-                found[number], vertices[number] = laser_line, vertex
+                scans.add(number, line, vertex)
                 vertex = None
         except DamagedLine as damage:
             report.skip(number, damage)
-    if not found:
+    if not len(scans):
         raise LogError(
             f"{report.file}: a g2o graph without any scan, expected a ROBOTLASER1 line below "
             f"each VERTEX_SE2{report.summary()}"
         )
-    found, mount = agree_on_mounting(found, report)
+    table, mount = agree_on_mounting(scans.table(), report)
     if mount is None or not mount.any():
         mount = laser_offset
     else:
         refuse_second_offset(laser_offset, mount, report.file)
-    found, repeated = _agree_on_repetition(found, vertices, report)
-    robot = np.array([line.robot for line in found.values()])
-    return Log(
-        scans=timed_scans(found.values()),
-        odometry=None if repeated else move_to_scanner(robot, mount),
-        reference=move_to_scanner(np.array([vertices[number] for number in found]), mount),
+    table, repeated = _agree_on_repetition(table, report)
+    return LogStream(
+        scans=scans.stream(source, table, report, sick=False),
+        stamps=table.stamps,
+        odometry=None if repeated else move_to_scanner(table.robot, mount),
+        reference=move_to_scanner(table.vertices, mount),
         name=name,
         format="g2o",
         skipped=report.skipped,
+        remarks=report.remarks,
     )
 
 
@@ -142,17 +144,15 @@ def _parse_vertex(fields: Sequence[str]) -> Pose:
     return pose(fields[2:5], "the vertex")
 
 
-def _agree_on_repetition(
-    found: dict[int, LaserLine], vertices: dict[int, Pose], report: DamageReport
-) -> tuple[dict[int, LaserLine], bool]:
+def _agree_on_repetition(table: PoseTable, report: DamageReport) -> tuple[PoseTable, bool]:
     """Whether the robot's poses merely repeat the vertices, and the lines that agree on it."""
-    gaps = np.array([np.subtract(line.robot, vertices[number]) for number, line in found.items()])
+    gaps = table.robot - table.vertices
     gaps[:, 2] = wrap(gaps[:, 2])
     repeated = is_few(beyond(gaps, REPEATED))
     if not repeated:
-        return found, False
+        return table, False
     reason = "the robot pose lies {} from the vertex, in other lines on it"
-    return leave_out(found, beyond(gaps, SAME_PLACE), gaps, reason, report), True
+    return leave_out(table, beyond(gaps, SAME_PLACE), gaps, reason, report), True
 
 
 def _as_pairs(pairs: ArrayLike | None, n_vertices: int, n_edges: int) -> IntArray:

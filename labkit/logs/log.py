@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +35,70 @@ class SkippedLine:
         return f"{self.file}:{self.line}: {self.reason}"
 
 
+class ScanStream:
+    """Scans that are read from their file whenever they are gone through, never all at once.
+
+    Parameters
+    ----------
+    count : int
+        How many there are.
+    read : callable
+        Opens the file and yields them in the order of the file.
+    """
+
+    def __init__(self, count: int, read: Callable[[], Iterator[Scan]]) -> None:
+        self._count = count
+        self._read = read
+
+    def __len__(self) -> int:
+        """How many scans there are."""
+        return self._count
+
+    def __iter__(self) -> Iterator[Scan]:
+        """Read the file again, from its beginning."""
+        return self._read()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LogStream:
+    """A log whose scans stay in the file: the poses and times of all, the scans one by one.
+
+    Attributes
+    ----------
+    scans : ScanStream, length K
+        What the scanner saw, each in its own frame; each loop over them reads the file anew.
+    stamps : ndarray, shape (K,)
+        The times of the scans [s]; NaN where the file has none.
+    odometry, reference, name, format, skipped, remarks
+        As in `Log`.
+    """
+
+    scans: ScanStream
+    stamps: FloatArray
+    odometry: FloatArray | None = None
+    reference: FloatArray | None = None
+    name: str
+    format: str
+    skipped: tuple[SkippedLine, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        """How many scans the log has."""
+        return len(self.scans)
+
+    def load(self) -> Log:
+        """Read all scans into memory."""
+        return Log(
+            scans=tuple(self.scans),
+            odometry=self.odometry,
+            reference=self.reference,
+            name=self.name,
+            format=self.format,
+            skipped=self.skipped,
+            remarks=self.remarks,
+        )
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Log:
     """K scans in the order of the file, and the poses of the scanner at each of them.
@@ -54,6 +119,9 @@ class Log:
         ``"carmen"``, ``"g2o"``, ``"ros"`` or ``"points"``.
     skipped : tuple of SkippedLine
         The damaged lines that were left out.
+    remarks : tuple of str
+        What is odd but no damage: codes taken for "no return", stamps that run backwards,
+        an odometry that falls silent, places beyond 100 km, numbers that look like millimetres.
 
     Raises
     ------
@@ -67,6 +135,7 @@ class Log:
     name: str
     format: str
     skipped: tuple[SkippedLine, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for field in ("odometry", "reference"):

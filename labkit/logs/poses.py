@@ -1,13 +1,16 @@
-"""Rows of poses (x, y, θ): and the way from the robot to its scanner."""
+"""The poses of a log's laser lines: what they say of the scanner's place on the robot."""
 
 from __future__ import annotations
+
+from array import array
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import BoolArray, FloatArray, as_floats
+from labkit.arrays import BoolArray, FloatArray, IntArray, as_floats
 from labkit.errors import InvalidParameterError, LogError
-from labkit.logs.laser_lines import LaserLine
+from labkit.logs.laser_lines import LaserLine, Pose
 from labkit.logs.lines import DamageReport
 from labkit.se2 import from_xytheta, relative, to_xytheta, transform, wrap
 
@@ -21,12 +24,71 @@ DAMAGED_SHARE = 0.02
 """No larger share of the lines contradicts all others by damage alone."""
 
 
+class PoseColumns:
+    """Collects the poses and times of laser lines, 80 bytes a line."""
+
+    def __init__(self) -> None:
+        self._numbers = array("q")
+        self._rows = array("d")
+
+    def __len__(self) -> int:
+        """How many lines there are."""
+        return len(self._numbers)
+
+    def add(self, number: int, line: LaserLine, vertex: Pose = (0.0, 0.0, 0.0)) -> None:
+        """Take down what one line says."""
+        self._numbers.append(number)
+        self._rows.extend((line.beams.stamp, *line.laser, *line.robot, *vertex))
+
+    def table(self) -> PoseTable:
+        """What was collected, as arrays."""
+        rows = np.array(self._rows).reshape(-1, 10)
+        return PoseTable(
+            numbers=np.array(self._numbers, dtype=np.intp),
+            stamps=rows[:, 0],
+            laser=rows[:, 1:4],
+            robot=rows[:, 4:7],
+            vertices=rows[:, 7:],
+        )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PoseTable:
+    """The laser lines of a log without their ranges.
+
+    Attributes
+    ----------
+    numbers : ndarray of int, shape (K,)
+        The lines' numbers in the file.
+    stamps : ndarray, shape (K,)
+        Times [s].
+    laser, robot, vertices : ndarray, shape (K, 3)
+        Poses (x [m], y [m], θ [rad]): both triples of the line, and the vertex above it.
+    """
+
+    numbers: IntArray
+    stamps: FloatArray
+    laser: FloatArray
+    robot: FloatArray
+    vertices: FloatArray
+
+    def select(self, kept: BoolArray) -> PoseTable:
+        """The lines that a mask names."""
+        return PoseTable(**{name: rows[kept] for name, rows in vars(self).items()})
+
+    def timed(self) -> PoseTable:
+        """The stamps NaN where no line has a time, but only zeros."""
+        if self.stamps.any():  # then a zero is where their clock began
+            return self
+        return replace(self, stamps=np.full(len(self.stamps), np.nan))
+
+
 def as_offset(laser_offset: ArrayLike) -> FloatArray:
     """Check the place of the scanner on the robot, (x [m], y [m], θ [rad])."""
     offset = as_floats(laser_offset, "laser_offset", hint="give (x, y, θ)")
     if offset.shape != (3,) or not np.isfinite(offset).all():
         raise InvalidParameterError(
-            f"must be three finite numbers x, y, θ, got {laser_offset!r}", parameter="laser_offset"
+            f"`laser_offset` must be three finite numbers x, y, θ, got {laser_offset!r}"
         )
     return offset
 
@@ -51,55 +113,45 @@ def move_to_scanner(poses: FloatArray, offset: FloatArray) -> FloatArray:
 
 
 def agree_on_mounting(
-    found: dict[int, LaserLine], report: DamageReport
-) -> tuple[dict[int, LaserLine], FloatArray | None]:
+    table: PoseTable, report: DamageReport
+) -> tuple[PoseTable, FloatArray | None]:
     """Where the scanner sits on the robot, by the two poses of each laser line.
 
     A few lines that contradict all others hold a damaged pose, and are skipped.
 
     Parameters
     ----------
-    found : dict of LaserLine
-        The laser lines of a log by their number.
+    table : PoseTable
+        The laser lines of a log.
     report : DamageReport
         Takes the lines that are left out.
 
     Returns
     -------
-    kept : dict of LaserLine
+    kept : PoseTable
         The lines that agree; all of them where there is no mounting.
     mount : ndarray, shape (3,), or None
         ``T_robot_laser`` as (x [m], y [m], θ [rad]), the median over the lines: zeros where
         laser and robot coincide, so that the log does not say; None where their difference
         changes along the run, so that the laser's triple is a corrected pose.
     """
-    laser = np.array([line.laser for line in found.values()])
-    robot = np.array([line.robot for line in found.values()])
-    mounts = to_xytheta(relative(from_xytheta(robot), from_xytheta(laser)))
+    mounts = to_xytheta(relative(from_xytheta(table.robot), from_xytheta(table.laser)))
     mount = _median(mounts)
     odd = beyond(to_xytheta(relative(from_xytheta(mount), from_xytheta(mounts))), SAME_PLACE)
     if not is_few(odd):
-        return found, None
+        return table, None
     reason = f"the laser sits {{}} on the robot, in other lines {_text(mount)}"
-    kept = leave_out(found, odd, mounts, reason, report)
+    kept = leave_out(table, odd, mounts, reason, report)
     return kept, mount if (np.abs(mount) > PRINTED).any() else np.zeros(3)
 
 
 def leave_out(
-    found: dict[int, LaserLine],
-    odd: BoolArray,
-    offsets: FloatArray,
-    reason: str,
-    report: DamageReport,
-) -> dict[int, LaserLine]:
+    table: PoseTable, odd: BoolArray, offsets: FloatArray, reason: str, report: DamageReport
+) -> PoseTable:
     """The laser lines without the odd ones, which are reported with their offset for the {}."""
-    kept = {}
-    for (number, line), leave, offset in zip(found.items(), odd, offsets, strict=True):
-        if leave:
-            report.skip(number, reason.format(_text(offset)))
-        else:
-            kept[number] = line
-    return kept
+    for number, offset in zip(table.numbers[odd].tolist(), offsets[odd], strict=True):
+        report.skip(number, reason.format(_text(offset)))
+    return table.select(~odd)
 
 
 def beyond(offsets: FloatArray, tolerance: float) -> BoolArray:

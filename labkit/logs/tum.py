@@ -12,8 +12,15 @@ from numpy.typing import ArrayLike
 from labkit.arrays import FloatArray, as_floats, as_poses
 from labkit.errors import InvalidPointsError, LogError
 from labkit.files import atomic_write
-from labkit.logs.lines import DamagedLine, expect_fields, expect_near, finite, split_lines, time
-from labkit.logs.unpack import load
+from labkit.logs.lines import (
+    DamagedLine,
+    DamageReport,
+    expect_fields,
+    expect_near,
+    finite,
+    time,
+)
+from labkit.logs.source import TextSource
 from labkit.se2 import wrap
 
 
@@ -78,22 +85,21 @@ def read_tum(path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
         If the file cannot be read, holds no pose, or has a damaged line, a time beyond
         1e20 s, a position beyond 1e9 m or a rotation out of the plane; the message names the line.
     """
-    content = load(path)
-    lines = split_lines(content.data)
-    if content.damage:
-        raise LogError(f"{content.file}:{len(lines)}: {content.damage}")
+    source = TextSource(path)
+    report = DamageReport(source.file, strict=True)
+    source.verify(report)
     rows = []
-    for number, line in enumerate(lines, start=1):
+    for number, line in source.lines(report):
         fields = line.split()
         if not fields or fields[0].startswith("#"):
             continue
         try:
             rows.append(_parse_pose(fields))
         except DamagedLine as damage:
-            raise LogError(f"{content.file}:{number}: {damage}") from None
+            report.skip(number, damage)
     if not rows:
         raise LogError(
-            f"{content.file}: a trajectory without any pose, expected lines "
+            f"{source.file}: a trajectory without any pose, expected lines "
             f"`timestamp tx ty tz qx qy qz qw`"
         )
     table = np.array(rows)

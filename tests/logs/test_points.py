@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from labkit.errors import InvalidPointsError, LogError
+from labkit.errors import InvalidPointsError, LogError, WriteError
 from labkit.logs import read_log, read_points, write_points
 from labkit.scan import Scan
 
@@ -118,6 +118,6 @@ def test_points_come_back_bit_for_bit(scratch, points):
 def test_a_scan_without_points_is_not_written(tmp_path):
     with pytest.raises(InvalidPointsError, match="`scan` is empty"):
         write_points(tmp_path / "out.csv", Scan.from_ranges([np.inf], [0.0]))
-    with pytest.raises(LogError, match=r"the directory .* does not exist"):
+    with pytest.raises(WriteError, match=r"the directory .* does not exist"):
         write_points(tmp_path / "no" / "out.csv", TWO)
     assert list(tmp_path.iterdir()) == []

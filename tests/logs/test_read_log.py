@@ -90,12 +90,13 @@ def test_paths_with_nothing_to_read(tmp_path, save, monkeypatch):
     with pytest.raises(LogError, match=r"cannot be read: .*null"):
         read_log("a\0b")
 
-    def refuse(path):
+    def refuse(path, mode):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "read_bytes", refuse)
+    path = save("x")
+    monkeypatch.setattr(Path, "open", refuse)
     with pytest.raises(LogError, match=r"run\.log: no permission to read it"):
-        read_log(save("x"))
+        read_log(path)
 
 
 @pytest.mark.parametrize("offset", [(0.0, 0.0), (0.0, 0.0, np.inf), "front"])
