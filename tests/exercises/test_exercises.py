@@ -117,13 +117,35 @@ def test_the_cases_are_the_same_each_time(name):
     assert len(first) == len(second)
 
 
+TIME = re.compile(
+    r"\*\*Time\.\*\* (\d+) min to read and try, (\d+) min of exercises\. Core path: (\d+) min"
+)
+HEAD = re.compile(r" .+ · [★☆]{3} · (\d+) min( · deeper)?")
+
+
+def exercise_heads(cells: list[nbformat.NotebookNode]) -> list[str]:
+    text = "\n".join(cell.source for cell in cells if cell.cell_type == "markdown")
+    return re.findall(r"(?m)^:+\{exercise\}(.*)$", text)
+
+
 @pytest.mark.parametrize("chapter", CHAPTERS)
 def test_an_exercise_with_a_stub_has_a_name_stars_and_minutes(chapter):
     cells = CHAPTERS[chapter].cells
     stubs = [i for i, cell in enumerate(cells) if "stub" in cell.metadata.get("tags", [])]
-    texts = ["\n".join(cell.source for cell in cells[:i]) for i in stubs]
-    heads = [re.findall(r"(?m)^:+\{exercise\}(.*)$", text)[-1] for text in texts]
-    assert [h for h in heads if not re.fullmatch(r" .+ · [★☆]{3} · \d+ min", h)] == []
+    heads = [exercise_heads(cells[:i])[-1] for i in stubs]
+    assert [head for head in heads if not HEAD.fullmatch(head)] == []
+
+
+TIMED = [name for name, notebook in CHAPTERS.items() if TIME.search(notebook.cells[0].source)]
+
+
+@pytest.mark.parametrize("chapter", TIMED)
+def test_the_minutes_of_a_chapter_are_the_sum_of_its_exercises(chapter):
+    cells = CHAPTERS[chapter].cells
+    reading, practice, core = map(int, TIME.search(cells[0].source).groups())
+    heads = [HEAD.fullmatch(head) for head in exercise_heads(cells)]
+    assert sum(int(head[1]) for head in heads) == practice
+    assert sum(int(head[1]) for head in heads if not head[2]) < core <= reading + practice
 
 
 # What is said of an answer
