@@ -8,6 +8,7 @@ the grader, to change a file's metadata, and to set a lock that another process 
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
 import sys
@@ -187,10 +188,9 @@ def open_sandbox(mode: str = "auto", limits: Limits | None = None) -> Slot:
     limits = limits or Limits()
     if mode == "auto":
         for candidate in SAFE:
-            try:
-                return Slot(candidate, limits)
-            except SandboxError:
-                continue
+            with contextlib.suppress(SandboxError):
+                if not obstacle(candidate):
+                    return Slot(candidate, limits)
         raise SandboxError(
             "no safe mode of isolation works here:\n"
             + "\n".join(f"  {name}: {why}" for name, why in available_modes().items() if why)

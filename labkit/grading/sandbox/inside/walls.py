@@ -10,20 +10,24 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import os
-import resource
 import signal
 import stat
 import struct
+import sys
 from typing import Any
 
 from labkit.grading.sandbox.inside import syscall_filter
+
+if sys.platform == "linux":  # elsewhere no wall is built, but this file can be imported
+    import resource
+
+    LIBC = ctypes.CDLL(None, use_errno=True)
 
 PRIVATE_FOLDER = "/tmp"
 MAX_FILES = 256
 OPEN_FILES = 32
 NO_CORE = 1  # and 0 would let a program that collects core dumps have them
 
-LIBC = ctypes.CDLL(None, use_errno=True)
 
 PR_SET_PDEATHSIG, PR_SET_SECCOMP, PR_CAPBSET_DROP = 1, 22, 24
 PR_SET_NO_NEW_PRIVS, PR_CAP_AMBIENT = 38, 47

@@ -1,5 +1,7 @@
 """Slots of every mode that works here."""
 
+from functools import partial
+
 import pytest
 
 from labkit.grading.contract import Limits
@@ -8,9 +10,9 @@ from labkit.grading.sandbox.host import MODES, SAFE, SandboxError, open_sandbox
 LIMITS = Limits(seconds=0.6, total_seconds=20.0)
 
 
-def opened(mode):
+def opened(mode, limits=LIMITS):
     try:
-        return open_sandbox(mode, LIMITS)
+        return open_sandbox(mode, limits)
     except SandboxError as why:  # it names what to install
         pytest.skip(str(why))
 
@@ -31,5 +33,11 @@ def safe_mode(request):
 @pytest.fixture(scope="session")
 def slot():
     """One slot of the strongest mode: for what does not depend on the mode."""
-    with open_sandbox("auto", LIMITS) as strongest:
+    with opened("auto") as strongest:
         yield strongest
+
+
+@pytest.fixture
+def open_slot():
+    """Open a slot of the strongest mode with limits of the test's own."""
+    return partial(opened, "auto")

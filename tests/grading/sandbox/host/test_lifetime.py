@@ -17,6 +17,9 @@ from labkit.grading.sandbox.host.users import SlotUser, processes_of
 
 CELL = SourceCell(source="def f(x):\n    return 2 * x", question="q", label="cell 1")
 CALL = Call(id="1", question="q", function="f", arguments=(21,))
+BY_ROOT = pytest.mark.skipif(
+    sys.platform != "linux" or os.geteuid() != 0, reason="only root gives each slot its own user"
+)
 PATIENCE = 20.0  # s, for a machine that has much else to do
 
 GRADER = """
@@ -112,8 +115,8 @@ def test_a_zygote_that_is_long_gone_is_started_again_at_once(safe_mode):
         assert time.monotonic() - start < PATIENCE, "it waited for a process that is gone"
 
 
-def test_a_zygote_that_cannot_start_again_is_an_error(monkeypatch):
-    with open_sandbox() as slot:
+def test_a_zygote_that_cannot_start_again_is_an_error(monkeypatch, open_slot):
+    with open_slot() as slot:
         for pid in reversed(descendants(slot._starter.process.pid)):
             os.kill(pid, signal.SIGKILL)
         slot._starter.process.wait()
@@ -124,19 +127,17 @@ def test_a_zygote_that_cannot_start_again_is_an_error(monkeypatch):
         assert time.monotonic() - start < PATIENCE  # its own ends of the sockets are closed, too
 
 
-def test_slots_side_by_side_do_not_share_a_user():
-    if os.geteuid() != 0:
-        pytest.skip("only root gives each slot a user of its own")
-    with open_sandbox() as one, open_sandbox() as two:
+@BY_ROOT
+def test_slots_side_by_side_do_not_share_a_user(open_slot):
+    with open_slot() as one, open_slot() as two:
         assert one._starter.user.uid != two._starter.user.uid
         with ThreadPoolExecutor(2) as pool:
             outcomes = pool.map(lambda slot: slot.run([CELL], [CALL])[0], (one, two))
             assert [outcome.value for outcome in outcomes] == [42, 42]
 
 
+@BY_ROOT
 def test_a_user_is_free_again_once_its_slot_is_closed():
-    if os.geteuid() != 0:
-        pytest.skip("only root gives each slot a user of its own")
     first, second = SlotUser(), SlotUser()
     assert first.uid != second.uid
     left = subprocess.Popen(["sleep", "1000"], user=first.uid)
@@ -160,8 +161,8 @@ def test_a_hundred_submissions_leave_no_descriptor_and_no_file(slot, tmp_path, m
     assert len(descendants(slot._starter.process.pid)) <= 3
 
 
-def test_a_slow_submission_is_ended_and_the_slot_is_ready_at_once():
-    with open_sandbox("auto", Limits(seconds=0.3)) as slot:
+def test_a_slow_submission_is_ended_and_the_slot_is_ready_at_once(open_slot):
+    with open_slot(Limits(seconds=0.3)) as slot:
         hang = SourceCell(source="def f(x):\n    while True: pass", question="q", label="cell 1")
         start = time.monotonic()
         slot.run([hang], [CALL])
@@ -169,6 +170,7 @@ def test_a_slow_submission_is_ended_and_the_slot_is_ready_at_once():
         assert time.monotonic() - start < PATIENCE
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a way to leave a process behind")
 def test_without_isolation_a_survivor_that_talks_on_does_not_hold_the_grader():
     """It has left the group that is killed, and its end of the pipe with it; for three seconds."""
     source = (

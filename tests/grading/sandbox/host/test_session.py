@@ -193,9 +193,9 @@ def test_what_one_question_leaves_behind_does_not_count_against_another(slot):
     assert (one.value, two.value) == (1.0, 3.0)
 
 
-def test_memory_is_limited_and_what_is_allowed_is_there():
+def test_memory_is_limited_and_what_is_allowed_is_there(open_slot):
     source = "def one(x):\n    return len(bytearray(int(x)))"
-    with open_sandbox("auto", Limits(memory=200 << 20)) as slot:
+    with open_slot(Limits(memory=200 << 20)) as slot:
         little, much = slot.run(
             cells(source), [call("one", 150e6, id="little"), call("one", 250e6, id="much")]
         )
@@ -203,9 +203,9 @@ def test_memory_is_limited_and_what_is_allowed_is_there():
     assert (much.status, much.error) == (RAISED, "MemoryError")
 
 
-def test_the_submission_as_a_whole_has_its_time():
+def test_the_submission_as_a_whole_has_its_time(open_slot):
     hanging = [(f"q{i}", f"def q{i}(x):\n    while True: pass") for i in range(4)]
-    with open_sandbox("auto", Limits(seconds=0.5, total_seconds=1.2)) as slot:
+    with open_slot(Limits(seconds=0.5, total_seconds=1.2)) as slot:
         start = time.monotonic()
         outcomes = slot.run(cells(*hanging), [call(f"q{i}") for i in range(4)])
     assert [outcome.status for outcome in outcomes] == [TIMEOUT] * 4
@@ -213,9 +213,9 @@ def test_the_submission_as_a_whole_has_its_time():
     assert time.monotonic() - start < 10.0
 
 
-def test_results_are_limited_by_the_question():
+def test_results_are_limited_by_the_question(open_slot):
     source = "import numpy as np\ndef one(n):\n    return np.zeros(int(n))"
-    with open_sandbox("auto", Limits(result_bytes=10_000)) as slot:
+    with open_slot(Limits(result_bytes=10_000)) as slot:
         first, second, third = slot.run(
             cells(source), [call("one", n, id=str(n)) for n in (600.0, 700.0, 10.0)]
         )
