@@ -16,7 +16,7 @@ from labkit.exercises import Case, check, exercises
 from labkit.exercises.exercise import Exercise
 
 FOLDER = Path(__file__).parents[2] / "notebooks"
-CHAPTERS = {path.name: nbformat.read(path, 4) for path in sorted(FOLDER.glob("0*.ipynb"))}
+CHAPTERS = {path.name: nbformat.read(path, 4) for path in sorted(FOLDER.glob("[01]*.ipynb"))}
 EXERCISES = exercises()
 
 
