@@ -50,7 +50,7 @@ LAYERS = {
     "covariance": MATCHING,
     "odometry": ESTIMATION,
     "simulation": DATA,
-    "evaluation": DATA,
+    "evaluation": DATA | {"alignment"},
     "logs": DATA | {"files"},
     "": MATHS,
     "plotting": BELOW_PLOTTING,

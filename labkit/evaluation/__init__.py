@@ -8,8 +8,12 @@ from labkit.evaluation.absolute import AbsoluteErrors, absolute_errors, ate
 from labkit.evaluation.association import associate
 from labkit.evaluation.consistency import disagreement, forward_backward, loop_closure
 from labkit.evaluation.pose_errors import ErrorSummary, PoseErrors
-from labkit.evaluation.relation_files import read_relations
-from labkit.evaluation.relations import RelationErrors, Relations, relation_errors
+from labkit.evaluation.relations import (
+    RelationErrors,
+    Relations,
+    read_relations,
+    relation_errors,
+)
 from labkit.evaluation.relative import RelativeErrors, rpe
 
 __all__ = [

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from labkit.alignment import align
 from labkit.arrays import FloatArray
 from labkit.errors import DegenerateAlignmentError, InvalidParameterError
-from labkit.evaluation.checks import as_trajectories
-from labkit.evaluation.pose_errors import PoseErrors, pose_differences
-from labkit.se2 import from_xytheta, invert, rotation, transform
-
-# Relative to the size of the positions; a sum over a long trajectory rounds below it.
-RESOLUTION = 1e-12
+from labkit.evaluation.pose_errors import PoseErrors, as_trajectories, pose_differences
+from labkit.se2 import from_xytheta, invert
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -125,17 +121,10 @@ def absolute_errors(estimate: ArrayLike, reference: ArrayLike) -> tuple[str, Pos
 
 def _fit(p: FloatArray, q: FloatArray) -> FloatArray:
     """The rigid transform that moves positions p onto q, by least squares (section 3)."""
-    p_mean, q_mean = p.mean(axis=0), q.mean(axis=0)
-    x, y = p - p_mean, q - q_mean
-    a = float((x * y).sum())
-    b = float((x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]).sum())
-    x_size, y_size = np.linalg.norm(x), np.linalg.norm(y)
-    rests = x_size <= RESOLUTION * np.linalg.norm(p) or y_size <= RESOLUTION * np.linalg.norm(q)
-    if rests or math.hypot(a, b) <= RESOLUTION * x_size * y_size:
+    try:
+        return align(p, q)
+    except DegenerateAlignmentError as error:
         raise DegenerateAlignmentError(
             f"the {len(p)} positions leave the rotation undetermined (a trajectory that stays "
             f'in its place?); use align="origin"'
-        )
-    theta = math.atan2(b, a)
-    t = q_mean - rotation(theta) @ p_mean
-    return transform(t[0], t[1], theta)
+        ) from error

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, IntArray, check_range
-from labkit.evaluation.checks import as_stamps
+from labkit.arrays import FloatArray, IntArray, as_finite, as_floats, check_range
+from labkit.errors import InvalidPointsError
 
 
 def associate(stamps_a: ArrayLike, stamps_b: ArrayLike, tolerance: float) -> IntArray:
@@ -63,3 +63,11 @@ def nearest(stamps: FloatArray, queries: FloatArray) -> IntArray:
     earlier = np.abs(queries - values[before]) <= np.abs(values[after] - queries)
     index: IntArray = first[np.where(earlier, before, after)]
     return index
+
+
+def as_stamps(stamps: ArrayLike, name: str) -> FloatArray:
+    """Check times: shape (K,), seconds, finite, in any order."""
+    checked = as_floats(stamps, name, hint="give seconds")
+    if checked.ndim != 1:
+        raise InvalidPointsError(f"`{name}` must have shape (K,), got {checked.shape}")
+    return as_finite(checked, name)

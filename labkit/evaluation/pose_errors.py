@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats
+from labkit.arrays import FloatArray, as_floats, as_poses
 from labkit.errors import InvalidPointsError
 from labkit.se2 import relative, to_xytheta
 
@@ -108,3 +108,14 @@ def pose_differences(T_true: FloatArray, T_estimated: FloatArray) -> tuple[Float
     """
     difference = to_xytheta(relative(T_true, T_estimated))
     return np.hypot(difference[:, 0], difference[:, 1]), np.abs(difference[:, 2])
+
+
+def as_trajectories(estimate: ArrayLike, reference: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Check two trajectories whose rows k belong to the same instant."""
+    x, x_reference = as_poses(estimate, "estimate"), as_poses(reference, "reference")
+    if len(x) != len(x_reference):
+        raise InvalidPointsError(
+            f"`estimate` and `reference` must have the same length, got {len(x)} and "
+            f"{len(x_reference)} poses; pair them by `associate` first"
+        )
+    return x, x_reference

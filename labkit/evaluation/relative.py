@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from labkit.arrays import FARTHEST, FloatArray, IntArray, check_range, is_number
 from labkit.errors import InvalidParameterError
-from labkit.evaluation.checks import as_trajectories
-from labkit.evaluation.pose_errors import PoseErrors, pose_differences
+from labkit.evaluation.pose_errors import PoseErrors, as_trajectories, pose_differences
 from labkit.se2 import from_xytheta, relative
 
 
