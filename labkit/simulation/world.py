@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats, check_count
+from labkit.arrays import FloatArray, as_finite, as_floats, check_count
 from labkit.errors import InvalidParameterError, InvalidPointsError
-from labkit.simulation.checks import as_segments
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -102,3 +101,11 @@ def circle(center: ArrayLike, radius: float, sides: int = 16) -> FloatArray:
     turn = 2.0 * np.pi * np.arange(sides) / sides
     rim = radius * np.column_stack([np.cos(turn), np.sin(turn)])
     return polyline(np.asarray(center, dtype=np.float64) + rim, closed=True)
+
+
+def as_segments(segments: ArrayLike, name: str) -> FloatArray:
+    """Check line segments: M pairs of end points (x, y) [m], shape (M, 2, 2), finite."""
+    checked = as_floats(segments, name, hint="give an (M, 2, 2) array of end points in metres")
+    if checked.ndim != 3 or checked.shape[1:] != (2, 2):
+        raise InvalidPointsError(f"`{name}` must have shape (M, 2, 2), got {checked.shape}")
+    return as_finite(checked, name)

@@ -17,7 +17,7 @@ from labkit.simulation import (
     room_with_door,
     two_rooms,
 )
-from labkit.simulation.raycast import first_hits
+from labkit.simulation.lidar import first_hits
 
 QUIET = Lidar(noise_std=0.0)
 AROUND = Lidar(beam_count=720, field_of_view=2.0 * math.pi, noise_std=0.0)
