@@ -14,7 +14,7 @@ from tqdm import tqdm
 from labkit.arrays import FloatArray, check_count
 from labkit.cli.options import add_icp_options, add_options, from_options
 from labkit.cli.outputs import add_output_options, choose_outputs
-from labkit.cli.summary import decision_text, error_table
+from labkit.cli.summary import decision_text, error_text
 from labkit.errors import InvalidPointsError
 from labkit.filters import Preprocessing
 from labkit.logs import Log, read_log
@@ -131,7 +131,7 @@ def run(args: argparse.Namespace) -> int:
         print("wrote " + ", ".join(path for path, _ in outputs))
     print(decision_text(result, seconds))
     if log.reference is not None:
-        print(error_table(log.reference, result, prior))
+        print(error_text(log.reference, result, prior))
     return 0
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from labkit.arrays import FloatArray
 from labkit.cli.text import ERROR_HEADER, error_row, table
-from labkit.evaluation import absolute_errors, rpe
+from labkit.evaluation import compare
 from labkit.odometry import Decision, OdometryResult, integrate
 
 
@@ -21,17 +21,10 @@ def decision_text(result: OdometryResult, seconds: float) -> str:
     )
 
 
-def error_table(reference: FloatArray, result: OdometryResult, prior: FloatArray | None) -> str:
+def error_text(reference: FloatArray, result: OdometryResult, prior: FloatArray | None) -> str:
     """Errors of the estimate against the log's reference, and the prior's beside them."""
     trajectories = {"odometry": result.poses}
     if prior is not None:
         trajectories["prior"] = integrate(prior, reference[0])
-    rows = []
-    for name, poses in trajectories.items():
-        rows.append(error_row(f"{name}, RPE a step", rpe(poses, reference)))
-    for name, poses in trajectories.items():
-        rows.append(error_row(f"{name}, RPE over 10 m", rpe(poses, reference, 10.0, "metres")))
-    for name, poses in trajectories.items():
-        kind, errors = absolute_errors(poses, reference)
-        rows.append(error_row(f"{name}, {kind}", errors))
-    return table(ERROR_HEADER, rows)
+    errors = compare(trajectories, reference)
+    return table(ERROR_HEADER, [error_row(name, each) for name, each in errors.items()])

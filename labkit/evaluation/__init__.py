@@ -4,8 +4,9 @@ Everything takes poses as rows (x [m], y [m], θ [rad]). An error is one transla
 and one rotation [rad] per pose or pair; the two are never mixed into one number.
 """
 
-from labkit.evaluation.absolute import AbsoluteErrors, absolute_errors, ate
+from labkit.evaluation.absolute import AbsoluteErrors, ate
 from labkit.evaluation.association import associate
+from labkit.evaluation.comparison import absolute_errors, compare
 from labkit.evaluation.consistency import disagreement, forward_backward, loop_closure
 from labkit.evaluation.pose_errors import ErrorSummary, PoseErrors
 from labkit.evaluation.relations import (
@@ -26,6 +27,7 @@ __all__ = [
     "absolute_errors",
     "associate",
     "ate",
+    "compare",
     "disagreement",
     "forward_backward",
     "loop_closure",

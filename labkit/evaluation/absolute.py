@@ -93,32 +93,6 @@ def ate(
     )
 
 
-def absolute_errors(estimate: ArrayLike, reference: ArrayLike) -> tuple[str, PoseErrors]:
-    """The ATE under a name that says so where no rigid alignment is the best one.
-
-    Parameters
-    ----------
-    estimate, reference : array_like, shape (K, 3)
-        Rows (x [m], y [m], θ [rad]); row k of one belongs to row k of the other.
-
-    Returns
-    -------
-    str, PoseErrors
-        "ATE" after rigid alignment; "ATE, first poses aligned" for a robot that stays in
-        its place.
-
-    Examples
-    --------
-    >>> name, errors = absolute_errors([[0, 0, 0], [0, 0, 0.1]], [[5, 5, 0], [5, 5, 0.2]])
-    >>> name, round(errors.rotation.max, 3)
-    ('ATE, first poses aligned', 0.1)
-    """
-    try:
-        return "ATE", ate(estimate, reference)
-    except DegenerateAlignmentError:
-        return "ATE, first poses aligned", ate(estimate, reference, align="origin")
-
-
 def _fit(p: FloatArray, q: FloatArray) -> FloatArray:
     """The rigid transform that moves positions p onto q, by least squares (section 3)."""
     try:

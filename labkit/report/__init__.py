@@ -1,10 +1,8 @@
 """A report of a page or two: its tables, and its way from a notebook to HTML and PDF."""
 
-from labkit.report.needs import ReportError
-from labkit.report.pages import read_report, render
-from labkit.report.parameters import parameter_table
+from labkit.report.pages import ReportError, read_report, render
 from labkit.report.pdf import page_count, write_pdf
-from labkit.report.tables import Table, error_table, quality_table
+from labkit.report.tables import Table, error_table, parameter_table, quality_table
 
 __all__ = [
     "ReportError",

@@ -2,22 +2,42 @@
 
 from __future__ import annotations
 
+import base64
 import copy
 import html
+import importlib
+import mimetypes
+import os
 import re
 import subprocess
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
-from labkit.report.needs import ReportError, need
-from labkit.report.pictures import embed_in_html, embedded
-from labkit.report.style import CSS
+from labkit.errors import LabkitError
 
 TIMEOUT = 300  # seconds for one cell
 PLACE = "labkit_place"  # in a cell's metadata: the file and the cell, for a message
+PREFERRED = ("image/svg+xml", "image/png", "image/jpeg")  # sharp before small
+STYLE = Path(__file__).with_name("page.css")
+
+
+class ReportError(LabkitError):
+    """A report that cannot be made; the message says why and what to do."""
+
+
+def need(name: str) -> Any:
+    """Import a module that only reports need, or say how to get it."""
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise ReportError(
+            f"a report needs more than labkit does: "
+            f"`python -m pip install 'labkit[report]'` ({error})"
+        ) from error
 
 
 def read_report(path: str | Path, *, run: bool = True) -> Any:
@@ -167,7 +187,7 @@ def render(notebook: Any, folder: str | Path = ".") -> str:
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{html.escape(_title(notebook))}</title>\n"
-        f"<style>\n{CSS}</style>\n</head>\n<body>\n<main>\n{body}\n</main>\n</body>\n</html>\n"
+        f"<style>\n{STYLE.read_text('utf-8')}</style>\n</head>\n<body>\n<main>\n{body}\n</main>\n</body>\n</html>\n"
     )
 
 
@@ -211,3 +231,65 @@ def _mathml(formula: str, display: str) -> str:
 
 def _without_front_matter(text: str) -> str:
     return re.sub(r"\A---\n.*?\n---\n", "", text, flags=re.DOTALL)
+
+
+def embedded(address: str, folder: str | Path, attachments: Mapping[str, Mapping[str, str]]) -> str:
+    """A picture's address as a data URL, which holds the picture itself.
+
+    Parameters
+    ----------
+    address : str
+        As the text has it: a path in the folder, ``attachment:name``, or a data URL.
+    folder : path-like
+        Where the report lies.
+    attachments : mapping
+        What was pasted into the cell: base64 by kind ("image/png") by name.
+
+    Raises
+    ------
+    ReportError
+        For a picture that is not there, or would have to come from the network.
+    """
+    if address.startswith("data:"):
+        return address
+    name = unquote(address)
+    if name.startswith("attachment:"):
+        return _attached(name.removeprefix("attachment:"), attachments)
+    if re.match(r"[A-Za-z][\w+.-]+:|//", name):
+        raise ReportError(
+            f"the picture {name!r} lies on the network; save it beside the report and name the file"
+        )
+    base = os.path.abspath(folder)
+    path = Path(os.path.abspath(os.path.join(base, name)))
+    if not path.is_relative_to(base):
+        raise ReportError(f"the picture {name!r} lies outside of {base}; copy it beside the report")
+    kind = mimetypes.guess_type(path.name, strict=False)[0] or ""
+    try:
+        content = path.read_bytes()
+    except (OSError, ValueError) as error:  # a name may hold a NUL
+        reason = getattr(error, "strerror", None) or error
+        raise ReportError(f"the picture {name!r} cannot be read: {reason} ({path})") from error
+    if not kind.startswith("image/"):
+        raise ReportError(f"{name!r} is no picture that a page can show; use .png, .jpg or .svg")
+    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
+
+
+def embed_in_html(text: str, folder: str | Path) -> str:
+    """HTML that a cell displays, with the pictures that it names as data URLs."""
+
+    def replace(found: re.Match[str]) -> str:
+        start, quote, address = found.groups()
+        return f"{start}{quote}{embedded(html.unescape(address), folder, {})}{quote}"
+
+    return re.sub(r"""(<img\b[^>]*?\ssrc=)(["'])(.*?)\2""", replace, text, flags=re.I | re.S)
+
+
+def _attached(name: str, attachments: Mapping[str, Mapping[str, str]]) -> str:
+    pictures = attachments.get(name)
+    if not pictures:
+        known = ", ".join(sorted(attachments)) or "nothing"
+        raise ReportError(
+            f"the picture {name!r} is not attached to the cell, which has {known}; paste it again"
+        )
+    kind = next((each for each in PREFERRED if each in pictures), next(iter(pictures)))
+    return f"data:{kind};base64,{pictures[kind]}"

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from labkit.files import atomic_write
-from labkit.report.needs import ReportError, need
+from labkit.report.pages import ReportError, need
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 CHANNELS: tuple[dict[str, str], ...] = ({}, {"channel": "chrome"}, {"channel": "msedge"})

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import MISSING, fields, is_dataclass
+from numbers import Integral, Real
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.arrays import FARTHEST, check_range
 from labkit.errors import InvalidParameterError
-from labkit.evaluation import ErrorSummary, PoseErrors, absolute_errors, rpe
+from labkit.evaluation import ErrorSummary, compare
 from labkit.odometry import Decision, StepRecord
+
+UNANSWERED = "**why?**"  # of a value that was changed, where no reason is given
 
 
 class Table(str):
@@ -73,16 +78,8 @@ def error_table(
         For a `stretch` that is not positive, or longer than 1e9 m.
     """
     check_range(stretch, "stretch", above=0.0, at_most=FARTHEST, unit="m")
-    errors: list[tuple[str, PoseErrors]] = []
-    for name, poses in trajectories.items():
-        errors.append((f"{name}, RPE a step", rpe(poses, reference)))
-    for name, poses in trajectories.items():
-        over = rpe(poses, reference, stretch, "metres")
-        errors.append((f"{name}, RPE over {stretch:g} m", over))
-    for name, poses in trajectories.items():
-        kind, absolute = absolute_errors(poses, reference)
-        errors.append((f"{name}, {kind}", absolute))
-    rows = [[title, *_three(each.translation, each.rotation)] for title, each in errors]
+    errors = compare(trajectories, reference, stretch)
+    rows = [[title, *_three(each.translation, each.rotation)] for title, each in errors.items()]
     return Table.of(["error (median, 95 %, max)", "translation [m]", "rotation [°]"], rows)
 
 
@@ -142,3 +139,77 @@ def _three(translation: ErrorSummary, rotation: ErrorSummary) -> list[str]:
         return ", ".join(f"{scale * value:{form}}" for value in values)
 
     return [line(translation, 1.0, ".3f"), line(rotation, math.degrees(1.0), ".2f")]
+
+
+def parameter_table(parameters: object, reasons: Mapping[str, str] | None = None) -> Table:
+    """Every parameter that was chosen, with the reason for it.
+
+    Parameters
+    ----------
+    parameters : dataclass instance
+        Such as `labkit.IcpParameters` or `labkit.odometry.OdometryParameters`; parameters
+        within parameters are listed, too.
+    reasons : mapping of str to str, optional
+        Why each has its value. One that has neither its default nor a reason is asked "why?".
+
+    Returns
+    -------
+    Table
+        Those that differ from their default, and those with a reason.
+
+    Raises
+    ------
+    InvalidParameterError
+        For a reason for a parameter that there is not.
+
+    Examples
+    --------
+    >>> import labkit
+    >>> chosen = labkit.IcpParameters(overlap_ratio=0.7)
+    >>> print(parameter_table(chosen, {"overlap_ratio": "a third of the scan is a crowd"}))
+    | parameter | value | default | reason |
+    |---|--:|--:|---|
+    | `overlap_ratio` | 0.7 | 0.85 | a third of the scan is a crowd |
+    """
+    given = dict(reasons or {})
+    rows = []
+    leaves = list(_leaves(parameters))
+    for name, value, default, unit in leaves:
+        reason = given.pop(name, None)
+        if reason is not None or value != default:
+            cells = (_show(value, unit), _show(default, unit))
+            rows.append([f"`{name}`", *cells, reason or UNANSWERED])
+    if given:
+        known = ", ".join(sorted(name for name, *_ in leaves))
+        raise InvalidParameterError(
+            f"must be for parameters, got {next(iter(given))!r}; there are {known}",
+            parameter="reasons",
+        )
+    head = Table.of(["parameter", "value", "default", "reason"], rows)
+    return Table(head.replace("|---|--:|--:|--:|", "|---|--:|--:|---|", 1))
+
+
+def _leaves(parameters: object) -> Iterator[tuple[str, Any, Any, str]]:
+    """Name, value, default and unit of each parameter, those within parameters included."""
+    if not is_dataclass(parameters) or isinstance(parameters, type):
+        raise InvalidParameterError(
+            f"must be a parameter object such as IcpParameters(), got {parameters!r}",
+            parameter="parameters",
+        )
+    for field in fields(parameters):
+        value = getattr(parameters, field.name)
+        default = field.default_factory() if field.default_factory is not MISSING else field.default
+        if not is_dataclass(value):
+            yield field.name, value, default, field.metadata.get("unit", "")
+            continue
+        usual = {name: each for name, each, *_ in _leaves(default)}
+        yield from ((name, each, usual.get(name), unit) for name, each, _, unit in _leaves(value))
+
+
+def _show(value: object, unit: str) -> str:
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return str(value)
+    if value == math.inf:
+        return "off"
+    number = str(value) if isinstance(value, Integral) else f"{float(value):g}"
+    return f"{number} {unit}".rstrip()

@@ -10,7 +10,7 @@ import labkit
 from labkit.errors import InvalidParameterError
 from labkit.odometry import Decision, OdometryParameters, SanityLimits, StepRecord
 from labkit.report import Table, error_table, parameter_table, quality_table, render
-from labkit.report.parameters import UNANSWERED
+from labkit.report.tables import UNANSWERED
 
 
 def cells(table):
