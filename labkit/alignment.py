@@ -59,7 +59,7 @@ def align(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None
     >>> np.round(T, 12).tolist()
     [[0.0, -1.0, 2.0], [1.0, 0.0, 3.0], [0.0, 0.0, 1.0]]
     """
-    p, q, w = as_pairs(source, target, weights)
+    p, q, w = _weighted(source, target, weights)
     p_mean, q_mean, x, y, scale = _center(p, q, w)
     a = float(w @ (x * y).sum(axis=1))  # (3.6)  Σ w (x·y)
     b = float(w @ (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]))  # (3.7)  Σ w (x × y)
@@ -76,7 +76,7 @@ def align_svd(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = 
     R = V diag(1, det(V Uᵀ)) Uᵀ; without the determinant a mirrored scene would yield a
     reflection, which no robot can drive.
     """
-    p, q, w = as_pairs(source, target, weights)
+    p, q, w = _weighted(source, target, weights)
     p_mean, q_mean, x, y, scale = _center(p, q, w)
     H = (w[:, None] * x).T @ y  # (3.4)
     U, singular_values, Vt = np.linalg.svd(H)
@@ -89,6 +89,20 @@ def align_svd(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = 
     return T
 
 
+def _weighted(
+    source: ArrayLike, target: ArrayLike, weights: ArrayLike | None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The pairs that have a weight: those of weight 0 say nothing, wherever they lie."""
+    p, q, w = as_pairs(source, target, weights)
+    counted = w > 0.0
+    if not counted.any():
+        raise DegenerateAlignmentError(
+            f"all {len(w)} weights are zero, so no pair says anything; "
+            f"relax the gate or the weights"
+        )
+    return p[counted], q[counted], w[counted]
+
+
 def _center(
     p: FloatArray, q: FloatArray, w: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, float]:
@@ -98,11 +112,6 @@ def _center(
     Raise where all points coincide.
     """
     total = w.sum()
-    if total <= 0.0:
-        raise DegenerateAlignmentError(
-            f"all {len(w)} weights are zero, so no pair says anything; "
-            f"relax the gate or the weights"
-        )
     p_mean, q_mean = w @ p / total, w @ q / total
     x, y, scale = p - p_mean, q - q_mean, float(total)
     for name, points, centered in (("source", p, x), ("target", q, y)):

@@ -37,6 +37,8 @@ def alignment(cases: Cases) -> None:
     half = np.where(np.arange(12) % 2, WEIGHTS, 0.0)
     wrong = _seen(-1.2) + np.where(half[:, None] > 0.0, NOISE, [7.0, -9.0])
     cases.align("weight_zero_silences_outliers", CLOUD, wrong, half)
+    far = np.vstack([CLOUD[:3], [[1e9, -2e9]]]), np.vstack([_seen(0.4)[:3], [[-3e9, 1e9]]])
+    cases.align("weight_zero_silences_the_farthest", *far, [1.0, 2.0, 0.5, 0.0])
     cases.align("weights_of_nine_decades", CLOUD, _seen(0.4) + NOISE, np.logspace(-9, 0, 12), 12)
     cases.align("two_pairs", CLOUD[:2], _seen(-2.5, CLOUD[:2]))
     cases.align("two_pairs_that_disagree_in_length", [[0, 0], [1, 0]], [[2, 3], [2, 8]])

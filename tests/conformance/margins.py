@@ -97,6 +97,7 @@ def alignment_edges(p: FloatArray, q: FloatArray, w: FloatArray | None) -> Itera
     w = np.ones(len(p)) if w is None else w
     if w.sum() == 0.0:
         return
+    p, q, w = p[w > 0.0], q[w > 0.0], w[w > 0.0]
     x, y = (points - w @ points / w.sum() for points in (p, q))
     spread = [math.sqrt(w @ (z * z).sum(axis=1) / w.sum()) for z in (x, y)]
     for name, points, centered, size in zip(

@@ -3,12 +3,22 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace icp2d {
 namespace {
 
 constexpr double relative_resolution = 1e-10;  // far above rounding, far below a real scan
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+/// The pairs that have a weight: the others say nothing, wherever they lie.
+Pairs with_weight(const Pairs& pairs) {
+    std::vector<Eigen::Index> kept;
+    for (Eigen::Index i = 0; i < pairs.w.size(); ++i) {
+        if (pairs.w(i) > 0.0) kept.push_back(i);
+    }
+    return {pairs.p(Eigen::all, kept), pairs.q(Eigen::all, kept), pairs.w(kept)};
+}
 
 /// Weighted root mean square distance from the centroid, in metres.
 double spread(const Points& centered, const Eigen::VectorXd& w) {
@@ -30,10 +40,10 @@ double resolution(const Points& points, const Points& centered) {
 // The numbers are those of "Alignment" in the specification. A test reads "not above" instead
 // of "below or equal", so that coordinates whose squares overflow count as degenerate too.
 std::optional<Eigen::Isometry2d> align(const Pairs& pairs) {
-    const auto& [p, q, w] = pairs;
-    const double W = w.sum();
-    if (!(W > 0.0)) return std::nullopt;  // 1
+    const auto [p, q, w] = with_weight(pairs);  // 1
+    if (w.size() == 0) return std::nullopt;
 
+    const double W = w.sum();
     const Eigen::Vector2d p_mean = p * w / W;  // 2
     const Eigen::Vector2d q_mean = q * w / W;
     const Points x = p.colwise() - p_mean;

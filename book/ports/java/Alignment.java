@@ -17,13 +17,14 @@ final class Alignment {
     private Alignment() {}
 
     /**
-     * The rigid motion that best maps the sources of {@code pairs} onto their targets.
+     * The rigid motion that best maps the sources of {@code allPairs} onto their targets.
      *
      * @return {@code targetFromSource}, the unique minimiser of (3.1)
      * @throws DegenerateAlignmentException where more than one rotation fits equally well
      */
-    static Transform align(List<Pair> pairs) throws DegenerateAlignmentException {
-        double total = totalWeight(pairs);
+    static Transform align(List<Pair> allPairs) throws DegenerateAlignmentException {
+        List<Pair> pairs = withWeight(allPairs);
+        double total = pairs.stream().mapToDouble(Pair::weight).sum();
         Point sourceMean = centroid(pairs, Pair::source, total);
         Point targetMean = centroid(pairs, Pair::target, total);
         double sourceSpread = spread("source", pairs, Pair::source, sourceMean, total);
@@ -45,15 +46,13 @@ final class Alignment {
         return Transform.of(t.x(), t.y(), theta);
     }
 
-    private static double totalWeight(List<Pair> pairs) throws DegenerateAlignmentException {
-        double total = 0.0;
-        for (Pair pair : pairs) {
-            total += pair.weight();
-        }
-        if (total <= 0.0) {
+    /** The pairs that say something: one of weight 0 does not, wherever it lies. */
+    private static List<Pair> withWeight(List<Pair> pairs) throws DegenerateAlignmentException {
+        List<Pair> kept = pairs.stream().filter(pair -> pair.weight() > 0.0).toList();
+        if (kept.isEmpty()) {
             throw degenerate("all %d weights are zero, so no pair says anything", pairs.size());
         }
-        return total;
+        return kept;
     }
 
     private static Point centroid(List<Pair> pairs, Function<Pair, Point> side, double total) {

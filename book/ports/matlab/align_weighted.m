@@ -21,6 +21,10 @@ check_pairs(p, q, w);
 T_target_source = nan(3);
 degenerate = '';
 
+kept = w > 0;             % a pair without weight says nothing, wherever it lies
+p = p(kept, :);
+q = q(kept, :);
+w = w(kept);
 total = sum(w);
 p_mean = w' * p / total;
 q_mean = w' * q / total;
@@ -31,7 +35,7 @@ target_spread = sqrt(w' * sum(y.^2, 2) / total);
 a = w' * sum(x .* y, 2);                                          % (3.6)
 b = w' * (x(:, 1) .* y(:, 2) - x(:, 2) .* y(:, 1));               % (3.7)
 
-if total <= 0
+if ~any(kept)
     degenerate = 'all weights are zero';
 elseif source_spread <= resolution(p, x)
     degenerate = 'the weighted source points coincide';

@@ -53,6 +53,9 @@ alignPairs[p_, q_] := alignPairs[p, q, ConstantArray[1., Length[p]]]
 
 alignPairs[_, _, w_] /; Total[w] <= 0 := degenerate["all weights are zero"]
 
+alignPairs[p_, q_, w_] /; Min[w] <= 0 :=       (* a pair without weight says nothing *)
+  alignPairs @@ (Pick[#, Positive[w]] & /@ {p, q, w})
+
 alignPairs[p_, q_, w_] := Module[{pMean = mean[p, w], qMean = mean[q, w], x, y, c, u},
   {x, y} = {p - pMean, q - qMean};
   c = (w Conjugate[x]) . y;                    (* (3.6) + I (3.7): dot and cross product *)
