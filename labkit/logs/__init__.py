@@ -7,7 +7,7 @@ scan by scan; `read_points` a single scan.
 
 from labkit.logs.g2o import write_g2o
 from labkit.logs.log import Log, LogStream, SkippedLine
-from labkit.logs.points import read_points, write_points
+from labkit.logs.points import read_points
 from labkit.logs.read_log import read_killian, read_log, stream_log
 from labkit.logs.source import ReadLimits
 from labkit.logs.tum import read_tum, write_tum
@@ -23,6 +23,5 @@ __all__ = [
     "read_tum",
     "stream_log",
     "write_g2o",
-    "write_points",
     "write_tum",
 ]

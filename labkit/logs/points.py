@@ -11,16 +11,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from labkit.arrays import as_points
 from labkit.errors import LogError
-from labkit.files import atomic_write
 from labkit.logs.lines import DamagedLine, DamageReport, expect_near, finite
 from labkit.logs.log import Log, LogStream, ScanStream
 from labkit.logs.remarks import FAR, tell_extent
 from labkit.logs.source import TextSource
-from labkit.scan import Scan, as_scan
+from labkit.scan import Scan
 
 WHOLE_SCANS = 0.02
 """No larger share of the rows has a scan number that is none by damage alone."""
@@ -140,33 +137,6 @@ def read_single(path: str | os.PathLike[str]) -> Log:
             f"{source.file}: {len(log)} scans, expected one; keep the rows of a single scan"
         )
     return log
-
-
-def write_points(path: str | os.PathLike[str], scan: Scan | ArrayLike) -> None:
-    """Write the points of one scan as rows ``x,y`` below that header.
-
-    Numbers are written with all their digits: `read_points` gives them back bit for bit,
-    but refuses a point beyond 1e9 m.
-
-    Parameters
-    ----------
-    path : path-like
-        The file, written whole or not at all.
-    scan : Scan or array_like, shape (N, 2)
-        At least one point, in metres.
-
-    Raises
-    ------
-    InvalidPointsError
-        If there is no point, or one that is not finite.
-    WriteError
-        If the file cannot be written.
-    """
-    points = as_points(as_scan(scan).points, "scan")
-    with atomic_write(path) as file:
-        file.write("x,y\n")
-        for x, y in points.tolist():
-            file.write(f"{x!r},{y!r}\n")
 
 
 class _Table:

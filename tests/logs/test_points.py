@@ -4,9 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from labkit.errors import InvalidPointsError, LogError, WriteError
-from labkit.logs import read_log, read_points, write_points
-from labkit.scan import Scan
+from labkit.errors import LogError
+from labkit.logs import read_log, read_points
 
 TWO = [[1.0, 2.0], [-3.5, 4e-3]]
 
@@ -109,15 +108,6 @@ def test_read_points_of_something_else(save, run):
     )
 )
 def test_points_come_back_bit_for_bit(scratch, points):
-    write_points(scratch, points)
+    scratch.write_text("x,y\n" + "".join(f"{x!r},{y!r}\n" for x, y in points.tolist()))
     assert (read_points(scratch).points == points).all()
-    write_points(scratch, Scan.from_points(points))
     assert (read_log(scratch).scans[0].points == points).all()
-
-
-def test_a_scan_without_points_is_not_written(tmp_path):
-    with pytest.raises(InvalidPointsError, match="`scan` is empty"):
-        write_points(tmp_path / "out.csv", Scan.from_ranges([np.inf], [0.0]))
-    with pytest.raises(WriteError, match=r"the directory .* does not exist"):
-        write_points(tmp_path / "no" / "out.csv", TWO)
-    assert list(tmp_path.iterdir()) == []
