@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from types import TracebackType
-from typing import Any, Protocol, Self, TypeAlias
+from typing import Any, NamedTuple, Protocol, Self, TypeAlias
 
 from numpy.typing import NDArray
 
@@ -27,6 +27,10 @@ Value: TypeAlias = (
 
 MEBIBYTE = 1 << 20
 OUT_OF_SIGHT = "it raised an error"
+# The errors of honest mistakes. Few, since which one is raised can be made to tell an input.
+TELLING_NOTHING = {
+    "IndexError", "KeyError", "NameError", "TypeError", "ValueError", "ZeroDivisionError",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +88,22 @@ class Call:
         return data.pack(told, data.MAX_REQUEST)
 
 
+class Fault(NamedTuple):
+    """A shared cell (an import, a helper) that failed before anything was asked.
+
+    Attributes
+    ----------
+    label : str
+        The cell.
+    message, error : str
+        As of an `Outcome`. The message may be shown: no case had entered the box.
+    """
+
+    label: str
+    message: str
+    error: str
+
+
 class OutcomeStatus(Enum):
     """How a call ended; the value says it to a reader."""
 
@@ -137,7 +157,7 @@ class Outcome:
     def unrevealing_message(self) -> str:
         """What may be shown of a hidden case: built of fixed words, whatever the code says."""
         if self.status is OutcomeStatus.RAISED:
-            return f"it raised {self.error}" if self.error else OUT_OF_SIGHT
+            return f"it raised {self.error}" if self.error in TELLING_NOTHING else OUT_OF_SIGHT
         return str(self.status.value)
 
 
@@ -193,6 +213,10 @@ class Sandbox(Protocol):
     @property
     def safe(self) -> bool:
         """False only for "none", which limits but does not isolate."""
+
+    @property
+    def faults(self) -> Sequence[Fault]:
+        """The shared cells that failed in the last run."""
 
     def run(self, cells: Sequence[SourceCell], calls: Sequence[Call]) -> list[Outcome]:
         """Run the cells in a fresh process, then the calls: one outcome each, in their order.

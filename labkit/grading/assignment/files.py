@@ -30,6 +30,7 @@ from labkit.grading.contract import Value
 
 FOLDER = Path(__file__).parent
 FORMAT = 1
+COURSE = "course.json"  # in `hidden/`: right functions, the salt, whether a secret went in
 
 
 def load_assignment(folder: str | os.PathLike[str] = FOLDER, *, hidden: bool = True) -> Assignment:
@@ -71,7 +72,10 @@ def _load(folder: Path, hidden: bool) -> Assignment:
             f"instructor's one, or write them with `python -m labkit.authoring`"
         )
     visible = _cases(folder / "visible.json", False)
-    for file in (folder / "questions.json", folder / "visible.json", *files):
+    course = folder / "hidden" / COURSE
+    kept = _read(course) if hidden and course.exists() else {}
+    read = [folder / "questions.json", folder / "visible.json", *files, *([course] if kept else [])]
+    for file in read:
         digest.update(file.read_bytes())
     return Assignment(
         title=head["title"],
@@ -79,6 +83,9 @@ def _load(folder: Path, hidden: bool) -> Assignment:
         visible=visible,
         variants=tuple(_cases(file, True) for file in files),
         digest=digest.hexdigest(),
+        right=kept.get("right", {}),
+        salt=kept.get("salt", ""),
+        public=kept.get("public", False),
     )
 
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 
 from labkit.errors import InvalidParameterError
 from labkit.grading.contract import Value
@@ -172,6 +173,13 @@ class Assignment:
         Empty in the students' edition.
     digest : str
         Of the files that it was read from: another digest, other verdicts.
+    right : mapping of str to str
+        Source of the right functions, which stand in for wrong ones when a later question is
+        graded; empty where there is none.
+    salt : str
+        What the order of hidden calls and the choice of variants hang on.
+    public : bool
+        Whether anybody can compute the hidden cases, since no secret went into them.
     """
 
     title: str
@@ -179,6 +187,9 @@ class Assignment:
     visible: Cases
     variants: tuple[Cases, ...]
     digest: str = ""
+    right: Mapping[str, str] = field(default_factory=dict)
+    salt: str = ""
+    public: bool = False
 
     @property
     def points(self) -> float:
@@ -199,9 +210,24 @@ class Assignment:
         known = ", ".join(question.id for question in self.questions)
         raise InvalidParameterError(f"must be one of {known}, got {id!r}", parameter="question")
 
+    def below(self, question: str) -> frozenset[str]:
+        """The questions that a question builds on, and all that these build on."""
+        return self._below[question]
+
+    def depth(self, question: Question) -> int:
+        """How long the longest chain of questions is that a question builds on."""
+        return max((self.depth(self.question(id)) + 1 for id in question.builds_on), default=0)
+
+    @cached_property
+    def _below(self) -> dict[str, frozenset[str]]:
+        found: dict[str, frozenset[str]] = {}
+        for one in sorted(self.questions, key=self.depth):
+            found[one.id] = frozenset(one.builds_on).union(*(found[id] for id in one.builds_on))
+        return found
+
     def variant(self, student: str) -> int:
         """Which variant a student gets: always the same one for the same name."""
-        digest = hashlib.sha256(student.encode("utf-8", "surrogatepass")).digest()
+        digest = hashlib.sha256((self.salt + student).encode("utf-8", "surrogatepass")).digest()
         return int.from_bytes(digest[:8], "big") % max(1, len(self.variants))
 
     def cases(self, question: str, student: str | None = None) -> tuple[Case, ...]:

@@ -25,7 +25,7 @@ from labkit.grading.submissions import Submission
 
 Files = dict[str, bytes]
 
-RULES = 2  # raise it when the same files would get other points or messages than before
+RULES = 3  # raise it when the same files would get other points or messages than before
 LOST_TWICE = "its worker was lost, twice"
 
 
@@ -49,6 +49,11 @@ class Settings:
     limits: Limits = field(default_factory=Limits)
     assignment: str = str(FOLDER)
     questions: tuple[str, ...] = ()
+
+    @property
+    def functions(self) -> list[str]:
+        """The names of the functions that the assignment asks for."""
+        return [one.function for one in load_assignment(self.assignment).questions]
 
     @property
     def digest(self) -> str:
@@ -110,7 +115,8 @@ def still_to_grade(
         for one in submissions
         if one.student in again
         or one.student not in store
-        or store.fingerprint(one.student) != fingerprint(one.read()[0], settings)
+        or store.fingerprint(one.student)
+        != fingerprint(one.read(settings.functions).files, settings)
     ]
 
 
@@ -158,7 +164,7 @@ def grade_class(
         else:
             turn = [] if suspects else list(islice(waiting, 2 * workers - len(running)))
         for one in turn:
-            running[_submit(executor, _sent(one) if by_value else one, settings)] = one
+            running[_submit(executor, _sent(one, settings) if by_value else one, settings)] = one
         if not running:
             return
         lost = []
@@ -183,7 +189,8 @@ Task = Submission | Sent
 
 def grade(task: Task, settings: Settings) -> Graded:
     """Grade one submission in the sandbox of this process: what a worker does."""
-    student, name, files, notes = _sent(task) if isinstance(task, Submission) else task
+    sent = _sent(task, settings) if isinstance(task, Submission) else task
+    student, name, files, unread = sent
     assignment = load_assignment(settings.assignment)
     found = extract(files, {one.id: one.function for one in assignment.questions})
     verdict = grade_submission(
@@ -192,7 +199,8 @@ def grade(task: Task, settings: Settings) -> Graded:
         assignment,
         student,
         submission=name,
-        notes=(*notes, *found.notes),
+        notes=found.notes,
+        unread=unread,
         questions=settings.questions,
     )
     return Graded(
@@ -203,8 +211,8 @@ def grade(task: Task, settings: Settings) -> Graded:
     )
 
 
-def _sent(one: Submission) -> Sent:
-    return one.student, one.name, *one.read()
+def _sent(one: Submission, settings: Settings) -> Sent:
+    return one.student, one.name, *one.read(settings.functions)
 
 
 def _submit(executor: Executor, task: Task, settings: Settings) -> Future[Graded]:

@@ -46,7 +46,7 @@ def summary_text(verdict: SubmissionVerdict) -> str:
             lines.append(
                 f"{question.title} ({score}): {question.message or _first(question.cases)}"
             )
-    return "\n".join([*lines, *verdict.notes])
+    return "\n".join([*lines, *verdict.remarks])
 
 
 def _first(cases: tuple[CaseVerdict, ...]) -> str:

@@ -45,7 +45,7 @@ def gradescope_results(verdict: SubmissionVerdict) -> str:
     results = {
         "score": round(verdict.score, 6),
         "execution_time": round(verdict.seconds, 3),
-        "output": "\n\n".join([*verdict.notes, f"Graded in isolation: {verdict.mode}."]),
+        "output": "\n\n".join([*verdict.remarks, f"Graded in isolation: {verdict.mode}."]),
         "output_format": "text",
         "visibility": "visible",
         "stdout_visibility": "hidden",

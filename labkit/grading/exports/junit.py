@@ -42,8 +42,8 @@ def _suite(verdict: SubmissionVerdict) -> ET.Element:
             score = f"{number(question.score)} of {number(question.points)} points"
             failure = ET.SubElement(case, "failure", message=score)
             failure.text = _text(question_text(question))
-    if verdict.notes:
-        ET.SubElement(suite, "system-out").text = _text("\n".join(verdict.notes))
+    if verdict.remarks:
+        ET.SubElement(suite, "system-out").text = _text("\n".join(verdict.remarks))
     return suite
 
 

@@ -7,6 +7,7 @@ here computes one, so a student's code has nothing to reach for.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -19,6 +20,8 @@ from labkit.grading.judging.reading import Unreadable, read
 from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict
 
 Known = tuple[FloatArray | str, ...]
+HIDDEN_REASONS = 3  # of hidden cases a student is told what went wrong in so many
+WHOLE_QUESTION = {OutcomeStatus.NOT_DEFINED, OutcomeStatus.SOURCE_FAILED}
 ADVICE = {
     OutcomeStatus.TIMEOUT: "it took too long; does a loop have no end?",
     OutcomeStatus.KILLED: "the program ended in it: too much memory, or an exit.",
@@ -56,10 +59,11 @@ def assess(
 ) -> QuestionVerdict:
     """The verdict on one question: its cases, the known mistake if there is one, the score.
 
-    The score is the share of the hidden cases that pass, less what a constant answer would get,
-    or the credit of the known mistake where that is more: for the cases that it explains, since
-    otherwise one wrong answer, learnt by heart, would be worth as much as a function. Visible
-    cases, whose answers are handed out, count where there are no hidden ones.
+    The score is the share of the hidden cases that pass, less what a constant answer would get.
+    A known mistake has a price instead, its credit, which is the same in every variant: for the
+    cases that it explains, since otherwise one wrong answer, learnt by heart, would be worth as
+    much as a function. Visible cases, whose answers are handed out, count where there are no
+    hidden ones.
     """
     pairs = list(zip(cases, outcomes, strict=True))
     verdicts = tuple(judge(question, case, outcome) for case, outcome in pairs)
@@ -69,14 +73,14 @@ def assess(
     passed = sum(verdicts[place].passed for place in counting) / len(counting)
     share = max(0.0, (passed - question.chance) / (1.0 - question.chance))
     if known:
-        share = max(share, known.credit * _explained(known, [pairs[place] for place in counting]))
+        share = known.credit * _explained(known, [pairs[place] for place in counting])
         verdicts = tuple(_blame(verdict, known) for verdict in verdicts)
     return QuestionVerdict(
         question=question.id,
         title=question.title,
         points=question.points,
         score=round(question.points * share, 2),
-        cases=verdicts,
+        cases=_said_once(verdicts, outcomes),
         misconception=known.id if known else None,
         message=_message(question, verdicts, outcomes, known),
     )
@@ -130,8 +134,28 @@ def is_answer_of(misconception: str, question: Question, case: Case, value: Valu
 
 def _is_accepted(got: FloatArray | str, question: Question, case: Case) -> bool:
     return not isinstance(got, str) and any(
-        _close(got, wanted, case.tolerance) for wanted in _accepted(question.answer, case)
+        _close(_untied(got, wanted, question, case), wanted, case.tolerance)
+        for wanted in _accepted(question.answer, case)
     )
+
+
+def _untied(
+    got: FloatArray, wanted: FloatArray | str, question: Question, case: Case
+) -> FloatArray:
+    """The answer with the wanted index wherever its own names a target point just as near."""
+    if (
+        question.answer is not Answer.MATCHES
+        or isinstance(wanted, str)
+        or got.shape != wanted.shape
+    ):
+        return got
+    source, target = (np.asarray(points, dtype=np.float64) for points in case.arguments[:2])
+    index = got[:, 0]
+    inside = (index == np.round(index)) & (index >= 0) & (index < len(target))
+    chosen = np.where(inside, index, 0).astype(np.int64)
+    apart = np.linalg.norm(source - target[chosen], axis=1) - wanted[:, 1]
+    as_near = inside & (apart <= case.tolerance)
+    return np.column_stack([np.where(as_near, wanted[:, 0], index), got[:, 1]])
 
 
 def _is_mistake(got: FloatArray | str, answers: Known, case: Case) -> bool:
@@ -191,7 +215,8 @@ def _fault(question: Question, case: Case, outcome: Outcome) -> str:
     accepted = [
         wanted for wanted in _accepted(question.answer, case) if not isinstance(wanted, str)
     ]
-    return how_wrong(question, case, got, min(accepted, key=lambda wanted: _gap(got, wanted)))
+    wanted = min(accepted, key=lambda wanted: _gap(got, wanted))
+    return how_wrong(question, case, _untied(got, wanted, question, case), wanted)
 
 
 def _gap(got: FloatArray, wanted: FloatArray) -> float:
@@ -217,16 +242,31 @@ def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
     return ADVICE[outcome.status]
 
 
+def _said_once(
+    verdicts: Sequence[CaseVerdict], outcomes: Sequence[Outcome]
+) -> tuple[CaseVerdict, ...]:
+    """The verdicts without what the message says of all of them, and with few hidden reasons.
+
+    What goes wrong in one hidden case after the other could be made to spell out their inputs.
+    """
+    if all(outcome.status in WHOLE_QUESTION for outcome in outcomes):
+        return tuple(replace(verdict, reason="") for verdict in verdicts)
+    told = 0
+    found = []
+    for verdict in verdicts:
+        if verdict.hidden and verdict.reason:
+            told += 1
+            if told > HIDDEN_REASONS:
+                about = verdict.reason.partition(":")[0]
+                verdict = replace(verdict, reason=f"{about}: this fails, too.")  # noqa: PLW2901
+        found.append(verdict)
+    return tuple(found)
+
+
 def _blame(verdict: CaseVerdict, known: Misconception) -> CaseVerdict:
     if verdict.passed:
         return verdict
-    return CaseVerdict(
-        id=verdict.id,
-        hidden=verdict.hidden,
-        credit=verdict.credit,
-        reason=verdict.reason,
-        misconception=known.id,
-    )
+    return replace(verdict, misconception=known.id)
 
 
 def _message(
@@ -238,6 +278,9 @@ def _message(
     passed = sum(verdict.passed for verdict in verdicts)
     if passed == len(verdicts):
         return "All cases pass."
+    if all(outcome.status in WHOLE_QUESTION for outcome in outcomes):
+        text = verdicts[0].reason.partition(": ")[2]
+        return f"{text[:1].upper()}{text[1:]}"
     if all(outcome.error == "NotImplementedError" for outcome in outcomes):
         return f"`{question.function}` is not written yet."
     if known:

@@ -16,6 +16,7 @@ from labkit.arrays import FloatArray
 from labkit.grading.assignment.questions import Answer, Case, Question
 from labkit.grading.judging.reading import EXPECTED
 
+LEAST_POWER, MOST_POWER = -6, 3  # beyond them a size could be made to spell out an input
 ANGLE = 1e-5  # rad; below it a rotation is called right in a text
 
 
@@ -160,7 +161,8 @@ def _most(number: float, unit: str, case: Case) -> str:
 def _size(number: float, unit: str, case: Case) -> str:
     """A size that can be read: 180° and not 1.8e+02°; of a hidden case its power of ten."""
     if case.hidden and 0.0 < number < math.inf:
-        return f"more than {10.0 ** math.floor(math.log10(number)):g}{unit}"
+        power = min(max(math.floor(math.log10(number)), LEAST_POWER), MOST_POWER)
+        return f"more than {10.0**power:g}{unit}"
     return f"{float(f'{number:.2g}'):g}{unit}"
 
 

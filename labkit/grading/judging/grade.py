@@ -1,16 +1,63 @@
-"""From a submission's cells to its verdict: build the calls, run them, judge what came."""
+"""From a submission's cells to its verdict: build the calls, run them, judge what came.
+
+A question whose earlier ones are wrong is graded once more with the right functions in their
+place (follow-through), so that a slip costs its own points and no others. The right functions
+are those of earlier questions alone: none that is asked for is in the box that answers it.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import random
 import time
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
+from itertools import groupby
 
 from labkit.grading.assignment.questions import Assignment, Case, Question
-from labkit.grading.contract import Call, Outcome, Sandbox, SourceCell
+from labkit.grading.contract import Call, Fault, Outcome, Sandbox, SourceCell
 from labkit.grading.judging.compare import assess
 from labkit.grading.judging.verdict import QuestionVerdict, SubmissionVerdict
+
+MAX_FAULTS = 5  # shared cells that failed and are named
+ADVICE = {
+    "ModuleNotFoundError": "only numpy, scipy and the standard library are there while grading.",
+    "FileNotFoundError": "no file is there while grading; keep the answers free of files.",
+}
+
+
+@dataclass(frozen=True)
+class _Sitting:
+    """One submission before its questions: asked once, and some of them once more."""
+
+    cells: Sequence[SourceCell]
+    sandbox: Sandbox
+    cases: Mapping[str, Sequence[Case]]
+    turns: random.Random
+
+    def ask(self, questions: Sequence[Question], *more: SourceCell) -> dict[str, list[Outcome]]:
+        """The outcomes of all cases by question; the calls' ids are mere numbers."""
+        order = {one.id: number for number, one in enumerate(questions)}
+        asked = [
+            (case.hidden, order[one.id], self.turns.random() if case.hidden else place, one, place)
+            for one in questions
+            for place, case in enumerate(self.cases[one.id])
+        ]
+        asked.sort(key=lambda entry: entry[:3])
+        calls = [
+            _call(number, one.id, one.function, self.cases[one.id][place])
+            for number, (*_, one, place) in enumerate(asked)
+        ]
+        answers = self.sandbox.run([*self.cells, *more], calls)
+        outcomes = {
+            (one.id, place): outcome
+            for (*_, one, place), outcome in zip(asked, answers, strict=True)
+        }
+        return {
+            one.id: [outcomes[one.id, place] for place in range(len(self.cases[one.id]))]
+            for one in questions
+        }
 
 
 def grade_submission(
@@ -21,6 +68,7 @@ def grade_submission(
     *,
     submission: str = "",
     notes: Sequence[str] = (),
+    unread: Sequence[str] = (),
     questions: Collection[str] = (),
 ) -> SubmissionVerdict:
     """Grade one submission.
@@ -39,8 +87,10 @@ def grade_submission(
         Its name for a person.
     notes : sequence of str
         What the student should know besides.
+    unread : sequence of str
+        What of the submission was not read.
     questions : collection of str
-        Grade these alone; empty for all.
+        Grade these alone, and ask those that they build on; empty for all.
 
     Returns
     -------
@@ -56,14 +106,25 @@ def grade_submission(
     -----
     What a call returns or raises may hold the arguments of any earlier one. A student reads
     much of that where the case is a visible one: error texts, shapes, how far off a number is.
-    Therefore the visible cases of all questions are asked before any hidden one.
+    Therefore the visible cases of all questions are asked before any hidden one. Hidden cases
+    come in an order that changes with the code, so that none can be told by its turn.
     """
     start = time.perf_counter()
-    wanted = {assignment.question(id).id for id in questions}
-    asked = [one for one in assignment.questions if not wanted or one.id in wanted]
+    wanted = [assignment.question(id).id for id in questions] or [
+        one.id for one in assignment.questions
+    ]
+    needed = set(wanted).union(*(assignment.below(id) for id in wanted))
+    asked = [one for one in assignment.questions if one.id in needed]
     cases = {question.id: assignment.cases(question.id, student) for question in asked}
-    outcomes = _run(cells, sandbox, asked, cases)
-    verdicts = _with_causes(asked, [assess(one, cases[one.id], outcomes[one.id]) for one in asked])
+    sitting = _Sitting(cells, sandbox, cases, _turns(assignment, student, cells))
+    outcomes = sitting.ask(asked)
+    faults = tuple(map(_told, sandbox.faults[:MAX_FAULTS]))
+    found = {one.id: assess(one, cases[one.id], outcomes[one.id]) for one in asked}
+    if cells:
+        found |= _follow_through(sitting, assignment, found)
+    verdicts = tuple(found[one.id] for one in asked if one.id in wanted)
+    if not cells:
+        verdicts = tuple(replace(one, message="Nothing was found to grade.") for one in verdicts)
     return SubmissionVerdict(
         student=student,
         submission=submission,
@@ -71,50 +132,84 @@ def grade_submission(
         questions=verdicts,
         score=_total(verdict.score for verdict in verdicts),
         points=_total(verdict.points for verdict in verdicts),
-        notes=tuple(notes),
+        notes=(*notes, *faults),
+        unread=tuple(unread),
         seconds=time.perf_counter() - start,
     )
 
 
-def _with_causes(
-    questions: Sequence[Question], verdicts: Sequence[QuestionVerdict]
-) -> tuple[QuestionVerdict, ...]:
-    """The verdicts; one that no known mistake explains names wrong functions that it may call."""
-    failed = {one.question: one.title for one in verdicts if not one.passed}
-    causes = [
-        " or ".join(f"“{failed[id]}”" for id in question.builds_on if id in failed)
-        for question in questions
-    ]
-    return tuple(
-        replace(verdict, message=f"{verdict.message} If it calls {cause}: mend that first.")
-        if cause and not verdict.passed and verdict.misconception is None
-        else verdict
-        for verdict, cause in zip(verdicts, causes, strict=True)
-    )
+def _follow_through(
+    sitting: _Sitting, assignment: Assignment, found: Mapping[str, QuestionVerdict]
+) -> dict[str, QuestionVerdict]:
+    """The questions that build on wrong ones, graded with the right functions in their place.
+
+    Those that build on nothing but what is settled come first, all of a depth in one run.
+    """
+    wrong = {id for id, verdict in found.items() if not verdict.passed}
+    better: dict[str, QuestionVerdict] = {}
+    failing = [one for one in assignment.questions if one.id in wrong]
+    for _, same_depth in groupby(sorted(failing, key=assignment.depth), key=assignment.depth):
+        again = [one for one in same_depth if assignment.below(one.id) & wrong]
+        below = set().union(*(assignment.below(one.id) for one in again)) & wrong
+        replaced = [
+            one for one in assignment.questions if one.id in below & assignment.right.keys()
+        ]
+        if not replaced:
+            continue
+        source = "\n\n".join(assignment.right[one.id] for one in replaced)
+        stand_in = SourceCell(source=source, question=None, label="the right functions")
+        outcomes = sitting.ask(again, stand_in)
+        for question in again:
+            old = found[question.id]
+            new = assess(question, sitting.cases[question.id], outcomes[question.id])
+            if new.score < old.score:
+                continue
+            own = assignment.below(question.id)
+            names = [one.function for one in replaced if one.id in own]
+            better[question.id] = replace(
+                new, replaced=tuple(names), message=f"{new.message} {_credited(names, old, new)}"
+            )
+            if new.passed:
+                wrong.discard(question.id)
+    return better
 
 
-def _run(
-    cells: Sequence[SourceCell],
-    sandbox: Sandbox,
-    questions: Sequence[Question],
-    cases: Mapping[str, Sequence[Case]],
-) -> dict[str, list[Outcome]]:
-    """The outcomes of all cases by question; the calls' ids are mere numbers."""
-    asked = [(question, case) for question in questions for case in cases[question.id]]
-    asked.sort(key=lambda pair: pair[1].hidden)
-    calls = [
-        _call(i, question.id, question.function, case) for i, (question, case) in enumerate(asked)
-    ]
-    outcomes: dict[str, list[Outcome]] = {question.id: [] for question in questions}
-    for (question, _), outcome in zip(asked, sandbox.run(cells, calls), strict=True):
-        outcomes[question.id].append(outcome)
-    return outcomes
+def _credited(names: Sequence[str], old: QuestionVerdict, new: QuestionVerdict) -> str:
+    """What to say of a question that was graded with other functions than the student's."""
+    those = ", ".join(f"`{name}`" for name in names)
+    if new.score > old.score:
+        return (
+            f"This was graded with the right {those} in place of yours: with yours it would get "
+            f"{old.score:g} of {old.points:g} points."
+        )
+    return f"That is so with the right {those} in place of yours, too."
 
 
-@cache
+def _told(fault: Fault) -> str:
+    """A shared cell that failed, in words."""
+    advice = ADVICE.get(fault.error, "what needs it fails, too.")
+    return f"{fault.label} did not run: {fault.message}; {advice}"
+
+
+def _turns(assignment: Assignment, student: str, cells: Sequence[SourceCell]) -> random.Random:
+    """What the order of hidden calls is drawn from: other code, another order."""
+    digest = hashlib.sha256(f"{assignment.salt}\n{student}".encode("utf-8", "surrogatepass"))
+    for cell in cells:
+        digest.update(cell.source.encode("utf-8", "surrogatepass"))
+    return random.Random(digest.digest())
+
+
 def _call(number: int, question: str, function: str, case: Case) -> Call:
-    """The call of a case, the same object for all who are asked it."""
+    """The call of a case; a visible one's is the same object for all who are asked it."""
+    make = _new_call if case.hidden else _same_call
+    return make(number, question, function, case)
+
+
+def _new_call(number: int, question: str, function: str, case: Case) -> Call:
     return Call(id=str(number), question=question, function=function, arguments=case.arguments)
+
+
+_same_call = cache(_new_call)
 
 
 def _total(amounts: Iterable[float]) -> float:

@@ -13,7 +13,7 @@ from typing import Any
 
 from labkit.errors import LabkitError
 
-FORMAT = 1
+FORMAT = 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,6 +62,9 @@ class QuestionVerdict:
         The known mistake that explains all wrong answers, by its id.
     message : str
         What to tell the student about the question as a whole.
+    replaced : tuple of str
+        Functions of earlier questions that are wrong, and that the right ones stood in for
+        when this question was graded once more: the score is the better of the two.
     """
 
     question: str
@@ -71,6 +74,7 @@ class QuestionVerdict:
     cases: tuple[CaseVerdict, ...]
     misconception: str | None
     message: str
+    replaced: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -99,6 +103,8 @@ class SubmissionVerdict:
         The sums over the questions.
     notes : tuple of str
         What else the student should know: cells that were skipped, how they were read.
+    unread : tuple of str
+        What of the submission was not read, and why; the instructor is told it, too.
     seconds : float
         Wall time of the grading; the only part that differs from run to run.
 
@@ -119,6 +125,12 @@ class SubmissionVerdict:
     points: float
     notes: tuple[str, ...]
     seconds: float
+    unread: tuple[str, ...] = ()
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """All that the student should know of how the submission was read."""
+        return self.unread + self.notes
 
     @property
     def fields(self) -> dict[str, Any]:
@@ -152,7 +164,8 @@ class SubmissionVerdict:
             if version == FORMAT:
                 own = {name: value for name, value in fields.items() if name != "format"}
                 questions = tuple(map(_question, own["questions"]))
-                return cls(**own | {"questions": questions, "notes": tuple(own["notes"])})
+                texts = {name: tuple(own[name]) for name in ("notes", "unread")}
+                return cls(**own | texts | {"questions": questions})
         except (TypeError, KeyError, AttributeError) as error:
             raise _no_verdict(error, fields) from None
         raise LabkitError(
@@ -169,4 +182,4 @@ def _no_verdict(error: Exception, what: object) -> LabkitError:
 
 def _question(fields: dict[str, Any]) -> QuestionVerdict:
     cases = tuple(CaseVerdict(**case) for case in fields.pop("cases"))
-    return QuestionVerdict(cases=cases, **fields)
+    return QuestionVerdict(cases=cases, **fields | {"replaced": tuple(fields["replaced"])})

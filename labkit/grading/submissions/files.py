@@ -1,4 +1,4 @@
-"""What one student handed in: files listed without unpacking, read within bounds."""
+"""Files in a folder or an archive, listed without unpacking, read within bounds."""
 
 from __future__ import annotations
 
@@ -11,16 +11,13 @@ import zlib
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import Literal
 
 from labkit.errors import LabkitError
-
-Platform = Literal["canvas", "moodle", ""]
 
 MEBIBYTE = 1 << 20
 MAX_FILE = 32 * MEBIBYTE  # a notebook with its pictures
 MAX_TOGETHER = 2 * MAX_FILE  # of all files of one student
-MAX_FILES = 200  # of one student
+MAX_MEMBERS = 2000  # notebooks and scripts in one archive
 PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # unpacked piece by piece; others at once
 SKIPPED = {
     ".ipynb_checkpoints", "__MACOSX", "__pycache__", ".git", ".venv", "node_modules", "Thumbs.db",
@@ -170,12 +167,12 @@ def unzip(name: str, data: bytes) -> dict[str, bytes]:
                 for info in archive.infolist()
                 if not is_skipped(info.filename) and is_source(info.filename)
             ]
-            if len(members) > MAX_FILES:
+            if len(members) > MAX_MEMBERS:
                 raise LabkitError(
-                    f"{name} holds {len(members)} notebooks and scripts, at most {MAX_FILES} are "
+                    f"{name} holds {len(members)} notebooks and scripts, at most {MAX_MEMBERS} are "
                     f"read from an archive; hand in your own alone"
                 )
-            for info in members:
+            for info in sorted(members, key=lambda info: likely_first(info.filename)):
                 unpacked = files[printable(info.filename)] = _unpacked(archive, info, left)
                 left -= len(unpacked)
                 if left < 0:
@@ -197,6 +194,16 @@ def is_source(name: str) -> bool:
 def may_hold_source(name: str) -> bool:
     """Whether it is a file with answers, or an archive that may hold one."""
     return is_source(name) or name.lower().endswith(".zip")
+
+
+def likely_first(name: str) -> tuple[bool, bool, int]:
+    """A key by which files that are likely to hold answers come first, as far as names tell.
+
+    >>> sorted(["labkit/icp.py", "notebooks/a.ipynb", "mine.py", "work.zip"], key=likely_first)
+    ['notebooks/a.ipynb', 'mine.py', 'labkit/icp.py', 'work.zip']
+    """
+    lower = name.lower()
+    return not lower.endswith(".ipynb"), not is_source(lower), name.count("/")
 
 
 def is_skipped(name: str) -> bool:
@@ -242,65 +249,3 @@ def earlier_outputs(names: Collection[str]) -> list[str]:
     sources = [name for name in names if may_hold_source(name)]
     folders = [holder or PAGES for holder in holders]
     return [folder for folder in folders if not any(one.startswith(folder) for one in sources)]
-
-
-Files = tuple[tuple[str, StoredFile], ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Submission:
-    """What one student handed in.
-
-    Attributes
-    ----------
-    student : str
-        Unique in the class: the platform's number, or the name of folder or file.
-    name : str
-        For a person.
-    files : tuple of (str, StoredFile)
-        Every file under its own name; the platform's part of the name is gone.
-    platform : {"canvas", "moodle", ""}
-        Where the download came from, as far as its names tell.
-    late : bool
-        Whether the platform marked it so.
-    notes : tuple of str
-        What the student should know of files that are left out.
-    """
-
-    student: str
-    name: str
-    files: Files
-    platform: Platform = ""
-    late: bool = False
-    notes: tuple[str, ...] = ()
-
-    def read(self) -> tuple[dict[str, bytes], tuple[str, ...]]:
-        """The notebooks and scripts, and what the student should know of the rest.
-
-        What an archive holds stands below the archive's name, ``work.zip/answers.ipynb``, so
-        that no file hides another.
-        """
-        found: dict[str, bytes] = {}
-        notes = list(self.notes)
-        for name, file in self.files[:MAX_FILES]:
-            read: dict[str, bytes] = {}
-            try:
-                if is_source(name):
-                    read = {name: file.read()}
-                elif may_hold_source(name):
-                    inside = unzip(name, file.read())
-                    read = {f"{name}/{inner}": data for inner, data in inside.items()}
-                if sum(map(len, (found | read).values())) > MAX_TOGETHER:
-                    raise LabkitError(f"the files are too large together; {name} is not read")
-                found |= read
-            except LabkitError as error:
-                notes.append(str(error))
-        if len(self.files) > MAX_FILES:
-            notes.append(f"{len(self.files)} files were handed in; the first {MAX_FILES} are read")
-        if not found:
-            handed_in = (
-                ", ".join(name for name, _ in self.files[:5])
-                or "nothing, and links are not followed"
-            )
-            notes.append(f"there is no notebook (.ipynb) or script (.py) in it; found {handed_in}")
-        return found, tuple(notes)

@@ -8,9 +8,7 @@ from pathlib import Path
 
 from labkit.errors import LabkitError
 from labkit.grading.submissions.files import (
-    Files,
     StoredFile,
-    Submission,
     earlier_outputs,
     folder_below,
     is_source,
@@ -27,6 +25,7 @@ from labkit.grading.submissions.layouts import (
     whole_answers,
     wrapping,
 )
+from labkit.grading.submissions.submission import Files, Submission
 
 NOTHING = (
     "nothing was handed in; name a notebook, a script, or a folder or zip archive with one "

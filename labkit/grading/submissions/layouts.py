@@ -16,7 +16,8 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 
-from labkit.grading.submissions.files import Platform, may_hold_source
+from labkit.grading.submissions.files import may_hold_source
+from labkit.grading.submissions.submission import Platform
 
 _CANVAS = re.compile(
     r"(?P<name>[^_/]+)(?P<late>_LATE)?_(?P<user>\d+)_(?P<upload>\d+)_(?P<file>[^/]+)$"

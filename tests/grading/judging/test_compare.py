@@ -1,6 +1,7 @@
 """Verdicts: right within the tolerance, wrong with a reason that reveals nothing hidden."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -275,3 +276,17 @@ def test_a_mistake_in_the_form_of_the_answer_is_known_by_its_form():
     )  # fmt: skip
     assert recognise(question, [case], [returned(case, "other text")]).id == "indices"
     assert recognise(question, [case], [returned(case, np.array([0, 0]))]).id == "strict"
+
+
+def test_any_of_the_nearest_target_points_is_right():
+    """Two target points are equally near: either index is right, a third one is not."""
+    assignment = load_assignment()
+    question = assignment.question("nearest_neighbors")
+    source, target = np.array([[1.0, 0.0]]), np.array([[0.0, 0.0], [2.0, 0.0], [9.0, 9.0]])
+    tie = replace(
+        assignment.cases(question.id)[0],
+        arguments=(source, target),
+        expected=((np.array([0]), np.array([1.0])),),
+    )
+    for index, right in ((0, True), (1, True), (2, False), (7, False), (0.5, False)):
+        assert is_right(question, tie, (np.array([index]), np.array([1.0]))) is right

@@ -23,6 +23,7 @@ class InProcess:
 
     mode = "none"
     safe = False
+    faults = ()
 
     def __init__(self):
         self.runs = []
@@ -86,7 +87,8 @@ def test_one_question_alone_can_be_graded():
     verdict, box = graded(RIGHT, questions=["overlap", "icp"])
     assert [one.question for one in verdict.questions] == ["overlap", "icp"]
     assert verdict.points == 20.0
-    assert {call.question for call in box.runs[0]} == {"overlap", "icp"}
+    asked = {call.question for call in box.runs[0]}
+    assert asked == {"overlap", "icp"} | ASSIGNMENT.below("icp"), "what it builds on is asked, too"
     with pytest.raises(InvalidParameterError, match=r"`question` must be one of .*, got 'loop'"):
         graded(RIGHT, questions=["loop"])
 
@@ -124,20 +126,19 @@ def test_an_unwritten_submission_is_said_to_be():
     source = "def rotation(theta):\n    raise NotImplementedError\n"
     verdict, _ = graded(source)
     assert verdict.questions[0].message == "`rotation` is not written yet."
-    assert "there is no function `compose`" in verdict.questions[1].cases[0].reason
+    assert verdict.questions[1].message.startswith("There is no function `compose`")
+    assert not any(case.reason for case in verdict.questions[1].cases), "it is said once"
 
 
-def test_a_wrong_function_is_named_where_another_may_call_it():
-    wrong = RIGHT.replace("return delta / np.maximum(residuals, delta)", "return residuals * 0 + 1")
-    assert wrong != RIGHT
-    verdict, _ = graded(wrong)
-    by_id = {one.question: one for one in verdict.questions}
-    assert by_id["icp"].misconception == "no_weights"
-    assert "mend that first" not in by_id["icp"].message
-    crooked = RIGHT.replace("return delta / np.maximum(residuals, delta)", "return residuals + 1")
-    by_id = {one.question: one for one in graded(crooked)[0].questions}
-    assert by_id["icp_step"].message.endswith("If it calls “Huber's weights”: mend that first.")
-    assert by_id["icp"].message.endswith("“Huber's weights” or “One step of ICP”: mend that first.")
+def test_hidden_calls_come_in_an_order_that_changes_with_the_code():
+    """Constants by turn, learnt from hand-in to hand-in, are worth nothing then."""
+    orders = set()
+    for name in "abc":
+        (calls,) = graded(f"{RIGHT}\n# {name}")[1].runs
+        orders.add(repr([call.arguments for call in calls if call.question == "has_converged"]))
+    assert len(orders) == 3
+    again = graded(f"{RIGHT}\n# c")[1].runs[0]
+    assert repr([call.arguments for call in again if call.question == "has_converged"]) in orders
 
 
 def test_a_verdict_goes_to_json_and_back():
@@ -156,8 +157,8 @@ def test_a_verdict_goes_to_json_and_back():
         ("", "this is no stored verdict"),
         ("[]", "this is no stored verdict"),
         ("{}", "this is no stored verdict"),
-        ('{"format": 1}', "this is no stored verdict"),
-        ('{"format": 7}', "the verdict has format 7, this labkit reads 1"),
+        ('{"format": 2}', "this is no stored verdict"),
+        ('{"format": 7}', "the verdict has format 7, this labkit reads 2"),
     ],
 )
 def test_what_is_no_verdict_is_refused(text, message):

@@ -4,14 +4,17 @@ import io
 import os
 import zipfile
 from contextlib import suppress
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from labkit import se2
 from labkit.errors import LabkitError
 from labkit.grading.submissions import files as files_module
 from labkit.grading.submissions import find_submissions, one_submission
+from labkit.grading.submissions import submission as submission_module
 
 SOURCE = b"def f(): return 1\n"
 CLASSES = {
@@ -314,7 +317,7 @@ def test_an_archive_too_much_is_left_out_whole(tmp_path, monkeypatch):
     lay_out(tmp_path, ["ada/a.py"])
     pack(tmp_path / "ada/b.zip", ["b.py"], b"#" * 1500)
     pack(tmp_path / "ada/c.zip", ["c.py", "d.py"], b"#" * 300)
-    monkeypatch.setattr(files_module, "MAX_TOGETHER", 2000)
+    monkeypatch.setattr(submission_module, "MAX_TOGETHER", 2000)
     files, notes = find_submissions(tmp_path)[0].read()
     assert set(files) == {"a.py", "b.zip/b.py"}
     assert notes == ("the files are too large together; c.zip is not read",)
@@ -354,8 +357,8 @@ def test_what_is_too_large_is_not_read(tmp_path, monkeypatch):
         archive.writestr("a.py", b"#" * 100_000)
     files, notes = find_submissions(tmp_path)[0].read()
     assert files == {"small.py": SOURCE}
-    assert "unpacks to more than" in notes[0]
-    assert "large.py has 0 MiB, at most 0 are read" in notes[1]
+    assert "large.py has 0 MiB, at most 0 are read" in notes[0]
+    assert "unpacks to more than" in notes[1]
 
 
 def test_links_are_not_followed(tmp_path):
@@ -440,9 +443,9 @@ def test_a_packing_that_cannot_be_bounded_is_refused(how):
         files_module.unzip("bomb.zip", packed([("a.py", bytes(1 << 20))], how))
 
 
-def test_an_archive_of_a_thousand_scripts_is_refused():
-    with pytest.raises(LabkitError, match=r"^many\.zip holds 1000 notebooks and scripts"):
-        files_module.unzip("many.zip", packed([(f"{i}.py", b"") for i in range(1000)]))
+def test_an_archive_of_thousands_of_scripts_is_refused():
+    with pytest.raises(LabkitError, match=r"^many\.zip holds 3000 notebooks and scripts"):
+        files_module.unzip("many.zip", packed([(f"{i}.py", b"") for i in range(3000)]))
 
 
 @settings(max_examples=400)
@@ -453,3 +456,32 @@ def test_a_damaged_archive_is_named_whatever_is_wrong_with_it(changes):
         data[place % len(data)] = value
     with suppress(LabkitError):
         files_module.unzip("damaged.zip", bytes(data))
+
+
+def test_a_whole_repository_is_read_from_its_answers_on(tmp_path):
+    """More files than are read: those that define what is asked come first, labkit's never."""
+    lab = tmp_path / "ada"
+    names = [f"book/_static/{k}.css" for k in range(300)] + [f"book/{k}.py" for k in range(250)]
+    lay_out(lab, [*names, "tools/mine.py", "notebooks/assignment.ipynb"])
+    (lab / "labkit").mkdir()
+    for place in ("labkit/se2.py", "copy.py"):
+        (lab / place).write_bytes(Path(se2.__file__).read_bytes())
+    (lab / "labkit/icp.py").write_text("def icp(): return 'changed by hand'", "utf-8")
+    (lab / "notebooks/assignment.ipynb").write_text('"def double(x):", "def negate(x):"', "utf-8")
+    (lab / "tools/mine.py").write_text("def double(x): return 2 * x", "utf-8")
+    files, unread = one_submission(lab).read({"double", "negate"})
+    assert list(files)[:2] == ["notebooks/assignment.ipynb", "tools/mine.py"]
+    assert not any(name.startswith("labkit") or name == "copy.py" for name in files)
+    assert len(files) == 200
+    assert unread == (
+        "252 notebooks and scripts were handed in, 200 are read; book/52.py is the first that is "
+        "not",
+    )
+
+
+def test_nothing_but_what_was_handed_out_is_said(tmp_path):
+    (tmp_path / "ada").mkdir()
+    (tmp_path / "ada/se2.py").write_bytes(Path(se2.__file__).read_bytes().replace(b"\n", b"\r\n"))
+    files, (note,) = one_submission(tmp_path / "ada").read()
+    assert not files
+    assert note.startswith("there is nothing in it but what was handed out")

@@ -17,7 +17,7 @@ from types import TracebackType
 from typing import Self
 
 from labkit.errors import InvalidParameterError
-from labkit.grading.contract import Call, Limits, Outcome, OutcomeStatus, SourceCell
+from labkit.grading.contract import Call, Fault, Limits, Outcome, OutcomeStatus, SourceCell
 from labkit.grading.sandbox.host.box import SandboxError, Starter
 from labkit.grading.sandbox.host.forkserver import ForkServer
 from labkit.grading.sandbox.host.session import Session
@@ -99,6 +99,7 @@ class Slot:
         self.mode = mode
         self.safe = mode != NONE
         self.limits = limits
+        self.faults: list[Fault] = []
         self._starter: Starter = ForkServer(mode, limits) if self.safe else ColdStarter(limits)
         if self.safe:
             try:
@@ -123,7 +124,11 @@ class Slot:
             raise InvalidParameterError(
                 f"must have different ids, got {twice!r} twice", parameter="calls"
             )
-        return Session(self._starter, self.limits, cells).run(calls)
+        session = Session(self._starter, self.limits, cells)
+        try:
+            return session.run(calls)
+        finally:
+            self.faults = session.faults
 
     def close(self) -> None:
         """End what is still running; may be called twice."""

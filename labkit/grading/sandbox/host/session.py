@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
-from labkit.grading.contract import Call, Limits, Outcome, OutcomeStatus, SourceCell
+from labkit.grading.contract import Call, Fault, Limits, Outcome, OutcomeStatus, SourceCell
 from labkit.grading.sandbox.host.box import Box, Starter
 from labkit.grading.sandbox.host.channel import GoneError, LateError, receive
 from labkit.grading.sandbox.inside import data
@@ -87,6 +87,8 @@ class Session:
         self.forms = [WHOLE] * len(cells)
         self.failed: dict[int, Complaint] = {}  # cells that raised in the box at hand
         self.lost: dict[str | None, Complaint] = {}  # questions whose cell hung or died
+        self.faults: list[Fault] = []  # shared cells that failed before anything was asked
+        self.boxes = 0
         self.scipy = any("scipy" in cell.source for cell in cells)
         self.box: Box | None = None
         self.end = time.monotonic() + limits.total_seconds
@@ -126,6 +128,7 @@ class Session:
                 raise EndedError(OutcomeStatus.TIMEOUT, self._too_long(self.end))
             self.box = self.starter.start(scipy=self.scipy)
             self.failed = {}
+            self.boxes += 1
             running = [place for place, form in enumerate(self.forms) if form != LEFT_OUT]
             place = running[0] if running else -1
             try:
@@ -152,6 +155,9 @@ class Session:
             raise self._out_of_turn() from None
         if complaint:
             self.failed[place] = complaint
+            if self.boxes == 1 and self.cells[place].question is None:
+                label = self.cells[place].label
+                self.faults.append(Fault(label, complaint.message, complaint.error))
 
     def _blame(self, cell: SourceCell, complaint: Complaint) -> None:
         told = Complaint(status=complaint.status, message=f"{cell.label}: {complaint.message}")
