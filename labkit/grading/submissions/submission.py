@@ -10,7 +10,6 @@ from functools import cache
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-import labkit
 from labkit.errors import LabkitError
 from labkit.grading.submissions.files import (
     MAX_TOGETHER,
@@ -22,7 +21,7 @@ from labkit.grading.submissions.files import (
 )
 
 MAX_FILES = 200  # notebooks and scripts of one student
-PACKAGE = Path(labkit.__file__).parent
+PACKAGE = Path(__file__).parents[2]
 KEPT_BACK = "authoring"  # the part of the package that no student gets
 
 Platform = Literal["canvas", "moodle", ""]
