@@ -6,17 +6,21 @@ reader's browser. No value is left that was not drawn when the notebook ran.
 
 from __future__ import annotations
 
+import base64
+import html
+import io
 from collections.abc import Callable, Iterable
 from typing import TypeVar
 
 import ipywidgets
 from matplotlib.figure import Figure
+from PIL import Image
 
 from labkit.errors import InvalidParameterError
-from labkit.interactive.pictures import picture
 from labkit.plotting import book_figure
 
 Value = TypeVar("Value")
+DPI = 150
 
 
 def flipbook(
@@ -82,7 +86,7 @@ def flipbook(
     for value, text in zip(values, readouts, strict=True):
         figure = book_figure(height)
         draw(figure, value)
-        pages.append(ipywidgets.HTML(picture(figure, f"{alt}; {label}: {text}")))
+        pages.append(ipywidgets.HTML(_picture(figure, f"{alt}; {label}: {text}")))
     slider = ipywidgets.SelectionSlider(
         options=[(text, index) for index, text in enumerate(readouts)],
         index=start,
@@ -93,3 +97,15 @@ def flipbook(
     stack = ipywidgets.Stack(pages, selected_index=start)
     ipywidgets.jslink((slider, "index"), (stack, "selected_index"))
     return ipywidgets.VBox([slider, stack])
+
+
+def _picture(figure: Figure, alt: str) -> str:
+    """The figure as an HTML image that carries its own data; `alt` says what it shows."""
+    drawn, packed = io.BytesIO(), io.BytesIO()
+    figure.savefig(drawn, format="png", dpi=DPI)
+    Image.open(drawn).convert("RGB").save(packed, format="webp", lossless=True)
+    data = base64.b64encode(packed.getvalue()).decode("ascii")
+    return (
+        f'<img src="data:image/webp;base64,{data}" alt="{html.escape(alt, quote=True)}" '
+        f'style="width: 100%; max-width: 700px; background: white">'
+    )

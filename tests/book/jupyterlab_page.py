@@ -20,14 +20,24 @@ PATIENCE = 60.0  # seconds for the server to answer
 RUN = 120_000  # ms for a notebook to run
 
 READY = "() => window.jupyterapp?.restored.then(() => true)"
-RUN_ALL = """async path => {
+OPEN = """async path => {
     const app = window.jupyterapp;
     const panel = await app.commands.execute("docmanager:open", { path, factory: "Notebook" });
     app.shell.activateById(panel.id);
     await panel.context.ready;
     await panel.sessionContext.ready;
-    await app.commands.execute("notebook:run-all-cells");
 }"""
+RUN_ALL = "() => window.jupyterapp.commands.execute('notebook:run-all-cells')"
+# What a reader sees of each cell of text.
+TEXTS = """() => window.jupyterapp.shell.currentWidget.content.widgets
+    .filter(cell => cell.model.type === "markdown")
+    .map(cell => {
+        const copy = cell.node.cloneNode(true);
+        const unseen = cell.rendered ? ".jp-InputArea-editor, jp-toolbar, math, style" : "*";
+        copy.querySelectorAll(unseen).forEach(each => each.remove());
+        return copy.textContent.trim();
+    })"""
+DRAWN = f"() => ({TEXTS})().every(text => text)"
 CLOSE = """async () => {
     const panel = window.jupyterapp.shell.currentWidget;
     await panel.sessionContext.shutdown();
@@ -127,10 +137,22 @@ def open_lab(page: Page, address: str) -> None:
 def notebook_run(page: Page, name: str) -> Iterator[None]:
     """Open a notebook and run all its cells; close it and its kernel in the end."""
     page.set_default_timeout(RUN)
-    page.evaluate(RUN_ALL, name)
+    page.evaluate(OPEN, name)
+    page.evaluate(RUN_ALL)
     page.set_default_timeout(30_000)
     try:
         yield
+    finally:
+        page.evaluate(CLOSE)
+
+
+@contextmanager
+def notebook_read(page: Page, name: str) -> Iterator[str]:
+    """Open a notebook; yield its text as drawn, which needs a kernel; close it in the end."""
+    page.evaluate(OPEN, name)
+    page.wait_for_function(DRAWN)
+    try:
+        yield "\n".join(page.evaluate(TEXTS))
     finally:
         page.evaluate(CLOSE)
 

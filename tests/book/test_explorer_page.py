@@ -135,10 +135,17 @@ def test_it_says_what_labkit_says(page, explorer):
             page.get_by_label("scans", exact=True).select_option(name)
             told = labkit.IcpParameters(metric=metric)
             run = labkit.icp(scene.source, scene.target, scene.T_init, told)
+            expect(readout(page, "shown")).to_have_text(
+                f"the guess, iteration 0 of {run.iterations}"
+            )
+            count, points = run.history[0].inlier_count, len(scene.source)
+            expect(readout(page, "inliers")).to_contain_text(f"{count} of {points} ")
+            page.get_by_role("button", name="End").click()
             rmse = f"{run.inlier_rmse:.4f} m over {run.inlier_count} inliers"
             expect(readout(page, "RMSE")).to_have_text(rmse)
-            expect(readout(page, "the run")).to_have_text(run.message)
-            shown = f"iteration {run.iterations} of {run.iterations}"
+            ending = f"{run.iterations} iterations, {run.message}; ends"
+            expect(readout(page, "the run")).to_contain_text(ending)
+            shown = f"the result, iteration {run.iterations} of {run.iterations}"
             expect(readout(page, "shown")).to_have_text(shown)
             x, y, theta = labkit.to_xytheta(run.T_target_source)
             said = readout(page, "pose").inner_text()
@@ -154,7 +161,6 @@ def test_it_says_how_many_points_are_not_looked_at_from_afar(page, explorer):
     name, scene = next((n, s) for n, s in explorer.scenes.items() if len(s.source.points) >= 480)
     page.get_by_label("scans", exact=True).select_option(name)
     legend = page.locator(".icp-legend")
-    page.get_by_role("button", name="Start").click()
     expect(legend).not_to_contain_text("not looked at")
     page.get_by_label("begin wide, end narrow").check()
     points = len(scene.source.points)
@@ -165,7 +171,6 @@ def test_it_says_how_many_points_are_not_looked_at_from_afar(page, explorer):
 
 @pytest.mark.parametrize("name", ["gate", "overlap ρ", "Huber δ"])
 def test_a_slider_dragged_by_the_mouse_is_followed_at_once(page, name):
-    page.get_by_role("button", name="Start").click()
     slider, readouts = page.get_by_label(name), page.locator(".icp-readouts")
     before, numbers = picture(page), readouts.inner_text()
     page.evaluate(STOPWATCH)
@@ -181,6 +186,7 @@ def test_a_slider_dragged_by_the_mouse_is_followed_at_once(page, name):
 
 @pytest.mark.parametrize("name", ["gate", "overlap ρ", "Huber δ", "iteration"])
 def test_a_slider_obeys_the_keyboard_and_speaks(page, name):
+    page.get_by_role("button", name="End").click()
     slider = page.get_by_label(name, exact=True)
     value, said = slider.input_value(), slider.get_attribute("aria-valuetext")
     before = picture(page)
@@ -198,7 +204,6 @@ def test_a_slider_obeys_the_keyboard_and_speaks(page, name):
 
 def test_the_scan_is_dragged_and_turned(page):
     plane = page.locator(".icp-plane")
-    page.get_by_role("button", name="Start").click()
     x, y, turn = guess(page)
     drag(page, free_spot(page), (40.0, -30.0))
     moved = guess(page)
@@ -252,17 +257,102 @@ def test_an_emptied_guess_shows_its_value_again(page):
 
 
 def test_steps_play_and_reset(page):
-    shown = readout(page, "shown")
-    page.get_by_role("button", name="Start").click()
-    expect(shown).to_contain_text("the guess, before 25")
+    shown, start = readout(page, "shown"), page.get_by_role("button", name="Start")
+    expect(shown).to_have_text("the guess, iteration 0 of 28")
+    expect(start).to_be_disabled()
     page.get_by_role("button", name="Step").click()
-    expect(shown).to_have_text("iteration 1 of 25")
+    expect(shown).to_have_text("on the way, iteration 1 of 28")
     page.get_by_role("button", name="Play").click()
-    expect(shown).to_have_text("iteration 3 of 25", timeout=5000)
+    expect(shown).to_have_text("on the way, iteration 3 of 28", timeout=5000)
     page.get_by_role("button", name="Pause").click()
     page.emulate_media(reduced_motion="reduce")
     page.get_by_role("button", name="Play").click()
-    expect(shown).to_have_text("iteration 25 of 25")
+    expect(shown).to_have_text("the result, iteration 28 of 28")
+    expect(page.get_by_role("button", name="Step")).to_be_disabled()
+    start.click()
+    expect(shown).to_contain_text("the guess")
+
+
+def test_reset_brings_back_guess_parameters_view_and_start(page):
+    first, field = picture(page), page.get_by_label("turn [°]")
+    field.fill("5")
+    field.press("Enter")
+    page.get_by_label("gate").press("Home")
+    page.get_by_role("button", name="Bet").click()
+    page.get_by_role("button", name="End").click()
+    for name in ("Zoom in", "Zoom in", "Pan"):
+        page.get_by_title(name).or_(page.get_by_role("button", name=name)).first.click()
+    assert picture(page) != first
+    page.get_by_role("button", name="Reset").click()
+    page.mouse.move(0.0, 0.0)
+    assert picture(page) == first
+    expect(readout(page, "shown")).to_have_text("the guess, iteration 0 of 28")
+
+
+def test_zoom_has_bounds_and_a_zoomed_scan_still_moves(page):
+    nearer, farther = page.get_by_title("Zoom in"), page.get_by_title("Zoom out")
+    expect(farther).to_be_disabled()
+    for _ in range(5):
+        nearer.click()
+    expect(nearer).to_be_disabled()
+    x, _, _ = guess(page)
+    drag(page, free_spot(page), (30.0, 0.0))
+    closely = guess(page)[0] - x
+    assert 0.01 < closely < 0.2
+    page.get_by_role("button", name="Pan").click()
+    before, at = picture(page), guess(page)
+    drag(page, free_spot(page), (30.0, 0.0))
+    assert guess(page) == at
+    assert picture(page) != before
+    for _ in range(5):
+        farther.click()
+    expect(farther).to_be_disabled()
+
+
+def test_a_scan_dragged_off_the_map_stays_within_reach(page):
+    box = page.locator(".icp-plane").bounding_box()
+    assert box is not None
+    for by in ((3000.0, -2000.0), (-3000.0, 2000.0)):
+        drag(page, free_spot(page), by)
+        x, y, _ = guess(page)
+        assert -6.0 < x < 14.0
+        assert -8.0 < y < 6.0
+
+
+def test_a_bet_is_measured_when_the_run_has_ended(page):
+    page.get_by_role("button", name="Bet").click()
+    page.keyboard.press("ArrowRight")
+    expect(readout(page, "your bet")).to_have_count(0)
+    page.get_by_role("button", name="End").click()
+    expect(readout(page, "your bet")).to_have_text("0.47 m from the end")  # of 0.52 m in x
+    page.get_by_role("button", name="Start").click()
+    expect(readout(page, "your bet")).to_have_count(0)
+
+
+def test_a_copied_state_is_a_link_to_it(page, address):
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.get_by_label("scans", exact=True).select_option("Room")
+    page.get_by_label("gate").press("Home")
+    page.locator(".icp-plane").press("ArrowUp")
+    page.get_by_role("button", name="Step").click()
+    before, link = picture(page), address + "#icp?"
+    page.get_by_role("button", name="Copy state").click()
+    expect(page.locator(".icp-status").first).to_contain_text("clipboard")
+    copied = page.evaluate("() => navigator.clipboard.readText()")
+    assert copied.startswith(link)
+    page.goto("about:blank")
+    page.goto(copied)
+    expect(readout(page, "shown")).to_contain_text("iteration 1 of")
+    expect(page.get_by_label("gate")).to_have_attribute("aria-valuetext", "0.05 m")
+    assert guess(page) == [0.0, 0.05, 0.0]
+    assert picture(page) == before
+
+
+@pytest.mark.parametrize("state", ["nonsense", '{"scene":"Room"}', '{"scene":"moon"}', "null"])
+def test_a_link_that_makes_no_sense_is_ignored(page, address, state):
+    page.goto("about:blank")
+    page.goto(f"{address}#icp?state={state}")
+    expect(readout(page, "shown")).to_have_text("the guess, iteration 0 of 28")
 
 
 def test_reset_in_a_view_opened_later_goes_back_to_the_first_parameters(browser, tmp_path):
@@ -279,11 +369,16 @@ def test_reset_in_a_view_opened_later_goes_back_to_the_first_parameters(browser,
     page.close()
 
 
+def open_basin(page: Page) -> None:
+    page.locator("summary", has_text="Basin of convergence").click()
+
+
 def test_the_page_listens_while_it_computes_the_basin(page):
+    open_basin(page)
     page.get_by_role("button", name="Compute the basin").click()
     page.get_by_role("button", name="Stop").click()
     expect(page.get_by_role("button", name="Compute again")).to_be_visible()
-    expect(page.locator(".icp-status")).not_to_contain_text("of 225")
+    expect(page.locator(".icp-more .icp-status")).not_to_contain_text("of 225")
 
 
 @pytest.mark.parametrize(
@@ -291,6 +386,7 @@ def test_the_page_listens_while_it_computes_the_basin(page):
 )
 def test_a_basin_that_is_forgotten_is_computed_no_further(page, control, option):
     page.get_by_label("scans", exact=True).select_option("Two rooms")
+    open_basin(page)
     page.evaluate(SLICES)
     page.get_by_role("button", name="Compute the basin").click()
     page.wait_for_function("() => window.slices > 2")
@@ -306,8 +402,9 @@ def test_a_basin_that_is_forgotten_is_computed_no_further(page, control, option)
 def test_the_basin_is_labkit_s(page, explorer):
     """A start that the picture counts as found is found by labkit, and the reverse."""
     page.get_by_label("scans", exact=True).select_option("Two rooms")
+    open_basin(page)
     page.get_by_role("button", name="Compute the basin").click()
-    status = page.locator(".icp-status")
+    status = page.locator(".icp-more .icp-status")
     expect(status).to_contain_text("guesses end within 0.1 m of the truth", timeout=30000)
     scene = explorer.scenes["Two rooms"]
     target, found = labkit.Target(scene.target), 0
@@ -325,15 +422,23 @@ def test_the_basin_is_labkit_s(page, explorer):
     expect(status).to_contain_text(f"{found} of 225 guesses")
 
 
-def test_a_start_is_picked_from_the_basin(page):
+def test_a_start_is_picked_from_the_basin_by_mouse_and_by_keyboard(page):
+    page.get_by_label("scans", exact=True).select_option("The lesson's experiment")
+    open_basin(page)
     page.get_by_role("button", name="Compute the basin").click()
-    page.locator(".icp-basin").wait_for()
-    expect(page.locator(".icp-status")).to_contain_text("of 225", timeout=30000)
-    box = page.locator(".icp-basin").bounding_box()
+    basin, status = page.locator(".icp-basin"), page.locator(".icp-more .icp-status")
+    expect(status).to_contain_text("of 225", timeout=60000)
+    box = basin.bounding_box()
     assert box is not None
-    page.mouse.click(box["x"] + 60.0, box["y"] + 40.0)
+    page.mouse.click(box["x"] + 49.0, box["y"] + 40.0)
     x, y, turn = guess(page)
     assert (x, y, turn) == pytest.approx((0.35 - 1.0, 0.10 + 6 / 7, 3.0), abs=0.15)
+    basin.focus()
+    for key in ("ArrowRight", "ArrowUp", "ArrowUp"):
+        page.keyboard.press(key)
+    expect(status).to_contain_text("This start ends at: the answer")
+    page.keyboard.press("Enter")
+    assert guess(page) == pytest.approx((0.35 + 1 / 7, 0.10 + 2 / 7, turn), abs=2e-3)
 
 
 def test_it_follows_the_page_s_theme(page):
@@ -345,10 +450,27 @@ def test_it_follows_the_page_s_theme(page):
     assert picture(page) != before
 
 
+def bottom(page: Page, part: str) -> float:
+    box = page.locator(part).bounding_box()
+    assert box is not None
+    return box["y"] + box["height"]
+
+
+def test_all_of_it_fits_a_laptop_s_screen(page, explorer):
+    page.set_viewport_size({"width": 1366, "height": 768})
+    for name in explorer.scenes:
+        page.get_by_label("scans", exact=True).select_option(name)
+        page.get_by_role("button", name="End").click()
+        box = page.locator(".icp-explorer").bounding_box()
+        assert box is not None
+        assert box["height"] <= 700.0, name
+
+
 def test_it_fits_a_telephone_and_stays_off_paper(page):
     page.set_viewport_size({"width": 390, "height": 844})
     page.evaluate(TWO_FRAMES)
     assert page.evaluate(FIT)
+    assert bottom(page, ".icp-sliders") - bottom(page, ".icp-top") < 700.0
     page.emulate_media(media="print")
     expect(page.locator(".icp-explorer")).to_be_hidden()
 
@@ -356,7 +478,7 @@ def test_it_fits_a_telephone_and_stays_off_paper(page):
 def test_every_control_has_a_name(page):
     assert page.locator(".icp-explorer").evaluate(NAMELESS) == []
     spoken = page.locator(".icp-spoken")
-    expect(spoken).to_contain_text("25 iterations, converged", timeout=3000)
+    expect(spoken).to_contain_text("28 iterations, converged", timeout=3000)
 
 
 def test_keys_and_clicks_stay_inside(page):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
 import nbformat
 import pytest
-from jupyterlab_page import ask, errors, jupyterlab, notebook_run, open_lab
+from jupyterlab_page import ask, errors, jupyterlab, notebook_read, notebook_run, open_lab
 from mouse import drag, middle, thumb
 from playwright.sync_api import Browser, Locator, Page, TimeoutError, expect
 
@@ -41,6 +42,9 @@ def with_widgets() -> Iterator[Path]:
 
 
 NOTEBOOKS = list(with_widgets())
+ALL = [path.relative_to(ROOT) for path in sorted((ROOT / "notebooks").glob("*.ipynb"))]
+# What a reader must not see: fences, roles and directives, formulas that could not be drawn.
+RAW = re.compile(r".*(?::::|\{[a-z:]+\}`|```|\$\$|\\\(|Undefined control sequence).*")
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +61,18 @@ def page(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator
         open_lab(page, address)
         yield page
         page.close()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", ALL, ids=[path.stem for path in ALL])
+def test_the_text_is_drawn_as_in_the_book_and_answers_are_folded(page, path):
+    cells = nbformat.read(ROOT / path, as_version=4).cells
+    source = "\n".join(cell.source for cell in cells if cell.cell_type == "markdown")
+    with notebook_read(page, path.as_posix()) as text:
+        assert RAW.findall(text) == []
+        answers = page.locator(".jp-MarkdownCell details")
+        expect(answers).to_have_count(source.count(":::{dropdown}"))
+        assert answers.locator("xpath=self::*[@open]").count() == 0
 
 
 @pytest.mark.slow

@@ -21,7 +21,7 @@ from labkit.interactive import Scene, default_scenes, icp_explorer, killian_scen
 from labkit.interactive.explorer.front_end import FOLDER, MODULES, front_end
 from labkit.registration import Termination
 
-MAX_LINES = 250
+MAX_LINES = 400
 CORNER = Scan.from_points([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [0.0, 3.0]])
 
 

@@ -1,4 +1,4 @@
-"""The ICP explorer: a widget whose page computes the loop itself.
+"""The ICP explorer, and its three sliders alone: a widget whose page computes the loop itself.
 
 The front end stands in the ``*.js`` files beside this one. `icp.js` and what it imports
 mirror labkit's modules stage by stage and are held to them by the tests; the rest draws.
@@ -6,6 +6,14 @@ mirror labkit's modules stage by stage and are held to them by the tests; the re
 
 from labkit.interactive.explorer.front_end import front_end
 from labkit.interactive.explorer.scenes import Scene, default_scenes, killian_scene
-from labkit.interactive.explorer.widget import Explorer, icp_explorer
+from labkit.interactive.explorer.widget import Explorer, icp_explorer, icp_sliders
 
-__all__ = ["Explorer", "Scene", "default_scenes", "front_end", "icp_explorer", "killian_scene"]
+__all__ = [
+    "Explorer",
+    "Scene",
+    "default_scenes",
+    "front_end",
+    "icp_explorer",
+    "icp_sliders",
+    "killian_scene",
+]

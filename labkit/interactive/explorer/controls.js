@@ -1,4 +1,5 @@
-// The controls: plain HTML elements with labels, which the browser makes usable by keyboard.
+// The controls: plain HTML elements with labels, which the browser makes usable by keyboard;
+// and those of what a run is told: the scans, the guess, and the parameters that have sliders.
 
 let made = 0;
 
@@ -33,7 +34,7 @@ export function slider({ name, label, values, read, onValue }) {
     values = others;
     input.max = values.length - 1;
   };
-  const node = element("div", { class: "icp-field" }, element("label", { for: id }, label), output, input);
+  const node = element("div", { class: "icp-slider" }, element("label", { for: id }, label), input, output);
   return { node, set, resize };
 }
 
@@ -90,4 +91,54 @@ export function checkbox({ name, label, onValue }) {
 
 export function button(text, title, onclick) {
   return element("button", { type: "button", title, onclick }, text);
+}
+
+// A button that is down or up; `set` says which.
+export function toggle(text, title, onclick) {
+  const node = element("button", { type: "button", title, "aria-pressed": "false", onclick }, text);
+  return { node, set: (down) => node.setAttribute("aria-pressed", String(down)) };
+}
+
+// Names as in labkit's IcpParameters.
+export const SLIDERS = ["metric", "max_correspondence_distance", "overlap_ratio", "huber_delta", "approach"];
+
+const METRICS = [["point_to_point", "point to point"], ["point_to_line", "point to line"]];
+const metres = (value) => (value === null ? "off" : `${value.toFixed(2)} m`);
+
+// One control for each slider's name, and "scene"; `tell(name)` makes what takes its value.
+export function parameterControls({ scenes, choose, tell }) {
+  return {
+    scene: choice({ name: "scene", label: "scans", onValue: choose, options: scenes.map((name) => [name, name]) }),
+    metric: choice({ name: "metric", label: "metric", options: METRICS, onValue: tell("metric") }),
+    max_correspondence_distance: slider({
+      name: "gate", label: "gate", values: [...steps(0.05, 2, 0.05), null], read: metres,
+      onValue: tell("max_correspondence_distance"),
+    }),
+    overlap_ratio: slider({
+      name: "overlap", label: "overlap ρ", values: steps(0.2, 1, 0.01), read: (value) => value.toFixed(2),
+      onValue: tell("overlap_ratio"),
+    }),
+    huber_delta: slider({
+      name: "delta", label: "Huber δ", values: [...steps(0.01, 0.5, 0.01), null], read: metres,
+      onValue: tell("huber_delta"),
+    }),
+    approach: checkbox({ name: "approach", label: "begin wide, end narrow", onValue: tell("approach") }),
+  };
+}
+
+const DEGREES = 180 / Math.PI;
+const GUESS = [
+  { label: "x [m]", step: 0.05, digits: 3, factor: 1 },
+  { label: "y [m]", step: 0.05, digits: 3, factor: 1 },
+  { label: "turn [°]", step: 1, digits: 2, factor: DEGREES },
+];
+
+// The guess as three numbers, for those who would rather type than drag.
+export function guessFields({ guess, move }) {
+  const fields = GUESS.map(({ label, step, digits, factor }, i) => {
+    const onValue = (value) => move(guess().map((old, k) => (k === i ? value / factor : old)));
+    return number({ name: `guess-${i}`, label, step, digits, onValue });
+  });
+  const node = element("fieldset", {}, element("legend", {}, "guess"), ...fields.map((each) => each.node));
+  return { node, set: (values) => fields.forEach((each, i) => each.set(values[i] * GUESS[i].factor)) };
 }

@@ -2,25 +2,27 @@
 //
 // The model is the widget's state. In JupyterLab it is tied to Python, in a page to nothing.
 
-import { BasinPanel } from "./basin_panel.js";
-import { drawCost } from "./charts.js";
-import { button, element, slider, steps } from "./controls.js";
-import { icp, prepareTarget } from "./icp.js";
-import { palette, watchTheme } from "./palette.js";
-import { SLIDERS, guessFields, parameterControls } from "./parameter_controls.js";
+import { BasinPanel } from "./basin.js";
+import { palette, watchTheme } from "./canvas.js";
+import { SLIDERS, button, element, guessFields, parameterControls, slider, steps, toggle } from "./controls.js";
+import { drawCost } from "./cost.js";
+import { icp, pairsOnly, prepareTarget } from "./icp.js";
 import { Plane } from "./plane.js";
 import { Readouts, outcome } from "./readouts.js";
 import { apply, toXYTheta, transform } from "./se2.js";
+import { copyState, stateFromAddress } from "./state.js";
 
 const PLAY = 350; // ms that an iteration stands
 const SYNC = 120; // ms of rest before Python is told
 const KEYS = "Arrow keys move the guess by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
+const HINT = "Drag the scan, or its knob to turn it.";
+const BET = "Where will the run end? Click on the map, or move the flag by arrow keys; then play.";
 
 class ExplorerView {
   constructor(model, signal) {
     this.model = model;
     this.signal = signal;
-    this.shown = null; // the iteration that is shown; null: the last one
+    this.compact = model.get("compact");
     this.build();
     const watched = [...SLIDERS, "guess"].map((name) => `change:${name}`).join(" ");
     const changed = () => this.request(), entered = () => this.enter();
@@ -36,7 +38,12 @@ class ExplorerView {
     const resized = new ResizeObserver(() => this.request());
     resized.observe(this.root);
     signal.addEventListener("abort", () => resized.disconnect());
+    const given = !this.compact && stateFromAddress(model.get("scene_data").map(({ name }) => name));
+    if (given) this.set(given.values);
     this.enter();
+    if (!given) return;
+    this.shown = given.shown;
+    setTimeout(() => this.root.scrollIntoView({ block: "center" }), 300);
   }
 
   build() {
@@ -47,8 +54,8 @@ class ExplorerView {
     });
     this.guess = guessFields({ guess: () => this.model.get("guess"), move: (guess) => this.move(guess) });
     this.plane = new Plane({
-      label: `Map of both scans. ${KEYS}`,
-      pose: () => this.pose(), onPose: ({ x, y, theta }) => this.move([x, y, theta]), signal: this.signal,
+      label: `Map of both scans. ${KEYS}`, signal: this.signal, pose: () => this.pose(),
+      onPose: ({ x, y, theta }) => this.move([x, y, theta]), onView: () => this.request(),
     });
     this.play = button("Play", "Show one iteration after the other", () => this.togglePlay());
     const read = (k) => `${k} of ${this.last()}`, onValue = (k) => this.show(k);
@@ -59,29 +66,37 @@ class ExplorerView {
       job: () => this.basinJob(), signal: this.signal,
       onGuess: (dx, dy) => this.move([this.answer().x + dx, this.answer().y + dy, this.model.get("guess")[2]]),
     });
+    this.said = element("p", { class: "icp-status", role: "status" });
     this.assemble();
   }
 
+  // The map and what belongs to it on the left, sliders and numbers on the right.
   assemble() {
-    const { scene, metric, ...sliders } = this.controls;
-    const zoom = (factor) => () => ((this.plane.zoom = Math.max(1, this.plane.zoom * factor)), this.request());
-    const fields = [scene, metric, ...Object.values(sliders), this.guess].map((each) => each.node);
-    const steering = element(
-      "div", { class: "icp-row" },
-      button("Start", "Show the guess", () => this.show(0)),
-      button("Step", "Show the next iteration", () => this.show(Math.min(this.number() + 1, this.last()))),
-      this.play,
-      button("Reset", "Back to the first guess and parameters", () => this.reset()),
-      button("+", "Zoom in", zoom(1.6)), button("−", "Zoom out", zoom(1 / 1.6)),
-    );
+    const { scene, metric, approach, ...sliders } = this.controls;
+    this.start = button("Start", "Show the first guess", () => this.show(0));
+    this.step = button("Step", "Show the next iteration", () => this.show(this.number() + 1));
+    this.end = button("End", "Show the result", () => this.show(this.last()));
+    this.nearer = button("+", "Zoom in", () => this.plane.zoomBy(1.6));
+    this.farther = button("−", "Zoom out", () => this.plane.zoomBy(1 / 1.6));
+    const mode = (name, text, title) => toggle(text, title, () => this.setMode(this.plane.mode === name ? "move" : name));
+    this.modes = { pan: mode("pan", "Pan", "Drag the view, not the scan"), bet: mode("bet", "Bet", BET) };
+    const reset = button("Reset", "Guess, parameters and view as at first", () => this.reset());
+    const copy = button("Copy state", "Copy a link to what is shown, in JupyterLab the lines that set it", () =>
+      copyState(this.model, this.number()).then((said) => (this.said.textContent = said)));
+    const rows = Object.values(sliders).map((each) => each.node);
     const { numbers, legend, spoken } = this.readouts;
-    const figures = element("section", { "aria-label": "Figures and cost" }, numbers, spoken, this.cost);
+    const part = (name, ...children) => element("div", { class: `icp-${name}` }, ...children);
+    const tools = [this.nearer, this.farther, this.modes.pan.node];
+    if (this.compact) tools.push(reset);
+    else tools.push(this.modes.bet.node, reset, copy);
+    const map = part("left", this.plane.canvas, part("row", ...tools), legend, this.said);
+    const run = this.model.get("runs") ? [part("row", this.start, this.step, this.play, this.end), this.scrubber.node] : [];
+    const side = part("right", part("sliders", ...rows, ...(this.compact ? [] : [approach.node, this.guess.node])), part("run", ...run), numbers, spoken);
+    if (!this.compact) map.append(this.cost);
+    const top = this.compact ? [] : [part("top", scene.node, metric.node)];
     this.root = element(
-      "div", { class: "icp-explorer", role: "group", "aria-label": "ICP explorer" },
-      element("div", { class: "icp-controls" }, ...fields),
-      this.plane.canvas, legend, element("p", { class: "icp-hint" }, `Drag the scan, or its knob to turn it. ${KEYS}`),
-      steering, this.scrubber.node,
-      element("div", { class: "icp-panels" }, figures, this.basin.node),
+      "div", { class: "icp-explorer", role: "group", "aria-label": this.model.get("label") },
+      part("frame", ...top, map, side), ...(this.compact ? [] : [this.basin.node]),
     );
     // JupyterLab would take focus and arrow keys away.
     for (const type of ["mousedown", "focusin", "keydown"])
@@ -104,21 +119,32 @@ class ExplorerView {
   move([x, y, theta]) {
     this.stop();
     this.shown = 0;
-    this.set({ guess: [x, y, Math.atan2(Math.sin(theta), Math.cos(theta))] });
+    this.set({ guess: [...this.plane.onMap(x, y), Math.atan2(Math.sin(theta), Math.cos(theta))] });
     this.request();
   }
 
   reset() {
-    this.stop();
-    this.shown = null;
     this.set(this.model.get("first_parameters"));
     this.choose(this.model.get("scene"));
+    this.enter();
+  }
+
+  setMode(name) {
+    this.plane.mode = name;
+    if (name === "bet") {
+      this.show(0);
+      this.plane.bet ??= this.model.get("guess").slice(0, 2);
+      this.plane.canvas.focus({ preventScroll: true });
+    }
+    this.said.textContent = { move: HINT, pan: "Drag the view.", bet: BET }[name];
     this.request();
   }
 
+  // The last iteration stays the last one when a slider makes the run longer.
   show(k) {
     this.stop();
     this.shown = k >= this.last() ? null : k;
+    if (k > 0) this.setMode("move");
     this.request();
   }
 
@@ -126,6 +152,7 @@ class ExplorerView {
     if (this.playing) return this.stop();
     if (matchMedia("(prefers-reduced-motion: reduce)").matches) return this.show(this.last());
     if (this.number() >= this.last()) this.shown = 0;
+    this.setMode("move");
     this.play.textContent = "Pause";
     this.playing = setInterval(() => {
       const next = this.number() + 1;
@@ -190,8 +217,11 @@ class ExplorerView {
     this.target = prepareTarget(floats(this.scene.target), floats(this.scene.normals));
     this.known = this.scene.answer && transform(...this.scene.answer);
     const [there, here] = [this.known, transform(...this.scene.guess)].map((T) => (T ? apply(T, this.source) : []));
-    this.plane.frame(Float64Array.of(...this.target.points, ...there, ...here));
-    this.shown = null;
+    this.stop();
+    this.plane.bet = null;
+    this.setMode("move");
+    this.plane.frame(Float64Array.of(0, 0, ...this.target.points, ...there, ...here));
+    this.shown = this.compact ? null : 0;
     this.basin.forget();
     this.request();
   }
@@ -208,7 +238,7 @@ class ExplorerView {
     const key = JSON.stringify([this.scene.name, parameters, guess]);
     if (key !== this.computed) {
       this.computed = key;
-      this.result = icp(this.source, this.target, transform(...guess), parameters);
+      this.result = (this.model.get("runs") ? icp : pairsOnly)(this.source, this.target, transform(...guess), parameters);
       this.basin.outdate(this.basinJob().key);
       this.set({ outcome: outcome(this.result) });
       this.readouts.speak({ result: this.result, ...this.reference() });
@@ -217,6 +247,12 @@ class ExplorerView {
     this.guess.set(guess);
     this.scrubber.resize(steps(0, this.last(), 1));
     this.scrubber.set(this.number());
+    const { closest, farthest } = this.plane.limits();
+    this.nearer.disabled = closest;
+    this.farther.disabled = farthest;
+    this.start.disabled = this.number() === 0;
+    this.step.disabled = this.end.disabled = this.number() === this.last();
+    for (const [name, each] of Object.entries(this.modes)) each.set(this.plane.mode === name);
     this.draw();
   }
 
@@ -226,12 +262,14 @@ class ExplorerView {
     const { pairs } = history[k], source = apply(path[k], this.source);
     const pose = this.pose(), answer = this.known;
     this.plane.draw({ target: this.target.points, source, pairs, path, answer, pose, colors });
+    const bet = this.plane.bet;
+    this.readouts.write({ result: this.result, shown: k, bet, ...this.reference() });
+    if (this.compact) return;
     const costs = history.map((each) => each.cost);
     drawCost(this.cost, { costs, shown: k, colors });
     const [first, end] = [costs[0], costs.at(-1)].map((each) => each.toPrecision(3));
     this.cost.setAttribute("aria-label", `Cost over ${this.last()} iterations: from ${first} to ${end} m²`);
     this.basin.draw(colors);
-    this.readouts.write({ result: this.result, shown: k, ...this.reference() });
   }
 }
 

@@ -1,15 +1,21 @@
-// The robust ICP loop, its stages in the flow chart's order; mirrors labkit/icp.py.
+// The robust ICP loop, its stages in the flow chart's order; mirrors labkit/icp.py
+// and, for what the loop does while its steps are long, labkit/approach.py.
 //
 // The tests hold it to labkit: the same poses to 1e-9, the same inliers, iterations and
 // terminations. Parameters carry the names of labkit's IcpParameters; null turns a gate or
 // a delta off.
 
 import { align, keptRows } from "./alignment.js";
-import { closeGate, isFar, motionOf, pointShare, thinning, wideDelta } from "./approach.js";
 import { MIN_PAIRS, cost, distanceGate, huberWeight, inlierCount, overlap } from "./correspondences.js";
 import { alignToLines } from "./line_alignment.js";
 import { NearestNeighbors } from "./neighbors.js";
 import { apply, compose, toXYTheta, transform } from "./se2.js";
+
+const LONG = 0.5;
+const WIDTH = 5;
+const CLOSE_GATE = 8;
+const POINT_SHARE = 1 / 4000;
+const FEW = 120;
 
 // How a run ended: the names of labkit's Termination, with its messages.
 export const TERMINATIONS = {
@@ -56,6 +62,12 @@ export function icp(source, target, T_init, parameters) {
     if (termination !== "CONVERGED_POSE") termination = checkPairs(pairs) ?? termination;
   }
   return { T_target_source: failed(termination) ? null : T, termination, history }; // I
+}
+
+// The pairs at a guess, from which no step is taken.
+export function pairsOnly(source, target, T, parameters) {
+  const pairs = associate(source, target, T, parameters);
+  return { T_target_source: T, termination: null, history: [record(T, T, pairs, false)] };
 }
 
 // Match, reject and weight at the pose T, far from the answer or near it.
@@ -151,4 +163,40 @@ function record(T, T_before, pairs, far) {
     translationStep: first ? NaN : Math.hypot(T.x - T_before.x, T.y - T_before.y),
     rotationStep: first ? NaN : Math.abs(turned),
   };
+}
+
+// ---- far from the answer
+
+// The delta [m] far from the answer, for the residuals of the pairs that were kept.
+function wideDelta(residuals, delta) {
+  if (residuals.length === 0) return delta;
+  return Math.max(delta, WIDTH * Float64Array.from(residuals).sort()[residuals.length >> 1]);
+}
+
+// The share of point-to-point where delta was widened.
+function pointShare(wide, delta) {
+  return delta === Infinity ? 0 : Math.min(1, POINT_SHARE * (wide / delta) ** 2);
+}
+
+// The gate [m] near the answer.
+function closeGate(gate, delta) {
+  return Math.min(gate, CLOSE_GATE * delta);
+}
+
+// Of how many among `count` points one is looked at from afar.
+function thinning(count) {
+  return Math.max(1, Math.floor(count / FEW));
+}
+
+// How far a step moved the source [m], root mean square.
+function motionOf(before, after) {
+  let squares = 0;
+  for (let i = 0; i < before.length; i++) squares += (after[i] - before[i]) ** 2;
+  return Math.sqrt(squares / (before.length / 2));
+}
+
+// Whether the next motion will exceed LONG delta, if it shrinks as this one did.
+function isFar(motion, motionBefore, delta) {
+  const shrinks = motion < motionBefore ? motion / motionBefore : 1;
+  return shrinks * motion > LONG * delta;
 }

@@ -1,9 +1,11 @@
-// One Gauss-Newton step of the point-to-line metric; mirrors labkit/line_alignment.py.
+// One Gauss-Newton step of the point-to-line metric, and which motions a set of pairs cannot
+// see; mirrors labkit/line_alignment.py and labkit/degeneracy.py.
 
 import { keptRows } from "./alignment.js";
 
-export const MIN_INFORMATION = 0.02;
+const MIN_INFORMATION = 0.02;
 const STEADY_SHARE = 0.03, STEADY_INFORMATION = 0.25 * MIN_INFORMATION;
+const SHIFT = 0.1;
 
 // The step that moves the kept pairs onto their lines; null where degenerate. In a
 // direction that the lines leave free it does not move at all. A share of the
@@ -71,7 +73,7 @@ function pointGradient({ source: p, target: q, weights: w }, kept, { cx, cy, len
 }
 
 // Eigen-structure of what some rows of the pairs say about a motion; null for nothing.
-export function lineInformation(pairs, rows) {
+function lineInformation(pairs, rows) {
   const equations = normalEquations(pairs, rows);
   if (equations === null) return null;
   const { A, cx, cy, length } = equations;
@@ -108,4 +110,35 @@ function symmetricEigen(matrix) {
     }
   }
   return { values: [a[0][0], a[1][1], a[2][2]], vectors };
+}
+
+// ---- what the pairs leave open
+
+// The motions that a set of pairs cannot see, in words; none where all are seen, or nothing can be said.
+export function unobservable(pairs, target) {
+  const normals = new Float64Array(pairs.source.length), used = [];
+  pairs.targetIndex.forEach((j, i) => {
+    [normals[2 * i], normals[2 * i + 1]] = target.normals.subarray(2 * j, 2 * j + 2);
+    if (pairs.kept[i] && Number.isFinite(normals[2 * i])) used.push(i);
+  });
+  const information = lineInformation({ ...pairs, normals }, used);
+  return information === null ? [] : freeMotions(information);
+}
+
+function freeMotions({ values, vectors, center, length }) {
+  const free = [0, 1, 2].filter((k) => values[k] < MIN_INFORMATION).sort((i, j) => values[i] - values[j]);
+  return free.map((k) => {
+    const [x, y, turn] = vectors.map((row) => row[k]);
+    if (Math.abs(turn) < SHIFT) {
+      const scale = Math.sign(Math.abs(x) > SHIFT ? x : y) / Math.hypot(x, y);
+      return `shift along (${twoDigits(scale * x)}, ${twoDigits(scale * y)})`;
+    }
+    const reach = length / turn;
+    return `turn about (${twoDigits(center[0] - reach * y)}, ${twoDigits(center[1] + reach * x)})`;
+  });
+}
+
+function twoDigits(value) {
+  const text = value.toFixed(2);
+  return text === "-0.00" ? "0.00" : text;
 }

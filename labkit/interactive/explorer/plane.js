@@ -1,13 +1,16 @@
-// The two scans in the plane: drawn with their pairs, and the source dragged by the reader.
+// The two scans in the plane: drawn with their pairs, the source dragged by the reader, the view
+// zoomed and panned, and a bet on where the run will end.
 
 import { FATES, fates } from "./correspondences.js";
+import { freshContext } from "./canvas.js";
 import { element } from "./controls.js";
-import { freshContext } from "./palette.js";
 import { apply } from "./se2.js";
 
-const HANDLE = 58; // px from the scanner to the knob that turns it
+const HANDLE = 50; // px from the scanner to the knob that turns it
 const REACH = 18; // px within which the knob is grasped
 const MARGIN = 0.06;
+const EDGE = 14; // px that the scanner stays within the map
+const MAX_ZOOM = 10;
 
 // How pairs of one fate look: apart in colour, dash and marker, as in labkit.plotting.
 export const FATE_STYLES = [
@@ -19,16 +22,19 @@ export const FATE_STYLES = [
 ];
 
 export class Plane {
-  // `onPose` gets {x, y, theta} when the reader moves the source; `pose` tells where it is.
-  constructor({ label, pose, onPose, signal }) {
+  // `onPose` gets {x, y, theta} when the reader moves the source; `pose` tells where it is;
+  // `onView` is called when the view or the bet has changed.
+  constructor({ label, pose, onPose, onView, signal }) {
     this.canvas = element("canvas", { class: "icp-plane", tabindex: 0, role: "application", "aria-label": label });
     this.pose = pose;
     this.onPose = onPose;
-    this.zoom = 1;
+    this.onView = onView;
+    this.mode = "move"; // or "pan", or "bet"
+    this.bet = null;
     const listen = (type, listener) => this.canvas.addEventListener(type, listener, { signal });
     listen("pointerdown", (event) => this.grasp(event));
     listen("pointermove", (event) => this.pull(event));
-    for (const type of ["pointerup", "pointercancel"]) listen(type, () => (this.grip = null));
+    for (const type of ["pointerup", "pointercancel"]) listen(type, () => this.release());
     listen("keydown", (event) => this.press(event));
   }
 
@@ -41,15 +47,64 @@ export class Plane {
       return [Math.max(sorted[0], low - more), Math.min(sorted.at(-1), high + more)];
     };
     this.bounds = [range(0), range(1)];
+    this.showAll();
+  }
+
+  showAll() {
     this.zoom = 1;
+    this.center = this.bounds.map(([low, high]) => (low + high) / 2);
+    this.onView();
+  }
+
+  // Closer or farther, within bounds; from the whole map towards the scanner.
+  zoomBy(factor) {
+    if (factor * this.zoom <= 1) return this.showAll();
+    if (this.zoom === 1) this.center = [this.pose().x, this.pose().y];
+    this.zoom = Math.min(MAX_ZOOM, factor * this.zoom);
+    this.onView();
+  }
+
+  limits() {
+    return { farthest: this.zoom === 1, closest: this.zoom === MAX_ZOOM };
+  }
+
+  // Move the view by pixels, not far beyond the points.
+  panBy(du, dv) {
+    const next = [this.center[0] - du / this.scale, this.center[1] + dv / this.scale];
+    const beyond = [this.width, this.height].map((side) => side / 4 / this.scale);
+    this.center = next.map((each, k) => {
+      const [low, high] = this.bounds[k];
+      return Math.max(low - beyond[k], Math.min(high + beyond[k], each));
+    });
+    this.onView();
+  }
+
+  // The nearest place for the scanner that lies on the whole map, so that no scan gets lost.
+  onMap(x, y) {
+    if (!this.whole) return [x, y];
+    const reach = [this.width, this.height].map((side) => (side / 2 - EDGE) / this.whole);
+    return [x, y].map((each, k) => {
+      const middle = (this.bounds[k][0] + this.bounds[k][1]) / 2;
+      return Math.max(middle - reach[k], Math.min(middle + reach[k], each));
+    });
+  }
+
+  place(u, v) {
+    return [this.center[0] + (u - this.width / 2) / this.scale, this.center[1] - (v - this.height / 2) / this.scale];
   }
 
   grasp(event) {
     const { x, y, theta } = this.pose();
+    if (this.mode === "bet") {
+      this.bet = this.place(event.offsetX, event.offsetY);
+      event.preventDefault();
+      return this.onView();
+    }
     const [u, v] = this.pixel(x, y);
     const knob = [u + HANDLE * Math.cos(theta), v - HANDLE * Math.sin(theta)];
     const turning = Math.hypot(event.offsetX - knob[0], event.offsetY - knob[1]) < REACH;
-    this.grip = { turning, u: event.offsetX, v: event.offsetY, x, y, theta };
+    const panning = this.mode === "pan" || event.button === 1;
+    this.grip = { panning, turning, u: event.offsetX, v: event.offsetY, x, y, theta };
     this.canvas.setPointerCapture(event.pointerId);
     this.canvas.focus({ preventScroll: true });
     event.preventDefault();
@@ -57,13 +112,27 @@ export class Plane {
 
   pull(event) {
     if (!this.grip) return;
-    const { turning, u, v, x, y, theta } = this.grip;
+    const { panning, turning, u, v, x, y, theta } = this.grip;
     const du = event.offsetX - u, dv = event.offsetY - v;
     if (du === 0 && dv === 0) return;
+    if (panning) {
+      Object.assign(this.grip, { u: event.offsetX, v: event.offsetY });
+      return this.panBy(du, dv);
+    }
     if (!turning) return this.onPose({ x: x + du / this.scale, y: y - dv / this.scale, theta });
     const [u0, v0] = this.pixel(x, y);
     const before = Math.atan2(v0 - v, u - u0), now = Math.atan2(v0 - event.offsetY, event.offsetX - u0);
     this.onPose({ x, y, theta: theta + now - before });
+  }
+
+  // A scan that was dragged out of a zoomed view brings the view along.
+  release() {
+    const dragged = this.grip && !this.grip.panning;
+    this.grip = null;
+    const { x, y } = this.pose(), [u, v] = this.pixel(x, y);
+    if (!dragged || (u > 0 && u < this.width && v > 0 && v < this.height)) return;
+    this.center = [x, y];
+    this.onView();
   }
 
   press(event) {
@@ -76,21 +145,28 @@ export class Plane {
     if (!move || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
     const { x, y, theta } = this.pose();
+    if (this.mode === "pan") return this.panBy(-600 * move[0], 600 * move[1]);
+    if (this.mode === "bet") {
+      this.bet = (this.bet ?? [x, y]).map((each, k) => each + move[k]);
+      return this.onView();
+    }
     this.onPose({ x: x + move[0], y: y + move[1], theta: theta + move[2] });
   }
 
   pixel(x, y) {
-    return [this.width / 2 + (x - this.middle[0]) * this.scale, this.height / 2 - (y - this.middle[1]) * this.scale];
+    return [this.width / 2 + (x - this.center[0]) * this.scale, this.height / 2 - (y - this.center[1]) * this.scale];
   }
 
   draw({ target, source, pairs, path, answer, pose, colors }) {
-    const fresh = freshContext(this.canvas, 0.72);
+    const [[left, right], [bottom, top]] = this.bounds;
+    const shape = (top - bottom) / (right - left); // the map is as high as the scans, within bounds
+    const height = (width) => Math.min(370, width * Math.max(0.62, Math.min(shape + 0.06, width < 365 ? 0.66 : 0.95)));
+    const fresh = freshContext(this.canvas, height);
     if (!fresh) return;
     const { context } = fresh;
     Object.assign(this, { width: fresh.width, height: fresh.height });
-    const [[left, right], [bottom, top]] = this.bounds;
-    this.scale = this.zoom * (1 - 2 * MARGIN) * Math.min(this.width / (right - left), this.height / (top - bottom));
-    this.middle = this.zoom > 1 ? [pose.x, pose.y] : [(left + right) / 2, (bottom + top) / 2];
+    this.whole = (1 - 2 * MARGIN) * Math.min(this.width / (right - left), this.height / (top - bottom));
+    this.scale = this.zoom * this.whole;
     this.drawGrid(context, colors);
 
     context.fillStyle = colors.target;
@@ -150,14 +226,30 @@ export class Plane {
     const tip = [u + HANDLE * Math.cos(pose.theta), v - HANDLE * Math.sin(pose.theta)];
     context.moveTo(u, v), context.lineTo(...tip);
     context.stroke();
+    const ring = (center, radius, filling) => {
+      context.beginPath();
+      context.arc(...center, radius, 0, 2 * Math.PI);
+      context.fillStyle = filling;
+      context.fill();
+      context.stroke();
+    };
+    const isGuess = path.length === 1; // hollow: nothing has been estimated yet
+    ring(this.pixel(path[0].x, path[0].y), 5, colors.paper);
+    if (!isGuess) ring([u, v], 5, colors.accent);
+    ring(tip, 7, colors.paper);
+    if (this.bet) this.drawBet(context, colors);
+  }
+
+  drawBet(context, colors) {
+    const [u, v] = this.pixel(...this.bet);
+    context.strokeStyle = context.fillStyle = colors.ink;
+    context.lineWidth = 1.5;
     context.beginPath();
-    context.arc(u, v, 5, 0, 2 * Math.PI);
-    context.fill();
-    context.beginPath();
-    context.arc(...tip, 7, 0, 2 * Math.PI);
-    context.fillStyle = colors.paper;
-    context.fill();
+    context.moveTo(u, v), context.lineTo(u, v - 22);
     context.stroke();
+    context.beginPath();
+    context.moveTo(u, v - 22), context.lineTo(u + 13, v - 17), context.lineTo(u, v - 12);
+    context.fill();
   }
 
   drawGrid(context, colors) {
@@ -167,16 +259,16 @@ export class Plane {
     context.fillStyle = colors.soft;
     context.lineWidth = 1;
     context.beginPath();
-    const corner = [this.middle[0] - this.width / 2 / this.scale, this.middle[1] - this.height / 2 / this.scale];
+    const corner = [this.center[0] - this.width / 2 / this.scale, this.center[1] - this.height / 2 / this.scale];
     for (let k = Math.ceil(corner[0] / step); k * step < corner[0] + this.width / this.scale; k++) {
       const [u] = this.pixel(k * step, 0);
       context.moveTo(u, 0), context.lineTo(u, this.height);
-      if (u > 20 && u < this.width - 40) context.fillText((k * step).toFixed(digits), u + 3, this.height - 4);
+      if (u > 20 && u < this.width - 70) context.fillText((k * step).toFixed(digits), u + 3, this.height - 4);
     }
     for (let k = Math.ceil(corner[1] / step); k * step < corner[1] + this.height / this.scale; k++) {
       const [, v] = this.pixel(0, k * step);
       context.moveTo(0, v), context.lineTo(this.width, v);
-      if (v > 24 && v < this.height - 18) context.fillText((k * step).toFixed(digits), 3, v - 3);
+      if (v > 34 && v < this.height - 18) context.fillText((k * step).toFixed(digits), 3, v - 3);
     }
     context.stroke();
     context.fillText("y [m]", 3, 13);

@@ -2,8 +2,8 @@
 
 import { element } from "./controls.js";
 import { FATES, fates, inlierCount, inlierRmse } from "./correspondences.js";
-import { unobservable } from "./degeneracy.js";
 import { TERMINATIONS, failed } from "./icp.js";
+import { unobservable } from "./line_alignment.js";
 import { poseDifference, toXYTheta } from "./se2.js";
 
 const DEGREE = Math.PI / 180;
@@ -17,45 +17,52 @@ export class Readouts {
     signal.addEventListener("abort", () => clearTimeout(this.speaking));
   }
 
-  // `known` is the answer, or null; `reference` says what that answer is.
-  write({ result, shown, known, reference, source, target }) {
+  // Above, what is shown; below, how the run ends. `known` is the answer, or null; `reference`
+  // says what that answer is; `bet` is a place [x, y] or null.
+  write({ result, shown, known, reference, source, target, bet }) {
     const { history } = result, last = history.length - 1;
     const { pairs, cost, T_target_source: T } = history[shown];
     const count = inlierCount(pairs), points = pairs.kept.length;
+    const name = !result.termination ? "these pairs" : shown === 0 ? "the guess" : shown === last ? "the result" : "on the way";
     const rows = [
-      ["shown", shown ? `iteration ${shown} of ${last}` : `the guess, before ${last} iterations`],
+      ["shown", `${name}${result.termination ? `, iteration ${shown} of ${last}` : ""}`],
       ["inliers", `${count} of ${points} (${Math.round((100 * count) / points)} %)`],
       ["RMSE", count ? `${inlierRmse(pairs).toFixed(4)} m over ${count} inliers` : "none: no inliers"],
       ["cost J", `${cost.toPrecision(4)} m²`],
       ["pose", sayPose(T)],
     ];
     if (known) rows.push([`off the ${reference}`, sayDifference(poseDifference(known, T))]);
-    rows.push(["the run", message(result, target)]);
+    if (result.termination) rows.push(["the run", ending({ result, known, reference, target })]);
+    if (bet && shown === last && result.T_target_source)
+      rows.push(["your bet", `${Math.hypot(bet[0] - T.x, bet[1] - T.y).toFixed(2)} m from the end`]);
     this.numbers.replaceChildren(
       ...rows.flatMap(([term, text]) => [element("dt", {}, term), element("dd", { "data-readout": term }, text)]),
     );
-    this.count(pairs, source.length / 2, target.points.length / 2);
+    this.explain({ pairs, known, reference, bet, sourcePoints: source.length / 2, targetPoints: target.points.length / 2 });
   }
 
-  count(pairs, sourcePoints, targetPoints) {
+  // Every mark of the map, with its count.
+  explain({ pairs, known, reference, bet, sourcePoints, targetPoints }) {
     const counts = new Array(FATES.length).fill(0);
     for (const fate of fates(pairs)) counts[fate]++;
-    const entry = (f) => element("span", { class: `icp-fate-${f}` }, `${FATES[f]}: ${counts[f]}`);
+    const entry = (kind, text) => element("span", { class: `icp-mark-${kind}` }, text);
     const shown = [4, 3, 2, 1, 0].filter((f) => counts[f] || FATES[f] !== "no line");
-    const target = element("span", { class: "icp-fate-target" }, `target: ${targetPoints}`);
     const passed = sourcePoints - pairs.kept.length; // from afar not all are looked at
-    const rest = passed ? [element("span", { class: "icp-fate-passed" }, `not looked at: ${passed}`)] : [];
-    this.legend.replaceChildren(target, ...shown.map(entry), ...rest);
+    const marks = [entry("target", `target: ${targetPoints}`), ...shown.map((f) => entry(f, `${FATES[f]}: ${counts[f]}`))];
+    if (passed) marks.push(entry("passed", `not looked at: ${passed}`));
+    marks.push(entry("older", "older scanner"), entry("guess", "guess"), entry("now", "newer scanner, its way and knob"));
+    if (known) marks.push(entry("answer", reference));
+    if (bet) marks.push(entry("bet", "your bet"));
+    this.legend.replaceChildren(...marks);
   }
 
   // One sentence about the whole run, once the sliders are at rest.
   speak({ result, known, reference, target }) {
     clearTimeout(this.speaking);
     this.speaking = setTimeout(() => {
-      const { T_target_source: T, history } = result;
-      const off = T && known ? `; ${sayDifference(poseDifference(known, T))} off the ${reference}` : "";
-      const count = inlierCount(history.at(-1).pairs), steps = history.length - 1;
-      this.spoken.textContent = `${steps} iterations, ${message(result, target)}; ${count} inliers${off}.`;
+      const count = inlierCount(result.history.at(-1).pairs);
+      const end = result.termination ? `${ending({ result, known, reference, target })}; ` : "";
+      this.spoken.textContent = `${end}${count} inliers.`;
     }, PATIENCE);
   }
 }
@@ -69,10 +76,12 @@ export function outcome({ T_target_source: T, termination, history }) {
   };
 }
 
-// How the run ended, and what it could not see.
-function message({ termination, history }, target) {
+// How the run ended, where, and what it could not see.
+function ending({ result: { T_target_source: T, termination, history }, known, reference, target }) {
   const unseen = failed(termination) ? [] : unobservable(history.at(-1).pairs, target);
-  return TERMINATIONS[termination] + (unseen.length ? `; unobservable: ${unseen.join(", ")}` : "");
+  const blind = unseen.length ? `; unobservable: ${unseen.join(", ")}` : "";
+  const off = T && known ? `; ends ${sayDifference(poseDifference(known, T))} off the ${reference}` : "";
+  return `${history.length - 1} iterations, ${TERMINATIONS[termination]}${blind}${off}`;
 }
 
 function sayPose(T) {

@@ -72,15 +72,15 @@ class Scene:
 
 
 def default_scenes() -> list[Scene]:
-    """The lesson's experiment, five simulated pairs, and three of Killian Court."""
+    """Three pairs of Killian Court, the lesson's experiment, and five simulated pairs."""
     return [
+        killian_scene(101, "a room"),
         _lesson(),
         _simulated("Room", room(), (0.30, 0.10, 8.0)),
         _simulated("Turn on the spot", room(), (0.0, 0.0, 20.0)),
         _simulated("Corridor", corridor(), (0.50, 0.05, 2.0), (0.0, 0.0, 0.0)),
         _simulated("A truck drives ahead", _with_truck(), (0.20, 0.05, 3.0)),
         _simulated("Two rooms", two_rooms(), (2.0, 0.1, 4.0), (1.8, 0.0, 0.0), (-1.5, 0.0, 0.0)),
-        killian_scene(101, "a room"),
         killian_scene(2600, "a corridor"),
         killian_scene(3244, "a turn of 30°"),
     ]

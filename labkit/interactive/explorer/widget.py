@@ -1,4 +1,4 @@
-"""The explorer on the Python side: what it shows, and what the reader made of it."""
+"""The explorer on the Python side, whole or as three sliders alone."""
 
 from __future__ import annotations
 
@@ -13,21 +13,22 @@ import numpy as np
 import traitlets
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray
+from labkit.arrays import FloatArray, as_transform
 from labkit.errors import InvalidParameterError
-from labkit.icp import icp
+from labkit.icp import DEFAULTS, icp
 from labkit.interactive.explorer.front_end import front_end, style
 from labkit.interactive.explorer.scenes import Scene, default_scenes
 from labkit.registration import IcpParameters, IcpResult, Metric
+from labkit.scan import Scan, as_scan
 from labkit.se2 import from_xytheta, to_xytheta
-from labkit.target import Target
+from labkit.target import Target, as_target
 
 FOUND = 0.10, math.radians(2.0)  # [m], [rad]: a start in the basin ends nearer to the answer
 _SLIDERS = ("metric", "max_correspondence_distance", "overlap_ratio", "huber_delta", "approach")
 
 
 class Explorer(anywidget.AnyWidget):
-    """An ICP run to play with; make one with `icp_explorer`.
+    """An ICP run to play with; make one with `icp_explorer` or `icp_sliders`.
 
     Attributes
     ----------
@@ -45,6 +46,9 @@ class Explorer(anywidget.AnyWidget):
     _esm = front_end()
     _css = style()
 
+    label = traitlets.Unicode("ICP explorer").tag(sync=True)
+    compact = traitlets.Bool(False).tag(sync=True)
+    runs = traitlets.Bool(True).tag(sync=True)
     scene_data: traitlets.List[Any] = traitlets.List().tag(sync=True)
     fixed_parameters = traitlets.Dict().tag(sync=True)
     first_parameters = traitlets.Dict().tag(sync=True)
@@ -58,7 +62,7 @@ class Explorer(anywidget.AnyWidget):
     guess = traitlets.List(traitlets.Float(), minlen=3, maxlen=3).tag(sync=True)
     outcome = traitlets.Dict().tag(sync=True)
 
-    def __init__(self, scenes: Sequence[Scene], parameters: IcpParameters) -> None:
+    def __init__(self, scenes: Sequence[Scene], parameters: IcpParameters, **layout: Any) -> None:
         self.scenes = {each.name: each for each in scenes}
         if not scenes or len(self.scenes) < len(scenes):
             names = [each.name for each in scenes]
@@ -75,6 +79,7 @@ class Explorer(anywidget.AnyWidget):
             scene=scenes[0].name,
             guess=_row(scenes[0].T_init),
             **first,
+            **layout,
         )
 
     @property
@@ -167,6 +172,54 @@ def icp_explorer(
         default_scenes() if scenes is None else scenes,
         IcpParameters() if parameters is None else parameters,
     )
+
+
+def icp_sliders(
+    source: Scan | ArrayLike,
+    target: Target | Scan | ArrayLike,
+    T_init: ArrayLike | None = None,
+    parameters: IcpParameters = DEFAULTS,
+    *,
+    T_reference: ArrayLike | None = None,
+    runs: bool = True,
+) -> Explorer:
+    """The lesson's three sliders, gate, overlap and Huber's delta, beside one pair of scans.
+
+    The explorer with the rest left out: as fast, and as alive in a page without a kernel.
+
+    Parameters
+    ----------
+    source, target, T_init, parameters
+        As in `labkit.icp`. The sliders start at the parameters.
+    T_reference : array_like, shape (3, 3), optional
+        The true motion, to say how far off a pose is.
+    runs : bool
+        Whether the loop runs, and its end is shown first; if not, the sliders judge the
+        pairs at `T_init`.
+
+    Returns
+    -------
+    Explorer
+        The widget; its `parameters` and `run` follow the sliders where a kernel runs.
+
+    Examples
+    --------
+    >>> from labkit.simulation import lesson_experiment
+    >>> lesson = lesson_experiment()
+    >>> sliders = icp_sliders(lesson.source, lesson.target, lesson.T_init)
+    >>> sliders.overlap_ratio = 0.7
+    >>> sliders.run().converged
+    True
+    """
+    scene = Scene(
+        name="the scans",
+        source=as_scan(source),
+        target=as_target(target).scan,
+        T_init=np.eye(3) if T_init is None else as_transform(T_init, "T_init"),
+        T_reference=None if T_reference is None else as_transform(T_reference, "T_reference"),
+    )
+    label = "Gate, overlap and Huber's δ"
+    return Explorer([scene], parameters, label=label, compact=True, runs=runs)
 
 
 def _parameters(told: dict[str, Any]) -> IcpParameters:

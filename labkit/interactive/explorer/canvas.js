@@ -1,4 +1,4 @@
-// Colours from the style sheet, so that canvases follow the page, light or dark.
+// Canvases that are as sharp as the screen, in colours from the style sheet, light or dark.
 
 const NAMES = ["ink", "soft", "grid", "paper", "target", "gated", "trimmed", "noline", "down", "kept", "accent"];
 
@@ -17,11 +17,11 @@ export function watchTheme(callback, signal) {
   signal.addEventListener("abort", () => observer.disconnect());
 }
 
-// A canvas context in CSS pixels, cleared, as sharp as the screen; null while it is hidden.
-export function freshContext(canvas, ratio) {
+// A context in CSS pixels, cleared; null while the canvas is hidden. `heightFor` gives the height.
+export function freshContext(canvas, heightFor) {
   const width = canvas.clientWidth;
   if (width === 0) return null;
-  const height = Math.round(width * ratio);
+  const height = Math.round(heightFor(width));
   const dense = window.devicePixelRatio || 1;
   canvas.width = Math.round(width * dense);
   canvas.height = Math.round(height * dense);
@@ -30,4 +30,21 @@ export function freshContext(canvas, ratio) {
   context.scale(dense, dense);
   context.font = "12px system-ui, sans-serif";
   return { context, width, height };
+}
+
+export function rule(context, u0, v0, u1, v1, color = null) {
+  if (color) {
+    context.strokeStyle = color;
+    context.lineWidth = 1;
+  }
+  context.beginPath();
+  context.moveTo(u0, v0);
+  context.lineTo(u1, v1);
+  context.stroke();
+}
+
+export function disc(context, u, v, r) {
+  context.beginPath();
+  context.arc(u, v, r, 0, 2 * Math.PI);
+  context.fill();
 }
