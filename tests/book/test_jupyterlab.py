@@ -20,14 +20,6 @@ ANSWER = 6_000  # ms for a picture that Python draws
 PICTURES = """area => [...area.querySelectorAll("img")]
     .filter(image => image.checkVisibility()).map(image => image.src.slice(-200)).join()"""
 OTHER_PICTURES = f"([area, before]) => ({PICTURES})(area) !== before"
-# Parameters that lie on no step of their slider.
-BETWEEN = """import labkit
-from labkit.interactive import icp_sliders
-from labkit.simulation import lesson_experiment
-lesson = lesson_experiment()
-told = labkit.IcpParameters(max_correspondence_distance=0.12, huber_delta=0.025)
-box = icp_sliders(lesson.source, lesson.target, lesson.T_init, told)
-box"""
 OTHER_DRAWING = "([canvas, before]) => canvas.toDataURL() !== before"
 
 
@@ -52,10 +44,6 @@ def page(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator
     """JupyterLab over a copy of the notebooks; nothing is started without a browser."""
     root, home = tmp_path_factory.mktemp("work"), tmp_path_factory.mktemp("home")
     shutil.copytree(ROOT / "notebooks", root / "notebooks")
-    python = {"name": "python3", "display_name": "Python 3"}  # else JupyterLab asks, and waits
-    cells, metadata = [nbformat.v4.new_code_cell(BETWEEN)], {"kernelspec": python}
-    between = nbformat.v4.new_notebook(cells=cells, metadata=metadata)
-    nbformat.write(between, root / "between.ipynb")
     with jupyterlab(root, home) as address:
         page = browser.new_page(viewport={"width": 1300, "height": 1000})
         open_lab(page, address)
@@ -86,19 +74,10 @@ def test_sliders_live_in_jupyterlab(page, path):
             drag_until_the_picture_changes(page, handle)
         explorers = page.locator(".icp-explorer:visible").all()
         for explorer in explorers:
-            play_with(page, explorer)
+            move_each_slider(page, explorer)
+        if "icp_explorer(" in (ROOT / path).read_text("utf-8"):
+            play_with(page, explorers[0])
         assert handles or explorers
-        assert errors(page) == []
-
-
-@pytest.mark.slow
-def test_sliders_stay_where_they_start_when_they_are_shown(page):
-    with notebook_run(page, "between.ipynb"):
-        readouts = page.locator(".widget-slider .widget-readout:visible")
-        expect(readouts).to_have_text(["0.12", "0.85", "0.025"])
-        page.wait_for_timeout(500)  # until what the page might say has reached the kernel
-        values = "[slider.value for slider in box.children[1].children]"
-        assert ask(page, values) == [0.12, 0.85, 0.025]
         assert errors(page) == []
 
 
@@ -116,18 +95,21 @@ def drag_until_the_picture_changes(page: Page, handle: Locator) -> None:
             assert left_to_try, "a slider changes no picture"
 
 
-def play_with(page: Page, explorer: Locator) -> None:
-    """Sliders and keys, and what of them arrives in the kernel, where `explorer` stands."""
+def move_each_slider(page: Page, explorer: Locator) -> None:
+    """At the guess or at the end, wherever each of them shows."""
     plane = explorer.locator(".icp-plane")
-    start = ask(page, "explorer.guess")
     for label in ("overlap ρ", "Huber δ", "gate"):
         explorer.get_by_role("button", name="Reset").click()
-        explorer.get_by_role("button", name="Start").click()  # where each of them shows
         slider = explorer.get_by_label(label)
         page.wait_for_timeout(100)
         before = plane.evaluate("canvas => canvas.toDataURL()")
         drag(page, thumb(slider), (-50.0, 0.0), steps=4)
         page.wait_for_function(OTHER_DRAWING, arg=[plane.element_handle(), before])
+
+
+def play_with(page: Page, explorer: Locator) -> None:
+    """Keys, and what of them and of the sliders arrives in the kernel, as `explorer`."""
+    plane, start = explorer.locator(".icp-plane"), ask(page, "explorer.T_init.tolist()")
     plane.focus()
     page.keyboard.press("ArrowRight")  # JupyterLab must not take it for a move between cells
     expect(explorer.locator("[data-readout='shown']")).to_contain_text("the guess")
@@ -135,7 +117,7 @@ def play_with(page: Page, explorer: Locator) -> None:
 
     gate = explorer.get_by_label("gate").get_attribute("aria-valuetext")
     assert f"{ask(page, 'explorer.max_correspondence_distance'):.2f} m" == gate
-    assert ask(page, "explorer.guess") != start
+    assert ask(page, "explorer.T_init.tolist()") != start
     outcome = ask(page, "explorer.outcome")
     assert outcome["iterations"] == ask(page, "explorer.run().iterations")
     assert outcome["inlier_count"] == ask(page, "explorer.run().inlier_count")

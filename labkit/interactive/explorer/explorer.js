@@ -95,7 +95,7 @@ class ExplorerView {
     if (!this.compact) map.append(this.cost);
     const top = this.compact ? [] : [part("top", scene.node, metric.node)];
     this.root = element(
-      "div", { class: "icp-explorer", role: "group", "aria-label": this.model.get("label") },
+      "div", { class: `icp-explorer${this.compact ? " icp-compact" : ""}`, role: "group", "aria-label": this.model.get("label") },
       part("frame", ...top, map, side), ...(this.compact ? [] : [this.basin.node]),
     );
     // JupyterLab would take focus and arrow keys away.

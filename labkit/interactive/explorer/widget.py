@@ -181,6 +181,7 @@ def icp_sliders(
     parameters: IcpParameters = DEFAULTS,
     *,
     T_reference: ArrayLike | None = None,
+    reference: str = "truth",
     runs: bool = True,
 ) -> Explorer:
     """The lesson's three sliders, gate, overlap and Huber's delta, beside one pair of scans.
@@ -193,6 +194,8 @@ def icp_sliders(
         As in `labkit.icp`. The sliders start at the parameters.
     T_reference : array_like, shape (3, 3), optional
         The true motion, to say how far off a pose is.
+    reference : str
+        What that is: "truth" of a simulation, "reference" of a recording.
     runs : bool
         Whether the loop runs, and its end is shown first; if not, the sliders judge the
         pairs at `T_init`.
@@ -217,6 +220,7 @@ def icp_sliders(
         target=as_target(target).scan,
         T_init=np.eye(3) if T_init is None else as_transform(T_init, "T_init"),
         T_reference=None if T_reference is None else as_transform(T_reference, "T_reference"),
+        reference=reference,
     )
     label = "Gate, overlap and Huber's δ"
     return Explorer([scene], parameters, label=label, compact=True, runs=runs)
