@@ -19,6 +19,7 @@ from labkit.errors import InvalidPointsError
 from labkit.filters import Preprocessing
 from labkit.logs import Log, read_log
 from labkit.odometry import (
+    MapParameters,
     OdometryParameters,
     SanityLimits,
     available_cores,
@@ -40,9 +41,9 @@ The prior is where a step's search begins, and what it falls back to:
   none       the motion of the step before
   auto       the first of these that the log allows (the default)
 
-With a prior no step needs another, and all cores share them (--jobs); the files are the same,
-byte for byte, for any number. With `--prior none` the steps form a chain, and one core does
-them in turn."""
+A scan is matched against a map of the last key scans, one step after another. Matched
+against the scan before it (--against scan) and with a prior, no step needs another, and all
+cores share them (--jobs); the files are the same, byte for byte, for any number."""
 
 SIMULATED_WHEELS = WheelNoise(along=0.10, across=0.05, turn=0.10, drift=0.05)
 SHOWN_DAMAGE = 5  # damaged lines that are named one by one
@@ -67,7 +68,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--scans", type=int, metavar="N", help="use the first N scans only (default all)"
     )
     parser.add_argument(
-        "--jobs", type=int, metavar="N", help="processes that share the steps (default: the cores)"
+        "--jobs", type=int, metavar="N", help="threads that share the steps (default: the cores)"
     )
     parser.add_argument(
         "--laser-offset",
@@ -83,6 +84,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     add_output_options(parser)
     defaults = OdometryParameters()
     add_icp_options(parser, defaults.icp)
+    add_options(parser, "map", defaults, names=("against",))
+    add_options(parser, "key scans", defaults.map)
     add_options(parser, "sanity checks", defaults.limits)
     add_options(parser, "fallbacks", defaults, names=("retry_gate", "retry_step", "on_skip"))
     add_options(parser, "filters", defaults.preprocessing)
@@ -96,6 +99,7 @@ def run(args: argparse.Namespace) -> int:
         args,
         icp=from_options(IcpParameters, args),
         limits=from_options(SanityLimits, args),
+        map=from_options(MapParameters, args),
         preprocessing=from_options(Preprocessing, args),
     )
     check_count(args.seed, "seed", at_least=0)
@@ -114,7 +118,6 @@ def run(args: argparse.Namespace) -> int:
     prior, source = choose_prior(log, args.prior, args.seed)
     print(f"{log.name}: {len(log)} scans, {parameters.icp.metric} metric, prior: {source}")
     start = np.zeros(3) if log.reference is None else log.reference[0]
-    tqdm.monitor_interval = 0  # beside its thread, workers would have to start from nothing
     began = time.perf_counter()
     result = estimate_odometry(
         log.scans,

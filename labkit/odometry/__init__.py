@@ -1,13 +1,21 @@
 """Scan-matching odometry with sanity checks and fallbacks (section 5 of the lesson)."""
 
-from labkit.odometry.estimator import OdometryResult, ScanMatchingOdometry, estimate_odometry
+from labkit.odometry.estimator import (
+    OdometryResult,
+    ScanMatchingOdometry,
+    available_cores,
+    estimate_odometry,
+)
 from labkit.odometry.integration import increments_between, integrate, integrate_step
+from labkit.odometry.local_map import MapParameters
+from labkit.odometry.parameters import OdometryParameters
+from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.sanity import SanityLimits
-from labkit.odometry.step import Decision, OdometryParameters, StepRecord, estimate_step
-from labkit.odometry.workers import available_cores
+from labkit.odometry.step import estimate_step
 
 __all__ = [
     "Decision",
+    "MapParameters",
     "OdometryParameters",
     "OdometryResult",
     "SanityLimits",

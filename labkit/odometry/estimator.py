@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+import math
+import os
+from collections.abc import Callable, Generator, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
@@ -14,27 +17,29 @@ from labkit.arrays import FloatArray, as_finite, as_floats, as_pose, check_count
 from labkit.correspondences import MIN_PAIRS
 from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.odometry.integration import increments_between, integrate, integrate_step
-from labkit.odometry.step import (
-    STILL,
-    Decision,
-    OdometryParameters,
-    StepRecord,
-    estimate_step,
-)
-from labkit.odometry.workers import in_order
-from labkit.scan import Scan, as_scan
+from labkit.odometry.local_map import LastScan, LocalMap
+from labkit.odometry.parameters import OdometryParameters
+from labkit.odometry.record import Decision, StepRecord
+from labkit.odometry.step import STILL, estimate_step
+from labkit.scan import Scan
 from labkit.target import Target
 
-STRETCH = 64  # steps of a log that are handed over as one task
-SHORTEST = 8  # and at the end of the log
-STEPS_A_JOB = 500  # fewer are done before another process has started
+STRETCH = 64  # steps of a log that a thread does at a time
+
+
+def available_cores() -> int:
+    """How many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 class ScanMatchingOdometry:
     """Odometry one scan at a time, for a robot that is driving now.
 
-    Holds the scan before, the pose and the last motion between calls: what the lesson's
-    Simulink block keeps in persistent variables.
+    Holds the map (or the scan before), the pose and the last motion between calls: what the
+    lesson's Simulink block keeps in persistent variables. However long the robot drives, it
+    holds no more than that.
 
     Examples
     --------
@@ -55,7 +60,8 @@ class ScanMatchingOdometry:
     ) -> None:
         self.parameters = _as_parameters(parameters)
         self.pose = as_pose(start, "start")
-        self._target: Target | None = None
+        against_map = self.parameters.against == "map"
+        self._seen = LocalMap(self.parameters.map) if against_map else LastScan()
         self._started = False
         self._last_motion: FloatArray = STILL
 
@@ -78,14 +84,20 @@ class ScanMatchingOdometry:
         if self._started:
             expected = None if prior is None else as_pose(prior, "prior")
             record = estimate_step(
-                filtered, self._target, expected, self._last_motion, self.parameters
+                filtered,
+                self._seen.target,
+                expected,
+                self._last_motion,
+                self.parameters,
+                T_target_last=self._seen.T_target_last,
             )
         else:
             record = StepRecord(increment=STILL, decision=Decision.START)
         self._started = True
         # A motion is held once: nobody saw it, so it is no ground for holding it again.
         self._last_motion = STILL if record.decision.skipped else record.increment
-        self._target = _prepare(filtered)
+        overlap = record.inlier_ratio if record.decision.matched else math.nan
+        self._seen.add(filtered, record.increment, overlap)
         self.pose = integrate_step(self.pose, record.increment)
         return record
 
@@ -124,10 +136,8 @@ def estimate_odometry(
     start : array_like, shape (3,)
         Pose of the first scan.
     jobs : int
-        Processes that share the steps, 1 for this one alone; the result is the same, bit
-        for bit. Without `priors` there is nothing to share, for each step begins where
-        the one before it ended; and a short log is done before a process has started.
-        A script that asks for more than 1 needs ``if __name__ == "__main__":``.
+        Threads that share the steps; the result is the same, bit for bit. Steps can be
+        shared where none needs another: matched scan against scan, from priors.
     progress : callable
         Wraps the scans while they are matched, e.g. ``tqdm.tqdm``.
 
@@ -141,8 +151,6 @@ def estimate_odometry(
         For `priors` or a `start` of another shape, or not finite.
     InvalidParameterError
         Unless `jobs` is a whole number of at least 1.
-    LabkitError
-        If a process that shares the work cannot start, or is ended from outside.
 
     Examples
     --------
@@ -156,12 +164,12 @@ def estimate_odometry(
     check_count(jobs, "jobs", at_least=1)
     parameters = _as_parameters(parameters)
     first = as_pose(start, "start")
-    if priors is None:
-        records = _steps_in_turn(scans, parameters)
+    increments = None if priors is None else _as_increments(priors, len(scans))
+    if increments is None or parameters.against == "map":
+        records = _steps_in_turn(scans, increments, parameters)
     else:
-        increments = _as_increments(priors, len(scans))
         records = _independent_steps(scans, increments, parameters, jobs)
-    with closing(records):  # ends the workers, whatever happens to `progress`
+    with closing(records):  # ends the threads, whatever happens to `progress`
         done = [record for _, record in zip(progress(scans), records, strict=True)]
     steps = np.array([record.increment for record in done[1:]]).reshape(-1, 3)
     poses = integrate(steps, first)[: len(done)]
@@ -169,12 +177,15 @@ def estimate_odometry(
 
 
 def _steps_in_turn(
-    scans: Sequence[Scan | ArrayLike], parameters: OdometryParameters
+    scans: Sequence[Scan | ArrayLike],
+    increments: FloatArray | None,
+    parameters: OdometryParameters,
 ) -> Generator[StepRecord, None, None]:
-    """The record of each scan; every step starts from the motion of the one before."""
+    """The record of each scan; every step starts from what the ones before it left."""
     odometry = ScanMatchingOdometry(parameters)
-    for scan in scans:
-        yield odometry.update(scan)
+    for k, scan in enumerate(scans):
+        prior = None if increments is None or k == 0 else increments[k - 1]
+        yield odometry.update(scan, prior)
 
 
 def _independent_steps(
@@ -184,35 +195,23 @@ def _independent_steps(
     jobs: int,
 ) -> Generator[StepRecord, None, None]:
     """The record of each scan; the steps are cut into stretches that may be done anywhere."""
-    helpers = max(0, min(jobs, len(increments) // STEPS_A_JOB) - 1)
-    tasks = (
-        (_bare(scans[k : k + length + 1]), increments[k : k + length], parameters)
-        for k, length in _stretches(len(increments), helpers + 1)
-    )
+
+    def match_from(begin: int) -> list[StepRecord]:
+        end = min(begin + STRETCH, len(increments))
+        return _match_stretch(scans[begin : end + 1], increments[begin:end], parameters)
+
     if len(scans):
         yield StepRecord(increment=STILL, decision=Decision.START)
-    with closing(in_order(_match_stretch, tasks, helpers)) as stretches:
-        for stretch in stretches:
+    pool = ThreadPoolExecutor(jobs)
+    try:
+        for stretch in pool.map(match_from, range(0, len(increments), STRETCH)):
             yield from stretch
-
-
-def _stretches(count: int, jobs: int) -> Iterator[tuple[int, int]]:
-    """Where each begins and how long it is: shorter to the end, so that all finish together."""
-    begin = 0
-    while begin < count:
-        share = (count - begin) // (4 * jobs)
-        length = min(count - begin, STRETCH, max(SHORTEST, share))
-        yield begin, length
-        begin += length
-
-
-def _bare(scans: Sequence[Scan | ArrayLike]) -> list[Scan]:
-    """All that a step looks at: half as much to hand over to another process."""
-    return [Scan(points=scan.points, beams=scan.beams) for scan in map(as_scan, scans)]
+    finally:  # whatever happens to the one who reads them
+        pool.shutdown(cancel_futures=True)
 
 
 def _match_stretch(
-    scans: Sequence[Scan], increments: FloatArray, parameters: OdometryParameters
+    scans: Sequence[Scan | ArrayLike], increments: FloatArray, parameters: OdometryParameters
 ) -> list[StepRecord]:
     """The records of the steps between scans, from their priors alone."""
     filtered = [parameters.preprocessing(scan) for scan in scans]

@@ -6,165 +6,31 @@
 4. Without a prior: skip the update, that is hold the last motion, or stand still where
    there is none to hold (a motion is held once) or `on_skip` says so.
 
-A step depends on nothing but its arguments, so steps with a prior may run in any order.
+A step depends on nothing but its arguments. Against the scan before it, steps with a prior
+may so run in any order.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
-from enum import Enum
-from typing import Literal, get_args
+from dataclasses import replace
 
 import numpy as np
 
-from labkit.arrays import FloatArray, check_kind, check_range
+from labkit.arrays import FloatArray
 from labkit.correspondences import MIN_PAIRS
 from labkit.degeneracy import spread_ratio
-from labkit.errors import InvalidParameterError
-from labkit.filters import Preprocessing
 from labkit.icp import icp
+from labkit.odometry.parameters import OdometryParameters
+from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.sanity import SanityLimits, motion_complaints, quality_complaints
-from labkit.registration import IcpParameters, Termination
+from labkit.registration import IcpParameters
 from labkit.scan import Scan
-from labkit.se2 import from_xytheta, to_xytheta
+from labkit.se2 import from_xytheta, invert, to_xytheta
 from labkit.target import Target
 
-OnSkip = Literal["hold", "stand"]
 STILL = np.zeros(3)
-
-
-@dataclass(frozen=True, kw_only=True)
-class OdometryParameters:
-    """How scans become odometry; checked when it is made.
-
-    Attributes
-    ----------
-    icp : IcpParameters
-        The matcher's parameters.
-    limits : SanityLimits
-        What a step must pass.
-    preprocessing : Preprocessing
-        Filters that every scan goes through first.
-    retry_gate, retry_step : float
-        The retry's share of the gate and of each ICP step, in (0, 1].
-    on_skip : {"hold", "stand"}
-        Without a match and without a prior: hold the last motion once and then stand
-        still, or stand still at once. The same motion is ICP's initial guess where there
-        is no prior.
-    """
-
-    icp: IcpParameters = field(
-        default_factory=lambda: IcpParameters(
-            metric="point_to_line",
-            overlap_ratio=1.0,
-            huber_delta=0.02,
-            translation_tolerance=3e-3,
-            rotation_tolerance=7.5e-4,
-            cost_tolerance=0.0,
-            approach=True,
-        )
-    )
-    limits: SanityLimits = field(default_factory=SanityLimits)
-    preprocessing: Preprocessing = field(default_factory=Preprocessing)
-    retry_gate: float = field(
-        default=0.5, metadata={"help": "share of the gate in the second attempt"}
-    )
-    retry_step: float = field(
-        default=0.5, metadata={"help": "share of each step in the second attempt"}
-    )
-    on_skip: OnSkip = field(
-        default="hold",
-        metadata={"help": "without match and prior: hold the last motion once, or stand still"},
-    )
-
-    def __post_init__(self) -> None:
-        check_kind(self.icp, "icp", IcpParameters)
-        check_kind(self.limits, "limits", SanityLimits)
-        check_kind(self.preprocessing, "preprocessing", Preprocessing)
-        check_range(self.retry_gate, "retry_gate", above=0.0, at_most=1.0)
-        check_range(self.retry_step, "retry_step", above=0.0, at_most=1.0)
-        if self.on_skip not in get_args(OnSkip):
-            raise InvalidParameterError(
-                f"must be one of {', '.join(get_args(OnSkip))}, got {self.on_skip!r}",
-                parameter="on_skip",
-            )
-
-    @property
-    def retry(self) -> IcpParameters:
-        """The matcher's parameters for the second attempt."""
-        return replace(
-            self.icp,
-            max_correspondence_distance=self.retry_gate * self.icp.max_correspondence_distance,
-            step_fraction=self.retry_step * self.icp.step_fraction,
-        )
-
-
-class Decision(Enum):
-    """Where a step's motion came from; the value is the word for a table.
-
-    HOLD is a motion that was held; where that is no motion at all, the decision is STAND.
-    """
-
-    START = "start"
-    ICP = "icp"
-    RETRY = "retry"
-    PRIOR = "prior"
-    HOLD = "hold"
-    STAND = "stand"
-
-    @property
-    def matched(self) -> bool:
-        """Whether the motion came from matching the scans."""
-        return self in (Decision.ICP, Decision.RETRY)
-
-    @property
-    def skipped(self) -> bool:
-        """Whether the update was skipped."""
-        return self in (Decision.HOLD, Decision.STAND)
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class StepRecord:
-    """What one step decided, and on what grounds.
-
-    The numbers are those of the last match that was tried; NaN where there was none.
-
-    Attributes
-    ----------
-    increment : ndarray, shape (3,)
-        (Δx, Δy, Δψ) taken, in the frame of scan k, [m, m, rad].
-    decision : Decision
-        Where it came from.
-    reason : str
-        The checks that failed on the way; empty where the first match passed.
-    inlier_count, inlier_ratio, rmse, rotation : float
-        Kept pairs, their share of the source, their RMSE [m], matched |Δψ| [rad].
-    information : float
-        Smallest eigenvalue of the information: near 0 where a direction is free.
-    degenerate : bool
-        Whether it is below the limit. The point-to-line metric leaves a free direction
-        at the prior, and the step is then believed; without a prior it is not.
-    spread : float
-        The lesson's cheap corridor test; see `labkit.degeneracy.spread_ratio`.
-    iterations : int
-        ICP steps of the last match.
-    termination : Termination or None
-        How it ended.
-    """
-
-    increment: FloatArray
-    decision: Decision
-    reason: str = ""
-    inlier_count: int = 0
-    inlier_ratio: float = math.nan
-    rmse: float = math.nan
-    rotation: float = math.nan
-    information: float = math.nan
-    spread: float = math.nan
-    iterations: int = 0
-    degenerate: bool = False
-    termination: Termination | None = None
+AT_TARGET = np.eye(3)
 
 
 def estimate_step(
@@ -173,6 +39,8 @@ def estimate_step(
     prior: FloatArray | None,
     last_motion: FloatArray,
     parameters: OdometryParameters,
+    *,
+    T_target_last: FloatArray = AT_TARGET,
 ) -> StepRecord:
     """Estimate the motion from scan k (`target`) to scan k+1 (`source`).
 
@@ -186,6 +54,8 @@ def estimate_step(
         Expected increment from wheels or an IMU.
     last_motion : ndarray, shape (3,)
         The increment of the step before: guess and last resort without a prior.
+    T_target_last : ndarray, shape (3, 3)
+        Where scan k was taken in the target's frame; the identity where it is the target.
     parameters : OdometryParameters
         Matcher, limits and fallbacks.
 
@@ -208,7 +78,13 @@ def estimate_step(
     for decision in (Decision.ICP, Decision.RETRY):
         matcher = parameters.icp if decision is Decision.ICP else parameters.retry
         record, complaints = _attempt(
-            source, target, guess=guess, prior=prior, matcher=matcher, limits=parameters.limits
+            source,
+            target,
+            T_target_last,
+            guess=guess,
+            prior=prior,
+            matcher=matcher,
+            limits=parameters.limits,
         )
         if not complaints:
             reason = "; ".join(reasons)
@@ -227,6 +103,7 @@ def _seen_from_the_end(increment: FloatArray) -> FloatArray:
 def _attempt(
     source: Scan,
     target: Target,
+    T_target_last: FloatArray,
     *,
     guess: FloatArray,
     prior: FloatArray | None,
@@ -234,8 +111,8 @@ def _attempt(
     limits: SanityLimits,
 ) -> tuple[StepRecord, list[str]]:
     """Match once; the record of it, and every sanity check that it fails."""
-    result = icp(source, target, from_xytheta(guess), matcher)
-    increment = to_xytheta(result.T_target_source)
+    result = icp(source, target, T_target_last @ from_xytheta(guess), matcher)
+    increment = to_xytheta(invert(T_target_last) @ result.T_target_source)
     fitness, rmse = result.fitness, result.inlier_rmse
     information, degenerate = math.nan, False
     if result.termination.failed:
@@ -257,7 +134,7 @@ def _attempt(
         inlier_count=result.inlier_count,
         inlier_ratio=fitness,
         rmse=rmse,
-        rotation=result.rotation,
+        rotation=abs(float(increment[2])),
         information=information,
         spread=spread_ratio(source, _seen_from_the_end(increment)),
         iterations=result.iterations,

@@ -12,8 +12,8 @@ from scipy.ndimage import median_filter
 
 from labkit.arrays import FloatArray, as_floats
 from labkit.errors import InvalidPointsError
+from labkit.odometry import Decision, StepRecord
 from labkit.odometry.sanity import SanityLimits
-from labkit.odometry.step import Decision, StepRecord
 from labkit.plotting.style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, style_grid
 
 FALLBACKS = {  # decision: colour, marker

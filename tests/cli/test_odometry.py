@@ -93,14 +93,10 @@ def test_the_same_seed_gives_the_same_bytes(run, tmp_path):
     assert (tmp_path / "a.tum").read_bytes() == (tmp_path / "b.tum").read_bytes()
 
 
-def start(folder, *arguments, threads="1", method=None):
+def start(folder, *arguments, threads="1"):
     """The command line in a process group of its own."""
-    program = "import sys, labkit.odometry.workers as workers\n"
-    if method:
-        program += f"workers.start_method = lambda: {method!r}\n"
-    program += "from labkit.cli import main\nsys.exit(main())"
     return subprocess.Popen(
-        [sys.executable, "-u", "-c", program, "odometry", "killian", *map(str, arguments)],
+        [sys.executable, "-u", "-m", "labkit", "odometry", "killian", *map(str, arguments)],
         cwd=folder,
         env=os.environ | {"OMP_NUM_THREADS": threads},
         stdout=subprocess.PIPE,
@@ -112,12 +108,12 @@ def start(folder, *arguments, threads="1", method=None):
 
 @pytest.mark.slow
 def test_neither_jobs_nor_threads_change_a_byte(killian, tmp_path):
-    """Whole runs, as they start on Linux and elsewhere: what a user of --jobs relies on."""
-    ways = {"alone": (1, "1", None), "shared": (2, "2", None), "spawned": (2, "1", "spawn")}
-    for name, (jobs, threads, method) in ways.items():
+    """Matched scan to scan, for steps against a map are shared among nobody."""
+    ways = {"alone": (1, "1"), "shared": (2, "2")}
+    for name, (jobs, threads) in ways.items():
         (tmp_path / name).mkdir()
-        options = ("--scans", 1050, "--jobs", jobs, "--plot", "none")
-        with start(tmp_path / name, *options, threads=threads, method=method) as process:
+        options = ("--scans", 600, "--against", "scan", "--jobs", jobs, "--plot", "none")
+        with start(tmp_path / name, *options, threads=threads) as process:
             _, err = process.communicate(timeout=120)
             assert (process.returncode, err) == (0, "")
     for file in ("killian-odometry.tum", "killian-quality.csv"):
@@ -132,17 +128,14 @@ def living(group):
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs the process groups of POSIX")
-@pytest.mark.parametrize("method", ["fork", "spawn"])
+@pytest.mark.parametrize("against", ["map", "scan"])
 @pytest.mark.parametrize(("ends", "status"), [("SIGINT", 130), ("SIGTERM", -15)])
 def test_a_run_that_is_stopped_leaves_no_process_and_no_file(
-    killian, tmp_path, method, ends, status
+    killian, tmp_path, against, ends, status
 ):
     """Ctrl-C, which every process of the terminal gets, and a kill that one of them gets."""
-    with start(tmp_path, "--jobs", 3, method=method) as process:
+    with start(tmp_path, "--jobs", 3, "--against", against) as process:
         assert "killian: 3873 scans" in process.stdout.readline()
-        while len(living(process.pid)) < 3:
-            assert process.poll() is None, "done before its workers were seen"
-            time.sleep(0.01)
         if ends == "SIGINT":
             os.killpg(process.pid, signal.SIGINT)
         else:

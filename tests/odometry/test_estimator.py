@@ -4,25 +4,24 @@ import math
 import os
 import subprocess
 import sys
+import threading
 from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from labkit import IcpParameters, Scan
 from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.filters import Preprocessing
 from labkit.odometry import (
     Decision,
+    MapParameters,
     OdometryParameters,
     ScanMatchingOdometry,
     estimate_odometry,
     estimator,
     increments_between,
     integrate,
-    workers,
 )
 from labkit.se2 import apply, from_xytheta, to_xytheta
 from labkit.simulation import Lidar, room, scan_along
@@ -33,6 +32,7 @@ TRUTH = integrate([STEP] * 11, start=[-0.5, -0.3, 0.2])
 SCANS = scan_along(room(), TRUTH, Lidar(beam_count=271), rng=4)
 NOISE = np.random.default_rng(0).normal(0.0, [0.01, 0.01, 0.005], (11, 3))
 PRIORS = increments_between(TRUTH) + NOISE
+SCAN_TO_SCAN = OdometryParameters(against="scan")
 
 
 def assert_same_records(actual, expected):
@@ -101,9 +101,18 @@ def assert_decisions(result, decisions):
     assert [record.decision for record in result.records] == decisions
 
 
-def test_a_lost_scan_costs_two_steps_and_the_prior_bridges_them():
+def test_a_lost_scan_costs_one_step_against_the_map():
     scans = [*SCANS[:4], EMPTY, *SCANS[5:8]]
     result = estimate_odometry(scans, PRIORS[:7], start=TRUTH[0])
+    icp, prior = Decision.ICP, Decision.PRIOR
+    assert_decisions(result, [Decision.START, icp, icp, icp, prior, icp, icp, icp])
+    np.testing.assert_array_equal(result.records[4].increment, PRIORS[3])
+    assert np.abs(result.poses[5:] - TRUTH[5:8]).max() < 0.02  # though the prior was 2 cm off
+
+
+def test_a_lost_scan_costs_two_steps_against_scans_and_the_prior_bridges_them():
+    scans = [*SCANS[:4], EMPTY, *SCANS[5:8]]
+    result = estimate_odometry(scans, PRIORS[:7], SCAN_TO_SCAN, start=TRUTH[0])
     icp, prior = Decision.ICP, Decision.PRIOR
     assert_decisions(result, [Decision.START, icp, icp, icp, prior, prior, icp, icp])
     assert result.records[4].reason == "the newer scan has fewer than 3 points"
@@ -114,13 +123,13 @@ def test_a_lost_scan_costs_two_steps_and_the_prior_bridges_them():
 
 def test_without_a_prior_a_motion_is_held_once():
     scans = [*SCANS[:3], EMPTY, EMPTY, *SCANS[5:7]]
-    result = estimate_odometry(scans)
+    result = estimate_odometry(scans, parameters=SCAN_TO_SCAN)
     np.testing.assert_array_equal(result.records[3].increment, result.records[2].increment)
     for record in result.records[4:6]:
         np.testing.assert_array_equal(record.increment, np.zeros(3))
     start, icp, hold, stand = Decision.START, Decision.ICP, Decision.HOLD, Decision.STAND
     assert_decisions(result, [start, icp, icp, hold, stand, stand, icp])
-    standing = estimate_odometry(scans, parameters=OdometryParameters(on_skip="stand"))
+    standing = estimate_odometry(scans, parameters=replace(SCAN_TO_SCAN, on_skip="stand"))
     assert standing.count(Decision.STAND) == 3
     np.testing.assert_array_equal(standing.records[3].increment, np.zeros(3))
 
@@ -159,44 +168,31 @@ def test_progress_sees_every_scan():
 
 
 @pytest.fixture
-def eager(monkeypatch):
-    """Workers start for a handful of steps, and a run has several stretches."""
-    monkeypatch.setattr(estimator, "STEPS_A_JOB", 1)
+def short_stretches(monkeypatch):
+    """A run of a handful of steps has several stretches."""
     monkeypatch.setattr(estimator, "STRETCH", 2)
 
 
-@given(st.integers(0, 5000), st.integers(1, 64))
-def test_stretches_cover_the_log_and_shorten_to_the_end(count, jobs):
-    stretches = list(estimator._stretches(count, jobs))
-    steps = [k for begin, length in stretches for k in range(begin, begin + length)]
-    assert steps == list(range(count))
-    lengths = [length for _, length in stretches]
-    assert lengths == sorted(lengths, reverse=True)
-    assert all(length >= estimator.SHORTEST for length in lengths[:-1])
-    assert not lengths or lengths[0] <= estimator.STRETCH
-    assert not lengths or lengths[-1] <= estimator.SHORTEST or len(lengths) == 1
-
-
 @pytest.mark.parametrize("jobs", [2, 3])
-@pytest.mark.usefixtures("eager")
-def test_jobs_do_not_change_a_bit(jobs):
+@pytest.mark.parametrize("parameters", [None, SCAN_TO_SCAN])
+@pytest.mark.usefixtures("short_stretches")
+def test_jobs_do_not_change_a_bit(jobs, parameters):
     """With a scan that is lost, one that is doubtful, and a prior that lies."""
     scans = [*SCANS[:4], EMPTY, *SCANS[5:]]
     lie = PRIORS.copy()
     lie[8] += [0.0, 1.0, 0.0]
-    alone = estimate_odometry(scans, lie, start=TRUTH[0])
-    shared = estimate_odometry(scans, lie, start=TRUTH[0], jobs=jobs)
+    alone = estimate_odometry(scans, lie, parameters, start=TRUTH[0])
+    shared = estimate_odometry(scans, lie, parameters, start=TRUTH[0], jobs=jobs)
     np.testing.assert_array_equal(shared.poses, alone.poses)
     assert_same_records(shared.records, alone.records)
     assert {record.decision for record in shared.records} >= {Decision.ICP, Decision.PRIOR}
 
 
-@pytest.mark.usefixtures("eager")
+@pytest.mark.usefixtures("short_stretches")
 def test_progress_sees_every_scan_of_shared_work():
     seen = []
-    estimate_odometry(
-        SCANS, PRIORS, jobs=2, progress=lambda scans: (seen.append(s) or s for s in scans)
-    )
+    watch = lambda scans: (seen.append(scan) or scan for scan in scans)  # noqa: E731
+    estimate_odometry(SCANS, PRIORS, SCAN_TO_SCAN, jobs=2, progress=watch)
     assert [one is other for one, other in zip(seen, SCANS, strict=True)] == [True] * 12
 
 
@@ -231,25 +227,13 @@ def test_the_matchers_parameters_are_not_the_odometrys():
         estimate_odometry(SCANS, parameters=IcpParameters())
 
 
-@pytest.mark.usefixtures("eager")
-def test_an_error_while_workers_work_is_the_callers_error():
-    torn = replace(SCANS[5], points=SCANS[5].points.copy())
-    torn.points.setflags(write=True)
-    torn.points[3] = math.nan  # after it was checked
-    with pytest.raises(InvalidPointsError, match=r"`points` must be finite, .* at index 3"):
-        estimate_odometry([*SCANS[:5], torn, *SCANS[6:]], PRIORS, jobs=2)
-
-
-def test_short_runs_and_chains_start_no_process(monkeypatch):
-    def refuse(*_):
-        raise AssertionError("a process was started")
-
-    monkeypatch.setattr(workers, "_pool", refuse)
-    assert len(estimate_odometry(SCANS, PRIORS, jobs=8).poses) == 12
-    monkeypatch.setattr(estimator, "STEPS_A_JOB", 1)
-    assert len(estimate_odometry(SCANS, jobs=8).poses) == 12
-    with pytest.raises(AssertionError, match="a process was started"):
-        estimate_odometry(SCANS, PRIORS, jobs=8)
+@pytest.mark.usefixtures("short_stretches")
+def test_an_error_in_a_thread_is_the_callers_error():
+    threads = threading.active_count()
+    scans = [*SCANS[:5], SCANS[5].points * math.nan, *SCANS[6:]]
+    with pytest.raises(InvalidPointsError, match=r"`points` must be finite, .* at index 0"):
+        estimate_odometry(scans, PRIORS, SCAN_TO_SCAN, jobs=2)
+    assert threading.active_count() == threads
 
 
 @pytest.mark.parametrize("jobs", [0, -2, 1.5, "all", None])
@@ -285,7 +269,8 @@ def test_frames_do_not_matter_to_a_run():
     """A scanner mounted turned by A sees A⁻¹ p: its increments are A⁻¹ T A."""
     A = from_xytheta([0.0, 0.0, 2.0])
     turned = [replace(scan, points=apply(A.T, scan.points)) for scan in SCANS[:5]]
-    plain, other = estimate_odometry(SCANS[:5]), estimate_odometry(turned)
+    whole = OdometryParameters(map=MapParameters(map_cell=0.0))  # cells lie along the axes
+    plain, other = (estimate_odometry(scans, parameters=whole) for scans in (SCANS[:5], turned))
     for one, two in zip(plain.records[1:], other.records[1:], strict=True):
         expected = to_xytheta(A.T @ from_xytheta(one.increment) @ A)
         np.testing.assert_allclose(two.increment, expected, atol=1e-8)

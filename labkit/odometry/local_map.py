@@ -1,0 +1,149 @@
+"""What the next scan is matched against: the scan before it, or a map of the last key scans.
+
+Matched scan to scan, every step adds its own error to the pose. A map holds the robot to
+what it saw some metres ago, so that errors add up from one key scan to the next, and not
+from one scan to the next. The map is nothing but the points of the last key scans, moved
+to where those scans were taken. Each point keeps the normal
+that its own scan gave it: where two looks at one wall lie a centimetre apart, a line through
+the mixture would have any direction.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from labkit.arrays import BoolArray, FloatArray, check_count, check_range
+from labkit.correspondences import MIN_PAIRS
+from labkit.scan import Scan
+from labkit.se2 import apply, from_xytheta, invert
+from labkit.target import Target
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapParameters:
+    """Which scans make up the map, and how much of them is kept; checked when it is made.
+
+    Attributes
+    ----------
+    key_scans : int
+        How many key scans the map holds: its memory, however long the robot drives.
+    key_distance, key_rotation : float
+        A scan becomes a key scan when it is this far from the last one [m] or turned by
+        this much [rad],
+    key_overlap : float
+        or when less than this share of its points found a partner in the map.
+    map_cell : float
+        A key scan keeps one point in each square of this size [m]; 0 keeps them all.
+    """
+
+    key_scans: int = field(default=30, metadata={"help": "key scans that the map holds"})
+    key_distance: float = field(
+        default=0.3, metadata={"unit": "m", "help": "way after which a scan is a key scan"}
+    )
+    key_rotation: float = field(
+        default=math.radians(20.0),
+        metadata={"unit": "rad", "help": "turn after which a scan is a key scan"},
+    )
+    key_overlap: float = field(
+        default=0.5, metadata={"help": "share of inliers below which a scan is a key scan"}
+    )
+    map_cell: float = field(
+        default=0.05, metadata={"unit": "m", "help": "cell of which a key scan keeps one point"}
+    )
+
+    def __post_init__(self) -> None:
+        check_count(self.key_scans, "key_scans", at_least=1)
+        check_range(self.key_distance, "key_distance", at_least=0.0, unit="m")
+        check_range(self.key_rotation, "key_rotation", at_least=0.0, unit="rad")
+        check_range(self.key_overlap, "key_overlap", at_least=0.0, at_most=1.0)
+        check_range(self.map_cell, "map_cell", at_least=0.0, unit="m")
+
+
+class LastScan:
+    """Scan to scan: the target is the scan before, wherever that was taken."""
+
+    def __init__(self) -> None:
+        self.target: Target | None = None
+        self.T_target_last = np.eye(3)
+
+    def add(self, scan: Scan, increment: FloatArray, overlap: float) -> None:
+        """Take the newest scan for the target; how it was reached does not matter."""
+        self.target = Target(scan) if len(scan) >= MIN_PAIRS else None
+
+
+class LocalMap:
+    """The last key scans as one target, in the frame of the newest of them.
+
+    Attributes
+    ----------
+    target : Target or None
+        The map; None before the first scan that has points.
+    T_target_last : ndarray, shape (3, 3)
+        The pose of the scan before, from where the next one sets out.
+    """
+
+    def __init__(self, parameters: MapParameters) -> None:
+        self.parameters = parameters
+        self.target: Target | None = None
+        self.T_target_last = np.eye(3)
+        self._sizes: deque[int] = deque()  # points of each key scan, the oldest first
+
+    def add(self, scan: Scan, increment: FloatArray, overlap: float) -> None:
+        """Note that the newest scan was taken one `increment` (Δx, Δy, Δψ) further on.
+
+        It becomes a key scan where it is far from the last one, or where less than
+        `key_overlap` of it is on the map, as its `overlap` says; NaN counts as nothing.
+        """
+        self.T_target_last = self.T_target_last @ from_xytheta(increment)
+        if len(scan) < MIN_PAIRS:
+            return
+        if self.target is None:
+            self.target = self._thinned(scan)
+        elif self._is_far() or not overlap >= self.parameters.key_overlap:
+            self.target = self._with_key(self.target, self._thinned(scan))
+        else:
+            return
+        self.T_target_last = np.eye(3)
+
+    def _is_far(self) -> bool:
+        (c, _, x), (s, _, y), _ = self.T_target_last.tolist()
+        moved, turned = math.hypot(x, y), abs(math.atan2(s, c))
+        return moved > self.parameters.key_distance or turned > self.parameters.key_rotation
+
+    def _thinned(self, scan: Scan) -> Target:
+        """A key scan: of each cell the first point, with the normal among all points."""
+        kept = first_of_each_cell(scan.points, self.parameters.map_cell)
+        self._sizes.append(int(kept.sum()))
+        return Target(Scan.from_points(scan.points[kept]), Target(scan).normals[kept])
+
+    def _with_key(self, target: Target, newest: Target) -> Target:
+        """The map seen from the newest key scan, without the one that is too many."""
+        surplus = self._sizes.popleft() if len(self._sizes) > self.parameters.key_scans else 0
+        T_newest_target = invert(self.T_target_last)
+        points = apply(T_newest_target, target.points[surplus:])
+        normals = target.normals[surplus:] @ T_newest_target[:2, :2].T
+        return Target(
+            Scan.from_points(np.vstack([points, newest.points])),
+            np.vstack([normals, newest.normals]),
+        )
+
+
+def first_of_each_cell(points: FloatArray, cell: float) -> BoolArray:
+    """Which of the points (N, 2) come first in their square of side `cell` [m]; 0: all do.
+
+    Examples
+    --------
+    >>> first_of_each_cell(np.array([[0.01, 0.0], [0.02, 0.0], [0.06, 0.0]]), 0.05).tolist()
+    [True, False, True]
+    """
+    first = np.ones(len(points), dtype=np.bool_)
+    if cell > 0.0:
+        column, row = np.floor(points / cell).T
+        _, index = np.unique(column + 1j * row, return_index=True)
+        first[:] = False
+        first[index] = True
+    return first

@@ -1,0 +1,93 @@
+"""What the odometry can be told: matcher, target, filters, limits and fallbacks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Literal, get_args
+
+from labkit.arrays import check_kind, check_range
+from labkit.errors import InvalidParameterError
+from labkit.filters import Preprocessing
+from labkit.odometry.local_map import MapParameters
+from labkit.odometry.sanity import SanityLimits
+from labkit.registration import IcpParameters
+
+OnSkip = Literal["hold", "stand"]
+Against = Literal["scan", "map"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OdometryParameters:
+    """How scans become odometry; checked when it is made.
+
+    Attributes
+    ----------
+    icp : IcpParameters
+        The matcher's parameters.
+    limits : SanityLimits
+        What a step must pass.
+    against : {"map", "scan"}
+        What a scan is matched against: a map of the last key scans, or the scan before.
+    map : MapParameters
+        Which scans make up the map.
+    preprocessing : Preprocessing
+        Filters that every scan goes through first.
+    retry_gate, retry_step : float
+        The retry's share of the gate and of each ICP step, in (0, 1].
+    on_skip : {"hold", "stand"}
+        Without a match and without a prior: hold the last motion once and then stand
+        still, or stand still at once. The same motion is ICP's initial guess where there
+        is no prior.
+    """
+
+    icp: IcpParameters = field(
+        default_factory=lambda: IcpParameters(
+            metric="point_to_line",
+            overlap_ratio=1.0,
+            huber_delta=0.02,
+            translation_tolerance=3e-3,
+            rotation_tolerance=7.5e-4,
+            cost_tolerance=0.0,
+            approach=True,
+        )
+    )
+    limits: SanityLimits = field(default_factory=SanityLimits)
+    against: Against = field(
+        default="map",
+        metadata={"help": "match against a map of the last key scans, or the scan before"},
+    )
+    map: MapParameters = field(default_factory=MapParameters)
+    preprocessing: Preprocessing = field(default_factory=Preprocessing)
+    retry_gate: float = field(
+        default=0.5, metadata={"help": "share of the gate in the second attempt"}
+    )
+    retry_step: float = field(
+        default=0.5, metadata={"help": "share of each step in the second attempt"}
+    )
+    on_skip: OnSkip = field(
+        default="hold",
+        metadata={"help": "without match and prior: hold the last motion once, or stand still"},
+    )
+
+    def __post_init__(self) -> None:
+        check_kind(self.icp, "icp", IcpParameters)
+        check_kind(self.limits, "limits", SanityLimits)
+        check_kind(self.map, "map", MapParameters)
+        check_kind(self.preprocessing, "preprocessing", Preprocessing)
+        check_range(self.retry_gate, "retry_gate", above=0.0, at_most=1.0)
+        check_range(self.retry_step, "retry_step", above=0.0, at_most=1.0)
+        for name, choices in (("against", get_args(Against)), ("on_skip", get_args(OnSkip))):
+            chosen = getattr(self, name)
+            if chosen not in choices:
+                raise InvalidParameterError(
+                    f"must be one of {', '.join(choices)}, got {chosen!r}", parameter=name
+                )
+
+    @property
+    def retry(self) -> IcpParameters:
+        """The matcher's parameters for the second attempt."""
+        return replace(
+            self.icp,
+            max_correspondence_distance=self.retry_gate * self.icp.max_correspondence_distance,
+            step_fraction=self.retry_step * self.icp.step_fraction,
+        )

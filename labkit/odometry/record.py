@@ -1,0 +1,77 @@
+"""What one step of the odometry decided, and on what grounds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+from labkit.arrays import FloatArray
+from labkit.registration import Termination
+
+
+class Decision(Enum):
+    """Where a step's motion came from; the value is the word for a table.
+
+    HOLD is a motion that was held; where that is no motion at all, the decision is STAND.
+    """
+
+    START = "start"
+    ICP = "icp"
+    RETRY = "retry"
+    PRIOR = "prior"
+    HOLD = "hold"
+    STAND = "stand"
+
+    @property
+    def matched(self) -> bool:
+        """Whether the motion came from matching the scans."""
+        return self in (Decision.ICP, Decision.RETRY)
+
+    @property
+    def skipped(self) -> bool:
+        """Whether the update was skipped."""
+        return self in (Decision.HOLD, Decision.STAND)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StepRecord:
+    """What one step decided, and on what grounds.
+
+    The numbers are those of the last match that was tried; NaN where there was none.
+
+    Attributes
+    ----------
+    increment : ndarray, shape (3,)
+        (Δx, Δy, Δψ) taken, in the frame of scan k, [m, m, rad].
+    decision : Decision
+        Where it came from.
+    reason : str
+        The checks that failed on the way; empty where the first match passed.
+    inlier_count, inlier_ratio, rmse, rotation : float
+        Kept pairs, their share of the source, their RMSE [m], matched |Δψ| [rad].
+    information : float
+        Smallest eigenvalue of the information: near 0 where a direction is free.
+    degenerate : bool
+        Whether it is below the limit. The point-to-line metric leaves a free direction
+        at the prior, and the step is then believed; without a prior it is not.
+    spread : float
+        The lesson's cheap corridor test; see `labkit.degeneracy.spread_ratio`.
+    iterations : int
+        ICP steps of the last match.
+    termination : Termination or None
+        How it ended.
+    """
+
+    increment: FloatArray
+    decision: Decision
+    reason: str = ""
+    inlier_count: int = 0
+    inlier_ratio: float = math.nan
+    rmse: float = math.nan
+    rotation: float = math.nan
+    information: float = math.nan
+    spread: float = math.nan
+    iterations: int = 0
+    degenerate: bool = False
+    termination: Termination | None = None
