@@ -4,7 +4,8 @@ from labkit.alignment import align, align_svd
 from labkit.errors import LabkitError
 from labkit.icp import icp
 from labkit.logs import read_log
-from labkit.registration import IcpParameters, IcpResult, Termination
+from labkit.parameters import IcpParameters
+from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
 from labkit.se2 import apply, compose, from_xytheta, invert, to_xytheta, transform, wrap
 from labkit.target import Target

@@ -1,4 +1,4 @@
-"""The way to the answer: what the loop does while its steps are long.
+"""The settings of an iteration: what the loop does far from the answer, and near it.
 
 Near the answer, a narrow δ and a narrow gate make for small errors. Far from it they would
 leave only pairs that fit by chance, and the line metric, which lets scans slide, steps too
@@ -7,7 +7,7 @@ far. So as long as the next step is likely to move the source by more than `LONG
 
 - δ is at least `WIDTH` times the median residual, so that half the pairs weigh in full;
 - a share of the point-to-point metric, which grows with the square of that δ, calms the step;
-- of a large scan every so many-th point is looked at, so that at least `FEW` are;
+- large scans are thinned to every n-th point, at least `FEW`;
 - the whole gate is open. Near the answer it closes to `CLOSE_GATE` δ.
 
 Pairs of Killian Court started at 0.5 m and 20° from the answer then find it in 88 % of the
@@ -25,16 +25,88 @@ References
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from labkit.arrays import FloatArray
+from labkit.parameters import IcpParameters, Metric
+from labkit.se2 import apply
 
 LONG = 0.5  # step over δ: a shorter one does not leave the noise
 WIDTH = 5.0  # δ over the median residual: a step stays as robust as the median
 CLOSE_GATE = 8.0  # gate over δ near the answer: noise stays within, other surfaces do not
 POINT_SHARE = 1.0 / 4000.0  # share of point-to-point per squared widening of δ
-FEW = 120  # points do as well from afar: a match of 360 takes 5 % less, of 1,000 18 %
+FEW = 120  # points do as well from afar
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """What one iteration works with.
+
+    Attributes
+    ----------
+    metric : {"point_to_point", "point_to_line"}
+        What a residual is.
+    far : bool
+        Whether the pose counts as far from the answer.
+    every : int
+        The stride: every so many-th source point is matched.
+    gate, overlap_ratio, huber_delta : float
+        d_max [m], ρ and δ [m]; from afar δ is widened to the pairs, see `wide_delta`.
+    """
+
+    metric: Metric
+    far: bool
+    every: int
+    gate: float
+    overlap_ratio: float
+    huber_delta: float
+
+
+def settings_of(parameters: IcpParameters, count: int, *, far: bool) -> Settings:
+    """The settings of an iteration for `count` source points."""
+    gate = parameters.max_correspondence_distance
+    if parameters.approach and not far:
+        gate = close_gate(gate, parameters.huber_delta)
+    return Settings(
+        metric=parameters.metric,
+        far=far,
+        every=thinning(count) if far else 1,
+        gate=gate,
+        overlap_ratio=parameters.overlap_ratio,
+        huber_delta=parameters.huber_delta,
+    )
+
+
+def is_far(points: FloatArray, poses: Sequence[FloatArray], huber_delta: float) -> bool:
+    """Whether the next step is likely to move the source by more than `LONG` δ.
+
+    It is if the next motion shrinks as the last one did. Before the first step it always is.
+
+    Parameters
+    ----------
+    points : ndarray, shape (N, 2)
+        The source [m].
+    poses : sequence of ndarray, shape (3, 3)
+        ``T_target_source`` of each iteration so far, the newest one last.
+    huber_delta : float
+        δ [m].
+    """
+    if len(poses) == 1:
+        return True
+    motion, shrinks = displacement(points, poses[-2], poses[-1]), 1.0
+    if len(poses) > 2:
+        motion_before = displacement(points, poses[-3], poses[-2])
+        shrinks = motion / motion_before if motion < motion_before else 1.0
+    return shrinks * motion > LONG * huber_delta
+
+
+def displacement(points: FloatArray, T_before: FloatArray, T: FloatArray) -> float:
+    """How far a step moved the points, root mean square [m]."""
+    moved = apply(T - T_before, points)
+    return math.sqrt((moved**2).sum(axis=1).mean())
 
 
 def wide_delta(residuals: FloatArray, huber_delta: float) -> float:
@@ -59,33 +131,5 @@ def close_gate(gate: float, huber_delta: float) -> float:
 
 
 def thinning(count: int) -> int:
-    """Of how many among `count` points one is looked at from afar."""
+    """The stride among `count` points from afar."""
     return max(1, count // FEW)
-
-
-def extent(columns: FloatArray) -> tuple[float, float, float]:
-    """The centroid x, y [m] of `homogeneous` points and their mean squared distance from it."""
-    (xx, _, x), (_, yy, y), (*_, count) = (columns @ columns.T).tolist()
-    x, y = x / count, y / count
-    return x, y, max(0.0, (xx + yy) / count - x * x - y * y)
-
-
-def motion_of(source: tuple[float, float, float], T_before: FloatArray, T: FloatArray) -> float:
-    """How far a step moved points of that `extent`, root mean square [m].
-
-    ΔT moves p by ΔT c + ΔR (p − c), so the points themselves are looked at once a match and
-    not once a step, which saves 3 % of a match of 360 beams.
-    """
-    x, y, spread = source
-    (a, b, dx), (c, d, dy), _ = (T - T_before).tolist()
-    squared = (a * x + b * y + dx) ** 2 + (c * x + d * y + dy) ** 2 + (a * a + c * c) * spread
-    return math.sqrt(squared)
-
-
-def is_far(motion: float, motion_before: float, huber_delta: float) -> bool:
-    """Whether the next motion will exceed `LONG` δ, if it shrinks as this one did [m].
-
-    Where there was none before, 0, it is taken to be as long as this one.
-    """
-    shrinks = motion / motion_before if motion < motion_before else 1.0
-    return shrinks * motion > LONG * huber_delta

@@ -137,26 +137,6 @@ def as_pairs(
     return p, q, w
 
 
-def check_partners(
-    index: IntArray, every: int, source: FloatArray, target: FloatArray, name: str
-) -> None:
-    """Raise `InvalidPointsError` where pairs cannot be those of these two scans.
-
-    `index` holds the row in `target` of the partner of each of ``source[::every]``; `name`
-    is the caller's argument that it comes from.
-    """
-    if len(index) != len(source[::every]):
-        raise InvalidPointsError(
-            f"`{name}` must have one pair per source point, got {len(index)} pairs "
-            f"for {len(source)} points; was it made from another scan?"
-        )
-    if index.max() >= len(target):
-        raise InvalidPointsError(
-            f"`{name}` must point into `target`, got index {index.max()} "
-            f"for {len(target)} points; was it made from another scan?"
-        )
-
-
 def as_transform(T: ArrayLike, name: str) -> FloatArray:
     """Check a single (3, 3) rigid transform: finite, proper rotation, last row 0 0 1."""
     checked = as_floats(T, name, hint="build one with `labkit.transform(x, y, theta)`")
@@ -217,27 +197,3 @@ def check_kind(value: object, name: str, kind: type) -> None:
         raise InvalidParameterError(
             f"must be of the class {kind.__name__}, got {value!r:.80}", parameter=name
         )
-
-
-def lengths(columns: FloatArray) -> FloatArray:
-    """Euclidean lengths of the columns of an array of shape (2, N): (N,)."""
-    squares = columns * columns
-    total: FloatArray = squares[0] + squares[1]
-    return np.sqrt(total, out=total)
-
-
-def homogeneous(points: FloatArray) -> FloatArray:
-    """Points (N, 2) as columns (x, y, 1), shape (3, N): one product with a T moves them."""
-    columns = np.ones((3, len(points)))
-    columns[:2] = points.T
-    return columns
-
-
-def by_column(points: FloatArray) -> FloatArray:
-    """The same points with x and y each in one piece: arithmetic runs twice as fast."""
-    return np.asfortranarray(points)
-
-
-def take_rows(points: FloatArray, index: IntArray) -> FloatArray:
-    """``points[index]`` of points stored `by_column`, at a tenth of the cost."""
-    return points.T.take(index, axis=1).T

@@ -4,9 +4,9 @@ The stages of the lesson's flow chart, each one function, and `Correspondences`,
 they leave:
 
 =============  =================================================================
-associate      `labkit.neighbors`: the nearest target point of each source point
-reject         `distance_gate` (A) and `overlap` (B); `keep`: their intersection
-weight         `huber_weights` (C)
+D  associate   the nearest target point of each source point
+E  reject      `distance_gate` (A) and `overlap` (B)
+E  weigh       `huber_weights` (C)
 =============  =================================================================
 
 Residuals, gate and delta are distances in metres, never squares.
@@ -21,20 +21,19 @@ References
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import BoolArray, FloatArray, IntArray, check_range, take_rows
+from labkit.approach import Settings, point_share, settings_of, wide_delta
+from labkit.arrays import BoolArray, FloatArray, IntArray, check_range
+from labkit.parameters import IcpParameters
+from labkit.se2 import apply
+from labkit.target import Target
 
 MIN_PAIRS = 3  # the fewest pairs a step is computed from, as in the lesson
-ORIGIN = np.zeros((2, 1))
-# What a step is summed from, a column for each pair: the source point p as (x, y, 1) and its
-# offset p − q from its partner. Under the point-to-line metric also the partner's normal n,
-# zero where it has none, n·p⊥, and n·(p − q); see `labkit.line_alignment`.
-MOVED, OFFSET, NORMAL, TURNING, FROM_LINE = slice(0, 3), slice(3, 5), slice(5, 7), 7, 8
 
 
 def distance_gate(distances: ArrayLike, max_correspondence_distance: float) -> BoolArray:
@@ -77,16 +76,11 @@ def overlap(distances: ArrayLike, overlap_ratio: float) -> BoolArray:
 
 
 def overlap_count(source_points: int, overlap_ratio: float) -> int:
-    """How many pairs `overlap` keeps: ⌊ρN⌋, but at least 3 where there are as many."""
+    """How many pairs `overlap` keeps: ⌊ρN⌋, but at least 3 where there are as many.
+
+    The product ρN is a double, so that ⌊0.29 · 100⌋ is 28.
+    """
     return min(source_points, max(MIN_PAIRS, int(overlap_ratio * source_points)))
-
-
-def keep(
-    distances: FloatArray, max_correspondence_distance: float, overlap_ratio: float
-) -> BoolArray:
-    """Which pairs pass (A) and (B); with a ratio of 1 there is no (B) to compute."""
-    within_gate = distance_gate(distances, max_correspondence_distance)
-    return within_gate if overlap_ratio == 1.0 else within_gate & overlap(distances, overlap_ratio)
 
 
 def huber_weights(residuals: ArrayLike, huber_delta: float) -> FloatArray:
@@ -120,93 +114,59 @@ def huber_loss(residuals: ArrayLike, huber_delta: float) -> FloatArray:
     return loss
 
 
-def point_rows(moved: FloatArray, nearest: FloatArray) -> FloatArray:
-    """`MOVED` and `OFFSET` of points (x, y, 1) and their partners, shape (5, N)."""
-    return np.concatenate((moved, moved[:2] - nearest))
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Correspondences:
     """The pairs of one association and what became of each.
 
     Entry i is source point i; from afar, that of ``source[::every]`` (see `labkit.approach`).
-    It keeps what the loop works with; what people ask for is derived from that when they do.
 
     Attributes
     ----------
-    rows : ndarray, shape (5, N) or (9, N)
-        What a step is summed from, in metres about `center`: `MOVED` to `FROM_LINE`, under
-        the point-to-point metric the first two.
-    every : int
-        Of how many source points one was looked at; N counts those.
-    center : ndarray, shape (2, 1)
-        Where the rows have their origin [m]: amid the target under point-to-line, for sums
-        about it round little, else at that of the target's frame.
-    target_points : ndarray, shape (M, 2)
-        All points of the target [m].
+    source : ndarray, shape (N, 2)
+        The source points in the target's frame [m].
+    target : ndarray, shape (N, 2)
+        The nearest target point of each [m].
     target_index : ndarray of int, shape (N,)
-        The partner's row there.
+        Its row in the target.
     distances : ndarray, shape (N,)
         How far the pair is apart [m].
+    normals : ndarray, shape (N, 2), or None
+        The target's normal there, NaN where it has none; None under point-to-point.
+    residuals : ndarray, shape (N,)
+        What the metric minimises [m]: the distance, or that from the line through the
+        partner's surface, NaN where it has no normal.
     kept : ndarray of bool, shape (N,)
         Which passed the gate, are among the ⌊ρN⌋ closest, and have a residual.
     weights : ndarray, shape (N,)
         Huber's weight of a kept pair, 0 for a rejected one.
     gate, overlap_ratio, huber_delta : float
         d_max [m], ρ and δ [m] that they were judged by.
+    every : int
+        Stride: only every so many-th source point was matched.
     point_share : float
         Share of the point-to-point metric in the step of line pairs; see `labkit.approach`.
     """
 
-    rows: FloatArray
-    every: int = 1
-    center: FloatArray
-    target_points: FloatArray
+    source: FloatArray
+    target: FloatArray
     target_index: IntArray
     distances: FloatArray
+    normals: FloatArray | None
+    residuals: FloatArray
     kept: BoolArray
     weights: FloatArray
-    gate: float
-    overlap_ratio: float
-    huber_delta: float
+    gate: float = math.inf
+    overlap_ratio: float = 1.0
+    huber_delta: float = math.inf
+    every: int = 1
     point_share: float = 0.0
 
     @property
-    def source(self) -> FloatArray:
-        """The source points in the target's frame [m], shape (N, 2)."""
-        return (self.rows[:2] + self.center).T
-
-    @property
-    def target(self) -> FloatArray:
-        """The nearest target point of each [m], shape (N, 2)."""
-        return take_rows(self.target_points, self.target_index)
-
-    @property
-    def on_lines(self) -> bool:
-        """Whether they were matched under the point-to-line metric."""
-        return len(self.rows) > FROM_LINE
-
-    @property
-    def normals(self) -> FloatArray | None:
-        """Its normal, shape (N, 2), zero where it has none; None under point-to-point."""
-        return self.rows[NORMAL].T if self.on_lines else None
-
-    @cached_property
-    def residuals(self) -> FloatArray:
-        """What the metric minimises [m], shape (N,): the distance, or that from the line.
-
-        NaN where the target has no normal.
-        """
-        if not self.on_lines:
-            return self.distances
-        return np.where(self.rows[NORMAL].any(axis=0), np.abs(self.rows[FROM_LINE]), np.nan)
-
-    @cached_property
     def within_gate(self) -> BoolArray:
         """Which pairs passed the gate, shape (N,)."""
         return distance_gate(self.distances, self.gate)
 
-    @cached_property
+    @property
     def within_overlap(self) -> BoolArray:
         """Which pairs are among the ⌊ρN⌋ closest, shape (N,)."""
         return overlap(self.distances, self.overlap_ratio)
@@ -224,15 +184,94 @@ class Correspondences:
     @property
     def inlier_rmse(self) -> float:
         """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
-        d = self.distances[self.kept]
-        return math.sqrt(float(d @ d) / len(d)) if len(d) else math.nan
+        if not self.kept.any():
+            return math.nan
+        return math.sqrt(np.mean(self.distances[self.kept] ** 2))
 
     @cached_property
     def cost(self) -> float:
-        """The truncated Huber cost J [m²] of the ⌊ρN⌋ closest pairs, over N; see `labkit.icp`."""
+        """The truncated Huber cost J [m²] of the ⌊ρN⌋ closest pairs, over N; see `labkit.icp`.
+
+        A pair outside the gate counts as if it stood on it, one without a normal by its distance.
+        """
         charged = np.minimum(self.distances, self.gate)
-        if self.on_lines:
-            usable = self.within_gate & np.isfinite(self.residuals)
-            charged = np.where(usable, self.residuals, charged)
+        usable = self.within_gate & np.isfinite(self.residuals)
+        charged[usable] = self.residuals[usable]
         loss = huber_loss(charged[self.within_overlap], self.huber_delta)
         return float(loss.sum() / len(charged))
+
+
+def associate(
+    source: FloatArray, target: Target, T_target_source: FloatArray, settings: Settings
+) -> Correspondences:
+    """Pair each source point with its nearest target point: box D.
+
+    Parameters
+    ----------
+    source : ndarray, shape (N, 2)
+        The newer scan's points [m].
+    target : Target
+        The older scan.
+    T_target_source : ndarray, shape (3, 3)
+        The pose.
+    settings : Settings
+        Metric and stride of this iteration.
+
+    Returns
+    -------
+    Correspondences
+        Every pair that has a residual is kept, with weight 1.
+    """
+    moved = apply(T_target_source, source[:: settings.every])
+    index, distances = target.search.query(moved)
+    nearest, normals, residuals = target.points[index], None, distances
+    if settings.metric == "point_to_line":
+        normals = target.normals[index]
+        residuals = np.abs((normals * (moved - nearest)).sum(axis=1))  # |n·(p − q)|
+    kept = np.isfinite(residuals)
+    return Correspondences(
+        source=moved,
+        target=nearest,
+        target_index=index,
+        distances=distances,
+        normals=normals,
+        residuals=residuals,
+        kept=kept,
+        weights=kept.astype(np.float64),
+        every=settings.every,
+    )
+
+
+def reject_and_weigh(pairs: Correspondences, settings: Settings) -> Correspondences:
+    """The same pairs with gate (A), overlap (B) and Huber's weights (C) applied: box E."""
+    within_gate = distance_gate(pairs.distances, settings.gate)  # (A)
+    within_overlap = overlap(pairs.distances, settings.overlap_ratio)  # (B)
+    kept = pairs.kept & within_gate & within_overlap
+    delta, share = settings.huber_delta, 0.0
+    if settings.far:
+        delta = wide_delta(pairs.residuals[kept], settings.huber_delta)
+        share = point_share(delta, settings.huber_delta)
+    weights = np.zeros(len(kept))
+    weights[kept] = huber_weights(pairs.residuals[kept], delta)  # (C)
+    return replace(
+        pairs,
+        kept=kept,
+        weights=weights,
+        gate=settings.gate,
+        overlap_ratio=settings.overlap_ratio,
+        huber_delta=delta,
+        point_share=share,
+    )
+
+
+def pairs_at(
+    source: FloatArray,
+    target: Target,
+    T_target_source: FloatArray,
+    parameters: IcpParameters,
+    *,
+    far: bool = False,
+) -> Correspondences:
+    """Boxes D and E together, at a pose that is `far` from the answer or near it."""
+    settings = settings_of(parameters, len(source), far=far)
+    return reject_and_weigh(associate(source, target, T_target_source, settings), settings)

@@ -16,30 +16,20 @@ References
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, check_partners, check_range
+from labkit.arrays import FloatArray, check_range
 from labkit.errors import DegenerateAlignmentError
-from labkit.registration import IcpResult
-from labkit.scan import Scan, as_scan
+from labkit.result import IcpResult
 from labkit.se2 import apply
-from labkit.target import Target, as_target
 
 
-def censi_covariance(
-    source: Scan | ArrayLike,
-    target: Target | Scan | ArrayLike,
-    result: IcpResult,
-    range_std: float,
-) -> FloatArray:
+def censi_covariance(result: IcpResult, range_std: float) -> FloatArray:
     """Covariance of an estimated motion, from the noise of the ranges.
 
     Parameters
     ----------
-    source, target : Scan or array_like, shape (N, 2) and (M, 2)
-        The two scans of the match, each in its scanner's frame [m].
     result : IcpResult
-        What `labkit.icp` returned for them.
+        What `labkit.icp` returned.
     range_std : float
         Standard deviation of one range of either scan [m].
 
@@ -51,8 +41,6 @@ def censi_covariance(
 
     Raises
     ------
-    InvalidPointsError
-        For scans that cannot be meant, or a result of other scans.
     DegenerateAlignmentError
         Where the match failed, or a direction is free without any doubt (A is singular).
 
@@ -64,14 +52,11 @@ def censi_covariance(
     check_range(range_std, "range_std", above=0.0, unit="m")
     if result.termination.failed:
         raise DegenerateAlignmentError(f"no covariance without an estimate: {result.message}")
-    prepared = as_target(target)
-    pairs = result.correspondences
-    index, p = pairs.target_index, as_scan(source, "source").points
-    check_partners(index, pairs.every, p, prepared.points, "result")
-    used = pairs.kept & np.isfinite(prepared.normals[index, 0])
-    p = p[:: pairs.every][used]
-    q = prepared.points[index[used]]
-    n, w = prepared.normals[index[used]], pairs.weights[used]
+    target, pairs = result.target, result.correspondences
+    used = pairs.kept & np.isfinite(target.normals[pairs.target_index, 0])
+    index, w = pairs.target_index[used], pairs.weights[used]
+    p = result.source.points[:: pairs.every][used]
+    q, n = target.points[index], target.normals[index]
 
     T = result.T_target_source
     moved, turned = apply(T, p), p @ T[:2, :2].T
@@ -84,8 +69,8 @@ def censi_covariance(
     B_source = slope * _dot(n, ray)[:, None]
     B_source[:, 2] += r * _dot(n, _perpendicular(ray))
     B_pairs = -slope * _dot(n, q / _ranges(q))[:, None]
-    B_target = np.zeros((len(prepared.points), 3))
-    np.add.at(B_target, index[used], w[:, None] * B_pairs)  # one range may serve many pairs
+    B_target = np.zeros((len(target.points), 3))
+    np.add.at(B_target, index, w[:, None] * B_pairs)  # one range may serve many pairs
     B = 2.0 * np.vstack([w[:, None] * B_source, B_target])
     try:
         gain = np.linalg.solve(A, B.T)

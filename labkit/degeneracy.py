@@ -12,62 +12,35 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_transform, homogeneous
+from labkit.arrays import FloatArray
 from labkit.correspondences import Correspondences
 from labkit.errors import DegenerateAlignmentError, InvalidPointsError
-from labkit.line_alignment import Information, information_of_rows, line_rows
+from labkit.line_alignment import Information, line_information
 from labkit.scan import Scan, as_scan
 from labkit.target import Target
 
 SHIFT = 0.1  # share of the turn in a motion (Δx, Δy, ℓΔψ) below which it is called a shift
 
 
-def observability(
-    source: Scan | ArrayLike, target: Target, T_target_source: ArrayLike, pairs: Correspondences
-) -> Information | None:
+def observability(pairs: Correspondences, target: Target) -> Information | None:
     """What the kept pairs say about each direction of the motion between two scans.
 
     Parameters
     ----------
-    source : Scan or array_like, shape (N, 2)
-        The newer scan, in metres.
-    target : Target
-        The older scan; its normals are used, whatever metric made the pairs.
-    T_target_source : array_like, shape (3, 3)
-        The pose at which the pairs were made.
     pairs : Correspondences
         ``result.correspondences``.
+    target : Target
+        ``result.target``; its normals are used, whatever metric made the pairs.
 
     Returns
     -------
     Information or None
         None where no kept pair lies on a surface, so that nothing can be said.
     """
-    points = as_scan(source, "source").points[:: pairs.every]
-    T = as_transform(T_target_source, "T_target_source")
-    moved = (T - target.to_center) @ homogeneous(points)
-    return _information_on_lines(moved, pairs, target)
-
-
-def observability_of(pairs: Correspondences, target: Target) -> Information | None:
-    """The same of pairs where they stand."""
-    if pairs.on_lines:  # of which those that lie on no surface have no weight
-        return _information(pairs.rows, pairs.weights, target)
-    return _information_on_lines(homogeneous(pairs.source - target.center.T), pairs, target)
-
-
-def _information_on_lines(
-    moved: FloatArray, pairs: Correspondences, target: Target
-) -> Information | None:
-    """That of pairs with source points (x, y, 1) about the target's centre."""
-    rows = line_rows(moved, target.surface.take(pairs.target_index, axis=1))
-    weights = pairs.weights * target.on_line.take(pairs.target_index)
-    return _information(rows, weights, target)
-
-
-def _information(rows: FloatArray, weights: FloatArray, target: Target) -> Information | None:
+    normals = target.normals[pairs.target_index]
+    used = pairs.kept & np.isfinite(normals[:, 0])
     try:
-        return information_of_rows(rows, weights, target.center)
+        return line_information(pairs.source[used], normals[used], pairs.weights[used])
     except DegenerateAlignmentError:
         return None
 
@@ -114,18 +87,14 @@ def spread_ratio(scan: Scan | ArrayLike, motion: ArrayLike) -> float:
     float
         Well below 1 in a corridor that is driven along; NaN without motion or points.
     """
-    columns = homogeneous(as_scan(scan).points)
+    points = as_scan(scan).points
     direction: FloatArray = np.asarray(motion, dtype=np.float64)
     if direction.shape != (2,):
         raise InvalidPointsError(f"`motion` must have shape (2,), got {direction.shape}")
-    dx, dy = direction.tolist()
-    length = math.hypot(dx, dy)
-    if not (length > 0.0 and columns.size):
+    length = math.hypot(*direction)
+    if not (length > 0.0 and len(points)):
         return math.nan
-    dx, dy = dx / length, dy / length
-    columns[:2] -= columns[:2, :1]  # about a point among them: sums then round little
-    (xx, xy, x), (_, yy, y), (*_, count) = (columns @ columns.T).tolist()
-    xx, xy, yy = xx - x * x / count, xy - x * y / count, yy - y * y / count
-    along = dx * dx * xx + 2.0 * dx * dy * xy + dy * dy * yy
-    across = dy * dy * xx - 2.0 * dx * dy * xy + dx * dx * yy
-    return math.sqrt(max(0.0, across) / along) if along > 0.0 else math.nan
+    dx, dy = direction / length
+    along = (points @ [dx, dy]).std()
+    across = (points @ [-dy, dx]).std()
+    return float(across / along) if along > 0.0 else math.nan

@@ -2,40 +2,25 @@
 
 from __future__ import annotations
 
-import math
-from functools import partial
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.alignment import align
-from labkit.approach import close_gate, extent, is_far, motion_of, point_share, thinning, wide_delta
-from labkit.arrays import (
-    FloatArray,
-    IntArray,
-    as_transform,
-    check_kind,
-    homogeneous,
-    lengths,
-    take_rows,
-)
-from labkit.correspondences import (
-    FROM_LINE,
-    MIN_PAIRS,
-    OFFSET,
-    ORIGIN,
-    Correspondences,
-    huber_weights,
-    keep,
-    point_rows,
-)
-from labkit.errors import DegenerateAlignmentError
-from labkit.line_alignment import line_rows, line_step, normal_equations
-from labkit.registration import IcpParameters, IcpResult, Iteration, Termination
+from labkit.approach import is_far, settings_of
+from labkit.arrays import FloatArray, as_transform, check_kind
+from labkit.correspondences import MIN_PAIRS, Correspondences, associate, reject_and_weigh
+from labkit.engine import is_available
+from labkit.errors import DegenerateAlignmentError, InvalidParameterError
+from labkit.line_alignment import align_to_lines
+from labkit.parameters import IcpParameters
+from labkit.result import IcpResult, Iteration, Termination, step_length
 from labkit.scan import Scan, as_scan
 from labkit.se2 import compose, from_xytheta, to_xytheta, transform
 from labkit.target import Target, as_target
 
+Engine = Literal["auto", "textbook", "compiled"]
 DEFAULTS = IcpParameters()
 
 
@@ -44,6 +29,8 @@ def icp(
     target: Target | Scan | ArrayLike,
     T_init: ArrayLike | None = None,
     parameters: IcpParameters = DEFAULTS,
+    *,
+    engine: Engine = "auto",
 ) -> IcpResult:
     """Estimate the transform that maps the newer scan onto the older one.
 
@@ -57,6 +44,9 @@ def icp(
         Initial guess of ``T_target_source`` (wheels, IMU); the identity by default.
     parameters : IcpParameters
         Gate, overlap, Huber delta, budget, tolerances and metric.
+    engine : {"auto", "textbook", "compiled"}
+        Who runs the loop: the functions of this module, or `labkit.engine`, which is the
+        same algorithm compiled. "auto" takes the engine where numba is installed.
 
     Returns
     -------
@@ -68,7 +58,7 @@ def icp(
     InvalidPointsError
         For an empty scan, a wrong shape, or points that are not finite.
     InvalidParameterError
-        For `parameters` of another class.
+        For parameters of another type, or an engine that is not there.
 
     Notes
     -----
@@ -92,123 +82,103 @@ def icp(
     (True, 85)
     """
     check_kind(parameters, "parameters", IcpParameters)
-    columns = homogeneous(as_scan(source, "source", minimum=1).points)
-    target = as_target(target)
+    source, target = as_scan(source, "source", minimum=1), as_target(target)
     T = np.eye(3) if T_init is None else as_transform(T_init, "T_init")
+    if compiled(engine):
+        from labkit.engine import match  # noqa: PLC0415 (nobody else waits for numba)
 
-    far, size, motion = parameters.approach, extent(columns), 0.0
-    match = partial(_associate, columns, target, parameters)
-    now = Iteration(T_target_source=T, associate=partial(match, T, far=far), far=far)  # D, E
-    history = [now]
-    termination = check_pairs(now.correspondences)
-    while termination is None:
+        return match(source, target, T, parameters)
+    return run(source, target, T, parameters)
+
+
+def compiled(engine: Engine) -> bool:
+    """Whether `engine` asks for `labkit.engine`, as the caller wishes or as numba is there."""
+    if engine not in get_args(Engine):
+        raise InvalidParameterError(
+            f"must be one of {', '.join(get_args(Engine))}, got {engine!r}", parameter="engine"
+        )
+    if engine == "textbook":
+        return False
+    if engine == "compiled" and not is_available():
+        raise InvalidParameterError(
+            '"compiled" needs numba, which is not installed: pip install numba, or take "textbook"',
+            parameter="engine",
+        )
+    return is_available()
+
+
+def run(source: Scan, target: Target, T: FloatArray, parameters: IcpParameters) -> IcpResult:
+    """The loop, from the guess T; the letters are the boxes of the flow chart."""
+    poses, history, far = [T], list[Iteration](), parameters.approach
+    while True:
+        settings = settings_of(parameters, len(source), far=far)
+        pairs = associate(source.points, target, T, settings)  # D
+        pairs = reject_and_weigh(pairs, settings)  # E
+        history.append(iteration(T, pairs, history, far=far))
+        termination = check(history, parameters)  # H
+        if termination is not None:
+            break
         try:
-            dT = minimise(now.correspondences, parameters)  # F
+            dT = minimise(pairs, parameters.step_fraction)  # F
         except DegenerateAlignmentError:
             termination = Termination.DEGENERATE
             break
-        T, T_before = dT @ T, T  # G: the update composes on the left
-        if far:
-            motion, motion_before = motion_of(size, T_before, T), motion
-            far = is_far(motion, motion_before, parameters.huber_delta)
-        moved, turned = step_length(T_before, T)
-        now = Iteration(
-            T_target_source=T,
-            # D, E, when somebody asks
-            associate=partial(match, T, far=far, before=now.correspondences.target_index),
-            translation_step=moved,
-            rotation_step=turned,
-            far=far,
-        )
-        history.append(now)
-        termination = check_convergence(history, parameters)  # H
-        if termination is not Termination.CONVERGED_POSE:
-            termination = check_pairs(now.correspondences) or termination
-    return IcpResult(  # I
-        T_target_source=np.full((3, 3), np.nan) if termination.failed else T,
-        termination=termination,
-        history=tuple(history),
-        target=target,
+        T = dT @ T  # G: the update composes on the left
+        poses.append(T)
+        far = far and is_far(source.points, poses, parameters.huber_delta)
+    return IcpResult.of_history(history, termination, source, target, parameters)  # I
+
+
+def iteration(
+    T: FloatArray, pairs: Correspondences, history: list[Iteration], *, far: bool
+) -> Iteration:
+    """The record of the pose T and its pairs, after those of `history`."""
+    if not history:
+        return Iteration(T_target_source=T, correspondences=pairs, far=far)
+    moved, turned = step_length(history[-1].T_target_source, T)
+    return Iteration(
+        T_target_source=T,
+        correspondences=pairs,
+        translation_step=moved,
+        rotation_step=turned,
+        far=far,
     )
 
 
-def associate(
-    source: FloatArray,
-    target: Target,
-    T: FloatArray,
-    parameters: IcpParameters,
-    *,
-    far: bool = False,
-) -> Correspondences:
-    """Match, reject and weight at the pose `T`, `far` from the answer or near it."""
-    return _associate(homogeneous(source), target, parameters, T, far=far)
+def minimise(pairs: Correspondences, step_fraction: float = 1.0) -> FloatArray:
+    """The step dT that best moves the kept pairs together under their metric: box F.
+
+    Raises
+    ------
+    DegenerateAlignmentError
+        Where the pairs leave the motion undetermined.
+    """
+    p, q, w = (each[pairs.kept] for each in (pairs.source, pairs.target, pairs.weights))
+    if pairs.normals is None:
+        dT = align(p, q, w)
+    else:
+        dT = align_to_lines(p, q, pairs.normals[pairs.kept], w, pairs.point_share)
+    return dT if step_fraction == 1.0 else shorten(dT, p, step_fraction)
 
 
-def _associate(
-    source: FloatArray,
-    target: Target,
-    parameters: IcpParameters,
-    T: FloatArray,
-    *,
-    far: bool,
-    before: IntArray | None = None,
-) -> Correspondences:
-    """Match, reject and weight `homogeneous` columns, which may have had partners `before`."""
-    gate, delta, share = parameters.max_correspondence_distance, parameters.huber_delta, 0.0
-    every = thinning(source.shape[1]) if far else 1
-    if parameters.approach and not far:
-        gate = close_gate(gate, delta)
-    source = source[:, ::every]
-    moved = (T - target.to_center) @ source
-    index = target.search.nearest_to_columns(moved, before)
-    on_lines = parameters.metric == "point_to_line"
-    if on_lines:
-        rows, center = line_rows(moved, target.surface.take(index, axis=1)), target.center
-    else:  # where they are, so that points which coincide are 0 m apart
-        rows, center = point_rows(T @ source, target.points.T.take(index, axis=1)), ORIGIN
-    distances = lengths(rows[OFFSET])
-    kept = keep(distances, gate, parameters.overlap_ratio)
-    residuals = distances
-    if on_lines:
-        kept &= target.on_line.take(index)
-        residuals = np.abs(rows[FROM_LINE])
-    if far:
-        delta = wide_delta(residuals[kept], delta)
-        share = point_share(delta, parameters.huber_delta)
-    return Correspondences(
-        rows=rows,
-        every=every,
-        center=center,
-        target_points=target.points,
-        target_index=index,
-        distances=distances,
-        kept=kept,
-        weights=huber_weights(residuals, delta) * kept,
-        gate=gate,
-        overlap_ratio=parameters.overlap_ratio,
-        huber_delta=delta,
-        point_share=share,
-    )
-
-
-def minimise(pairs: Correspondences, parameters: IcpParameters) -> FloatArray:
-    """The step dT that best moves the kept pairs together under the metric."""
-    if not pairs.on_lines:
-        kept = np.flatnonzero(pairs.kept)
-        p, q = take_rows(pairs.source, kept), take_rows(pairs.target, kept)
-        dT = align(p, q, pairs.weights[kept])
-    else:  # a pair that was rejected has no weight
-        dT = line_step(normal_equations(pairs.rows, pairs.weights, pairs.center, pairs.point_share))
-    if parameters.step_fraction < 1.0:
-        dT = _shorten(dT, pairs.source[pairs.kept], parameters.step_fraction)
-    return dT
-
-
-def _shorten(dT: FloatArray, points: FloatArray, fraction: float) -> FloatArray:
+def shorten(dT: FloatArray, points: FloatArray, fraction: float) -> FloatArray:
     """The same motion, seen from the points' centroid, but less far."""
-    x, y = points.mean(axis=0).tolist()
-    to_center, back = transform(-x, -y, 0.0), transform(x, y, 0.0)
-    return compose(back, from_xytheta(fraction * to_xytheta(to_center @ dT @ back)), to_center)
+    x, y = points.mean(axis=0)
+    T_center = transform(-x, -y, 0.0)
+    T_back = transform(x, y, 0.0)
+    motion = to_xytheta(compose(T_center, dT, T_back))
+    return compose(T_back, from_xytheta(fraction * motion), T_center)
+
+
+def check(history: list[Iteration], parameters: IcpParameters) -> Termination | None:
+    """Whether to stop after ``history[-1]``, and why; None to go on: box H.
+
+    The pose tests come first, since they ask for no pairs.
+    """
+    termination = check_convergence(history, parameters)
+    if termination is Termination.CONVERGED_POSE:
+        return termination
+    return check_pairs(history[-1].correspondences) or termination
 
 
 def check_pairs(pairs: Correspondences) -> Termination | None:
@@ -221,30 +191,19 @@ def check_pairs(pairs: Correspondences) -> Termination | None:
 
 
 def check_convergence(history: list[Iteration], parameters: IcpParameters) -> Termination | None:
-    """Whether to stop after ``history[-1]``, and why; None to go on.
+    """Whether the last step was short enough, or the budget is spent.
 
     The two pose tests hold together: a scan that turns about its own centre has Δt ≈ 0
-    from the first step on, and under "any of them" it would stop there. A step that set
-    out far from the answer is none to stop after, however short.
+    from the first step on, and under "any of them" it would stop there. The run never
+    stops as converged right after a step of the far phase, however short.
     """
-    before, now = history[-2:]
-    if before.far:
-        return Termination.BUDGET_SPENT if len(history) > parameters.max_iterations else None
-    if (
-        now.translation_step < parameters.translation_tolerance
-        and now.rotation_step < parameters.rotation_tolerance
-    ):
-        return Termination.CONVERGED_POSE
-    if parameters.cost_tolerance > 0.0 and abs(now.cost - before.cost) < parameters.cost_tolerance:
-        return Termination.CONVERGED_COST
-    if len(history) > parameters.max_iterations:
-        return Termination.BUDGET_SPENT
-    return None
-
-
-def step_length(T_before: FloatArray, T: FloatArray) -> tuple[float, float]:
-    """How far a pose moved, |Δt| [m], and turned, |Δψ| [rad]."""
-    (c, _, x), (s, _, y), _ = T.tolist()
-    (c_before, _, x_before), (s_before, _, y_before), _ = T_before.tolist()
-    turned = math.atan2(c_before * s - s_before * c, c_before * c + s_before * s)
-    return math.hypot(x - x_before, y - y_before), abs(turned)
+    if len(history) > 1 and not history[-2].far:
+        before, now = history[-2:]
+        if (
+            now.translation_step < parameters.translation_tolerance
+            and now.rotation_step < parameters.rotation_tolerance
+        ):
+            return Termination.CONVERGED_POSE
+        if abs(now.cost - before.cost) < parameters.cost_tolerance:
+            return Termination.CONVERGED_COST
+    return Termination.BUDGET_SPENT if len(history) > parameters.max_iterations else None

@@ -2,16 +2,16 @@
 
 A pair's residual is its distance from the target's surface, e = n·(p − q), so a scan may
 slide along a wall at no cost. Linearised about the source's centroid c, a small motion
-x = (Δx, Δy, Δψ) changes e by
+x = (Δx, Δy, ℓΔψ) changes e by J x, with the row
 
-    n·Δt + Δψ n·(p − c)⊥ ,      (u, v)⊥ = (−v, u)                               (6.1)
+    J = (nᵀ, n·a⊥) ,      a = (p − c) / ℓ ,      (u, v)⊥ = (−v, u)               (6.1)
 
-which leaves a 3×3 system A x = −g. Where the surface fixes only part of the motion (a
-corridor, a single wall), only that part of x is solved for; the rest stays at rest.
+of each pair. That leaves a 3×3 system A x = −g with A = JᵀWJ and g = JᵀWe. Where the
+surface fixes only part of the motion (a corridor, a single wall), only that part of x is
+solved for; the rest stays at rest.
 
-Along the lines the residual is that of e⊥ = n⊥·(p − q), and the two together make the
-point-to-point metric. In the units used here, (Δx, Δy, ℓΔψ) per unit of weight, its A is
-the identity, so that a share τ of it is (1 − τ) A + τ I, at no cost (see `labkit.approach`).
+Under the point-to-point metric J has two rows a pair, (I, a⊥), and its A is the identity
+times the total weight, so that a share τ of it is (1 − τ) A + τ W I (see `labkit.approach`).
 
 References
 ----------
@@ -26,13 +26,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
-from labkit.arrays import EPSILON, FloatArray, homogeneous
-from labkit.correspondences import FROM_LINE, MOVED, NORMAL, OFFSET, TURNING
+from labkit.arrays import EPSILON, FloatArray
 from labkit.errors import DegenerateAlignmentError
+from labkit.se2 import compose, transform
 
 # A direction of motion is free when the residuals answer it, on average, by less than
 # this share of what they answer straight motion into a wall: √0.02 is a mean angle of 8°
@@ -40,7 +39,7 @@ from labkit.errors import DegenerateAlignmentError
 MIN_INFORMATION = 0.02
 # A quarter of it will do where so much of point-to-point steadies the step.
 STEADY_SHARE, STEADY_INFORMATION = 0.03, 0.25 * MIN_INFORMATION
-# With next to nothing but point-to-point all eigenvalues are 1, and so is what they must reach.
+# As τ → 1 eigenvalues and threshold both approach 1; this margin absorbs rounding.
 BUT_FOR_ROUNDING = 1.0 - 1e-12
 
 
@@ -81,7 +80,14 @@ class Information:
 def line_information(
     points: FloatArray, normals: FloatArray, weights: FloatArray | None = None
 ) -> Information:
-    """What points (N, 2) [m] on surfaces with normals (N, 2) say about a motion of theirs.
+    """Information that surface points carry about a small rigid motion.
+
+    Parameters
+    ----------
+    points, normals : ndarray, shape (N, 2)
+        Points [m] on surfaces, and the unit normals there.
+    weights : ndarray, shape (N,), optional
+        Weight of each, ≥ 0; all equal by default.
 
     Raises
     ------
@@ -89,18 +95,10 @@ def line_information(
         Where there is no point with weight, or all of them coincide.
     """
     w = np.ones(len(points)) if weights is None else weights
-    center = _center(points, w)
-    moved = homogeneous(points - center.T)
-    rows = line_rows(moved, np.concatenate((moved[:2], normals.T)))
-    return information_of_rows(rows, w, center)
-
-
-def information_of_rows(rows: FloatArray, weights: FloatArray, center: FloatArray) -> Information:
-    """`line_information` of pairs as the ICP loop has them, see `Correspondences`."""
-    equations = normal_equations(rows, weights, center)
-    values, vectors = np.linalg.eigh(np.array(equations.A) / equations.weight)
-    middle = np.array(equations.center)
-    return Information(center=middle, length=equations.length, values=values, vectors=vectors)
+    center, length = center_and_length(points, w)
+    J = np.column_stack([normals, lever(normals, (points - center) / length)])
+    values, vectors = np.linalg.eigh(J.T @ (w[:, None] * J) / w.sum())
+    return Information(center=center, length=length, values=values, vectors=vectors)
 
 
 def align_to_lines(
@@ -131,105 +129,49 @@ def align_to_lines(
     DegenerateAlignmentError
         Where there is no pair with weight, or all of them coincide.
     """
-    center = _center(source, weights)
-    nearest = np.concatenate((target.T - center, normals.T))
-    rows = line_rows(homogeneous(source - center.T), nearest)
-    return line_step(normal_equations(rows, weights, center, point_share))
+    center, length = center_and_length(source, weights)
+    offset, arm, total = source - target, (source - center) / length, weights.sum()
+    J = np.column_stack([normals, lever(normals, arm)])  # (6.1)
+    e = (normals * offset).sum(axis=1)
+    A = J.T @ (weights[:, None] * J)
+    g = J.T @ (weights * e)
+    if point_share > 0.0:
+        turning = arm[:, 0] * offset[:, 1] - arm[:, 1] * offset[:, 0]  # a⊥·(p − q)
+        pull = np.column_stack([offset, turning]).T @ weights
+        A = (1.0 - point_share) * A + point_share * total * np.eye(3)
+        g = (1.0 - point_share) * g + point_share * pull
+    dx, dy, turn = solve_constrained(A, g, total * least_information(point_share))
+    (x, y), step = center, transform(dx, dy, turn / length)
+    return compose(transform(x, y, 0.0), step, transform(-x, -y, 0.0))  # about the centroid
 
 
-def _center(points: FloatArray, weights: FloatArray) -> FloatArray:
-    """The mean (x, y) of points (N, 2) that have weight, shape (2, 1)."""
-    if not weights.any():
-        return np.zeros((2, 1))
-    center: FloatArray = points[weights > 0.0].mean(axis=0)[:, None]
-    return center
+def least_information(point_share: float) -> float:
+    """The eigenvalue, per unit of weight, from which on a direction is solved for."""
+    least = MIN_INFORMATION if point_share < STEADY_SHARE else STEADY_INFORMATION
+    return ((1.0 - point_share) * least + point_share) * BUT_FOR_ROUNDING
 
 
-class NormalEquations(NamedTuple):
-    """A x = −g of the motion x = (Δx, Δy, ℓΔψ) about the centre c, summed over all weight."""
-
-    A: list[list[float]]
-    g: list[float]
-    weight: float
-    center: tuple[float, float]
-    length: float
-    point_share: float
+def solve_constrained(A: FloatArray, g: FloatArray, minimum: float) -> FloatArray:
+    """Solve A x = −g, in the directions alone whose eigenvalue reaches `minimum`."""
+    values, vectors = np.linalg.eigh(A)
+    V, constrained = vectors[:, values >= minimum], values[values >= minimum]
+    x: FloatArray = -V @ ((V.T @ g) / constrained)
+    return x
 
 
-def line_step(equations: NormalEquations) -> FloatArray:
-    """The step ``T_target_source`` that solves them, in the constrained directions alone."""
-    A, g, total, (cx, cy), length, point_share = equations
-    minimum = MIN_INFORMATION if point_share < STEADY_SHARE else STEADY_INFORMATION
-    minimum = total * ((1.0 - point_share) * minimum + point_share) * BUT_FOR_ROUNDING
-    dx, dy, turn = _solve_constrained(A, g, minimum)
-    c, s = math.cos(turn / length), math.sin(turn / length)
-    return np.array(  # turn about the pairs' centre, then shift
-        [[c, -s, cx + dx - c * cx + s * cy], [s, c, cy + dy - s * cx - c * cy], [0.0, 0.0, 1.0]]
-    )
+def lever(normals: FloatArray, arm: FloatArray) -> FloatArray:
+    """n·a⊥ of each row: how far a unit turn moves the point along its normal, shape (N,)."""
+    turned: FloatArray = normals[:, 1] * arm[:, 0] - normals[:, 0] * arm[:, 1]
+    return turned
 
 
-def line_rows(moved: FloatArray, nearest: FloatArray) -> FloatArray:
-    """The rows of `Correspondences`, from p as (x, y, 1) and the partner's (x, y, nx, ny)."""
-    rows = np.empty((FROM_LINE + 1, moved.shape[1]))
-    rows[MOVED] = moved
-    offset = np.subtract(moved[:2], nearest[:2], out=rows[OFFSET])
-    rows[NORMAL] = normal = nearest[2:]
-    across, along = normal[::-1] * moved[:2], normal * offset
-    np.subtract(across[0], across[1], out=rows[TURNING])
-    np.add(along[0], along[1], out=rows[FROM_LINE])
-    return rows
-
-
-def normal_equations(
-    rows: FloatArray, weights: FloatArray, center: FloatArray, point_share: float = 0.0
-) -> NormalEquations:
-    """The equations of a step, from pairs as the ICP loop has them, see `Correspondences`.
-
-    All sums come from one product of the rows with their transpose: on 360 pairs that takes
-    half as long as summing them one after the other. They are taken about `center`, and
-    A = [[a, b, c], [b, d, e], [c, e, f]] and g = [u, v, w] then moved to the pairs' own
-    centre (x, y) in plain numbers, for which arrays of three are too slow.
-    """
-    M = ((rows * weights) @ rows.T).tolist()
-    (xx, _, sum_x, _, x_to_y, *_), (_, yy, sum_y, y_to_x, *_), (_, _, total, to_x, to_y, *_) = M[:3]
-    (a, b, c, u), (d, e, v), (f, w) = M[5][5:], M[6][6:], M[7][7:]
+def center_and_length(points: FloatArray, weights: FloatArray) -> tuple[FloatArray, float]:
+    """The weighted centroid c [m] and the root mean square distance ℓ [m] from it."""
+    total = weights.sum()
     if total <= 0.0:
         raise DegenerateAlignmentError(f"none of {len(weights)} pairs has weight on a surface")
-    x, y, square = sum_x / total, sum_y / total, (xx + yy) / total
-    (cx,), (cy,) = center.tolist()
-    spread, reach = square - x * x - y * y, max(abs(x + cx), abs(y + cy))
-    if not spread > 64.0 * EPSILON * max(square, 64.0 * EPSILON * reach * reach):  # of rounding
+    center = weights @ points / total
+    length = math.sqrt(weights @ ((points - center) ** 2).sum(axis=1) / total)
+    if length <= 64.0 * EPSILON * np.abs(points).max():
         raise DegenerateAlignmentError(f"all {len(weights)} surface points coincide")
-    length = math.sqrt(spread)
-    f = (f - 2.0 * (x * e - y * c) + x * x * d - 2.0 * x * y * b + y * y * a) / spread
-    c, e = (c - x * b + y * a) / length, (e - x * d + y * b) / length
-    w = (w - x * v + y * u) / length
-    if point_share > 0.0:
-        t, rest = point_share, 1.0 - point_share
-        pull = (x_to_y - y_to_x - x * to_y + y * to_x) / length
-        full = t * total
-        a, b, c = rest * a + full, rest * b, rest * c
-        d, e, f = rest * d + full, rest * e, rest * f + full
-        u, v, w = rest * u + t * to_x, rest * v + t * to_y, rest * w + t * pull
-    A, g = [[a, b, c], [b, d, e], [c, e, f]], [u, v, w]
-    return NormalEquations(A, g, total, (x + cx, y + cy), length, point_share)
-
-
-def _solve_constrained(A: list[list[float]], g: list[float], minimum: float) -> list[float]:
-    """Solve A x = −g, in the directions alone whose eigenvalue reaches `minimum`."""
-    (a, b, c), (_, d, e), (_, _, f) = A
-    h, m, n = a - minimum, d - minimum, f - minimum
-    minor = h * m - b * b
-    if h > 0.0 and minor > 0.0 and n * minor > h * e * e - 2.0 * b * c * e + m * c * c:
-        # A − minimum·I is positive definite (Sylvester), so that no eigenvalue is smaller. Not
-        # to compute them saves a tenth of a match in corridors.
-        u, v, w = d * f - e * e, c * e - b * f, b * e - c * d  # first row of the adjugate
-        p, q, r = a * f - c * c, b * c - a * e, a * d - b * b
-        determinant = a * u + b * v + c * w
-        x, y, t = (-each / determinant for each in g)
-        return [u * x + v * y + w * t, v * x + p * y + q * t, w * x + q * y + r * t]
-    values, vectors = np.linalg.eigh(A)
-    constrained = values >= minimum
-    values, vectors = values[constrained], vectors[:, constrained]
-    solution: list[float] = (-vectors @ ((np.array(g) @ vectors) / values)).tolist()
-    return solution
+    return center, length

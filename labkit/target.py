@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import BoolArray, FloatArray, as_floats, by_column
+from labkit.arrays import FloatArray, as_floats, read_only
 from labkit.errors import InvalidPointsError
 from labkit.neighbors import NearestNeighbors
 from labkit.normals import estimate_normals
@@ -15,7 +16,7 @@ from labkit.scan import Scan, as_scan
 
 
 class Target:
-    """A scan with its search tree and, once a metric asks for them, its normals.
+    """A scan with its search tree and its normals, each made when it is first asked for.
 
     Parameters
     ----------
@@ -33,34 +34,25 @@ class Target:
 
     def __init__(self, scan: Scan | ArrayLike, normals: ArrayLike | None = None) -> None:
         self.scan = as_scan(scan, "target", minimum=1)
-        self._given_normals = None if normals is None else _as_normals(normals, len(self.scan))
-        self.search = NearestNeighbors(self.scan, method="auto")
-        self.points = self.search.target
-        self.center = self.search.center
-        self.to_center = np.zeros((3, 3))  # from a T, makes one that ends about the centre
-        self.to_center[:2, 2] = self.center[:, 0]
+        self.given_normals = None if normals is None else _as_normals(normals, len(self.scan))
+        self.kept: dict[bool, Any] = {}  # what `labkit.engine` has prepared, by whether on lines
+
+    @property
+    def points(self) -> FloatArray:
+        """The points [m], shape (M, 2)."""
+        return self.scan.points
+
+    @cached_property
+    def search(self) -> NearestNeighbors:
+        """The search tree of the points."""
+        return NearestNeighbors(self.points)
 
     @cached_property
     def normals(self) -> FloatArray:
         """Unit normals, shape (M, 2); NaN where a point lies on no line."""
-        given = self._given_normals
-        return by_column(estimate_normals(self.scan) if given is None else given)
-
-    @cached_property
-    def on_line(self) -> BoolArray:
-        """Which points lie on a line, shape (M,)."""
-        return np.isfinite(self.normals[:, 0])
-
-    @cached_property
-    def surface(self) -> FloatArray:
-        """Points about the centre [m] and unit normals, (x, y, nx, ny), shape (4, M).
-
-        A missing normal is zero.
-        """
-        surface = np.zeros((4, len(self.points)))
-        surface[:2] = self.search.columns
-        np.copyto(surface[2:], self.normals.T, where=self.on_line)
-        return surface
+        if self.given_normals is not None:
+            return self.given_normals
+        return read_only(estimate_normals(self.scan))
 
 
 def _as_normals(normals: ArrayLike, count: int) -> FloatArray:
@@ -69,7 +61,14 @@ def _as_normals(normals: ArrayLike, count: int) -> FloatArray:
         raise InvalidPointsError(
             f"`normals` must have shape ({count}, 2), one per point, got {given.shape}"
         )
-    return given
+    missing = np.isnan(given).all(axis=1)
+    wrong = np.flatnonzero(~missing & ~(abs(np.hypot(given[:, 0], given[:, 1]) - 1.0) <= 1e-6))
+    if wrong.size:
+        raise InvalidPointsError(
+            f"`normals` must be unit vectors, or NaN where there is none, "
+            f"got {given[wrong[0]].tolist()} at index {wrong[0]}"
+        )
+    return read_only(given)
 
 
 def as_target(target: Target | Scan | ArrayLike) -> Target:

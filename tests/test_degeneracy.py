@@ -35,7 +35,7 @@ def matched(world, rng, metric=BY_LINE):
 
 
 def seen(source, target, result):
-    return observability(source, target, result.T_target_source, result.correspondences)
+    return observability(result.correspondences, target)
 
 
 @pytest.mark.slow
@@ -115,23 +115,14 @@ def test_observability_is_the_information_of_the_kept_pairs(metric):
     assert used.sum() > 100
     moved = apply(result.T_target_source, source.points)
     expected = line_information(moved[used], normals[used], pairs.weights[used])
-    found = seen(source, target, result).values
-    rounding = 0.0 if pairs.on_lines else 1e-14  # of the way about the target's centre
-    np.testing.assert_allclose(result.observability.values, found, rtol=rounding)
-    np.testing.assert_allclose(found, expected.values, rtol=1e-12)  # sums in another order
+    np.testing.assert_array_equal(result.observability.values, expected.values)
+    np.testing.assert_array_equal(seen(source, target, result).values, expected.values)
 
 
 def test_without_a_surface_nothing_can_be_said():
     sparse = 3.0 * np.stack(np.meshgrid(np.arange(5.0), np.arange(4.0)), axis=-1).reshape(-1, 2)
     target = Target(sparse)
     assert seen(sparse, target, icp(sparse, target)) is None
-
-
-def test_a_failed_match_has_no_pose_to_ask_about():
-    points = np.array([[0.0, 0.0], [1.0, 0.0]])
-    target = Target(points)
-    with pytest.raises(InvalidPointsError, match="`T_target_source` must be a proper rigid"):
-        seen(points, target, icp(points, target))
 
 
 GRID = np.stack(np.meshgrid(np.linspace(-4, 4, 9), np.linspace(-1, 1, 5)), axis=-1).reshape(-1, 2)

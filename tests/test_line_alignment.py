@@ -4,18 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import given
 from hypothesis import strategies as st
 
-from labkit.arrays import homogeneous
 from labkit.errors import DegenerateAlignmentError
 from labkit.line_alignment import (
     MIN_INFORMATION,
     align_to_lines,
     line_information,
-    line_rows,
-    line_step,
-    normal_equations,
 )
 from labkit.se2 import apply, invert, rotation, to_xytheta, transform
 
@@ -97,19 +93,6 @@ def test_far_from_the_origin_only_the_digits_of_the_place_are_lost():
     center = np.average(source, axis=0, weights=weights)[None]
     expected = apply(A, apply(here, center))
     np.testing.assert_allclose(apply(there, apply(A, center)), expected, atol=1e-7, rtol=0.0)
-
-
-@given(seeds, st.floats(0.0, 1.0), st.floats(-3.0, 3.0))
-@example(1, 0.9999999999999999, 0.0)
-def test_the_sums_may_be_taken_about_any_point(seed, share, away):
-    target, normals, weights = surface(seed)
-    source = apply(transform(0.03, -0.02, 0.01), target)
-    steps = []
-    for center in np.array([[0.0, 0.0], [away, 2.0 - away]]):
-        nearest = np.concatenate(((target - center).T, normals.T))
-        rows = line_rows(homogeneous(source - center), nearest)
-        steps.append(line_step(normal_equations(rows, weights, center[:, None], share)))
-    np.testing.assert_allclose(*steps, atol=1e-12)
 
 
 def test_weights_weigh():

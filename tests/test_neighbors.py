@@ -1,4 +1,4 @@
-"""Nearest neighbours: four ways to search, held against all distances."""
+"""Nearest neighbours: the tree and the engine, held against all distances."""
 
 import math
 
@@ -9,12 +9,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.distance import cdist
 
-from labkit import products
-from labkit.arrays import homogeneous
+from labkit.engine import nearest_rows
 from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.neighbors import NearestNeighbors, nearest_by_brute_force
-from labkit.scan import Scan
-from labkit.se2 import apply, transform
 from labkit.simulation import Lidar, cast, room
 
 # On a coarse lattice ties and duplicates are the rule.
@@ -53,124 +50,58 @@ def test_a_tree_of_points_that_are_there_many_times(seed, times):
     np.testing.assert_array_equal(index, nearest_by_brute_force(points, target))
 
 
-@pytest.mark.parametrize("method", ["matrix", "sweep"])
-def test_one_point_far_off_spoils_no_other(method):
-    """All distances are taken from amid the points, for a product rounds by their squares."""
-    rng = np.random.default_rng(0)
-    target = rng.uniform(-5.0, 5.0, (300, 2))
-    points = rng.uniform(-5.0, 5.0, (100, 2))
-    target[150] = 1e9
-    index, _ = NearestNeighbors(target, method).query(points)
-    np.testing.assert_array_equal(index, nearest_by_brute_force(points, target))
+def scene(name, rng, count):
+    """Points as a scanner, a careless user or an enemy of grids would have them."""
+    if name == "walls":
+        return cast(room(), np.eye(3), Lidar(beam_count=count, field_of_view=4.7), rng=rng).points
+    if name == "scatter":
+        return rng.uniform(-4.0, 4.0, (count, 2))
+    if name == "one far off":
+        return np.vstack([rng.uniform(-4.0, 4.0, (count - 1, 2)), [[1e9, -1e9]]])
+    if name == "a few at 80 m":
+        return np.where(rng.random((count, 1)) < 0.03, 80.0, 1.0) * rng.normal(size=(count, 2))
+    if name == "dense":  # 10,000 a metre, and a room around them
+        line = np.column_stack([np.linspace(0.0, 1e-4 * count, count), np.zeros(count)])
+        return np.vstack([line, rng.uniform(-4.0, 4.0, (count // 4, 2))])
+    if name == "one line":
+        return np.column_stack([rng.uniform(-4.0, 4.0, count), np.full(count, 2.0)])
+    return np.tile([0.3, -0.1], (count, 1))  # one spot
 
 
-@pytest.mark.parametrize("method", ["matrix", "sweep"])
+SCENES = ["walls", "scatter", "one far off", "a few at 80 m", "dense", "one line", "one spot"]
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("count", [3, 40, 500, 6000])
+@pytest.mark.parametrize("offset", [0.0, 1e6])
+def test_the_engine_finds_what_brute_force_finds(name, count, offset):
+    """From 3 points to many, in any order, anywhere; grid and tree."""
+    rng = np.random.default_rng(count)
+    target = offset + rng.permutation(scene(name, rng, count))
+    points = offset + np.vstack([scene(name, rng, 40), rng.normal(0.0, 30.0, (40, 2))])
+    expected = nearest_by_brute_force(points, target)
+    np.testing.assert_array_equal(nearest_rows(points, target), expected)
+
+
 @given(st.one_of(lattice, clouds), st.one_of(lattice, clouds))
-def test_products_find_points_that_are_as_near(method, points, target):
-    """Not always the same ones: they round differently, by some 1e-16 of the coordinates."""
-    _, by_product = NearestNeighbors(target, method=method).query(points)
-    _, by_force = NearestNeighbors(target, method="brute").query(points)
-    extent = max(np.abs(points).max(), np.abs(target).max())
-    np.testing.assert_allclose(by_product**2, by_force**2, rtol=1e-12, atol=1e-14 * extent**2)
-
-
-def test_the_matrix_product_agrees_on_real_scans(killian):
-    """Measured ranges are rounded to centimetres, so ties happen: the distances agree."""
-    for k in range(0, 3000, 100):
-        newer, older = killian.scans[k + 1].points, killian.scans[k].points
-        _, distance = NearestNeighbors(older, method="matrix").query(newer)
-        _, least = NearestNeighbors(older, method="tree").query(newer)
-        np.testing.assert_allclose(distance, least, rtol=1e-11, atol=1e-12)
-
-
-steps = st.lists(
-    st.tuples(*[st.sampled_from([0.0, 1e-9, 1e-3, 0.25, 0.5, 2.0])] * 3), min_size=1, max_size=6
-)
-
-
-@pytest.mark.parametrize("method", ["tree", "matrix", "sweep", "brute"])
-@given(st.one_of(lattice, clouds), st.one_of(lattice, clouds), steps)
-def test_following_points_finds_what_asking_anew_finds(method, points, target, steps):
-    """Through steps long, short and none at all, ties and duplicates included."""
-    search = NearestNeighbors(target, method)
-    answers, before = [], None
-    for step in steps:
-        points = apply(transform(*step), points)
-        columns = homogeneous(points - search.center.T)
-        before = search.nearest_to_columns(columns, before)
-        answers.append((before, search.nearest_to_columns(columns).copy()))
-    for followed, asked in answers:  # no answer is overwritten by a later one
-        np.testing.assert_array_equal(followed, asked)
-
-
-@pytest.mark.parametrize(
-    ("points", "in_order", "method"),
-    [
-        (450, True, "matrix"),
-        (451, True, "sweep"),
-        (10_000, True, "sweep"),
-        (10_001, True, "tree"),
-        (700, False, "matrix"),
-        (701, False, "tree"),
-    ],
-)
-def test_size_and_order_choose_the_method(points, in_order, method):
-    target = Scan(
-        points=np.random.default_rng(0).normal(size=(points, 2)),
-        beams=np.arange(points) if in_order else None,
+def test_the_engine_takes_the_first_of_equally_near_points(points, target):
+    np.testing.assert_array_equal(
+        nearest_rows(points, target), nearest_by_brute_force(points, target)
     )
-    assert NearestNeighbors(target, "auto").method == method
 
 
-@pytest.mark.parametrize("shift", [0.0, 0.01, 1.0])
-@pytest.mark.parametrize("ordered", [True, False])
-def test_a_sweep_is_searched_as_brute_force_would(shift, ordered):
-    """With partners from before or without, good ones or bad ones, in any order and number."""
-    rng = np.random.default_rng(2)
-    lidar = Lidar(beam_count=1000, field_of_view=4.7)
-    target, source = (cast(room(), transform(x, 0.0, x), lidar, rng=rng).points for x in (0.0, 0.1))
-    source = source + shift
-    if not ordered:
-        target, source = rng.permutation(target), rng.permutation(source)
-    search = NearestNeighbors(target, "sweep")
-    expected = nearest_by_brute_force(source, search.target)
-    columns = homogeneous(source - search.center.T)
-    any_of_them = rng.integers(0, len(target), len(source))
-    for before in (None, expected, expected[::-1], expected[::7], expected[:3], any_of_them):
-        np.testing.assert_array_equal(search.nearest_to_columns(columns, before), expected)
-    np.testing.assert_array_equal(search.query(source)[0], expected)
+@given(st.integers(0, 2**32 - 1))
+def test_the_engines_tree_takes_the_first_of_ties_too(seed):
+    """Thousands of points on few places: a grid would be crowded."""
+    rng = np.random.default_rng(seed)
+    target = rng.integers(-3, 4, (5000, 2)).astype(float)
+    points = rng.integers(-8, 9, (50, 2)) / 2.0
+    np.testing.assert_array_equal(
+        nearest_rows(points, target), nearest_by_brute_force(points, target)
+    )
 
 
-def test_a_sweep_leaves_out_what_is_far_away(monkeypatch):
-    """A tenth of all distances is looked at, where the scans overlap."""
-    rng = np.random.default_rng(3)
-    lidar = Lidar(beam_count=2000)
-    target, source = (cast(room(), np.eye(3), lidar, rng=rng).points for _ in range(2))
-    search, looked = NearestNeighbors(target, "sweep"), []
-
-    class Counted(np.ndarray):
-        def __matmul__(self, other):
-            looked.append(self.shape[0] * other.shape[1])
-            return np.asarray(self) @ np.asarray(other)
-
-    columns = homogeneous(source - search.center.T)
-    search.nearest_to_columns(columns.view(Counted))
-    assert 0 < sum(looked) < 0.1 * len(source) * len(target)
-
-
-@pytest.mark.parametrize("cached", [1, 7 * 50, 1 << 20])
-def test_queries_of_changing_size_share_one_search(cached, monkeypatch):
-    """In blocks of one row, of seven, and all at once."""
-    monkeypatch.setattr(products, "_CACHED", cached)
-    rng = np.random.default_rng(1)
-    search = NearestNeighbors(rng.normal(size=(50, 2)), "matrix")
-    for count in (7, 7, 30, 1, 30):
-        points = rng.normal(size=(count, 2))
-        expected = nearest_by_brute_force(points, search.target)
-        np.testing.assert_array_equal(search.query(points)[0], expected)
-
-
-@pytest.mark.parametrize("method", ["auto", "tree", "brute", "matrix"])
+@pytest.mark.parametrize("method", ["tree", "brute"])
 def test_distances_are_metres(method):
     index, distance = NearestNeighbors([[0.0, 0.0], [9.0, 9.0]], method).query([[3.0, 4.0]])
     assert (index[0], distance[0]) == (0, 5.0)
@@ -199,6 +130,6 @@ def test_bad_points(target, points, message):
 
 
 def test_unknown_method():
-    message = "`method` must be one of auto, tree, brute, matrix, sweep, got 'kd'"
+    message = "`method` must be one of tree, brute, got 'kd'"
     with pytest.raises(InvalidParameterError, match=message):
         NearestNeighbors([[0, 0]], "kd")

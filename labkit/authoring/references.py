@@ -21,7 +21,8 @@ from labkit.icp import check_convergence
 from labkit.neighbors import nearest_by_brute_force
 from labkit.odometry import SanityLimits, integrate
 from labkit.odometry.sanity import motion_complaints, quality_complaints
-from labkit.registration import IcpParameters, Iteration
+from labkit.parameters import IcpParameters
+from labkit.result import Iteration
 from labkit.se2 import rotation
 
 Keep = Callable[[FloatArray, float, float], BoolArray]

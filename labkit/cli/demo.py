@@ -11,7 +11,8 @@ from labkit.cli.options import add_icp_options, from_options
 from labkit.cli.text import pose_text
 from labkit.files import refuse_unwritable
 from labkit.icp import icp
-from labkit.registration import IcpParameters, IcpResult
+from labkit.parameters import IcpParameters
+from labkit.result import IcpResult
 from labkit.se2 import to_xytheta
 from labkit.simulation import LessonExperiment, lesson_experiment
 
@@ -61,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
     if args.plot:
         save_figure(_before_and_after(experiment, result), args.plot)
     if args.animate:
-        save_animation(animate_icp(experiment.source, experiment.target, result), args.animate)
+        save_animation(animate_icp(result), args.animate)
     return 0
 
 

@@ -10,7 +10,8 @@ from labkit.cli.text import pose_text, to_json
 from labkit.errors import InvalidParameterError
 from labkit.icp import icp
 from labkit.logs import read_points
-from labkit.registration import IcpParameters, IcpResult
+from labkit.parameters import IcpParameters
+from labkit.result import IcpResult
 from labkit.se2 import from_xytheta, to_xytheta
 
 DESCRIPTION = """\

@@ -26,7 +26,7 @@ from labkit.odometry import (
     estimate_odometry,
     increments_between,
 )
-from labkit.registration import IcpParameters
+from labkit.parameters import IcpParameters
 from labkit.simulation import WheelNoise, wheel_increments
 
 DESCRIPTION = """\

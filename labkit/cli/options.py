@@ -7,7 +7,7 @@ import math
 from dataclasses import fields
 from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
-from labkit.registration import IcpParameters
+from labkit.parameters import IcpParameters
 
 Parameters = TypeVar("Parameters")
 

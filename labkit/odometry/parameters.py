@@ -10,7 +10,7 @@ from labkit.errors import InvalidParameterError
 from labkit.filters import Preprocessing
 from labkit.odometry.local_map import MapParameters
 from labkit.odometry.sanity import SanityLimits
-from labkit.registration import IcpParameters
+from labkit.parameters import IcpParameters
 
 OnSkip = Literal["hold", "stand"]
 Against = Literal["scan", "map"]

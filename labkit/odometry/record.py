@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from labkit.arrays import FloatArray
-from labkit.registration import Termination
+from labkit.result import Termination
 
 
 class Decision(Enum):

@@ -24,7 +24,7 @@ from labkit.icp import icp
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.sanity import SanityLimits, motion_complaints, quality_complaints
-from labkit.registration import IcpParameters
+from labkit.parameters import IcpParameters
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, invert, to_xytheta
 from labkit.target import Target

@@ -9,38 +9,25 @@ from matplotlib.animation import FuncAnimation
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, check_partners, check_range
+from labkit.arrays import FloatArray, check_range
 from labkit.correspondences import Correspondences
 from labkit.plotting.pairs import Fate, PairArtists
-from labkit.plotting.scans import draw_source, draw_target, scan_points
+from labkit.plotting.scans import draw_source, draw_target
 from labkit.plotting.style import BLUE, book_figure, legend_below, style_grid, style_plane
-from labkit.registration import IcpResult
-from labkit.scan import Scan
+from labkit.result import IcpResult
 from labkit.se2 import apply
 
 Update = Callable[[int], None]
 
 
-def animate_icp(
-    source: Scan | ArrayLike,
-    target: Scan | ArrayLike,
-    result: IcpResult,
-    *,
-    fates: bool = False,
-    interval: int = 400,
-) -> FuncAnimation:
+def animate_icp(result: IcpResult, *, fates: bool = False, interval: int = 400) -> FuncAnimation:
     """Animate a run: the source on its way to the target, and the cost on its way down.
 
     Parameters
     ----------
-    source : Scan or array_like, shape (N, 2)
-        The newer scan [m].
-    target : Scan or array_like, shape (M, 2)
-        The older scan [m].
     result : IcpResult
-        The run, with its history.
+        The run, with its scans and its history.
     fates : bool
         Whether each frame shows the pairs and their fates too.
     interval : int
@@ -54,14 +41,12 @@ def animate_icp(
 
     Raises
     ------
-    InvalidPointsError
-        For scans that cannot be meant, or a result of other scans.
+    InvalidParameterError
+        Unless `interval` is at least 1.
     """
-    p, q = scan_points(source, "source"), scan_points(target, "target")
+    p, q = result.source.points, result.target.points
     check_range(interval, "interval", at_least=1, unit="ms")
     pairs = [each.correspondences for each in result.history]
-    for each in pairs:
-        check_partners(each.target_index, each.every, p, q, "result")
     path = [apply(each.T_target_source, p) for each in result.history]
 
     figure = book_figure(6.4)
@@ -111,11 +96,11 @@ def _scans_on(
 
     no_line = any(np.isnan(each.residuals).any() for each in pairs)
     artists = PairArtists(ax, [fate for fate in Fate if no_line or fate is not Fate.NO_LINE])
-    artists.update(path[0], target, pairs[0])
+    artists.update(pairs[0])
     legend = legend_below(ax, [drawn_target, *artists.legend_handles()])
 
     def pair(k: int) -> None:
-        artists.update(path[k], target, pairs[k])
+        artists.update(pairs[k])
         for text, points in zip(legend.get_texts()[1:], artists.points.values(), strict=True):
             text.set_text(str(points.get_label()))
 

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from labkit.arrays import FloatArray
 from labkit.plotting.style import BLACK, BLUE, GREEN, VERMILLION, legend_below, style_grid
-from labkit.registration import IcpResult
+from labkit.result import IcpResult
 
 _TITLE_WIDTH = 66  # characters of a title across the book's page
 _FLOOR = 1e-7  # of the greatest value: what is smaller would only stretch the scale

@@ -12,12 +12,10 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
-from labkit.arrays import FloatArray, as_transform, check_partners
 from labkit.correspondences import Correspondences
 from labkit.plotting.scans import draw_target, scan_points
 from labkit.plotting.style import BLUE, GREEN, GREY, ORANGE, VERMILLION, legend_below, style_plane
 from labkit.scan import Scan
-from labkit.se2 import apply
 
 
 class Fate(IntEnum):
@@ -126,14 +124,14 @@ class PairArtists:
                 zorder=2.6 if fate >= Fate.DOWN_WEIGHTED else 2.4,
             )
 
-    def update(self, moved: FloatArray, target: FloatArray, pairs: Correspondences) -> None:
-        """Show `pairs` of the source where it is now, shape (N, 2), and the target (M, 2)."""
-        moved, fate_of = moved[:: pairs.every], fates(pairs)
-        segments = np.stack([moved, target[pairs.target_index]], axis=1)
+    def update(self, pairs: Correspondences) -> None:
+        """Show `pairs`."""
+        fate_of = fates(pairs)
+        segments = np.stack([pairs.source, pairs.target], axis=1)
         for fate, lines in self.lines.items():
             chosen = fate_of == fate
             lines.set_segments(list(segments[chosen]))
-            self.points[fate].set_data(*moved[chosen].T)
+            self.points[fate].set_data(*pairs.source[chosen].T)
             self.points[fate].set_label(f"{fate.label}: {np.count_nonzero(chosen)}")
 
     def legend_handles(self) -> list[Line2D]:
@@ -151,13 +149,7 @@ class PairArtists:
         return handles
 
 
-def plot_correspondences(
-    ax: Axes,
-    source: Scan | ArrayLike,
-    target: Scan | ArrayLike,
-    T_target_source: ArrayLike,
-    pairs: Correspondences,
-) -> Axes:
+def plot_correspondences(ax: Axes, target: Scan | ArrayLike, pairs: Correspondences) -> Axes:
     """Draw each pair as a line from the moved source point to its target point.
 
     Line and marker tell the pair's fate, see `labkit.plotting.fates`; the legend counts
@@ -167,15 +159,11 @@ def plot_correspondences(
     ----------
     ax : Axes
         Where to draw.
-    source : Scan or array_like, shape (N, 2)
-        The newer scan [m].
     target : Scan or array_like, shape (M, 2)
         The older scan [m].
-    T_target_source : array_like, shape (3, 3)
-        The pose at which `pairs` were found: `T_target_source` of an `IcpResult`, or
-        ``history[-1].T_target_source`` where the run failed.
     pairs : Correspondences
-        The association. Of one from afar, which looks at every so many-th point, those are drawn.
+        The association, which holds the source where it was matched. One from afar holds
+        every so many-th point.
 
     Returns
     -------
@@ -185,7 +173,7 @@ def plot_correspondences(
     Raises
     ------
     InvalidPointsError
-        For scans or a transform that cannot be meant, or pairs of other scans.
+        For a target that cannot be meant.
 
     Examples
     --------
@@ -193,21 +181,16 @@ def plot_correspondences(
     >>> from labkit.plotting import book_figure
     >>> target = [[0.0, 0.0], [4.0, 0.0], [0.0, 3.0], [4.0, 3.0]]
     >>> source = [[0.1, 0.0], [4.1, 0.0], [0.1, 3.0], [4.9, 3.0]]
-    >>> run = labkit.icp(source, target)
-    >>> ax = plot_correspondences(
-    ...     book_figure().subplots(), source, target, run.T_target_source, run.correspondences
-    ... )
+    >>> pairs = labkit.icp(source, target).correspondences
+    >>> ax = plot_correspondences(book_figure().subplots(), target, pairs)
     >>> [text.get_text() for text in ax.get_legend().get_texts()][1:3]
     ['gated: 1', 'trimmed: 0']
     """
-    p, q = scan_points(source, "source"), scan_points(target, "target")
-    check_partners(pairs.target_index, pairs.every, p, q, "pairs")
-    moved = apply(as_transform(T_target_source, "T_target_source"), p)
-    drawn_target = draw_target(ax, q)
+    drawn_target = draw_target(ax, scan_points(target, "target"))
     occurring = set(np.unique(fates(pairs)).tolist())
     shown = [fate for fate in Fate if fate is not Fate.NO_LINE or fate in occurring]
     artists = PairArtists(ax, shown)
-    artists.update(moved, q, pairs)
+    artists.update(pairs)
     ax.relim()
     ax.autoscale_view()
     style_plane(ax)

@@ -10,7 +10,7 @@ from labkit.cli.options import add_options, from_options, number_or_off
 from labkit.errors import InvalidParameterError
 from labkit.filters import Preprocessing
 from labkit.odometry import OdometryParameters, SanityLimits
-from labkit.registration import IcpParameters
+from labkit.parameters import IcpParameters
 
 
 class OneLine(argparse.HelpFormatter):

@@ -19,7 +19,7 @@ import labkit
 from labkit import IcpParameters, LabkitError, Scan
 from labkit.interactive import Scene, default_scenes, icp_explorer, killian_scene
 from labkit.interactive.explorer.front_end import FOLDER, MODULES, front_end
-from labkit.registration import Termination
+from labkit.result import Termination
 
 MAX_LINES = 400
 CORNER = Scan.from_points([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [0.0, 3.0]])

@@ -38,7 +38,7 @@ def test_a_good_match_is_taken_and_its_numbers_are_the_matchs():
     record = estimate_step(source, target, PRIOR, LAST, PARAMETERS)
     result = icp(source, target, from_xytheta(PRIOR), PARAMETERS.icp)
     increment = to_xytheta(result.T_target_source)
-    seen = observability(source, target, result.T_target_source, result.correspondences)
+    seen = observability(result.correspondences, target)
     assert record.decision is Decision.ICP
     assert record.reason == ""
     np.testing.assert_array_equal(record.increment, increment)

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import pytest
 
 from labkit.icp import icp
+from labkit.parameters import IcpParameters
 from labkit.plotting import book_figure
-from labkit.registration import IcpParameters
 from labkit.simulation import lesson_experiment
 
 

@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 
-from labkit.arrays import homogeneous
-from labkit.correspondences import Correspondences, distance_gate, overlap
+from labkit.correspondences import Correspondences, distance_gate, overlap, pairs_at
 from labkit.errors import InvalidPointsError
-from labkit.icp import associate, icp
-from labkit.line_alignment import line_rows
+from labkit.icp import icp
+from labkit.parameters import IcpParameters
 from labkit.plotting import Fate, fates, plot_correspondences
 from labkit.plotting.pairs import PairArtists
-from labkit.registration import IcpParameters
 from labkit.se2 import apply
 from labkit.simulation import lesson_experiment
 from labkit.target import Target
@@ -21,15 +19,14 @@ GATES = (0.02, 0.1, 0.5, np.inf)
 def random_pairs(rng, count=200):
     """Masks in every combination, with `kept` and `weights` as ICP sets them."""
     distances = rng.uniform(0.0, 0.8, count)
-    normals = np.stack([rng.random(count) < 0.6, np.zeros(count)])
+    on_line = rng.random(count) < 0.6
     gate, ratio = rng.choice([0.3, 0.6], 2)
-    kept = distance_gate(distances, gate) & overlap(distances, ratio) & normals.any(axis=0)
+    kept = distance_gate(distances, gate) & overlap(distances, ratio) & on_line
     return Correspondences(
-        rows=line_rows(
-            homogeneous(np.zeros((count, 2))), np.concatenate((-np.ones((2, count)), normals))
-        ),
-        center=np.zeros((2, 1)),
-        target_points=-np.ones((1, 2)),
+        source=np.zeros((count, 2)),
+        target=-np.ones((count, 2)),
+        normals=np.where(on_line[:, None], [1.0, 0.0], np.nan),
+        residuals=np.where(on_line, distances, np.nan),
         gate=gate,
         overlap_ratio=ratio,
         huber_delta=0.2,
@@ -78,12 +75,12 @@ def first(lesson):
     """The association at the lesson's guess, where all four fates occur."""
     experiment = lesson.experiment
     points, target = experiment.source.points, Target(experiment.target)
-    return associate(points, target, experiment.T_init, lesson.parameters)
+    return pairs_at(points, target, experiment.T_init, lesson.parameters)
 
 
 def draw(ax, lesson, pairs):
     experiment = lesson.experiment
-    return plot_correspondences(ax, experiment.source, experiment.target, experiment.T_init, pairs)
+    return plot_correspondences(ax, experiment.target, pairs)
 
 
 def test_each_pair_is_one_line_of_its_fate(ax, lesson, first):
@@ -104,7 +101,7 @@ def test_each_pair_is_one_line_of_its_fate(ax, lesson, first):
 def test_from_afar_the_pairs_that_were_looked_at_are_drawn(ax, lesson):
     experiment, parameters = lesson.experiment, lesson.parameters
     points, target = experiment.source.points, Target(experiment.target)
-    pairs = associate(points, target, experiment.T_init, parameters, far=True)
+    pairs = pairs_at(points, target, experiment.T_init, parameters, far=True)
     assert pairs.every == 4
     draw(ax, lesson, pairs)
     drawn = np.concatenate([line.get_xydata() for line in ax.lines[1:]])
@@ -140,18 +137,16 @@ def test_pairs_without_a_line_show_where_they_occur(ax, labels):
     grid = np.stack(np.meshgrid(np.arange(6.0), [0.0]), axis=-1).reshape(-1, 2)
     target = np.vstack([grid, [[40.0, 40.0]]])
     result = icp(target, target, parameters=IcpParameters(metric="point_to_line"))
-    T = result.history[-1].T_target_source
-    plot_correspondences(ax, target, target, T, result.correspondences)
+    plot_correspondences(ax, target, result.correspondences)
     count = np.count_nonzero(fates(result.correspondences) == Fate.NO_LINE)
     assert count > 0
     assert f"no line: {count}" in labels(ax)
 
 
 def test_artists_can_be_set_again(ax, lesson, first):
-    target, source = lesson.experiment.target.points, lesson.experiment.source.points
     artists = PairArtists(ax, list(Fate))
     for pairs in (first, lesson.result.correspondences):
-        artists.update(source, target, pairs)
+        artists.update(pairs)
         for fate in Fate:
             count = np.count_nonzero(fates(pairs) == fate)
             assert len(artists.lines[fate].get_segments()) == count
@@ -159,13 +154,6 @@ def test_artists_can_be_set_again(ax, lesson, first):
     assert len(ax.collections) == len(Fate)
 
 
-def test_pairs_of_other_scans(ax, lesson, first):
-    experiment = lesson.experiment
-    source, target, T = experiment.source, experiment.target, experiment.T_init
-    message = "`pairs` must have one pair per source point, got 597 pairs for 2 points"
-    with pytest.raises(InvalidPointsError, match=message):
-        plot_correspondences(ax, source.points[:2], target, T, first)
-    with pytest.raises(InvalidPointsError, match=r"`pairs` must point into `target`, got index"):
-        plot_correspondences(ax, source, target.points[:9], T, first)
-    with pytest.raises(InvalidPointsError, match="`T_target_source` must be"):
-        plot_correspondences(ax, source, target, np.full((3, 3), np.nan), first)
+def test_a_target_that_cannot_be_meant(ax, first):
+    with pytest.raises(InvalidPointsError, match="`target` is empty"):
+        plot_correspondences(ax, np.empty((0, 2)), first)

@@ -18,7 +18,8 @@ from labkit.errors import InvalidParameterError
 from labkit.icp import DEFAULTS, icp
 from labkit.interactive.explorer.front_end import front_end, style
 from labkit.interactive.explorer.scenes import Scene, default_scenes
-from labkit.registration import IcpParameters, IcpResult, Metric
+from labkit.parameters import IcpParameters, Metric
+from labkit.result import IcpResult
 from labkit.scan import Scan, as_scan
 from labkit.se2 import from_xytheta, to_xytheta
 from labkit.target import Target, as_target

@@ -1,0 +1,339 @@
+"""The robust ICP loop of `labkit.icp`, compiled: one pair of scans, or many."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from labkit.approach import FEW, LONG
+from labkit.arrays import BoolArray, FloatArray, IntArray
+from labkit.correspondences import MIN_PAIRS
+from labkit.engine.index import Index, build, find_nearest
+from labkit.engine.jit import compiled, entry
+from labkit.engine.normals import normals_along_sweep, normals_in_space
+from labkit.engine.pairs import (
+    Pairs,
+    Settings,
+    associate,
+    cost,
+    empty_pairs,
+    inliers,
+    measure,
+    near_gate,
+    reject,
+    weigh,
+)
+from labkit.engine.solve import (
+    Step,
+    align,
+    align_to_lines,
+    center_and_length,
+    eigen,
+    line_equations,
+)
+
+# How a run ended: the place of its `labkit.Termination` among these.
+CONVERGED_POSE, CONVERGED_COST, BUDGET_SPENT, TOO_FEW_CORRESPONDENCES, DEGENERATE = range(5)
+GOES_ON = -1
+
+
+class Told(NamedTuple):
+    """`labkit.IcpParameters`, as the loop reads them."""
+
+    on_lines: bool
+    approach: bool
+    gate: float
+    overlap_ratio: float
+    huber_delta: float
+    max_iterations: int
+    translation_tolerance: float
+    rotation_tolerance: float
+    cost_tolerance: float
+    step_fraction: float
+
+
+class Prepared(NamedTuple):
+    """A target: its points [m], its normals (none under point-to-point), and its index."""
+
+    points: FloatArray
+    normals: FloatArray
+    search: Index
+
+
+class Outcome(NamedTuple):
+    """What a run says of its last association."""
+
+    termination: int
+    inlier_count: int
+    fitness: float
+    inlier_rmse: float
+    cost: float
+
+
+@entry
+def prepare(points: FloatArray, in_order: bool, on_lines: bool) -> Prepared:
+    """A target from the points of a scan, in beam order or not."""
+    index = build(points)
+    if not on_lines:
+        return Prepared(points, np.empty((0, 2)), index)
+    normals = normals_along_sweep(points) if in_order else normals_in_space(points, index)
+    return Prepared(points, normals, index)
+
+
+@entry
+def prepare_with_normals(points: FloatArray, normals: FloatArray) -> Prepared:
+    """A target whose normals are given."""
+    return Prepared(points, normals, build(points))
+
+
+@entry
+def run(
+    source: FloatArray,
+    target: Prepared,
+    told: Told,
+    poses: FloatArray,
+    far_at: BoolArray,
+    information: FloatArray,
+) -> tuple[int, Outcome]:
+    """The loop; the letters are the boxes of the flow chart, as in `labkit.icp.run`.
+
+    ``poses[0]`` is the guess. The poses of all iterations go to `poses`, whether each was far
+    to `far_at`, the values and vectors of the last association's information to the rows of
+    `information`, shape (4, 3). Returns how many steps were taken, and the outcome.
+    """
+    whole, guess = empty_pairs(len(source)), no_guess(len(source))
+    room = np.empty(len(source))
+    k, far, before, motion_before = 0, told.approach, math.nan, 0.0
+    while True:
+        T, far_at[k] = poses[k], far
+        settings = settings_of(told, far)
+        every = max(1, len(source) // FEW) if far else 1
+        pairs = first_pairs(whole, (len(source) - 1) // every + 1)
+        associate(source, every, T, target.points, target.search, guess, pairs)  # D
+        measure(target.points, target.normals, told.on_lines, pairs)
+        kept = reject(pairs, settings, room)  # E (A) (B)
+        delta, share = weigh(pairs, settings, kept, room)  # E (C)
+        now = cost(pairs, settings, delta, room) if told.cost_tolerance > 0.0 else math.nan
+        ending = check(poses, far_at, k, kept, before, now, told)  # H
+        if ending == TOO_FEW_CORRESPONDENCES and matched(pairs, settings) >= MIN_PAIRS:
+            ending = DEGENERATE  # matched, but to points that lie on no surface
+        if ending == GOES_ON:
+            step = minimise(pairs, target, told, share)  # F
+            if step.solved:
+                compose(step, T, poses[k + 1])  # G
+            else:
+                ending = DEGENERATE
+        if ending != GOES_ON:
+            break
+        motion = displacement(source, T, poses[k + 1]) if far else 0.0
+        far = far and is_far(motion, motion_before, told.huber_delta)
+        k, before, motion_before = k + 1, now, motion
+    count, rmse = inliers(pairs)
+    inform(pairs, target, told, information)
+    J = cost(pairs, settings, delta, room)
+    return k, Outcome(ending, count, count / len(pairs.x), rmse, J)
+
+
+@entry
+def prepare_and_run(
+    source: FloatArray,
+    points: FloatArray,
+    in_order: bool,
+    told: Told,
+    poses: FloatArray,
+    far_at: BoolArray,
+    information: FloatArray,
+) -> tuple[int, Outcome]:
+    """`prepare` and `run` in one, for a target that is matched once."""
+    target = prepare(points, in_order, told.on_lines)
+    return run(source, target, told, poses, far_at, information)
+
+
+@compiled
+def no_guess(count: int) -> IntArray:
+    """A row of −1, no partner yet, for each of `count` points."""
+    guess = np.empty(count, np.intp)
+    for i in range(count):
+        guess[i] = -1
+    return guess
+
+
+@compiled
+def settings_of(told: Told, far: bool) -> Settings:
+    """The settings of an iteration; see `labkit.approach.settings_of`."""
+    gate = told.gate
+    if told.approach and not far:
+        gate = near_gate(gate, told.huber_delta)
+    return Settings(told.on_lines, far, gate, told.overlap_ratio, told.huber_delta)
+
+
+@compiled
+def first_pairs(pairs: Pairs, count: int) -> Pairs:
+    """Room for `count` pairs within that of `pairs`."""
+    x, y, row, distance, residual, weight = pairs
+    return Pairs(
+        x[:count], y[:count], row[:count], distance[:count], residual[:count], weight[:count]
+    )
+
+
+@compiled
+def check(
+    poses: FloatArray,
+    far_at: BoolArray,
+    k: int,
+    kept: int,
+    cost_before: float,
+    cost_now: float,
+    told: Told,
+) -> int:
+    """(H) Whether to stop after step k, and why; see `labkit.icp.check`."""
+    ending = GOES_ON if k < told.max_iterations else BUDGET_SPENT
+    if k > 0 and not far_at[k - 1]:
+        moved, turned = step_length(poses[k - 1], poses[k])
+        if moved < told.translation_tolerance and turned < told.rotation_tolerance:
+            return CONVERGED_POSE
+        if abs(cost_now - cost_before) < told.cost_tolerance:
+            ending = CONVERGED_COST
+    return ending if kept >= MIN_PAIRS else TOO_FEW_CORRESPONDENCES
+
+
+@compiled
+def step_length(T_before: FloatArray, T: FloatArray) -> tuple[float, float]:
+    """How far a pose moved, |Δt| [m], and turned, |Δψ| [rad]."""
+    moved = math.hypot(T[0, 2] - T_before[0, 2], T[1, 2] - T_before[1, 2])
+    c = T_before[0, 0] * T[0, 0] + T_before[1, 0] * T[1, 0]
+    s = T_before[0, 1] * T[0, 0] + T_before[1, 1] * T[1, 0]
+    return moved, abs(math.atan2(s, c))
+
+
+@compiled
+def matched(pairs: Pairs, settings: Settings) -> int:
+    """How many pairs pass gate and overlap, with a residual or without."""
+    room = np.empty(len(pairs.x))
+    by_distance = Pairs(pairs.x, pairs.y, pairs.row, pairs.distance, pairs.distance, room)
+    return reject(by_distance, settings, np.empty(len(pairs.x)))
+
+
+@compiled
+def minimise(pairs: Pairs, target: Prepared, told: Told, share: float) -> Step:
+    """(F) The step that best moves the kept pairs together under their metric."""
+    if told.on_lines:
+        step = align_to_lines(pairs, target.points, target.normals, share)
+    else:
+        step = align(pairs, target.points)
+    return shorten(step, pairs, told.step_fraction) if told.step_fraction < 1.0 else step
+
+
+@compiled
+def shorten(step: Step, pairs: Pairs, fraction: float) -> Step:
+    """The same motion, seen from the kept points' centroid, but less far."""
+    count, x, y = 0, 0.0, 0.0
+    for i in range(len(pairs.x)):
+        if pairs.weight[i] > 0.0:
+            count, x, y = count + 1, x + pairs.x[i], y + pairs.y[i]
+    x, y = x / count, y / count
+    c, s = math.cos(step.turn), math.sin(step.turn)
+    dx, dy = fraction * (c * x - s * y + step.x - x), fraction * (s * x + c * y + step.y - y)
+    turn = fraction * step.turn
+    c, s = math.cos(turn), math.sin(turn)
+    return Step(turn, x + dx - (c * x - s * y), y + dy - (s * x + c * y), step.solved)
+
+
+@compiled
+def compose(step: Step, T: FloatArray, T_next: FloatArray) -> None:
+    """(G) T_next = dT @ T: the update composes on the left."""
+    c, s = math.cos(step.turn), math.sin(step.turn)
+    for k in range(3):
+        T_next[0, k] = c * T[0, k] - s * T[1, k]
+        T_next[1, k] = s * T[0, k] + c * T[1, k]
+        T_next[2, k] = T[2, k]
+    T_next[0, 2] += step.x
+    T_next[1, 2] += step.y
+
+
+@compiled
+def displacement(points: FloatArray, T_before: FloatArray, T: FloatArray) -> float:
+    """How far a step moved the points, root mean square [m]."""
+    a, b, x = T[0, 0] - T_before[0, 0], T[0, 1] - T_before[0, 1], T[0, 2] - T_before[0, 2]
+    c, d, y = T[1, 0] - T_before[1, 0], T[1, 1] - T_before[1, 1], T[1, 2] - T_before[1, 2]
+    total = 0.0
+    for i in range(len(points)):
+        u = a * points[i, 0] + b * points[i, 1] + x
+        v = c * points[i, 0] + d * points[i, 1] + y
+        total += u * u + v * v
+    return math.sqrt(total / len(points))
+
+
+@compiled
+def is_far(motion: float, motion_before: float, huber_delta: float) -> bool:
+    """Whether the next step is likely to be long; see `labkit.approach.is_far`."""
+    shrinks = motion / motion_before if motion < motion_before else 1.0
+    return shrinks * motion > LONG * huber_delta
+
+
+@compiled
+def inform(pairs: Pairs, target: Prepared, told: Told, information: FloatArray) -> None:
+    """The eigenvalues and eigenvectors of A per unit of weight; NaN where nothing can be said."""
+    for i in range(4):
+        for j in range(3):
+            information[i, j] = math.nan
+    if told.on_lines:
+        total, cx, cy, length = center_and_length(pairs)
+        if length > 0.0:
+            equations = line_equations(pairs, target.points, target.normals, cx, cy, length)
+            values, vectors = eigen(equations)
+            for i in range(3):
+                information[0, i] = values[i, i] / total
+                for j in range(3):
+                    information[1 + i, j] = vectors[i, j]
+
+
+# ---------------------------------------------------------------- many pairs
+
+
+@entry
+def run_stretch(
+    points: FloatArray,
+    begin: IntArray,
+    in_order: BoolArray,
+    pairs: IntArray,
+    guesses: FloatArray,
+    told: Told,
+    poses: FloatArray,
+    numbers: FloatArray,
+    information: FloatArray,
+) -> None:
+    """Match scan ``pairs[k, 0]`` against scan ``pairs[k, 1]`` for each k.
+
+    Scan j is ``points[begin[j] : begin[j + 1]]``. Of each match, the final pose goes to
+    `poses`, shape (K, 3, 3), the rest to `numbers`, shape (K, 6): termination, steps, inliers,
+    fitness, inlier RMSE, cost; and its information to `information`, shape (K, 4, 3).
+    """
+    way = np.empty((told.max_iterations + 1, 3, 3))
+    far_at = np.empty(told.max_iterations + 1, np.bool_)
+    for k in range(len(pairs)):
+        newer, older = pairs[k]
+        source, scan = (
+            points[begin[newer] : begin[newer + 1]],
+            points[begin[older] : begin[older + 1]],
+        )
+        target = prepare(scan, in_order[older], told.on_lines)
+        way[0] = guesses[k]
+        steps, outcome = run(source, target, told, way, far_at, information[k])
+        poses[k] = way[steps]
+        numbers[k, 0], numbers[k, 1] = outcome.termination, steps
+        numbers[k, 2], numbers[k, 3] = outcome.inlier_count, outcome.fitness
+        numbers[k, 4], numbers[k, 5] = outcome.inlier_rmse, outcome.cost
+
+
+@entry
+def nearest_rows(points: FloatArray, target: FloatArray) -> IntArray:
+    """The row of the nearest target point of each point."""
+    rows, count = no_guess(len(points)), len(points)
+    x, y, square = np.empty(count), np.empty(count), np.empty(count)
+    for i in range(count):
+        x[i], y[i] = points[i, 0], points[i, 1]
+    find_nearest(build(target), target, x, y, rows, square)
+    return rows

@@ -1,0 +1,221 @@
+"""What the rest of labkit calls: from scans and parameters to arrays, and back to results."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from labkit.arrays import FloatArray, IntArray, as_points, read_only
+from labkit.engine import loop
+from labkit.engine.jit import announce
+from labkit.parameters import IcpParameters
+from labkit.result import IcpResult, Termination, estimate_of
+from labkit.scan import Scan
+from labkit.target import Target
+
+TERMINATIONS = (
+    Termination.CONVERGED_POSE,
+    Termination.CONVERGED_COST,
+    Termination.BUDGET_SPENT,
+    Termination.TOO_FEW_CORRESPONDENCES,
+    Termination.DEGENERATE,
+)  # in the order of their numbers in `loop`
+STRETCH = 64  # pairs that a thread takes at a time
+
+
+def match(source: Scan, target: Target, T: FloatArray, parameters: IcpParameters) -> IcpResult:
+    """Run the loop from the guess T; see `labkit.icp`."""
+    told = told_of(parameters)
+    poses = np.empty((told.max_iterations + 1, 3, 3))
+    poses[0] = T
+    room = told, poses, np.empty(len(poses), dtype=np.bool_), np.empty((4, 3))
+    ready = prepared(target, told.on_lines)
+    if ready is None:
+        in_order = target.scan.beams is not None
+        steps, outcome = loop.prepare_and_run(source.points, target.points, in_order, *room)
+    else:
+        steps, outcome = loop.run(source.points, ready, *room)
+    far = room[2]
+    termination = TERMINATIONS[outcome.termination]
+    poses = poses[: steps + 1].copy()
+    return IcpResult(
+        T_target_source=estimate_of(poses[-1], termination),
+        termination=termination,
+        source=source,
+        target=target,
+        parameters=parameters,
+        poses=read_only(poses),
+        far=read_only(far[: steps + 1].copy()),
+        inlier_count=outcome.inlier_count,
+        fitness=outcome.fitness,
+        inlier_rmse=outcome.inlier_rmse,
+        cost=outcome.cost,
+    )
+
+
+def told_of(parameters: IcpParameters) -> loop.Told:
+    """The parameters as the loop reads them."""
+    return loop.Told(
+        on_lines=parameters.metric == "point_to_line",
+        approach=parameters.approach,
+        gate=float(parameters.max_correspondence_distance),
+        overlap_ratio=float(parameters.overlap_ratio),
+        huber_delta=float(parameters.huber_delta),
+        max_iterations=int(parameters.max_iterations),
+        translation_tolerance=float(parameters.translation_tolerance),
+        rotation_tolerance=float(parameters.rotation_tolerance),
+        cost_tolerance=float(parameters.cost_tolerance),
+        step_fraction=float(parameters.step_fraction),
+    )
+
+
+def prepared(target: Target, on_lines: bool) -> loop.Prepared | None:
+    """The target's index and normals, kept with it; None where it is matched for the first time.
+
+    Most targets are matched once, and then it takes less time to hand over their points alone.
+    """
+    given = target.given_normals if on_lines else None
+    if on_lines not in target.kept and given is None:
+        target.kept[on_lines] = None
+    elif target.kept.get(on_lines) is None:
+        if given is None:
+            in_order = target.scan.beams is not None
+            target.kept[on_lines] = loop.prepare(target.points, in_order, on_lines)
+        else:
+            target.kept[on_lines] = loop.prepare_with_normals(target.points, given.copy())
+    kept: loop.Prepared | None = target.kept[on_lines]
+    return kept
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Matches:
+    """The outcomes of K pairs of scans; entry k is what `labkit.icp` returns for pair k.
+
+    Attributes
+    ----------
+    T_target_source : ndarray, shape (K, 3, 3)
+        The last poses, also of runs that failed.
+    terminations : tuple of Termination, length K
+        How each run ended.
+    iterations, inlier_counts : ndarray of int, shape (K,)
+        Steps taken, and pairs kept at the last pose.
+    fitness, inlier_rmse, cost : ndarray, shape (K,)
+        Their share of the source, their RMSE [m], and the cost J [m²] there.
+    information : ndarray, shape (K, 3)
+        Eigenvalues of the information, ascending; NaN where nothing can be said, and under
+        the point-to-point metric. See `labkit.line_alignment.Information`.
+    directions : ndarray, shape (K, 3, 3)
+        Its eigenvectors (Δx, Δy, ℓΔψ), as columns.
+    """
+
+    T_target_source: FloatArray
+    terminations: tuple[Termination, ...]
+    iterations: IntArray
+    inlier_counts: IntArray
+    fitness: FloatArray
+    inlier_rmse: FloatArray
+    cost: FloatArray
+    information: FloatArray
+    directions: FloatArray
+
+
+def match_pairs(
+    scans: Sequence[Scan],
+    pairs: IntArray,
+    guesses: FloatArray,
+    parameters: IcpParameters,
+    jobs: int = 1,
+) -> Matches:
+    """Match many pairs of scans; the same bytes for any number of threads.
+
+    Parameters
+    ----------
+    scans : sequence of Scan
+        Each with at least one point if a pair names it.
+    pairs : ndarray of int, shape (K, 2)
+        The rows of the source and of the target in `scans`.
+    guesses : ndarray, shape (K, 3, 3)
+        The initial guess of ``T_target_source`` of each.
+    parameters : IcpParameters
+        What the loop is told.
+    jobs : int
+        Threads that share the pairs.
+
+    Returns
+    -------
+    Matches
+    """
+    begin = np.cumsum([0, *map(len, scans)])
+    points = read_only(np.concatenate([np.empty((0, 2)), *(scan.points for scan in scans)]))
+    in_order = np.array([scan.beams is not None for scan in scans], dtype=np.bool_)
+    pairs, guesses = np.ascontiguousarray(pairs, np.intp), np.ascontiguousarray(guesses)
+    told, count = told_of(parameters), len(pairs)
+    poses, numbers, information = (
+        np.empty(shape) for shape in ((count, 3, 3), (count, 6), (count, 4, 3))
+    )
+
+    def work(first: int) -> None:
+        own = slice(first, first + STRETCH)
+        loop.run_stretch(
+            points,
+            begin,
+            in_order,
+            pairs[own],
+            guesses[own],
+            told,
+            poses[own],
+            numbers[own],
+            information[own],
+        )
+
+    stretches = range(0, count, STRETCH)
+    if jobs == 1:
+        for first in stretches:
+            work(first)
+    else:
+        with ThreadPoolExecutor(jobs) as pool:
+            list(pool.map(work, stretches))
+    return Matches(
+        T_target_source=poses,
+        terminations=tuple(TERMINATIONS[int(code)] for code in numbers[:, 0]),
+        iterations=numbers[:, 1].astype(np.intp),
+        inlier_counts=numbers[:, 2].astype(np.intp),
+        fitness=numbers[:, 3],
+        inlier_rmse=numbers[:, 4],
+        cost=numbers[:, 5],
+        information=information[:, 0],
+        directions=information[:, 1:],
+    )
+
+
+def nearest_rows(points: ArrayLike, target: ArrayLike) -> IntArray:
+    """The row of the nearest target point of each point, as brute force finds it.
+
+    Parameters
+    ----------
+    points, target : array_like, shape (N, 2) and (M, 2)
+        In metres.
+    """
+    rows: IntArray = loop.nearest_rows(
+        read_only(as_points(points, "points")), read_only(as_points(target, "target"))
+    )
+    return rows
+
+
+def warm() -> None:
+    """Compile all of the engine, or find it on disk: nobody waits for it afterwards."""
+    wall = Scan(points=np.column_stack([np.linspace(-1.0, 1.0, 9), np.ones(9)]))
+    parameters = IcpParameters(metric="point_to_line")
+    target = Target(wall)
+    for _ in range(2):  # a target's first match, and later ones
+        match(wall, target, np.eye(3), parameters)
+    match(wall, Target(wall, target.normals), np.eye(3), parameters)
+    match_pairs([wall, wall], np.array([[1, 0]]), np.eye(3)[None], parameters)
+    nearest_rows(wall.points, wall.points)
+
+
+announce()

@@ -1,0 +1,99 @@
+"""What the ICP loop can be told: one frozen object, checked when it is made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal, get_args
+
+from labkit.arrays import check_count, check_range
+from labkit.errors import InvalidParameterError
+
+Metric = Literal["point_to_point", "point_to_line"]
+
+
+@dataclass(frozen=True)
+class IcpParameters:
+    """Everything that the ICP loop can be told; checked when it is made.
+
+    Attributes
+    ----------
+    max_correspondence_distance : float
+        The gate d_max [m]: pairs farther apart are rejected. ``inf`` turns it off.
+    overlap_ratio : float
+        ρ in (0, 1]: the share of the source points, closest first, that is kept.
+    huber_delta : float
+        δ [m]: residuals beyond it weigh δ/r. ``inf`` turns it off.
+    max_iterations : int
+        The budget k_max.
+    translation_tolerance, rotation_tolerance : float
+        ε_t [m] and ε_ψ [rad]: converged when a step stays below *both*.
+    cost_tolerance : float
+        ε_J [m²]: converged when the cost changes by less. 0 turns the test off.
+    metric : {"point_to_point", "point_to_line"}
+        What a residual is: the distance between the points of a pair, or that of the
+        source point from the line through the target's surface.
+    step_fraction : float
+        The share of each step that is taken, in (0, 1]; below 1 calms a run that swings.
+    approach : bool
+        Whether to begin with a wide δ and to end with a gate of 8 δ; see `labkit.approach`.
+
+    Examples
+    --------
+    >>> IcpParameters(overlap_ratio=1.3)
+    Traceback (most recent call last):
+    ...
+    labkit.errors.InvalidParameterError: `overlap_ratio` must be in (0, 1], got 1.3
+    """
+
+    max_correspondence_distance: float = field(
+        default=0.5,
+        metadata={"unit": "m", "help": "gate: pairs farther apart are rejected; inf turns it off"},
+    )
+    overlap_ratio: float = field(
+        default=0.85,
+        metadata={"help": "share of the source points that is kept, closest first, in (0, 1]"},
+    )
+    huber_delta: float = field(
+        default=0.2,
+        metadata={"unit": "m", "help": "residuals beyond it weigh delta/r; inf turns it off"},
+    )
+    max_iterations: int = field(default=60, metadata={"help": "iteration budget"})
+    translation_tolerance: float = field(
+        default=1e-6,
+        metadata={"unit": "m", "help": "a step shorter than this, and turning less, converged"},
+    )
+    rotation_tolerance: float = field(
+        default=1e-6,
+        metadata={"unit": "rad", "help": "a step turning less than this, and shorter, converged"},
+    )
+    cost_tolerance: float = field(
+        default=1e-12,
+        metadata={"unit": "m²", "help": "converged when the cost changes by less; 0 turns it off"},
+    )
+    metric: Metric = field(default="point_to_point", metadata={"help": "what a residual is"})
+    step_fraction: float = field(
+        default=1.0, metadata={"help": "share of each step that is taken, in (0, 1]"}
+    )
+    approach: bool = field(
+        default=False, metadata={"help": "begin with a wide delta, end with a gate of 8 delta"}
+    )
+
+    def __post_init__(self) -> None:
+        gate = self.max_correspondence_distance
+        check_range(gate, "max_correspondence_distance", above=0.0, unit="m")
+        check_range(self.overlap_ratio, "overlap_ratio", above=0.0, at_most=1.0)
+        check_range(self.huber_delta, "huber_delta", above=0.0, unit="m")
+        check_count(self.max_iterations, "max_iterations", at_least=1)
+        check_range(self.translation_tolerance, "translation_tolerance", at_least=0.0, unit="m")
+        check_range(self.rotation_tolerance, "rotation_tolerance", at_least=0.0, unit="rad")
+        check_range(self.cost_tolerance, "cost_tolerance", at_least=0.0, unit="m²")
+        check_range(self.step_fraction, "step_fraction", above=0.0, at_most=1.0)
+        if self.metric not in get_args(Metric):
+            raise InvalidParameterError(
+                f"must be one of {', '.join(get_args(Metric))}, got {self.metric!r}",
+                parameter="metric",
+            )
+        if not isinstance(self.approach, bool):
+            raise InvalidParameterError(
+                f"must be True or False, got {self.approach!r}", parameter="approach"
+            )

@@ -1,0 +1,232 @@
+"""What comes out of a registration: how it ended, the estimate, and the way there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from labkit.arrays import BoolArray, FloatArray, read_only
+from labkit.correspondences import Correspondences, pairs_at
+from labkit.degeneracy import free_motions, observability
+from labkit.line_alignment import Information
+from labkit.parameters import IcpParameters
+from labkit.scan import Scan
+from labkit.target import Target
+
+
+class Termination(Enum):
+    """How a run ended; the value is the message for a person."""
+
+    CONVERGED_POSE = "converged: the last step was below both pose tolerances"
+    CONVERGED_COST = "converged: the cost stopped changing"
+    BUDGET_SPENT = "not converged: the iteration budget is spent"
+    TOO_FEW_CORRESPONDENCES = (
+        "failed: fewer than 3 correspondences are left; widen the gate or improve the guess"
+    )
+    DEGENERATE = "failed: the correspondences leave the motion undetermined"
+
+    @property
+    def converged(self) -> bool:
+        """Whether a convergence test ended the run."""
+        return self in (Termination.CONVERGED_POSE, Termination.CONVERGED_COST)
+
+    @property
+    def failed(self) -> bool:
+        """Whether the run ended without an estimate."""
+        return self in (Termination.TOO_FEW_CORRESPONDENCES, Termination.DEGENERATE)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Iteration:
+    """The state after one iteration; number 0 is the initial guess, before any step.
+
+    Attributes
+    ----------
+    T_target_source : ndarray, shape (3, 3)
+        The pose.
+    correspondences : Correspondences
+        The association there.
+    translation_step, rotation_step : float
+        How far the pose moved to get here, [m] and [rad]; NaN at number 0.
+    far : bool
+        Whether it counts as far from the answer; see `labkit.approach`.
+    """
+
+    T_target_source: FloatArray
+    correspondences: Correspondences
+    translation_step: float = math.nan
+    rotation_step: float = math.nan
+    far: bool = False
+
+    @property
+    def cost(self) -> float:
+        """The truncated Huber cost J [m²]; see `labkit.icp`."""
+        return self.correspondences.cost
+
+    @property
+    def inlier_count(self) -> int:
+        """How many pairs were kept."""
+        return self.correspondences.inlier_count
+
+    @property
+    def inlier_rmse(self) -> float:
+        """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
+        return self.correspondences.inlier_rmse
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class IcpResult:
+    """The outcome of one registration.
+
+    The pairs and the history are those of the textbook's stages at `poses`, whoever found these.
+
+    Attributes
+    ----------
+    T_target_source : ndarray, shape (3, 3)
+        The estimate; NaN where the run failed: no guess passes for one (see ``poses[-1]``).
+    termination : Termination
+        How the run ended.
+    source : Scan
+        The newer scan, k+1.
+    target : Target
+        The older scan, k, as it was matched.
+    parameters : IcpParameters
+        What the loop was told.
+    poses : ndarray, shape (K+1, 3, 3)
+        ``T_target_source`` from the initial guess (number 0) to the last step.
+    far : ndarray of bool, shape (K+1,)
+        Which of them counted as far from the answer; see `labkit.approach`.
+    inlier_count : int
+        How many pairs were kept at the last pose.
+    fitness : float
+        These over the source points, in [0, 1].
+    inlier_rmse : float
+        Their root mean square distance [m]; NaN where none was kept.
+    cost : float
+        The truncated Huber cost J [m²] there.
+    """
+
+    T_target_source: FloatArray
+    termination: Termination
+    source: Scan
+    target: Target
+    parameters: IcpParameters
+    poses: FloatArray
+    far: BoolArray
+    inlier_count: int
+    fitness: float
+    inlier_rmse: float
+    cost: float
+
+    @classmethod
+    def of_history(
+        cls,
+        history: Sequence[Iteration],
+        termination: Termination,
+        source: Scan,
+        target: Target,
+        parameters: IcpParameters,
+    ) -> IcpResult:
+        """The outcome of the iterations that a loop went through."""
+        last = history[-1]
+        poses = np.array([each.T_target_source for each in history])
+        return cls(
+            T_target_source=estimate_of(last.T_target_source, termination),
+            termination=termination,
+            source=source,
+            target=target,
+            parameters=parameters,
+            poses=read_only(poses),
+            far=read_only(np.array([each.far for each in history])),
+            inlier_count=last.inlier_count,
+            fitness=last.correspondences.fitness,
+            inlier_rmse=last.inlier_rmse,
+            cost=last.cost,
+        )
+
+    @cached_property
+    def history(self) -> tuple[Iteration, ...]:
+        """Every iteration, from the initial guess (number 0) to the last step."""
+        steps = [(math.nan, math.nan), *(step_length(*each) for each in pairwise(self.poses))]
+        return tuple(
+            Iteration(
+                T_target_source=T,
+                correspondences=self._pairs_at(k),
+                translation_step=moved,
+                rotation_step=turned,
+                far=bool(self.far[k]),
+            )
+            for k, (T, (moved, turned)) in enumerate(zip(self.poses, steps, strict=True))
+        )
+
+    @cached_property
+    def correspondences(self) -> Correspondences:
+        """The last association, at the final pose."""
+        return self._pairs_at(-1)
+
+    def _pairs_at(self, k: int) -> Correspondences:
+        T, far = self.poses[k], bool(self.far[k])
+        return pairs_at(self.source.points, self.target, T, self.parameters, far=far)
+
+    @property
+    def converged(self) -> bool:
+        """Whether a convergence test ended the run."""
+        return self.termination.converged
+
+    @property
+    def message(self) -> str:
+        """How the run ended, in words, and what it could not see."""
+        unseen = f"; unobservable: {', '.join(self.unobservable)}" if self.unobservable else ""
+        return self.termination.value + unseen
+
+    @cached_property
+    def observability(self) -> Information | None:
+        """What the final pairs say about each direction of the motion.
+
+        None where the run failed or no pair lies on a surface, so that nothing can be said.
+        In its ``free`` directions the estimate is no measurement, but the guess or chance.
+        """
+        if self.termination.failed:
+            return None
+        return observability(self.correspondences, self.target)
+
+    @property
+    def unobservable(self) -> tuple[str, ...]:
+        """Those directions in words; empty where all are seen, or nothing can be said.
+
+        Examples
+        --------
+        >>> import numpy as np, labkit
+        >>> wall = np.column_stack([np.linspace(-2.0, 2.0, 81), np.full(81, 1.5)])
+        >>> labkit.icp(wall[10:-10] + [0.02, 0.0], wall).unobservable
+        ('shift along (1.00, 0.00)',)
+        """
+        return () if self.observability is None else free_motions(self.observability)
+
+    @property
+    def iterations(self) -> int:
+        """How many steps were taken."""
+        return len(self.poses) - 1
+
+    @property
+    def rotation(self) -> float:
+        """Magnitude |Δψ| of the estimated rotation [rad]."""
+        return abs(math.atan2(self.T_target_source[1, 0], self.T_target_source[0, 0]))
+
+
+def estimate_of(T: FloatArray, termination: Termination) -> FloatArray:
+    """The last pose; NaN where the run failed, so that no guess passes for an estimate."""
+    return read_only(np.full((3, 3), np.nan) if termination.failed else T.copy())
+
+
+def step_length(T_before: FloatArray, T: FloatArray) -> tuple[float, float]:
+    """How far a pose moved, |Δt| [m], and turned, |Δψ| [rad]."""
+    moved = math.hypot(T[0, 2] - T_before[0, 2], T[1, 2] - T_before[1, 2])
+    R = T_before[:2, :2].T @ T[:2, :2]
+    return moved, abs(math.atan2(R[1, 0], R[0, 0]))

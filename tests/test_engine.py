@@ -1,0 +1,206 @@
+"""The engine gives the textbook's answers: over scans, parameters, metrics and endings."""
+
+import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from labkit import IcpParameters, Scan, Target, Termination, icp, transform
+from labkit.engine import match_pairs
+from labkit.errors import InvalidParameterError
+from labkit.normals import estimate_normals
+from labkit.odometry import OdometryParameters
+from labkit.simulation import Lidar, cast, corridor, room
+
+ODOMETRY = OdometryParameters().icp
+
+
+def assert_same(source, target, guess, parameters, normals=None):
+    """Pose to 1e-9, everything else that is counted exactly; twice, for what the target keeps."""
+    expected = icp(source, Target(target, normals), guess, parameters, engine="textbook")
+    prepared = Target(target, normals)
+    for _ in range(3):
+        result = icp(source, prepared, guess, parameters, engine="compiled")
+        assert result.termination is expected.termination
+        assert result.iterations == expected.iterations
+        assert result.inlier_count == expected.inlier_count
+        assert result.fitness == expected.fitness
+        np.testing.assert_array_equal(result.far, expected.far)
+        np.testing.assert_allclose(result.poses, expected.poses, atol=1e-9)
+        np.testing.assert_allclose(result.inlier_rmse, expected.inlier_rmse, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(result.cost, expected.cost, rtol=1e-9, atol=1e-15)
+
+
+@st.composite
+def scans(draw):
+    """Two looks at a room or a corridor, or two clouds; in beam order or bare."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    kind = draw(st.sampled_from(["room", "corridor", "cloud"]))
+    if kind == "cloud":
+        counts = draw(st.tuples(st.integers(1, 60), st.integers(1, 300)))
+        return tuple(Scan.from_points(rng.uniform(-3.0, 3.0, (count, 2))) for count in counts)
+    world = room() if kind == "room" else corridor()
+    lidar = Lidar(beam_count=draw(st.sampled_from([30, 181, 360])))
+    T = transform(*rng.uniform(-0.2, 0.2, 3))
+    target, source = (cast(world, pose, lidar, rng=rng) for pose in (np.eye(3), T))
+    if draw(st.booleans()):
+        source, target = (
+            Scan.from_points(rng.permutation(each.points)) for each in (source, target)
+        )
+    return source, target
+
+
+parameter_sets = st.builds(
+    IcpParameters,
+    max_correspondence_distance=st.sampled_from([0.05, 0.5, 2.0, math.inf]),
+    overlap_ratio=st.sampled_from([0.3, 0.7, 0.85, 1.0]),
+    huber_delta=st.sampled_from([0.02, 0.2, math.inf]),
+    max_iterations=st.sampled_from([1, 4, 60]),
+    translation_tolerance=st.sampled_from([0.0, 1e-6, 3e-3]),
+    rotation_tolerance=st.sampled_from([0.0, 1e-6, 7.5e-4]),
+    cost_tolerance=st.sampled_from([0.0, 1e-12, 1e-4]),
+    metric=st.sampled_from(["point_to_point", "point_to_line"]),
+    step_fraction=st.sampled_from([1.0, 0.5]),
+    approach=st.booleans(),
+)
+guesses = st.builds(transform, st.floats(-0.4, 0.4), st.floats(-0.4, 0.4), st.floats(-0.3, 0.3))
+
+
+@settings(max_examples=300)
+@given(scans(), guesses, parameter_sets)
+def test_both_give_the_same_answers(pair, guess, parameters):
+    assert_same(*pair, guess, parameters)
+
+
+@pytest.mark.parametrize("metric", ["point_to_point", "point_to_line"])
+@pytest.mark.parametrize("name", ["odometry", "lesson"])
+def test_both_give_the_same_answers_on_a_real_log(name, metric, killian):
+    parameters = replace(ODOMETRY if name == "odometry" else IcpParameters(), metric=metric)
+    for k in range(0, 3800, 190):
+        assert_same(killian.scans[k + 1], killian.scans[k], transform(0.3, 0.0, 0.0), parameters)
+
+
+def test_a_target_of_several_scans_brings_its_normals(killian):
+    older = killian.scans[:3]
+    points = np.vstack([scan.points for scan in older])
+    normals = np.vstack([estimate_normals(scan) for scan in older])
+    assert_same(killian.scans[3], points, np.eye(3), ODOMETRY, normals)
+
+
+def test_every_ending_is_reached_by_both():
+    """The endings that the tests of the loop provoke, so that none hides behind another."""
+    rng = np.random.default_rng(0)
+    cloud, spot = rng.uniform(-3.0, 3.0, (40, 2)), np.tile([0.1, 0.9], (9, 1))
+    sparse = 3.0 * np.stack(np.meshgrid(np.arange(5.0), np.arange(4.0)), axis=-1).reshape(-1, 2)
+    near = transform(0.01, 0.0, 0.01)
+    by_line = IcpParameters(metric="point_to_line")
+    for source, target, guess, parameters, ending in (
+        (cloud, cloud, near, IcpParameters(), Termination.CONVERGED_POSE),
+        (cloud, cloud + 0.1, near, IcpParameters(cost_tolerance=1.0), Termination.CONVERGED_COST),
+        (cloud, cloud + 0.1, near, IcpParameters(max_iterations=1), Termination.BUDGET_SPENT),
+        (cloud, cloud, transform(99, 0, 0), IcpParameters(), Termination.TOO_FEW_CORRESPONDENCES),
+        (spot, spot, near, IcpParameters(), Termination.DEGENERATE),
+        (sparse, sparse, near, by_line, Termination.DEGENERATE),
+    ):
+        assert icp(source, target, guess, parameters, engine="compiled").termination is ending
+        assert_same(source, target, guess, parameters)
+
+
+# ---------------------------------------------------------------- many pairs
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 5])
+def test_many_pairs_are_matched_as_each_alone(jobs, killian):
+    """The same bytes for any number of threads, beams and bare points mixed."""
+    chosen = [killian.scans[k] for k in range(0, 600, 4)]
+    chosen[5] = Scan.from_points(chosen[5].points)
+    pairs = np.array([(k + 1, k) for k in range(len(chosen) - 1)])
+    guesses = np.tile(transform(1.0, 0.0, 0.0), (len(pairs), 1, 1))
+    matches = match_pairs(chosen, pairs, guesses, ODOMETRY, jobs)
+    for k, (newer, older) in enumerate(pairs):
+        alone = icp(chosen[newer], chosen[older], guesses[k], ODOMETRY, engine="compiled")
+        np.testing.assert_array_equal(matches.T_target_source[k], alone.poses[-1])
+        assert matches.terminations[k] is alone.termination
+        assert matches.iterations[k] == alone.iterations
+        assert matches.inlier_counts[k] == alone.inlier_count
+        numbers = matches.fitness[k], matches.inlier_rmse[k], matches.cost[k]
+        np.testing.assert_array_equal(numbers, (alone.fitness, alone.inlier_rmse, alone.cost))
+        if alone.observability is not None:
+            np.testing.assert_allclose(
+                matches.information[k], alone.observability.values, atol=1e-12
+            )
+            along = matches.directions[k].T @ alone.observability.vectors
+            np.testing.assert_allclose(np.abs(np.diag(along)), 1.0, atol=1e-6)
+
+
+def test_no_pairs_are_no_matches():
+    none = match_pairs([], np.empty((0, 2), int), np.empty((0, 3, 3)), ODOMETRY)
+    assert none.T_target_source.shape == (0, 3, 3)
+    assert none.terminations == ()
+
+
+# ---------------------------------------------------------------- who runs the loop
+
+
+def test_an_unknown_engine():
+    message = "`engine` must be one of auto, textbook, compiled, got 'gpu'"
+    with pytest.raises(InvalidParameterError, match=message):
+        icp([[0.0, 0.0]], [[0.0, 0.0]], engine="gpu")
+
+
+def python(code, **environment):
+    """What a fresh interpreter prints, and what it says on standard error."""
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+        env={**os.environ, **environment},
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip(), done.stderr.strip()
+
+
+def test_compiled_code_is_kept_where_the_package_is_read_only(tmp_path):
+    """The second process finds it; one that can write nowhere compiles for itself, and says so."""
+    code = "from labkit.engine import nearest_rows as n; print(n([[0.0, 1.0]], [[0.0, 0.9]])[0])"
+    first = python(code, LABKIT_CACHE=str(tmp_path / "cache"))
+    assert first == ("0", "compiling the ICP engine, this once: some 10 s")
+    assert python(code, LABKIT_CACHE=str(tmp_path / "cache")) == ("0", "")
+    (tmp_path / "file").touch()
+    out, said = python(code, LABKIT_CACHE=str(tmp_path / "file"))
+    assert (out, said) == (
+        "0",
+        "compiling the ICP engine, in every process, for the cache cannot be written: some 10 s",
+    )
+
+
+def test_importing_labkit_does_not_import_numba():
+    out, _ = python("import sys, labkit, labkit.engine; print('numba' in sys.modules)")
+    assert out == "False"
+
+
+@pytest.mark.parametrize("engine", ["auto", "textbook", "compiled"])
+def test_without_numba_the_textbook_runs(engine):
+    code = f"""
+import sys
+sys.modules["numba"] = None
+import labkit
+try:
+    result = labkit.icp([[0, 0], [1, 0], [0, 1]], [[0, 0], [1, 0], [0, 1]], engine="{engine}")
+    print(result.termination.name)
+except labkit.LabkitError as error:
+    print(error)
+"""
+    out, _ = python(code)
+    if engine == "compiled":
+        assert out.startswith('`engine` "compiled" needs numba, which is not installed: pip')
+    else:
+        assert out == "CONVERGED_POSE"
