@@ -65,7 +65,8 @@ def estimate_normals(scan: Scan) -> FloatArray:
     normals = vectors[:, :, 0]  # to the smaller eigenvalue
     straight = values[:, 0] < LINEARITY**2 * values[:, 1]
     normals[(count < MIN_ON_LINE) | ~straight | (values[:, 1] <= rounding)] = np.nan
-    normals[(normals * scan.points).sum(axis=1) > 0.0] *= -1.0  # towards the scanner
+    away = (normals * scan.points).sum(axis=1) > 0.0
+    normals[away] = 0.0 - normals[away]  # towards the scanner
     return normals
 
 
