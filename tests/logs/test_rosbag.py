@@ -1,11 +1,13 @@
+import contextlib
 import math
+import sqlite3
 import sys
 
 import numpy as np
 import pytest
 
 from labkit.errors import LogError
-from labkit.logs import read_log
+from labkit.logs import read_log, stream_log
 
 pytest.importorskip("rosbags")
 from rosbags import rosbag1, rosbag2
@@ -69,13 +71,16 @@ class Bag:
         )
         self.add(topic, LASER_SCAN, message, stamp)
 
-    def odometry(self, stamp, x, y, theta, topic="/odom"):
+    def odometry(self, stamp, x, y, theta, topic="/odom", orientation=None):
         types = self.store.types
         vector, point = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Point"]
         quaternion = types["geometry_msgs/msg/Quaternion"]
         pose = types["geometry_msgs/msg/Pose"](
             position=point(x=x, y=y, z=0.0),
-            orientation=quaternion(x=0.0, y=0.0, z=math.sin(theta / 2), w=math.cos(theta / 2)),
+            orientation=quaternion(
+                **orientation
+                or {"x": 0.0, "y": 0.0, "z": math.sin(theta / 2), "w": math.cos(theta / 2)}
+            ),
         )
         still = vector(x=0.0, y=0.0, z=0.0)
         twist = types["geometry_msgs/msg/Twist"](linear=still, angular=still)
@@ -242,3 +247,81 @@ def test_signalling_nan_and_huge_poses_pass_without_a_warning(bag):
     log = read_log(bag.close())
     assert log.scans[0].beams.tolist() == [1]
     assert len(log.skipped) == 1
+
+
+@pytest.mark.parametrize(
+    ("orientation", "reason"),
+    [
+        ((0.0, 0.0, 0.0, 0.0), "its quaternion has length 0, expected 1"),
+        ((0.0, 0.0, 2.0, 2.0), "its quaternion has length 2.828, expected 1"),
+        ((0.0, 0.0, math.nan, 1.0), "its quaternion has length nan, expected 1"),
+        ((1.0, 0.0, 0.0, 0.0), "it tilts the robot by 180°, expected at most 15°"),
+        ((0.0, math.sin(0.2), 0.0, math.cos(0.2)), "it tilts the robot by 22.9°"),
+    ],
+)
+def test_a_quaternion_that_is_none_or_tilts_the_robot_is_damage(bag, orientation, reason):
+    bag.scan(10.0)
+    bag.odometry(10.0, 5.0, 0.0, 0.0, orientation=dict(zip("xyzw", orientation, strict=True)))
+    bag.odometry(10.0, 1.0, 0.0, 0.0)
+    leaning = {"x": 0.0, "y": math.sin(0.1), "z": 0.0, "w": math.cos(0.1)}
+    bag.odometry(10.05, 1.0, 0.0, 0.0, orientation=leaning)
+    log = read_log(bag.close())
+    assert log.odometry.tolist() == [[1.0, 0.0, 0.0]]
+    assert [(s.line, reason in s.reason) for s in log.skipped] == [(1, True)]
+
+
+def test_an_odometry_that_falls_silent_is_told(bag):
+    for stamp in (10.0, 10.1, 10.2, 110.2, 110.3):
+        bag.odometry(stamp, stamp, 0.0, 0.0)
+    for stamp in (10.0, 50.0, 60.0, 110.25):
+        bag.scan(stamp)
+    assert read_log(bag.close()).remarks == (
+        "the odometry is silent 1 times, for 100.0 s at the longest, from 10.2 s on; the poses "
+        "of 2 scans in it are interpolated",
+    )
+
+
+def test_a_bag_as_a_stream(bag):
+    for k in range(5):
+        bag.scan(10.0 + k, ranges=(1.0 + k, 2.0, 3.0))
+        bag.odometry(10.0 + k, k, 0.0, 0.0)
+    path = bag.close()
+    log, stream = read_log(path), stream_log(path)
+    assert (stream.odometry == log.odometry).all()
+    assert (stream.stamps == log.stamps).all()
+    for scan, expected in zip(stream.scans, log.scans, strict=True):
+        assert (scan.points == expected.points).all()
+        assert scan.stamp == expected.stamp
+
+
+def test_a_bag_whose_topic_is_no_text(tmp_path):
+    bag = Bag(tmp_path / "run", 2)
+    bag.scan(10.0)
+    (storage,) = bag.close().glob("*.db3")
+    with contextlib.closing(sqlite3.connect(storage)) as database, database:
+        database.execute("UPDATE topics SET name = x'ff00'")
+    with pytest.raises(LogError, match=r"run_?.*: "):
+        read_log(storage)
+
+
+def test_metadata_without_end(tmp_path):
+    bag = Bag(tmp_path / "run", 2)
+    bag.scan(10.0)
+    path = bag.close()
+    with (path / "metadata.yaml").open("a") as file:
+        file.write("# " + "x" * (1 << 23))
+    with pytest.raises(LogError, match=r"run: metadata\.yaml has more than 8,388,608 bytes"):
+        read_log(path)
+
+
+def test_a_bag_that_fails_without_a_word_names_the_error(bag, monkeypatch):
+    bag.scan(10.0)
+    path = bag.close()
+
+    def fail(self):
+        raise EOFError
+
+    for kind in (rosbag1.Reader, rosbag2.Reader):
+        monkeypatch.setattr(kind, "open", fail)
+    with pytest.raises(LogError, match="the bag cannot be opened: EOFError"):
+        read_log(path)
