@@ -34,6 +34,7 @@ command line is wrong. `labkit COMMAND --help` explains each command."""
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status."""
     sys.stdout = sys.stdout or io.StringIO()  # none where it is closed, as by `>&-`
+    sys.stderr = sys.stderr or io.StringIO()
     if isinstance(sys.stdout, io.TextIOWrapper):  # a code page without ² must not end a run
         sys.stdout.reconfigure(errors="replace")
     status = 0

@@ -3,30 +3,34 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import time
-from dataclasses import replace
+from collections.abc import Callable, Iterable
 from functools import partial
 
 import numpy as np
 from tqdm import tqdm
 
 from labkit.arrays import FloatArray, check_count
+from labkit.cli.log_options import add_log_options, open_log
 from labkit.cli.options import add_icp_options, add_options, from_options
 from labkit.cli.outputs import add_output_options, choose_outputs
 from labkit.cli.summary import decision_text, error_text
 from labkit.errors import InvalidPointsError
 from labkit.filters import Preprocessing
-from labkit.logs import Log, read_log
+from labkit.logs import Log, LogStream, ScanStream
 from labkit.odometry import (
     MapParameters,
     OdometryParameters,
+    OdometryResult,
     SanityLimits,
+    ScanMatchingOdometry,
     available_cores,
     estimate_odometry,
     increments_between,
+    integrate,
 )
 from labkit.parameters import IcpParameters
+from labkit.scan import Scan
 from labkit.simulation import WheelNoise, wheel_increments
 
 DESCRIPTION = """\
@@ -46,7 +50,6 @@ against the scan before it (--against scan) and with a prior, no step needs anot
 cores share them (--jobs); the files are the same, byte for byte, for any number."""
 
 SIMULATED_WHEELS = WheelNoise(along=0.10, across=0.05, turn=0.10, drift=0.05)
-SHOWN_DAMAGE = 5  # damaged lines that are named one by one
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -70,17 +73,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument(
         "--jobs", type=int, metavar="N", help="threads that share the steps (default: the cores)"
     )
-    parser.add_argument(
-        "--laser-offset",
-        nargs=3,
-        type=float,
-        default=(0.0, 0.0, 0.0),
-        metavar=("X", "Y", "THETA"),
-        help="the scanner's place on the robot, where the log does not say it [m, m, rad]",
-    )
-    parser.add_argument("--topic", help="of the scans, in a bag with several")
-    parser.add_argument("--odometry-topic", metavar="TOPIC", help="of the odometry, likewise")
-    parser.add_argument("--strict", action="store_true", help="refuse a log with damaged lines")
+    add_log_options(parser)
     add_output_options(parser)
     defaults = OdometryParameters()
     add_icp_options(parser, defaults.icp)
@@ -105,28 +98,19 @@ def run(args: argparse.Namespace) -> int:
     check_count(args.seed, "seed", at_least=0)
     jobs = available_cores() if args.jobs is None else args.jobs
     check_count(jobs, "jobs", at_least=1)
-    log = read_log(
-        args.log,
-        strict=args.strict,
-        laser_offset=args.laser_offset,
-        topic=args.topic,
-        odometry_topic=args.odometry_topic,
-    )
-    _report_damage(log)
-    log = _head(log, args.scans)
+    log = _head(open_log(args), args.scans)
     outputs = choose_outputs(args, log.name)
     prior, source = choose_prior(log, args.prior, args.seed)
     print(f"{log.name}: {len(log)} scans, {parameters.icp.metric} metric, prior: {source}")
     start = np.zeros(3) if log.reference is None else log.reference[0]
     began = time.perf_counter()
-    result = estimate_odometry(
-        log.scans,
-        prior,
-        parameters,
-        start=start,
-        jobs=jobs,
-        progress=partial(tqdm, unit="scan", desc="matching", disable=None),
-    )
+    progress = partial(tqdm, unit="scan", desc="matching", disable=None)
+    if isinstance(log, LogStream):
+        result = _estimate_in_turn(log, prior, parameters, start, progress)
+    else:
+        result = estimate_odometry(
+            log.scans, prior, parameters, start=start, jobs=jobs, progress=progress
+        )
     seconds = time.perf_counter() - began
     for path, write in outputs:
         write(path, log, result)
@@ -138,7 +122,23 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def choose_prior(log: Log, wanted: str, seed: int) -> tuple[FloatArray | None, str]:
+def _estimate_in_turn(
+    log: LogStream,
+    prior: FloatArray | None,
+    parameters: OdometryParameters,
+    start: FloatArray,
+    progress: Callable[[ScanStream], Iterable[Scan]],
+) -> OdometryResult:
+    """The same from a stream: one scan after the other, and no more in memory."""
+    odometry = ScanMatchingOdometry(parameters)
+    records = []
+    for k, scan in enumerate(progress(log.scans)):
+        records.append(odometry.update(scan, None if prior is None or k == 0 else prior[k - 1]))
+    steps = np.array([record.increment for record in records[1:]]).reshape(-1, 3)
+    return OdometryResult(poses=integrate(steps, start), records=tuple(records))
+
+
+def choose_prior(log: Log | LogStream, wanted: str, seed: int) -> tuple[FloatArray | None, str]:
     """Increments (K−1, 3) that a run starts its steps from, and a word on their origin."""
     if wanted == "auto":
         allowed = {"log": log.odometry, "simulated": log.reference}
@@ -159,26 +159,10 @@ def choose_prior(log: Log, wanted: str, seed: int) -> tuple[FloatArray | None, s
     return increments, f"wheel odometry simulated from the reference, seed {seed}"
 
 
-def _head(log: Log, scans: int | None) -> Log:
+def _head(log: Log | LogStream, scans: int | None) -> Log | LogStream:
     """The first scans of the log, and the poses that belong to them; two at the least."""
     if scans is not None:
         check_count(scans, "scans", at_least=2)
     if len(log) < 2:
         raise InvalidPointsError(f"{log.name} holds a single scan; a motion needs two")
-    first = slice(scans)
-    return replace(
-        log,
-        scans=log.scans[first],
-        odometry=None if log.odometry is None else log.odometry[first],
-        reference=None if log.reference is None else log.reference[first],
-    )
-
-
-def _report_damage(log: Log) -> None:
-    for line in log.skipped[:SHOWN_DAMAGE]:
-        print(f"skipped {line}", file=sys.stderr)
-    if len(log.skipped) > SHOWN_DAMAGE:
-        rest = len(log.skipped) - SHOWN_DAMAGE
-        print(f"... and {rest} more damaged lines", file=sys.stderr)
-    for remark in log.remarks:
-        print(f"note: {remark}", file=sys.stderr)
+    return log if scans is None else log.head(scans)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,12 @@ from labkit.arrays import FloatArray
 from labkit.cli.quality import write_quality
 from labkit.errors import WriteError
 from labkit.files import refuse_unwritable
-from labkit.logs import Log, write_g2o, write_tum
+from labkit.logs import Log, LogStream, write_g2o, write_tum
 from labkit.odometry import OdometryResult, increments_between
 
 NOTHING = "none"  # the word for no file
-Writer = Callable[[str, Log, OdometryResult], None]
+MOST_DRAWN = 5000  # scans in a map: a picture shows no more, and a long log would fill the memory
+Writer = Callable[[str, Log | LogStream, OdometryResult], None]
 
 
 def add_output_options(parser: argparse.ArgumentParser) -> None:
@@ -51,7 +53,7 @@ def choose_outputs(args: argparse.Namespace, name: str) -> list[tuple[str, Write
     return wanted
 
 
-def write_trajectory(path: str, log: Log, result: OdometryResult) -> None:
+def write_trajectory(path: str, log: Log | LogStream, result: OdometryResult) -> None:
     """Write the poses, as g2o where the suffix says so, else as TUM."""
     if path.endswith(".g2o"):
         write_g2o(path, result.poses, increments_between(result.poses))
@@ -59,7 +61,7 @@ def write_trajectory(path: str, log: Log, result: OdometryResult) -> None:
         write_tum(path, _stamps(log), result.poses)
 
 
-def write_map(path: str, log: Log, result: OdometryResult) -> None:
+def write_map(path: str, log: Log | LogStream, result: OdometryResult) -> None:
     """Draw the scans at the estimated poses, the trajectory and the reference."""
     from matplotlib.figure import Figure  # noqa: PLC0415
 
@@ -67,15 +69,21 @@ def write_map(path: str, log: Log, result: OdometryResult) -> None:
 
     figure = Figure(figsize=(10.0, 7.0), layout="constrained")
     ax = figure.add_subplot()
-    plot_trajectory(ax, result.poses, scans=log.scans, reference=log.reference)
+    every = -(-len(log) // MOST_DRAWN)
+    plot_trajectory(
+        ax,
+        result.poses[::every],
+        scans=list(islice(log.scans, None, None, every)),
+        reference=log.reference,
+    )
     ax.set_title(f"{log.name}: map and trajectory by scan matching")
     save_figure(figure, path)
 
 
-def _write_quality(path: str, log: Log, result: OdometryResult) -> None:
+def _write_quality(path: str, log: Log | LogStream, result: OdometryResult) -> None:
     write_quality(path, _stamps(log), result.records)
 
 
-def _stamps(log: Log) -> FloatArray:
+def _stamps(log: Log | LogStream) -> FloatArray:
     """The scans' times [s], or their numbers where the log has no times."""
     return np.arange(len(log), dtype=float) if np.isnan(log.stamps).any() else log.stamps

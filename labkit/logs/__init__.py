@@ -6,7 +6,7 @@ scan by scan; `read_points` a single scan.
 """
 
 from labkit.logs.g2o import write_g2o
-from labkit.logs.log import Log, LogStream, SkippedLine
+from labkit.logs.log import Log, LogStream, ScanStream, SkippedLine
 from labkit.logs.points import read_points
 from labkit.logs.read_log import read_killian, read_log, stream_log
 from labkit.logs.source import ReadLimits
@@ -16,6 +16,7 @@ __all__ = [
     "Log",
     "LogStream",
     "ReadLimits",
+    "ScanStream",
     "SkippedLine",
     "read_killian",
     "read_log",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
@@ -86,6 +87,17 @@ class LogStream:
         """How many scans the log has."""
         return len(self.scans)
 
+    def head(self, count: int) -> LogStream:
+        """The first scans, and the poses and times that belong to them."""
+        scans = self.scans
+        return replace(
+            self,
+            scans=ScanStream(min(count, len(scans)), lambda: islice(scans, count)),
+            stamps=self.stamps[:count],
+            odometry=None if self.odometry is None else self.odometry[:count],
+            reference=None if self.reference is None else self.reference[:count],
+        )
+
     def load(self) -> Log:
         """Read all scans into memory."""
         return Log(
@@ -149,6 +161,15 @@ class Log:
     def __len__(self) -> int:
         """How many scans the log has."""
         return len(self.scans)
+
+    def head(self, count: int) -> Log:
+        """The first scans, and the poses that belong to them."""
+        return replace(
+            self,
+            scans=self.scans[:count],
+            odometry=None if self.odometry is None else self.odometry[:count],
+            reference=None if self.reference is None else self.reference[:count],
+        )
 
     @property
     def stamps(self) -> FloatArray:

@@ -94,7 +94,7 @@ def test_a_code_page_without_a_sign_ends_no_run(tmp_path, scan_files, encoding):
 
 
 @pytest.mark.parametrize("arguments", ["demo", "demo --help"])
-@pytest.mark.parametrize("to", ["| true", ">&-"])
+@pytest.mark.parametrize("to", ["| true", ">&-", "2>&-", ">&- 2>&-"])
 def test_a_reader_that_stops_early_or_none_is_no_error(arguments, to):
     shell = f"{sys.executable} -m labkit {arguments} {to}"
     environment = os.environ | {"PYTHONUNBUFFERED": ""}
@@ -165,6 +165,36 @@ def test_a_place_without_permission_is_refused_before_the_work(
     assert set(tmp_path.rglob("*")) == {shut, folder, folder / "mine.png"}
 
 
+# A job in the background is born deaf to SIGINT, and so are its children.
+HEARING = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+RUNNING = "import sys; from labkit.cli import main; sys.exit(main())"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for a child alone")
+@pytest.mark.parametrize("module", ["numpy", "labkit.cli.main", "labkit.icp"])
+def test_ctrl_c_while_the_command_loads_prints_no_traceback(module):
+    """As in the first second: the signal arrives when `module` is about to be imported."""
+    program = HEARING + (
+        "import os, sys, labkit_command\n"
+        "class Finder:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        f"        if name == {module!r}: os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Finder())\n"
+        "sys.exit(labkit_command.main())"
+    )
+    command = [sys.executable, "-c", program, "demo"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (130, "")
+    assert done.stderr == "\nlabkit: interrupted; no file is left half-written\n"
+
+
+def test_the_command_is_the_module():
+    program = "import sys, labkit_command; sys.exit(labkit_command.main())"
+    command = [sys.executable, "-c", program, "--version"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout == f"labkit {labkit.__version__}\n"
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for a child alone")
 def test_ctrl_c_leaves_no_file(tmp_path, carmen_log):
     """Interrupted in the middle of a long run, the command says so and writes nothing."""
@@ -174,7 +204,7 @@ def test_ctrl_c_leaves_no_file(tmp_path, carmen_log):
     folder = tmp_path / "out"
     folder.mkdir()
     process = subprocess.Popen(
-        [sys.executable, "-u", "-m", "labkit", "odometry", str(long_log)],
+        [sys.executable, "-u", "-c", HEARING + RUNNING, "odometry", str(long_log)],
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

@@ -10,6 +10,7 @@ import time
 import numpy as np
 import pytest
 
+from labkit.cli import log_options
 from labkit.logs import read_tum
 
 
@@ -32,6 +33,48 @@ def test_a_log_becomes_a_trajectory_a_table_and_a_map(run, carmen_log, files, tm
     c, s = np.cos(path[0, 2]), np.sin(path[0, 2])
     assert np.abs(poses[:, :2] - driven[:, :2] @ [[c, -s], [s, c]]).max() < 0.01
     assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("prior", ["log", "none"])
+def test_a_long_log_is_streamed_and_gives_the_same_files(
+    run, carmen_log, tmp_path, monkeypatch, prior
+):
+    outcomes = []
+    for length in (log_options.LONG, 1):
+        monkeypatch.setattr(log_options, "LONG", length)
+        status, out, _ = run("odometry", carmen_log[0], "--scans", 6, "--prior", prior)
+        assert (status, "room: 6 scans" in out) == (0, True)
+        names = ("room-odometry.tum", "room-quality.csv", "room-map.png")
+        outcomes.append([(tmp_path / name).read_bytes() for name in names])
+    assert outcomes[0] == outcomes[1]
+
+
+def test_what_is_odd_about_a_log_is_told_and_overridden(run, carmen_log):
+    nothing = ("--out", "none", "--quality", "none", "--plot", "none")
+    odd = carmen_log[0].parent / "odd.log"
+    ranges = carmen_log[0].read_text().split("\n")[0].split()[2:183]
+    rows = [*("8.191" if k % 9 == 0 else r for k, r in enumerate(ranges))]
+    line = f"FLASER 181 {' '.join(rows)} 0 0 0 0 0 0 %s host 1.0\n"
+    odd.write_text("".join(line % stamp for stamp in (1.0, 2.0, 2.0)))
+    _, _, err = run("odometry", odd, *nothing)
+    assert "note: 63 of 543 ranges (12 %) read 8.191 m: codes for no return" in err
+    assert "note: the clock of the scans stands still 1 times, first at line 3" in err
+    for value in ("off", "7.77"):
+        assert "8.191" not in run("odometry", odd, "--no-return", value, *nothing)[2]
+
+
+@pytest.mark.parametrize(
+    ("limit", "message"),
+    [
+        (("--max-bytes", "1000"), "room.log: more than 1,000 bytes; if it is what you expect, "),
+        (("--max-line-bytes", "1000"), "room.log: no line of up to 1,000 bytes; if it is what"),
+    ],
+)
+def test_a_file_beyond_its_limits_is_refused(run, carmen_log, files, limit, message):
+    status, _, err = run("odometry", carmen_log[0], *limit)
+    assert (status, files()) == (1, [])
+    assert message in err
+    assert run("odometry", carmen_log[0], limit[0], "0")[0] == 2
 
 
 def test_the_quality_file_has_a_row_a_scan(run, carmen_log, tmp_path):
@@ -95,8 +138,11 @@ def test_the_same_seed_gives_the_same_bytes(run, tmp_path):
 
 def start(folder, *arguments, threads="1"):
     """The command line in a process group of its own."""
+    program = "import signal, sys\n"
+    program += "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    program += "from labkit.cli import main\nsys.exit(main())"
     return subprocess.Popen(
-        [sys.executable, "-u", "-m", "labkit", "odometry", "killian", *map(str, arguments)],
+        [sys.executable, "-u", "-c", program, "odometry", "killian", *map(str, arguments)],
         cwd=folder,
         env=os.environ | {"OMP_NUM_THREADS": threads},
         stdout=subprocess.PIPE,

@@ -105,7 +105,7 @@ def test_a_small_file_takes_little_memory_whatever_it_unpacks_to(save, bomb):
     path = save(BOMBS[bomb]())
     tracemalloc.start()
     try:
-        with pytest.raises(LogError, match="unknown format"):
+        with pytest.raises(LogError, match=r"unknown format|no line of up to 4,194,304 bytes"):
             read_log(path)
         assert tracemalloc.get_traced_memory()[1] < 16 << 20
     finally:
