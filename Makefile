@@ -55,4 +55,5 @@ $(READY): requirements.txt pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
 	    --requirement requirements.txt --editable .
 	$(BIN)/python -c 'import matplotlib.font_manager'  # finds the fonts, once
+	$(BIN)/python -c 'from labkit.engine import warm; warm()'  # compiles the engine, once
 	@touch $@

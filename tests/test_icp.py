@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from labkit import IcpParameters, Scan, Target, Termination, icp
 from labkit.correspondences import pairs_at
+from labkit.engine import is_available
 from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.se2 import apply, invert, rotation, to_xytheta, transform, wrap
 from labkit.simulation import Lidar, cast, corridor, lesson_experiment, room
@@ -35,7 +36,10 @@ PLAIN = IcpParameters(
 )
 
 
-@pytest.fixture(scope="module", params=["textbook", "compiled"], autouse=True)
+ENGINES = ["textbook", "compiled"] if is_available() else ["textbook"]
+
+
+@pytest.fixture(scope="module", params=ENGINES, autouse=True)
 def engine(request):
     """Every test of this file asks both who run the loop."""
     defaults = icp.__kwdefaults__

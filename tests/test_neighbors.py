@@ -1,4 +1,4 @@
-"""Nearest neighbours: the tree and the engine, held against all distances."""
+"""Nearest neighbours: the tree held against all distances."""
 
 import math
 
@@ -9,10 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.distance import cdist
 
-from labkit.engine import nearest_rows
 from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.neighbors import NearestNeighbors, nearest_by_brute_force
-from labkit.simulation import Lidar, cast, room
 
 # On a coarse lattice ties and duplicates are the rule.
 lattice = arrays(
@@ -48,57 +46,6 @@ def test_a_tree_of_points_that_are_there_many_times(seed, times):
     points = once[:9] + rng.normal(0.0, 0.3, (9, 2)) * rng.integers(0, 2, (9, 1))
     index, _ = NearestNeighbors(target, "tree").query(points)
     np.testing.assert_array_equal(index, nearest_by_brute_force(points, target))
-
-
-def scene(name, rng, count):
-    """Points as a scanner, a careless user or an enemy of grids would have them."""
-    if name == "walls":
-        return cast(room(), np.eye(3), Lidar(beam_count=count, field_of_view=4.7), rng=rng).points
-    if name == "scatter":
-        return rng.uniform(-4.0, 4.0, (count, 2))
-    if name == "one far off":
-        return np.vstack([rng.uniform(-4.0, 4.0, (count - 1, 2)), [[1e9, -1e9]]])
-    if name == "a few at 80 m":
-        return np.where(rng.random((count, 1)) < 0.03, 80.0, 1.0) * rng.normal(size=(count, 2))
-    if name == "dense":  # 10,000 a metre, and a room around them
-        line = np.column_stack([np.linspace(0.0, 1e-4 * count, count), np.zeros(count)])
-        return np.vstack([line, rng.uniform(-4.0, 4.0, (count // 4, 2))])
-    if name == "one line":
-        return np.column_stack([rng.uniform(-4.0, 4.0, count), np.full(count, 2.0)])
-    return np.tile([0.3, -0.1], (count, 1))  # one spot
-
-
-SCENES = ["walls", "scatter", "one far off", "a few at 80 m", "dense", "one line", "one spot"]
-
-
-@pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("count", [3, 40, 500, 6000])
-@pytest.mark.parametrize("offset", [0.0, 1e6])
-def test_the_engine_finds_what_brute_force_finds(name, count, offset):
-    """From 3 points to many, in any order, anywhere; grid and tree."""
-    rng = np.random.default_rng(count)
-    target = offset + rng.permutation(scene(name, rng, count))
-    points = offset + np.vstack([scene(name, rng, 40), rng.normal(0.0, 30.0, (40, 2))])
-    expected = nearest_by_brute_force(points, target)
-    np.testing.assert_array_equal(nearest_rows(points, target), expected)
-
-
-@given(st.one_of(lattice, clouds), st.one_of(lattice, clouds))
-def test_the_engine_takes_the_first_of_equally_near_points(points, target):
-    np.testing.assert_array_equal(
-        nearest_rows(points, target), nearest_by_brute_force(points, target)
-    )
-
-
-@given(st.integers(0, 2**32 - 1))
-def test_the_engines_tree_takes_the_first_of_ties_too(seed):
-    """Thousands of points on few places: a grid would be crowded."""
-    rng = np.random.default_rng(seed)
-    target = rng.integers(-3, 4, (5000, 2)).astype(float)
-    points = rng.integers(-8, 9, (50, 2)) / 2.0
-    np.testing.assert_array_equal(
-        nearest_rows(points, target), nearest_by_brute_force(points, target)
-    )
 
 
 @pytest.mark.parametrize("method", ["tree", "brute"])
