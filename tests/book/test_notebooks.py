@@ -127,7 +127,7 @@ def test_cells_have_names_of_their_own(name):
     assert [each for each in ids if re.fullmatch(r"[0-9a-f]{8}(-.*)?", each)] == []
 
 
-@pytest.mark.parametrize("name", [name for name in NOTEBOOKS if re.match(r"0[1-8]_", name)])
+@pytest.mark.parametrize("name", [name for name in NOTEBOOKS if re.match(r"(0[1-8]|10)_", name)])
 def test_a_chapter_opens_with_what_it_is_for_and_ends_with_questions(name):
     texts = [cell.source for cell in NOTEBOOKS[name].cells if cell.cell_type == "markdown"]
     assert texts[0].startswith("# ")
