@@ -12,9 +12,12 @@ from typing import Any
 
 from labkit import __version__
 from labkit.cli import autograder, demo, evaluate, grade, match, odometry, report
+from labkit.engine import is_available
 from labkit.errors import InvalidParameterError, LabkitError
 
 BAD_INPUT, USAGE, INTERRUPTED = 1, 2, 130
+MATCHING = ("demo", "odometry", "match")
+BY_THE_TEXTBOOK = "numba is not installed, so the textbook matches, slower; pip install numba"
 
 DESCRIPTION = """\
 ICP-based motion estimation from 2D LiDAR scans.
@@ -59,6 +62,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(args: argparse.Namespace) -> int:
     """Run the command; a mistake is told in one line."""
+    if args.command in MATCHING and not is_available():
+        print(f"labkit {args.command}: {BY_THE_TEXTBOOK}", file=sys.stderr)
     try:
         status: int = args.run(args)
     except InvalidParameterError as error:

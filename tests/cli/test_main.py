@@ -170,6 +170,19 @@ HEARING = "import signal; signal.signal(signal.SIGINT, signal.default_int_handle
 RUNNING = "import sys; from labkit.cli import main; sys.exit(main())"
 
 
+def test_without_numba_the_textbook_matches_and_one_line_says_so():
+    program = (
+        'import sys; sys.modules["numba"] = None\n'
+        "from labkit.cli import main; sys.exit(main(sys.argv[1:]))"
+    )
+    command = [sys.executable, "-c", program, "demo"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "converged" in done.stdout
+    assert done.stderr == (
+        "labkit demo: numba is not installed, so the textbook matches, slower; pip install numba\n"
+    )
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for a child alone")
 @pytest.mark.parametrize("module", ["numpy", "labkit.cli.main", "labkit.icp"])
 def test_ctrl_c_while_the_command_loads_prints_no_traceback(module):
