@@ -21,7 +21,9 @@ from labkit.errors import LabkitError
 MAX_CELLS = 5000
 MAX_CODE = 1 << 18  # characters of code in one file
 MAX_ALL_CODE = 4 * MAX_CODE  # ... and in all files of a submission
-LINE = 50  # as many characters does a line cost, however short it is
+LINE = 50  # as many characters does a line cost, however short it is, and a semicolon
+MAX_SCOPES, MAX_SCOPES_AND_NAMES = 5_000, 20_000_000  # in a cell
+MAX_FIELDS = 200_000_000  # characters of f-strings times their fields
 MAX_PARTS = 2_000_000  # objects and lists in the JSON of a notebook: far more than plots need
 
 # Cell magics whose body is Python of this notebook; the body of any other one is not.
@@ -29,6 +31,7 @@ TRANSPARENT = {"time", "timeit", "capture", "prun", "memit", "mprun"}
 
 LONGEST = 300  # no magic is as long; what is longer would only cost time
 
+_SCOPE, _WORD = re.compile(r"\b(?:lambda|def|class|for)\b|(?<=\d)for\b"), re.compile(r"\w+")
 _CELL_MAGIC = re.compile(r"\s*%%(\w+)[^\n]*")
 _LINE = re.compile(r"(?P<indent>\s*)(?:[%!?].*|[^#'\"]*[^#'\"\s?]\?{1,2}\s*)$")
 _ASSIGNED = re.compile(r"(?P<target>\s*[\w.,\s]+=\s*)[%!].*$")
@@ -144,7 +147,7 @@ def _check_length(name: str, texts: list[str], left: int) -> None:
 
 
 def _cost(texts: Iterable[str]) -> int:
-    return sum(max(len(text), LINE * text.count("\n")) for text in texts)
+    return sum(max(len(text), LINE * sum(map(text.count, "\n\r;"))) for text in texts)
 
 
 def _cells(name: str, notebook: Any) -> list[Any]:
@@ -225,6 +228,8 @@ def neutralise(source: str) -> tuple[str, str]:
 
 def syntax_error(source: str) -> str:
     """What keeps a text from being Python, and in which line; empty where nothing does."""
+    if why := too_involved(source):
+        return why
     try:
         with warnings.catch_warnings(action="ignore"):
             compile(source, "cell", "exec")
@@ -233,6 +238,23 @@ def syntax_error(source: str) -> str:
     except (ValueError, MemoryError, RecursionError) as error:
         return str(error) or "it is nested too deeply"
     return ""
+
+
+def too_involved(source: str) -> str:
+    """Why a text would keep the compiler busy for seconds; empty for all that people write.
+
+    It looks for each field of an f-string from the string's start, and copies all names of a
+    function for each function within.
+    """
+    scopes = len(_SCOPE.findall(source))
+    if scopes > MAX_SCOPES or scopes * len(set(_WORD.findall(source))) > MAX_SCOPES_AND_NAMES:
+        return f"it holds {scopes} functions and comprehensions, more than can be read"
+    cost = 0
+    for part in _PART.finditer(source):
+        prefix = source[max(0, part.start() - 2) : part.start()].lower()
+        if part[0][0] in "'\"" and "f" in prefix:
+            cost += len(part[0]) * part[0].count("{")
+    return "its f-strings hold more fields than can be read" if cost > MAX_FIELDS else ""
 
 
 def tree(source: str) -> ast.Module:

@@ -7,7 +7,15 @@ import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from symtable import symtable
+from symtable import (
+    GLOBAL_EXPLICIT,
+    GLOBAL_IMPLICIT,
+    SCOPE_MASK,
+    SCOPE_OFF,
+    USE,
+    symtable,
+)
+from typing import Any
 
 from labkit.grading.extraction.cells import RawCell, tree
 
@@ -18,6 +26,12 @@ MUTATORS = {
     "at", "copyto", "delattr", "fill_diagonal", "heapify", "heappop", "heappush", "insort", "place",
     "put", "put_along_axis", "putmask", "setattr", "shuffle",
 }  # fmt: skip
+# Nodes by what they may do where they stand; into those of CLOSED nobody looks.
+DEFINING = {ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef}
+BINDING = DEFINING | {ast.Import, ast.ImportFrom, ast.Name}
+CHANGING = {ast.Attribute, ast.Subscript, ast.Expr}
+CLOSED = DEFINING | {ast.Lambda, ast.Name, ast.Constant}
+EMPTY = {ast.Load, ast.Store, ast.Del}
 CLASSES = {"bytearray", "defaultdict", "deque", "dict", "list", "ndarray", "object", "set"}
 
 
@@ -57,35 +71,53 @@ class Statement:
         """Every global name that it reads, at whatever depth; no function's own variables."""
         try:
             with warnings.catch_warnings(action="ignore"):
-                tables = [symtable(self.text, "cell", "exec")]
+                top: Any = symtable(self.text, "cell", "exec")
         except RecursionError:  # it compiled, by a hair
             return frozenset()
+        # The compiler's own tables: asked for a symbol, the module's objects go through all
+        # functions each time, which takes minutes where there are many.
+        tables = [top._table]
         names: set[str] = set()
         for table in tables:
-            tables.extend(table.get_children())
-            names |= {
-                symbol.get_name()
-                for symbol in table.get_symbols()
-                if (symbol.is_referenced() and (symbol.is_global() or table.get_type() == "module"))
-                or symbol.is_declared_global()  # count += 1
-            }
+            tables.extend(table.children)
+            for name, flags in table.symbols.items():
+                scope = flags >> SCOPE_OFF & SCOPE_MASK
+                outside = scope == GLOBAL_IMPLICIT or table is top._table
+                if (flags & USE and outside) or scope == GLOBAL_EXPLICIT:  # count += 1
+                    names.add(name)
         return frozenset(names)
 
-    @cached_property
+    @property
     def assigned(self) -> frozenset[str]:
         """Every name that it gives a value to."""
-        return frozenset(name for node in _outside(self.nodes) for name in _assigned(node))
+        return self._done_here[0]
 
-    @cached_property
+    @property
     def changed(self) -> frozenset[str]:
         """Every name whose value it may change in place."""
-        return frozenset(name for node in _outside(self.nodes) for name in _changed(node))
+        return self._done_here[1]
 
-    @cached_property
+    @property
     def calls(self) -> frozenset[str]:
         """Every function that it calls by a name, where it stands."""
-        called = (node.func for node in _outside(self.nodes) if isinstance(node, ast.Call))
-        return frozenset(function.id for function in called if isinstance(function, ast.Name))
+        return self._done_here[2]
+
+    @cached_property
+    def _done_here(self) -> tuple[frozenset[str], frozenset[str], frozenset[str]]:
+        """What is assigned, changed and called, found on one way through the tree."""
+        assigned: set[str] = set()
+        changed: set[str] = set()
+        calls: set[str] = set()
+        for node in _outside(self.nodes):
+            kind = type(node)
+            if kind is ast.Call:
+                if type(node.func) is ast.Name:
+                    calls.add(node.func.id)
+            elif kind in BINDING:
+                assigned.update(_assigned(node))
+            elif kind in CHANGING:
+                changed.update(_changed(node))
+        return frozenset(assigned), frozenset(changed), frozenset(calls)
 
     @cached_property
     def reaches(self) -> frozenset[str]:
@@ -137,14 +169,19 @@ def statements(cell: RawCell) -> list[Statement]:
     ]
 
 
-def _outside(statements: Sequence[ast.stmt]) -> Iterator[ast.AST]:
+def _outside(statements: Sequence[ast.stmt]) -> Iterator[Any]:
     """What is done where the statements stand: not inside the functions that they define."""
-    pending: list[ast.AST] = [*statements]
+    pending: list[Any] = [*statements]
     while pending:
         node = pending.pop()
         yield node
-        if not isinstance(node, Definition | ast.Lambda):
-            pending.extend(ast.iter_child_nodes(node))
+        if type(node) not in CLOSED:
+            for field in node._fields:
+                part = getattr(node, field, None)
+                if type(part) is list:
+                    pending += [one for one in part if isinstance(one, ast.AST)]
+                elif isinstance(part, ast.AST) and type(part) not in EMPTY:
+                    pending.append(part)
 
 
 def _assigned(node: ast.AST) -> Iterator[str]:

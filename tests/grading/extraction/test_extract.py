@@ -343,6 +343,31 @@ def test_code_that_would_keep_the_grader_busy_is_refused(source):
         assert f"{name} holds {len(source)} characters of code" in found.notes[0]
 
 
+@pytest.mark.parametrize(
+    ("source", "says"),
+    [
+        ("def f():\n " + ";".join(f"a{i}=lambda:b{i}" for i in range(4900)), "4901 functions and"),
+        ("def f():\n" + " x=lambda:0\n" * 5000, "5001 functions and comprehensions"),
+        ("def f(): return [" + "[0for x in y]," * 5000 + "]", "5001 functions and comprehensions"),
+        ("def f(): return f'" + "{x}" * 50_000 + "'", "f-strings hold more fields than"),
+        ("def f(): return rF'''" + "{x}{x}\n" * 5_000 + "'''", "f-strings hold more fields than"),
+    ],
+    ids=["names", "functions", "comprehensions", "fields", "fields in lines"],
+)
+def test_code_that_the_compiler_would_take_seconds_for_is_not_compiled(source, says):
+    found = extract({"a.py": source.encode(), "b.py": f"{IMPORT}\n{ROTATION}".encode()}, FUNCTIONS)
+    assert "rotation" in run(found)
+    assert says in found.notes[0]
+
+
+def test_a_long_notebook_with_many_functions_and_figures_of_speech_is_read():
+    """Some ten times what an answer to the assignment holds."""
+    helpers = (f"def g{i}(a, b):\n    return [f'{{a}} {{b:.{i}}}' for x in a]" for i in range(400))
+    found = extract({"a.ipynb": notebook(IMPORT, *helpers, ROTATION)}, FUNCTIONS)
+    assert "rotation" in run(found)
+    assert not found.notes
+
+
 def test_as_much_code_as_is_read_is_read_soon():
     """An import stands in a cell of its own, which has all the empty lines above it."""
     source = b"import a\n" * 4900
