@@ -9,14 +9,14 @@ import gc
 import importlib
 import multiprocessing
 import os
+import shutil
 import signal
 import sys
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
-from multiprocessing import forkserver
+from multiprocessing import connection, forkserver, util
 from multiprocessing.context import BaseContext
-from multiprocessing.util import Finalize
 from threading import Thread
 
 from labkit.errors import LabkitError
@@ -92,8 +92,18 @@ def _context() -> BaseContext:
 
 
 def _be_a_worker() -> None:
-    """Leave Ctrl-C to the parent, which ends its workers itself; one thread is enough."""
+    """Leave Ctrl-C to the parent, which ends its workers itself, and end when it is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    if parent:
+        Thread(target=_end_after, args=(parent.sentinel,), daemon=True).start()
+
+
+def _end_after(parent: int) -> None:
+    """End this process when its parent is gone; its sandbox follows, and where it came from."""
+    connection.wait([parent])
+    shutil.rmtree(util.get_temp_dir(), ignore_errors=True)  # the parent's, where its sockets are
+    os._exit(1)
 
 
 @contextmanager
@@ -141,7 +151,7 @@ def own_sandbox(mode: str, limits: Limits) -> Sandbox:
     """The sandbox of this process, opened once and closed when the process ends."""
     if (mode, limits) not in _OPEN:
         sandbox = open_sandbox(mode, limits)
-        Finalize(None, sandbox.close, exitpriority=0)  # a forked process runs no `atexit`
+        util.Finalize(None, sandbox.close, exitpriority=0)  # a forked process runs no `atexit`
         _OPEN[mode, limits] = _OPEN[sandbox.mode, limits] = sandbox
     return _OPEN[mode, limits]
 

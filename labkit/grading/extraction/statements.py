@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import ast
+import symtable
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from symtable import (
-    GLOBAL_EXPLICIT,
-    GLOBAL_IMPLICIT,
-    SCOPE_MASK,
-    SCOPE_OFF,
-    USE,
-    symtable,
-)
 from typing import Any
 
 from labkit.grading.extraction.cells import RawCell, tree
+
+COMPILER: Any = symtable  # with its flags, which no type stub knows
 
 Definition = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
 
@@ -71,7 +66,7 @@ class Statement:
         """Every global name that it reads, at whatever depth; no function's own variables."""
         try:
             with warnings.catch_warnings(action="ignore"):
-                top: Any = symtable(self.text, "cell", "exec")
+                top: Any = symtable.symtable(self.text, "cell", "exec")
         except RecursionError:  # it compiled, by a hair
             return frozenset()
         # The compiler's own tables: asked for a symbol, the module's objects go through all
@@ -81,9 +76,10 @@ class Statement:
         for table in tables:
             tables.extend(table.children)
             for name, flags in table.symbols.items():
-                scope = flags >> SCOPE_OFF & SCOPE_MASK
-                outside = scope == GLOBAL_IMPLICIT or table is top._table
-                if (flags & USE and outside) or scope == GLOBAL_EXPLICIT:  # count += 1
+                scope = flags >> COMPILER.SCOPE_OFF & COMPILER.SCOPE_MASK
+                outside = scope == COMPILER.GLOBAL_IMPLICIT or table is top._table
+                declared = scope == COMPILER.GLOBAL_EXPLICIT  # count += 1 after `global count`
+                if declared or (flags & COMPILER.USE and outside):
                     names.add(name)
         return frozenset(names)
 

@@ -6,9 +6,12 @@ import contextlib
 import importlib
 import json
 import os
+import shutil
+import signal
 import sys
 from typing import Any
 
+from labkit.grading.sandbox.inside import walls
 from labkit.grading.sandbox.inside.imports import StandIns, forget_labkit
 from labkit.grading.sandbox.inside.worker import Worker
 
@@ -27,10 +30,21 @@ def main(order_text: str) -> None:
         for descriptor in (reading, writing):
             msvcrt.setmode(descriptor, os.O_BINARY)
     limit(order)
+    folder = os.getcwd()
+
+    def leave(*_: object) -> None:
+        shutil.rmtree(folder, ignore_errors=True)  # the grader may be gone
+        os._exit(0)
+
+    if sys.platform == "linux":
+        signal.signal(signal.SIGTERM, leave)
+        walls.prctl(walls.PR_SET_PDEATHSIG, signal.SIGTERM, "die with the grader")
     forget_labkit()
     sys.meta_path.insert(0, StandIns())
-    Worker(reading, writing, order).serve()
-    os._exit(0)
+    try:
+        Worker(reading, writing, order).serve()
+    finally:
+        leave()
 
 
 def limit(order: dict[str, Any]) -> None:
