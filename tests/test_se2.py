@@ -43,6 +43,7 @@ poses = st.tuples(metres, metres, angles).map(np.array)
 @pytest.mark.parametrize("angle", [a for a in ANGLES if a != -PI])
 def test_wrap_leaves_an_angle_inside_bit_for_bit(angle):
     assert wrap(angle).tobytes() == np.float64(angle).tobytes()
+    assert wrap([angle, 9.0])[0].tobytes() == np.float64(angle).tobytes()
 
 
 @pytest.mark.parametrize("ulps", range(-4, 5))
@@ -150,7 +151,20 @@ def test_stacks_go_through_every_function(shape):
     for place in np.ndindex(shape):
         np.testing.assert_array_equal(T[place], transform(*rows[place]))
         np.testing.assert_array_equal(invert(T)[place], invert(T[place]))
+        np.testing.assert_array_equal(to_xytheta(T)[place], to_xytheta(T[place]))
+        np.testing.assert_array_equal(rotation(rows[..., 2])[place], rotation(rows[place][2]))
         np.testing.assert_allclose(apply(T, points)[place], apply(T[place], points), atol=1e-15)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.int64, np.longdouble])
+def test_numbers_of_any_kind_become_float64(kind):
+    rows = np.array([[1, 2, 0], [3, 4, 1]], dtype=kind)
+    T = np.array([[0, -1, 5], [1, 0, 6], [0, 0, 1]], dtype=kind)
+    for row in (rows, rows[0]):
+        results = from_xytheta(row), rotation(row), wrap(row)
+        assert {each.dtype for each in results} == {np.dtype(float)}
+    results = to_xytheta(T), compose(T), invert(T), relative(T, T), apply(T, rows[:, :2])
+    assert {each.dtype for each in results} == {np.dtype(float)}
 
 
 def test_transform_broadcasts():
