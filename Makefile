@@ -5,9 +5,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
 BENCH := .venv-bench
+MUTANTS := .venv-mutants
 
 .DEFAULT_GOAL := help
-.PHONY: help book student test lab bench clean
+.PHONY: help book student test lab bench mutants clean
 
 help: ## list these commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -39,8 +40,15 @@ bench: ## time the lab's matcher beside others and write the book's page on it (
 	$(BENCH)/bin/python tests/bench/report.py $(BENCH)/results.json
 	@echo "The page is book/benchmark.md; make book shows it."
 
+mutants: ## change the core in some two thousand places, and list what its tests do not notice (an hour)
+	@test -x $(MUTANTS)/bin/python || $(PYTHON) -m venv $(MUTANTS)
+	$(MUTANTS)/bin/python -m pip install --quiet --disable-pip-version-check \
+	    --constraint requirements.txt mutmut==3.8.1 pytest hypothesis --editable .
+	PATH=$(CURDIR)/$(MUTANTS)/bin:$$PATH mutmut run --max-children 2
+	$(MUTANTS)/bin/mutmut results
+
 clean: ## remove all that these commands made, .venv included
-	rm -rf $(VENV) .venv-wolfram .venv-graders .venv-numpy1 $(BENCH) _build build book/_static/vendor *.egg-info
+	rm -rf $(VENV) .venv-wolfram .venv-graders .venv-numpy1 $(BENCH) $(MUTANTS) mutants _build build book/_static/vendor *.egg-info
 	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -prune -exec rm -rf {} +
 

@@ -70,6 +70,27 @@ def test_quality(ratio, rmse, complaints):
 
 
 @pytest.mark.parametrize(
+    ("measured", "beside", "beyond"),
+    [
+        (lambda value: ([value, 0.0, 0.0], None), 1.95, 2.05),  # m of a robot in a tenth second
+        (lambda value: ([0.0, 0.0, math.radians(value)], None), 89.0, 91.0),
+        (lambda value: ([value, 0.0, 0.0], np.zeros(3)), 0.49, 0.51),
+        (lambda value: ([0.0, 0.0, math.radians(value)], np.zeros(3)), 19.5, 20.5),
+    ],
+)
+def test_the_limits_of_a_motion_by_default(measured, beside, beyond):
+    for value, count in ((beside, 0), (-beside, 0), (beyond, 1), (-beyond, 1)):
+        increment, prior = measured(value)
+        assert len(motion_complaints(np.array(increment), prior, SanityLimits())) == count
+
+
+def test_the_limits_of_a_match_by_default():
+    """A third of the points must find partners, and no farther than a gate of half a metre."""
+    for ratio, rmse, count in ((0.34, 0.0, 0), (0.32, 0.0, 1), (1.0, math.inf, 1)):
+        assert len(quality_complaints(ratio, rmse, SanityLimits())) == count
+
+
+@pytest.mark.parametrize(
     ("name", "value", "interval"),
     [
         ("max_translation", 0.0, "(0, inf] m"),
