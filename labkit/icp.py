@@ -21,6 +21,7 @@ from labkit.se2 import compose, from_xytheta, to_xytheta, transform
 from labkit.target import Target, as_target
 
 Engine = Literal["auto", "textbook", "compiled"]
+ENGINES = get_args(Engine)
 DEFAULTS = IcpParameters()
 
 
@@ -93,9 +94,9 @@ def icp(
 
 def compiled(engine: Engine) -> bool:
     """Whether `engine` asks for `labkit.engine`, as the caller wishes or as numba is there."""
-    if engine not in get_args(Engine):
+    if engine not in ENGINES:
         raise InvalidParameterError(
-            f"must be one of {', '.join(get_args(Engine))}, got {engine!r}", parameter="engine"
+            f"must be one of {', '.join(ENGINES)}, got {engine!r}", parameter="engine"
         )
     if engine == "textbook":
         return False

@@ -19,6 +19,8 @@ from labkit.parameters import IcpParameters
 from labkit.scan import Scan
 from labkit.target import Target
 
+FAILED = read_only(np.full((3, 3), np.nan))  # no guess passes for an estimate
+
 
 class Termination(Enum):
     """How a run ended; the value is the message for a person."""
@@ -135,14 +137,14 @@ class IcpResult:
     ) -> IcpResult:
         """The outcome of the iterations that a loop went through."""
         last = history[-1]
-        poses = np.array([each.T_target_source for each in history])
+        poses = read_only(np.array([each.T_target_source for each in history]))
         return cls(
-            T_target_source=estimate_of(last.T_target_source, termination),
+            T_target_source=FAILED if termination.failed else poses[-1],
             termination=termination,
             source=source,
             target=target,
             parameters=parameters,
-            poses=read_only(poses),
+            poses=poses,
             far=read_only(np.array([each.far for each in history])),
             inlier_count=last.inlier_count,
             fitness=last.correspondences.fitness,
@@ -218,11 +220,6 @@ class IcpResult:
     def rotation(self) -> float:
         """Magnitude |Δψ| of the estimated rotation [rad]."""
         return abs(math.atan2(self.T_target_source[1, 0], self.T_target_source[0, 0]))
-
-
-def estimate_of(T: FloatArray, termination: Termination) -> FloatArray:
-    """The last pose; NaN where the run failed, so that no guess passes for an estimate."""
-    return read_only(np.full((3, 3), np.nan) if termination.failed else T.copy())
 
 
 def step_length(T_before: FloatArray, T: FloatArray) -> tuple[float, float]:

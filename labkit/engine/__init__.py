@@ -40,4 +40,5 @@ def __getattr__(name: str) -> object:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from labkit.engine import matching  # noqa: PLC0415 (imports numba)
 
-    return getattr(matching, name)
+    globals()[name] = found = getattr(matching, name)  # from now on it is found at once
+    return found

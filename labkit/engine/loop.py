@@ -62,16 +62,6 @@ class Prepared(NamedTuple):
     search: Index
 
 
-class Outcome(NamedTuple):
-    """What a run says of its last association."""
-
-    termination: int
-    inlier_count: int
-    fitness: float
-    inlier_rmse: float
-    cost: float
-
-
 @entry
 def prepare(points: FloatArray, in_order: bool, on_lines: bool) -> Prepared:
     """A target from the points of a scan, in beam order or not."""
@@ -88,20 +78,70 @@ def prepare_with_normals(points: FloatArray, normals: FloatArray) -> Prepared:
     return Prepared(points, normals, build(points))
 
 
+@compiled
+def told_by(numbers: FloatArray) -> Told:
+    """The parameters from their numbers, in the order of `Told`: an array is handed over fast."""
+    return Told(
+        numbers[0] > 0.0,
+        numbers[1] > 0.0,
+        numbers[2],
+        numbers[3],
+        numbers[4],
+        int(numbers[5]),
+        numbers[6],
+        numbers[7],
+        numbers[8],
+        numbers[9],
+    )
+
+
 @entry
 def run(
+    source: FloatArray,
+    target: Prepared,
+    parameters: FloatArray,
+    poses: FloatArray,
+    far_at: BoolArray,
+    outcome: FloatArray,
+    information: FloatArray,
+) -> None:
+    """Match with a target that was prepared; see `iterate`."""
+    iterate(source, target, told_by(parameters), poses, far_at, outcome, information)
+
+
+@entry
+def prepare_and_run(
+    source: FloatArray,
+    points: FloatArray,
+    in_order: bool,
+    parameters: FloatArray,
+    poses: FloatArray,
+    far_at: BoolArray,
+    outcome: FloatArray,
+    information: FloatArray,
+) -> None:
+    """The same with a target that is matched once."""
+    told = told_by(parameters)
+    target = prepare(points, in_order, told.on_lines)
+    iterate(source, target, told, poses, far_at, outcome, information)
+
+
+@compiled
+def iterate(
     source: FloatArray,
     target: Prepared,
     told: Told,
     poses: FloatArray,
     far_at: BoolArray,
+    outcome: FloatArray,
     information: FloatArray,
-) -> tuple[int, Outcome]:
+) -> int:
     """The loop; the letters are the boxes of the flow chart, as in `labkit.icp.run`.
 
     ``poses[0]`` is the guess. The poses of all iterations go to `poses`, whether each was far
-    to `far_at`, the values and vectors of the last association's information to the rows of
-    `information`, shape (4, 3). Returns how many steps were taken, and the outcome.
+    to `far_at`. To `outcome`, shape (6,), go how the run ended and the steps it took, and of
+    the last association the inliers, the fitness, the inlier RMSE [m] and the cost [m²]; to
+    `information`, shape (4, 3), its eigenvalues and eigenvectors. Returns the steps.
     """
     whole, guess = empty_pairs(len(source)), no_guess(len(source))
     room = np.empty(len(source))
@@ -130,25 +170,12 @@ def run(
         motion = displacement(source, T, poses[k + 1]) if far else 0.0
         far = far and is_far(motion, motion_before, told.huber_delta)
         k, before, motion_before = k + 1, now, motion
-    count, rmse = inliers(pairs)
+    outcome[0], outcome[1] = ending, k
+    outcome[2], outcome[4] = inliers(pairs)
+    outcome[3] = outcome[2] / len(pairs.x)
+    outcome[5] = cost(pairs, settings, delta, room)
     inform(pairs, target, told, information)
-    J = cost(pairs, settings, delta, room)
-    return k, Outcome(ending, count, count / len(pairs.x), rmse, J)
-
-
-@entry
-def prepare_and_run(
-    source: FloatArray,
-    points: FloatArray,
-    in_order: bool,
-    told: Told,
-    poses: FloatArray,
-    far_at: BoolArray,
-    information: FloatArray,
-) -> tuple[int, Outcome]:
-    """`prepare` and `run` in one, for a target that is matched once."""
-    target = prepare(points, in_order, told.on_lines)
-    return run(source, target, told, poses, far_at, information)
+    return k
 
 
 @compiled
@@ -300,32 +327,27 @@ def run_stretch(
     in_order: BoolArray,
     pairs: IntArray,
     guesses: FloatArray,
-    told: Told,
+    parameters: FloatArray,
     poses: FloatArray,
-    numbers: FloatArray,
+    outcomes: FloatArray,
     information: FloatArray,
 ) -> None:
-    """Match scan ``pairs[k, 0]`` against scan ``pairs[k, 1]`` for each k.
+    """Match scan ``pairs[k, 0]`` against scan ``pairs[k, 1]`` for each k; see `iterate`.
 
     Scan j is ``points[begin[j] : begin[j + 1]]``. Of each match, the final pose goes to
-    `poses`, shape (K, 3, 3), the rest to `numbers`, shape (K, 6): termination, steps, inliers,
-    fitness, inlier RMSE, cost; and its information to `information`, shape (K, 4, 3).
+    `poses`, shape (K, 3, 3), the rest to `outcomes` and `information`.
     """
+    told = told_by(parameters)
     way = np.empty((told.max_iterations + 1, 3, 3))
     far_at = np.empty(told.max_iterations + 1, np.bool_)
     for k in range(len(pairs)):
         newer, older = pairs[k]
-        source, scan = (
-            points[begin[newer] : begin[newer + 1]],
-            points[begin[older] : begin[older + 1]],
-        )
+        source = points[begin[newer] : begin[newer + 1]]
+        scan = points[begin[older] : begin[older + 1]]
         target = prepare(scan, in_order[older], told.on_lines)
         way[0] = guesses[k]
-        steps, outcome = run(source, target, told, way, far_at, information[k])
+        steps = iterate(source, target, told, way, far_at, outcomes[k], information[k])
         poses[k] = way[steps]
-        numbers[k, 0], numbers[k, 1] = outcome.termination, steps
-        numbers[k, 2], numbers[k, 3] = outcome.inlier_count, outcome.fitness
-        numbers[k, 4], numbers[k, 5] = outcome.inlier_rmse, outcome.cost
 
 
 @entry

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +14,7 @@ from labkit.arrays import FloatArray, IntArray, as_points, read_only
 from labkit.engine import loop
 from labkit.engine.jit import announce
 from labkit.parameters import IcpParameters
-from labkit.result import IcpResult, Termination, estimate_of
+from labkit.result import FAILED, IcpResult, Termination
 from labkit.scan import Scan
 from labkit.target import Target
 
@@ -29,47 +30,51 @@ STRETCH = 64  # pairs that a thread takes at a time
 
 def match(source: Scan, target: Target, T: FloatArray, parameters: IcpParameters) -> IcpResult:
     """Run the loop from the guess T; see `labkit.icp`."""
-    told = told_of(parameters)
-    poses = np.empty((told.max_iterations + 1, 3, 3))
+    poses = np.empty((parameters.max_iterations + 1, 3, 3))
     poses[0] = T
-    room = told, poses, np.empty(len(poses), dtype=np.bool_), np.empty((4, 3))
-    ready = prepared(target, told.on_lines)
+    far, numbers = np.empty(len(poses), dtype=np.bool_), np.empty(6)
+    room = numbers_of(parameters), poses, far, numbers, np.empty((4, 3))
+    on_lines = parameters.metric == "point_to_line"
+    ready = prepared(target, on_lines)
     if ready is None:
-        in_order = target.scan.beams is not None
-        steps, outcome = loop.prepare_and_run(source.points, target.points, in_order, *room)
+        loop.prepare_and_run(source.points, target.points, target.scan.beams is not None, *room)
     else:
-        steps, outcome = loop.run(source.points, ready, *room)
-    far = room[2]
-    termination = TERMINATIONS[outcome.termination]
-    poses = poses[: steps + 1].copy()
+        loop.run(source.points, ready, *room)
+    ending, steps, inliers, fitness, rmse, cost = numbers.tolist()
+    termination, last = TERMINATIONS[int(ending)], int(steps)
+    poses = read_only(poses[: last + 1])
     return IcpResult(
-        T_target_source=estimate_of(poses[-1], termination),
+        T_target_source=FAILED if termination.failed else poses[last],
         termination=termination,
         source=source,
         target=target,
         parameters=parameters,
-        poses=read_only(poses),
-        far=read_only(far[: steps + 1].copy()),
-        inlier_count=outcome.inlier_count,
-        fitness=outcome.fitness,
-        inlier_rmse=outcome.inlier_rmse,
-        cost=outcome.cost,
+        poses=poses,
+        far=read_only(far[: last + 1]),
+        inlier_count=int(inliers),
+        fitness=fitness,
+        inlier_rmse=rmse,
+        cost=cost,
     )
 
 
-def told_of(parameters: IcpParameters) -> loop.Told:
-    """The parameters as the loop reads them."""
-    return loop.Told(
-        on_lines=parameters.metric == "point_to_line",
-        approach=parameters.approach,
-        gate=float(parameters.max_correspondence_distance),
-        overlap_ratio=float(parameters.overlap_ratio),
-        huber_delta=float(parameters.huber_delta),
-        max_iterations=int(parameters.max_iterations),
-        translation_tolerance=float(parameters.translation_tolerance),
-        rotation_tolerance=float(parameters.rotation_tolerance),
-        cost_tolerance=float(parameters.cost_tolerance),
-        step_fraction=float(parameters.step_fraction),
+@lru_cache(maxsize=64)
+def numbers_of(parameters: IcpParameters) -> FloatArray:
+    """The parameters as the loop reads them, in the order of `loop.Told`."""
+    return np.array(
+        [
+            parameters.metric == "point_to_line",
+            parameters.approach,
+            parameters.max_correspondence_distance,
+            parameters.overlap_ratio,
+            parameters.huber_delta,
+            parameters.max_iterations,
+            parameters.translation_tolerance,
+            parameters.rotation_tolerance,
+            parameters.cost_tolerance,
+            parameters.step_fraction,
+        ],
+        dtype=np.float64,
     )
 
 
@@ -153,8 +158,8 @@ def match_pairs(
     points = read_only(np.concatenate([np.empty((0, 2)), *(scan.points for scan in scans)]))
     in_order = np.array([scan.beams is not None for scan in scans], dtype=np.bool_)
     pairs, guesses = np.ascontiguousarray(pairs, np.intp), np.ascontiguousarray(guesses)
-    told, count = told_of(parameters), len(pairs)
-    poses, numbers, information = (
+    told, count = numbers_of(parameters), len(pairs)
+    poses, outcomes, information = (
         np.empty(shape) for shape in ((count, 3, 3), (count, 6), (count, 4, 3))
     )
 
@@ -168,7 +173,7 @@ def match_pairs(
             guesses[own],
             told,
             poses[own],
-            numbers[own],
+            outcomes[own],
             information[own],
         )
 
@@ -181,12 +186,12 @@ def match_pairs(
             list(pool.map(work, stretches))
     return Matches(
         T_target_source=poses,
-        terminations=tuple(TERMINATIONS[int(code)] for code in numbers[:, 0]),
-        iterations=numbers[:, 1].astype(np.intp),
-        inlier_counts=numbers[:, 2].astype(np.intp),
-        fitness=numbers[:, 3],
-        inlier_rmse=numbers[:, 4],
-        cost=numbers[:, 5],
+        terminations=tuple(TERMINATIONS[int(code)] for code in outcomes[:, 0]),
+        iterations=outcomes[:, 1].astype(np.intp),
+        inlier_counts=outcomes[:, 2].astype(np.intp),
+        fitness=outcomes[:, 3],
+        inlier_rmse=outcomes[:, 4],
+        cost=outcomes[:, 5],
         information=information[:, 0],
         directions=information[:, 1:],
     )
