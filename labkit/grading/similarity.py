@@ -70,8 +70,8 @@ def passages(cells: Iterable[SourceCell]) -> tuple[int, ...]:
     True
     """
     hashes: list[int] = []
-    for cell in cells:
-        runs = _runs(cell.source)
+    for source in dict.fromkeys(cell.source for cell in cells):
+        runs = _runs(source)
         hashes += [min(runs[start : start + WINDOW]) for start in range(len(runs) - WINDOW + 1)]
         hashes += [min(runs)] if 0 < len(runs) < WINDOW else []
     return tuple(sorted(set(hashes)))
