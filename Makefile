@@ -8,7 +8,7 @@ BENCH := .venv-bench
 MUTANTS := .venv-mutants
 
 .DEFAULT_GOAL := help
-.PHONY: help book student test lab bench mutants clean
+.PHONY: help book student test quick fix lab bench mutants lock dist clean
 
 help: ## list these commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -29,6 +29,16 @@ test: $(READY) ## check style and types, then test code, notebooks and pages
 	$(BIN)/pytest tests labkit $(wildcard notebooks/*.ipynb) \
 	    --nbval-lax --nbval-current-env --numprocesses 2 --dist loadfile
 
+quick: $(READY) ## the tests of the core, logs and odometry, in about a minute
+	$(BIN)/ruff check .
+	$(BIN)/pytest -q -m "not slow" --numprocesses 2 --dist loadfile \
+	    $(wildcard tests/test_*.py) tests/odometry tests/logs tests/simulation tests/evaluation
+
+fix: $(READY) ## format the code and mend what ruff can
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+	$(BIN)/mypy
+
 lab: $(READY) ## open the notebooks in JupyterLab
 	$(BIN)/jupyter lab notebooks
 
@@ -47,12 +57,23 @@ mutants: ## change the core in some two thousand places, and list what its tests
 	PATH=$(CURDIR)/$(MUTANTS)/bin:$$PATH mutmut run --max-children 2
 	$(MUTANTS)/bin/mutmut results
 
+lock: $(READY) ## resolve requirements.txt anew into requirements.lock, hashes and all
+	$(PYTHON) -m venv .venv-lock
+	.venv-lock/bin/python -m pip install --quiet --disable-pip-version-check uv
+	.venv-lock/bin/uv pip compile requirements.txt --output-file requirements.lock --quiet \
+	    --universal --python-version 3.11 --generate-hashes --no-header --no-annotate
+
+dist: $(READY) ## build the wheel and the sdist into dist/
+	rm -rf build dist
+	$(BIN)/python -c 'from setuptools.build_meta import *; build_sdist("dist"); build_wheel("dist")'
+
 clean: ## remove all that these commands made, .venv included
-	rm -rf $(VENV) .venv-wolfram .venv-graders .venv-numpy1 $(BENCH) $(MUTANTS) mutants _build build book/_static/vendor *.egg-info
+	rm -rf $(VENV) .venv-wolfram .venv-graders .venv-numpy1 .venv-lock $(BENCH) $(MUTANTS) mutants _build build dist
+	rm -rf book/_static/vendor *.egg-info
 	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
-$(READY): requirements.txt pyproject.toml
+$(READY): requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 	    echo "The lab needs Python 3.11 or newer as '$(PYTHON)'."; \
 	    echo "Name another one like this: make PYTHON=python3.12 ..."; exit 1; }
@@ -61,7 +82,9 @@ $(READY): requirements.txt pyproject.toml
 	    echo "On Debian and Ubuntu: sudo apt install python3-venv"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
-	    --requirement requirements.txt --editable .
+	    --require-hashes --requirement requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	    --no-deps --no-build-isolation --editable .
 	$(BIN)/python -c 'import matplotlib.font_manager'  # finds the fonts, once
 	$(BIN)/python -c 'from labkit.engine import warm; warm()'  # compiles the engine, once
 	@touch $@

@@ -1,5 +1,6 @@
 """What the core's tests share: a hypothesis profile, and two scans with a known motion."""
 
+import os
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,9 +12,11 @@ from labkit.arrays import FloatArray
 from labkit.logs import Log, read_killian
 from labkit.simulation import Lidar, cast, room
 
-# The same examples in every run: a red test stays red, and no clock decides.
+# The same examples in every run: a red test stays red, and no clock decides. CI's nightly
+# draws others, and more of them; pytest's --hypothesis-seed says which.
 settings.register_profile("lab", deadline=None, derandomize=True, print_blob=True)
-settings.load_profile("lab")
+settings.register_profile("nightly", deadline=None, max_examples=500, print_blob=True)
+settings.load_profile(os.environ.get("LABKIT_EXAMPLES", "lab"))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -35,12 +35,14 @@ HANDED_OUT = (
     "_toc.yml",
     "book",
     "labkit",
+    "labkit_command.py",
     "notebooks",
     "tests/conformance",  # pages include its tables
     "LICENSE",
     "Makefile",
     "pyproject.toml",
     "requirements.txt",
+    "requirements.lock",
     ".binder",
     ".devcontainer",
     ".gitignore",
@@ -53,7 +55,16 @@ KEPT_BACK = (
     "*/__pycache__/*",
     "*.pyc",
 )
-WITHOUT = ("student", "test", "bench")  # commands whose files stay with the lab
+WITHOUT = (
+    "student",
+    "test",
+    "quick",
+    "fix",
+    "bench",
+    "mutants",
+    "lock",
+    "dist",
+)  # commands whose files stay with the lab
 README = """\
 # ICP-based motion estimation: the lab
 

@@ -1,0 +1,67 @@
+"""What is installed: data files, pins and their lock, and a version that has its entry."""
+
+import re
+import tomllib
+from fnmatch import fnmatch
+from pathlib import Path
+
+import pytest
+
+import labkit
+
+ROOT = Path(labkit.__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+LOCK = (ROOT / "requirements.lock").read_text("utf-8")
+
+
+def pins(name):
+    """Normalised names and versions of a requirements file."""
+    found = re.findall(r"(?m)^([A-Za-z0-9._-]+)==([^\s;]+)", (ROOT / name).read_text("utf-8"))
+    return {(re.sub(r"[-_.]+", "-", package).lower(), version) for package, version in found}
+
+
+def test_every_data_file_is_in_the_wheel():
+    globs = {
+        ROOT.joinpath(*package.split(".")): patterns
+        for package, patterns in PROJECT["tool"]["setuptools"]["package-data"].items()
+    }
+    data = [
+        path
+        for path in (ROOT / "labkit").rglob("*")
+        if path.is_file() and path.suffix not in {".py", ".pyc", ".nbi", ".nbc"}
+    ]
+    assert len(data) > 20
+    missing = [
+        path
+        for path in data
+        if not any(
+            folder in path.parents and fnmatch(path.relative_to(folder).as_posix(), pattern)
+            for folder, patterns in globs.items()
+            for pattern in patterns
+        )
+    ]
+    assert missing == []
+
+
+def test_the_lock_holds_every_pin_and_says_no_host():
+    assert pins("requirements.txt") <= pins("requirements.lock"), "run `make lock`"
+    assert not re.search(r"https?:|index-url|@ ", LOCK)
+
+
+def test_every_locked_package_has_its_hashes():
+    entries = re.split(r"(?m)^(?=\S)", LOCK)[1:]
+    assert len(entries) > 100
+    assert all("--hash=sha256:" in entry for entry in entries)
+
+
+@pytest.mark.parametrize("requirement", PROJECT["project"]["dependencies"])
+def test_a_dependency_has_a_lower_bound_that_the_pins_keep(requirement):
+    name, _, lowest = requirement.partition(">=")
+    (version,) = (version for package, version in pins("requirements.txt") if package == name)
+    assert [int(part) for part in version.split(".")] >= [int(part) for part in lowest.split(".")]
+
+
+def test_the_version_has_its_entry():
+    assert re.search(
+        rf"(?m)^## {re.escape(labkit.__version__)}\b", (ROOT / "CHANGELOG.md").read_text("utf-8")
+    )
