@@ -13,6 +13,7 @@ from labkit.authoring.write import VARIANTS, write_assignment
 from labkit.errors import LabkitError
 from labkit.files import atomic_write, refuse_unwritable
 from labkit.grading.assignment import FOLDER
+from labkit.grading.assignment.secret import cases_beside, read_secret
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -27,15 +28,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for path in (options.notebook, options.solutions):
             if path is not None:
                 refuse_unwritable(path)
-        if not options.folder.is_dir():
-            raise LabkitError(f"there is no folder {options.folder}; make it first")
         if options.variants < 1:
             raise LabkitError(f"`--variants` must be at least 1, got {options.variants}")
-        written = write_assignment(options.folder, options.variants, _bar)
+        folder, secret = options.folder, b""
+        if options.secret is not None:
+            secret = read_secret(options.secret, make=True)
+            if folder is None:
+                folder = cases_beside(options.secret)
+                folder.mkdir(exist_ok=True)
+        folder = folder or FOLDER
+        if not folder.is_dir():
+            raise LabkitError(f"there is no folder {folder}; make it first")
+        written = write_assignment(folder, options.variants, _bar, secret=secret)
         for path, solutions in ((options.notebook, False), (options.solutions, True)):
             if path is not None:
                 with atomic_write(path) as file:
-                    file.write(notebook_text(solutions))
+                    file.write(notebook_text(solutions, stretch=options.stretch))
                 written.append(path)
     except LabkitError as error:
         sys.stderr.write(f"labkit.authoring: {error}\n")
@@ -52,7 +60,6 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--folder",
         type=Path,
-        default=FOLDER,
         help="where questions.json, visible.json and hidden/ go (default: labkit's own)",
     )
     parser.add_argument(
@@ -66,6 +73,16 @@ def _parser() -> argparse.ArgumentParser:
         "--solutions",
         type=Path,
         help="write the instructor's notebook here, too: the source of an nbgrader assignment",
+    )
+    parser.add_argument(
+        "--stretch", action="store_true", help="end both notebooks with the stretch task"
+    )
+    parser.add_argument(
+        "--secret",
+        type=Path,
+        metavar="FILE",
+        help="draw the hidden cases from the secret in FILE, which is made where there is none; "
+        "they go to FILE.cases, unless --folder says where",
     )
     return parser
 

@@ -33,6 +33,7 @@ from labkit.grading.judging.compare import is_answer_of, is_right
 from labkit.grading.sandbox.inside.data import plain
 
 TRIES = 200
+ALIKE = 8  # draws among which one as hard as another variant's is looked for
 STABLE_DRAWS = 2
 MOST_BYTES = 1 << 20
 DECIMALS = 12
@@ -48,20 +49,39 @@ def visible_cases(question: Question) -> tuple[Case, ...]:
     )
 
 
-def hidden_cases(question: Question, variant: int, visible: Sequence[Case]) -> tuple[Case, ...]:
+def hidden_cases(
+    question: Question,
+    variant: int,
+    visible: Sequence[Case],
+    *,
+    secret: bytes = b"",
+    like: Sequence[Case] = (),
+) -> tuple[Case, ...]:
     """The hidden cases of one variant.
+
+    Parameters
+    ----------
+    question, variant
+        Whose cases.
+    visible : sequence of Case
+        The question's visible ones.
+    secret : bytes
+        What the draws hang on besides; without it anybody can draw the same.
+    like : sequence of Case
+        The cases of another variant: each is drawn again until the same known mistakes pass
+        it, so that the variants are equally hard.
 
     Raises
     ------
     LabkitError
         If no draw tells all mistakes apart: the recipes need another case.
     """
-    rng = np.random.default_rng([4711, variant, *question.id.encode()])
+    rng = np.random.default_rng([4711, variant, *question.id.encode(), *secret])
     recipes = RECIPES[question.id].hidden
     confused = ""
     for _ in range(TRIES // 10):
         cases = tuple(
-            draw_case(question, recipe, f"h{number}", True, rng)
+            _as_hard_as(like[number - 1 : number], question, recipe, f"h{number}", rng)
             for number, recipe in enumerate(recipes, start=1)
         )
         confused = confusion(question, (*visible, *cases))
@@ -70,6 +90,32 @@ def hidden_cases(question: Question, variant: int, visible: Sequence[Case]) -> t
     raise LabkitError(
         f"no draw of the cases of {question.id} tells its mistakes apart: {confused}; "
         f"add a case that does"
+    )
+
+
+def _as_hard_as(
+    like: Sequence[Case], question: Question, recipe: Recipe, id: str, rng: np.random.Generator
+) -> Case:
+    """A case that the same known mistakes pass as that one; the nearest of `ALIKE` draws."""
+    best, least = None, np.inf
+    for _ in range(ALIKE):
+        case = draw_case(question, recipe, id, True, rng)
+        differing = passing(question, case) ^ passing(question, like[0]) if like else frozenset()
+        if len(differing) < least:
+            best, least = case, len(differing)
+        if not differing:
+            break
+    assert best is not None
+    return best
+
+
+def passing(question: Question, case: Case) -> frozenset[tuple[str, int]]:
+    """The known mistakes whose answer is right here, each with the way that it came out."""
+    return frozenset(
+        (id, way)
+        for id, answers in case.mistaken.items()
+        for way, answer in enumerate(answers)
+        if is_right(question, case, answer)
     )
 
 

@@ -16,7 +16,7 @@ import nbformat
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
 from labkit.authoring import solution
-from labkit.authoring.texts import introduction, read_texts
+from labkit.authoring.texts import ClosingCell, closing, introduction, read_texts
 from labkit.grading.assignment.questions import Question
 
 IMPORTS = "import numpy as np\n\nfrom labkit.grading.check import check"
@@ -26,13 +26,15 @@ KERNEL = {
 }
 
 
-def notebook_text(solutions: bool = False) -> str:
+def notebook_text(solutions: bool = False, *, stretch: bool = False) -> str:
     """The notebook as JSON, the same bytes each time.
 
     Parameters
     ----------
     solutions : bool
         Whether to write the instructor's notebook.
+    stretch : bool
+        Whether the stretch task stands at the end.
 
     Returns
     -------
@@ -45,6 +47,7 @@ def notebook_text(solutions: bool = False) -> str:
     ]
     for question in questions:
         cells.extend(_section(question, solutions))
+    cells.extend(map(_closing_cell, closing(stretch=stretch)))
     notebook = new_notebook(cells=cells, metadata=KERNEL)
     nbformat.validate(notebook)
     text: str = nbformat.writes(notebook, indent=1, ensure_ascii=False)
@@ -82,6 +85,16 @@ def _section(question: Question, solutions: bool) -> Iterator[Any]:
         locked=True,
         points=question.points,
     )
+
+
+def _closing_cell(cell: ClosingCell) -> Any:
+    """A cell after the questions; an answer in words is the student's, and worth no points here."""
+    if cell.kind == "code":
+        return new_code_cell(cell.text, id=cell.id)
+    text = new_markdown_cell(cell.text, id=cell.id)
+    if cell.kind == "answer":
+        return _cell(text, grade_id=cell.id, grade=True, solution=True, points=0)
+    return text
 
 
 def _cell(cell: Any, *, points: float | None = None, **flags: Any) -> Any:

@@ -23,7 +23,7 @@ from labkit.odometry import SanityLimits, integrate
 from labkit.odometry.sanity import motion_complaints, quality_complaints
 from labkit.parameters import IcpParameters
 from labkit.result import Iteration
-from labkit.se2 import rotation
+from labkit.se2 import rotation, wrap
 
 Keep = Callable[[FloatArray, float, float], BoolArray]
 
@@ -163,6 +163,7 @@ REFERENCES: dict[str, Callable[..., tuple[Value, ...]]] = {
     "rotation": _one(rotation),
     "compose": _one(labkit.compose),
     "invert": _one(labkit.invert),
+    "wrap": _one(wrap),
     "best_translation": _one(_best_translation),
     "align": _one(labkit.align),
     "align_weighted": _one(labkit.align),
@@ -172,6 +173,7 @@ REFERENCES: dict[str, Callable[..., tuple[Value, ...]]] = {
     "overlap": _one(overlap),
     "huber_weights": _one(huber_weights),
     "inlier_rmse": _one(_inlier_rmse),
+    "fitness": _one(lambda kept: float(np.count_nonzero(kept)) / len(kept)),
     "icp_step": _both_readings(step),
     "icp": _both_readings(loop),
     "has_converged": _one(_has_converged),

@@ -20,6 +20,10 @@ def invert(T_a_b):
     return T_b_a
 
 
+def wrap(angle):
+    return np.pi - (np.pi - angle) % (2 * np.pi)
+
+
 def best_translation(R, source, target):
     return target.mean(axis=0) - R @ source.mean(axis=0)
 
@@ -78,6 +82,16 @@ def inlier_rmse(distances, kept):
     return np.sqrt(np.mean(distances[kept] ** 2))
 
 
+def fitness(kept):
+    return kept.mean()
+
+
+def has_converged(dT, cost_change, iteration, eps_t, eps_psi, eps_cost, k_max):
+    small_shift = np.hypot(dT[0, 2], dT[1, 2]) < eps_t
+    small_turn = abs(np.arctan2(dT[1, 0], dT[0, 0])) < eps_psi
+    return (small_shift and small_turn) or abs(cost_change) < eps_cost or iteration >= k_max
+
+
 def icp_step(source, target, T, max_distance, overlap_ratio, delta):
     moved = source @ T[:2, :2].T + T[:2, 2]
     indices, d = nearest_neighbors(moved, target)
@@ -98,19 +112,12 @@ def icp(source, target, T_init, max_distance, overlap_ratio, delta, max_iteratio
     return T
 
 
-def has_converged(dT, cost_change, iteration, eps_t, eps_psi, eps_cost, k_max):
-    small_shift = np.hypot(dT[0, 2], dT[1, 2]) < eps_t
-    small_turn = abs(np.arctan2(dT[1, 0], dT[0, 0])) < eps_psi
-    return (small_shift and small_turn) or abs(cost_change) < eps_cost or iteration >= k_max
-
-
 def integrate(increments, start):
     poses = [np.array(start, dtype=float)]
     for increment in increments:
         x, y, psi = poses[-1]
         dx, dy = rotation(psi) @ increment[:2]
-        heading = np.pi - (np.pi - psi - increment[2]) % (2 * np.pi)
-        poses.append(np.array([x + dx, y + dy, heading]))
+        poses.append(np.array([x + dx, y + dy, wrap(psi + increment[2])]))
     return np.array(poses)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,35 @@ def introduction() -> str:
     """What stands above the first question, in Markdown."""
     text: str = tomllib.loads((FOLDER / "assignment.toml").read_text("utf-8"))["introduction"]
     return text.strip()
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClosingCell:
+    """A cell after the questions.
+
+    Attributes
+    ----------
+    id : str
+        Of the cell.
+    kind : {"markdown", "code", "answer"}
+        A text, given code, or a text that the student writes.
+    text : str
+        What stands in it.
+    stretch : bool
+        Whether it belongs to the stretch task, which an instructor may switch on.
+    """
+
+    id: str
+    kind: str
+    text: str
+    stretch: bool = False
+
+
+def closing(*, stretch: bool) -> list[ClosingCell]:
+    """What stands after the last question: the student's functions on recorded scans."""
+    rows = tomllib.loads((FOLDER / "closing.toml").read_text("utf-8"))["cells"]
+    cells = (ClosingCell(**row | {"text": row["text"].strip()}) for row in rows)
+    return [cell for cell in cells if stretch or not cell.stretch]
 
 
 def _question(id: str, table: dict[str, Any]) -> Question:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import json
-from collections.abc import Callable, Iterable, Mapping
+import textwrap
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from labkit.authoring import solution
 from labkit.authoring.compute import hidden_cases, visible_cases
 from labkit.authoring.texts import read_texts
 from labkit.files import atomic_write
-from labkit.grading.assignment.files import FORMAT, to_plain
+from labkit.grading.assignment.files import COURSE, FORMAT, to_plain
 from labkit.grading.assignment.questions import Case, Cases, Question
+from labkit.grading.assignment.secret import salt_of
 
 VARIANTS = 8
 
@@ -20,7 +25,7 @@ Progress = Callable[[Iterable[int]], Iterable[int]]
 
 
 def write_assignment(
-    folder: Path, variants: int = VARIANTS, progress: Progress = iter
+    folder: Path, variants: int = VARIANTS, progress: Progress = iter, *, secret: bytes = b""
 ) -> list[Path]:
     """Compute the assignment and write its files.
 
@@ -32,6 +37,8 @@ def write_assignment(
         How many sets of hidden cases; students are spread over them.
     progress : callable
         Wraps the numbers of the variants, e.g. ``tqdm.tqdm``.
+    secret : bytes
+        What the hidden cases are drawn from; without it they are public.
 
     Returns
     -------
@@ -48,9 +55,17 @@ def write_assignment(
     files = {
         folder / "questions.json": questions_file(title, questions),
         folder / "visible.json": cases_file(visible),
+        folder / "hidden" / COURSE: course_file(questions, secret),
     }
+    first: Cases = {}
     for variant in progress(range(variants)):
-        hidden = {one.id: hidden_cases(one, variant, visible[one.id]) for one in questions}
+        hidden = {
+            one.id: hidden_cases(
+                one, variant, visible[one.id], secret=secret, like=first.get(one.id, ())
+            )
+            for one in questions
+        }
+        first = first or hidden
         files[folder / "hidden" / f"variant_{variant}.json"] = cases_file(hidden)
     (folder / "hidden").mkdir(exist_ok=True)
     for stale in set((folder / "hidden").glob("variant_*.json")) - files.keys():
@@ -59,6 +74,41 @@ def write_assignment(
         with atomic_write(path) as file:
             file.write(text)
     return list(files)
+
+
+def course_file(questions: Sequence[Question], secret: bytes = b"") -> str:
+    """The text of `course.json`: stand-ins for wrong functions, and what the secret leads to."""
+    needed = {id for question in questions for id in question.builds_on}
+    functions = {one.id: one.function for one in questions if one.id in needed}
+    content = {
+        "format": FORMAT,
+        "public": not secret,
+        "salt": salt_of(secret),
+        "right": {id: stand_in(function) for id, function in functions.items()},
+    }
+    return json.dumps(content, ensure_ascii=False, indent=1) + "\n"
+
+
+def stand_in(function: str) -> str:
+    """Source that defines a right function, and nothing else that can be reached by a name.
+
+    >>> names = {}
+    >>> exec(stand_in("align"), names)
+    >>> sorted(name for name in names if name != "__builtins__")
+    ['align']
+    """
+    needed = [function]
+    for name in needed:
+        names = ast.walk(ast.parse(inspect.getsource(getattr(solution, name))))
+        used = {node.id for node in names if isinstance(node, ast.Name)}
+        needed += [
+            one
+            for one in sorted(used)
+            if callable(getattr(solution, one, None)) and one not in needed
+        ]
+    sources = [inspect.getsource(getattr(solution, name)) for name in reversed(needed)]
+    body = textwrap.indent("import numpy as np\n\n" + "\n".join(sources), "    ")
+    return f"def _right():\n{body}    return {function}\n\n\n{function} = _right()\ndel _right\n"
 
 
 def questions_file(title: str, questions: Iterable[Question]) -> str:

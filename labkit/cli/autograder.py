@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import sys
 
-from labkit.grading.assignment import FOLDER
+from labkit.cli.grade import PUBLIC
+from labkit.grading.assignment import FOLDER, load_assignment
+from labkit.grading.assignment.secret import folder_of
 from labkit.grading.exports import write_autograder
 
 DESCRIPTION = """\
@@ -24,11 +27,17 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument(
         "--assignment", metavar="FOLDER", default=str(FOLDER), help="questions (the lab's own)"
     )
+    parser.add_argument(
+        "--secret", metavar="FILE", help="hidden cases drawn from the course's secret in FILE"
+    )
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Write it."""
-    write_autograder(args.out, args.assignment)
+    folder = folder_of(args.secret) if args.secret else args.assignment
+    write_autograder(args.out, folder)
+    if load_assignment(folder).public:
+        print(f"labkit autograder: {PUBLIC}", file=sys.stderr)
     print(f"{args.out}: upload it to Gradescope as the assignment's autograder")
     return 0

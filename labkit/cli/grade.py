@@ -18,6 +18,7 @@ from labkit.cli.grade_outputs import add_output_options, check_outputs, write_ou
 from labkit.errors import InvalidParameterError, LabkitError
 from labkit.grading.assignment import FOLDER, load_assignment
 from labkit.grading.assignment.questions import Assignment
+from labkit.grading.assignment.secret import folder_of
 from labkit.grading.class_run.run import Graded, Settings, grade_class, merge, still_to_grade
 from labkit.grading.class_run.workers import cluster_executors, local_pools, open_sandboxes, prepare
 from labkit.grading.contract import Limits
@@ -29,6 +30,9 @@ from labkit.odometry import available_cores
 
 Where = tuple[Iterator[Executor], int]  # what grades, and how many at a time
 
+PUBLIC = """\
+the hidden cases are the public ones, which anybody can compute; draw your own with
+`python -m labkit.authoring --secret FILE`, and grade with --secret FILE"""
 DESCRIPTION = """\
 Grade notebooks (.ipynb) and scripts (.py). SUBMISSIONS is one file; a folder or zip archive
 with a file or folder for each student; or a bulk download of Canvas, Moodle or nbgrader.
@@ -54,10 +58,17 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--assignment", metavar="FOLDER", default=str(FOLDER), help="questions (the lab's own)"
     )
     parser.add_argument(
+        "--secret", metavar="FILE", help="hidden cases drawn from the course's secret in FILE"
+    )
+    parser.add_argument(
         "--again", nargs="+", default=[], metavar="STUDENT", help="grade these once more"
     )
     parser.add_argument(
-        "--question", nargs="+", default=[], metavar="ID", help="grade these questions once more"
+        "--question",
+        nargs="+",
+        default=[],
+        metavar="ID",
+        help="grade these questions once more, of all or of those named by --again",
     )
     where = parser.add_argument_group("where the code runs")
     where.add_argument("--mode", choices=("auto", *SAFE), default="auto", help="(auto: strongest)")
@@ -85,7 +96,11 @@ def run(args: argparse.Namespace) -> int:
     check_count(workers, "jobs", at_least=1)
     if not args.cluster:
         prepare()
+    if args.secret:
+        args.assignment = str(folder_of(args.secret))
     assignment = load_assignment(args.assignment)
+    if assignment.public:
+        print(f"labkit grade: {PUBLIC}", file=sys.stderr)
     for id in args.question:
         assignment.question(id)
     submissions = _submissions(args)
@@ -105,17 +120,21 @@ def _grade(
     settings = Settings(mode=mode, limits=limits, assignment=args.assignment)
     with VerdictStore(_folder(args.out) / VERDICTS) as store:
         again = _known(submissions, args.again)
-        todo = still_to_grade(submissions, store, settings, again)
+        todo = still_to_grade(submissions, store, settings, () if args.question else again)
         failures: dict[str, str] = {}
         jobs = [(todo, settings)]
         if args.question:
             listed = {one.student for one in todo}
-            rest = [one for one in submissions if one.student not in listed]
+            rest = [
+                one
+                for one in submissions
+                if one.student not in listed and (not again or one.student in again)
+            ]
             jobs.append((rest, replace(settings, questions=tuple(args.question))))
         for part, how in jobs:
             for graded in _graded(part, how, where, by_value=args.cluster is not None):
                 _keep(graded, store, failures)
-        write_outputs(args, store, assignment, [one.student for one in submissions], failures)
+        write_outputs(args, store, assignment, submissions, failures)
         asked = sum(len(part) for part, _ in jobs)
         print(_closing(len(submissions), asked, len(failures), settings.mode, args.out))
     for student, why in failures.items():

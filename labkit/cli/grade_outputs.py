@@ -10,8 +10,10 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from labkit.arrays import check_range
 from labkit.errors import InvalidParameterError
 from labkit.files import atomic_write, refuse_unwritable
+from labkit.grading.adjustments import Adjustments, read_groups, read_overrides
 from labkit.grading.assignment.questions import Assignment
 from labkit.grading.exports import (
     check_canvas,
@@ -19,12 +21,15 @@ from labkit.grading.exports import (
     fill_canvas,
     fill_moodle,
     gradescope_results,
+    write_feedback,
     write_junit,
     write_scores,
 )
+from labkit.grading.judging.verdict import SubmissionVerdict
 from labkit.grading.pages import ClassSummary, templates, write_class_page, write_student_page
 from labkit.grading.similarity import all_passages, near_identical
 from labkit.grading.store import VerdictStore
+from labkit.grading.submissions import Submission
 
 
 def add_output_options(parser: argparse.ArgumentParser) -> None:
@@ -41,17 +46,34 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--junit", metavar="FILE", help="JUnit XML")
     group.add_argument("--canvas", metavar="GRADEBOOK", help="Canvas's gradebook, to be filled in")
     group.add_argument("--title", metavar="COLUMN", help="the assignment's column in it")
+    group.add_argument(
+        "--overrides",
+        metavar="FILE",
+        help="points set by hand: student,question,points,comment",
+    )
+    group.add_argument(
+        "--late-percent", type=float, default=0.0, metavar="P", help="off the score, for a day late"
+    )
+    group.add_argument("--groups", metavar="FILE", help="who shares a verdict: student,submission")
+    group.add_argument(
+        "--feedback",
+        metavar="ZIP",
+        help="the pages, named as Canvas or Moodle takes them",
+    )
     group.add_argument("--moodle", metavar="WORKSHEET", help="Moodle's grading worksheet, likewise")
 
 
 def check_outputs(args: argparse.Namespace, submissions: int) -> None:
     """Refuse what cannot be written or filled in, before the work begins."""
     scores = os.path.join(args.out, "scores.csv") if os.path.isdir(args.out) else None
-    for path in (args.gradescope, args.junit, scores):
+    for path in (args.gradescope, args.junit, args.feedback, scores):
         if path:
             refuse_unwritable(path)
     if not args.no_html:
         templates()  # or say what they need
+    elif args.feedback:
+        raise InvalidParameterError("needs the pages; leave --no-html out", parameter="feedback")
+    check_range(args.late_percent, "late_percent", at_least=0.0, at_most=100.0)
     if bool(args.canvas) != bool(args.title):
         raise InvalidParameterError(
             f"and --canvas must be given together, got {args.title or args.canvas!r} alone",
@@ -67,30 +89,53 @@ def check_outputs(args: argparse.Namespace, submissions: int) -> None:
         )
 
 
+def read_adjustments(args: argparse.Namespace, assignment: Assignment) -> Adjustments:
+    """What the options say of points set by hand, late days and groups."""
+    return Adjustments(
+        overrides=read_overrides(args.overrides, assignment) if args.overrides else {},
+        per_day=args.late_percent,
+        members=read_groups(args.groups) if args.groups else {},
+    )
+
+
 def write_outputs(
     args: argparse.Namespace,
     store: VerdictStore,
     assignment: Assignment,
-    students: Sequence[str],
+    submissions: Sequence[Submission],
     failures: Mapping[str, str],
 ) -> None:
-    """Write tables, pages and gradebooks of the class from what is stored."""
-    graded = [student for student in sorted(students) if student in store]
+    """Write tables, pages and gradebooks of the class from what is stored.
+
+    One student's run leaves the others in the tables.
+    """
+    found = {one.student for one in submissions}
+    listed = store.students if args.student else sorted(found & set(store.students))
+    adjustments = read_adjustments(args, assignment)
+    graded = list(adjustments.all(store[student] for student in listed))
     out = Path(args.out)
-    write_scores((store[student] for student in graded), out / "scores.csv")
+    write_scores(graded, out / "scores.csv")
     if args.junit:
-        write_junit((store[student] for student in graded), args.junit)
+        write_junit(graded, args.junit)
     if args.gradescope:
         with atomic_write(args.gradescope) as file:
-            file.write("".join(gradescope_results(store[student]) for student in graded))
-    verdicts = (store[student] for student in graded)
+            file.write("".join(gradescope_results(one) for one in graded if one.student in found))
     if args.canvas:
-        _tell(fill_canvas(verdicts, args.canvas, args.title, out / "canvas.csv"), args.canvas)
+        _tell(fill_canvas(graded, args.canvas, args.title, out / "canvas.csv"), args.canvas)
     if args.moodle:
-        verdicts = (store[student] for student in graded)
-        _tell(fill_moodle(verdicts, args.moodle, out / "moodle.csv"), args.moodle)
+        _tell(fill_moodle(graded, args.moodle, out / "moodle.csv"), args.moodle)
+    unread = [one.student for one in graded if one.unread]
+    if unread:
+        print(
+            f"labkit grade: something was not read of {len(unread)} submissions "
+            f"({', '.join(unread[:5])}{', ...' if len(unread) > 5 else ''}); their pages say what",
+            file=sys.stderr,
+        )
     if not args.no_html:
         _write_pages(out, store, assignment, graded, failures)
+    if args.feedback:
+        pages = {one.student: out / page_name(one.student) for one in graded}
+        write_feedback(submissions, pages, args.feedback)
 
 
 def page_name(student: str) -> str:
@@ -109,16 +154,16 @@ def _write_pages(
     out: Path,
     store: VerdictStore,
     assignment: Assignment,
-    graded: Sequence[str],
+    graded: Sequence[SubmissionVerdict],
     failures: Mapping[str, str],
 ) -> None:
     (out / "students").mkdir(exist_ok=True)
     summary = ClassSummary()
-    for student in graded:
-        verdict, page = store[student], page_name(student)
+    for verdict in graded:
+        page = page_name(verdict.student)
         write_student_page(verdict, assignment, out / page)
         summary.add(verdict, page)
-    kept = set(graded)
+    kept = {verdict.student for verdict in graded}
     marks = {student: found for student, found in store.passages().items() if student in kept}
     stubs = all_passages(question.stub for question in assignment.questions)
     groups = near_identical(marks, stubs)

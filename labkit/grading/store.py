@@ -100,6 +100,11 @@ class VerdictStore:
         """The marks of every submission's code, by student."""
         return {student: tuple(self._entry(student)["passages"]) for student in sorted(self._place)}
 
+    @property
+    def students(self) -> list[str]:
+        """All who have a verdict, in alphabetical order."""
+        return sorted(self._place)
+
     def __getitem__(self, student: str) -> SubmissionVerdict:
         return SubmissionVerdict.from_fields(self._entry(student)["verdict"])
 

@@ -7,10 +7,11 @@ import math
 import numpy as np
 
 import labkit
+from labkit.arrays import FloatArray
 from labkit.authoring.recipe import Draw, Recipe, Recipes, points, uniform
 from labkit.grading.contract import Value
 
-ITERATIONS = 60
+BUDGET = 60
 OFF = math.inf
 
 
@@ -22,12 +23,13 @@ def _scans(
     delta: float,
     turn: float = 0.1,
     error: float = 0.05,
-    loop: bool = False,
+    loop: int = 0,
 ) -> Draw:
     """Two scans of the same posts, each with some that the other does not see.
 
-    `turn` [rad] is the size of the true rotation, `error` [rad, and thrice it in m] that of
-    the guess. Posts that moved a little between the scans keep Huber's weights at work.
+    `loop` is the budget of the whole loop, 0 for a single step. `turn` [rad] is the size of the
+    true rotation, `error` [rad, and thrice it in m] that of the guess. Posts that moved a little
+    between the scans keep Huber's weights at work.
     """
 
     def draw(rng: np.random.Generator) -> tuple[Value, ...]:
@@ -43,7 +45,7 @@ def _scans(
         away = other * error * uniform(rng, 0.8, 1.2)
         guess = labkit.compose(labkit.transform(3.0 * away, -2.0 * away, away), T)
         arguments = (np.round(source, 3), np.round(target, 3), guess, gate, ratio, delta)
-        return (*arguments, ITERATIONS) if loop else arguments
+        return (*arguments, loop) if loop else arguments
 
     return draw
 
@@ -51,6 +53,37 @@ def _scans(
 def _from_no_motion(rng: np.random.Generator) -> tuple[Value, ...]:
     source, target, _, *limits = _scans(16, gate=1.2, ratio=0.8, delta=0.15, turn=0.03)(rng)
     return source, target, np.eye(3), *limits
+
+
+def _walls(rng: np.random.Generator) -> tuple[Value, ...]:
+    """Dense walls about a corner: each step slides a little, and the last ones are short."""
+    along, across = np.arange(0.0, 3.6, 0.24), np.arange(0.2, 2.4, 0.22)
+
+    def look() -> FloatArray:
+        walls = np.vstack(
+            [
+                np.column_stack([along + rng.uniform(0.0, 0.1), np.zeros(len(along))]),
+                np.column_stack([np.full(len(across), 3.6), across + rng.uniform(0.0, 0.1)]),
+            ]
+        )
+        return walls + rng.normal(0.0, 0.012, walls.shape)
+
+    T = labkit.transform(uniform(rng, -0.5, 0.5), uniform(rng, -0.5, 0.5), uniform(rng, 0.1, 0.3))
+    source = labkit.apply(labkit.invert(T), look())
+    away = labkit.transform(uniform(rng, 0.15, 0.3), uniform(rng, -0.2, -0.1), 0.06)
+    guess = labkit.compose(away, T)
+    return np.round(source, 3), np.round(look(), 3), guess, 1.5, 0.9, 0.05, 3 * BUDGET
+
+
+def _straight_ahead(rng: np.random.Generator) -> tuple[Value, ...]:
+    """A scene with two equal sides and a guess that is off straight ahead: no step turns."""
+    side = np.column_stack([rng.permutation(np.arange(-6.0, 6.0, 1.2)), rng.uniform(1.0, 4.0, 10)])
+    moved = side + np.column_stack([rng.normal(0.0, 0.1, 10), np.zeros(10)])
+    posts, seen = (np.round(np.vstack([one, one * (1.0, -1.0)]), 3) for one in (side, moved))
+    ahead = labkit.transform(uniform(rng, 0.2, 0.5), 0.0, 0.0)
+    source = labkit.apply(labkit.invert(ahead), seen)
+    guess = labkit.compose(labkit.transform(uniform(rng, 0.7, 0.9), 0.0, 0.0), ahead)
+    return np.round(source, 6), posts, guess, 3.0, 0.9, 0.1, BUDGET
 
 
 RECIPES = {
@@ -61,28 +94,36 @@ RECIPES = {
         ],
         hidden=[
             Recipe("the gate alone", _scans(24, gate=0.6, ratio=1.0, delta=50.0)),
+            Recipe("the gate alone, in clutter", _scans(30, gate=0.5, ratio=1.0, delta=50.0)),
             Recipe("trimming alone", _scans(24, gate=50.0, ratio=0.65, delta=50.0)),
             Recipe("the weights alone", _scans(24, gate=50.0, ratio=1.0, delta=0.1)),
-            Recipe("all stages at work", _scans(30, gate=0.7, ratio=0.75, delta=0.1)),
+            Recipe("all stages at work", _scans(30, gate=0.45, ratio=0.9, delta=0.1)),
             Recipe(
                 "a guess far from no motion",
-                _scans(24, gate=0.9, ratio=0.8, delta=0.15, turn=0.9),
+                _scans(24, gate=0.5, ratio=0.95, delta=0.15, turn=0.9),
             ),
         ],
     ),
     "icp": Recipes(
         visible=[
-            Recipe("all stages at work", _scans(20, gate=0.9, ratio=0.8, delta=0.1, loop=True)),
+            Recipe("all stages at work", _scans(20, gate=0.9, ratio=0.8, delta=0.1, loop=60)),
         ],
         hidden=[
-            Recipe("the gate alone", _scans(24, gate=0.7, ratio=1.0, delta=50.0, loop=True)),
-            Recipe("trimming alone", _scans(24, gate=50.0, ratio=0.7, delta=50.0, loop=True)),
-            Recipe("the weights alone", _scans(24, gate=50.0, ratio=1.0, delta=0.1, loop=True)),
-            Recipe("all stages at work", _scans(30, gate=0.8, ratio=0.75, delta=0.1, loop=True)),
+            Recipe("the gate alone", _scans(28, gate=0.45, ratio=1.0, delta=50.0, loop=60)),
+            Recipe("trimming alone", _scans(24, gate=50.0, ratio=0.7, delta=50.0, loop=60)),
+            Recipe("the weights alone", _scans(24, gate=50.0, ratio=1.0, delta=0.1, loop=60)),
+            Recipe("all stages at work", _scans(30, gate=0.5, ratio=0.9, delta=0.1, loop=60)),
             Recipe(
                 "a guess far from no motion",
-                _scans(24, gate=0.9, ratio=0.8, delta=0.15, turn=0.9, loop=True),
+                _scans(24, gate=0.6, ratio=0.9, delta=0.15, turn=0.9, loop=60),
             ),
+            Recipe(
+                "a budget that ends the loop",
+                _scans(24, gate=1.5, ratio=0.8, delta=0.1, error=0.15, loop=3),
+            ),
+            Recipe("few pairs", _scans(7, gate=2.0, ratio=0.9, delta=0.1, loop=60)),
+            Recipe("walls along which each step slides a little", _walls),
+            Recipe("a way straight ahead, without a turn", _straight_ahead),
         ],
     ),
 }

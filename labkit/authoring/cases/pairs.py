@@ -140,4 +140,15 @@ RECIPES = {
             Recipe("no pair kept", _kept(7, 0.0)),
         ],
     ),
+    "fitness": Recipes(
+        visible=[
+            Recipe("three of four", lambda _: (np.array([True, False, True, True]),)),
+        ],
+        hidden=[
+            Recipe("most pairs kept", lambda rng: _kept(11, 0.7)(rng)[1:]),
+            Recipe("few pairs kept", lambda rng: _kept(23, 0.2)(rng)[1:]),
+            Recipe("no pair kept", lambda rng: _kept(7, 0.0)(rng)[1:]),
+            Recipe("all pairs kept", lambda rng: _kept(6, 1.0)(rng)[1:]),
+        ],
+    ),
 }

@@ -79,4 +79,18 @@ RECIPES = {
             Recipe("a transform given in whole numbers", _whole_transforms(1)),
         ],
     ),
+    "wrap": Recipes(
+        visible=[
+            Recipe("three quarters of a turn", lambda _: (1.5 * math.pi,)),
+            Recipe("a small angle", lambda _: (0.25,)),
+        ],
+        hidden=[
+            Recipe("an angle that needs no wrapping", _angle(-2.8, -0.4)),
+            Recipe("more than half a turn to the left", _angle(3.4, 5.9)),
+            Recipe("more than half a turn to the right", _angle(-5.9, -3.4)),
+            Recipe("two turns and some", _angle(13.0, 15.0)),
+            Recipe("two turns to the right and some", _angle(-15.0, -13.0)),
+            Recipe("an angle given as a whole number", lambda rng: (int(rng.choice([4, 5])),)),
+        ],
+    ),
 }

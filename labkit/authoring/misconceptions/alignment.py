@@ -177,3 +177,18 @@ def align_svd__centroid_not_turned(source, target):
 
 def _sign(U, Vt):
     return np.sign(np.linalg.det(Vt.T @ U.T))
+
+
+@mistake("align_svd", credit=0.6, chapter="chapter 2, “What the determinant is for”")
+def align_svd__column_of_r(source, target):
+    """Against the reflection a column of R is negated; the one to negate is V's last, before
+    R = V Uᵀ is formed."""
+    p_mean, q_mean = source.mean(axis=0), target.mean(axis=0)
+    U, _, Vt = np.linalg.svd((source - p_mean).T @ (target - q_mean))
+    turns = []
+    for column in (0, 1):
+        R = Vt.T @ U.T
+        if np.linalg.det(R) < 0:
+            R[:, column] *= -1
+        turns.append((R, q_mean - R @ p_mean))
+    return Several(tuple(turns))

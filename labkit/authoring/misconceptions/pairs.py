@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from labkit.authoring import solution as right
-from labkit.authoring.mistake import mistake
+from labkit.authoring.mistake import Several, mistake
 
 
 @mistake("nearest_neighbors", credit=0.7)
@@ -368,3 +368,45 @@ def huber_weights__whole_numbers(residuals, delta):
     far = residuals > delta
     weights[far] = (delta / np.maximum(residuals, 1e-12))[far]
     return weights
+
+
+@mistake("huber_weights", credit=0.4)
+def huber_weights__over_square(residuals, delta):
+    """Beyond δ this is δ/r²; the weight is δ/r."""
+    return np.where(residuals > delta, delta / np.maximum(residuals, 1e-12) ** 2.0, 1.0)
+
+
+@mistake("align_weighted", credit=0.5, chapter=WEIGHTS)
+def align_weighted__not_normalised(source, target, weights):
+    """The weighted sums are taken for means: divide Σ w p and Σ w q by Σ w."""
+    p_mean, q_mean = weights @ source, weights @ target
+    x, y = source - p_mean, target - q_mean
+    a = weights @ (x * y).sum(axis=1)
+    b = weights @ (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0])
+    R = right.rotation(np.arctan2(b, a))
+    return R, q_mean - R @ p_mean
+
+
+@mistake("overlap", credit=0.8)
+def overlap__other_minimum(distances, overlap_ratio):
+    """Another number of pairs than 3 is kept where ρN is small: keep at least 3."""
+    count = int(overlap_ratio * len(distances))
+    return Several(tuple(_closest(distances, max(least, count)) for least in (2, 4)))
+
+
+@mistake("fitness", credit=0.5)
+def fitness__count(kept):
+    """This is the number of pairs that are kept; asked for is their share."""
+    return np.count_nonzero(kept)
+
+
+@mistake("fitness", credit=0.5)
+def fitness__percent(kept):
+    """This is the share in percent; asked for is a number from 0 to 1."""
+    return 100.0 * np.mean(kept)
+
+
+@mistake("fitness", credit=0.4)
+def fitness__rejected(kept):
+    """This is the share of the pairs that are rejected; asked for is that of the kept ones."""
+    return 1.0 - np.mean(kept)

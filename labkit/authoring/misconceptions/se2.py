@@ -112,3 +112,33 @@ def _transform(R, t):
     T = np.eye(3)
     T[:2, :2], T[:2, 2] = R, t
     return T
+
+
+@mistake("wrap", credit=0.0)
+def wrap__as_it_came(angle):
+    """The angle comes back as it came: whole turns are to be taken off."""
+    return angle
+
+
+@mistake("wrap", credit=0.4)
+def wrap__to_a_full_turn(angle):
+    """The angle is wrapped to [0, 2π); the lab's convention is (−π, π]."""
+    return angle % (2 * np.pi)
+
+
+@mistake("wrap", credit=0.6)
+def wrap__one_turn(angle):
+    """One turn is taken off, and no more: an angle may hold several."""
+    return angle - 2 * np.pi * (angle > np.pi) + 2 * np.pi * (angle <= -np.pi)
+
+
+@mistake("wrap", credit=0.4)
+def wrap__half_turns(angle):
+    """Half turns are taken off, as for a line, which has no front: take whole turns off."""
+    return np.pi / 2 - (np.pi / 2 - angle) % np.pi
+
+
+@mistake("wrap", credit=0.3)
+def wrap__degrees(angle):
+    """A turn is taken for 360; the angle is in radians, so a turn is 2π."""
+    return 180.0 - (180.0 - angle) % 360.0 if abs(angle) > np.pi else (angle + 180.0) % 360.0

@@ -183,14 +183,14 @@ def grade_class(
             executor = next(executors)
 
 
-Sent = tuple[str, str, Files, tuple[str, ...]]
+Sent = tuple[str, str, bool, Files, tuple[str, ...]]
 Task = Submission | Sent
 
 
 def grade(task: Task, settings: Settings) -> Graded:
     """Grade one submission in the sandbox of this process: what a worker does."""
     sent = _sent(task, settings) if isinstance(task, Submission) else task
-    student, name, files, unread = sent
+    student, name, late, files, unread = sent
     assignment = load_assignment(settings.assignment)
     found = extract(files, {one.id: one.function for one in assignment.questions})
     verdict = grade_submission(
@@ -205,14 +205,14 @@ def grade(task: Task, settings: Settings) -> Graded:
     )
     return Graded(
         student=student,
-        verdict=verdict,
+        verdict=replace(verdict, late=float(late)),
         fingerprint=fingerprint(files, settings),
         passages=passages(found.cells),
     )
 
 
 def _sent(one: Submission, settings: Settings) -> Sent:
-    return one.student, one.name, *one.read(settings.functions)
+    return one.student, one.name, one.late, *one.read(settings.functions)
 
 
 def _submit(executor: Executor, task: Task, settings: Settings) -> Future[Graded]:

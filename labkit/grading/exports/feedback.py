@@ -1,8 +1,15 @@
-"""What a student is told of a verdict, in words: the same in every format."""
+"""What a student is told of a verdict, in words, and the pages packed to hand back."""
 
 from __future__ import annotations
 
+import os
+import zipfile
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from labkit.files import atomic_write
 from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
+from labkit.grading.submissions.submission import Submission
 
 
 def number(value: float) -> str:
@@ -51,3 +58,24 @@ def summary_text(verdict: SubmissionVerdict) -> str:
 
 def _first(cases: tuple[CaseVerdict, ...]) -> str:
     return next((case.reason for case in cases if case.reason), "")
+
+
+def write_feedback(
+    submissions: Iterable[Submission], pages: Mapping[str, Path], out: str | os.PathLike[str]
+) -> None:
+    """Pack the students' pages under the names by which Canvas and Moodle take files back.
+
+    Parameters
+    ----------
+    submissions : iterable of Submission
+        As they were found; one of no platform has its page under its own name.
+    pages : mapping of str to Path
+        The page of each student.
+    out : path-like
+        The zip archive, for Canvas's "Upload submissions" or Moodle's "Upload multiple
+        feedback files in a zip".
+    """
+    with atomic_write(out, "wb") as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as zip:
+        for one in submissions:
+            if one.student in pages:
+                zip.write(pages[one.student], one.feedback_name)

@@ -114,7 +114,7 @@ def plain(text: str) -> str:
 
 
 def write_scores(verdicts: Iterable[SubmissionVerdict], out: str | os.PathLike[str]) -> None:
-    """Write ``student, submission, score, points, isolation`` and the score of each question."""
+    """Write ``student, submission, score, points, late, isolation`` and each question's score."""
     rows: list[list[str]] = []
     questions: dict[str, None] = {}
     scores: list[dict[str, str]] = []
@@ -125,12 +125,13 @@ def write_scores(verdicts: Iterable[SubmissionVerdict], out: str | os.PathLike[s
                 plain(verdict.submission),
                 number(verdict.score),
                 number(verdict.points),
+                f"{verdict.late:g}",
                 verdict.mode,
             ]
         )
         scores.append({one.question: number(one.score) for one in verdict.questions})
         questions |= dict.fromkeys(scores[-1])
-    header = ["student", "submission", "score", "points", "isolation", *questions]
+    header = ["student", "submission", "score", "points", "late", "isolation", *questions]
     body = [
         [*row, *(own.get(question, "") for question in questions)]
         for row, own in zip(rows, scores, strict=True)

@@ -105,6 +105,10 @@ class SubmissionVerdict:
         What else the student should know: cells that were skipped, how they were read.
     unread : tuple of str
         What of the submission was not read, and why; the instructor is told it, too.
+    late : float
+        Days; 1 where the platform says so and no more.
+    adjustments : tuple of str
+        What an instructor changed; see `labkit.grading.adjustments`.
     seconds : float
         Wall time of the grading; the only part that differs from run to run.
 
@@ -126,11 +130,13 @@ class SubmissionVerdict:
     notes: tuple[str, ...]
     seconds: float
     unread: tuple[str, ...] = ()
+    late: float = 0.0
+    adjustments: tuple[str, ...] = ()
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """All that the student should know of how the submission was read."""
-        return self.unread + self.notes
+        return self.adjustments + self.unread + self.notes
 
     @property
     def fields(self) -> dict[str, Any]:
@@ -164,7 +170,7 @@ class SubmissionVerdict:
             if version == FORMAT:
                 own = {name: value for name, value in fields.items() if name != "format"}
                 questions = tuple(map(_question, own["questions"]))
-                texts = {name: tuple(own[name]) for name in ("notes", "unread")}
+                texts = {name: tuple(own[name]) for name in ("notes", "unread", "adjustments")}
                 return cls(**own | texts | {"questions": questions})
         except (TypeError, KeyError, AttributeError) as error:
             raise _no_verdict(error, fields) from None

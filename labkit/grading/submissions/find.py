@@ -207,6 +207,7 @@ def _submission(found: Sequence[tuple[Place, StoredFile]]) -> Submission:
         platform=first.platform,
         late=any(place.late for place, _ in found),
         notes=notes,
+        upload=max(place.upload for place, _ in found),
     )
 
 

@@ -62,6 +62,8 @@ class Submission:
         Whether the platform marked it so.
     notes : tuple of str
         What the student should know of files that are left out.
+    upload : int
+        Canvas's number of the newest upload; else 0.
     """
 
     student: str
@@ -70,6 +72,16 @@ class Submission:
     platform: Platform = ""
     late: bool = False
     notes: tuple[str, ...] = ()
+    upload: int = 0
+
+    @property
+    def feedback_name(self) -> str:
+        """The name under which its platform takes a page for this student back."""
+        if self.platform == "moodle":
+            return f"{self.name}_{self.student}_assignsubmission_file_/feedback.html"
+        if self.platform == "canvas":
+            return f"{self.name}_{self.student}_{self.upload}_feedback.html"
+        return f"{self.student.replace('/', '-')}.html"
 
     def read(self, functions: Collection[str] = ()) -> Reading:
         """The notebooks and scripts, and what is to be known of the rest.

@@ -18,6 +18,10 @@ def invert(T_a_b):
     return np.linalg.inv(T_a_b)
 
 
+def wrap(angle):
+    return np.angle(np.exp(1j * angle))
+
+
 def best_translation(R, source, target):
     return (target.T - R @ source.T).mean(axis=1, keepdims=True)
 
@@ -70,6 +74,10 @@ def huber_weights(residuals, delta):
 def inlier_rmse(distances, kept):
     d = np.asarray(distances)[np.asarray(kept)]
     return float(np.linalg.norm(d) / np.sqrt(d.size)) if d.size else float("nan")
+
+
+def fitness(kept):
+    return np.count_nonzero(kept) / np.size(kept)
 
 
 def icp_step(source, target, T, max_distance, overlap_ratio, delta):

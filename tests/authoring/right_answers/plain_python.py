@@ -18,6 +18,14 @@ def invert(T_a_b):
     return [[a, c, -(a * x + c * y)], [b, d, -(b * x + d * y)], [0, 0, 1]]
 
 
+def wrap(angle):
+    while angle > math.pi:
+        angle -= 2 * math.pi
+    while angle <= -math.pi:
+        angle += 2 * math.pi
+    return angle
+
+
 def best_translation(R, source, target):
     px, py = centroid(source, [1] * len(source))
     qx, qy = centroid(target, [1] * len(target))
@@ -81,6 +89,10 @@ def huber_weights(residuals, delta):
 def inlier_rmse(distances, kept):
     squares = [d * d for d, keep in zip(distances, kept, strict=True) if keep]
     return math.sqrt(sum(squares) / len(squares)) if squares else math.nan
+
+
+def fitness(kept):
+    return sum(map(bool, kept)) / len(kept)
 
 
 def icp_step(source, target, T, max_distance, overlap_ratio, delta):

@@ -28,6 +28,10 @@ def to_complex(points):
     return points[:, 0] + F(1) * 1j * points[:, 1]
 
 
+def wrap(angle):
+    return np.arctan2(np.sin(F(angle)), np.cos(F(angle)))
+
+
 def best_translation(R, source, target):
     e = complex(R[0][0], R[1][0])
     t = to_complex(target).mean() - e * to_complex(source).mean()
@@ -76,6 +80,10 @@ def huber_weights(residuals, delta):
 def inlier_rmse(distances, kept):
     d = np.asarray(distances, dtype=F)[np.asarray(kept, dtype=bool)]
     return np.sqrt((d * d).mean()) if len(d) else F("nan")
+
+
+def fitness(kept):
+    return np.mean(kept, dtype=F)
 
 
 def icp_step(source, target, T, max_distance, overlap_ratio, delta):

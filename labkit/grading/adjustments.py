@@ -1,0 +1,179 @@
+"""What an instructor changes of verdicts: points set by hand, late days, members of a group.
+
+Nothing of it is stored among the verdicts: it is read and applied whenever tables and pages
+are written, so that it survives every re-grade.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from labkit.errors import LabkitError
+from labkit.grading.assignment.questions import Assignment
+from labkit.grading.judging.verdict import SubmissionVerdict
+
+BONUS, LATE = "bonus", "late"  # in the column of questions: points on top, days late
+
+
+@dataclass(frozen=True, kw_only=True)
+class Override:
+    """One line of the overrides file.
+
+    Attributes
+    ----------
+    points : float
+        What the question gets; with "bonus" what is added to the sum, with "late" the days.
+    comment : str
+        For the student.
+    """
+
+    points: float
+    comment: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Adjustments:
+    """All that is changed when results are written.
+
+    Attributes
+    ----------
+    overrides : mapping of (str, str) to Override
+        By student and question (or "bonus", or "late").
+    per_day : float
+        The share of the score [%] that a day late costs.
+    members : mapping of str to str
+        Who gets the verdict of whose submission, for groups that hand in once.
+    """
+
+    overrides: Mapping[tuple[str, str], Override] = field(default_factory=dict)
+    per_day: float = 0.0
+    members: Mapping[str, str] = field(default_factory=dict)
+
+    def apply(self, verdict: SubmissionVerdict) -> SubmissionVerdict:
+        """The verdict with everything that is changed of it, each change told to the student."""
+        told: list[str] = []
+        questions = []
+        for one in verdict.questions:
+            override = self.overrides.get((verdict.student, one.question))
+            if override:
+                told.append(
+                    f"{one.title}: set by your instructor to {override.points:g} of "
+                    f"{one.points:g} points{_because(override)}"
+                )
+                one = replace(one, score=override.points)  # noqa: PLW2901
+            questions.append(one)
+        score = round(sum(one.score for one in questions), 2)
+        bonus = self.overrides.get((verdict.student, BONUS))
+        if bonus:
+            told.append(f"{bonus.points:+g} points by your instructor{_because(bonus)}")
+            score += bonus.points
+        waived = self.overrides.get((verdict.student, LATE))
+        days = waived.points if waived else verdict.late
+        share = min(1.0, days * self.per_day / 100.0)
+        if days:
+            told.append(
+                f"{days:g} day{'' if days == 1 else 's'} late{_because(waived)[:-1]}: "
+                f"{100.0 * share:g} % off {score:g} points."
+            )
+        score = round(max(0.0, score) * (1.0 - share), 2)
+        return replace(
+            verdict,
+            questions=tuple(questions),
+            score=score,
+            late=days,
+            adjustments=tuple(told),
+        )
+
+    def all(self, verdicts: Iterable[SubmissionVerdict]) -> Iterator[SubmissionVerdict]:
+        """The adjusted verdicts, those of a group's members after the one who handed in."""
+        shared: dict[str, list[str]] = {}
+        for member, submitter in self.members.items():
+            if member != submitter:
+                shared.setdefault(submitter, []).append(member)
+        for verdict in verdicts:
+            yield self.apply(verdict)
+            for member in shared.get(verdict.student, ()):
+                yield self.apply(replace(verdict, student=member))
+
+
+def _because(override: Override | None) -> str:
+    return f": {override.comment}." if override and override.comment else "."
+
+
+def read_overrides(
+    path: str | os.PathLike[str], assignment: Assignment
+) -> dict[tuple[str, str], Override]:
+    """Read ``student,question,points,comment``; the last line on the same question counts.
+
+    Raises
+    ------
+    LabkitError
+        Where it cannot be read, or a line names no question, or no possible points; the
+        message says which line.
+    """
+    points = {one.id: one.points for one in assignment.questions}
+    found: dict[tuple[str, str], Override] = {}
+    for line, row in _rows(path, ("student", "question", "points")):
+        question = row["question"]
+        if question not in points and question not in (BONUS, LATE):
+            raise LabkitError(
+                f"{path}: line {line}: the question must be one of {', '.join(points)}, "
+                f"{BONUS} or {LATE}, got {question!r}"
+            )
+        try:
+            amount = float(row["points"].replace(",", "."))
+        except ValueError:
+            amount = math.nan
+        most = points.get(question, math.inf)
+        least = -math.inf if question == BONUS else 0.0
+        if not math.isfinite(amount) or not least <= amount <= most:
+            raise LabkitError(
+                f"{path}: line {line}: the points must be a number"
+                f"{f' from 0 to {most:g}' if question in points else ''}, got {row['points']!r}"
+            )
+        found[row["student"], question] = Override(points=amount, comment=row.get("comment", ""))
+    return found
+
+
+def read_groups(path: str | os.PathLike[str]) -> dict[str, str]:
+    """Read ``student,submission``: who gets the verdict of whose submission.
+
+    Raises
+    ------
+    LabkitError
+        Where it cannot be read, or names a student twice.
+    """
+    found: dict[str, str] = {}
+    for line, row in _rows(path, ("student", "submission")):
+        if found.setdefault(row["student"], row["submission"]) != row["submission"]:
+            raise LabkitError(
+                f"{path}: line {line}: {row['student']!r} is in two groups; take one line out"
+            )
+    return found
+
+
+def _rows(
+    path: str | os.PathLike[str], needed: tuple[str, ...]
+) -> Iterator[tuple[int, dict[str, str]]]:
+    """The rows of a CSV file with their lines, cells trimmed."""
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise LabkitError(f"{path}: is no UTF-8 text; save it as CSV in UTF-8") from None
+    except OSError as error:
+        raise LabkitError(f"{path}: cannot be read: {error.strerror}") from None
+    reader = csv.DictReader(text.splitlines())
+    missing = [name for name in needed if name not in (reader.fieldnames or ())]
+    if missing:
+        raise LabkitError(
+            f"{path}: line 1: no column {missing[0]!r}; the columns are {', '.join(needed)}"
+        )
+    for row in reader:
+        cells = {name: (cell or "").strip() for name, cell in row.items() if name}
+        if any(cells.values()):
+            yield reader.line_num, cells
