@@ -109,7 +109,7 @@ def test_a_hidden_input_never_reaches_the_verdict():
         if isinstance(case.arguments[0], float):  # 1 and -1 stand in every text
             assert (str(case.arguments[0]) in text) == (not case.hidden)
     assert "it raised ValueError: [0.0]" in text
-    assert "it raised KeyError: '[0.0, " in text
+    assert "it raised KeyError: '[" in text
 
 
 def test_the_visible_cases_are_asked_before_any_hidden_one():
@@ -164,3 +164,27 @@ def test_a_verdict_goes_to_json_and_back():
 def test_what_is_no_verdict_is_refused(text, message):
     with pytest.raises(LabkitError, match=message):
         SubmissionVerdict.from_json(text)
+
+
+def test_a_slip_costs_its_own_points_alone():
+    """Later questions are graded once more with the right function, and their texts say so."""
+    slip = RIGHT.replace(
+        "np.cos(theta), np.sin(theta)", "np.cos(theta / 57.3), np.sin(theta / 57.3)"
+    )
+    assert slip != RIGHT
+    verdict, box = graded(slip)
+    by_id = {one.question: one for one in verdict.questions}
+    assert verdict.score == verdict.points - by_id["rotation"].points + by_id["rotation"].score
+    assert by_id["align"].replaced == ("rotation",)
+    assert "graded with the right `rotation` in place of yours" in by_id["align"].message
+    assert len(box.runs) > 1
+    assert not {call.question for calls in box.runs[1:] for call in calls} & {"rotation"}
+
+
+def test_no_stand_in_answers_the_question_that_it_is_graded_for():
+    """What is put into the box beside an answer is of earlier questions, in all that it holds."""
+    for id in ASSIGNMENT.right:
+        assert id not in ASSIGNMENT.below(id)
+    for question in ASSIGNMENT.questions:
+        for id in ASSIGNMENT.below(question.id):
+            assert f"def {question.function}(" not in ASSIGNMENT.right[id]
