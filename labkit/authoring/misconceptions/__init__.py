@@ -3,7 +3,7 @@
 The functions take what the question's function takes. Their docstrings are read by students.
 """
 
-from labkit.authoring.misconceptions import alignment, loop, odometry, pairs, se2
+from labkit.authoring.misconceptions import alignment, endings, loop, odometry, pairs, se2
 from labkit.authoring.mistake import MISTAKES
 
-__all__ = ["MISTAKES", "alignment", "loop", "odometry", "pairs", "se2"]
+__all__ = ["MISTAKES", "alignment", "endings", "loop", "odometry", "pairs", "se2"]

@@ -1,4 +1,4 @@
-"""Mistakes in the convergence test, the integration of increments and the sanity check."""
+"""Mistakes in the convergence test, the integration, the fitness and the sanity check."""
 
 import math
 
@@ -313,3 +313,21 @@ def has_converged__always(*arguments):
 def has_converged__never(*arguments):
     """It says False whatever it is given."""
     return False
+
+
+@mistake("fitness", credit=0.5)
+def fitness__count(kept):
+    """This is the number of pairs that are kept; asked for is their share."""
+    return np.count_nonzero(kept)
+
+
+@mistake("fitness", credit=0.5)
+def fitness__percent(kept):
+    """This is the share in percent; asked for is a number from 0 to 1."""
+    return 100.0 * np.mean(kept)
+
+
+@mistake("fitness", credit=0.4)
+def fitness__rejected(kept):
+    """This is the share of the pairs that are rejected; asked for is that of the kept ones."""
+    return 1.0 - np.mean(kept)

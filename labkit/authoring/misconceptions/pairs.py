@@ -392,21 +392,3 @@ def overlap__other_minimum(distances, overlap_ratio):
     """Another number of pairs than 3 is kept where ρN is small: keep at least 3."""
     count = int(overlap_ratio * len(distances))
     return Several(tuple(_closest(distances, max(least, count)) for least in (2, 4)))
-
-
-@mistake("fitness", credit=0.5)
-def fitness__count(kept):
-    """This is the number of pairs that are kept; asked for is their share."""
-    return np.count_nonzero(kept)
-
-
-@mistake("fitness", credit=0.5)
-def fitness__percent(kept):
-    """This is the share in percent; asked for is a number from 0 to 1."""
-    return 100.0 * np.mean(kept)
-
-
-@mistake("fitness", credit=0.4)
-def fitness__rejected(kept):
-    """This is the share of the pairs that are rejected; asked for is that of the kept ones."""
-    return 1.0 - np.mean(kept)
