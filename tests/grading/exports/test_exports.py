@@ -211,8 +211,8 @@ def test_junit_counts_failures_and_survives_any_text(verdicts, tmp_path):
 def test_the_plain_table_holds_no_formula(verdicts, tmp_path):
     write_scores(verdicts, tmp_path / "scores.csv")
     assert rows(tmp_path / "scores.csv") == [
-        ["student", "submission", "score", "points", "isolation", "gate", "huber"],
-        ["4711", "4711.ipynb", "5", "5", "landlock", "2", "3"],
-        ["815", "815.ipynb", "0.5", "5", "landlock", "0.5", "0"],
-        ["'=cmd|x", "'=cmd|x.ipynb", "0", "2", "landlock", "0", ""],
+        ["student", "submission", "score", "points", "late", "isolation", "gate", "huber"],
+        ["4711", "4711.ipynb", "5", "5", "0", "landlock", "2", "3"],
+        ["815", "815.ipynb", "0.5", "5", "0", "landlock", "0.5", "0"],
+        ["'=cmd|x", "'=cmd|x.ipynb", "0", "2", "0", "landlock", "0", ""],
     ]
