@@ -44,23 +44,25 @@ class BrowserFilesError(Exception):
     """The browser files cannot be had; the message says why and what to do."""
 
 
-def provide(folder: Path = VENDOR) -> None:
+def provide(folder: Path = VENDOR, listed: Path = LIST) -> None:
     """Fill `folder` with the listed files, unless it holds them already."""
-    copy = folder / LIST.name
-    if copy.is_file() and copy.read_bytes() == LIST.read_bytes():
+    copy = folder / listed.name
+    if copy.is_file() and copy.read_bytes() == listed.read_bytes():
         return
-    wanted = tomllib.loads(LIST.read_text("utf-8"))
+    wanted = tomllib.loads(listed.read_text("utf-8"))
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".fetching-") as scratch:
         fresh = Path(scratch, "fresh")
-        for entry in wanted["python"]:
+        for entry in wanted.get("python", ()):
             _take(entry, _files_of_python_package(entry["package"]), fresh)
-        npm = _npm(Path(scratch), wanted["npm-from-python"]["package"])
+        npm = _npm(
+            Path(scratch), tomllib.loads(LIST.read_text("utf-8"))["npm-from-python"]["package"]
+        )
         for entry in wanted["npm"]:
             tarball = _pack(npm, entry["package"], Path(scratch))
             _require_integrity(tarball, entry["package"], entry["integrity"])
             _take(entry, _files_of_tarball(tarball), fresh)
-        shutil.copy(LIST, fresh)
+        shutil.copy(listed, fresh)
         shutil.rmtree(folder, ignore_errors=True)
         fresh.rename(folder)
 

@@ -55,7 +55,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("html-page-context", declare_thebe_once, priority=900)
     app.add_directive("mermaid", MermaidDirective)
     app.add_css_file("labbook.css")
-    app.add_js_file("mathjax-hub.js", priority=100)
-    app.add_js_file("slider-names.js")
+    app.add_js_file("formulas.js", priority=900)  # after MathJax's own settings
+    app.add_js_file("access.js")
     app.add_js_file("predictions.js")
     return {"parallel_read_safe": True, "parallel_write_safe": True}

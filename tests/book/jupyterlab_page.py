@@ -150,7 +150,7 @@ def notebook_run(page: Page, name: str) -> Iterator[None]:
 def notebook_read(page: Page, name: str) -> Iterator[str]:
     """Open a notebook; yield its text as drawn, which needs a kernel; close it in the end."""
     page.evaluate(OPEN, name)
-    page.wait_for_function(DRAWN)
+    page.wait_for_function(DRAWN, timeout=60_000)
     try:
         yield "\n".join(page.evaluate(TEXTS))
     finally:

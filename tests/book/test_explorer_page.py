@@ -74,13 +74,11 @@ def written_page(explorer: Explorer, folder: Path) -> str:
     data = embed_data(views=[explorer], drop_defaults=False)
     state, view = json.dumps(data["manager_state"]), json.dumps(data["view_specs"][0])
     kinds = "application/vnd.jupyter.widget-state+json", "application/vnd.jupyter.widget-view+json"
-    scripts = ("vendor/requirejs/require.js", "require-map.js", "vendor/html-manager/embed-amd.js")
     page = folder / "page.html"
     page.write_text(
         '<!doctype html><html lang="en" data-content_root="./"><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width"><title>page</title>'
-        + "".join(f'<script src="{book}/{each}"></script>' for each in scripts)
-        + '<body><main style="max-width: 720px">'
+        f'<script src="{book}/widgets.js"></script><body><main style="max-width: 720px">'
         + f'<script type="{kinds[0]}">{state}</script><script type="{kinds[1]}">{view}</script>',
         "utf-8",
     )

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import browser_files
 import pytest
 import yaml
 from playwright.sync_api import Browser, Page, expect
@@ -20,6 +21,11 @@ PROSE = """main => {
     return copy.textContent;
 }"""
 
+BARRIERS = """async () => {
+    const { violations } = await axe.run(document, { preload: false });
+    return violations.map(({ id, nodes }) => [id, nodes.length, nodes[0].html]);
+}"""
+ALL_FORMULAS = "() => window.MathJax?.startup?.document.lazyTypesetAll()"
 CUT_FORMULAS = """all => all
     .filter(f => f.scrollWidth > f.clientWidth && getComputedStyle(f).overflowX == "hidden")
     .map(f => f.textContent)
@@ -64,6 +70,7 @@ def visit(browser: Browser, base: str, name: str) -> Iterator[Page]:
 def test_a_page_needs_no_network_draws_all_it_holds_and_fits_a_telephone(browser, base, name):
     with visit(browser, base, name) as page:
         assert page.locator("article h1").count() == 1
+        page.evaluate(ALL_FORMULAS)
         assert page.locator(".math").count() <= page.locator(".math mjx-container").count()
         assert page.locator("[data-mml-node=merror]").count() == 0
         text = page.locator("main").evaluate(PROSE)
@@ -73,6 +80,26 @@ def test_a_page_needs_no_network_draws_all_it_holds_and_fits_a_telephone(browser
         page.set_viewport_size({"width": 390, "height": 844})
         assert page.evaluate("() => document.documentElement.scrollWidth") <= 390
         assert page.locator("div.math").evaluate_all(CUT_FORMULAS) == []
+
+
+@pytest.fixture(scope="session")
+def axe() -> str:
+    """The program that looks for barriers."""
+    folder = Path(__file__).parent
+    browser_files.provide(folder / "vendor", folder / "axe.toml")
+    return (folder / "vendor" / "axe-core" / "axe.min.js").read_text("utf-8")
+
+
+@pytest.mark.parametrize("name", list(files(TOC)))
+def test_a_page_has_no_barrier_in_light_or_dark(browser, html, axe, name):
+    """Contrast, names, landmarks, the order of headings: what a program can tell."""
+    for scheme in ("light", "dark"):
+        page = browser.new_page(color_scheme=scheme, reduced_motion="reduce")
+        page.goto(f"{html.as_uri()}/{name}.html")
+        expect(page.locator("html")).to_have_attribute("data-theme", scheme)
+        page.evaluate(axe)
+        assert page.evaluate(BARRIERS) == []
+        page.close()
 
 
 @pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")

@@ -1,0 +1,52 @@
+// What the theme and the widgets leave unsaid to those who read by ear, by keyboard or on paper.
+(() => {
+  // A slider of ipywidgets is a handle without a name that speaks the index of its value.
+  // Let it say the name and the value that stand beside it.
+  const nameSlider = (slider) => {
+    const handle = slider.querySelector(".noUi-handle");
+    const label = slider.querySelector(".widget-label");
+    const value = slider.querySelector(".widget-readout");
+    if (!handle || !label || !value) return;
+    handle.setAttribute("aria-label", label.textContent);
+    handle.setAttribute("aria-valuetext", value.textContent);
+    if (label.title === "null") label.removeAttribute("title"); // a tooltip that nobody gave
+  };
+
+  // Paper is light, whatever the screen is.
+  const root = document.documentElement;
+  let onScreen = null;
+  addEventListener("beforeprint", () => {
+    onScreen ??= root.dataset.theme;
+    root.dataset.theme = "light";
+  });
+  addEventListener("afterprint", () => {
+    root.dataset.theme = onScreen;
+    onScreen = null;
+  });
+
+  document.addEventListener("DOMContentLoaded", () => {
+    const each = (selector, change) => document.querySelectorAll(selector).forEach(change);
+    const nameAll = () => each(".widget-slider", nameSlider);
+    new MutationObserver(nameAll).observe(document.body, { childList: true, subtree: true });
+
+    // Names that say something else than what is to be read, and names that are missing.
+    each(".search-button-field, details.hide > summary", (node) => node.removeAttribute("aria-label"));
+    each(".bd-links summary", (node) => node.setAttribute("aria-label", "Pages below this one"));
+    each(".bd-sidebar-primary", (node) => {
+      node.setAttribute("role", "navigation");
+      node.setAttribute("aria-label", "The book");
+    });
+    each(".citation-list, [role=doc-biblioentry]", (node) => node.removeAttribute("role"));
+    each('[id="exercise-content"]', (node) => node.removeAttribute("id"));
+    each("th", (node) => node.textContent.trim() || node.replaceWith(document.createElement("td")));
+
+    // What scrolls sideways can be scrolled by keys.
+    const reach = () =>
+      each(".pst-scrollable-table-container, div.math, .bd-article pre", (node) => {
+        if (node.scrollWidth > node.clientWidth) node.tabIndex = 0;
+        else node.removeAttribute("tabindex");
+      });
+    reach();
+    addEventListener("resize", reach);
+  });
+})();
