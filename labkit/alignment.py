@@ -2,7 +2,7 @@
 
 Given pairs (pᵢ, qᵢ) with weights wᵢ ≥ 0, both functions minimise, over R ∈ SO(2) and t,
 
-    J(R, t) = Σ wᵢ ‖R pᵢ + t − qᵢ‖²                                             (3.1)
+    J(R, t) = Σ wᵢ ‖R pᵢ + t − qᵢ‖²                                             (2.1)
 
 `align` is the one the lab uses: one `atan2`. `align_svd` is the derivation for any
 dimension, and the oracle that the tests hold `align` against.
@@ -44,7 +44,7 @@ def align(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None
     Returns
     -------
     ndarray, shape (3, 3)
-        ``T_target_source``, the unique minimiser of (3.1).
+        ``T_target_source``, the unique minimiser of (2.1).
 
     Raises
     ------
@@ -61,11 +61,11 @@ def align(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None
     """
     p, q, w = _weighted(source, target, weights)
     p_mean, q_mean, x, y, scale = _center(p, q, w)
-    a = float(w @ (x * y).sum(axis=1))  # (3.6)  Σ w (x·y)
-    b = float(w @ (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]))  # (3.7)  Σ w (x × y)
+    a = float(w @ (x * y).sum(axis=1))  # (2.5)  Σ w (x·y)
+    b = float(w @ (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]))  # (2.6)  Σ w (x × y)
     _require_rotation(math.hypot(a, b), scale, len(w))
-    theta = math.atan2(b, a)  # (3.8)
-    t = q_mean - rotation(theta) @ p_mean  # (3.2)
+    theta = math.atan2(b, a)  # (2.7)
+    t = q_mean - rotation(theta) @ p_mean  # (2.3)
     return transform(t[0], t[1], theta)
 
 
@@ -78,14 +78,14 @@ def align_svd(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = 
     """
     p, q, w = _weighted(source, target, weights)
     p_mean, q_mean, x, y, scale = _center(p, q, w)
-    H = (w[:, None] * x).T @ y  # (3.4)
+    H = (w[:, None] * x).T @ y  # (2.4)
     U, singular_values, Vt = np.linalg.svd(H)
     sign = np.sign(np.linalg.det(Vt.T @ U.T))
     _require_rotation(float(singular_values[0] + sign * singular_values[1]), scale, len(w))
-    R = Vt.T @ np.diag([1.0, sign]) @ U.T  # (3.5)
+    R = Vt.T @ np.diag([1.0, sign]) @ U.T  # (2.8)
     T = np.eye(3)
     T[:2, :2] = R
-    T[:2, 2] = q_mean - R @ p_mean  # (3.2)
+    T[:2, 2] = q_mean - R @ p_mean  # (2.3)
     return T
 
 
@@ -106,7 +106,7 @@ def _weighted(
 def _center(
     p: FloatArray, q: FloatArray, w: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, float]:
-    """Weighted centroids, the pairs seen from them (3.3), and their scale [m²].
+    """Weighted centroids, the pairs seen from them (2.2), and their scale [m²].
 
     That is the weight times the root mean square distance from the centroid, of both.
     Raise where all points coincide.

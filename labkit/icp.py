@@ -65,9 +65,9 @@ def icp(
     -----
     The cost is a mean over all N source points, so its denominator never changes:
 
-        J = 1/N Σ ρ_δ(min(r, d_max))  over the ⌊ρN⌋ closest pairs               (4.4)
+        J = 1/N Σ h_δ(min(r, d_max))  over the ⌊ρN⌋ closest pairs               (4.1)
 
-    with Huber's loss ρ_δ. No stage can raise it under the point-to-point metric: a step
+    with Huber's loss h_δ. No stage can raise it under the point-to-point metric: a step
     lowers the loss of the kept pairs, a new association lowers every distance, and a pair
     outside the gate counts as if it stood on it. With ``approach=True``, δ, d_max
     and N are those of the iteration: costs far from the answer and near it are of two kinds.

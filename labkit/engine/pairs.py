@@ -168,7 +168,7 @@ def near_gate(gate: float, huber_delta: float) -> float:
 
 @compiled
 def cost(pairs: Pairs, settings: Settings, delta: float, room: FloatArray) -> float:
-    """The truncated Huber cost J [m²] of the ⌊ρN⌋ closest pairs, over N (4.4)."""
+    """The truncated Huber cost J [m²] of the ⌊ρN⌋ closest pairs, over N (4.1)."""
     distance, residual, gate = pairs.distance, pairs.residual, settings.gate
     limit, ties = overlap_limit(distance, settings.overlap_ratio, room)
     total = 0.0

@@ -54,7 +54,7 @@ def align(pairs: Pairs, target: FloatArray) -> Step:
         total += w
         px, py = px + w * p_x[i], py + w * p_y[i]
         qx, qy = qx + w * target[k, 0], qy + w * target[k, 1]
-    px, py, qx, qy = px / total, py / total, qx / total, qy / total  # (3.3)
+    px, py, qx, qy = px / total, py / total, qx / total, qy / total  # (2.2)
     a, b, p_spread, q_spread = 0.0, 0.0, 0.0, 0.0
     p_most, q_most, p_arm, q_arm = 0.0, 0.0, 0.0, 0.0
     for i in range(len(row)):
@@ -62,8 +62,8 @@ def align(pairs: Pairs, target: FloatArray) -> Step:
         if w > 0.0:
             x, y = p_x[i] - px, p_y[i] - py
             u, v = target[k, 0] - qx, target[k, 1] - qy
-            a += w * (x * u + y * v)  # (3.6)
-            b += w * (x * v - y * u)  # (3.7)
+            a += w * (x * u + y * v)  # (2.5)
+            b += w * (x * v - y * u)  # (2.6)
             p_spread, q_spread = p_spread + w * (x * x + y * y), q_spread + w * (u * u + v * v)
             p_arm, q_arm = max(p_arm, abs(x), abs(y)), max(q_arm, abs(u), abs(v))
             p_most = max(p_most, abs(p_x[i]), abs(p_y[i]))
@@ -72,9 +72,9 @@ def align(pairs: Pairs, target: FloatArray) -> Step:
     spread_out = is_spread(p_spread, p_most, p_arm) and is_spread(q_spread, q_most, q_arm)
     if not spread_out or math.hypot(a, b) <= RELATIVE_RESOLUTION * total * p_spread * q_spread:
         return Step(0.0, 0.0, 0.0, False)
-    turn = math.atan2(b, a)  # (3.8)
+    turn = math.atan2(b, a)  # (2.7)
     c, s = math.cos(turn), math.sin(turn)
-    return Step(turn, qx - (c * px - s * py), qy - (s * px + c * py), True)  # (3.2)
+    return Step(turn, qx - (c * px - s * py), qy - (s * px + c * py), True)  # (2.3)
 
 
 @compiled

@@ -147,6 +147,13 @@ def test_the_minutes_of_a_chapter_are_the_sum_of_its_exercises(chapter):
     assert sum(int(head[1]) for head in heads if not head[2]) < core <= reading + practice
 
 
+def test_the_first_page_says_the_core_minutes_of_each_chapter():
+    page = (FOLDER.parent / "book" / "intro.md").read_text(encoding="utf-8")
+    told = dict(re.findall(r"notebooks/(\w+)\) \|.*\| (\d+) min \|", page))
+    headers = {name: TIME.search(CHAPTERS[name].cells[0].source)[3] for name in TIMED}
+    assert told == {name.removesuffix(".ipynb"): minutes for name, minutes in headers.items()}
+
+
 # What is said of an answer
 
 

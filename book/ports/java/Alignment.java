@@ -5,7 +5,7 @@ import java.util.function.Function;
 /**
  * The closed form for fixed pairs (section 3 of the lesson): the R and t that minimise
  *
- * <pre>J(R, t) = Σ wᵢ ‖R pᵢ + t − qᵢ‖²      (3.1)</pre>
+ * <pre>J(R, t) = Σ wᵢ ‖R pᵢ + t − qᵢ‖²      (2.1)</pre>
  */
 final class Alignment {
 
@@ -19,7 +19,7 @@ final class Alignment {
     /**
      * The rigid motion that best maps the sources of {@code allPairs} onto their targets.
      *
-     * @return {@code targetFromSource}, the unique minimiser of (3.1)
+     * @return {@code targetFromSource}, the unique minimiser of (2.1)
      * @throws DegenerateAlignmentException where more than one rotation fits equally well
      */
     static Transform align(List<Pair> allPairs) throws DegenerateAlignmentException {
@@ -33,16 +33,16 @@ final class Alignment {
         double a = 0.0;
         double b = 0.0;
         for (Pair pair : pairs) {
-            Point x = pair.source().minus(sourceMean); // (3.3)
+            Point x = pair.source().minus(sourceMean); // (2.2)
             Point y = pair.target().minus(targetMean);
-            a += pair.weight() * x.dot(y); // (3.6)
-            b += pair.weight() * x.cross(y); // (3.7)
+            a += pair.weight() * x.dot(y); // (2.5)
+            b += pair.weight() * x.cross(y); // (2.6)
         }
         requireRotation(Math.hypot(a, b), total * sourceSpread * targetSpread);
 
-        double theta = Math.atan2(b, a); // (3.8)
+        double theta = Math.atan2(b, a); // (2.7)
         Point turned = Transform.of(0.0, 0.0, theta).apply(sourceMean);
-        Point t = targetMean.minus(turned); // (3.2)
+        Point t = targetMean.minus(turned); // (2.3)
         return Transform.of(t.x(), t.y(), theta);
     }
 

@@ -45,7 +45,7 @@ record Correspondences(List<Pair> kept, int sourceCount, double cost) {
             if (distances[i] <= gate) { // (A)
                 kept.add(new Pair(moved[i], nearest[i], huberWeight(distances[i], delta)));
             }
-            loss += huberLoss(Math.min(distances[i], gate), delta); // (4.4)
+            loss += huberLoss(Math.min(distances[i], gate), delta); // (4.1)
         }
         return new Correspondences(kept, count, loss / count);
     }

@@ -2,7 +2,7 @@ function [T_target_source, degenerate] = align_weighted(p, q, w)
 %ALIGN_WEIGHTED  Closed-form rigid alignment of weighted pairs of points.
 %   T_TARGET_SOURCE = ALIGN_WEIGHTED(P, Q, W) minimises
 %
-%       J(R, t) = sum of w * norm(R*p + t - q)^2                              (3.1)
+%       J(R, t) = sum of w * norm(R*p + t - q)^2                              (2.1)
 %
 %   over all rotations R and translations t. Row i of P and of Q, both N-by-2 [m], are a
 %   pair with the weight W(i) >= 0, N-by-1; P belongs to the source, Q to the target. Only
@@ -28,12 +28,12 @@ w = w(kept);
 total = sum(w);
 p_mean = w' * p / total;
 q_mean = w' * q / total;
-x = p - p_mean;                                                   % (3.3)
+x = p - p_mean;                                                   % (2.2)
 y = q - q_mean;
 source_spread = sqrt(w' * sum(x.^2, 2) / total);
 target_spread = sqrt(w' * sum(y.^2, 2) / total);
-a = w' * sum(x .* y, 2);                                          % (3.6)
-b = w' * (x(:, 1) .* y(:, 2) - x(:, 2) .* y(:, 1));               % (3.7)
+a = w' * sum(x .* y, 2);                                          % (2.5)
+b = w' * (x(:, 1) .* y(:, 2) - x(:, 2) .* y(:, 1));               % (2.6)
 
 if ~any(kept)
     degenerate = 'all weights are zero';
@@ -44,8 +44,8 @@ elseif target_spread <= resolution(q, y)
 elseif hypot(a, b) <= 1e-10 * total * source_spread * target_spread
     degenerate = 'every rotation fits equally well';
 else
-    theta = atan2(b, a);                                          % (3.8)
-    t = q_mean' - rotation_matrix(theta) * p_mean';               % (3.2)
+    theta = atan2(b, a);                                          % (2.7)
+    t = q_mean' - rotation_matrix(theta) * p_mean';               % (2.3)
     T_target_source = pose_to_transform([t', theta]);
 end
 

@@ -9,7 +9,7 @@ function pairs = associate(source, target, T_target_source, parameters)
 %   inlier_count     K, the pairs that pass both gate and overlap
 %   fitness          K/N
 %   inlier_rmse      root mean square distance of the kept pairs [m]; NaN where K = 0
-%   cost             the truncated Huber cost over all N source points [m^2]      (4.4)
+%   cost             the truncated Huber cost over all N source points [m^2]      (4.1)
 
 moved = transform_points(T_target_source, source);
 [index, distance] = nearest_neighbors(moved, target);

@@ -58,15 +58,15 @@ alignPairs[p_, q_, w_] /; Min[w] <= 0 :=       (* a pair without weight says not
 
 alignPairs[p_, q_, w_] := Module[{pMean = mean[p, w], qMean = mean[q, w], x, y, c, u},
   {x, y} = {p - pMean, q - qMean};
-  c = (w Conjugate[x]) . y;                    (* (3.6) + I (3.7): dot and cross product *)
+  c = (w Conjugate[x]) . y;                    (* (2.5) + I (2.6): dot and cross product *)
   Which[
     coincideQ[p, x, w], degenerate["the source points coincide"],
     coincideQ[q, y, w], degenerate["the target points coincide"],
     Abs[c] <= $relativeResolution Total[w] spread[x, w] spread[y, w],
       degenerate["every rotation fits equally well"],
     True,
-      u = Exp[I N[Arg[c]]];                    (* (3.8) *)
-      motion[u, qMean - u pMean]]]             (* (3.2) *)
+      u = Exp[I N[Arg[c]]];                    (* (2.7) *)
+      motion[u, qMean - u pMean]]]             (* (2.3) *)
 
 mean[z_, w_] := w . z/Total[w]
 

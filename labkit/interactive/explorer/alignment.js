@@ -23,14 +23,14 @@ export function align(pairs) {
 
   let a = 0, b = 0;
   for (const i of kept) {
-    const x = p[2 * i] - px, y = p[2 * i + 1] - py; // (3.3)
+    const x = p[2 * i] - px, y = p[2 * i + 1] - py; // (2.2)
     const u = q[2 * i] - qx, v = q[2 * i + 1] - qy;
-    a += w[i] * (x * u + y * v); // (3.6)
-    b += w[i] * (x * v - y * u); // (3.7)
+    a += w[i] * (x * u + y * v); // (2.5)
+    b += w[i] * (x * v - y * u); // (2.6)
   }
   if (Math.hypot(a, b) <= RELATIVE_RESOLUTION * W * spreads[0] * spreads[1]) return null;
-  const { c, s } = transform(0, 0, Math.atan2(b, a)); // (3.8)
-  return { c, s, x: qx - (c * px - s * py), y: qy - (s * px + c * py) }; // (3.2)
+  const { c, s } = transform(0, 0, Math.atan2(b, a)); // (2.7)
+  return { c, s, x: qx - (c * px - s * py), y: qy - (s * px + c * py) }; // (2.3)
 }
 
 // Weighted root mean square distance from the centroid; null where the points coincide.

@@ -50,7 +50,7 @@ export function inlierRmse(pairs) {
   return Math.sqrt(squares / inlierCount(pairs));
 }
 
-// The truncated Huber cost J [m²]: of the ⌊ρN⌋ closest pairs, over N; (4.4).
+// The truncated Huber cost J [m²]: of the ⌊ρN⌋ closest pairs, over N; (4.1).
 export function cost(pairs) {
   const { distances, residuals, withinGate, withinOverlap, gate, huberDelta } = pairs;
   let loss = 0;
