@@ -92,7 +92,6 @@ def match_through_gates() -> Iterator[Case]:
         {
             "Each run starts from the first guess again; start it from where the last one "
             "ended.": _through(newer, older, guess, gates[1:]),
-            "Only the first gate is used.": _through(newer, older, guess, gates[:1]),
             "The narrow gate comes first; take the gates in their order.": _through(
                 newer, older, guess, gates[::-1]
             ),
