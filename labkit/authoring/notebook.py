@@ -90,7 +90,8 @@ def _section(question: Question, solutions: bool) -> Iterator[Any]:
 def _closing_cell(cell: ClosingCell) -> Any:
     """A cell after the questions; an answer in words is the student's, and worth no points here."""
     if cell.kind == "code":
-        return new_code_cell(cell.text, id=cell.id)
+        metadata = {"mystnb": {"image": {"alt": cell.alt}}} if cell.alt else {}
+        return new_code_cell(cell.text, id=cell.id, metadata=metadata)
     text = new_markdown_cell(cell.text, id=cell.id)
     if cell.kind == "answer":
         return _cell(text, grade_id=cell.id, grade=True, solution=True, points=0)

@@ -42,12 +42,15 @@ class ClosingCell:
         What stands in it.
     stretch : bool
         Whether it belongs to the stretch task, which an instructor may switch on.
+    alt : str
+        What the figure of a code cell shows, in words.
     """
 
     id: str
     kind: str
     text: str
     stretch: bool = False
+    alt: str = ""
 
 
 def closing(*, stretch: bool) -> list[ClosingCell]:

@@ -24,6 +24,8 @@ NOTEBOOKS = {
     if ".ipynb_checkpoints" not in path.parts
 }
 MAX_LINES = 15  # about 12 is the aim
+# The assignment's questions need numpy alone; what runs the answers on a log comes after them.
+LATER_IMPORTS = {"assignment.ipynb": ["killian-imports"]}
 each_notebook = pytest.mark.parametrize("name", NOTEBOOKS)
 
 
@@ -96,7 +98,7 @@ def test_all_is_imported_in_the_first_cell_of_code(name):
         for cell in others
         if any(isinstance(node, allowed[:2]) for node in ast.walk(parse(cell.source)))
     ]
-    assert importing == []
+    assert importing == LATER_IMPORTS.get(name, [])
 
 
 def test_no_helper_is_defined_twice():
