@@ -112,6 +112,8 @@ class IcpResult:
         Their root mean square distance [m]; NaN where none was kept.
     cost : float
         The truncated Huber cost J [m²] there.
+    information : Information or None
+        What the last pairs say of the motion, where the engine has it; ask `observability`.
     """
 
     T_target_source: FloatArray
@@ -125,6 +127,7 @@ class IcpResult:
     fitness: float
     inlier_rmse: float
     cost: float
+    information: Information | None = None
 
     @classmethod
     def of_history(
@@ -196,7 +199,7 @@ class IcpResult:
         """
         if self.termination.failed:
             return None
-        return observability(self.correspondences, self.target)
+        return self.information or observability(self.correspondences, self.target)
 
     @property
     def unobservable(self) -> tuple[str, ...]:

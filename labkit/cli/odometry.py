@@ -77,7 +77,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     add_output_options(parser)
     defaults = OdometryParameters()
     add_icp_options(parser, defaults.icp)
-    add_options(parser, "map", defaults, names=("against",))
+    add_options(parser, "map", defaults, names=("against", "engine"))
     add_options(parser, "key scans", defaults.map)
     add_options(parser, "sanity checks", defaults.limits)
     add_options(parser, "fallbacks", defaults, names=("retry_gate", "retry_step", "on_skip"))

@@ -141,7 +141,7 @@ def iterate(
     ``poses[0]`` is the guess. The poses of all iterations go to `poses`, whether each was far
     to `far_at`. To `outcome`, shape (6,), go how the run ended and the steps it took, and of
     the last association the inliers, the fitness, the inlier RMSE [m] and the cost [m²]; to
-    `information`, shape (4, 3), its eigenvalues and eigenvectors. Returns the steps.
+    `information`, shape (5, 3), its eigenvalues, eigenvectors and (cx, cy, ℓ). Returns the steps.
     """
     whole, guess = empty_pairs(len(source)), no_guess(len(source))
     room = np.empty(len(source))
@@ -302,8 +302,11 @@ def is_far(motion: float, motion_before: float, huber_delta: float) -> bool:
 
 @compiled
 def inform(pairs: Pairs, target: Prepared, told: Told, information: FloatArray) -> None:
-    """The eigenvalues and eigenvectors of A per unit of weight; NaN where nothing can be said."""
-    for i in range(4):
+    """Eigenvalues and eigenvectors of A per unit of weight, and (cx, cy, ℓ) that it is about.
+
+    NaN where nothing can be said.
+    """
+    for i in range(5):
         for j in range(3):
             information[i, j] = math.nan
     if told.on_lines:
@@ -315,6 +318,7 @@ def inform(pairs: Pairs, target: Prepared, told: Told, information: FloatArray) 
                 information[0, i] = values[i, i] / total
                 for j in range(3):
                     information[1 + i, j] = vectors[i, j]
+            information[4, 0], information[4, 1], information[4, 2] = cx, cy, length
 
 
 # ---------------------------------------------------------------- many pairs

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from labkit.arrays import FloatArray, IntArray, as_points, read_only
 from labkit.engine import loop
 from labkit.engine.jit import announce
+from labkit.line_alignment import Information
 from labkit.parameters import IcpParameters
 from labkit.result import FAILED, IcpResult, Termination
 from labkit.scan import Scan
@@ -32,8 +33,8 @@ def match(source: Scan, target: Target, T: FloatArray, parameters: IcpParameters
     """Run the loop from the guess T; see `labkit.icp`."""
     poses = np.empty((parameters.max_iterations + 1, 3, 3))
     poses[0] = T
-    far, numbers = np.empty(len(poses), dtype=np.bool_), np.empty(6)
-    room = numbers_of(parameters), poses, far, numbers, np.empty((4, 3))
+    far, numbers, seen = np.empty(len(poses), dtype=np.bool_), np.empty(6), np.empty((5, 3))
+    room = numbers_of(parameters), poses, far, numbers, seen
     on_lines = parameters.metric == "point_to_line"
     ready = prepared(target, on_lines)
     if ready is None:
@@ -55,7 +56,16 @@ def match(source: Scan, target: Target, T: FloatArray, parameters: IcpParameters
         fitness=fitness,
         inlier_rmse=rmse,
         cost=cost,
+        information=information_of(seen),
     )
+
+
+def information_of(seen: FloatArray) -> Information | None:
+    """What the loop wrote of it, shape (5, 3); None where nothing can be said."""
+    if np.isnan(seen[0, 0]):
+        return None
+    center = seen[4, :2]
+    return Information(center=center, length=float(seen[4, 2]), values=seen[0], vectors=seen[1:4])
 
 
 @lru_cache(maxsize=64)
@@ -160,7 +170,7 @@ def match_pairs(
     pairs, guesses = np.ascontiguousarray(pairs, np.intp), np.ascontiguousarray(guesses)
     told, count = numbers_of(parameters), len(pairs)
     poses, outcomes, information = (
-        np.empty(shape) for shape in ((count, 3, 3), (count, 6), (count, 4, 3))
+        np.empty(shape) for shape in ((count, 3, 3), (count, 6), (count, 5, 3))
     )
 
     def work(first: int) -> None:
@@ -193,7 +203,7 @@ def match_pairs(
         inlier_rmse=outcomes[:, 4],
         cost=outcomes[:, 5],
         information=information[:, 0],
-        directions=information[:, 1:],
+        directions=information[:, 1:4],
     )
 
 

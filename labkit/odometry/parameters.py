@@ -8,6 +8,7 @@ from typing import Literal, get_args
 from labkit.arrays import check_kind, check_range
 from labkit.errors import InvalidParameterError
 from labkit.filters import Preprocessing
+from labkit.icp import Engine, compiled
 from labkit.odometry.local_map import MapParameters
 from labkit.odometry.sanity import SanityLimits
 from labkit.parameters import IcpParameters
@@ -34,6 +35,8 @@ class OdometryParameters:
         Filters that every scan goes through first.
     retry_gate, retry_step : float
         The retry's share of the gate and of each ICP step, in (0, 1].
+    engine : {"auto", "textbook", "compiled"}
+        Who runs the loop; see `labkit.icp`.
     on_skip : {"hold", "stand"}
         Without a match and without a prior: hold the last motion once and then stand
         still, or stand still at once. The same motion is ICP's initial guess where there
@@ -64,6 +67,10 @@ class OdometryParameters:
     retry_step: float = field(
         default=0.5, metadata={"help": "share of each step in the second attempt"}
     )
+    engine: Engine = field(
+        default="auto",
+        metadata={"help": "who matches: the compiled engine, or the textbook in numpy"},
+    )
     on_skip: OnSkip = field(
         default="hold",
         metadata={"help": "without match and prior: hold the last motion once, or stand still"},
@@ -76,6 +83,7 @@ class OdometryParameters:
         check_kind(self.preprocessing, "preprocessing", Preprocessing)
         check_range(self.retry_gate, "retry_gate", above=0.0, at_most=1.0)
         check_range(self.retry_step, "retry_step", above=0.0, at_most=1.0)
+        compiled(self.engine)  # says so where it is not there
         for name, choices in (("against", get_args(Against)), ("on_skip", get_args(OnSkip))):
             chosen = getattr(self, name)
             if chosen not in choices:

@@ -23,7 +23,7 @@ from labkit.degeneracy import spread_ratio
 from labkit.icp import icp
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.record import Decision, StepRecord
-from labkit.odometry.sanity import SanityLimits, motion_complaints, quality_complaints
+from labkit.odometry.sanity import motion_complaints, quality_complaints
 from labkit.parameters import IcpParameters
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, invert, to_xytheta
@@ -84,7 +84,7 @@ def estimate_step(
             guess=guess,
             prior=prior,
             matcher=matcher,
-            limits=parameters.limits,
+            parameters=parameters,
         )
         if not complaints:
             reason = "; ".join(reasons)
@@ -108,10 +108,11 @@ def _attempt(
     guess: FloatArray,
     prior: FloatArray | None,
     matcher: IcpParameters,
-    limits: SanityLimits,
+    parameters: OdometryParameters,
 ) -> tuple[StepRecord, list[str]]:
     """Match once; the record of it, and every sanity check that it fails."""
-    result = icp(source, target, T_target_last @ from_xytheta(guess), matcher)
+    limits, T_guess = parameters.limits, T_target_last @ from_xytheta(guess)
+    result = icp(source, target, T_guess, matcher, engine=parameters.engine)
     increment = to_xytheta(invert(T_target_last) @ result.T_target_source)
     fitness, rmse = result.fitness, result.inlier_rmse
     information, degenerate = math.nan, False
