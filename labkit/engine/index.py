@@ -17,7 +17,7 @@ from labkit.arrays import FloatArray, IntArray
 from labkit.engine.jit import compiled, inlined
 
 CELLS = 8  # of the grid for each point: walls fill few of them
-GRID_MAX = 4000  # points from which on a tree is as fast, whatever lies where
+GRID_MAX = 30_000  # points from which on a tree is safer, whatever lies where
 CROWDED = 24.0  # points in a point's own cell, on average, beyond which a tree is faster
 SAMPLE = 32  # points by which the grid's borders are chosen
 LEAF = 8  # points in a leaf of the tree, about
