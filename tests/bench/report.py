@@ -37,8 +37,8 @@ INTRO = """\
 How fast and how exact is the lab's matcher beside those that people use? Every matcher below had
 the same pairs of scans, the same guess, the same gate and one thread, and the matchers took turns
 of twenty pairs, so that all of them met the same machine. Search trees and normals are part of the
-time, which ends with the pose. What `labkit` says of the final pairs (inliers, RMSE) is made when
-somebody asks, by one more association: a tenth of a match of 180 beams, a fifth of one of 1,000.
+time, which ends with the pose. `labkit` runs its compiled engine, and what it says of the final
+pairs (inliers, RMSE, cost, information) is part of its time, too.
 `make bench` repeats it and writes this page anew; the numbers are here
 {download}`as JSON <_static/benchmark.json>`, too."""
 
@@ -82,9 +82,9 @@ than three seconds a pair is spared the larger scans.
 WHOLE_LOG = """\
 ## Whole logs
 
-With a prior every pair is matched by itself, so `labkit odometry` shares the pairs of a log among
-the cores: {pairs:,} of {log} at {match_ms:.2f} ms a match (median). One process takes
-{alone_s:.2f} s for all of them, {cores} processes on as many cores {shared_s:.2f} s, loading and
+From scan to scan and with a prior every pair is matched by itself, so `labkit odometry --against
+scan` shares the pairs of a log among the cores: {pairs:,} of {log} at {match_ms:.2f} ms a match (median). One thread takes
+{alone_s:.2f} s for all of them, {cores} threads on as many cores {shared_s:.2f} s, loading and
 plotting left out. That is {ratio:.2f} times what the cores would need if every match took the
 median time and nothing else cost any. In seconds, and as a share of the first row:"""
 
