@@ -83,10 +83,11 @@ WHOLE_LOG = """\
 ## Whole logs
 
 From scan to scan and with a prior every pair is matched by itself, so `labkit odometry --against
-scan` shares the pairs of a log among the cores: {pairs:,} of {log} at {match_ms:.2f} ms a match (median). One thread takes
-{alone_s:.2f} s for all of them, {cores} threads on as many cores {shared_s:.2f} s, loading and
-plotting left out. That is {ratio:.2f} times what the cores would need if every match took the
-median time and nothing else cost any. In seconds, and as a share of the first row:"""
+scan` shares the pairs of a log among the cores: {pairs:,} of {log} at {match_ms:.2f} ms a match
+(median). One thread takes {alone_s:.2f} s for all of them, {cores} threads on as many cores
+{shared_s:.2f} s, loading and plotting left out. That is {ratio:.2f} times what the cores would
+need if every match took the median time and nothing else cost any. In seconds, and as a share of
+the first row:"""
 
 
 def main() -> int:
