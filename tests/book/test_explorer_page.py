@@ -186,8 +186,8 @@ def test_a_slider_dragged_by_the_mouse_is_followed_at_once(page, name):
 def test_a_slider_obeys_the_keyboard_and_speaks(page, name):
     page.get_by_role("button", name="End").click()
     slider = page.get_by_label(name, exact=True)
+    before = picture(page)  # which waits until the slider, too, is at the end
     value, said = slider.input_value(), slider.get_attribute("aria-valuetext")
-    before = picture(page)
     slider.focus()
     for _ in range(12):
         page.keyboard.press("ArrowLeft")
