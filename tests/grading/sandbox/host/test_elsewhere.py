@@ -21,7 +21,8 @@ sysconfig.get_config_vars()  # which are filed under the real system's name
 import asyncio, ctypes, ctypes.util, multiprocessing.connection, signal, socket, subprocess, uuid
 import multiprocessing.popen_spawn_posix, multiprocessing.reduction, shutil, tempfile, webbrowser
 import numpy, scipy.spatial
-for other in ("psutil", "platformdirs"):  # which ask for the system when they are imported
+# These ask for the system when they are imported; numba, for its compiler's library of that name.
+for other in ("psutil", "platformdirs", "numba"):
     try:
         __import__(other)
     except ImportError:
