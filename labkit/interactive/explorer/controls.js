@@ -1,7 +1,14 @@
 // The controls: plain HTML elements with labels, which the browser makes usable by keyboard;
 // and those of what a run is told: the scans, the guess, and the parameters that have sliders.
 
+// Ids are the whole page's, but JupyterLab loads this module anew for each widget: a count alone
+// would give two widgets the same ids, and a label of the second would belong to the first.
+const loaded = Math.random().toString(36).slice(2);
 let made = 0;
+
+function freshId(name) {
+  return `icp-${name}-${loaded}-${++made}`;
+}
 
 export function element(tag, attributes = {}, ...children) {
   const node = document.createElement(tag);
@@ -16,7 +23,7 @@ export function element(tag, attributes = {}, ...children) {
 
 // A slider over `values`, the last of which may be null: off.
 export function slider({ name, label, values, read, onValue }) {
-  const id = `icp-${name}-${++made}`;
+  const id = freshId(name);
   const output = element("output", { for: id });
   const input = element("input", {
     id, type: "range", name, min: 0, max: values.length - 1, step: 1,
@@ -53,7 +60,7 @@ export function steps(first, last, step) {
 }
 
 export function choice({ name, label, options, onValue }) {
-  const id = `icp-${name}-${++made}`;
+  const id = freshId(name);
   const select = element("select", { id, name, onchange: () => onValue(select.value) });
   for (const [value, text] of options) select.append(element("option", { value }, text));
   const node = element("div", { class: "icp-field" }, element("label", { for: id }, label), select);
@@ -61,7 +68,7 @@ export function choice({ name, label, options, onValue }) {
 }
 
 export function number({ name, label, step, digits, onValue }) {
-  const id = `icp-${name}-${++made}`;
+  const id = freshId(name);
   let text = "", typing = false;
   const rest = () => ((typing = false), (input.value = text));
   const input = element("input", {
@@ -83,7 +90,7 @@ export function number({ name, label, step, digits, onValue }) {
 }
 
 export function checkbox({ name, label, onValue }) {
-  const id = `icp-${name}-${++made}`;
+  const id = freshId(name);
   const input = element("input", { id, type: "checkbox", name, onchange: () => onValue(input.checked) });
   const node = element("div", { class: "icp-check" }, input, element("label", { for: id }, label));
   return { node, set: (value) => (input.checked = value) };
