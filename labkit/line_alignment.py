@@ -153,9 +153,10 @@ def least_information(point_share: float) -> float:
 
 def solve_constrained(A: FloatArray, g: FloatArray, minimum: float) -> FloatArray:
     """Solve A x = −g, in the directions alone whose eigenvalue reaches `minimum`."""
-    values, vectors = np.linalg.eigh(A)
-    V, constrained = vectors[:, values >= minimum], values[values >= minimum]
-    x: FloatArray = -V @ ((V.T @ g) / constrained)
+    eigenvalues, eigenvectors = np.linalg.eigh(A)
+    constrained = eigenvalues >= minimum
+    V = eigenvectors[:, constrained]
+    x: FloatArray = -V @ ((V.T @ g) / eigenvalues[constrained])
     return x
 
 

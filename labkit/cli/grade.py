@@ -99,12 +99,12 @@ def run(args: argparse.Namespace) -> int:
     if args.secret:
         args.assignment = str(folder_of(args.secret))
     assignment = load_assignment(args.assignment)
-    if assignment.public:
-        print(f"labkit grade: {PUBLIC}", file=sys.stderr)
     for id in args.question:
         assignment.question(id)
     submissions = _submissions(args)
     check_outputs(args, len(submissions))
+    if assignment.public:
+        print(f"labkit grade: {PUBLIC}", file=sys.stderr)
     with _where(min(workers, len(submissions)), args.cluster) as where:
         return _grade(args, submissions, assignment, where)
 

@@ -75,7 +75,7 @@ def std_of_translation() -> Iterator[Case]:
         p = rng.uniform((ahead - 1.0, -3.0), (ahead + 1.0, 3.0), (100, 2))
         r = np.hypot(*p.mean(axis=0))
         spread, from_origin = p.var(axis=0).sum(), (p**2).sum(axis=1).mean()
-        along = sigma / np.sqrt(len(p))
+        along = sigma * len(p) ** -0.5
         yield Case(
             f"a centroid {ahead:g} m ahead",
             (p, sigma),
@@ -99,7 +99,7 @@ def align_robustly() -> Iterator[Case]:
     """For ten pairs, one of which has nothing to do with the others."""
     rng = np.random.default_rng(5)
     p = rng.uniform((-4.0, -3.0), (4.0, 3.0), (10, 2))
-    for metres in (2.0, 20.0):
+    for metres in 2.0, 20.0:
         q = apply(transform(0.35, 0.10, 0.5), p) + rng.normal(0.0, 0.02, p.shape)
         q[4] += (metres, 0.0)
         yield Case(

@@ -69,7 +69,7 @@ def nearest_in_window() -> Iterator[Case]:
     beams_q = np.sort(rng.choice(60, 25, replace=False))
     beams_p = np.sort(rng.choice(80, 20, replace=False))
     p, q = rng.uniform(0.0, 5.0, (20, 2)), rng.uniform(0.0, 5.0, (25, 2))
-    squares = ((p[:, None] - q) ** 2).sum(axis=2)
+    squares = np.square(p[:, None] - q).sum(axis=2)
     apart = abs(beams_p[:, None] - beams_q)
     rows = abs(np.arange(20)[:, None] - np.arange(25))
 
@@ -165,7 +165,7 @@ def _behind_a_mast(T: FloatArray, rng: np.random.Generator) -> Scan:
     scan = cast(room(), T, Lidar(beam_count=181), rng=rng)
     assert scan.ranges is not None
     assert scan.angles is not None
-    ranges = scan.ranges.copy()
+    ranges = np.array(scan.ranges)
     ranges[:40] = 0.25 + rng.normal(0.0, 0.01, 40)
     return Scan.from_ranges(ranges, scan.angles)
 
