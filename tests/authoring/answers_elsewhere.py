@@ -40,7 +40,7 @@ def main(labkit, out):
     from labkit.grading.sandbox.inside import data  # noqa: PLC0415
 
     folder = labkit / "grading/assignment"
-    files = [folder / "visible.json", *sorted((folder / "hidden").glob("*.json"))]
+    files = [folder / "visible.json", *sorted((folder / "hidden").glob("variant_*.json"))]
     others = (Path(__file__).parent / "right_answers").glob("[!_]*.py")
     for path in sorted([labkit / "authoring/solution.py", *others]):
         module = load(path)

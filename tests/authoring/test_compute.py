@@ -36,12 +36,14 @@ def test_the_texts_are_those_committed():
 
 @pytest.mark.slow
 def test_the_cases_are_those_committed():
-    """Computes the visible cases and one variant; buys that no stored answer is a relic."""
+    """Computes the visible cases and two variants; buys that no stored answer is a relic."""
     visible = {one.id: visible_cases(one) for one in QUESTIONS}
-    hidden = {one.id: hidden_cases(one, 3, visible[one.id]) for one in QUESTIONS}
-    for name, cases in (("visible.json", visible), ("hidden/variant_3.json", hidden)):
-        committed = json.loads((FOLDER / name).read_text("utf-8"))
-        assert same(json.loads(cases_file(cases)), committed)
+    first = {one.id: hidden_cases(one, 0, visible[one.id]) for one in QUESTIONS}
+    other = {one.id: hidden_cases(one, 3, visible[one.id], like=first[one.id]) for one in QUESTIONS}
+    files = {"visible": visible, "hidden/variant_0": first, "hidden/variant_3": other}
+    for name, cases in files.items():
+        committed = json.loads((FOLDER / f"{name}.json").read_text("utf-8"))
+        assert same(json.loads(cases_file(cases)), committed), name
 
 
 def test_variants_are_equally_hard_with_other_numbers(assignment):
