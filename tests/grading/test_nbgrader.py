@@ -17,6 +17,8 @@ from labkit.grading.sandbox.host import available_modes
 
 ROOT = Path(__file__).parents[2]
 PYTHON = ROOT / ".venv-graders/bin/python"
+QUESTIONS = {question.id for question in load_assignment().questions}
+IN_WORDS = {"killian_answers", "killian_failure_answer"}
 COURSE = Path(__file__).parent / "others/nbgrader_course.py"
 SAFE = any(not why for mode, why in available_modes().items() if mode != "none")
 WHERE = [] if SAFE else ["--no-isolation"]
@@ -61,12 +63,18 @@ def nbgrader(folder):
 
 
 def answered(release, source):
-    """The released notebook with all of a student's functions in the first cell for answers."""
+    """The release with words for answers, and all functions in the first cell for code."""
     notebook = json.loads(release)
     for cell in notebook["cells"]:
-        if cell["metadata"].get("nbgrader", {}).get("solution"):
+        if is_for_answers(cell, "markdown"):
+            cell["source"] = "The wheels slipped."
+        elif is_for_answers(cell, "code"):
             cell["source"], source = source, ""
     return json.dumps(notebook)
+
+
+def is_for_answers(cell, kind):
+    return cell["cell_type"] == kind and cell["metadata"].get("nbgrader", {}).get("solution")
 
 
 @pytest.fixture(scope="module")
@@ -99,8 +107,7 @@ def test_the_release_shows_no_solution_and_no_hidden_test(course):
 
 def stubs(notebook):
     """The code of the cells for answers; nbgrader writes the error that they raise as a call."""
-    cells = json.loads(notebook)["cells"]
-    answers = (one for one in cells if one["metadata"].get("nbgrader", {}).get("solution"))
+    answers = (one for one in json.loads(notebook)["cells"] if is_for_answers(one, "code"))
     return ["".join(cell["source"]).replace("Error()", "Error") for cell in answers]
 
 
@@ -111,11 +118,25 @@ def test_its_scores_are_ours(course, tmp_path, monkeypatch):
     assert main(["grade", str(folder / "submitted"), "--no-html", *WHERE]) == 0
     with (tmp_path / "grades/scores.csv").open(encoding="utf-8") as file:
         for row in csv.DictReader(file):
-            ours = {question: float(row[question]) for question in theirs[row["student"]]}
-            assert ours == pytest.approx(theirs[row["student"]])
-    totals = {student: sum(scores.values()) for student, scores in theirs.items()}
+            ours = {question: float(row[question]) for question in QUESTIONS}
+            assert ours == pytest.approx(by_machine(theirs[row["student"]]))
+    totals = {student: sum(by_machine(scores).values()) for student, scores in theirs.items()}
     assert totals["ada"] == load_assignment().points
     assert 0.0 < totals["emmy"] < 11.0
     full = load_assignment().question("huber_weights").points
     assert theirs["emmy"]["huber_weights"] == full, "a warning on stderr cost nbgrader's points"
     assert totals["grace"] == 0.0
+
+
+def by_machine(scores):
+    """A student's scores without those of the answers in words, which the instructor reads."""
+    return {name: score for name, score in scores.items() if name not in IN_WORDS}
+
+
+def test_answers_in_words_wait_for_the_instructor(course):
+    """No score yet for what was written; nothing for what was left as it was handed out."""
+    for student, score in (("ada", None), ("emmy", None), ("grace", 0.0)):
+        scores = course[1][student]
+        assert {name: scores[name] for name in scores.keys() - QUESTIONS} == dict.fromkeys(
+            IN_WORDS, score
+        )
