@@ -47,7 +47,8 @@ def test_a_good_match_is_taken_and_its_numbers_are_the_matchs():
     assert record.inlier_ratio == result.fitness
     assert record.rmse == result.inlier_rmse
     assert record.rotation == abs(increment[2])
-    assert record.information == seen.values[0]
+    assert record.information == result.observability.values[0]
+    assert record.information == pytest.approx(seen.values[0], rel=1e-9)
     assert not record.degenerate
     assert record.iterations == result.iterations
     assert record.termination is result.termination
