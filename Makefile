@@ -5,6 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
 BENCH := .venv-bench
+WARM = $(BIN)/python -c 'from labkit.engine import warm; warm()'  # compiles the engine where it is new
 MUTANTS := .venv-mutants
 
 .DEFAULT_GOAL := help
@@ -14,6 +15,7 @@ help: ## list these commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 book: $(READY) ## run every notebook and build the book
+	@$(WARM)
 	@$(BIN)/python book/_ext/browser_files.py
 	$(BIN)/jupyter-book build . --all -W -n --keep-going
 	@echo "Open $(CURDIR)/_build/html/index.html in a browser."
@@ -86,5 +88,5 @@ $(READY): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
 	    --no-deps --no-build-isolation --editable .
 	$(BIN)/python -c 'import matplotlib.font_manager'  # finds the fonts, once
-	$(BIN)/python -c 'from labkit.engine import warm; warm()'  # compiles the engine, once
+	$(WARM)
 	@touch $@
