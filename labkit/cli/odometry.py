@@ -50,6 +50,7 @@ against the scan before it (--against scan) and with a prior, no step needs anot
 cores share them (--jobs); the files are the same, byte for byte, for any number."""
 
 SIMULATED_WHEELS = WheelNoise(along=0.10, across=0.05, turn=0.10, drift=0.05)
+FALLBACKS = "retry_gate", "retry_step", "search", "search_below", "search_starts", "on_skip"
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -80,7 +81,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     add_options(parser, "map", defaults, names=("against", "engine"))
     add_options(parser, "key scans", defaults.map)
     add_options(parser, "sanity checks", defaults.limits)
-    add_options(parser, "fallbacks", defaults, names=("retry_gate", "retry_step", "on_skip"))
+    add_options(parser, "fallbacks", defaults, names=FALLBACKS)
     add_options(parser, "filters", defaults.preprocessing)
     parser.set_defaults(run=run)
 

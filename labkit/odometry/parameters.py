@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
 
-from labkit.arrays import check_kind, check_range
+from labkit.arrays import check_count, check_kind, check_range
 from labkit.errors import InvalidParameterError
 from labkit.filters import Preprocessing
 from labkit.icp import Engine, compiled
@@ -37,6 +37,14 @@ class OdometryParameters:
         The retry's share of the gate and of each ICP step, in (0, 1].
     engine : {"auto", "textbook", "compiled"}
         Who runs the loop; see `labkit.icp`.
+    search : bool
+        Whether to search the window of possible motions where no match is believed, or the
+        best one is doubtful; see `labkit.odometry.search`.
+    search_below : float
+        A match is doubtful whose share of inliers, less the share of the target that beams
+        look through, is below this.
+    search_starts : int
+        How many of the poses that were found are refined by ICP.
     on_skip : {"hold", "stand"}
         Without a match and without a prior: hold the last motion once and then stand
         still, or stand still at once. The same motion is ICP's initial guess where there
@@ -71,6 +79,15 @@ class OdometryParameters:
         default="auto",
         metadata={"help": "who matches: the compiled engine, or the textbook in numpy"},
     )
+    search: bool = field(
+        default=True, metadata={"help": "search where a match is doubtful or not believed"}
+    )
+    search_below: float = field(
+        default=0.6, metadata={"help": "agreement with the target below which a match is doubtful"}
+    )
+    search_starts: int = field(
+        default=4, metadata={"help": "poses of a search that are refined by ICP"}
+    )
     on_skip: OnSkip = field(
         default="hold",
         metadata={"help": "without match and prior: hold the last motion once, or stand still"},
@@ -84,6 +101,9 @@ class OdometryParameters:
         check_range(self.retry_gate, "retry_gate", above=0.0, at_most=1.0)
         check_range(self.retry_step, "retry_step", above=0.0, at_most=1.0)
         compiled(self.engine)  # says so where it is not there
+        check_kind(self.search, "search", bool)
+        check_range(self.search_below, "search_below", at_least=-1.0, at_most=1.0)
+        check_count(self.search_starts, "search_starts", at_least=1)
         for name, choices in (("against", get_args(Against)), ("on_skip", get_args(OnSkip))):
             chosen = getattr(self, name)
             if chosen not in choices:

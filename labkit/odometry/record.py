@@ -19,6 +19,7 @@ class Decision(Enum):
     START = "start"
     ICP = "icp"
     RETRY = "retry"
+    SEARCH = "search"
     PRIOR = "prior"
     HOLD = "hold"
     STAND = "stand"
@@ -26,7 +27,7 @@ class Decision(Enum):
     @property
     def matched(self) -> bool:
         """Whether the motion came from matching the scans."""
-        return self in (Decision.ICP, Decision.RETRY)
+        return self in (Decision.ICP, Decision.RETRY, Decision.SEARCH)
 
     @property
     def skipped(self) -> bool:
@@ -50,6 +51,14 @@ class StepRecord:
         The checks that failed on the way; empty where the first match passed.
     inlier_count, inlier_ratio, rmse, rotation : float
         Kept pairs, their share of the source, their RMSE [m], matched |Δψ| [rad].
+    cost : float
+        The truncated Huber cost J [m²]; see `labkit.icp`.
+    seen_through : float
+        Share of the target's points in view that beams look through; see
+        `labkit.odometry.free_space`.
+    margin : float
+        By how much the match agrees better than the best of those that were tried and ended
+        elsewhere; NaN where none was.
     information : float
         Smallest eigenvalue of the information: near 0 where a direction is free.
     degenerate : bool
@@ -69,6 +78,9 @@ class StepRecord:
     inlier_count: int = 0
     inlier_ratio: float = math.nan
     rmse: float = math.nan
+    cost: float = math.nan
+    seen_through: float = math.nan
+    margin: float = math.nan
     rotation: float = math.nan
     information: float = math.nan
     spread: float = math.nan

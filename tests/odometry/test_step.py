@@ -30,7 +30,7 @@ def looks(world, motion=MOTION, rng=0):
 
 def no_way(**limits):
     """Parameters under which no match is ever believed."""
-    return replace(PARAMETERS, limits=SanityLimits(max_rmse=1e-9), **limits)
+    return replace(PARAMETERS, limits=SanityLimits(max_rmse=1e-9), search=False, **limits)
 
 
 def test_a_good_match_is_taken_and_its_numbers_are_the_matchs():
@@ -73,7 +73,8 @@ def test_without_a_prior_the_last_motion_is_the_guess():
     held = estimate_step(source, target, None, jump, PARAMETERS)
     assert held.decision is Decision.ICP
     np.testing.assert_allclose(held.increment, jump, atol=0.006)
-    stood = estimate_step(source, target, None, jump, replace(PARAMETERS, on_skip="stand"))
+    from_rest = replace(PARAMETERS, on_skip="stand", search=False)
+    stood = estimate_step(source, target, None, jump, from_rest)
     assert np.abs(stood.increment - jump).max() > 0.1
 
 
@@ -86,6 +87,7 @@ WALLS = np.vstack(
 CURTAIN = np.column_stack([PLACE[::3], np.full(27, -1.7)])
 CURTAINED = Scan.from_points(np.vstack([WALLS, CURTAIN]))
 STRICT = OdometryParameters(
+    search=False,
     icp=IcpParameters(overlap_ratio=1.0, huber_delta=math.inf),
     limits=SanityLimits(max_rmse=0.05),
 )
@@ -150,7 +152,8 @@ def test_no_motion_is_no_motion_to_hold():
 
 
 def test_decisions_know_their_kind():
-    assert {d for d in Decision if d.matched} == {Decision.ICP, Decision.RETRY}
+    matched = {Decision.ICP, Decision.RETRY, Decision.SEARCH}
+    assert {d for d in Decision if d.matched} == matched
     assert {d for d in Decision if d.skipped} == {Decision.HOLD, Decision.STAND}
 
 
@@ -167,7 +170,7 @@ def test_decisions_know_their_kind():
 )
 def test_each_check_sends_the_step_to_the_prior(limits, complaint):
     source, target = looks(room())
-    parameters = replace(PARAMETERS, limits=SanityLimits(**limits))
+    parameters = replace(PARAMETERS, limits=SanityLimits(**limits), search=False)
     record = estimate_step(source, target, PRIOR, LAST, parameters)
     assert record.decision is Decision.PRIOR
     for attempt, reason in zip(("icp", "retry"), record.reason.split("; "), strict=True):
@@ -177,7 +180,8 @@ def test_each_check_sends_the_step_to_the_prior(limits, complaint):
 
 def test_a_failed_match_is_its_own_complaint():
     source, target = looks(room())
-    record = estimate_step(source, target, np.array([50.0, 0.0, 0.0]), LAST, PARAMETERS)
+    far_off = np.array([50.0, 0.0, 0.0])
+    record = estimate_step(source, target, far_off, LAST, replace(PARAMETERS, search=False))
     assert record.decision is Decision.PRIOR
     message = Termination.TOO_FEW_CORRESPONDENCES.value
     assert record.reason == f"icp: {message}; retry: {message}"

@@ -1,0 +1,217 @@
+"""Where a scan may have been taken: a correlative search over a window of poses [1]_.
+
+ICP finds the answer that is nearest to its guess. Without wheels the guess is often nearer to
+another one. So all poses of a window are tried, from coarse to fine: each source point looks
+up how near the target's points are at the place where the pose puts it, in a table that is
+made once a target; the mean over the points is the pose's score.
+
+A coarse pose stands for all fine ones around it. Its table holds the best value within half a
+coarse step, so that it promises at least as much as any of them holds, as in branch and
+bound [2]_.
+
+References
+----------
+.. [1] Olson, "Real-time correlative scan matching", ICRA 2009.
+.. [2] Hess, Kohler, Rapp, Andor, "Real-time loop closure in 2D LIDAR SLAM", ICRA 2016.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+import scipy  # its parts are loaded when they are used
+
+from labkit.arrays import FloatArray, IntArray
+from labkit.scan import Scan
+from labkit.se2 import from_xytheta, to_xytheta
+from labkit.target import Target
+
+CELL = 0.1  # [m], of the table
+SPREAD = 0.15  # [m]: a point this far off counts exp(−½)
+COARSE = 4  # cells of a coarse step
+TURN = math.radians(2.0)  # of a coarse step
+FINE_TURNS = np.radians([-1.0, -0.5, 0.0, 0.5, 1.0])
+REACH = 20.0  # [m]: points farther away move too far in a coarse turn
+MOST_POINTS = 100  # of the source that are looked up
+PROMISING = 60  # coarse poses that are looked at finely
+APART = 0.3, math.radians(6.0)  # starts nearer to each other than this are one
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LikelihoodField:
+    """How near a place is to the target's points, in [0, 1], cell by cell.
+
+    Attributes
+    ----------
+    origin : ndarray, shape (2,)
+        The corner of the first cell [m].
+    fine : ndarray, shape (H, W)
+        exp(−½ (d/`SPREAD`)²) of the distance d to the nearest point; the margin is 0.
+    coarse : ndarray, shape (H, W)
+        Its largest value within half a coarse step.
+    """
+
+    origin: FloatArray
+    fine: FloatArray
+    coarse: FloatArray
+
+    @classmethod
+    def of(cls, points: FloatArray) -> LikelihoodField:
+        """The field of points (M, 2) [m], of those within `REACH` of the origin."""
+        near = points[np.hypot(points[:, 0], points[:, 1]) < REACH]
+        margin = CELL * (COARSE + 6)
+        low = near.min(axis=0, initial=0.0) - margin
+        size = np.ceil((near.max(axis=0, initial=0.0) + margin - low) / CELL).astype(np.intp)
+        cells = np.floor((near - low) / CELL).astype(np.intp)
+        fine = np.zeros(size)
+        for value, i, j in _stamp():  # from the edge to the middle, so that the best remains
+            fine[cells[:, 0] + i, cells[:, 1] + j] = value
+        half = COARSE // 2
+        coarse = scipy.ndimage.maximum_filter(fine, size=2 * half + 1, mode="constant")
+        return cls(origin=low, fine=fine, coarse=coarse)
+
+    def scores(self, table: FloatArray, points: FloatArray, shifts: IntArray) -> FloatArray:
+        """The mean value under points (..., N, 2) moved by shifts (S, 2) of cells: (..., S)."""
+        cells = np.floor((points - self.origin) / CELL).astype(np.intp)
+        rows = cells[..., None, :, 0] + shifts[:, None, 0]
+        columns = cells[..., None, :, 1] + shifts[:, None, 1]
+        np.clip(rows, 0, table.shape[0] - 1, out=rows)
+        np.clip(columns, 0, table.shape[1] - 1, out=columns)
+        rows *= table.shape[1]
+        rows += columns
+        mean: FloatArray = table.ravel().take(rows).mean(axis=-1)
+        return mean
+
+
+_fields: WeakKeyDictionary[Target, LikelihoodField] = WeakKeyDictionary()
+
+
+def field_of(target: Target) -> LikelihoodField:
+    """The field of a target's points, made when it is first asked for."""
+    if target not in _fields:
+        _fields[target] = LikelihoodField.of(target.points)
+    return _fields[target]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Start:
+    """A pose from which ICP is worth trying: ``T_target_source`` and its score in [0, 1]."""
+
+    T_target_source: FloatArray
+    score: float
+
+
+def search(
+    source: Scan,
+    field: LikelihoodField,
+    T_target_source: FloatArray,
+    window: tuple[float, float],
+    count: int,
+) -> list[Start]:
+    """The best poses within a window, apart from each other, the best one first.
+
+    Parameters
+    ----------
+    source : Scan
+        The newer scan.
+    field : LikelihoodField
+        That of the older scan, or of the map.
+    T_target_source : ndarray, shape (3, 3)
+        The middle of the window.
+    window : tuple of float
+        How far it reaches to either side, [m] along x and y, and [rad].
+    count : int
+        How many poses to return at the most.
+
+    Returns
+    -------
+    list of Start
+    """
+    points = _looked_up(source)
+    if len(points) == 0:
+        return []
+    x, y, turn = to_xytheta(T_target_source).tolist()
+    steps = math.ceil(window[0] / (COARSE * CELL))
+    shifts = COARSE * _square(steps)
+    turns = turn + TURN * _steps(math.ceil(window[1] / TURN))
+    middle = np.array([x, y])
+    coarse = np.array(
+        [field.scores(field.coarse, _turned(points, each) + middle, shifts) for each in turns]
+    )
+    best = np.argsort(coarse, axis=None)[::-1][:PROMISING]
+    i, j = np.unravel_index(best, coarse.shape)
+    return _apart(_finely(points, field, turns[i], middle + CELL * shifts[j]), count)
+
+
+def _finely(
+    points: FloatArray, field: LikelihoodField, turns: FloatArray, places: FloatArray
+) -> list[Start]:
+    """The best fine pose around each of the coarse ones (P,) and (P, 2), the best first."""
+    shifts = _square(COARSE // 2)
+    fine_turns = turns[:, None] + FINE_TURNS
+    moved = _turned(points, fine_turns) + places[:, None, None]
+    scores = field.scores(field.fine, moved, shifts).reshape(len(turns), -1)
+    winner = scores.argmax(axis=1)
+    which = np.arange(len(turns))
+    k, s = np.unravel_index(winner, (len(FINE_TURNS), len(shifts)))
+    poses = np.column_stack([places + CELL * shifts[s], fine_turns[which, k]])
+    values = scores[which, winner]
+    return [
+        Start(T_target_source=from_xytheta(poses[p]), score=float(values[p]))
+        for p in np.argsort(-values, kind="stable")
+    ]
+
+
+def _apart(starts: list[Start], count: int) -> list[Start]:
+    """The first `count` starts that are not near one before them."""
+    chosen: list[Start] = []
+    for start in starts:
+        if not any(alike(start.T_target_source, other.T_target_source) for other in chosen):
+            chosen.append(start)
+        if len(chosen) == count:
+            break
+    return chosen
+
+
+def alike(T: FloatArray, other: FloatArray) -> bool:
+    """Whether two poses are so near to each other that they count as one."""
+    moved = math.hypot(T[0, 2] - other[0, 2], T[1, 2] - other[1, 2])
+    turned = math.atan2(
+        other[0, 0] * T[1, 0] - other[1, 0] * T[0, 0],
+        other[0, 0] * T[0, 0] + other[1, 0] * T[1, 0],
+    )
+    return moved < APART[0] and abs(turned) < APART[1]
+
+
+def _looked_up(source: Scan) -> FloatArray:
+    """Points of the scan, evenly thinned, within reach."""
+    near = source.points[np.hypot(source.points[:, 0], source.points[:, 1]) < REACH]
+    return near[:: max(1, math.ceil(len(near) / MOST_POINTS))]
+
+
+def _turned(points: FloatArray, angles: FloatArray) -> FloatArray:
+    """Points (N, 2) turned by angles (...): (..., N, 2)."""
+    c, s = np.cos(angles)[..., None], np.sin(angles)[..., None]
+    x, y = points.T
+    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+
+
+def _steps(most: int) -> IntArray:
+    return np.arange(-most, most + 1)
+
+
+def _square(most: int) -> IntArray:
+    """All (i, j) with entries from −most to most, shape (S, 2)."""
+    i, j = np.meshgrid(_steps(most), _steps(most), indexing="ij")
+    return np.column_stack([i.ravel(), j.ravel()])
+
+
+def _stamp() -> list[tuple[float, int, int]]:
+    """What one point leaves in the cells around it: values and offsets, the least first."""
+    offsets = _square(4)
+    values = np.exp(-0.5 * (np.hypot(*offsets.T) * CELL / SPREAD) ** 2)
+    order = np.argsort(values, kind="stable")
+    return [(float(values[k]), int(offsets[k, 0]), int(offsets[k, 1])) for k in order]

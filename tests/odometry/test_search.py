@@ -1,0 +1,157 @@
+"""The search: what it finds, what it costs nothing to try, and where it says that it cannot."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from labkit import IcpParameters, Scan, Target
+from labkit.errors import InvalidParameterError
+from labkit.odometry import Decision, OdometryParameters, estimate_odometry, estimate_step
+from labkit.odometry.free_space import CLEARANCE, seen_through
+from labkit.odometry.search import LikelihoodField, alike, search
+from labkit.se2 import apply, from_xytheta, relative, to_xytheta
+from labkit.simulation import Lidar, cast, corridor, room, scan_along
+
+STILL = np.zeros(3)
+LIDAR = Lidar(beam_count=181, field_of_view=math.pi)
+WINDOW = 2.0, math.radians(90.0)
+MOTIONS = [(0.9, 0.3, 60.0), (-0.8, 0.0, -60.0), (0.0, -1.5, 85.0), (1.7, 0.4, 10.0)]
+PARAMETERS = OdometryParameters()
+SCAN_TO_SCAN = OdometryParameters(against="scan")
+
+
+def looks(motion, world=None, rng=0):
+    rng = np.random.default_rng(rng)
+    poses = from_xytheta([STILL, motion])
+    older, newer = (cast(world or room(), T, LIDAR, rng=rng) for T in poses)
+    return newer, older
+
+
+def degrees(motion):
+    x, y, turn = motion
+    return np.array([x, y, math.radians(turn)])
+
+
+@pytest.mark.parametrize("motion", [degrees(motion) for motion in MOTIONS])
+def test_one_of_its_starts_is_near_the_truth(motion):
+    newer, older = looks(motion)
+    starts = search(newer, LikelihoodField.of(older.points), np.eye(3), WINDOW, 4)
+    errors = to_xytheta(relative(from_xytheta(motion), [s.T_target_source for s in starts]))
+    near = (np.hypot(errors[:, 0], errors[:, 1]) < 0.2) & (np.abs(errors[:, 2]) < 0.06)
+    assert near.any()
+    scores = [start.score for start in starts]
+    assert scores == sorted(scores, reverse=True)
+    assert all(0.0 <= score <= 1.0 for score in scores)
+    assert not alike(starts[0].T_target_source, starts[1].T_target_source)
+
+
+def test_it_moves_with_the_frame_of_the_target():
+    """The table's cells lie along the axes, so a shift by whole cells changes no score."""
+    newer, older = looks(degrees(MOTIONS[0]))
+    A = from_xytheta([3.0, -2.0, 0.0])
+    plain = search(newer, LikelihoodField.of(older.points), np.eye(3), WINDOW, 1)[0]
+    field = LikelihoodField.of(apply(A, older.points))
+    moved = search(newer, field, A, WINDOW, 1)[0]
+    assert moved.score == pytest.approx(plain.score, abs=0.02)
+    assert alike(moved.T_target_source, A @ plain.T_target_source)
+
+
+def test_it_stays_within_its_window():
+    newer, older = looks(degrees((1.5, 0.0, 0.0)))
+    starts = search(newer, LikelihoodField.of(older.points), np.eye(3), (0.5, 0.2), 3)
+    x, y, turn = np.abs(to_xytheta([start.T_target_source for start in starts])).T
+    assert max(x.max(), y.max()) <= 0.5 + 0.5
+    assert turn.max() <= 0.2 + math.radians(3.0)
+
+
+def test_a_scan_without_points_has_no_start():
+    field = LikelihoodField.of(np.array([[1.0, 0.0]]))
+    far_off = Scan.from_points([[500.0, 0.0]])
+    assert search(far_off, field, np.eye(3), WINDOW, 3) == []
+
+
+def test_a_coarse_cell_promises_at_least_what_it_stands_for():
+    field = LikelihoodField.of(looks(STILL)[1].points)
+    for i in (-2, 0, 2):
+        for j in (-2, 0, 2):
+            around = np.roll(field.fine, (i, j), axis=(0, 1))[5:-5, 5:-5]
+            assert (field.coarse[5:-5, 5:-5] >= around).all()
+
+
+def test_beams_look_through_a_wall_that_is_not_there():
+    wall = np.column_stack([np.full(41, 4.0), np.linspace(-1.0, 1.0, 41)])
+    curtain = wall * [0.5, 0.4]
+    source = Scan.from_points(wall)
+    assert seen_through(source, wall, np.eye(3)) == 0.0
+    assert seen_through(source, curtain, np.eye(3)) == 1.0
+    both = np.vstack([wall, curtain])
+    assert seen_through(source, both, np.eye(3)) == pytest.approx(0.5, abs=0.02)
+    hidden = apply(from_xytheta([9.0, 0.0, 0.0]), wall)
+    assert math.isnan(seen_through(source, hidden, np.eye(3)))
+    assert math.isnan(seen_through(source, -wall, np.eye(3)))  # behind the scanner
+    assert math.isnan(seen_through(source.select(np.arange(2)), wall, np.eye(3)))
+    back = from_xytheta([-2.0 * CLEARANCE, 0.0, 0.0])
+    assert seen_through(source, apply(back, wall), back) == 0.0  # the wall moved along
+    assert seen_through(source, apply(back, wall), np.eye(3)) > 0.9
+
+
+@pytest.mark.parametrize("motion", [degrees(motion) for motion in MOTIONS])
+def test_a_step_without_a_guess_is_found(motion):
+    newer, older = looks(motion)
+    record = estimate_step(newer, Target(older), None, STILL, PARAMETERS)
+    assert record.decision is Decision.SEARCH
+    np.testing.assert_allclose(record.increment, motion, atol=0.02)
+    assert record.seen_through < 0.05
+    assert record.margin > 0.2
+    without = replace(PARAMETERS, search=False)
+    lost = estimate_step(newer, Target(older), None, STILL, without)
+    assert lost.decision is not Decision.SEARCH
+    assert np.abs(lost.increment - motion).max() > 0.1
+
+
+def test_a_good_match_is_not_searched_for(monkeypatch):
+    def refuse(*_):
+        raise AssertionError("searched")
+
+    monkeypatch.setattr("labkit.odometry.step.search", refuse)
+    motion = degrees((0.2, 0.0, 5.0))
+    newer, older = looks(motion)
+    record = estimate_step(newer, Target(older), None, STILL, PARAMETERS)
+    assert record.decision is Decision.ICP
+    assert math.isnan(record.margin)
+
+
+def test_a_corridor_is_searched_and_still_not_seen_along():
+    """All places along it look alike: a search that put the robot somewhere would lie."""
+    motion = degrees((0.9, 0.1, 40.0))
+    newer, older = looks(motion, corridor(), rng=1)
+    record = estimate_step(newer, Target(older), None, STILL, PARAMETERS)
+    assert record.degenerate
+    assert record.decision is not Decision.SEARCH
+    assert abs(record.increment[0]) < 0.2  # still, for nothing is known of it
+
+
+def test_without_wheels_a_robot_that_turns_sharply_is_followed():
+    path = np.array([[0, 0, 0], [0.6, 0, 40], [1.2, 0.5, 100], [1.1, 1.2, 160]], dtype=float)
+    path[:, 2] = np.radians(path[:, 2])
+    scans = scan_along(room(), path, LIDAR, rng=0)
+    for parameters in (PARAMETERS, SCAN_TO_SCAN):
+        run = estimate_odometry(scans, parameters=parameters)
+        np.testing.assert_allclose(run.poses[:, :2], path[:, :2], atol=0.05)
+        assert run.count(Decision.SEARCH) > 0
+
+
+def test_by_points_a_degenerate_match_is_never_believed():
+    newer, older = looks(degrees((0.2, 0.0, 0.0)), corridor())
+    by_points = replace(PARAMETERS, icp=IcpParameters())
+    assert not estimate_step(newer, Target(older), None, STILL, by_points).decision.matched
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("search", 1), ("search_below", 2.0), ("search_starts", 0)]
+)
+def test_bad_search_parameters(name, value):
+    with pytest.raises(InvalidParameterError, match=f"`{name}` must be"):
+        OdometryParameters(**{name: value})
