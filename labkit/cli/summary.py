@@ -11,13 +11,15 @@ from labkit.odometry import Decision, OdometryResult, integrate
 def decision_text(result: OdometryResult, seconds: float) -> str:
     """How many steps came from where."""
     steps = len(result.records) - 1
-    icp, retry = result.count(Decision.ICP), result.count(Decision.RETRY)
+    retry, search = result.count(Decision.RETRY), result.count(Decision.SEARCH)
+    matched = result.count(Decision.ICP, Decision.RETRY, Decision.SEARCH)
     prior, skipped = result.count(Decision.PRIOR), result.count(Decision.HOLD, Decision.STAND)
     degenerate = sum(record.degenerate for record in result.records)
     pace = f" ({1e3 * seconds / steps:.2f} ms a step)" if steps else ""
     return (
-        f"{steps} steps in {seconds:.1f} s{pace}: {icp + retry} from ICP ({retry} on the second "
-        f"attempt), {prior} from the prior, {skipped} skipped; {degenerate} degenerate"
+        f"{steps} steps in {seconds:.1f} s{pace}: {matched} from ICP ({retry} on the second "
+        f"attempt, {search} after a search), {prior} from the prior, {skipped} skipped; "
+        f"{degenerate} degenerate"
     )
 
 

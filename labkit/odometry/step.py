@@ -91,8 +91,11 @@ def estimate_step(
     as_well = AS_WELL if parameters.search else math.inf  # the lesson's chain: whoever passes
     best = _best(tried, as_well)
     if parameters.search and (best.complaints or best.score < parameters.search_below):
+        first = best
         tried += pair.matches_from_search()
         best = _best(tried, as_well)
+        if best.complaints and not first.complaints:
+            best = first  # doubtful, but nothing that can be believed is better
     rest = [each for each in tried if not alike(each.T_target_source, best.T_target_source)]
     believed = not best.complaints
     return replace(

@@ -14,10 +14,11 @@ from labkit.arrays import FloatArray, as_floats
 from labkit.errors import InvalidPointsError
 from labkit.odometry import Decision, StepRecord
 from labkit.odometry.sanity import SanityLimits
-from labkit.plotting.style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, style_grid
+from labkit.plotting.style import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, style_grid
 
 FALLBACKS = {  # decision: colour, marker
     Decision.RETRY: (ORANGE, "^"),
+    Decision.SEARCH: (SKY, "P"),
     Decision.PRIOR: (VERMILLION, "X"),
     Decision.HOLD: (PURPLE, "s"),
     Decision.STAND: (GREEN, "D"),

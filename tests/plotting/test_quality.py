@@ -61,9 +61,9 @@ def test_fallbacks_are_marked_where_they_happened():
 def test_the_lowest_panel_counts_decisions():
     axes = plot_quality(book_figure(7.0), make_records())
     rows = [label.get_text() for label in axes[-1].get_yticklabels()]
-    assert rows == ["icp", "retry", "prior", "hold", "stand"]
-    assert [text.get_text() for text in axes[-1].texts] == ["95", "1", "2", "1", "1"]
-    assert axes[0].get_title() == "Quality of 100 steps, 5 of them fell back"
+    assert rows == ["icp", "retry", "search", "prior", "hold", "stand"]
+    assert [text.get_text() for text in axes[-1].texts] == ["95", "1", "1", "2", "1", "1"]
+    assert axes[0].get_title() == "Quality of 101 steps, 6 of them fell back"
 
 
 def test_a_decision_that_never_fell_takes_no_row():
@@ -74,8 +74,8 @@ def test_a_decision_that_never_fell_takes_no_row():
 def test_a_fallback_without_a_match_is_marked_below_only():
     blank = StepRecord(increment=np.zeros(3), decision=Decision.HOLD)
     axes = plot_quality(book_figure(7.0), [*make_records(), blank])
-    assert marks(axes[0], Decision.HOLD)[0].get_xdata().tolist() == [93]
-    assert marks(axes[-1], Decision.HOLD)[0].get_xdata().tolist() == [93, len(DECISIONS)]
+    assert marks(axes[0], Decision.HOLD)[0].get_xdata().tolist() == [94]
+    assert marks(axes[-1], Decision.HOLD)[0].get_xdata().tolist() == [94, len(DECISIONS)]
 
 
 def test_labels_have_units():
@@ -149,8 +149,8 @@ def test_no_records():
 @pytest.mark.parametrize(
     ("stamps", "message"),
     [
-        ([1.0, 2.0], r"must be 101 finite times, one a step, got shape \(2,\) with 0 not finite"),
-        (np.full(101, np.nan), r"got shape \(101,\) with 101 not finite"),
+        ([1.0, 2.0], r"must be 102 finite times, one a step, got shape \(2,\) with 0 not finite"),
+        (np.full(102, np.nan), r"got shape \(102,\) with 102 not finite"),
         ("now", "`stamps` must hold numbers, got 'now'"),
     ],
 )
