@@ -10,12 +10,15 @@ import ast
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from itertools import chain
 from pathlib import Path
 
 import nbformat
 import pytest
 from IPython.core.inputtransformer2 import TransformerManager
 from nbformat import NotebookNode
+
+from labkit import interactive
 
 FOLDER = Path(__file__).parents[2] / "notebooks"
 NOTEBOOKS = {
@@ -26,6 +29,7 @@ NOTEBOOKS = {
 MAX_LINES = 15  # about 12 is the aim
 # The assignment's questions need numpy alone; what runs the answers on a log comes after them.
 LATER_IMPORTS = {"assignment.ipynb": ["killian-imports"]}
+WIDGETS = {"flipbook", "icp_sliders", "icp_explorer"}
 each_notebook = pytest.mark.parametrize("name", NOTEBOOKS)
 
 
@@ -70,6 +74,26 @@ def defined_twice(notebooks: Iterable[NotebookNode]) -> list[str]:
         for each in found
         if names[each.name] > 1 or bodies[ast.unparse(ast.Module(each.body, []))] > 1
     ]
+
+
+def shows_widget(cell: NotebookNode) -> bool:
+    """Whether a cell calls what moves under the reader's hand."""
+    calls = [node for node in ast.walk(parse(cell.source)) if isinstance(node, ast.Call)]
+    names = {node.func.id for node in calls if isinstance(node.func, ast.Name)}
+    return bool(names & WIDGETS)
+
+
+def without_a_prediction(notebook: NotebookNode) -> list[str]:
+    """Widgets before which their section asks for no prediction of their own."""
+    silent, asked = [], False
+    for cell in notebook.cells:
+        if cell.cell_type == "markdown":
+            *_, last = re.split(r"^##+ ", cell.source, flags=re.MULTILINE)
+            asked = ":class: predict" in last or (asked and last == cell.source)
+        elif shows_widget(cell):
+            silent += [] if asked else [cell.id]
+            asked = False
+    return silent
 
 
 def notebook_of(*sources: str) -> NotebookNode:
@@ -117,6 +141,17 @@ def test_a_figure_has_words_for_those_who_cannot_see_it(name):
 
 
 @each_notebook
+def test_the_reader_predicts_before_each_slider(name):
+    assert without_a_prediction(NOTEBOOKS[name]) == []
+
+
+def test_every_way_to_make_a_widget_is_known():
+    makers = {name for name in interactive.__all__ if name[0].islower()}
+    assert makers - {"default_scenes", "killian_scene"} == WIDGETS
+    assert sum(map(shows_widget, chain(*map(code_cells, NOTEBOOKS.values())))) >= 17
+
+
+@each_notebook
 def test_outputs_stay_out_of_the_repository(name):
     cells = code_cells(NOTEBOOKS[name])
     assert [cell.id for cell in cells if cell.outputs or cell.execution_count] == []
@@ -153,3 +188,23 @@ def test_a_helper_that_comes_twice_is_found(second):
     """By its name, or under another name by its body."""
     first = notebook_of("def f(x):\n    return 2 * x", "def h(x):\n    return 3 * x")
     assert len(defined_twice([first, notebook_of(second)])) == 2
+
+
+@pytest.mark.parametrize(
+    ("texts", "silent"),
+    [
+        (["## One", "flipbook(f, [1])"], ["1"]),
+        (["## One\n:class: predict", "flipbook(f, [1])"], []),
+        (["## One\n:class: predict", "flipbook(f, [1])", "flipbook(f, [2])"], ["2"]),
+        (["## One\n:class: predict\n## Two", "e = icp_explorer()"], ["1"]),
+        (["## One\n:class: predict", "## Two", "icp_sliders(a, b)"], ["2"]),
+        (["## One\n:class: predict", "Look.", "icp_sliders(a, b)"], []),
+    ],
+)
+def test_a_slider_without_a_prediction_is_found(texts, silent):
+    notebook = nbformat.v4.new_notebook()
+    for number, text in enumerate(texts):
+        is_text = text.startswith(("## ", "Look"))
+        make = nbformat.v4.new_markdown_cell if is_text else nbformat.v4.new_code_cell
+        notebook.cells.append(make(text, id=str(number)))
+    assert without_a_prediction(notebook) == silent
