@@ -18,7 +18,13 @@ from typing import Any, NamedTuple, Protocol, Self, TypeAlias
 from numpy.typing import NDArray
 
 from labkit.arrays import check_count, check_range
+from labkit.grading.extraction.extract import Extraction, SourceCell
 from labkit.grading.sandbox.inside import data
+
+__all__ = [
+    "Call", "Extraction", "Fault", "Limits", "Outcome", "OutcomeStatus", "Sandbox",
+    "SourceCell", "Value",
+]  # fmt: skip
 
 Value: TypeAlias = (
     NDArray[Any] | float | int | bool | str | tuple["Value", ...] | dict[str, "Value"] | None
@@ -31,26 +37,6 @@ OUT_OF_SIGHT = "it raised an error"
 TELLING_NOTHING = {
     "IndexError", "KeyError", "NameError", "TypeError", "ValueError", "ZeroDivisionError",
 }  # fmt: skip
-
-
-@dataclass(frozen=True, kw_only=True)
-class SourceCell:
-    """A piece of a submission, run as a whole.
-
-    Attributes
-    ----------
-    source : str
-        Plain Python; notebook magics are already neutralised.
-    question : str or None
-        The question that pays if this cell hangs or crashes; None for shared code
-        (imports, helpers). Cells run in the order given, shared or not.
-    label : str
-        What a message calls it: "cell 7", "line 30 of answer.py".
-    """
-
-    source: str
-    question: str | None
-    label: str
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -217,6 +203,9 @@ class Sandbox(Protocol):
     @property
     def faults(self) -> Sequence[Fault]:
         """The shared cells that failed in the last run."""
+
+    def extract(self, files: Mapping[str, bytes], functions: Mapping[str, str]) -> Extraction:
+        """Find the answers in a submission's files, in the process that `run` goes on with."""
 
     def run(self, cells: Sequence[SourceCell], calls: Sequence[Call]) -> list[Outcome]:
         """Run the cells in a fresh process, then the calls: one outcome each, in their order.

@@ -1,41 +1,27 @@
-"""Submissions that are nearly the same, whatever their variables are called.
+"""Submissions that are nearly the same, by the passages that they share.
 
-Winnowing [1]_: a program becomes a sequence of tokens in which every name is alike; of the
-hashes of its runs of tokens, the smallest in each window is kept. Two programs that share
-a passage share its hashes. What was handed out says nothing and is left out, as is what many
-of a class wrote (the obvious one-liner). Many means many of their own accord: those who
-copied from one another are a family, and count once, however many they are.
-
-References
-----------
-.. [1] Schleimer, Wilkerson, Aiken, "Winnowing: local algorithms for document
-       fingerprinting", SIGMOD 2003.
+What was handed out says nothing and is left out, as is what many of a class wrote (the obvious
+one-liner). Many means many of their own accord: those who copied from one another are a family,
+and count once, however many they are.
 """
 
 from __future__ import annotations
 
-import io
-import keyword
 import math
-import tokenize
-import zlib
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from labkit.grading.contract import SourceCell
+from labkit.grading.extraction.passages import runs
 
-RUN = 12  # tokens in a run: shorter passages are alike by chance
-WINDOW = 8  # runs of which one is kept
 COMMON = 0.1  # share of the families beyond which a passage is everybody's
 FEW = 3  # ... and as many families share it at least
 ENOUGH = 8  # rare passages that a submission must have to be compared
 WHOLE = 40  # passages in which no two are the same by chance, rare or not
 KEYS, ROWS = 40, 8  # sharing 8 of 10: one in common at 0.8 at least; 5 of 10: at 0.006
 SHUFFLES = np.random.default_rng(0).integers(2**63, size=KEYS * ROWS, dtype=np.uint64) * 2 + 1
-SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.ENCODING, tokenize.ENDMARKER}
 
 Passages = frozenset[int]
 
@@ -57,29 +43,9 @@ class Group:
     share: float
 
 
-def passages(cells: Iterable[SourceCell]) -> tuple[int, ...]:
-    r"""The fingerprint of a submission: hashes of some of its passages, in rising order.
-
-    Examples
-    --------
-    >>> def cell(text):
-    ...     return SourceCell(source=text, question=None, label="cell 1")
-    >>> ours = cell("def f(a, b):\n    c = a + b\n    return c * a - b if a > b else c + a")
-    >>> theirs = cell("def g(x,y): # mine\n  z = x+y\n  return z*x-y if x>y else z+x")
-    >>> passages([ours]) == passages([theirs]) != ()
-    True
-    """
-    hashes: list[int] = []
-    for source in dict.fromkeys(cell.source for cell in cells):
-        runs = _runs(source)
-        hashes += [min(runs[start : start + WINDOW]) for start in range(len(runs) - WINDOW + 1)]
-        hashes += [min(runs)] if 0 < len(runs) < WINDOW else []
-    return tuple(sorted(set(hashes)))
-
-
 def all_passages(sources: Iterable[str]) -> set[int]:
     """The hashes of every run of tokens, not only of some: of what was handed out."""
-    return {one for source in sources for one in _runs(source)}
+    return {one for source in sources for one in runs(source)}
 
 
 def near_identical(
@@ -190,30 +156,3 @@ def _connected(links: Iterable[tuple[float, int, int]]) -> list[tuple[list[int],
     for one in parent:
         joined[root(one)].append(one)
     return [(places, least[first]) for first, places in joined.items()]
-
-
-def _runs(source: str) -> list[int]:
-    """The hash of every run of `RUN` tokens."""
-    shape = list(_shape(source))
-    return [
-        zlib.crc32("\0".join(shape[start : start + RUN]).encode())
-        for start in range(len(shape) - RUN + 1)
-    ]
-
-
-def _shape(source: str) -> Iterator[str]:
-    """The tokens of a program, names and texts alike; up to where it is no Python."""
-    try:
-        for token in tokenize.generate_tokens(io.StringIO(source.lstrip("\n")).readline):
-            if token.type in SILENT:
-                continue
-            if token.type == tokenize.NAME and not keyword.iskeyword(token.string):
-                yield "name"
-            elif token.type == tokenize.STRING:
-                yield "text"
-            elif token.type in {tokenize.INDENT, tokenize.DEDENT}:
-                yield tokenize.tok_name[token.type]
-            else:
-                yield token.string
-    except (tokenize.TokenError, IndentationError, SyntaxError):
-        return

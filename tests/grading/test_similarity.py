@@ -7,8 +7,8 @@ import random
 
 import pytest
 
-from labkit.grading.contract import SourceCell
-from labkit.grading.similarity import Group, all_passages, near_identical, passages
+from labkit.grading.extraction.passages import passages
+from labkit.grading.similarity import Group, all_passages, near_identical
 
 OURS = """
 def icp(source, target, steps):
@@ -28,7 +28,7 @@ STUB = (
 
 
 def marks(*sources):
-    return passages(SourceCell(source=text, question=None, label="cell") for text in sources)
+    return passages(sources)
 
 
 def program(seed):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import time
 from collections.abc import Collection, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from dataclasses import dataclass, field, replace
@@ -16,10 +17,8 @@ from itertools import islice
 from labkit.grading.assignment import FOLDER, load_assignment
 from labkit.grading.class_run.workers import own_sandbox
 from labkit.grading.contract import Limits
-from labkit.grading.extraction import extract
 from labkit.grading.judging.grade import grade_submission
 from labkit.grading.judging.verdict import SubmissionVerdict
-from labkit.grading.similarity import passages
 from labkit.grading.store import VerdictStore
 from labkit.grading.submissions import Submission
 
@@ -74,7 +73,7 @@ class Graded:
     fingerprint : str
         What the verdict follows from; see `fingerprint`.
     passages : tuple of int
-        Marks of the code; see `labkit.grading.similarity`.
+        Marks of the code; see `labkit.grading.extraction.passages`.
     failure : str
         Why there is no verdict: a fault of the grader's, never of the student's.
     """
@@ -192,22 +191,24 @@ def grade(task: Task, settings: Settings) -> Graded:
     sent = _sent(task, settings) if isinstance(task, Submission) else task
     student, name, late, files, unread = sent
     assignment = load_assignment(settings.assignment)
-    found = extract(files, {one.id: one.function for one in assignment.questions})
+    sandbox = own_sandbox(settings.mode, settings.limits)
+    start = time.perf_counter()
+    found = sandbox.extract(files, {one.id: one.function for one in assignment.questions})
     verdict = grade_submission(
         found.cells,
-        own_sandbox(settings.mode, settings.limits),
+        sandbox,
         assignment,
         student,
         submission=name,
         notes=found.notes,
-        unread=unread,
+        unread=(*unread, *found.unread),
         questions=settings.questions,
     )
     return Graded(
         student=student,
-        verdict=replace(verdict, late=float(late)),
+        verdict=replace(verdict, late=float(late), seconds=time.perf_counter() - start),
         fingerprint=fingerprint(files, settings),
-        passages=passages(found.cells),
+        passages=found.passages,
     )
 
 

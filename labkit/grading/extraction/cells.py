@@ -16,12 +16,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from labkit.errors import LabkitError
-
 MAX_CELLS = 5000
 MAX_CODE = 1 << 18  # characters of code in one file
 MAX_ALL_CODE = 4 * MAX_CODE  # ... and in all files of a submission
 LINE = 50  # as many characters does a line cost, however short it is, and a semicolon
+PIECE = 6  # ... and a word, a number or a sign: the parser makes a node of each
 MAX_SCOPES, MAX_SCOPES_AND_NAMES = 5_000, 20_000_000  # in a cell
 MAX_FIELDS = 200_000_000  # characters of f-strings times their fields
 MAX_PARTS = 2_000_000  # objects and lists in the JSON of a notebook: far more than plots need
@@ -32,6 +31,7 @@ TRANSPARENT = {"time", "timeit", "capture", "prun", "memit", "mprun"}
 LONGEST = 300  # no magic is as long; what is longer would only cost time
 
 _SCOPE, _WORD = re.compile(r"\b(?:lambda|def|class|for)\b|(?<=\d)for\b"), re.compile(r"\w+")
+_PIECE = re.compile(r"\d[\w.]*|\w+|[^\w\s]")
 _CELL_MAGIC = re.compile(r"\s*%%(\w+)[^\n]*")
 _LINE = re.compile(r"(?P<indent>\s*)(?:[%!?].*|[^#'\"]*[^#'\"\s?]\?{1,2}\s*)$")
 _ASSIGNED = re.compile(r"(?P<target>\s*[\w.,\s]+=\s*)[%!].*$")
@@ -41,6 +41,10 @@ _PART = re.compile(
     r"""|'(?:\\.|[^\\\n'])*'?|"(?:\\.|[^\\\n"])*"?|\\\n|[][(){}\n]""",
     re.DOTALL,
 )
+
+
+class UnreadableError(ValueError):
+    """A file that is no notebook or no script; the message is for the student."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,17 +72,17 @@ class RawCell:
     grade_id: str = ""
 
 
-def cells_by_file(files: Mapping[str, bytes], notes: list[str]) -> dict[str, list[RawCell]]:
-    """The cells of each file; none, and a note, where it cannot be read or is one too many."""
+def cells_by_file(files: Mapping[str, bytes], unread: list[str]) -> dict[str, list[RawCell]]:
+    """The cells of each file; none, and a word on it, where it cannot be read or is too long."""
     read: dict[str, list[RawCell]] = {}
     left = MAX_ALL_CODE
     for name, data in files.items():
         read[name] = []
         try:
             read[name] = cells_of(name, data, left)
-        except LabkitError as error:
-            notes.append(str(error))
-        left -= _cost(cell.source for cell in read[name])
+        except UnreadableError as error:
+            unread.append(str(error))
+        left -= cost_of(cell.source for cell in read[name])
     return read
 
 
@@ -101,7 +105,7 @@ def cells_of(name: str, data: bytes, left: int = MAX_CODE) -> list[RawCell]:
 
     Raises
     ------
-    LabkitError
+    UnreadableError
         For a file that is no notebook or no text, or holds too much code; the message is for
         the student.
     """
@@ -111,11 +115,13 @@ def cells_of(name: str, data: bytes, left: int = MAX_CODE) -> list[RawCell]:
         source, error = neutralise(text)
         return [RawCell(source=source, error=error, file=name, label=name)]
     if text.count("{") + text.count("[") > MAX_PARTS:
-        raise LabkitError(f"{name} is too large a notebook; clear its outputs and hand it in again")
+        raise UnreadableError(
+            f"{name} is too large a notebook; clear its outputs and hand it in again"
+        )
     try:
         notebook = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise LabkitError(
+        raise UnreadableError(
             f"{name} is no notebook ({error}); save it again and hand it in"
         ) from None
     cells = [
@@ -135,19 +141,24 @@ def cells_of(name: str, data: bytes, left: int = MAX_CODE) -> list[RawCell]:
 
 
 def _check_length(name: str, texts: list[str], left: int) -> None:
-    """Refuse what would keep the grader busy for minutes: it reads code outside of a sandbox."""
-    cost = _cost(texts)
+    """Refuse what would keep the grader busy for more than a second."""
+    cost = cost_of(texts)
     if cost > MAX_CODE:
-        raise LabkitError(
+        raise UnreadableError(
             f"{name} holds {sum(map(len, texts))} characters of code, at most {MAX_CODE} in "
-            f"{MAX_CODE // LINE} lines are read; keep data and outputs out of the code"
+            f"{MAX_CODE // LINE} lines or {MAX_CODE // PIECE} words and signs are read; keep data "
+            f"and outputs out of the code"
         )
     if cost > left:
-        raise LabkitError(f"the files hold too much code together; {name} is not read")
+        raise UnreadableError(f"the files hold too much code together; {name} is not read")
 
 
-def _cost(texts: Iterable[str]) -> int:
-    return sum(max(len(text), LINE * sum(map(text.count, "\n\r;"))) for text in texts)
+def cost_of(texts: Iterable[str]) -> int:
+    """How many characters of code texts count for: short lines and short words cost more."""
+    return sum(
+        max(len(text), LINE * sum(map(text.count, "\n\r;")), PIECE * len(_PIECE.findall(text)))
+        for text in texts
+    )
 
 
 def _cells(name: str, notebook: Any) -> list[Any]:
@@ -160,8 +171,8 @@ def _cells(name: str, notebook: Any) -> list[Any]:
         if isinstance(cells, list) and len(cells) <= MAX_CELLS:
             return cells
         if isinstance(cells, list):
-            raise LabkitError(f"{name} has {len(cells)} cells; at most {MAX_CELLS} are read")
-    raise LabkitError(f"{name} is no notebook: it has no list of cells; save it again")
+            raise UnreadableError(f"{name} has {len(cells)} cells; at most {MAX_CELLS} are read")
+    raise UnreadableError(f"{name} is no notebook: it has no list of cells; save it again")
 
 
 def _text(source: Any) -> str:
@@ -183,7 +194,7 @@ def _decode(name: str, data: bytes) -> str:
             return data.decode(encoding)
         except UnicodeDecodeError as error:
             place = error.start
-    raise LabkitError(f"{name} is no text: byte {place} is not UTF-8; save it again as UTF-8")
+    raise UnreadableError(f"{name} is no text: byte {place} is not UTF-8; save it again as UTF-8")
 
 
 def neutralise(source: str) -> tuple[str, str]:

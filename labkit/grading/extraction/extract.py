@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from itertools import groupby
 
-from labkit.grading.contract import SourceCell
 from labkit.grading.extraction.cells import RawCell, cells_by_file, tree
+from labkit.grading.extraction.passages import passages
 from labkit.grading.extraction.slicing import (
     ANYWHERE,
     answers_of,
@@ -35,6 +35,26 @@ MAX_NAMES = 1000  # among which a slip is looked for
 
 
 @dataclass(frozen=True, kw_only=True)
+class SourceCell:
+    """A piece of a submission, run as a whole.
+
+    Attributes
+    ----------
+    source : str
+        Plain Python; notebook magics are already neutralised.
+    question : str or None
+        The question that pays if this cell hangs or crashes; None for shared code
+        (imports, helpers). Cells run in the order given, shared or not.
+    label : str
+        What a message calls it: "cell 7", "line 30 of answer.py".
+    """
+
+    source: str
+    question: str | None
+    label: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class Extraction:
     """What of a submission is graded.
 
@@ -44,10 +64,16 @@ class Extraction:
         To be run in this order.
     notes : tuple of str
         What the student should know of how the submission was read.
+    unread : tuple of str
+        What could not be read, and why: for the student and the instructor.
+    passages : tuple of int
+        Marks of the code; see `labkit.grading.extraction.passages`.
     """
 
-    cells: tuple[SourceCell, ...]
-    notes: tuple[str, ...]
+    cells: tuple[SourceCell, ...] = ()
+    notes: tuple[str, ...] = ()
+    unread: tuple[str, ...] = ()
+    passages: tuple[int, ...] = ()
 
 
 def extract(files: Mapping[str, bytes], functions: Mapping[str, str]) -> Extraction:
@@ -63,7 +89,7 @@ def extract(files: Mapping[str, bytes], functions: Mapping[str, str]) -> Extract
     Returns
     -------
     Extraction
-        A file that cannot be read costs what stands in it, and is named in the notes.
+        A file that cannot be read costs what stands in it, and is named.
 
     Examples
     --------
@@ -72,7 +98,8 @@ def extract(files: Mapping[str, bytes], functions: Mapping[str, str]) -> Extract
     [(None, 'import os'), ('q', 'def f(): return os.sep')]
     """
     notes: list[str] = []
-    read = cells_by_file(files, notes)
+    unread: list[str] = []
+    read = cells_by_file(files, unread)
     modules = _modules(read)
     parts = [_statements(read[name]) for name in read if name not in modules]
     program = [one for part in by_answers(parts, functions.values()) for one in part]
@@ -92,9 +119,17 @@ def extract(files: Mapping[str, bytes], functions: Mapping[str, str]) -> Extract
     broken = [cell for name in read if name not in modules for cell in read[name] if cell.error]
     cells += _broken(broken, {q: f for q, f in functions.items() if not answers[q]}, notes)
     notes += _remarks(program, answers, functions)
-    if len(notes) > MAX_NOTES:
-        notes[MAX_NOTES:] = [f"and {len(notes) - MAX_NOTES} remarks more"]
-    return Extraction(cells=tuple(cells), notes=tuple(notes))
+    return Extraction(
+        cells=tuple(cells),
+        notes=_first(notes),
+        unread=_first(unread),
+        passages=passages(cell.source for cell in cells),
+    )
+
+
+def _first(remarks: Sequence[str]) -> tuple[str, ...]:
+    more = len(remarks) - MAX_NOTES
+    return (*remarks[:MAX_NOTES], f"and {more} remarks more") if more > 0 else tuple(remarks)
 
 
 def _statements(cells: Sequence[RawCell]) -> list[Statement]:

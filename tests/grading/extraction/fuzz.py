@@ -2,9 +2,10 @@
 
 ``python tests/grading/extraction/fuzz.py [--files 20000] [--seed 0]`` makes files of repeated
 pieces of Python (what a parser or a slicer may choke on), of Python that is cut and mixed, and
-of the solved assignment with bytes changed; first 20 kB each, then the slowest ones again as
-large as a file may be. Nothing but an `Extraction` may come of any. The times are processor
-time; the last line is the worst one.
+of the solved assignment with bytes changed. They are of all lengths up to the longest that is
+read (as `cost_of` counts them), as many between 2 and 4 kB as between 128 and 256; those that are
+slowest for their length are read again at full length. Nothing but an `Extraction` may come of
+any. The times are processor time; the last line is the worst one.
 """
 
 from __future__ import annotations
@@ -17,9 +18,10 @@ import time
 from labkit.authoring.notebook import notebook_text
 from labkit.grading.assignment import load_assignment
 from labkit.grading.extraction import extract
-from labkit.grading.extraction.cells import MAX_CODE
+from labkit.grading.extraction.cells import MAX_CODE, cost_of
 
-SMALL, SLOWEST = 20_000, 60
+SMALL, LARGE = 2_000, MAX_CODE - 2_000  # characters
+SLOWEST = 60
 HEADS = (
     "", "def icp():\n ", "def icp(a):\n  return ", "class A:\n ", "x = ", "x = (", "x = [",
     "if a:\n ", "try:\n ", "while a: ", "%%time\n", "%%bash\n", "f'", "f'''", '"""', "rb'", "@",
@@ -100,14 +102,17 @@ def main() -> None:
     notebook = json.loads(notebook_text(solutions=True))
     cells = ["".join(c["source"]) for c in notebook["cells"] if c["cell_type"] == "code"]
 
-    def made(number: int, size: int) -> dict[str, bytes]:
-        rng = random.Random(f"{args.seed} {number}")
+    def text_of(rng: random.Random, size: int) -> str:
         kind = rng.choice("rrrmd")
         if kind == "r":
-            text = repeated(rng, size)
-        else:
-            text = mixed(rng, size) if kind == "m" else damaged(rng, size, cells)
-        return as_file(rng, text)
+            return repeated(rng, size)
+        return mixed(rng, size) if kind == "m" else damaged(rng, size, cells)
+
+    def made(number: int, size: int) -> dict[str, bytes]:
+        cost = cost_of([text_of(random.Random(f"{args.seed} {number}"), size)])
+        rng = random.Random(f"{args.seed} {number}")
+        share = min(1.0, size / cost)  # or it would be refused for its length
+        return as_file(rng, text_of(rng, round(share * size)))
 
     def timed(number: int, size: int) -> float:
         files = made(number, size)
@@ -119,14 +124,20 @@ def main() -> None:
             raise
         return time.process_time() - start
 
-    times = sorted(((timed(n, SMALL), n) for n in range(args.files)), reverse=True)
-    print(f"{args.files} files of {SMALL} characters: slowest {times[0][0]:.2f} s, "
-          f"mean {sum(t for t, _ in times) / len(times):.3f} s")  # fmt: skip
-    large = sorted(((timed(n, MAX_CODE - 2000), n) for _, n in times[:SLOWEST]), reverse=True)
-    for seconds, number in large[:5]:
+    sizes = [round(SMALL * (LARGE / SMALL) ** (n / args.files)) for n in range(args.files)]
+    random.Random(args.seed).shuffle(sizes)
+    times = [(timed(n, size), n, size) for n, size in enumerate(sizes)]
+    slow = sorted(times, reverse=True)
+    mean = sum(seconds for seconds, *_ in times) / len(times)
+    print(f"{args.files} files of {SMALL} to {LARGE} characters: "
+          f"slowest {slow[0][0]:.2f} s, mean {mean:.3f} s")  # fmt: skip
+    for_size = sorted(times, key=lambda one: -one[0] / one[2])[:SLOWEST]
+    slow += [(timed(n, LARGE), n, LARGE) for _, n, _ in for_size]
+    slow.sort(reverse=True)
+    for seconds, number, size in slow[:5]:
         (shown,) = made(number, 60).values()
-        print(f"  {seconds:.2f} s  file {number}: {shown[:70]!r}")
-    print(f"the {SLOWEST} slowest of them at {MAX_CODE} characters: worst {large[0][0]:.2f} s")
+        print(f"  {seconds:.2f} s  file {number}, {size} characters: {shown[:70]!r}")
+    print(f"with the {SLOWEST} slowest for their size at full size: worst {slow[0][0]:.2f} s")
 
 
 if __name__ == "__main__":

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit.grading.extraction import extract
-from labkit.grading.similarity import passages
 
 FUNCTIONS = {"rotation": "rotation", "weights": "huber_weights"}
 IMPORT = "import math"
@@ -294,8 +293,8 @@ def test_a_file_that_cannot_be_read_costs_itself(data, says):
     files = {"bad.ipynb": data, "good.py": f"{IMPORT}\n{ROTATION}".encode()}
     found = extract(files, FUNCTIONS)
     assert "rotation" in run(found)
-    assert found.notes[0].startswith("bad.ipynb")
-    assert says in found.notes[0]
+    assert found.unread[0].startswith("bad.ipynb")
+    assert says in found.unread[0]
 
 
 @pytest.mark.parametrize(
@@ -340,7 +339,7 @@ def test_code_that_would_keep_the_grader_busy_is_refused(source):
     for name, data in {"a.py": source.encode(), "a.ipynb": notebook(source)}.items():
         found = extract({name: data, "b.py": f"{IMPORT}\n{ROTATION}".encode()}, FUNCTIONS)
         assert "rotation" in run(found)
-        assert f"{name} holds {len(source)} characters of code" in found.notes[0]
+        assert f"{name} holds {len(source)} characters of code" in found.unread[0]
 
 
 @pytest.mark.parametrize(
@@ -357,7 +356,7 @@ def test_code_that_would_keep_the_grader_busy_is_refused(source):
 def test_code_that_the_compiler_would_take_seconds_for_is_not_compiled(source, says):
     found = extract({"a.py": source.encode(), "b.py": f"{IMPORT}\n{ROTATION}".encode()}, FUNCTIONS)
     assert "rotation" in run(found)
-    assert says in found.notes[0]
+    assert says in found.unread[0]
 
 
 def test_a_long_notebook_with_many_functions_and_figures_of_speech_is_read():
@@ -373,9 +372,9 @@ def test_as_much_code_as_is_read_is_read_soon():
     source = b"import a\n" * 4900
     start = time.process_time()
     found = extract({f"{n}.py": source for n in range(40)}, FUNCTIONS)
-    assert len(passages(found.cells)) == 0
+    assert found.passages == ()
     assert time.process_time() - start < 15.0  # 1.3 s; it was minutes
-    assert "too much code together; 4.py is not read" in found.notes[0]
+    assert "too much code together; 4.py is not read" in found.unread[0]
 
 
 def test_a_notebook_of_a_million_empty_things_is_not_unfolded():

@@ -15,23 +15,25 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
+from labkit.grading import extraction
 from labkit.grading.sandbox import inside
 from labkit.grading.sandbox.host.box import SandboxError
 
 BOX = Path(inside.__file__).parent
+READER = Path(extraction.__file__).parent
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
-# Makes `labkit.grading.sandbox.inside` importable and nothing else of labkit, then runs one of
-# its mains.
+# Makes `labkit.grading.sandbox.inside` and `labkit.grading.extraction` importable and nothing else
+# of labkit, then runs a main of the first.
 # No package's start-up hooks run (-S), which take longer than the interpreter itself; but
 # `exit`, `help` and the like are there.
 BOOTSTRAP = """
 import os, site, sys, types
 site.setquit(), site.setcopyright(), site.sethelper()
-folder, roots, module, argument = sys.argv[1:]
-package = ""
-for name, path in (("labkit", []), ("grading", []), ("sandbox", []), ("inside", [folder])):
-    package = f"{package}.{name}".lstrip(".")
+box, reader, roots, module, argument = sys.argv[1:]
+for name, path in (("", []), (".grading", []), (".grading.sandbox", []),
+                   (".grading.extraction", [reader]), (".grading.sandbox.inside", [box])):
+    package = f"labkit{name}"
     sys.modules[package] = types.ModuleType(package)
     sys.modules[package].__path__ = path
 sys.path += [root for root in roots.split(os.pathsep) if root not in sys.path]
@@ -52,6 +54,7 @@ def command(module: str, argument: str) -> list[str]:
         "-c",
         BOOTSTRAP,
         str(BOX),
+        str(READER),
         roots,
         module,
         argument,
@@ -125,7 +128,7 @@ def bubblewrap(users: int | None) -> list[str]:
 
 def interpreter_folders() -> list[Path]:
     """The folders outside the system's own that this Python and its packages live in."""
-    folders = [Path(sys.prefix), Path(sys.base_prefix), *package_roots(), BOX]
+    folders = [Path(sys.prefix), Path(sys.base_prefix), *package_roots(), BOX, READER]
     kept: list[Path] = []
     for folder in sorted({path.resolve() for path in folders} | {Path(sys.prefix)}):
         if not any(folder.is_relative_to(above) for above in [*kept, *map(Path, SYSTEM)]):

@@ -12,13 +12,22 @@ import contextlib
 import functools
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Self
 
 from labkit.errors import InvalidParameterError
-from labkit.grading.contract import Call, Fault, Limits, Outcome, OutcomeStatus, SourceCell
-from labkit.grading.sandbox.host.box import SandboxError, Starter
+from labkit.grading.contract import (
+    Call,
+    Extraction,
+    Fault,
+    Limits,
+    Outcome,
+    OutcomeStatus,
+    SourceCell,
+)
+from labkit.grading.sandbox.host.box import Box, SandboxError, Starter
+from labkit.grading.sandbox.host.extraction import extract_in
 from labkit.grading.sandbox.host.forkserver import ForkServer
 from labkit.grading.sandbox.host.session import Session
 from labkit.grading.sandbox.host.unisolated import ColdStarter
@@ -100,6 +109,7 @@ class Slot:
         self.safe = mode != NONE
         self.limits = limits
         self.faults: list[Fault] = []
+        self._fresh: Box | None = None  # has read the files of the submission to come
         self._starter: Starter = ForkServer(mode, limits) if self.safe else ColdStarter(limits)
         if self.safe:
             try:
@@ -107,6 +117,20 @@ class Slot:
             except BaseException:
                 self.close()
                 raise
+
+    def extract(self, files: Mapping[str, bytes], functions: Mapping[str, str]) -> Extraction:
+        """Find the answers in a submission's files, in the process that `run` goes on with.
+
+        Raises
+        ------
+        SandboxError
+            If the sandbox itself broke down and could not be started again.
+        """
+        self._stop_fresh()
+        box = self._starter.start(scipy=any(b"scipy" in held for held in files.values()))
+        found, lives = extract_in(box, self.limits, files, functions)
+        self._fresh = box if lives else None
+        return found
 
     def run(self, cells: Sequence[SourceCell], calls: Sequence[Call]) -> list[Outcome]:
         """Run the cells in a fresh process, then the calls: one outcome each, in their order.
@@ -124,7 +148,8 @@ class Slot:
             raise InvalidParameterError(
                 f"must have different ids, got {twice!r} twice", parameter="calls"
             )
-        session = Session(self._starter, self.limits, cells)
+        session = Session(self._starter, self.limits, cells, self._fresh)
+        self._fresh = None
         try:
             return session.run(calls)
         finally:
@@ -132,6 +157,7 @@ class Slot:
 
     def close(self) -> None:
         """End what is still running; may be called twice."""
+        self._stop_fresh()
         self._starter.close()
 
     def __enter__(self) -> Self:
@@ -146,6 +172,11 @@ class Slot:
     ) -> None:
         """Close."""
         self.close()
+
+    def _stop_fresh(self) -> None:
+        box, self._fresh = self._fresh, None
+        if box:
+            box.stop(leaving=False)
 
     def _prove(self) -> None:
         """Try the walls from inside before anybody's code is trusted to them."""

@@ -78,9 +78,17 @@ class Session:
         Where fresh boxes come from.
     limits : Limits
     cells : sequence of SourceCell
+    fresh : Box or None
+        One that has run no code yet, to begin with.
     """
 
-    def __init__(self, starter: Starter, limits: Limits, cells: Sequence[SourceCell]) -> None:
+    def __init__(
+        self,
+        starter: Starter,
+        limits: Limits,
+        cells: Sequence[SourceCell],
+        fresh: Box | None = None,
+    ) -> None:
         self.starter = starter
         self.limits = limits
         self.cells = cells
@@ -91,17 +99,20 @@ class Session:
         self.boxes = 0
         self.scipy = any("scipy" in cell.source for cell in cells)
         self.box: Box | None = None
+        self.fresh = fresh
         self.end = time.monotonic() + limits.total_seconds
 
     def run(self, calls: Sequence[Call]) -> list[Outcome]:
         """One outcome for each call, in their order."""
         outcomes: dict[str, Outcome] = {}
-        if sum(len(cell.source) for cell in self.cells) > MAX_SOURCE:
-            return [TOO_MUCH_CODE.of(call) for call in calls]
         try:
+            if sum(len(cell.source) for cell in self.cells) > MAX_SOURCE:
+                return [TOO_MUCH_CODE.of(call) for call in calls]
             for question, batch in groupby(calls, key=lambda call: call.question):
                 self._answer(question, list(batch), outcomes)
         finally:
+            self._stop(leaving=False)
+            self.box, self.fresh = self.fresh, None
             self._stop(leaving=False)
         return [outcomes[call.id] for call in calls]
 
@@ -126,7 +137,7 @@ class Session:
         while self.box is None:
             if time.monotonic() > self.end:
                 raise EndedError(OutcomeStatus.TIMEOUT, self._too_long(self.end))
-            self.box = self.starter.start(scipy=self.scipy)
+            self.box, self.fresh = self.fresh or self.starter.start(scipy=self.scipy), None
             self.failed = {}
             self.boxes += 1
             running = [place for place, form in enumerate(self.forms) if form != LEFT_OUT]
@@ -313,7 +324,7 @@ def readable(text: Any, most: int = MAX_MESSAGE, keep: str = "") -> str:
     >>> readable("red \x1b[31m\n text")
     'red [31m  text'
     """
-    if not text or not isinstance(text, str):
+    if not isinstance(text, str) or not text:
         return ""
     if len(text) <= most and text.isprintable():
         return text

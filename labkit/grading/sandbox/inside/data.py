@@ -214,6 +214,16 @@ def pack(value: Any, most: int = MAX_TREE) -> bytes:
     return b"".join((HEAD.pack(MAGIC, len(tree), sum(map(len, raw))), tree, *raw))
 
 
+def from_bytes(text: bytes) -> Any:
+    """Any bytes as an array that a frame takes as it is; `to_bytes` brings them back."""
+    return np.frombuffer(text, dtype="|b1")
+
+
+def to_bytes(array: Any) -> bytes:
+    """The bytes of an array."""
+    return bytes(array.tobytes())
+
+
 def unpack(frame: bytes | bytearray, most: int = MAX_TREE) -> Any:
     """Rebuild the data of a whole frame; arrays are fresh, writable and contiguous.
 
