@@ -23,6 +23,13 @@ def sandbox(request):
         yield slot
 
 
+@pytest.fixture(params=MODES)
+def patient_sandbox(request):
+    """One with a student's own limits, for what takes long on a busy machine."""
+    with opened(request.param, Limits()) as slot:
+        yield slot
+
+
 @pytest.fixture(scope="session", params=SAFE)
 def safe_mode(request):
     """The name of a safe mode that works here."""

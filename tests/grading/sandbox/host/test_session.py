@@ -280,7 +280,7 @@ def test_labkit_itself_does_not_answer(slot):
         assert "stands in for labkit." in outcome.message
 
 
-def test_what_a_student_may_import_is_there(sandbox):
+def test_what_a_student_may_import_is_there(patient_sandbox):
     source = """
         import asyncio, bisect, cmath, collections.abc, concurrent.futures, csv, dataclasses
         import datetime, decimal, enum, fractions, functools, heapq, json, logging, math
@@ -300,7 +300,7 @@ def test_what_a_student_may_import_is_there(sandbox):
                 file.seek(0)
                 return Pose(x).x + np.load(file).sum() + statistics.mean([1, 2, 3])
     """
-    (outcome,) = sandbox.run(cells(source), [call("one")])
+    (outcome,) = patient_sandbox.run(cells(source), [call("one")])
     assert outcome.value == 6.0, outcome
 
 
