@@ -134,27 +134,21 @@ def open_lab(page: Page, address: str) -> None:
 
 
 @contextmanager
-def notebook_run(page: Page, name: str) -> Iterator[None]:
-    """Open a notebook and run all its cells; close it and its kernel in the end."""
-    page.set_default_timeout(RUN)
-    page.evaluate(OPEN, name)
-    page.evaluate(RUN_ALL)
-    page.set_default_timeout(30_000)
-    try:
-        yield
-    finally:
-        page.evaluate(CLOSE)
-
-
-@contextmanager
 def notebook_read(page: Page, name: str) -> Iterator[str]:
     """Open a notebook; yield its text as drawn, which needs a kernel; close it in the end."""
     page.evaluate(OPEN, name)
-    page.wait_for_function(DRAWN, timeout=60_000)
+    page.wait_for_function(DRAWN, timeout=60_000, polling=200)
     try:
         yield "\n".join(page.evaluate(TEXTS))
     finally:
         page.evaluate(CLOSE)
+
+
+def run_all(page: Page) -> None:
+    """Run all cells of the open notebook."""
+    page.set_default_timeout(RUN)
+    page.evaluate(RUN_ALL)
+    page.set_default_timeout(30_000)
 
 
 def errors(page: Page) -> list[str]:
