@@ -28,8 +28,9 @@ test: $(READY) ## check style and types, then test code, notebooks and pages
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	@$(WARM)
 	$(BIN)/pytest tests labkit $(wildcard notebooks/*.ipynb) \
-	    --nbval-lax --nbval-current-env --numprocesses 2 --dist loadfile
+	    --nbval-lax --nbval-current-env --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
 quick: $(READY) ## the tests of the core, logs and odometry, in about a minute
 	$(BIN)/ruff check .
