@@ -66,7 +66,7 @@ def _caught(limit: float, bad: FloatArray) -> tuple[float, float]:
     return limit, float(np.mean(bad > limit))
 
 
-@exercise("Does the way close?")
+@exercise("Does the path close?")
 def closing_gap() -> Iterator[Case]:
     """For ways with turns, so that adding up the increments is wrong."""
     ways = {

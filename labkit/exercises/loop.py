@@ -1,4 +1,4 @@
-"""Chapter 4: the cost of the loop, its order, its stops, and gates that close."""
+"""Chapter 4: the cost of the loop, its order, its stops, gates that close, wrong headings."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from labkit import IcpParameters, Target, align, apply, icp, transform
+from labkit import IcpParameters, Target, align, apply, icp, to_xytheta, transform, wrap
 from labkit.arrays import FloatArray
 from labkit.correspondences import huber_loss
 from labkit.exercises.exercise import Case, exercise
@@ -98,6 +98,65 @@ def match_through_gates() -> Iterator[Case]:
         },
         tolerance=1e-7,
     )
+
+
+@exercise("How far the heading may be off")
+def headings_that_work() -> Iterator[Case]:
+    """In a room, from headings of which some lead home and some do not."""
+    T = transform(0.8, -0.6, 0.5)
+    older, newer = _look(np.eye(3)), _look(T)
+    told = IcpParameters(max_correspondence_distance=0.5)
+    errors = np.radians([-120.0, -8.0, 0.0, 8.0, 120.0])
+    turned = _headings(newer, older, [T @ transform(0.0, 0.0, each) for each in errors], told)
+    off = np.abs(wrap(turned - 0.5))
+    yield Case(
+        "guesses that are turned by −120°, −8°, 0°, 8° and 120°",
+        (newer, older, T, errors, told),
+        off < np.radians(2.0),
+        {
+            "This asks how far a run went from its guess; ask how far its end is from the "
+            "truth.": np.abs(wrap(turned - 0.5 - errors)) < np.radians(2.0),
+            "A heading is compared with 2 as if it were in degrees; it is in radians.": off < 2.0,
+            "These are the runs that end at a wrong heading.": off >= np.radians(2.0),
+        },
+    )
+
+
+@exercise("The price of a lost pair")
+def change_of_both() -> Iterator[Case]:
+    """For a pair that leaves the gate, and for one that comes in."""
+    for where, before, after in (
+        ("a pair that leaves the gate", [0.1, 0.2, 0.4], [0.1, 0.2, 0.9]),
+        ("a pair that comes in through the gate", [0.3, 0.1, 0.8, 0.6], [0.2, 0.1, 0.4, 0.7]),
+    ):
+        d = np.array([before, after])
+        charged = np.minimum(d, 0.5) ** 2
+        kept = np.array([np.mean(row[row <= 0.5] ** 2) for row in d])
+        inside = np.where(d <= 0.5, d**2, 0.0)
+        yield Case(
+            where,
+            (d[0], d[1], 0.5),
+            (float(np.diff(kept)[0]), float(np.diff(charged.mean(axis=1))[0])),
+            {
+                "The signs are wrong: a change is the value after the step minus the value "
+                "before.": (float(-np.diff(kept)[0]), float(-np.diff(charged.mean(axis=1))[0])),
+                "The cost charges nothing for a pair outside the gate; charge it as if it stood "
+                "on the gate.": (float(np.diff(kept)[0]), float(np.diff(inside.mean(axis=1))[0])),
+                "The mean square is divided by all pairs; divide it by the pairs within the "
+                "gate.": (
+                    float(np.diff(inside.mean(axis=1))[0]),
+                    float(np.diff(charged.mean(axis=1))[0]),
+                ),
+            },
+            tolerance=1e-9,
+        )
+
+
+def _headings(
+    p: FloatArray, q: FloatArray, guesses: Sequence[FloatArray], told: IcpParameters
+) -> FloatArray:
+    ends = [icp(p, q, guess, told).T_target_source for guess in guesses]
+    return to_xytheta(np.array(ends))[:, 2]
 
 
 def _through(p: FloatArray, q: FloatArray, T: FloatArray, gates: Sequence[float]) -> FloatArray:
