@@ -1,9 +1,9 @@
 """What moves under the reader's hand: sliders in notebooks, and in pages without a kernel.
 
 An ordinary slider calls Python when it moves, so in a page it is dead. Two ways to live
-stand here. `icp_explorer` and `icp_sliders` bring the ICP loop along in JavaScript. `flipbook`
-draws beforehand what only Python can compute. This is the one package that imports ipywidgets
-and anywidget.
+stand here. `icp_explorer`, `icp_sliders` and `align_by_hand` bring the ICP loop along in
+JavaScript. `flipbook` draws beforehand what only Python can compute. This is the one package
+that imports ipywidgets and anywidget.
 """
 
 try:
@@ -16,6 +16,7 @@ except ImportError as error:
 from labkit.interactive.explorer import (
     Explorer,
     Scene,
+    align_by_hand,
     default_scenes,
     icp_explorer,
     icp_sliders,
@@ -26,6 +27,7 @@ from labkit.interactive.flipbook import flipbook
 __all__ = [
     "Explorer",
     "Scene",
+    "align_by_hand",
     "default_scenes",
     "flipbook",
     "icp_explorer",

@@ -5,13 +5,10 @@ The page holds what a page of the book does: require.js, the widgets' files and 
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
-from pathlib import Path
 from statistics import median
 
-import browser_files
 import numpy as np
 import pytest
 from mouse import Point, drag, middle, thumb
@@ -19,7 +16,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 pytest.importorskip("anywidget")
 
-from ipywidgets.embed import embed_data
+from widget_page import written_page
 
 import labkit
 from labkit.interactive import Explorer, default_scenes, icp_explorer
@@ -65,24 +62,6 @@ def explorer() -> Explorer:
 @pytest.fixture(scope="module")
 def address(explorer: Explorer, tmp_path_factory: pytest.TempPathFactory) -> str:
     return written_page(explorer, tmp_path_factory.mktemp("page"))
-
-
-def written_page(explorer: Explorer, folder: Path) -> str:
-    """A page that shows the explorer as it is now; it loads the book's own files for widgets."""
-    browser_files.provide()
-    book = browser_files.VENDOR.parent.as_uri()
-    data = embed_data(views=[explorer], drop_defaults=False)
-    state, view = json.dumps(data["manager_state"]), json.dumps(data["view_specs"][0])
-    kinds = "application/vnd.jupyter.widget-state+json", "application/vnd.jupyter.widget-view+json"
-    page = folder / "page.html"
-    page.write_text(
-        '<!doctype html><html lang="en" data-content_root="./"><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width"><title>page</title>'
-        f'<script src="{book}/widgets.js"></script><body><main style="max-width: 720px">'
-        + f'<script type="{kinds[0]}">{state}</script><script type="{kinds[1]}">{view}</script>',
-        "utf-8",
-    )
-    return page.as_uri()
 
 
 @pytest.fixture

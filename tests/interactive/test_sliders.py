@@ -20,7 +20,7 @@ SOURCE = [[0.1, 0.0], [4.1, 0.1], [0.1, 3.0], [4.1, 3.0], [2.0, 5.9]]
 def test_they_start_with_labkit_s_own_run():
     sliders = icp_sliders(SOURCE, TARGET)
     expected = labkit.icp(SOURCE, TARGET)
-    assert sliders.compact
+    assert sliders.form == "sliders"
     assert sliders.parameters == IcpParameters()
     assert np.array_equal(sliders.run().T_target_source, expected.T_target_source)
 

@@ -106,6 +106,12 @@ export function toggle(text, title, onclick) {
   return { node, set: (down) => node.setAttribute("aria-pressed", String(down)) };
 }
 
+// JupyterLab would take focus and arrow keys away from what lies in a cell.
+export function keepToItself(root, signal) {
+  for (const type of ["mousedown", "focusin", "keydown"])
+    root.addEventListener(type, (event) => event.stopPropagation(), { signal });
+}
+
 // Names as in labkit's IcpParameters.
 export const SLIDERS = ["metric", "max_correspondence_distance", "overlap_ratio", "huber_delta", "approach"];
 

@@ -1,11 +1,11 @@
-// The cost over the iterations.
+// The cost over the iterations, or another positive quantity over what was done.
 
 import { disc, freshContext, rule } from "./canvas.js";
 
 const LEFT = 46, RIGHT = 10, TOP = 18, BOTTOM = 20;
 
-// The cost J on a log scale, with a mark at the iteration that is shown.
-export function drawCost(canvas, { costs, shown, colors }) {
+// The costs on a log scale, with a mark at the one that is shown; `title` says of what.
+export function drawCost(canvas, { costs, shown, colors, title = "cost J [m²] over the iterations" }) {
   const fresh = freshContext(canvas, (width) => Math.min(120, 0.4 * width));
   if (!fresh) return;
   const { context, width, height } = fresh;
@@ -27,7 +27,7 @@ export function drawCost(canvas, { costs, shown, colors }) {
   context.textAlign = "center";
   for (const k of countTicks(costs.length - 1)) context.fillText(k, u(k), height - BOTTOM + 14);
   context.textAlign = "left";
-  context.fillText("cost J [m²] over the iterations", 3, 12);
+  context.fillText(title, 3, 12);
 
   context.strokeStyle = context.fillStyle = colors.kept;
   context.lineWidth = 1.5;

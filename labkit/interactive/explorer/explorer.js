@@ -3,12 +3,14 @@
 // The model is the widget's state. In JupyterLab it is tied to Python, in a page to nothing.
 
 import { BasinPanel } from "./basin.js";
+import { HandView } from "./by_hand.js";
 import { palette, watchTheme } from "./canvas.js";
-import { SLIDERS, button, element, guessFields, parameterControls, slider, steps, toggle } from "./controls.js";
+import { SLIDERS, button, element, guessFields, keepToItself, parameterControls, slider, steps, toggle } from "./controls.js";
 import { drawCost } from "./cost.js";
-import { icp, pairsOnly, prepareTarget } from "./icp.js";
+import { icp, pairsOnly } from "./icp.js";
 import { Plane } from "./plane.js";
 import { Readouts, outcome } from "./readouts.js";
+import { unpacked } from "./scene.js";
 import { apply, toXYTheta, transform } from "./se2.js";
 import { copyState, stateFromAddress } from "./state.js";
 
@@ -22,7 +24,7 @@ class ExplorerView {
   constructor(model, signal) {
     this.model = model;
     this.signal = signal;
-    this.compact = model.get("compact");
+    this.compact = model.get("form") === "sliders";
     this.build();
     const watched = [...SLIDERS, "guess"].map((name) => `change:${name}`).join(" ");
     const changed = () => this.request(), entered = () => this.enter();
@@ -98,9 +100,7 @@ class ExplorerView {
       "div", { class: `icp-explorer${this.compact ? " icp-compact" : ""}`, role: "group", "aria-label": this.model.get("label") },
       part("frame", ...top, map, side), ...(this.compact ? [] : [this.basin.node]),
     );
-    // JupyterLab would take focus and arrow keys away.
-    for (const type of ["mousedown", "focusin", "keydown"])
-      this.root.addEventListener(type, (event) => event.stopPropagation(), { signal: this.signal });
+    keepToItself(this.root, this.signal);
   }
 
   // ---- what the reader does
@@ -213,9 +213,7 @@ class ExplorerView {
   enter() {
     const name = this.model.get("scene");
     this.scene = this.model.get("scene_data").find((each) => each.name === name);
-    this.source = floats(this.scene.source);
-    this.target = prepareTarget(floats(this.scene.target), floats(this.scene.normals));
-    this.known = this.scene.answer && transform(...this.scene.answer);
+    Object.assign(this, unpacked(this.scene));
     const [there, here] = [this.known, transform(...this.scene.guess)].map((T) => (T ? apply(T, this.source) : []));
     this.stop();
     this.plane.bet = null;
@@ -273,13 +271,10 @@ class ExplorerView {
   }
 }
 
-function floats(text) {
-  return new Float64Array(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
-}
-
 function render({ model, el }) {
   const controller = new AbortController();
-  const view = new ExplorerView(model, controller.signal);
+  const View = model.get("form") === "by hand" ? HandView : ExplorerView;
+  const view = new View(model, controller.signal);
   el.append(view.root);
   return () => controller.abort();
 }

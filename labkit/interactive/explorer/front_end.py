@@ -13,6 +13,7 @@ MODULES = (
     "alignment",
     "line_alignment",
     "icp",
+    "scene",
     "canvas",
     "controls",
     "state",
@@ -20,6 +21,7 @@ MODULES = (
     "plane",
     "cost",
     "readouts",
+    "by_hand",
     "explorer",
 )
 """Each imports only from those before it; the last one exports the widget."""

@@ -29,7 +29,7 @@ _SLIDERS = ("metric", "max_correspondence_distance", "overlap_ratio", "huber_del
 
 
 class Explorer(anywidget.AnyWidget):
-    """An ICP run to play with; make one with `icp_explorer` or `icp_sliders`.
+    """An ICP run to play with; `icp_explorer`, `icp_sliders` and `align_by_hand` make one.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Explorer(anywidget.AnyWidget):
     _css = style()
 
     label = traitlets.Unicode("ICP explorer").tag(sync=True)
-    compact = traitlets.Bool(False).tag(sync=True)
+    form = traitlets.Enum(("explorer", "sliders", "by hand"), "explorer").tag(sync=True)
     runs = traitlets.Bool(True).tag(sync=True)
     scene_data: traitlets.List[Any] = traitlets.List().tag(sync=True)
     fixed_parameters = traitlets.Dict().tag(sync=True)
@@ -224,7 +224,34 @@ def icp_sliders(
         reference=reference,
     )
     label = "Gate, overlap and Huber's δ"
-    return Explorer([scene], parameters, label=label, compact=True, runs=runs)
+    return Explorer([scene], parameters, label=label, form="sliders", runs=runs)
+
+
+def align_by_hand(scene: Scene, parameters: IcpParameters = DEFAULTS) -> Explorer:
+    """Two scans to lay over one another by mouse or keys, and how far apart they still are.
+
+    A button lets ICP go on from where the reader left the newer scan.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scans, and where the newer one lies first.
+    parameters : IcpParameters
+        What ICP is told.
+
+    Returns
+    -------
+    Explorer
+        The widget; its `guess` follows the scan where a kernel runs.
+
+    Examples
+    --------
+    >>> pair = align_by_hand(default_scenes()[0])
+    >>> pair.guess = [0.5, 0.0, 0.05]
+    >>> pair.run().converged
+    True
+    """
+    return Explorer([scene], parameters, label="Two scans, to align by hand", form="by hand")
 
 
 def _parameters(told: dict[str, Any]) -> IcpParameters:
