@@ -47,15 +47,26 @@ class IcpParameters:
 
     max_correspondence_distance: float = field(
         default=0.5,
-        metadata={"unit": "m", "help": "gate: pairs farther apart are rejected; inf turns it off"},
+        metadata={
+            "label": "gate",
+            "unit": "m",
+            "help": "gate: pairs farther apart are rejected; inf turns it off",
+        },
     )
     overlap_ratio: float = field(
         default=0.85,
-        metadata={"help": "share of the source points that is kept, closest first, in (0, 1]"},
+        metadata={
+            "label": "overlap ρ",
+            "help": "share of the source points that is kept, closest first, in (0, 1]",
+        },
     )
     huber_delta: float = field(
         default=0.2,
-        metadata={"unit": "m", "help": "residuals beyond it weigh delta/r; inf turns it off"},
+        metadata={
+            "label": "Huber δ",
+            "unit": "m",
+            "help": "residuals beyond it weigh delta/r; inf turns it off",
+        },
     )
     max_iterations: int = field(default=60, metadata={"help": "iteration budget"})
     translation_tolerance: float = field(
@@ -70,12 +81,18 @@ class IcpParameters:
         default=1e-12,
         metadata={"unit": "m²", "help": "converged when the cost changes by less; 0 turns it off"},
     )
-    metric: Metric = field(default="point_to_point", metadata={"help": "what a residual is"})
+    metric: Metric = field(
+        default="point_to_point", metadata={"label": "metric", "help": "what a residual is"}
+    )
     step_fraction: float = field(
         default=1.0, metadata={"help": "share of each step that is taken, in (0, 1]"}
     )
     approach: bool = field(
-        default=False, metadata={"help": "begin with a wide delta, end with a gate of 8 delta"}
+        default=False,
+        metadata={
+            "label": "begin wide, end narrow",
+            "help": "begin with a wide delta, end with a gate of 8 delta",
+        },
     )
 
     def __post_init__(self) -> None:

@@ -7,20 +7,60 @@ reader's browser. No value is left that was not drawn when the notebook ran.
 from __future__ import annotations
 
 import base64
-import html
 import io
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import TypeVar
 
-import ipywidgets
+import anywidget
+import traitlets
 from matplotlib.figure import Figure
 from PIL import Image
 
 from labkit.errors import InvalidParameterError
+from labkit.interactive.explorer.front_end import FOLDER as EXPLORER
+from labkit.interactive.explorer.front_end import joined
 from labkit.plotting import book_figure
 
 Value = TypeVar("Value")
 DPI = 150
+FOLDER = Path(__file__).parent
+
+
+class Flipbook(anywidget.AnyWidget):
+    """A slider above one of several pictures; make one with `flipbook`.
+
+    Attributes
+    ----------
+    index : int
+        Which picture is shown.
+    label, readouts, alt : str, list of str, str
+        What the slider changes, its values in words, and what the pictures show.
+    pictures : list of str
+        One for each value: WebP as base64.
+    size : dict
+        Width and height of each in pixels.
+    """
+
+    _esm = joined([EXPLORER / "controls.js", FOLDER / "flipbook.js"])
+    _css = FOLDER.joinpath("flipbook.css").read_text("utf-8")
+
+    label = traitlets.Unicode().tag(sync=True)
+    alt = traitlets.Unicode().tag(sync=True)
+    readouts = traitlets.List(traitlets.Unicode()).tag(sync=True)
+    pictures = traitlets.List(traitlets.Unicode()).tag(sync=True)
+    size = traitlets.Dict().tag(sync=True)
+    index = traitlets.Int().tag(sync=True)
+
+    @traitlets.validate("index")
+    def _drawn(self, proposal: dict[str, int]) -> int:
+        index = proposal["value"]
+        if not 0 <= index < len(self.readouts):
+            raise InvalidParameterError(
+                f"must be an index of the {len(self.readouts)} values, got {index!r}",
+                parameter="start",
+            )
+        return index
 
 
 def flipbook(
@@ -32,7 +72,7 @@ def flipbook(
     readout: Callable[[Value], str] = str,
     start: int = 0,
     height: float = 4.5,
-) -> ipywidgets.VBox:
+) -> Flipbook:
     """A slider over pictures, one for each value, all of them drawn now.
 
     Parameters
@@ -55,8 +95,8 @@ def flipbook(
 
     Returns
     -------
-    ipywidgets.VBox
-        The slider above the pictures.
+    Flipbook
+        The slider above its picture.
 
     Raises
     ------
@@ -68,9 +108,8 @@ def flipbook(
     >>> def line(figure, slope):
     ...     figure.subplots().axline((0.0, 0.0), slope=slope)
     >>> book = flipbook(line, [0.0, 0.5, 1.0], label="slope", alt="a straight line")
-    >>> slider, pages = book.children
-    >>> slider.index, len(pages.children)
-    (0, 3)
+    >>> book.index, book.readouts
+    (0, ['0.0', '0.5', '1.0'])
     """
     values = list(values)  # a generator is spent after one pass
     readouts = [readout(value) for value in values]
@@ -78,34 +117,24 @@ def flipbook(
         raise InvalidParameterError(
             f"must be at least two that read differently, got {readouts}", parameter="values"
         )
-    if not 0 <= start < len(readouts):
-        raise InvalidParameterError(
-            f"must be an index of the {len(readouts)} values, got {start!r}", parameter="start"
-        )
-    pages = []
-    for value, text in zip(values, readouts, strict=True):
+    pictures = []
+    for value in values:
         figure = book_figure(height)
         draw(figure, value)
-        pages.append(ipywidgets.HTML(_picture(figure, f"{alt}; {label}: {text}")))
-    slider = ipywidgets.SelectionSlider(
-        options=[(text, index) for index, text in enumerate(readouts)],
+        pictures.append(_picture(figure))
+    return Flipbook(
+        label=label,
+        alt=alt,
+        readouts=readouts,
+        pictures=pictures,
+        size={"width": round(DPI * figure.get_figwidth()), "height": round(DPI * height)},
         index=start,
-        description=label,
-        style={"description_width": "initial"},
-        layout={"width": "min(100%, 560px)"},
     )
-    stack = ipywidgets.Stack(pages, selected_index=start)
-    ipywidgets.jslink((slider, "index"), (stack, "selected_index"))
-    return ipywidgets.VBox([slider, stack])
 
 
-def _picture(figure: Figure, alt: str) -> str:
-    """The figure as an HTML image that carries its own data; `alt` says what it shows."""
+def _picture(figure: Figure) -> str:
+    """The figure as WebP, in base64."""
     drawn, packed = io.BytesIO(), io.BytesIO()
     figure.savefig(drawn, format="png", dpi=DPI)
     Image.open(drawn).convert("RGB").save(packed, format="webp", lossless=True)
-    data = base64.b64encode(packed.getvalue()).decode("ascii")
-    return (
-        f'<img src="data:image/webp;base64,{data}" alt="{html.escape(alt, quote=True)}" '
-        f'style="width: 100%; max-width: 700px; background: white">'
-    )
+    return base64.b64encode(packed.getvalue()).decode("ascii")

@@ -154,6 +154,20 @@ def test_a_slider_says_its_name_and_its_value_not_an_index(browser, base):
 
 
 @pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
+def test_a_flipbook_turns_its_pages(browser, base):
+    with visit(browser, base, "widgets") as page:
+        slider, picture = page.get_by_role("slider", name="bar"), page.locator(".flipbook img")
+        expect(slider).to_have_attribute("aria-valuetext", "1")
+        expect(picture).to_have_attribute("alt", "a bar; bar: 1")
+        first = picture.get_attribute("src")
+        slider.press("ArrowRight")
+        expect(slider).to_have_attribute("aria-valuetext", "2")
+        expect(picture).to_have_attribute("alt", "a bar; bar: 2")
+        assert picture.get_attribute("src") != first
+        assert picture.evaluate("image => image.complete && image.naturalWidth")
+
+
+@pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
 def test_a_prediction_holds_the_answer_back_until_the_reader_commits(browser, base):
     with visit(browser, base, "widgets") as page:
         box = page.locator(".admonition.predict").first

@@ -42,6 +42,14 @@ def test_starts_at_the_first_scene_and_labkit_s_defaults(explorer):
     assert explorer.outcome == {}
 
 
+def test_the_sliders_words_are_those_of_the_parameters(explorer):
+    words = explorer.parameter_words
+    assert {words[name]["label"] for name in explorer.first_parameters} == {
+        "gate", "overlap ρ", "Huber δ", "metric", "begin wide, end narrow",
+    }  # fmt: skip
+    assert words["huber_delta"]["unit"] == "m"
+
+
 def test_parameters_that_have_no_slider_reach_the_page_too():
     told = IcpParameters(max_iterations=7, huber_delta=math.inf, step_fraction=0.5)
     explorer = icp_explorer([scene()], told)

@@ -27,7 +27,7 @@ function startGrid(answer, guess, reach, size) {
 }
 
 // What becomes of one guess, an index into OUTCOMES.
-function outcomeOf(result, answer, [metres, radians]) {
+export function outcomeOf(result, answer, [metres, radians]) {
   if (failed(result.termination)) return 2;
   const [distance, angle] = poseDifference(answer, result.T_target_source);
   return distance <= metres && angle <= radians ? 0 : 1;
@@ -106,10 +106,10 @@ function drawBasin(canvas, { outcomes, done, reach, guess, cursor, stale, colors
 
 // The part of the explorer that computes and shows it. `job` gives {source, target, parameters,
 // answer, guess, within, from, key} as things stand; `onGuess` gets the offset from the answer
-// of a start that the reader picked.
+// of a start that the reader picked; `onComplete` is called when all have been tried.
 export class BasinPanel {
-  constructor({ job, onGuess, signal }) {
-    Object.assign(this, { job, onGuess, signal });
+  constructor({ job, onGuess, onComplete, signal }) {
+    Object.assign(this, { job, onGuess, onComplete, signal });
     this.reach = 1;
     this.run = this.cursor = null;
     this.canvas = element("canvas", {
@@ -154,6 +154,11 @@ export class BasinPanel {
     return this.run && !this.run.stopped && !this.run.complete;
   }
 
+  // How far the basin reaches that is shown whole and still belongs to the sliders; null without one.
+  completed() {
+    return this.run?.complete && !this.run.stale ? this.reach : null;
+  }
+
   // The words for how things stand, written only where they change: a screen reader speaks them.
   tell() {
     let said = this.run?.found ?? MARKS;
@@ -183,6 +188,7 @@ export class BasinPanel {
     if (this.run !== run || !run.complete) return;
     const reached = run.outcomes.filter((each) => each === 0).length;
     const said = `${reached} of ${run.done} guesses end within ${job.within[0]} m of the ${job.from}.`;
+    this.onComplete();
     run.found = `${said} Click one to start there, or move by arrow keys and press Enter.`;
     this.tell();
     this.canvas.setAttribute("aria-label", `Basin of convergence: ${said} Arrow keys move, Enter starts there.`);

@@ -22,7 +22,7 @@ export function element(tag, attributes = {}, ...children) {
 }
 
 // A slider over `values`, the last of which may be null: off.
-export function slider({ name, label, values, read, onValue }) {
+export function slider({ name, label, title = null, values, read, onValue }) {
   const id = freshId(name);
   const output = element("output", { for: id });
   const input = element("input", {
@@ -41,7 +41,7 @@ export function slider({ name, label, values, read, onValue }) {
     values = others;
     input.max = values.length - 1;
   };
-  const node = element("div", { class: "icp-slider" }, element("label", { for: id }, label), input, output);
+  const node = element("div", { class: "icp-slider", title }, element("label", { for: id }, label), input, output);
   return { node, set, resize };
 }
 
@@ -59,11 +59,11 @@ export function steps(first, last, step) {
   return Array.from({ length: count + 1 }, (_, i) => Number((first + i * step).toFixed(6)));
 }
 
-export function choice({ name, label, options, onValue }) {
+export function choice({ name, label, title = null, options, onValue }) {
   const id = freshId(name);
   const select = element("select", { id, name, onchange: () => onValue(select.value) });
   for (const [value, text] of options) select.append(element("option", { value }, text));
-  const node = element("div", { class: "icp-field" }, element("label", { for: id }, label), select);
+  const node = element("div", { class: "icp-field", title }, element("label", { for: id }, label), select);
   return { node, set: (value) => (select.value = value) };
 }
 
@@ -89,10 +89,10 @@ export function number({ name, label, step, digits, onValue }) {
   return { node, set };
 }
 
-export function checkbox({ name, label, onValue }) {
+export function checkbox({ name, label, title = null, onValue }) {
   const id = freshId(name);
   const input = element("input", { id, type: "checkbox", name, onchange: () => onValue(input.checked) });
-  const node = element("div", { class: "icp-check" }, input, element("label", { for: id }, label));
+  const node = element("div", { class: "icp-check", title }, input, element("label", { for: id }, label));
   return { node, set: (value) => (input.checked = value) };
 }
 
@@ -116,26 +116,25 @@ export function keepToItself(root, signal) {
 export const SLIDERS = ["metric", "max_correspondence_distance", "overlap_ratio", "huber_delta", "approach"];
 
 const METRICS = [["point_to_point", "point to point"], ["point_to_line", "point to line"]];
-const metres = (value) => (value === null ? "off" : `${value.toFixed(2)} m`);
+const VALUES = {
+  max_correspondence_distance: [...steps(0.05, 2, 0.05), null],
+  overlap_ratio: steps(0.2, 1, 0.01),
+  huber_delta: [...steps(0.01, 0.5, 0.01), null],
+};
 
-// One control for each slider's name, and "scene"; `tell(name)` makes what takes its value.
-export function parameterControls({ scenes, choose, tell }) {
+// One control for each slider's name, and "scene"; `tell(name)` makes what takes its value, and
+// `words` are the labels, units and explanations of labkit's IcpParameters.
+export function parameterControls({ scenes, words, choose, tell }) {
+  const told = (name) => ({ name, label: words[name].label, title: words[name].help, onValue: tell(name) });
+  const read = ({ unit }) => (value) => (value === null ? "off" : [value.toFixed(2), unit].filter(Boolean).join(" "));
+  const sliders = Object.entries(VALUES).map(([name, values]) => [
+    name, slider({ ...told(name), values, read: read(words[name]) }),
+  ]);
   return {
     scene: choice({ name: "scene", label: "scans", onValue: choose, options: scenes.map((name) => [name, name]) }),
-    metric: choice({ name: "metric", label: "metric", options: METRICS, onValue: tell("metric") }),
-    max_correspondence_distance: slider({
-      name: "gate", label: "gate", values: [...steps(0.05, 2, 0.05), null], read: metres,
-      onValue: tell("max_correspondence_distance"),
-    }),
-    overlap_ratio: slider({
-      name: "overlap", label: "overlap ρ", values: steps(0.2, 1, 0.01), read: (value) => value.toFixed(2),
-      onValue: tell("overlap_ratio"),
-    }),
-    huber_delta: slider({
-      name: "delta", label: "Huber δ", values: [...steps(0.01, 0.5, 0.01), null], read: metres,
-      onValue: tell("huber_delta"),
-    }),
-    approach: checkbox({ name: "approach", label: "begin wide, end narrow", onValue: tell("approach") }),
+    metric: choice({ ...told("metric"), options: METRICS }),
+    ...Object.fromEntries(sliders),
+    approach: checkbox(told("approach")),
   };
 }
 

@@ -2,17 +2,18 @@
 //
 // The model is the widget's state. In JupyterLab it is tied to Python, in a page to nothing.
 
-import { BasinPanel } from "./basin.js";
+import { BasinPanel, outcomeOf } from "./basin.js";
 import { HandView } from "./by_hand.js";
 import { palette, watchTheme } from "./canvas.js";
 import { SLIDERS, button, element, guessFields, keepToItself, parameterControls, slider, steps, toggle } from "./controls.js";
 import { drawCost } from "./cost.js";
-import { icp, pairsOnly } from "./icp.js";
+import { failed, icp, pairsOnly } from "./icp.js";
 import { Plane } from "./plane.js";
 import { Readouts, outcome } from "./readouts.js";
 import { unpacked } from "./scene.js";
 import { apply, toXYTheta, transform } from "./se2.js";
 import { copyState, stateFromAddress } from "./state.js";
+import { Tasks } from "./tasks.js";
 
 const PLAY = 350; // ms that an iteration stands
 const SYNC = 120; // ms of rest before Python is told
@@ -40,7 +41,7 @@ class ExplorerView {
     const resized = new ResizeObserver(() => this.request());
     resized.observe(this.root);
     signal.addEventListener("abort", () => resized.disconnect());
-    const given = !this.compact && stateFromAddress(model.get("scene_data").map(({ name }) => name));
+    const given = !this.compact && stateFromAddress(this.names());
     if (given) this.set(given.values);
     this.enter();
     if (!given) return;
@@ -50,7 +51,7 @@ class ExplorerView {
 
   build() {
     this.controls = parameterControls({
-      scenes: this.model.get("scene_data").map(({ name }) => name),
+      scenes: this.names(), words: this.model.get("parameter_words"),
       choose: (name) => this.choose(name),
       tell: (name) => (value) => this.set({ [name]: value }),
     });
@@ -65,11 +66,16 @@ class ExplorerView {
     this.cost = element("canvas", { class: "icp-cost", role: "img" });
     this.readouts = new Readouts(this.signal);
     this.basin = new BasinPanel({
-      job: () => this.basinJob(), signal: this.signal,
+      job: () => this.basinJob(), signal: this.signal, onComplete: () => this.request(),
       onGuess: (dx, dy) => this.move([this.answer().x + dx, this.answer().y + dy, this.model.get("guess")[2]]),
     });
+    this.tasks = new Tasks(this.names());
     this.said = element("p", { class: "icp-status", role: "status" });
     this.assemble();
+  }
+
+  names() {
+    return this.model.get("scene_data").map(({ name }) => name);
   }
 
   // The map and what belongs to it on the left, sliders and numbers on the right.
@@ -98,7 +104,7 @@ class ExplorerView {
     const top = this.compact ? [] : [part("top", scene.node, metric.node)];
     this.root = element(
       "div", { class: `icp-explorer${this.compact ? " icp-compact" : ""}`, role: "group", "aria-label": this.model.get("label") },
-      part("frame", ...top, map, side), ...(this.compact ? [] : [this.basin.node]),
+      part("frame", ...top, map, side), ...(this.compact ? [] : [this.basin.node, this.tasks.node]),
     );
     keepToItself(this.root, this.signal);
   }
@@ -268,6 +274,17 @@ class ExplorerView {
     const [first, end] = [costs[0], costs.at(-1)].map((each) => each.toPrecision(3));
     this.cost.setAttribute("aria-label", `Cost over ${this.last()} iterations: from ${first} to ${end} m²`);
     this.basin.draw(colors);
+    this.notice();
+  }
+
+  // Tell the tasks what is seen now.
+  notice() {
+    const found = this.known && this.result.T_target_source &&
+      outcomeOf(this.result, this.known, this.model.get("found_within")) === 0;
+    this.tasks.notice({
+      scene: this.scene.name, ...this.parameters(), found, failed: failed(this.result.termination),
+      shown: this.number(), last: this.last(), basin: this.basin.completed(),
+    });
   }
 }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 FOLDER = Path(__file__).parent
@@ -21,18 +22,23 @@ MODULES = (
     "plane",
     "cost",
     "readouts",
+    "tasks",
     "by_hand",
     "explorer",
 )
 """Each imports only from those before it; the last one exports the widget."""
 
-_IMPORT = re.compile(r"^import\s[^;]*?\sfrom \"\./\w+\.js\";\n", re.MULTILINE)
+_IMPORT = re.compile(r"^import\s[^;]*?\sfrom \"\./[\w/]+\.js\";\n", re.MULTILINE)
+
+
+def joined(files: Iterable[Path]) -> str:
+    """Modules one after the other, without the imports that this makes needless."""
+    return "\n".join(_IMPORT.sub("", path.read_text("utf-8")) for path in files)
 
 
 def front_end() -> str:
-    """The modules, one after the other, without the imports that this makes needless."""
-    parts = (FOLDER.joinpath(f"{name}.js").read_text("utf-8") for name in MODULES)
-    return "\n".join(_IMPORT.sub("", part) for part in parts)
+    """The explorer's modules as one."""
+    return joined(FOLDER / f"{name}.js" for name in MODULES)
 
 
 def style() -> str:

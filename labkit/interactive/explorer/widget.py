@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from typing import Any, cast, get_args
 
 import anywidget
@@ -53,6 +53,7 @@ class Explorer(anywidget.AnyWidget):
     scene_data: traitlets.List[Any] = traitlets.List().tag(sync=True)
     fixed_parameters = traitlets.Dict().tag(sync=True)
     first_parameters = traitlets.Dict().tag(sync=True)
+    parameter_words = traitlets.Dict().tag(sync=True)
     found_within = traitlets.List(traitlets.Float()).tag(sync=True)
     scene = traitlets.Unicode().tag(sync=True)
     metric = traitlets.Enum(get_args(Metric)).tag(sync=True)
@@ -76,6 +77,7 @@ class Explorer(anywidget.AnyWidget):
             scene_data=[packed(each) for each in scenes],
             fixed_parameters={k: v for k, v in told.items() if k not in _SLIDERS},
             first_parameters=first,
+            parameter_words={each.name: dict(each.metadata) for each in fields(parameters)},
             found_within=list(FOUND),
             scene=scenes[0].name,
             guess=_row(scenes[0].T_init),
