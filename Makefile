@@ -9,7 +9,7 @@ WARM = $(BIN)/python -c 'from labkit.engine import warm; warm()'  # compiles the
 MUTANTS := .venv-mutants
 
 .DEFAULT_GOAL := help
-.PHONY: help book student test quick fix lab bench mutants lock dist clean
+.PHONY: help book pdf student test quick fix lab bench mutants lock dist clean
 
 help: ## list these commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -19,6 +19,9 @@ book: $(READY) ## run every notebook and build the book
 	@$(BIN)/python book/_ext/browser_files.py
 	$(BIN)/jupyter-book build . --all -W -n --keep-going
 	@echo "Open $(CURDIR)/_build/html/index.html in a browser."
+
+pdf: book ## the same as one PDF, _build/book.pdf; needs Chromium
+	$(BIN)/python book/_ext/print_book.py
 
 student: $(READY) ## write what students get: the lab and its book without solutions
 	@$(BIN)/python book/_ext/browser_files.py

@@ -78,7 +78,7 @@ def page_count(pdf: bytes) -> int:
 
 def _print(html: str) -> tuple[bytes, list[str]]:
     with need("playwright.sync_api").sync_playwright() as driver:
-        browser = _launch(driver)
+        browser = launch(driver)
         try:
             page = browser.new_page(offline=True, java_script_enabled=False)
             page.set_viewport_size({"width": WIDTH, "height": WIDTH})
@@ -96,7 +96,7 @@ def _print(html: str) -> tuple[bytes, list[str]]:
     return content, cut
 
 
-def _launch(driver: Any) -> Any:
+def launch(driver: Any) -> Any:
     """The browser that is on the path, else one that playwright has, else the system's own."""
     problem = need("playwright.sync_api").Error
     found = next(filter(None, map(shutil.which, BROWSERS)), None)

@@ -6,12 +6,12 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import browser_files
 import pytest
 import yaml
 from playwright.sync_api import Browser, Page, expect
+from print_book import files
 
 TOC = yaml.safe_load((Path(__file__).parents[2] / "_toc.yml").read_text("utf-8"))
 
@@ -43,14 +43,6 @@ CUT_FORMULAS = """all => all
     .filter(f => f.scrollWidth > f.clientWidth && getComputedStyle(f).overflowX == "hidden")
     .map(f => f.textContent)
 """
-
-
-def files(entry: dict[str, Any]) -> Iterator[str]:
-    """Names of the pages in a part of the table of contents."""
-    yield from filter(None, [entry.get("root"), entry.get("file")])
-    for group in ("parts", "chapters", "sections"):
-        for child in entry.get(group, []):
-            yield from files(child)
 
 
 @pytest.fixture(params=["file", "http"])
