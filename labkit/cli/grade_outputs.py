@@ -14,6 +14,7 @@ from labkit.arrays import check_range
 from labkit.errors import InvalidParameterError
 from labkit.files import atomic_write, refuse_unwritable
 from labkit.grading.adjustments import Adjustments, read_groups, read_overrides
+from labkit.grading.assignment import load_assignment
 from labkit.grading.assignment.questions import Assignment
 from labkit.grading.exports import (
     check_canvas,
@@ -54,7 +55,9 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--late-percent", type=float, default=0.0, metavar="P", help="off the score, for a day late"
     )
-    group.add_argument("--groups", metavar="FILE", help="who shares a verdict: student,submission")
+    group.add_argument(
+        "--groups", metavar="FILE", help="one submission counts for a group: student,group"
+    )
     group.add_argument(
         "--feedback",
         metavar="ZIP",
@@ -73,6 +76,10 @@ def check_outputs(args: argparse.Namespace, submissions: int) -> None:
         templates()  # or say what they need
     elif args.feedback:
         raise InvalidParameterError("needs the pages; leave --no-html out", parameter="feedback")
+    if args.overrides:
+        read_overrides(args.overrides, load_assignment(args.assignment))
+    if args.groups:
+        read_groups(args.groups)
     check_range(args.late_percent, "late_percent", at_least=0.0, at_most=100.0)
     if bool(args.canvas) != bool(args.title):
         raise InvalidParameterError(
@@ -94,7 +101,7 @@ def read_adjustments(args: argparse.Namespace, assignment: Assignment) -> Adjust
     return Adjustments(
         overrides=read_overrides(args.overrides, assignment) if args.overrides else {},
         per_day=args.late_percent,
-        members=read_groups(args.groups) if args.groups else {},
+        groups=read_groups(args.groups) if args.groups else {},
     )
 
 
@@ -112,7 +119,10 @@ def write_outputs(
     found = {one.student for one in submissions}
     listed = store.students if args.student else sorted(found & set(store.students))
     adjustments = read_adjustments(args, assignment)
-    graded = list(adjustments.all(store[student] for student in listed))
+    own = [store[student] for student in listed]
+    graded = list(adjustments.all(own))
+    if idle := adjustments.idle(own):
+        print(f"labkit grade: nobody handed in for {', '.join(idle)}", file=sys.stderr)
     out = Path(args.out)
     write_scores(graded, out / "scores.csv")
     if args.junit:

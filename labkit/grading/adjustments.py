@@ -46,13 +46,13 @@ class Adjustments:
         By student and question (or "bonus", or "late").
     per_day : float
         The share of the score [%] that a day late costs.
-    members : mapping of str to str
-        Who gets the verdict of whose submission, for groups that hand in once.
+    groups : mapping of str to str
+        The group of each student who is in one: one submission counts for all of a group.
     """
 
     overrides: Mapping[tuple[str, str], Override] = field(default_factory=dict)
     per_day: float = 0.0
-    members: Mapping[str, str] = field(default_factory=dict)
+    groups: Mapping[str, str] = field(default_factory=dict)
 
     def apply(self, verdict: SubmissionVerdict) -> SubmissionVerdict:
         """The verdict with everything that is changed of it, each change told to the student."""
@@ -90,15 +90,30 @@ class Adjustments:
         )
 
     def all(self, verdicts: Iterable[SubmissionVerdict]) -> Iterator[SubmissionVerdict]:
-        """The adjusted verdicts, those of a group's members after the one who handed in."""
-        shared: dict[str, list[str]] = {}
-        for member, submitter in self.members.items():
-            if member != submitter:
-                shared.setdefault(submitter, []).append(member)
+        """The adjusted verdicts by student; all of a group get the best one that it has."""
+        best: dict[str, SubmissionVerdict] = {}
+        alone: list[SubmissionVerdict] = []
         for verdict in verdicts:
-            yield self.apply(verdict)
-            for member in shared.get(verdict.student, ()):
-                yield self.apply(replace(verdict, student=member))
+            group = self.groups.get(verdict.student)
+            if group is None:
+                alone.append(verdict)
+            elif group not in best or verdict.score > best[group].score:
+                best[group] = verdict
+        shared = [
+            replace(
+                best[group],
+                student=member,
+                notes=(f"Handed in by {best[group].student} for {group}.", *best[group].notes),
+            )
+            for member, group in self.groups.items()
+            if group in best
+        ]
+        return map(self.apply, sorted([*alone, *shared], key=lambda one: one.student))
+
+    def idle(self, verdicts: Iterable[SubmissionVerdict]) -> list[str]:
+        """The groups of which nobody has a verdict."""
+        active = {self.groups.get(verdict.student) for verdict in verdicts}
+        return sorted(set(self.groups.values()) - active)
 
 
 def _because(override: Override | None) -> str:
@@ -141,16 +156,18 @@ def read_overrides(
 
 
 def read_groups(path: str | os.PathLike[str]) -> dict[str, str]:
-    """Read ``student,submission``: who gets the verdict of whose submission.
+    """Read ``student,group``.
 
     Raises
     ------
     LabkitError
-        Where it cannot be read, or names a student twice.
+        Where it cannot be read, or puts a student into two groups.
     """
     found: dict[str, str] = {}
-    for line, row in _rows(path, ("student", "submission")):
-        if found.setdefault(row["student"], row["submission"]) != row["submission"]:
+    for line, row in _rows(path, ("student", "group")):
+        if not row["student"] or not row["group"]:
+            raise LabkitError(f"{path}: line {line}: it must name a student and a group")
+        if found.setdefault(row["student"], row["group"]) != row["group"]:
             raise LabkitError(
                 f"{path}: line {line}: {row['student']!r} is in two groups; take one line out"
             )

@@ -3,16 +3,21 @@
 import csv
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
+import zipfile
 from pathlib import Path
 
 import pytest
 
 from labkit.cli import main
-from labkit.grading.class_run.run import Graded
+from labkit.grading.assignment.files import FORMAT
+from labkit.grading.assignment.files import _load as load_assignment
+from labkit.grading.assignment.secret import cases_beside, read_secret, salt_of
+from labkit.grading.class_run.run import Graded, grade_class
 from labkit.grading.pages import templates
 from labkit.grading.sandbox.host import available_modes
 
@@ -75,6 +80,101 @@ def test_it_goes_on_where_it_was_and_grades_what_changed(grade, tmp_path, capsys
     assert grade("class", "--no-html", "--question", "negate") == 0
     assert "5 of 5 submissions graded (isolation: " in capsys.readouterr().out
     assert scores(tmp_path / "grades")["student00001"] == 3.5
+
+
+def test_one_question_of_one_student_is_graded_again_and_nothing_else(grade, tmp_path, monkeypatch):
+    expected = hand_in(tmp_path / "class", 4)
+    assert grade("class", "--no-html") == 0
+    asked = []
+
+    def spy(part, settings, *rest, **more):
+        asked.extend((one.student, settings.questions) for one in part)
+        return grade_class(part, settings, *rest, **more)
+
+    monkeypatch.setattr("labkit.cli.grade.grade_class", spy)
+    assert grade("class", "--no-html", "--again", "student00003", "--question", "double") == 0
+    assert asked == [("student00003", ("double",))]
+    assert scores(tmp_path / "grades") == expected
+
+
+def test_one_students_run_leaves_the_class_in_table_and_page(grade, tmp_path):
+    expected = hand_in(tmp_path / "class", 3)
+    assert grade("class") == 0
+    (tmp_path / "late.py").write_text(SQUARED, encoding="utf-8")
+    assert grade("late.py", "--student", "student00001") == 0
+    assert scores(tmp_path / "grades") == {**expected, "student00001": 3.5}
+    assert "3 submissions" in (tmp_path / "grades/index.html").read_text(encoding="utf-8")
+
+
+def test_overrides_late_days_and_groups_survive_a_new_grading(grade, tmp_path, capsys):
+    hand_in(tmp_path / "class", 4)  # 5, 5, 5, 3.5
+    (tmp_path / "marks.csv").write_text(
+        "student,question,points,comment\n"
+        "student00003,double,1.5,you showed me the sheet\n"
+        "student00003,late,2,\n"
+        "student00000,bonus,0.5,\n",
+        encoding="utf-8",
+    )
+    (tmp_path / "groups.csv").write_text(
+        "student,group\nstudent00000,A\nemmy,A\nstudent00003,B\nstudent00002,B\ncarl,C\n",
+        encoding="utf-8",
+    )
+    options = ["--overrides", "marks.csv", "--late-percent", "10", "--groups", "groups.csv"]
+    expected = {
+        "student00000": 5.5,
+        "student00001": 5.0,
+        "student00002": 5.0,
+        "student00003": 3.6,  # the group's work, its first question set to 1.5, two days late
+        "emmy": 5.0,
+    }
+    for again in ([], ["--again", "student00003"]):
+        assert grade("class", *options, *again) == 0
+        assert scores(tmp_path / "grades") == expected
+        assert "nobody handed in for C" in capsys.readouterr().err
+    page = (tmp_path / "grades/students/student00003.html").read_text(encoding="utf-8")
+    assert "you showed me the sheet" in page
+    assert "2 days late: 20 % off 4.5 points." in page
+    assert "Handed in by student00002 for B." in page
+
+
+def test_feedback_goes_back_under_the_names_that_came(grade, tmp_path):
+    """Moodle's importziplib.php and Canvas's infer_comment_context_from_filename read these."""
+    (tmp_path / "canvas").mkdir()
+    (tmp_path / "canvas/lovelaceada_LATE_4711_98765_a.py").write_text(RIGHT, encoding="utf-8")
+    (tmp_path / "canvas/noetheremmy_815_98766_a.py").write_text(RIGHT, encoding="utf-8")
+    folder = tmp_path / "moodle/Ada Lovelace_4711_assignsubmission_file_"
+    folder.mkdir(parents=True)
+    (folder / "a.py").write_text(RIGHT, encoding="utf-8")
+    for name, expected in {
+        "canvas": ["lovelaceada_4711_98765_feedback.html", "noetheremmy_815_98766_feedback.html"],
+        "moodle": ["Ada Lovelace_4711_assignsubmission_file_/feedback.html"],
+    }.items():
+        assert grade(name, "--feedback", f"{name}.zip", "--out", f"{name} grades") == 0
+        with zipfile.ZipFile(tmp_path / f"{name}.zip") as archive:
+            assert sorted(archive.namelist()) == expected
+            assert b"5 of 5 points" in archive.read(expected[0])
+
+
+def test_cases_of_a_secret_grade_and_go_into_the_archive(small, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    hand_in(tmp_path / "class", 1)
+    secret = read_secret(tmp_path / "course.secret", make=True)
+    folder = shutil.copytree(small, cases_beside(tmp_path / "course.secret"))
+    command = ["grade", "class", "--no-html", *WHERE, "--secret", "course.secret"]
+    assert main(command) == 1
+    assert "was not drawn from course.secret; write them with" in capsys.readouterr().err
+    for public, salt in ((False, salt_of(secret)), (True, "")):
+        course = {"format": FORMAT, "public": public, "salt": salt, "right": {}}
+        (folder / "hidden/course.json").write_text(json.dumps(course), encoding="utf-8")
+        load_assignment.cache_clear()
+        given = ["--secret", "course.secret"] if salt else ["--assignment", str(folder)]
+        assert main([*command[:-2], *given]) == 0
+        assert main(["autograder", "autograder.zip", *given]) == 0
+        assert capsys.readouterr().err.count("which anybody can compute") == 2 * public
+        with zipfile.ZipFile(tmp_path / "autograder.zip") as archive:
+            held = archive.read("labkit/grading/assignment/hidden/course.json").decode()
+            assert json.loads(held) == course
+            assert secret not in b"".join(map(archive.read, archive.namelist()))
 
 
 def test_a_question_that_fails_is_counted(grade, tmp_path, capsys, monkeypatch):

@@ -25,6 +25,8 @@ from labkit.grading.assignment import FOLDER, load_assignment
 from labkit.grading.exports.feedback import question_text
 from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
 
+MOST = 1500  # characters that a student is shown of one question
+
 
 def gradescope_results(verdict: SubmissionVerdict) -> str:
     r"""The file that Gradescope reads from ``/autograder/results``.
@@ -45,7 +47,7 @@ def gradescope_results(verdict: SubmissionVerdict) -> str:
     results = {
         "score": round(verdict.score, 6),
         "execution_time": round(verdict.seconds, 3),
-        "output": "\n\n".join([*verdict.remarks, f"Graded in isolation: {verdict.mode}."]),
+        "output": _cut("\n\n".join(verdict.remarks), f"Graded in isolation: {verdict.mode}."),
         "output_format": "text",
         "visibility": "visible",
         "stdout_visibility": "hidden",
@@ -61,11 +63,17 @@ def _question(number: str, question: QuestionVerdict) -> dict[str, Any]:
         "score": round(question.score, 6),
         "max_score": question.points,
         "status": "passed" if question.passed else "failed",
-        "output": question_text(question, hidden=False),
+        "output": _cut(question_text(question, hidden=False)),
         "output_format": "text",
         "visibility": "visible",
         "tags": [question.question],
     }
+
+
+def _cut(text: str, *more: str) -> str:
+    """What fits: a student may hand in as often as Gradescope lets one, and read it each time."""
+    shown = text if len(text) <= MOST else f"{text[:MOST]}…"
+    return "\n\n".join(part for part in (shown, *more) if part)
 
 
 def _hidden_case(number: str, question: QuestionVerdict, case: CaseVerdict) -> dict[str, Any]:
