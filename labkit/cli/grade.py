@@ -14,7 +14,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from labkit.arrays import check_count
-from labkit.cli.grade_outputs import add_output_options, check_outputs, write_outputs
+from labkit.cli.grade_outputs import Results, add_output_options, check_outputs, write_outputs
 from labkit.errors import InvalidParameterError, LabkitError
 from labkit.grading.assignment import FOLDER, load_assignment
 from labkit.grading.assignment.questions import Assignment
@@ -134,7 +134,14 @@ def _grade(
         for part, how in jobs:
             for graded in _graded(part, how, where, by_value=args.cluster is not None):
                 _keep(graded, store, failures)
-        write_outputs(args, store, assignment, submissions, failures)
+        results = Results(
+            store=store,
+            assignment=assignment,
+            submissions=submissions,
+            failures=failures,
+            mode=mode,
+        )
+        write_outputs(args, results)
         asked = sum(len(part) for part, _ in jobs)
         print(_closing(len(submissions), asked, len(failures), settings.mode, args.out))
     for student, why in failures.items():

@@ -8,6 +8,7 @@ import os
 import re
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from labkit.arrays import check_range
@@ -16,6 +17,7 @@ from labkit.files import atomic_write, refuse_unwritable
 from labkit.grading.adjustments import Adjustments, read_groups, read_overrides
 from labkit.grading.assignment import load_assignment
 from labkit.grading.assignment.questions import Assignment
+from labkit.grading.contract import SourceCell
 from labkit.grading.exports import (
     check_canvas,
     check_moodle,
@@ -27,10 +29,19 @@ from labkit.grading.exports import (
     write_scores,
 )
 from labkit.grading.judging.verdict import SubmissionVerdict
-from labkit.grading.pages import ClassSummary, templates, write_class_page, write_student_page
-from labkit.grading.similarity import all_passages, near_identical
+from labkit.grading.pages import (
+    ClassSummary,
+    templates,
+    write_class_page,
+    write_pair_page,
+    write_student_page,
+)
+from labkit.grading.sandbox.host import open_sandbox
+from labkit.grading.similarity import Group, all_passages, near_identical
 from labkit.grading.store import VerdictStore
 from labkit.grading.submissions import Submission
+
+OF_A_GROUP, ALL_PAIRS = 10, 50  # pairs that are shown side by side
 
 
 def add_output_options(parser: argparse.ArgumentParser) -> None:
@@ -62,6 +73,9 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
         "--feedback",
         metavar="ZIP",
         help="the pages, named as Canvas or Moodle takes them",
+    )
+    group.add_argument(
+        "--book", metavar="URL", default="", help="where the book's pages lie: links from feedback"
     )
     group.add_argument("--moodle", metavar="WORKSHEET", help="Moodle's grading worksheet, likewise")
 
@@ -105,20 +119,37 @@ def read_adjustments(args: argparse.Namespace, assignment: Assignment) -> Adjust
     )
 
 
-def write_outputs(
-    args: argparse.Namespace,
-    store: VerdictStore,
-    assignment: Assignment,
-    submissions: Sequence[Submission],
-    failures: Mapping[str, str],
-) -> None:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Results:
+    """What is written: the stored verdicts on some submissions.
+
+    Attributes
+    ----------
+    store : VerdictStore
+    assignment : Assignment
+    submissions : sequence of Submission
+    failures : mapping of str to str
+        Why a student has no verdict.
+    mode : str
+        The isolation.
+    """
+
+    store: VerdictStore
+    assignment: Assignment
+    submissions: Sequence[Submission]
+    failures: Mapping[str, str]
+    mode: str
+
+
+def write_outputs(args: argparse.Namespace, results: Results) -> None:
     """Write tables, pages and gradebooks of the class from what is stored.
 
     One student's run leaves the others in the tables.
     """
-    found = {one.student for one in submissions}
+    store = results.store
+    found = {one.student for one in results.submissions}
     listed = store.students if args.student else sorted(found & set(store.students))
-    adjustments = read_adjustments(args, assignment)
+    adjustments = read_adjustments(args, results.assignment)
     own = [store[student] for student in listed]
     graded = list(adjustments.all(own))
     if idle := adjustments.idle(own):
@@ -142,10 +173,10 @@ def write_outputs(
             file=sys.stderr,
         )
     if not args.no_html:
-        _write_pages(out, store, assignment, graded, failures)
+        _write_pages(args, results, graded)
     if args.feedback:
         pages = {one.student: out / page_name(one.student) for one in graded}
-        write_feedback(submissions, pages, args.feedback)
+        write_feedback(results.submissions, pages, args.feedback)
 
 
 def page_name(student: str) -> str:
@@ -161,23 +192,60 @@ def page_name(student: str) -> str:
 
 
 def _write_pages(
-    out: Path,
-    store: VerdictStore,
-    assignment: Assignment,
-    graded: Sequence[SubmissionVerdict],
-    failures: Mapping[str, str],
+    args: argparse.Namespace, results: Results, graded: Sequence[SubmissionVerdict]
 ) -> None:
+    assignment = results.assignment
+    out = Path(args.out)
     (out / "students").mkdir(exist_ok=True)
     summary = ClassSummary()
     for verdict in graded:
         page = page_name(verdict.student)
-        write_student_page(verdict, assignment, out / page)
+        write_student_page(verdict, assignment, out / page, book=args.book)
         summary.add(verdict, page)
     kept = {verdict.student for verdict in graded}
-    marks = {student: found for student, found in store.passages().items() if student in kept}
+    marks = {
+        student: found for student, found in results.store.passages().items() if student in kept
+    }
     stubs = all_passages(question.stub for question in assignment.questions)
     groups = near_identical(marks, stubs)
-    write_class_page(summary, assignment, out / "index.html", groups=groups, failures=failures)
+    pairs = _write_pairs(out, results, groups)
+    write_class_page(
+        summary,
+        assignment,
+        out / "index.html",
+        groups=groups,
+        failures=results.failures,
+        pairs=pairs,
+        book=args.book,
+    )
+
+
+def _write_pairs(
+    out: Path, results: Results, groups: Sequence[Group]
+) -> dict[tuple[str, str], str]:
+    """The first of each group beside some others; the page of each pair that was written."""
+    handed_in = {one.student: one for one in results.submissions}
+    pairs = [
+        (group.students[0], other)
+        for group in groups
+        for other in group.students[1 : 1 + OF_A_GROUP]
+        if {group.students[0], other} <= handed_in.keys()
+    ][:ALL_PAIRS]
+    if not pairs:
+        return {}
+    (out / "pairs").mkdir(exist_ok=True)
+    assignment = results.assignment
+    functions = {question.id: question.function for question in assignment.questions}
+    pages = {}
+    cells: dict[str, tuple[SourceCell, ...]] = {}
+    with open_sandbox(results.mode) as sandbox:
+        for two in pairs:
+            for student in {*two} - cells.keys():
+                files = handed_in[student].read(functions.values()).files
+                cells[student] = sandbox.extract(files, functions).cells
+            pages[two] = f"pairs/{len(pages) + 1}.html"
+            write_pair_page(two, (cells[two[0]], cells[two[1]]), assignment, out / pages[two])
+    return pages
 
 
 def _tell(missing: Sequence[str], gradebook: str) -> None:

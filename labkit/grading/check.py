@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import copy
-import re
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -22,6 +21,7 @@ from labkit.grading.assignment.questions import Case, Question
 from labkit.grading.contract import Outcome, OutcomeStatus
 from labkit.grading.judging.compare import assess
 from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict
+from labkit.grading.prose import to_html
 from labkit.grading.sandbox.inside.data import NotDataError, TooMuchError, plain
 
 MOST_BYTES = 8 << 20
@@ -53,12 +53,12 @@ class Feedback:
 
     def _repr_html_(self) -> str:
         color = {"✓": "#2a7f3f", "✗": "#b3541e"}.get(self._mark, "#777777")
-        rows = "".join(f"<li>{_to_html(case.reason)}</li>" for case in self._failed)
+        rows = "".join(f"<li>{to_html(case.reason)}</li>" for case in self._failed)
         reasons = f'<ul style="margin: 0.3em 0">{rows}</ul>' if rows else ""
         return (
             f'<div style="border-left: 4px solid {color}; padding: 0.3em 0.8em; margin: 0.3em 0">'
             f"<strong>{self._mark} {escape(self.verdict.title)}:</strong> "
-            f"{_to_html(self.verdict.message)}{reasons}</div>"
+            f"{to_html(self.verdict.message)}{reasons}</div>"
         )
 
     @property
@@ -169,11 +169,6 @@ def _outcome(case: Case, function: Callable[..., Any]) -> Outcome:
     return Outcome(
         id=case.id, status=status, value=value, message=message, error=error, seconds=seconds
     )
-
-
-def _to_html(text: str) -> str:
-    """A student's text is escaped; what stands between backticks is code."""
-    return re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text))
 
 
 def _writable(argument: Any) -> Any:

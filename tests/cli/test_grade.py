@@ -20,6 +20,7 @@ from labkit.grading.assignment.secret import cases_beside, read_secret, salt_of
 from labkit.grading.class_run.run import Graded, grade_class
 from labkit.grading.pages import templates
 from labkit.grading.sandbox.host import available_modes
+from labkit.grading.similarity import Group
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "grading"))
 from small import HANGS, RIGHT, SQUARED, hand_in, write_assignment
@@ -28,6 +29,7 @@ SAFE = any(not why for mode, why in available_modes().items() if mode != "none")
 NEEDS_A_BOX = pytest.mark.skipif(
     not SAFE, reason="no isolation works here: apt install bubblewrap, or run as root on Linux"
 )
+GROUP = Group(students=("student00000", "student00001"), share=0.9)
 WHERE = [] if SAFE else ["--no-isolation"]
 
 
@@ -153,6 +155,17 @@ def test_feedback_goes_back_under_the_names_that_came(grade, tmp_path):
         with zipfile.ZipFile(tmp_path / f"{name}.zip") as archive:
             assert sorted(archive.namelist()) == expected
             assert b"5 of 5 points" in archive.read(expected[0])
+
+
+def test_copies_stand_side_by_side(grade, tmp_path, monkeypatch):
+    monkeypatch.setattr("labkit.cli.grade_outputs.near_identical", lambda *_: [GROUP])
+    hand_in(tmp_path / "class", 3)
+    assert grade("class") == 0
+    page = (tmp_path / "grades/index.html").read_text(encoding="utf-8")
+    assert '<a href="pairs/1.html">student00000 and student00001</a>' in page
+    pair = (tmp_path / "grades/pairs/1.html").read_text(encoding="utf-8")
+    assert pair.count("return 2 * x") == 2
+    assert grade("class", "--student", "ada", "--out", "others") == 0
 
 
 def test_cases_of_a_secret_grade_and_go_into_the_archive(small, tmp_path, monkeypatch, capsys):

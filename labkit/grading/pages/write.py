@@ -11,16 +11,34 @@ from typing import Any
 from labkit.errors import LabkitError
 from labkit.files import atomic_write
 from labkit.grading.assignment.questions import Assignment
+from labkit.grading.contract import SourceCell
 from labkit.grading.exports.feedback import number
 from labkit.grading.judging.verdict import SubmissionVerdict
+from labkit.grading.pages.pairs import side_by_side
 from labkit.grading.pages.statistics import ClassSummary
+from labkit.grading.prose import to_html
 from labkit.grading.similarity import Group
 
 
 def write_student_page(
-    verdict: SubmissionVerdict, assignment: Assignment, out: str | os.PathLike[str]
+    verdict: SubmissionVerdict,
+    assignment: Assignment,
+    out: str | os.PathLike[str],
+    *,
+    book: str = "",
 ) -> None:
     """Write the page that a student gets: score, and for each question what to look at.
+
+    Parameters
+    ----------
+    verdict : SubmissionVerdict
+        What is told.
+    assignment : Assignment
+        What was asked.
+    out : path-like
+        The page.
+    book : str
+        Where the book's pages lie; with it, chapters are links.
 
     Raises
     ------
@@ -28,7 +46,7 @@ def write_student_page(
         Where it cannot be written, or jinja2 is not installed.
     """
     chapters = {question.id: question.chapter for question in assignment.questions}
-    _write("student.html", out, verdict=verdict, title=assignment.title, chapters=chapters)
+    _write("student.html", out, book, verdict=verdict, title=assignment.title, chapters=chapters)
 
 
 def write_class_page(
@@ -38,6 +56,8 @@ def write_class_page(
     *,
     groups: Sequence[Group] = (),
     failures: Mapping[str, str] | None = None,
+    pairs: Mapping[tuple[str, str], str] | None = None,
+    book: str = "",
 ) -> None:
     """Write the instructor's page: distribution, questions, mistakes, likenesses, students.
 
@@ -53,6 +73,10 @@ def write_class_page(
         Submissions that are nearly the same.
     failures : mapping of str to str
         Why a student has no verdict.
+    pairs : mapping of (str, str) to str
+        The page on which two students' work stands side by side.
+    book : str
+        Where the book's pages lie; with it, chapters are links.
 
     Raises
     ------
@@ -64,9 +88,19 @@ def write_class_page(
         for id, question in summary.questions.items()
         for known, count in question.misconceptions.items()
     ]
+    cases = (*assignment.variants[:1], assignment.visible)
+    about = {
+        (question, case.id): case.about
+        for some in cases
+        for question, listed in some.items()
+        for case in listed
+    }
     _write(
         "class.html",
         out,
+        book,
+        about=about,
+        pairs=pairs or {},
         summary=summary,
         title=assignment.title,
         mistakes=sorted(mistakes, key=lambda row: (-row[0], row[1:])),
@@ -75,8 +109,31 @@ def write_class_page(
     )
 
 
-def _write(template: str, out: str | os.PathLike[str], **content: Any) -> None:
-    text = templates().get_template(template).render(**content)
+def write_pair_page(
+    students: tuple[str, str],
+    cells: tuple[Sequence[SourceCell], Sequence[SourceCell]],
+    assignment: Assignment,
+    out: str | os.PathLike[str],
+) -> None:
+    """Write the page on which two submissions stand side by side.
+
+    Parameters
+    ----------
+    students : (str, str)
+        Whose they are.
+    cells : pair of sequences of SourceCell
+        What of each is graded.
+    assignment : Assignment
+        What was asked.
+    out : path-like
+        The page.
+    """
+    sides = side_by_side(*cells, assignment.questions)
+    _write("pair.html", out, students=students, sides=sides, title=assignment.title)
+
+
+def _write(template: str, out: str | os.PathLike[str], book: str = "", **content: Any) -> None:
+    text = templates().get_template(template).render(book=book, **content)
     with atomic_write(out) as file:
         file.write(text)
 
@@ -92,6 +149,7 @@ def templates() -> Any:
     """
     try:
         jinja2 = importlib.import_module("jinja2")
+        markup = importlib.import_module("markupsafe").Markup
     except ImportError:
         raise LabkitError("the HTML reports need jinja2: pip install 'labkit[grading]'") from None
     environment = jinja2.Environment(
@@ -102,4 +160,7 @@ def templates() -> Any:
         lstrip_blocks=True,
     )
     environment.filters["number"] = number
+    environment.filters["prose"] = jinja2.pass_context(
+        lambda context, text: markup(to_html(text, context["book"]))
+    )
     return environment

@@ -1,19 +1,30 @@
 """The pages hold what was found, as text, and ask for nothing from elsewhere."""
 
+import math
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 
 from labkit.grading.assignment import load_assignment
+from labkit.grading.contract import SourceCell
 from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
-from labkit.grading.pages import ClassSummary, write_class_page, write_student_page
+from labkit.grading.pages import (
+    ClassSummary,
+    write_class_page,
+    write_pair_page,
+    write_student_page,
+)
+from labkit.grading.pages.pairs import side_by_side
+from labkit.grading.prose import PAGES, to_html
 from labkit.grading.similarity import Group
 
 ASSIGNMENT = load_assignment(hidden=False)
 GATE = ASSIGNMENT.questions[0]
 MISTAKE = GATE.misconceptions[0]
+GATE_CASES = [case.id for case in ASSIGNMENT.visible[GATE.id]] + ["h8", "h9"]
 HOSTILE = "<script>alert('x')</script><img src=x onerror=y>"
 
 
@@ -83,13 +94,79 @@ def test_the_class_at_a_glance(tmp_path, mode):
     assert summary.histogram == [1, 0, 0, 0, 0, 1, 0, 0, 0, 2]
     words = " ".join(Words(page).text.split())
     assert "4 submissions. Median 3, mean 2.5 of 4 points." in words
-    assert "62 % 2 1" in words  # mean share, full marks, no points
+    assert "62 % 2 1 1" in words  # mean share; full marks, some points, none
     assert f"1 {GATE.title} {MISTAKE.says}" in words
     assert "b, c, d 3 94 %" in words
     assert "e : the disk is full" in words
     assert ("Limits alone are not safe" in words) == (mode == "none")
     links = [attrs["href"] for tag, attrs in Words(page).tags if tag == "a"]
     assert links == [f"students/{student}.html" for student in "abcd"]
+
+
+def test_cases_that_tell_nothing_and_files_that_were_not_read_are_shown(tmp_path):
+    """The first case goes with the score, the second against it, the third is everybody's."""
+    summary = ClassSummary()
+    for student, passed in (("a", "013"), ("b", "03"), ("c", "13"), ("d", "23")):
+        cases = tuple(
+            CaseVerdict(id=GATE_CASES[k], hidden=True, credit=float(str(k) in passed), reason="")
+            for k in (0, 1, 3)
+        )
+        one = verdict(student, 1.0 if "0" in passed else 0.0)
+        question = replace(one.questions[0], cases=cases)
+        unread = ("b.pdf is no notebook",) if student == "b" else ()
+        summary.add(replace(one, questions=(question,), unread=unread), "x.html")
+    found = list(summary.questions[GATE.id].cases.values())
+    assert [case.share for case in found] == [0.5, 0.5, 1.0]
+    assert found[0].discrimination == pytest.approx(1.0)
+    assert found[1].discrimination == pytest.approx(0.0)
+    assert math.isnan(found[2].discrimination)
+    write_class_page(summary, ASSIGNMENT, tmp_path / "index.html")
+    words = " ".join(Words(tmp_path / "index.html").text.split())
+    assert "Not read Something of these submissions was not read" in words
+    assert "b : b.pdf is no notebook" in words
+    about = ASSIGNMENT.visible[GATE.id][0].about
+    assert f"{about} (hidden) 50 % 4 1.00" in words
+
+
+def test_code_and_chapters_in_what_a_student_is_told(tmp_path):
+    page = tmp_path / "ada.html"
+    text = "`x` is <b>; see chapter 1, “Rotation”."
+    write_student_page(verdict("ada", 0.0, text=text), ASSIGNMENT, page, book="https://x.org/lab")
+    html = page.read_text(encoding="utf-8")
+    assert "<code>x</code> is &lt;b&gt;" in html
+    links = {attrs["href"] for tag, attrs in Words(page).tags if tag == "a"}
+    assert links == {"https://x.org/lab/notebooks/01_problem_and_se2.html#rotation"}
+
+
+def test_every_chapter_that_feedback_names_has_a_page():
+    sources = Path(__file__).parents[3]
+    for page in PAGES.values():
+        source = sources / page.removesuffix(".html")
+        assert any(source.with_suffix(kind).exists() for kind in (".ipynb", ".md")), page
+    named = {one.chapter for one in ASSIGNMENT.questions}
+    named |= {known.chapter for one in ASSIGNMENT.questions for known in one.misconceptions}
+    assert {to_html(chapter, "https://x.org")[:8] for chapter in named} == {"<a href="}
+
+
+def cell(source, question=GATE.id):
+    return SourceCell(source=source, question=question, label="cell")
+
+
+def test_two_submissions_side_by_side(tmp_path):
+    """Other names and comments hide nothing, and what was handed out shows nothing."""
+    ours = [cell(f"{GATE.stub}\n    c = np.cos(a)  # mine\n    return c + 1"), cell("k = 1", None)]
+    theirs = [cell(f"{GATE.stub}\n    k=np.cos(b)\n    return [k, k]")]
+    question, shared = side_by_side(ours, theirs, ASSIGNMENT.questions)
+    assert [(row.left.strip(), row.right.strip(), row.same) for row in question.rows] == [
+        ("c = np.cos(a)  # mine", "k=np.cos(b)", True),
+        ("return c + 1", "return [k, k]", False),
+    ]
+    assert (question.share, shared.title, shared.share) == (0.5, "Shared code", 0.0)
+    hostile = [cell(HOSTILE)]
+    write_pair_page((HOSTILE, "b"), (hostile, theirs), ASSIGNMENT, tmp_path / "1.html")
+    page = Words(tmp_path / "1.html")
+    assert not {"script", "img"} & {tag for tag, _ in page.tags}
+    assert page.text.count(HOSTILE) >= 2
 
 
 def test_the_pages_ask_nothing_of_the_network(tmp_path):
