@@ -55,6 +55,12 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--student", metavar="NAME", help="all of SUBMISSIONS is the work of one student, NAME"
     )
     parser.add_argument(
+        "--within",
+        metavar="FOLDER",
+        default="",
+        help="the folder in each student's that is graded, as of one of nbgrader's assignments",
+    )
+    parser.add_argument(
         "--assignment", metavar="FOLDER", default=str(FOLDER), help="questions (the lab's own)"
     )
     parser.add_argument(
@@ -154,7 +160,7 @@ def _submissions(args: argparse.Namespace) -> list[Submission]:
     try:
         if args.student:
             return [one_submission(args.submissions, args.student)]
-        found = find_submissions(args.submissions, remarks, out=args.out)
+        found = find_submissions(args.submissions, remarks, out=args.out, within=args.within)
     except OSError as error:  # a folder on the way that may not be entered, a name too long
         raise LabkitError(f"{args.submissions}: cannot be read: {error.strerror}") from None
     for remark in remarks:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import html
 import os
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Mapping
 
 from labkit.errors import LabkitError
 from labkit.grading.exports.feedback import score_text, summary_text
@@ -19,6 +20,7 @@ from labkit.grading.exports.gradebook import (
 from labkit.grading.judging.verdict import SubmissionVerdict
 
 NEEDED = ["Identifier", "Grade"]
+_NUMBER = re.compile(r"\D*?(\d+)\s*")
 
 
 def fill_moodle(
@@ -49,11 +51,11 @@ def fill_moodle(
         Where the worksheet cannot be read, or lacks a column; where a student is in two of
         its rows.
     """
-    header, *rows = read_gradebook(worksheet, NEEDED)
-    place = {name: header.index(name) for name in header}
+    header, *rows = read_gradebook(worksheet, [])
+    place = _columns(worksheet, header, rows)
     by_number = {verdict.student: verdict for verdict in verdicts}
-    maxima = _maxima(worksheet, header, rows)
-    numbers = [row[place["Identifier"]].removeprefix("Participant").strip() for row in rows]
+    maxima = _maxima(worksheet, place, rows)
+    numbers = [_NUMBER.sub(r"\1", row[place["Identifier"]]) for row in rows]
     found = rows_of(by_number, rows, [numbers], worksheet)
     for student, n in found.items():
         row, maximum, verdict = rows[n], maxima[n], by_number[student]
@@ -67,15 +69,40 @@ def fill_moodle(
 
 def check_moodle(worksheet: str | os.PathLike[str]) -> None:
     """Raise, before any work, the `LabkitError` of a worksheet that no verdicts can fill in."""
-    header, *rows = read_gradebook(worksheet, NEEDED)
-    _maxima(worksheet, header, rows)
+    header, *rows = read_gradebook(worksheet, [])
+    _maxima(worksheet, _columns(worksheet, header, rows), rows)
 
 
-def _maxima(worksheet: str | os.PathLike[str], header: Row, rows: Rows) -> list[float | None]:
+def _columns(worksheet: str | os.PathLike[str], header: Row, rows: Rows) -> dict[str, int]:
+    """Where the columns are, by their English names.
+
+    Moodle translates the header, and keeps the order: who it is comes first ("Participant 12"),
+    the maximum grade, one number in all rows, right after the grade, and the comments last.
+    """
+    if set(NEEDED) <= set(header):
+        return {name: header.index(name) for name in header}
+    identifiers = rows and all(_NUMBER.fullmatch(row[0]) for row in rows)
+    maxima = [n for n in range(2, len(header)) if _are_one_number(row[n] for row in rows)]
+    if not identifiers or not maxima:
+        read_gradebook(worksheet, NEEDED)  # it says what is missing
+    found = {"Identifier": 0, "Grade": maxima[0] - 1, "Maximum Grade": maxima[0]}
+    last = len(header) - 1
+    empty = last > maxima[0] and not any(row[last].strip() for row in rows)
+    return found | ({"Feedback comments": last} if empty else {})
+
+
+def _are_one_number(cells: Iterable[str]) -> bool:
+    values = {cell.replace(",", ".").strip() for cell in cells}
+    return len(values) == 1 and re.fullmatch(r"\d+(\.\d+)?", values.pop()) is not None
+
+
+def _maxima(
+    worksheet: str | os.PathLike[str], place: Mapping[str, int], rows: Rows
+) -> list[float | None]:
     """The maximum grade of each row; None where the worksheet has no such column."""
-    if "Maximum Grade" not in header:
+    if "Maximum Grade" not in place:
         return [None] * len(rows)
-    column = header.index("Maximum Grade")
+    column = place["Maximum Grade"]
     return [_maximum(row[column], f"{worksheet}: row {n}") for n, row in enumerate(rows, 2)]
 
 

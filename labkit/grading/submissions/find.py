@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from labkit.errors import LabkitError
@@ -27,6 +28,8 @@ from labkit.grading.submissions.layouts import (
 )
 from labkit.grading.submissions.submission import Files, Submission
 
+ATTEMPTS = {"blackboard", "d2l"}  # platforms that hand out every attempt whole
+NBGRADERS = ("source", "release", "nbgrader_config.py", "gradebook.db")  # beside `submitted`
 NOTHING = (
     "nothing was handed in; name a notebook, a script, or a folder or zip archive with one "
     "folder or file for each student"
@@ -38,6 +41,7 @@ def find_submissions(
     remarks: list[str] | None = None,
     *,
     out: str | os.PathLike[str] | None = None,
+    within: str = "",
 ) -> list[Submission]:
     """List the submissions in a file, folder or zip archive, by student.
 
@@ -51,6 +55,8 @@ def find_submissions(
     out : path-like, optional
         Where verdicts are written. It is left out, as are folders with verdicts of earlier
         runs and nobody's work.
+    within : str
+        The folder in each student's that is graded; all of it where this is empty.
 
     Returns
     -------
@@ -66,6 +72,9 @@ def find_submissions(
     """
     path = Path(path)
     remarks = [] if remarks is None else remarks
+    if (path / "submitted").is_dir() and any((path / name).exists() for name in NBGRADERS):
+        path /= "submitted"
+        remarks.append(f"{path}: this is graded, of nbgrader's course folder")
     if path.is_file() and is_source(path.name):
         return [one_submission(path)]
     listed = list_files(path)
@@ -76,6 +85,14 @@ def find_submissions(
         raise LabkitError(f"{path}: {NOTHING}")
     around = _around(path, [file.name for file in listed], left_out)
     by_student = _by_student(path, listed, around, remarks)
+    if within:
+        by_student = {
+            student: kept
+            for student, found in by_student.items()
+            if (kept := list(_inside(found, f"{within.rstrip('/')}/")))
+        }
+    elif path.name == "submitted" or around == "submitted/":
+        remarks += _several_assignments(path, by_student.values())
     submissions = [_submission(found) for found in by_student.values()]
     if any("/" in file.name[len(around) :] for file in listed):  # each has a folder, maybe empty
         plain = any(not one.platform for one in submissions)
@@ -132,6 +149,31 @@ def _by_student(
             beside.append(file.name)
     remarks += _passed_over(path, beside)
     return by_student
+
+
+def _inside(
+    found: Sequence[tuple[Place, StoredFile]], folder: str
+) -> Iterator[tuple[Place, StoredFile]]:
+    """The files of one of a student's folders, by their names in it."""
+    for place, file in found:
+        if place.file.startswith(folder):
+            yield replace(place, file=place.file.removeprefix(folder)), file
+
+
+def _several_assignments(
+    path: Path, students: Iterable[Sequence[tuple[Place, StoredFile]]]
+) -> list[str]:
+    """What to say where nbgrader's students have handed in more than one assignment."""
+    own = [
+        {place.file.split("/")[0] for place, _ in found if "/" in place.file} for found in students
+    ]
+    names = sorted(set().union(*own))
+    if max(map(len, own), default=0) < 2:
+        return []
+    return [
+        f"{path}: it holds the assignments {_some(names)}, which are taken for one; grade one of "
+        f"them with --within {names[0]}"
+    ]
 
 
 def _outputs(
@@ -199,7 +241,12 @@ def _doubts(path: Path, alone: Submission) -> list[str]:
 
 def _submission(found: Sequence[tuple[Place, StoredFile]]) -> Submission:
     first = found[0][0]
-    files, notes = _uploaded(found) if first.platform == "canvas" else (_named(found), ())
+    if first.platform == "canvas":
+        files, notes = _uploaded(found)
+    elif first.platform in ATTEMPTS:
+        files, notes = _attempted(found)
+    else:
+        files, notes = _named(found), ()
     return Submission(
         student=first.student,
         name=first.name,
@@ -217,6 +264,16 @@ def _named(found: Sequence[tuple[Place, StoredFile]]) -> Files:
     if len(files) < len({file.name for _, file in found}):
         files = {file.name: file for _, file in found}
     return tuple(files.items())
+
+
+def _attempted(
+    found: Sequence[tuple[Place, StoredFile]],
+) -> tuple[Files, tuple[str, ...]]:
+    """The files of the newest attempt, and a note on the others."""
+    times = {place.upload for place, _ in found}
+    newest = [(place, file) for place, file in found if place.upload == max(times)]
+    note = f"it was handed in {len(times)} times; the newest attempt counts"
+    return _named(newest), (note,) if len(times) > 1 else ()
 
 
 def _uploaded(found: Sequence[tuple[Place, StoredFile]]) -> tuple[Files, tuple[str, ...]]:

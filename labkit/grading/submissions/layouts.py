@@ -4,6 +4,8 @@
 Canvas         ``lovelaceada_LATE_4711_98765_answers.ipynb``: name, user, upload
 Moodle         ``Ada Lovelace_4711_assignsubmission_file_/answers.ipynb``, or without
                folders ``Ada Lovelace_4711_assignsubmission_file_answers.ipynb``
+Blackboard     ``Lab 1_alovelace_attempt_2026-11-21-23-55-10_answers.ipynb``
+D2L            ``1234-567 - Ada Lovelace - Nov 21, 2026 1155 PM/answers.ipynb``
 nbgrader       ``submitted/ada/assignment1/answers.ipynb``
 else           a folder for each student, or a file for each: ``ada.ipynb``
 =============  ===================================================================
@@ -13,7 +15,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import PurePosixPath
 
 from labkit.grading.submissions.files import may_hold_source
@@ -23,9 +27,19 @@ _CANVAS = re.compile(
     r"(?P<name>[^_/]+)(?P<late>_LATE)?_(?P<user>\d+)_(?P<upload>\d+)_(?P<file>[^/]+)$"
 )
 _AGAIN = re.compile(r"-\d+(?=\.\w+$)")  # answers-2.ipynb: answers.ipynb, uploaded again
+# Moodle puts spaces for the underscores of a name: one that claims to hold two numbers is none.
 _MOODLE = re.compile(
-    r"(?P<name>[^/]+?)_(?P<id>\d+)_assignsubmission_(?:file|onlinetext)(?:_?/|_)(?P<file>.+)$"
+    r"(?P<name>[^/_]+)_(?P<id>\d+)_assignsubmission_(?:file|onlinetext)(?:_?/|_)"
+    r"(?P<file>(?![^/]*_assignsubmission_).+)$"
 )
+_BLACKBOARD = re.compile(
+    r"[^/]+?_(?P<id>[^/_]+)_attempt_(?P<time>\d{4}(?:-\d\d){5})(?:_(?P<file>[^/]+)|\.txt)$"
+)
+_D2L = re.compile(
+    r"(?P<id>\d+)-\d+ - (?P<name>[^/]+) - (?P<day>\w{3} \d{1,2}, \d{4}) (?P<time>\d{3,4}) "
+    r"(?P<half>[AP]M)/(?P<file>.+)$"
+)
+PLATFORMS = (_MOODLE, _BLACKBOARD, _D2L)  # each file's name tells them, whatever the others are
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,12 +54,12 @@ class Place:
         For a person.
     file : str
         The file's own name.
-    platform : {"canvas", "moodle", ""}
+    platform : {"canvas", "moodle", "blackboard", "d2l", ""}
         Where the number comes from.
     late : bool
         Whether the platform marked it so.
     upload : int
-        Canvas's number of the upload, the higher the later; else 0.
+        Canvas's number of the upload, or the time of the attempt: the higher the later; else 0.
     """
 
     student: str
@@ -66,11 +80,25 @@ def place_of(path: str, *, canvas: bool = True) -> Place:
     ('4711', 'lovelaceada', 'answers-1.ipynb', 'canvas', True, 98765)
     >>> place_of("Ada Lovelace_4711_assignsubmission_file_/answers.py").student
     '4711'
+    >>> place_of("Lab_ada_attempt_2026-11-21-23-55-10_a.py").upload
+    20261121235510
     >>> place_of("ada/week 3/answers.py").file
     'week 3/answers.py'
     """
     if found := _MOODLE.match(path):
         return Place(student=found["id"], name=found["name"], file=found["file"], platform="moodle")
+    if found := _BLACKBOARD.match(path):
+        name, when = found["id"], int(found["time"].replace("-", ""))
+        file = found["file"] or "attempt.txt"
+        return Place(student=name, name=name, file=file, platform="blackboard", upload=when)
+    if found := _D2L.match(path):
+        return Place(
+            student=found["id"],
+            name=found["name"],
+            file=found["file"],
+            platform="d2l",
+            upload=_time(f"{found['day']} {found['time']:0>4} {found['half']}"),
+        )
     if canvas and (found := _CANVAS.match(path)):
         return Place(
             student=found["user"],
@@ -85,6 +113,13 @@ def place_of(path: str, *, canvas: bool = True) -> Place:
         return Place(student=student, name=student, file=file)
     student = path.rsplit(".", 1)[0]
     return Place(student=student, name=student, file=path)
+
+
+def _time(text: str) -> int:
+    """When D2L says a file was handed in, as a number that grows; 0 where it says it oddly."""
+    with suppress(ValueError):
+        return int(datetime.strptime(text, "%b %d, %Y %I%M %p").strftime("%Y%m%d%H%M"))
+    return 0
 
 
 def canvas_clash(paths: Iterable[str]) -> tuple[str, str] | None:
@@ -148,10 +183,12 @@ def wrapping(paths: Collection[str], *, packed: bool) -> str:
     tops = {path.split("/", 1)[0] for path in paths if "/" in path or may_hold_source(path)}
     top = f"{tops.pop()}/" if len(tops) == 1 else ""
     inner = [path[len(top) :] for path in paths if path.startswith(top)]
-    if not top or not any(inner) or _MOODLE.match(f"{top}-"):
+    if not top or not any(inner) or any(one.match(f"{top}-") for one in PLATFORMS):
         return ""
     whole = whole_answers(inner)
-    if top in {"submitted/", "submissions/"} or any(map(_MOODLE.match, inner)):
+    if top in {"submitted/", "submissions/"} or any(
+        one.match(path) for one in PLATFORMS for path in inner
+    ):
         return top
     enough = len(whole) > (0 if packed else 1)
     if enough and all(map(_CANVAS.match, whole)) and not canvas_clash(inner):

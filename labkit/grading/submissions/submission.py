@@ -24,7 +24,7 @@ MAX_FILES = 200  # notebooks and scripts of one student
 PACKAGE = Path(__file__).parents[2]
 KEPT_BACK = "authoring"  # the part of the package that no student gets
 
-Platform = Literal["canvas", "moodle", ""]
+Platform = Literal["canvas", "moodle", "blackboard", "d2l", ""]
 Files = tuple[tuple[str, StoredFile], ...]
 
 
@@ -56,14 +56,14 @@ class Submission:
         For a person.
     files : tuple of (str, StoredFile)
         Every file under its own name; the platform's part of the name is gone.
-    platform : {"canvas", "moodle", ""}
+    platform : {"canvas", "moodle", "blackboard", "d2l", ""}
         Where the download came from, as far as its names tell.
     late : bool
         Whether the platform marked it so.
     notes : tuple of str
         What the student should know of files that are left out.
     upload : int
-        Canvas's number of the newest upload; else 0.
+        Canvas's number of the newest upload, or the time of the newest attempt; else 0.
     """
 
     student: str

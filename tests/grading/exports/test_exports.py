@@ -161,6 +161,26 @@ def test_moodle_gets_grades_of_its_own_scale_and_keeps_its_times(verdicts, writt
     assert grace[3] == grace[6] == ""
 
 
+def test_moodle_speaks_other_languages(verdicts, written, tmp_path):
+    """Its columns keep their order; the number stands at the end of who it is."""
+    words = (
+        "ID,Vollst\u00e4ndiger Name,Status,Bewertung,Bestwertung,Zuletzt ge\u00e4ndert,Feedback\n"
+    )
+    rows = (
+        'Teilnehmer/in4711,Ada,Abgegeben,,"100,00","Montag, 12:00",\n'
+        'Teilnehmer/in815,Emmy,Abgegeben,,"100,00","Montag, 13:00",\n'
+    )
+    fill_moodle(verdicts, written(words + rows), tmp_path / "moodle.csv")
+    with (tmp_path / "moodle.csv").open(encoding="utf-8", newline="") as file:
+        header, ada, emmy = csv.reader(file)
+    assert ",".join(header) + "\n" == words
+    assert (ada[3], ada[4]) == ("100", "100,00")
+    assert ada[6].startswith("5 of 5 points")
+    assert (emmy[3], emmy[5]) == ("10", "Montag, 13:00")
+    with pytest.raises(LabkitError, match="no column 'Identifier'; the columns are ID"):
+        fill_moodle(verdicts, written(words.replace("Bestwertung", "x") + "7,a,b,,,,\n"), "no.csv")
+
+
 def test_moodle_gives_one_student_one_row(verdicts, written, tmp_path):
     twice = MOODLE.replace("Participant 12,", "Participant 815,")
     with pytest.raises(LabkitError, match=r"'815' is row 3 \('Participant 815'\) and row 4"):

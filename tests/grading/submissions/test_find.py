@@ -41,6 +41,14 @@ CLASSES = {
         "Ada Lovelace_4711_assignsubmission_file_mine.py": ("4711", "mine.py"),
         "Emmy Noether_815_assignsubmission_file_a.py": ("815", "a.py"),
     },
+    "Blackboard": {
+        "Lab 1_ada_attempt_2026-11-21-23-55-10_answers.ipynb": ("ada", "answers.ipynb"),
+        "Lab 1_emmy_attempt_2026-11-21-23-55-11_mine.py": ("emmy", "mine.py"),
+    },
+    "D2L": {
+        "1234-567 - Ada Lovelace - Nov 21, 2026 1155 PM/answers.ipynb": ("1234", "answers.ipynb"),
+        "1235-567 - Emmy - Nov 21, 2026 905 AM/lib/mine.py": ("1235", "lib/mine.py"),
+    },
     "nbgrader": {
         "submitted/ada/lab1/answers.ipynb": ("ada", "lab1/answers.ipynb"),
         "submitted/emmy/lab1/answers.ipynb": ("emmy", "lab1/answers.ipynb"),
@@ -163,6 +171,51 @@ def test_a_folder_of_one_students_parts_is_no_class(tmp_path):
     find_submissions(lay_out(tmp_path / "two", ["ada/a.ipynb", "ada/mine.py"]), remarks)
     find_submissions(lay_out(tmp_path / "two", ["emmy/a.ipynb", "emmy/b.ipynb"]), remarks)
     assert len(remarks) == 1
+
+
+@pytest.mark.parametrize(
+    ("older", "newer"),
+    [
+        (
+            "Lab_ada_attempt_2026-11-21-23-55-10_old.py",
+            "Lab_ada_attempt_2026-11-22-00-01-00_new.py",
+        ),
+        (
+            "7-567 - Ada L - Nov 21, 2026 1155 AM/old.py",
+            "7-567 - Ada L - Nov 21, 2026 105 PM/new.py",
+        ),
+        ("7-5 - Ada - Nov 30, 2026 1155 PM/old.py", "7-5 - Ada - Dec 1, 2026 1201 AM/new.py"),
+    ],
+)
+def test_of_two_attempts_the_newer_one_counts(tmp_path, older, newer):
+    found = find_submissions(pack(tmp_path / "class.zip", [newer, older]))
+    assert [file for _, file in whose(found)] == ["new.py"]
+    assert found[0].read().unread == ("it was handed in 2 times; the newest attempt counts",)
+
+
+def test_no_name_takes_another_participants_number(tmp_path):
+    forged = "Eve_4712_assignsubmission_file__4711_assignsubmission_file_"
+    upload = "Eve_4711_assignsubmission_file_x_4712_assignsubmission_file_a.py"
+    honest = "Ada_4712_assignsubmission_file_/a.py"
+    found = find_submissions(lay_out(tmp_path, [f"{forged}/a.py", upload, honest]))
+    assert [one.student for one in found if one.platform] == ["4712"]
+    assert [file.name for one in found if one.platform for _, file in one.files] == [honest]
+    assert {one.student for one in found} == {"4712", forged, upload.removesuffix(".py")}
+
+
+def test_of_nbgraders_course_what_was_submitted_is_graded(tmp_path):
+    lay_out(tmp_path, ["source/lab1/a.ipynb", "release/lab1/a.ipynb", "nbgrader_config.py"])
+    lay_out(tmp_path, [f"submitted/{who}/{lab}/a.py" for who in "xy" for lab in ("l1", "l2")])
+    lay_out(tmp_path, ["submitted/z/l2/a.py"])
+    remarks = []
+    assert {one.student for one in find_submissions(tmp_path, remarks)} == set("xyz")
+    assert remarks[0].endswith("submitted: this is graded, of nbgrader's course folder")
+    assert remarks[1].endswith(
+        "l1, l2, which are taken for one; grade one of them with --within l1"
+    )
+    found = find_submissions(tmp_path, within="l1")
+    assert whose(found) == {("x", "a.py"), ("y", "a.py")}
+    assert [one.student for one in found] == ["x", "y", "z"]
 
 
 def test_nbgraders_folder_holds_students_by_definition(tmp_path):
