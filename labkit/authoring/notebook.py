@@ -47,7 +47,7 @@ def notebook_text(solutions: bool = False, *, stretch: bool = False) -> str:
     ]
     for question in questions:
         cells.extend(_section(question, solutions))
-    cells.extend(map(_closing_cell, closing(stretch=stretch)))
+    cells.extend(_closing_cell(one, solutions) for one in closing(stretch=stretch))
     notebook = new_notebook(cells=cells, metadata=KERNEL)
     nbformat.validate(notebook)
     text: str = nbformat.writes(notebook, indent=1, ensure_ascii=False)
@@ -87,13 +87,15 @@ def _section(question: Question, solutions: bool) -> Iterator[Any]:
     )
 
 
-def _closing_cell(cell: ClosingCell) -> Any:
+def _closing_cell(cell: ClosingCell, solutions: bool) -> Any:
     """A cell after the questions; an answer in words is the student's, and worth no points here."""
     if cell.kind == "code":
         metadata = {"mystnb": {"image": {"alt": cell.alt}}} if cell.alt else {}
         return new_code_cell(cell.text, id=cell.id, metadata=metadata)
     text = new_markdown_cell(cell.text, id=cell.id)
     if cell.kind == "answer":
+        if solutions:  # without such a region nbgrader would put its own words for all of the text
+            text.source += "\n\n### BEGIN SOLUTION\n### END SOLUTION"
         return _cell(text, grade_id=cell.id, grade=True, solution=True, points=0)
     return text
 

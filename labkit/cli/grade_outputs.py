@@ -236,7 +236,7 @@ def _write_pairs(
     (out / "pairs").mkdir(exist_ok=True)
     assignment = results.assignment
     functions = {question.id: question.function for question in assignment.questions}
-    pages = {}
+    pages: dict[tuple[str, str], str] = {}
     cells: dict[str, tuple[SourceCell, ...]] = {}
     with open_sandbox(results.mode) as sandbox:
         for two in pairs:

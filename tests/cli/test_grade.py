@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -188,6 +189,16 @@ def test_cases_of_a_secret_grade_and_go_into_the_archive(small, tmp_path, monkey
             held = archive.read("labkit/grading/assignment/hidden/course.json").decode()
             assert json.loads(held) == course
             assert secret not in b"".join(map(archive.read, archive.namelist()))
+
+
+def test_every_option_is_told_of_on_the_instructors_page(capsys):
+    with pytest.raises(SystemExit):
+        main(["grade", "--help"])
+    options = set(re.findall(r"--[a-z-]+", capsys.readouterr().out)) - {"--help", "--secret"}
+    page = Path(__file__).parents[2] / "book/instructors.md"
+    told = set(re.findall(r"--[a-z-]+", page.read_text(encoding="utf-8")))
+    assert len(options) > 15
+    assert not options - told
 
 
 def test_a_question_that_fails_is_counted(grade, tmp_path, capsys, monkeypatch):

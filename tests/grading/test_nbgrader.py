@@ -11,6 +11,7 @@ import pytest
 from right_answers import plain_python
 
 from labkit.authoring.notebook import notebook_text
+from labkit.authoring.texts import closing
 from labkit.cli import main
 from labkit.grading.assignment import load_assignment
 from labkit.grading.sandbox.host import available_modes
@@ -103,6 +104,15 @@ def test_the_release_shows_no_solution_and_no_hidden_test(course):
     assert "HIDDEN" not in release
     assert "score(" not in release
     assert stubs(release) == stubs(notebook_text())
+
+
+def test_the_release_keeps_what_it_says_where_words_are_asked_for(course):
+    release = (course[0] / "release/lab1/assignment.ipynb").read_text(encoding="utf-8")
+    cells = {cell["id"]: "".join(cell["source"]) for cell in json.loads(release)["cells"]}
+    asked = [cell for cell in closing() if cell.kind == "answer"]
+    assert asked
+    for cell in asked:
+        assert cells[cell.id] == f"{cell.text}\n\nYOUR ANSWER HERE"
 
 
 def stubs(notebook):

@@ -81,10 +81,12 @@ def _by_question(
 
 
 def _side(title: str, left: list[str], right: list[str]) -> Side:
-    shapes = [list(map(_shape, lines)) for lines in (left, right)]
+    ours, theirs = list(map(_shape, left)), list(map(_shape, right))
     rows: list[Row] = []
     same = 0
-    for kind, a, b, c, d in difflib.SequenceMatcher(None, *shapes, autojunk=False).get_opcodes():
+    for kind, a, b, c, d in difflib.SequenceMatcher(
+        None, ours, theirs, autojunk=False
+    ).get_opcodes():
         alike = kind == "equal"
         same += (b - a) * alike
         pairs = zip_longest(left[a:b], right[c:d], fillvalue="")
