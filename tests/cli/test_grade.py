@@ -330,7 +330,7 @@ def lines(path):
 @NEEDS_A_BOX
 @pytest.mark.skipif(os.name == "nt", reason="Windows knows no SIGINT of its own group")
 def test_an_interruption_leaves_no_process_and_no_traceback(small, tmp_path):
-    hand_in(tmp_path / "class", 200)
+    hand_in(tmp_path / "class", 2000)
     command = [sys.executable, "-m", "labkit", "grade", str(tmp_path / "class"), "--no-html"]
     command += ["--assignment", str(small), "--out", str(tmp_path / "grades"), "--jobs", "2"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as run:
