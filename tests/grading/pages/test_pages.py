@@ -138,6 +138,12 @@ def test_code_and_chapters_in_what_a_student_is_told(tmp_path):
     assert links == {"https://x.org/lab/notebooks/01_problem_and_se2.html#rotation"}
 
 
+def test_a_case_of_which_nothing_is_to_be_said_is_no_line(tmp_path):
+    page = tmp_path / "ada.html"
+    write_student_page(verdict("ada", 0.0), ASSIGNMENT, page)
+    assert not [tag for tag, _ in Words(page).tags if tag == "li"]
+
+
 def test_every_chapter_that_feedback_names_has_a_page():
     sources = Path(__file__).parents[3]
     for page in PAGES.values():
