@@ -20,8 +20,9 @@ MAX_CELLS = 5000
 MAX_CODE = 1 << 18  # characters of code in one file
 MAX_ALL_CODE = 4 * MAX_CODE  # ... and in all files of a submission
 LINE = 50  # as many characters does a line cost, however short it is, and a semicolon
+SCOPE = 100  # ... and a function, a class, a loop or a comprehension
 PIECE = 6  # ... and a word, a number or a sign: the parser makes a node of each
-MAX_SCOPES, MAX_SCOPES_AND_NAMES = 5_000, 20_000_000  # in a cell
+MAX_SCOPES_AND_NAMES = 10_000_000  # the product, in a cell
 MAX_FIELDS = 200_000_000  # characters of f-strings times their fields
 MAX_PARTS = 2_000_000  # objects and lists in the JSON of a notebook: far more than plots need
 
@@ -146,8 +147,9 @@ def _check_length(name: str, texts: list[str], left: int) -> None:
     if cost > MAX_CODE:
         raise UnreadableError(
             f"{name} holds {sum(map(len, texts))} characters of code, at most {MAX_CODE} in "
-            f"{MAX_CODE // LINE} lines or {MAX_CODE // PIECE} words and signs are read; keep data "
-            f"and outputs out of the code"
+            f"{MAX_CODE // LINE} lines, {MAX_CODE // PIECE} words and signs, or "
+            f"{MAX_CODE // SCOPE} functions and loops are read; "
+            f"keep data and outputs out of the code"
         )
     if cost > left:
         raise UnreadableError(f"the files hold too much code together; {name} is not read")
@@ -156,7 +158,12 @@ def _check_length(name: str, texts: list[str], left: int) -> None:
 def cost_of(texts: Iterable[str]) -> int:
     """How many characters of code texts count for: short lines and short words cost more."""
     return sum(
-        max(len(text), LINE * sum(map(text.count, "\n\r;")), PIECE * len(_PIECE.findall(text)))
+        max(
+            len(text),
+            LINE * sum(map(text.count, "\n\r;")),
+            SCOPE * len(_SCOPE.findall(text)),
+            PIECE * len(_PIECE.findall(text)),
+        )
         for text in texts
     )
 
@@ -258,8 +265,8 @@ def too_involved(source: str) -> str:
     function for each function within.
     """
     scopes = len(_SCOPE.findall(source))
-    if scopes > MAX_SCOPES or scopes * len(set(_WORD.findall(source))) > MAX_SCOPES_AND_NAMES:
-        return f"it holds {scopes} functions and comprehensions, more than can be read"
+    if scopes * len(set(_WORD.findall(source))) > MAX_SCOPES_AND_NAMES:
+        return f"it holds {scopes} functions and comprehensions and many names, too many to be read"
     cost = 0
     for part in _PART.finditer(source):
         prefix = source[max(0, part.start() - 2) : part.start()].lower()
