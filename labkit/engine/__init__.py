@@ -11,6 +11,7 @@ it. numba compiles the engine when it is first called and keeps what it made on 
 `pairs`        boxes D and E: associate, reject, weigh
 `solve`        box F: both metrics
 `loop`         the loop, for one pair and for many
+`lookup`       scores of a correlative search
 `matching`     what the rest of labkit calls
 =============  =====================================================
 
@@ -24,9 +25,9 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from labkit.engine.matching import match, match_pairs, nearest_rows, warm
+    from labkit.engine.matching import match, match_pairs, mean_values, nearest_rows, warm
 
-__all__ = ["is_available", "match", "match_pairs", "nearest_rows", "warm"]
+__all__ = ["is_available", "match", "match_pairs", "mean_values", "nearest_rows", "warm"]
 
 
 @cache

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections import deque
 from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
@@ -16,6 +17,7 @@ from numpy.typing import ArrayLike
 from labkit.arrays import FloatArray, as_finite, as_floats, as_pose, check_count
 from labkit.correspondences import MIN_PAIRS
 from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.odometry.expectation import REMEMBERED
 from labkit.odometry.integration import increments_between, integrate, integrate_step
 from labkit.odometry.local_map import LastScan, LocalMap
 from labkit.odometry.parameters import OdometryParameters
@@ -63,6 +65,7 @@ class ScanMatchingOdometry:
         against_map = self.parameters.against == "map"
         self._seen = LocalMap(self.parameters.map) if against_map else LastScan()
         self._started = False
+        self._earlier_motions: deque[FloatArray] = deque(maxlen=REMEMBERED)  # the newest first
         self._last_motion: FloatArray = STILL
 
     def update(self, scan: Scan | ArrayLike, prior: ArrayLike | None = None) -> StepRecord:
@@ -90,12 +93,15 @@ class ScanMatchingOdometry:
                 self._last_motion,
                 self.parameters,
                 T_target_last=self._seen.T_target_last,
+                earlier_motions=np.array(self._earlier_motions).reshape(-1, 3),
             )
         else:
             record = StepRecord(increment=STILL, decision=Decision.START)
         self._started = True
         # A motion is held once: nobody saw it, so it is no ground for holding it again.
         self._last_motion = STILL if record.decision.skipped else record.increment
+        if record.decision.matched and not record.degenerate:
+            self._earlier_motions.appendleft(record.increment)
         overlap = record.inlier_ratio if record.decision.matched else math.nan
         self._seen.add(filtered, record.increment, overlap)
         self.pose = integrate_step(self.pose, record.increment)

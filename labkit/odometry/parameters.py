@@ -86,7 +86,7 @@ class OdometryParameters:
         default=0.6, metadata={"help": "agreement with the target below which a match is doubtful"}
     )
     search_starts: int = field(
-        default=4, metadata={"help": "poses of a search that are refined by ICP"}
+        default=8, metadata={"help": "poses of a search that are refined by ICP"}
     )
     on_skip: OnSkip = field(
         default="hold",

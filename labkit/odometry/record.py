@@ -57,13 +57,17 @@ class StepRecord:
         Share of the target's points in view that beams look through; see
         `labkit.odometry.free_space`.
     margin : float
-        By how much the match agrees better than the best of those that were tried and ended
-        elsewhere; NaN where none was.
+        By how much the match agrees better than the best one that ended elsewhere and passes
+        the checks; NaN where there is none.
+    ambiguous : bool
+        Whether that is too little to tell which of them is right. Then the prior is taken;
+        without one, the match that surprises least.
     information : float
         Smallest eigenvalue of the information: near 0 where a direction is free.
     degenerate : bool
         Whether it is below the limit. The point-to-line metric leaves a free direction
-        at the prior, and the step is then believed; without a prior it is not.
+        at the prior, or with the search where the last motions suggest, and the step is then
+        believed; without either it is not.
     spread : float
         The lesson's cheap corridor test; see `labkit.degeneracy.spread_ratio`.
     iterations : int
@@ -81,6 +85,7 @@ class StepRecord:
     cost: float = math.nan
     seen_through: float = math.nan
     margin: float = math.nan
+    ambiguous: bool = False
     rotation: float = math.nan
     information: float = math.nan
     spread: float = math.nan

@@ -18,6 +18,7 @@ References
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
@@ -25,6 +26,7 @@ import numpy as np
 import scipy  # its parts are loaded when they are used
 
 from labkit.arrays import FloatArray, IntArray
+from labkit.icp import Engine, compiled
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, to_xytheta
 from labkit.target import Target
@@ -38,6 +40,8 @@ REACH = 20.0  # [m]: points farther away move too far in a coarse turn
 MOST_POINTS = 100  # of the source that are looked up
 PROMISING = 60  # coarse poses that are looked at finely
 APART = 0.3, math.radians(6.0)  # starts nearer to each other than this are one
+
+LookUp = Callable[[FloatArray, IntArray, IntArray], FloatArray]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -65,7 +69,8 @@ class LikelihoodField:
         margin = CELL * (COARSE + 6)
         low = near.min(axis=0, initial=0.0) - margin
         size = np.ceil((near.max(axis=0, initial=0.0) + margin - low) / CELL).astype(np.intp)
-        cells = np.floor((near - low) / CELL).astype(np.intp)
+        cells = np.unique(np.floor((near - low) / CELL) @ [1j, 1.0])
+        cells = np.column_stack([cells.imag, cells.real]).astype(np.intp)
         fine = np.zeros(size)
         for value, i, j in _stamp():  # from the edge to the middle, so that the best remains
             fine[cells[:, 0] + i, cells[:, 1] + j] = value
@@ -73,17 +78,25 @@ class LikelihoodField:
         coarse = scipy.ndimage.maximum_filter(fine, size=2 * half + 1, mode="constant")
         return cls(origin=low, fine=fine, coarse=coarse)
 
-    def scores(self, table: FloatArray, points: FloatArray, shifts: IntArray) -> FloatArray:
-        """The mean value under points (..., N, 2) moved by shifts (S, 2) of cells: (..., S)."""
-        cells = np.floor((points - self.origin) / CELL).astype(np.intp)
-        rows = cells[..., None, :, 0] + shifts[:, None, 0]
-        columns = cells[..., None, :, 1] + shifts[:, None, 1]
-        np.clip(rows, 0, table.shape[0] - 1, out=rows)
-        np.clip(columns, 0, table.shape[1] - 1, out=columns)
-        rows *= table.shape[1]
-        rows += columns
-        mean: FloatArray = table.ravel().take(rows).mean(axis=-1)
-        return mean
+    def cells(self, points: FloatArray) -> IntArray:
+        """The cells that points (..., 2) lie in."""
+        return np.floor((points - self.origin) / CELL).astype(np.intp)
+
+
+def mean_values(table: FloatArray, cells: IntArray, shifts: IntArray) -> FloatArray:
+    """The mean of the table under cells (R, N, 2) moved by shifts (S, 2), shape (R, S).
+
+    A cell beyond the table counts as the nearest one on its border. `labkit.engine` has the
+    same, compiled.
+    """
+    rows = cells[:, None, :, 0] + shifts[:, None, 0]
+    columns = cells[:, None, :, 1] + shifts[:, None, 1]
+    np.clip(rows, 0, table.shape[0] - 1, out=rows)
+    np.clip(columns, 0, table.shape[1] - 1, out=columns)
+    rows *= table.shape[1]
+    rows += columns
+    mean: FloatArray = table.ravel().take(rows).mean(axis=-1)
+    return mean
 
 
 _fields: WeakKeyDictionary[Target, LikelihoodField] = WeakKeyDictionary()
@@ -96,21 +109,15 @@ def field_of(target: Target) -> LikelihoodField:
     return _fields[target]
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Start:
-    """A pose from which ICP is worth trying: ``T_target_source`` and its score in [0, 1]."""
-
-    T_target_source: FloatArray
-    score: float
-
-
 def search(
     source: Scan,
     field: LikelihoodField,
     T_target_source: FloatArray,
     window: tuple[float, float],
+    *,
     count: int,
-) -> list[Start]:
+    engine: Engine = "auto",
+) -> list[FloatArray]:
     """The best poses within a window, apart from each other, the best one first.
 
     Parameters
@@ -125,10 +132,13 @@ def search(
         How far it reaches to either side, [m] along x and y, and [rad].
     count : int
         How many poses to return at the most.
+    engine : {"auto", "textbook", "compiled"}
+        Who looks up; see `labkit.icp`.
 
     Returns
     -------
-    list of Start
+    list of ndarray, shape (3, 3)
+        ``T_target_source`` of each: where ICP is worth trying.
     """
     points = _looked_up(source)
     if len(points) == 0:
@@ -138,41 +148,50 @@ def search(
     shifts = COARSE * _square(steps)
     turns = turn + TURN * _steps(math.ceil(window[1] / TURN))
     middle = np.array([x, y])
-    coarse = np.array(
-        [field.scores(field.coarse, _turned(points, each) + middle, shifts) for each in turns]
-    )
+    look_up = _look_up(engine)
+    coarse = look_up(field.coarse, field.cells(_turned(points, turns) + middle), shifts)
     best = np.argsort(coarse, axis=None)[::-1][:PROMISING]
     i, j = np.unravel_index(best, coarse.shape)
-    return _apart(_finely(points, field, turns[i], middle + CELL * shifts[j]), count)
+    places = middle + CELL * shifts[j]
+    return apart(_finely(points, field, turns[i], places, look_up), count)
+
+
+def _look_up(engine: Engine) -> LookUp:
+    if compiled(engine):
+        from labkit.engine import mean_values as look_up  # noqa: PLC0415 (nobody else waits)
+
+        return look_up
+    return mean_values
 
 
 def _finely(
-    points: FloatArray, field: LikelihoodField, turns: FloatArray, places: FloatArray
-) -> list[Start]:
+    points: FloatArray,
+    field: LikelihoodField,
+    turns: FloatArray,
+    places: FloatArray,
+    look_up: LookUp,
+) -> FloatArray:
     """The best fine pose around each of the coarse ones (P,) and (P, 2), the best first."""
     shifts = _square(COARSE // 2)
     fine_turns = turns[:, None] + FINE_TURNS
     moved = _turned(points, fine_turns) + places[:, None, None]
-    scores = field.scores(field.fine, moved, shifts).reshape(len(turns), -1)
+    cells = field.cells(moved).reshape(-1, len(points), 2)
+    scores = look_up(field.fine, cells, shifts).reshape(len(turns), -1)
     winner = scores.argmax(axis=1)
     which = np.arange(len(turns))
     k, s = np.unravel_index(winner, (len(FINE_TURNS), len(shifts)))
     poses = np.column_stack([places + CELL * shifts[s], fine_turns[which, k]])
-    values = scores[which, winner]
-    return [
-        Start(T_target_source=from_xytheta(poses[p]), score=float(values[p]))
-        for p in np.argsort(-values, kind="stable")
-    ]
+    return from_xytheta(poses[np.argsort(-scores[which, winner], kind="stable")])
 
 
-def _apart(starts: list[Start], count: int) -> list[Start]:
-    """The first `count` starts that are not near one before them."""
-    chosen: list[Start] = []
-    for start in starts:
-        if not any(alike(start.T_target_source, other.T_target_source) for other in chosen):
-            chosen.append(start)
+def apart(poses: Iterable[FloatArray], count: int) -> list[FloatArray]:
+    """The first `count` poses that are not alike one before them."""
+    chosen: list[FloatArray] = []
+    for T in poses:
         if len(chosen) == count:
             break
+        if not any(alike(T, other) for other in chosen):
+            chosen.append(T)
     return chosen
 
 

@@ -2,14 +2,21 @@
 
 1. ICP from the prior, or from the last motion where there is none.
 2. Where a sanity check fails: ICP once more, with a reduced gate and reduced steps.
-3. Where that helps no more, or the match is doubtful: a search, and ICP from its best starts.
+3. Where there is no prior, or the match is not believed or doubtful: a search, and ICP from
+   its best starts.
 4. Where no match passes the checks: the prior.
 5. Without a prior: skip the update, that is hold the last motion, or stand still where
    there is none to hold (a motion is held once) or `on_skip` says so.
 
-Of several matches the one that agrees best with the target is judged. A worse one is not
-believed because it passes the checks: a scan that was matched half a metre beyond a limit
-does not come to lie elsewhere by being matched once more.
+Of several matches the one that agrees best with the target is judged, less what it surprises
+(`labkit.odometry.expectation`). A worse one is not believed because it passes the checks: a
+scan that was matched half a metre beyond a limit does not come to lie elsewhere by being
+matched once more. Where a scan fits in several places within the limits, the match is no
+measurement: the prior is taken, and without one the place that surprises least. What no wall
+answers, such as the way along a corridor, is taken from the prior or the expected motion.
+
+Without the search, steps 1, 2, 4 and 5 are the lesson's chain: the first match that passes is
+taken, and without a prior a step with a free direction is not believed.
 
 A step depends on nothing but its arguments. Against the scan before it, steps with a prior
 may so run in any order.
@@ -18,29 +25,33 @@ may so run in any order.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from labkit.approach import close_gate
 from labkit.arrays import FloatArray
-from labkit.correspondences import MIN_PAIRS
+from labkit.correspondences import MIN_PAIRS, huber_loss, pairs_at
 from labkit.degeneracy import spread_ratio
 from labkit.icp import icp
+from labkit.odometry.expectation import Expectation
 from labkit.odometry.free_space import seen_through
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.sanity import motion_complaints, quality_complaints
-from labkit.odometry.search import alike, field_of, search
-from labkit.parameters import IcpParameters
+from labkit.odometry.search import alike, apart, field_of, search
+from labkit.result import IcpResult
 from labkit.scan import Scan
-from labkit.se2 import from_xytheta, invert, to_xytheta
+from labkit.se2 import invert, to_xytheta
 from labkit.target import Target
 
 STILL = np.zeros(3)
 AT_TARGET = np.eye(3)
-NEAR = 0.16  # [m]: the gate that a match of the odometry's own parameters ends with
-AS_WELL = 0.1  # scores that differ by less do not tell which of two matches is right
+NOTHING = np.empty((0, 3))
+THROUGH = 0.5  # what a beam that looks through a wall counts, beside a point without partner
+SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
+SAME = 0.01  # scores of one place that differ by less: whichever was tried first
+ALIKE = 0.05  # agreements that differ by less do not tell which of two matches is right
 
 
 def estimate_step(
@@ -51,6 +62,7 @@ def estimate_step(
     parameters: OdometryParameters,
     *,
     T_target_last: FloatArray = AT_TARGET,
+    earlier_motions: FloatArray = NOTHING,
 ) -> StepRecord:
     """Estimate the motion from scan k (`target`) to scan k+1 (`source`).
 
@@ -68,6 +80,8 @@ def estimate_step(
         Matcher, limits and fallbacks.
     T_target_last : ndarray, shape (3, 3)
         Where scan k was taken in the target's frame; the identity where it is the target.
+    earlier_motions : ndarray, shape (K, 3)
+        Increments of steps before, the newest first, for a search without a prior.
 
     Returns
     -------
@@ -84,26 +98,33 @@ def estimate_step(
         reason = f"the {which} scan has fewer than {MIN_PAIRS} points"
         return StepRecord(increment=guess, decision=last_resort, reason=reason)
 
-    pair = _Pair(source, target, T_target_last, prior, parameters)
-    tried = [pair.match(guess, Decision.ICP)]
+    motions = guess[None] if prior is not None else np.vstack([guess, earlier_motions])
+    expected = Expectation(motions, T_target_last)
+    pair = _Pair(source, target, T_target_last, prior, expected, parameters)
+    tried = [pair.match(expected.poses[0], Decision.ICP)]
     if tried[0].complaints:
-        tried.append(pair.match(guess, Decision.RETRY))
-    as_well = AS_WELL if parameters.search else math.inf  # the lesson's chain: whoever passes
-    best = _best(tried, as_well)
-    if parameters.search and (best.complaints or best.score < parameters.search_below):
-        first = best
-        tried += pair.matches_from_search()
-        best = _best(tried, as_well)
-        if best.complaints and not first.complaints:
-            best = first  # doubtful, but nothing that can be believed is better
-    rest = [each for each in tried if not alike(each.T_target_source, best.T_target_source)]
-    believed = not best.complaints
+        tried.append(pair.match(expected.poses[0], Decision.RETRY))
+    if not parameters.search:
+        best = next((each for each in tried if not each.complaints), tried[-1])
+    else:
+        if prior is None or tried[0].complaints or tried[0].agreement < parameters.search_below:
+            pair.search(tried)
+        best = _best(tried)
+    elsewhere = [each for each in tried if not alike(each.T_target_source, best.T_target_source)]
+    others = [each.agreement for each in elsewhere if not each.complaints]
+    margin = best.agreement - max(others, default=math.nan)
+    ambiguous = parameters.search and not best.complaints and margin < ALIKE
+    reasons = [each.reason for each in tried if each.complaints]
+    if ambiguous:
+        reasons.append(f"ambiguous: it fits elsewhere, too ({margin:+.3f})")
+    believed = not best.complaints and not (ambiguous and prior is not None)
     return replace(
         best.record,
         increment=best.record.increment if believed else guess,
         decision=best.record.decision if believed else last_resort,
-        margin=best.score - max((each.score for each in rest), default=math.nan),
-        reason="; ".join(each.reason for each in tried if each.complaints),
+        margin=margin,
+        ambiguous=ambiguous,
+        reason="; ".join(reasons),
     )
 
 
@@ -111,13 +132,15 @@ def estimate_step(
 class _Match:
     """A match that was tried: its record, the checks that it fails, and where it ended.
 
-    Its score says how well it agrees with the target: the share of the source that lies
-    within `NEAR` of it, less the share of what is in view that contradicts it.
+    Its agreement is 1 where every point of the source lies on the target, 0 where none has a
+    partner there, and less where beams look through the target's walls. Its score is less
+    than that by how much its motion surprises.
     """
 
     record: StepRecord
     complaints: list[str]
     T_target_source: FloatArray
+    agreement: float
     score: float
 
     @property
@@ -125,15 +148,17 @@ class _Match:
         return f"{self.record.decision.value}: {', '.join(self.complaints)}"
 
 
-def _best(tried: list[_Match], as_well: float) -> _Match:
-    """The match that agrees best; of those that agree about as well, the first to be tried.
+def _best(tried: list[_Match]) -> _Match:
+    """The match with the highest score.
 
-    That is the one nearest to the guess. Scores that differ by up to `as_well` count alike; a
-    match that passes the checks goes before one that does not, but only among these.
+    Or one that is about as good and passes the checks; or an earlier one that ended there.
     """
-    most = max(each.score for each in tried)
-    alike_good = [each for each in tried if each.score >= most - as_well]
-    return next((each for each in alike_good if not each.complaints), alike_good[0])
+    best = max(tried, key=lambda each: each.score)
+    if best.complaints:
+        good = [each for each in tried if not each.complaints]
+        return next((each for each in good if each.score > best.score - ALIKE), best)
+    there = [each for each in tried if alike(each.T_target_source, best.T_target_source)]
+    return next(each for each in there if each.score > best.score - SAME and not each.complaints)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,49 +169,49 @@ class _Pair:
     target: Target
     T_target_last: FloatArray
     prior: FloatArray | None
+    expected: Expectation
     parameters: OdometryParameters
 
-    def matches_from_search(self) -> Iterator[_Match]:
-        """ICP from the best starts of a search, which looks wherever a step may end."""
-        limits = self.parameters.limits
-        if self.prior is None:
-            middle, window = STILL, (limits.max_translation, limits.max_rotation)
-        else:
-            middle = self.prior
-            window = limits.max_prior_translation, limits.max_prior_rotation
-        starts = search(
-            self.source,
-            field_of(self.target),
-            self.T_target_last @ from_xytheta(middle),
-            window,
-            self.parameters.search_starts,
-        )
-        for start in starts:
-            guess = to_xytheta(invert(self.T_target_last) @ start.T_target_source)
-            yield self.match(guess, Decision.SEARCH)
+    def search(self, tried: list[_Match]) -> None:
+        """Add the matches from the motions of before, and from the best starts of a search.
 
-    def match(self, guess: FloatArray, decision: Decision) -> _Match:
+        A start is passed over that lies where another match has ended.
+        """
+        limits, count = self.parameters.limits, self.parameters.search_starts
+        if self.prior is None:
+            middle, window = self.T_target_last, (limits.max_translation, limits.max_rotation)
+        else:
+            middle = self.expected.poses[0]
+            window = limits.max_prior_translation, limits.max_prior_rotation
+        field, engine = field_of(self.target), self.parameters.engine
+        found = search(self.source, field, middle, window, count=count, engine=engine)
+        before = apart(self.expected.poses, (count + 1) // 2)
+        for T_guess in [*before, *found]:
+            if not any(alike(T_guess, each.T_target_source) for each in tried):
+                tried.append(self.match(T_guess, Decision.SEARCH))
+
+    def match(self, T_guess: FloatArray, decision: Decision) -> _Match:
         """Match once; the record of it, and every sanity check that it fails."""
-        matcher = self.parameters.retry if decision is Decision.RETRY else self.parameters.icp
-        limits = self.parameters.limits
-        T_guess = self.T_target_last @ from_xytheta(guess)
-        result = icp(self.source, self.target, T_guess, matcher, engine=self.parameters.engine)
-        increment = to_xytheta(invert(self.T_target_last) @ result.T_target_source)
+        result = self._icp(T_guess, decision)
+        seen = result.observability
+        if seen is not None and seen.degenerate and self._completes(decision):
+            result = self._icp(self.expected.completed(result.T_target_source, seen), decision)
+        limits, T = self.parameters.limits, result.T_target_source
+        increment = to_xytheta(invert(self.T_target_last) @ T)
         information, degenerate = math.nan, False
-        through, score = math.nan, -math.inf
+        through, agreement, score = math.nan, -math.inf, -math.inf
         if result.termination.failed:
             complaints = [result.message]
         else:
             seen = result.observability
             information = 0.0 if seen is None else float(seen.values[0])
             degenerate = information < limits.min_information
-            through = seen_through(self.source, self.target.points, result.T_target_source)
-            pairs = result.correspondences
-            score = float(np.mean(pairs.kept & (pairs.distances <= NEAR)))
-            score -= 0.0 if math.isnan(through) else through
+            through = seen_through(self.source, self.target.points, T)
+            agreement = _agreement(result) - THROUGH * (0.0 if math.isnan(through) else through)
+            score = agreement - SURPRISE * self.expected.unlikeliness(T)
             complaints = motion_complaints(increment, self.prior, limits)
             complaints += quality_complaints(result.fitness, result.inlier_rmse, limits)
-        if degenerate and not self._keeps_the_prior(matcher, decision):
+        if degenerate and not self._leaves_free_what_is_free():
             complaints.append(
                 f"degenerate: information {information:.3f} < {limits.min_information:.3f}"
             )
@@ -205,15 +230,34 @@ class _Pair:
             degenerate=degenerate,
             termination=result.termination,
         )
-        return _Match(record, complaints, result.T_target_source, score)
+        return _Match(record, complaints, T, agreement, score)
 
-    def _keeps_the_prior(self, matcher: IcpParameters, decision: Decision) -> bool:
-        """Whether a match leaves a free direction of the motion where the prior puts it.
+    def _icp(self, T_guess: FloatArray, decision: Decision) -> IcpResult:
+        told = self.parameters
+        matcher = told.retry if decision is Decision.RETRY else told.icp
+        return icp(self.source, self.target, T_guess, matcher, engine=told.engine)
 
-        From a start of the search it stays where that put it.
-        """
+    def _completes(self, decision: Decision) -> bool:
+        """Whether a free direction has to be put where it is expected; from a prior it is."""
         from_prior = self.prior is not None and decision is not Decision.SEARCH
-        return from_prior and matcher.metric == "point_to_line"
+        return self.parameters.search and not from_prior and self._leaves_free_what_is_free()
+
+    def _leaves_free_what_is_free(self) -> bool:
+        """Whether a match stays, along a free direction, where it was begun on good grounds."""
+        grounds = self.prior is not None or self.parameters.search
+        return grounds and self.parameters.icp.metric == "point_to_line"
+
+
+def _agreement(result: IcpResult) -> float:
+    """1 less the cost J over that of a scan without any partner: in [0, 1]."""
+    told, cost = result.parameters, result.cost
+    gate = told.max_correspondence_distance
+    if told.approach:
+        gate = close_gate(gate, told.huber_delta)
+        if result.far[-1]:  # its cost is of another kind
+            T = result.T_target_source
+            cost = pairs_at(result.source.points, result.target, T, told).cost
+    return 1.0 - cost / float(huber_loss(gate, told.huber_delta))
 
 
 def _seen_from_the_end(increment: FloatArray) -> FloatArray:

@@ -2,15 +2,16 @@
 
 import math
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
 
-from labkit import IcpParameters, Scan, Target
+from labkit import IcpParameters, Scan, Target, engine
 from labkit.errors import InvalidParameterError
 from labkit.odometry import Decision, OdometryParameters, estimate_odometry, estimate_step
 from labkit.odometry.free_space import CLEARANCE, seen_through
-from labkit.odometry.search import LikelihoodField, alike, search
+from labkit.odometry.search import SPREAD, LikelihoodField, alike, mean_values, search
 from labkit.se2 import apply, from_xytheta, relative, to_xytheta
 from labkit.simulation import Lidar, cast, corridor, room, scan_along
 
@@ -37,39 +38,58 @@ def degrees(motion):
 @pytest.mark.parametrize("motion", [degrees(motion) for motion in MOTIONS])
 def test_one_of_its_starts_is_near_the_truth(motion):
     newer, older = looks(motion)
-    starts = search(newer, LikelihoodField.of(older.points), np.eye(3), WINDOW, 4)
-    errors = to_xytheta(relative(from_xytheta(motion), [s.T_target_source for s in starts]))
+    starts = search(newer, LikelihoodField.of(older.points), np.eye(3), WINDOW, count=4)
+    errors = to_xytheta(relative(from_xytheta(motion), starts))
     near = (np.hypot(errors[:, 0], errors[:, 1]) < 0.2) & (np.abs(errors[:, 2]) < 0.06)
     assert near.any()
-    scores = [start.score for start in starts]
-    assert scores == sorted(scores, reverse=True)
-    assert all(0.0 <= score <= 1.0 for score in scores)
-    assert not alike(starts[0].T_target_source, starts[1].T_target_source)
+    assert not any(alike(*each) for each in combinations(starts, 2))
 
 
 def test_it_moves_with_the_frame_of_the_target():
-    """The table's cells lie along the axes, so a shift by whole cells changes no score."""
+    """The table's cells lie along the axes, so a shift by whole cells changes no start."""
     newer, older = looks(degrees(MOTIONS[0]))
     A = from_xytheta([3.0, -2.0, 0.0])
-    plain = search(newer, LikelihoodField.of(older.points), np.eye(3), WINDOW, 1)[0]
+    (plain,) = search(newer, LikelihoodField.of(older.points), np.eye(3), WINDOW, count=1)
     field = LikelihoodField.of(apply(A, older.points))
-    moved = search(newer, field, A, WINDOW, 1)[0]
-    assert moved.score == pytest.approx(plain.score, abs=0.02)
-    assert alike(moved.T_target_source, A @ plain.T_target_source)
+    (moved,) = search(newer, field, A, WINDOW, count=1)
+    assert alike(moved, A @ plain)
 
 
 def test_it_stays_within_its_window():
     newer, older = looks(degrees((1.5, 0.0, 0.0)))
-    starts = search(newer, LikelihoodField.of(older.points), np.eye(3), (0.5, 0.2), 3)
-    x, y, turn = np.abs(to_xytheta([start.T_target_source for start in starts])).T
+    starts = search(newer, LikelihoodField.of(older.points), np.eye(3), (0.5, 0.2), count=3)
+    x, y, turn = np.abs(to_xytheta(starts)).T
     assert max(x.max(), y.max()) <= 0.5 + 0.5
     assert turn.max() <= 0.2 + math.radians(3.0)
+
+
+@pytest.mark.skipif(not engine.is_available(), reason="numba is not installed")
+def test_the_engine_looks_up_the_same():
+    rng = np.random.default_rng(0)
+    table, cells = rng.random((20, 30)), rng.integers(-5, 35, (4, 17, 2))
+    shifts = rng.integers(-6, 7, (5, 2))
+    means = mean_values(table, cells, shifts)
+    np.testing.assert_allclose(engine.mean_values(table, cells, shifts), means, rtol=1e-13)
+    row, column = np.clip(cells[2] + shifts[3], 0, [19, 29]).T
+    assert means[2, 3] == pytest.approx(table[row, column].mean(), rel=1e-13)
+
+
+@pytest.mark.parametrize("who", ["textbook", "auto"])
+def test_the_field_is_the_distance_to_the_nearest_point(who):
+    """One point of the source on a point of the target, and one half a metre off."""
+    field = LikelihoodField.of(np.array([[0.05, 0.05], [3.05, 2.05]]))
+    source = Scan.from_points([[3.05, 2.05]])
+    (start,) = search(source, field, np.eye(3), (0.0, 0.0), count=1, engine=who)
+    assert alike(start, np.eye(3))
+    there, off = field.cells(np.array([[3.05, 2.05], [3.05, 1.75]])).tolist()
+    assert field.fine[*there] == 1.0
+    assert field.fine[*off] == pytest.approx(math.exp(-0.5 * (0.3 / SPREAD) ** 2))
 
 
 def test_a_scan_without_points_has_no_start():
     field = LikelihoodField.of(np.array([[1.0, 0.0]]))
     far_off = Scan.from_points([[500.0, 0.0]])
-    assert search(far_off, field, np.eye(3), WINDOW, 3) == []
+    assert search(far_off, field, np.eye(3), WINDOW, count=3) == []
 
 
 def test_a_coarse_cell_promises_at_least_what_it_stands_for():
@@ -104,7 +124,7 @@ def test_a_step_without_a_guess_is_found(motion):
     assert record.decision is Decision.SEARCH
     np.testing.assert_allclose(record.increment, motion, atol=0.02)
     assert record.seen_through < 0.05
-    assert record.margin > 0.2
+    assert not record.ambiguous
     without = replace(PARAMETERS, search=False)
     lost = estimate_step(newer, Target(older), None, STILL, without)
     assert lost.decision is not Decision.SEARCH
@@ -112,25 +132,66 @@ def test_a_step_without_a_guess_is_found(motion):
 
 
 def test_a_good_match_is_not_searched_for(monkeypatch):
-    def refuse(*_):
+    def refuse(*_, **__):
         raise AssertionError("searched")
 
     monkeypatch.setattr("labkit.odometry.step.search", refuse)
     motion = degrees((0.2, 0.0, 5.0))
     newer, older = looks(motion)
-    record = estimate_step(newer, Target(older), None, STILL, PARAMETERS)
+    record = estimate_step(newer, Target(older), STILL, STILL, PARAMETERS)
     assert record.decision is Decision.ICP
     assert math.isnan(record.margin)
+    with pytest.raises(AssertionError, match="searched"):  # nobody knows of what without a prior
+        estimate_step(newer, Target(older), None, STILL, PARAMETERS)
 
 
-def test_a_corridor_is_searched_and_still_not_seen_along():
-    """All places along it look alike: a search that put the robot somewhere would lie."""
-    motion = degrees((0.9, 0.1, 40.0))
+def test_along_a_corridor_the_robot_goes_on_as_before():
+    """All places along it look alike. What the walls tell is taken from them: here, the turn."""
+    motion = degrees((0.9, 0.1, 10.0))
     newer, older = looks(motion, corridor(), rng=1)
-    record = estimate_step(newer, Target(older), None, STILL, PARAMETERS)
+    before = np.array([degrees((0.05, 0.0, 30.0)), degrees((0.8, 0.0, 2.0))])
+    record = estimate_step(
+        newer, Target(older), None, before[0], PARAMETERS, earlier_motions=before
+    )
     assert record.degenerate
-    assert record.decision is not Decision.SEARCH
-    assert abs(record.increment[0]) < 0.2  # still, for nothing is known of it
+    assert record.decision.matched
+    np.testing.assert_allclose(record.increment[[1, 2]], motion[[1, 2]], atol=0.03)
+    assert record.increment[0] == pytest.approx(0.8, abs=0.05)
+    still = estimate_step(newer, Target(older), None, STILL, PARAMETERS)
+    assert still.increment[0] == pytest.approx(0.0, abs=0.05)
+    lesson = replace(PARAMETERS, search=False)
+    assert not estimate_step(newer, Target(older), None, STILL, lesson).decision.matched
+
+
+def colonnade(places, reach):
+    """Two walls as long as `reach` to either side, and pillars along one of them."""
+    x = np.arange(-reach, reach, 0.05)
+    walls = [np.column_stack([x, np.full(len(x), y)]) for y in (-1.5, 1.5)]
+    pillars = [np.column_stack([np.full(8, x), np.linspace(1.0, 1.45, 8)]) for x in places]
+    return np.vstack([*walls, *pillars])
+
+
+def test_what_fits_in_several_places_is_no_measurement():
+    pillars = np.arange(-4.8, 4.9, 0.4)
+    target = Target(Scan.from_points(colonnade(pillars, 5.0)))
+    exact = colonnade(pillars[4:-4], 3.5)
+    source = Scan.from_points(exact + np.random.default_rng(0).normal(0.0, 2e-3, exact.shape))
+    between = np.array([0.2, 0.0, 0.0])
+    doubtful = replace(PARAMETERS, search_below=1.0)
+    record = estimate_step(source, target, between, STILL, doubtful)
+    assert record.ambiguous
+    assert record.decision is Decision.PRIOR
+    np.testing.assert_array_equal(record.increment, between)
+    assert "ambiguous" in record.reason
+    # Without wheels, the place that is nearest to the expected one.
+    alone = estimate_step(source, target, None, np.array([0.3, 0.0, 0.0]), doubtful)
+    assert alone.ambiguous
+    np.testing.assert_allclose(alone.increment, [0.4, 0.0, 0.0], atol=0.02)
+    target = Target(Scan.from_points(colonnade([-4.4, -1.2, 0.0, 2.0], 5.0)))
+    source = Scan.from_points(colonnade([-1.2, 0.0, 2.0], 3.5))
+    one_place = estimate_step(source, target, between, STILL, doubtful)
+    assert not one_place.ambiguous
+    np.testing.assert_allclose(one_place.increment, STILL, atol=0.02)
 
 
 def test_without_wheels_a_robot_that_turns_sharply_is_followed():

@@ -197,7 +197,8 @@ def test_a_corridor_is_believed_with_a_prior_and_not_without():
     assert with_prior.degenerate
     assert with_prior.increment[0] == pytest.approx(PRIOR[0], abs=0.01)
     assert with_prior.increment[1:] == pytest.approx(MOTION[1:], abs=0.006)
-    without = estimate_step(source, target, None, LAST, PARAMETERS)
+    alone = replace(PARAMETERS, search=False)
+    without = estimate_step(source, target, None, LAST, alone)
     assert without.decision is Decision.HOLD
     assert without.degenerate
     assert "degenerate: information 0.00" in without.reason
@@ -207,7 +208,7 @@ def test_a_corridor_is_believed_with_a_prior_and_not_without():
 
 def test_a_room_far_from_degenerate_can_be_called_so_by_the_limit():
     source, target = looks(room())
-    demanding = replace(PARAMETERS, limits=SanityLimits(min_information=0.5))
+    demanding = replace(PARAMETERS, limits=SanityLimits(min_information=0.5), search=False)
     record = estimate_step(source, target, None, STILL, demanding)
     assert record.decision is Decision.STAND
     assert record.degenerate
