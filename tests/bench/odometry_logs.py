@@ -1,12 +1,14 @@
 """What the odometry makes of a whole log, against a reference: drift, wrong steps, time.
 
-``python tests/bench/odometry_logs.py --log LOG.gz --reference REF.tum.gz`` runs the defaults;
-``--prior none`` takes the wheels away, ``--set against=scan key_scans=15`` changes parameters
-by their names. `killian` needs no files. One line a run:
+``python tests/bench/odometry_logs.py --log LOG.gz --reference REF.tum.gz`` runs the defaults,
+with the log's wheels and without; ``--prior none`` takes the wheels away, ``--set against=scan
+key_scans=15`` changes parameters by their names. `killian` needs no files. One line a run:
 
-- RPE over 10 m, median, and the ATE (RMSE), or the errors of surveyed relations;
+- RPE over 10 m, median, and the ATE (RMSE), and the errors of surveyed relations;
 - steps that are off by more than 0.2 m or 5°, and by more than 0.5 m or 10°;
-- how the steps were decided, and what a step took.
+- how the steps were decided, how many were ambiguous, and what a step took.
+
+Without a reference, the run with wheels is the reference of the run without.
 """
 
 from __future__ import annotations
@@ -93,10 +95,16 @@ def changed(parameters: Any, names: dict[str, str]) -> Any:
     return replace(parameters, **changes)
 
 
-def row(log: Log, result: OdometryResult, seconds: float, args: argparse.Namespace) -> str:
+def row(
+    log: Log,
+    prior: str,
+    result: OdometryResult,
+    reference: Reference | None,
+    seconds: float,
+    relations: str | None,
+) -> str:
     """One line about a run."""
-    words = [f"{log.name:14} {args.prior:4}"]
-    reference = read_reference(log, args.reference)
+    words = [f"{log.name:14} {prior:4}"]
     if reference is not None:
         poses = result.poses[reference.scans]
         drift = rpe(poses, reference.poses, STRETCH, "metres")
@@ -108,8 +116,8 @@ def row(log: Log, result: OdometryResult, seconds: float, args: argparse.Namespa
             f"ATE {whole.translation.rmse:6.2f} m",
             f"wrong {100 * wrong.mean():5.2f} % lost {100 * lost.mean():5.2f} %",
         ]
-    if args.relations:
-        errors = relation_errors(read_relations(args.relations), result.poses, log.stamps)
+    if relations:
+        errors = relation_errors(read_relations(relations), result.poses, log.stamps)
         gap = np.diff(errors.pairs)[:, 0]
         for name, chosen in (("next", gap == 1), ("far", gap > 1)):
             words.append(
@@ -118,30 +126,34 @@ def row(log: Log, result: OdometryResult, seconds: float, args: argparse.Namespa
             )
     decisions = Counter(record.decision.value for record in result.records)
     words.append(" ".join(f"{name}:{count}" for name, count in decisions.items()))
+    words.append(f"ambiguous:{sum(record.ambiguous for record in result.records)}")
     words.append(f"{1e3 * seconds / len(log):.2f} ms")
     return "  ".join(words)
 
 
 def main() -> int:
-    """Run the odometry on one log and print a line."""
+    """Run the odometry on one log, with and without wheels, and print a line for each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--log", required=True)
     parser.add_argument("--reference", metavar="REF.tum")
     parser.add_argument("--relations", metavar="FILE")
-    parser.add_argument("--prior", choices=("log", "none"), default="log")
+    parser.add_argument("--prior", choices=("log", "none"))
     parser.add_argument("--scans", type=int, metavar="N")
     parser.add_argument("--set", nargs="*", default=[], metavar="NAME=VALUE")
-    parser.add_argument("--save", metavar="POSES.npy")
+    parser.add_argument("--save", metavar="POSES")
     args = parser.parse_args()
     log = read_log(args.log)
-    priors = priors_of(log, args.prior)
+    reference = read_reference(log, args.reference)
     parameters = changed(OdometryParameters(), dict(text.split("=") for text in args.set))
-    began = time.process_time()
-    result = estimate_odometry(log.scans, priors, parameters)
-    seconds = time.process_time() - began
-    print(row(log, result, seconds, args))
-    if args.save:
-        np.save(args.save, result.poses)
+    for prior in [args.prior] if args.prior else ["log", "none"]:
+        priors, began = priors_of(log, prior), time.process_time()
+        result = estimate_odometry(log.scans, priors, parameters)
+        seconds = time.process_time() - began
+        print(row(log, prior, result, reference, seconds, args.relations), flush=True)
+        if reference is None:
+            reference = Reference(scans=np.arange(len(log)), poses=result.poses)
+        if args.save:
+            np.save(f"{args.save}-{prior}.npy", result.poses)
     return 0
 
 
