@@ -24,6 +24,9 @@ asked for:
   ``**2.**``.
 - *A number*: no numbered list, and the answer is a number with its unit, ``**0.35 m**``. The
   reader types a number in that unit.
+- *A place*: no numbered list, and the answer is a place in the picture above the box, in percent
+  of its width and its height from its lower left corner, ``**(62 %, 35 %)**``. The reader clicks
+  in the picture, or types the two numbers.
 - *Words*: anything else. The reader writes a sentence and compares.
 
 A cell that follows the box directly (nothing between them) is part of the answer: the page
@@ -45,6 +48,7 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 
 CLASS = "predict"
+PLACE = re.compile(r"\((\d{1,3})\s*%,\s*(\d{1,3})\s*%\)")
 NUMBER = re.compile(r"[-+\N{MINUS SIGN}]?\d+([.,]\d+)?\s*\D{0,8}")
 
 logger = logging.getLogger(__name__)
@@ -78,6 +82,12 @@ def mark(box: nodes.admonition) -> None:
             )
         lists[0]["classes"].append("predict-choices")
         box["classes"].append(f"predict-answer-{right}")
+    elif place := PLACE.fullmatch(answer):
+        if max(map(int, place.groups())) > 100:
+            raise PredictionError(
+                f"a place lies in the picture, from (0 %, 0 %) to (100 %, 100 %), got {answer!r}"
+            )
+        box["classes"] += ["predict-place", "predict-at-{}-{}".format(*place.groups())]
     elif NUMBER.fullmatch(answer):
         box["classes"].append("predict-number")
     else:

@@ -40,6 +40,13 @@
     return isCaption ? [cell, caption] : [cell];
   };
 
+  // The last picture before the box.
+  const pictureAbove = (box) => {
+    let node = box.previousElementSibling;
+    while (node && !node.querySelector("img")) node = node.previousElementSibling;
+    return node && [...node.querySelectorAll("img")].at(-1);
+  };
+
   // Each kind of question: its controls, and the verdict on an answer.
   const choice = (box, list) => {
     const right = Number(box.className.match(/predict-answer-(\d+)/)[1]);
@@ -85,6 +92,51 @@
     };
   };
 
+  // A place in the picture above the box: clicked there, or typed as two numbers.
+  const placed = (box) => {
+    const right = box.className.match(/predict-at-(\d+)-(\d+)/).slice(1).map(Number);
+    const picture = pictureAbove(box);
+    const inputs = [0, 1].map(() => make("input", { type: "number", min: 0, max: 100, step: 1, required: true }));
+    const labels = ["from the left", "from the bottom"].map((words, i) => make("label", {}, inputs[i], ` % ${words}`));
+    const [flag, ring] = ["flag", "ring"].map((name) => make("span", { className: `predict-${name}`, hidden: true }));
+    const place = () => inputs.map((each) => (each.value !== "" && each.validity.valid ? Number(each.value) : NaN));
+    const put = (mark, [x, y]) => Object.assign(mark.style, { left: `${x}%`, bottom: `${y}%` });
+    const draw = () => {
+      flag.hidden = place().some(Number.isNaN);
+      if (!flag.hidden) put(flag, place());
+    };
+    put(ring, right);
+    if (picture) {
+      const frame = make("span", { className: "predict-picture" });
+      picture.replaceWith(frame);
+      frame.append(picture, flag, ring);
+      frame.addEventListener("click", (event) => {
+        if (inputs[0].disabled) return;
+        const { left, bottom, width, height } = picture.getBoundingClientRect();
+        inputs[0].value = Math.round((100 * (event.clientX - left)) / width);
+        inputs[1].value = Math.round((100 * (bottom - event.clientY)) / height);
+        inputs[1].dispatchEvent(new Event("input", { bubbles: true }));
+      });
+    }
+    inputs.forEach((each) => each.addEventListener("input", draw));
+    return {
+      nodes: [make("span", { textContent: "Click in the picture above, or type:" }), ...labels],
+      inputs,
+      read: () => (place().some(Number.isNaN) ? "" : place().join(", ")),
+      write: (text) => {
+        text.split(", ").forEach((each, i) => (inputs[i].value = each));
+        if (text === "") inputs[1].value = "";
+        draw();
+      },
+      verdict: (text) => {
+        ring.hidden = text === "";
+        const { width, height } = picture?.getBoundingClientRect() ?? { width: 1, height: 1 };
+        const [dx, dy] = place().map((each, i) => (each - right[i]) * [1, height / (width || 1)][i]);
+        return `Your place is ${Math.round(Math.hypot(dx, dy))} % of the picture's width from the ring.`;
+      },
+    };
+  };
+
   let made = 0;
   const enliven = (box) => {
     const list = box.querySelector(":scope > ol.predict-choices");
@@ -92,7 +144,9 @@
     if (!details) return;
     const answer = details.querySelector("strong")?.textContent.trim() ?? "";
     const key = keyOf(box), held = heldBack(box);
-    const { nodes, inputs, read, write, verdict } = list ? choice(box, list) : typed(box, answer);
+    const { nodes, inputs, read, write, verdict } = list
+      ? choice(box, list)
+      : box.matches(".predict-place") ? placed(box) : typed(box, answer);
 
     const commit = make("button", { type: "submit", textContent: "Commit", disabled: true });
     const again = make("button", { type: "button", textContent: "Ask me again" });

@@ -189,7 +189,7 @@ def test_a_prediction_holds_the_answer_back_until_the_reader_commits(browser, ba
 @pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
 def test_a_prediction_takes_a_number_or_a_sentence(browser, base):
     with visit(browser, base, "widgets") as page:
-        number, words = page.locator(".admonition.predict").all()[1:]
+        number, _, words = page.locator(".admonition.predict").all()[1:]
         field = number.get_by_label("Your number")
         field.fill("long")
         expect(number.get_by_role("button", name="Commit")).to_be_disabled()
@@ -201,6 +201,33 @@ def test_a_prediction_takes_a_number_or_a_sentence(browser, base):
         expect(words.get_by_text("of many ranges")).to_be_visible()
         page.emulate_media(media="print")
         expect(words.get_by_role("button", name="Ask me again")).to_be_hidden()
+
+
+@pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
+def test_a_prediction_takes_a_place_in_the_picture(browser, base):
+    with visit(browser, base, "widgets") as page:
+        box = page.locator(".predict-place")
+        picture, ring = page.locator(".predict-picture img"), page.locator(".predict-ring")
+        left, bottom = box.get_by_role("spinbutton").all()
+        commit, said = box.get_by_role("button", name="Commit"), box.get_by_role("status")
+        expect(ring).to_be_hidden()
+        size = picture.bounding_box()
+        picture.click(position={"x": 0.5 * size["width"], "y": 0.8 * size["height"]})
+        expect(left).to_have_value("50")
+        expect(bottom).to_have_value("20")
+        left.fill("101")  # outside
+        expect(commit).to_be_disabled()
+        left.fill("39")
+        left.press("ArrowUp")  # by keyboard alone
+        left.press("Enter")
+        expect(said).to_have_text("Your place is 10 % of the picture's width from the ring.")
+        expect(ring).to_be_visible()
+        page.reload()  # the place is kept
+        expect(said).to_have_text("Your place is 10 % of the picture's width from the ring.")
+        expect(page.locator(".predict-flag")).to_be_visible()
+        box.get_by_role("button", name="Ask me again").click()
+        expect(left).to_have_value("")
+        expect(ring).to_be_hidden()
 
 
 @pytest.mark.skipif("BOOK_HTML" in os.environ, reason="that book may have an address")

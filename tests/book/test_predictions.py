@@ -28,6 +28,7 @@ def box(answer: str | None, choices: int = 0, dropdowns: int = 1) -> nodes.admon
         ("0.35 m", 0, "predict-number"),
         ("−12°", 0, "predict-number"),
         ("40 %", 0, "predict-number"),
+        ("(60, 35)", 0, "predict-words"),
         ("many", 0, "predict-words"),
         ("2 of the 5 runs end elsewhere", 0, "predict-words"),
         (None, 0, "predict-words"),
@@ -47,6 +48,17 @@ def test_the_answer_decides_what_is_asked_for(answer, choices, kind):
 def test_an_answer_that_is_no_choice_is_refused(answer, got):
     with pytest.raises(PredictionError, match=f"with 3 choices .* got {got}"):
         mark(box(answer, choices=3))
+
+
+def test_a_place_is_asked_for_by_its_percent_of_the_picture():
+    prediction = box("(62 %, 5 %)")
+    mark(prediction)
+    assert prediction["classes"] == ["predict", "predict-place", "predict-at-62-5"]
+
+
+def test_a_place_outside_the_picture_is_refused():
+    with pytest.raises(PredictionError, match=r"got '\(62 %, 105 %\)'"):
+        mark(box("(62 %, 105 %)"))
 
 
 @pytest.mark.parametrize("count", [0, 2])
