@@ -2,8 +2,10 @@
 
 A scan's points lie along walls, so that a grid of cells answers in a few comparisons. A grid
 is no index where points crowd into few of its cells, nor where they are very many; then a
-k-d tree is asked. Both begin from a guess, mostly the partner of the iteration before: what
-is farther than that need not be looked at.
+k-d tree is asked. Both begin from a guess, mostly the partner of the iteration before or its
+neighbour on the wall: what is farther than that, or than the gate, need not be looked at.
+Both also say how far all other points are at least, so that nobody asks again before the
+point has moved as far.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ CROWDED = 24.0  # points in a point's own cell, on average, beyond which a tree 
 SAMPLE = 32  # points by which the grid's borders are chosen
 LEAF = 8  # points in a leaf of the tree, about
 SLACK = 1e-3  # of a cell, by which a box is widened against rounding
-NOT_LESS = 1.0 + 1e-9  # against rounding in a tree's lower bounds
+NOT_LESS = 1.0 + 1e-9  # against rounding in lower bounds
 
 
 Entries = tuple[FloatArray, FloatArray, IntArray, IntArray]  # x, y, row, start of an index
@@ -58,24 +60,46 @@ def build(points: FloatArray) -> Index:
     return build_tree(points)
 
 
+class Partners(NamedTuple):
+    """The nearest target point of each of N points, as it was found last."""
+
+    row: IntArray  # in the target; −1 for none
+    x: FloatArray  # where the point was then [m]
+    y: FloatArray
+    clear: FloatArray  # how far from there all other target points were at least [m]
+
+
+@compiled
+def no_partners(count: int) -> Partners:
+    """Room for the partners of `count` points, which nobody has looked for."""
+    row, clear = np.empty(count, np.intp), np.empty(count)
+    for i in range(count):
+        row[i], clear[i] = -1, 0.0
+    return Partners(row, np.empty(count), np.empty(count), clear)
+
+
 @compiled
 def find_nearest(
     index: Index,
     target: FloatArray,
     x: FloatArray,
     y: FloatArray,
+    gate: float,
+    asked: IntArray,
     row: IntArray,
     square: FloatArray,
+    clear: FloatArray,
 ) -> None:
-    """The nearest target point of each point (x, y), and its squared distance [m²].
+    """The nearest target point of the points (x, y) that are `asked` for, up to the gate [m].
 
-    `row` holds a row of the target for each point to begin from, or −1 to begin from the
-    partner of the point before; both `row` and `square` take what is found.
+    `row` holds a row of the target for each to begin from, or −1 to begin from the partner of
+    the one before. `row` takes the partner, `square` its squared distance [m²], and `clear`
+    the square of how far all others are at least; −1 and inf where none is within the gate.
     """
     if index.depth > 0:
-        find_in_tree(index, target, x, y, row, square)
+        find_in_tree(index, target, x, y, gate, asked, row, square, clear)
     else:
-        find_in_grid(index, target, x, y, row, square)
+        find_in_grid(index, target, x, y, gate, asked, row, square, clear)
 
 
 # ---------------------------------------------------------------- the grid
@@ -147,15 +171,20 @@ def find_in_grid(
     target: FloatArray,
     x: FloatArray,
     y: FloatArray,
+    gate: float,
+    asked: IntArray,
     row: IntArray,
     square: FloatArray,
+    clear: FloatArray,
 ) -> None:
     """`find_nearest` by boxes around each point, larger until one reaches as far as the nearest."""
     low_x, low_y, per_metre = index.low_x, index.low_y, index.per_metre
     columns, rows = index.columns, index.rows
-    entries, best = (index.x, index.y, index.row, index.start), -1
-    for i in range(len(x)):
-        best, least = guess_at(target, row[i], best, x[i], y[i])
+    entries, found, area = (index.x, index.y, index.row, index.start), -1, 1.0 / per_metre**2
+    most = gate * gate * NOT_LESS
+    for i in asked:
+        guess = row[i] if row[i] >= 0 else found
+        best, least = guess_near(target, guess, x[i], y[i], most)
         at_x, at_y = (x[i] - low_x) * per_metre, (y[i] - low_y) * per_metre
         reach = 1.0 + outside(at_x, columns) + outside(at_y, rows)
         while True:
@@ -163,38 +192,82 @@ def find_in_grid(
             box = far if far <= reach or reach > columns + rows else reach
             left, right = cell_of(at_x - box, columns), cell_of(at_x + box, columns)
             low, high = cell_of(at_y - box, rows), cell_of(at_y + box, rows)
+            second = math.inf
             for r in range(low, high + 1):
                 first, last = r * columns + left, r * columns + right
-                best, least = scan_cells(entries, first, last, x[i], y[i], best, least)
+                best, least, second = scan_cells(
+                    entries, first, last, x[i], y[i], best, least, second
+                )
             if box == far:
                 break
             reach *= 2.0
-        row[i], square[i] = best, least
+        edge = min(to_edge(at_x, left, right, columns), to_edge(at_y, low, high, rows))
+        row[i], clear[i] = best, min(second, edge * edge * area)
+        square[i], found = (least, best) if best >= 0 else (math.inf, found)
 
 
 @inlined
-def guess_at(target: FloatArray, row: int, before: int, px: float, py: float) -> tuple[int, float]:
-    """The row to begin from and its squared distance: `row`, else the one `before`, else none."""
-    if row < 0:
-        row = before
-    if row < 0:
-        return len(target), math.inf
+def guess_near(
+    target: FloatArray, guess: int, px: float, py: float, most: float
+) -> tuple[int, float]:
+    """A row to begin from, of a guess and its neighbours, and its squared distance.
+
+    −1 and `most` where none is nearer than that.
+    """
+    best, least = -1, most
+    if guess >= 0:
+        best, least = nearer(target, guess, px, py, best, least)
+        if guess > 0:
+            best, least = nearer(target, guess - 1, px, py, best, least)
+        if guess + 1 < len(target):
+            best, least = nearer(target, guess + 1, px, py, best, least)
+    return best, least
+
+
+@inlined
+def nearer(
+    target: FloatArray, row: int, px: float, py: float, best: int, least: float
+) -> tuple[int, float]:
+    """The nearer one of `best` and `row`, and its squared distance."""
     dx, dy = px - target[row, 0], py - target[row, 1]
-    return row, dx * dx + dy * dy
+    square = dx * dx + dy * dy
+    return (row, square) if square < least else (best, least)
 
 
 @inlined
 def scan_cells(
-    entries: Entries, first: int, last: int, px: float, py: float, best: int, least: float
-) -> tuple[int, float]:
-    """The nearest among the entries of cells `first` to `last`, unless `best` is nearer."""
+    entries: Entries,
+    first: int,
+    last: int,
+    px: float,
+    py: float,
+    best: int,
+    least: float,
+    second: float,
+) -> tuple[int, float, float]:
+    """The nearest among `best` and the entries of cells `first` to `last`.
+
+    With it goes the least squared distance of all others, if it is below `second`.
+    """
     x, y, row, start = entries
     for k in range(start[first], start[last + 1]):
         dx, dy = px - x[k], py - y[k]
         square = dx * dx + dy * dy
-        if square < least or (square == least and row[k] < best):
-            best, least = row[k], square
-    return best, least
+        if square <= second and row[k] != best:
+            if square < least or (square == least and row[k] < best):
+                second = least if best >= 0 else second
+                best, least = row[k], square
+            else:
+                second = square
+    return best, least, second
+
+
+@inlined
+def to_edge(place: float, first: int, last: int, count: int) -> float:
+    """How far it is at least from a place to what lies beyond cells `first` to `last`."""
+    before = place - first - SLACK if first > 0 else math.inf
+    behind = last + 1.0 - place - SLACK if last < count - 1 else math.inf
+    return max(0.0, min(before, behind))
 
 
 @inlined
@@ -298,8 +371,11 @@ def find_in_tree(
     target: FloatArray,
     x: FloatArray,
     y: FloatArray,
+    gate: float,
+    asked: IntArray,
     row: IntArray,
     square: FloatArray,
+    clear: FloatArray,
 ) -> None:
     """`find_nearest` by descending to each point's leaf, and then what else may be nearer.
 
@@ -307,9 +383,12 @@ def find_in_tree(
     outside it along x and y [m], and the square of that distance.
     """
     split, axis, inner = index.split, index.axis, len(index.split)
-    entries, best, stack = (index.x, index.y, index.row, index.start), -1, np.zeros((64, 4))
-    for i in range(len(x)):
-        best, least = guess_at(target, row[i], best, x[i], y[i])
+    entries, found, stack = (index.x, index.y, index.row, index.start), -1, np.zeros((64, 4))
+    most = gate * gate * NOT_LESS
+    for i in asked:
+        guess = row[i] if row[i] >= 0 else found
+        best, least = guess_near(target, guess, x[i], y[i], most)
+        second, passed_by = math.inf, math.inf
         stack[0, 0] = stack[0, 1] = stack[0, 2] = stack[0, 3] = 0.0
         waiting = 1
         while waiting > 0:
@@ -317,8 +396,13 @@ def find_in_tree(
             if stack[waiting, 3] <= least * NOT_LESS:
                 leaf, waiting = descend(split, axis, x[i], y[i], stack, waiting)
                 leaf -= inner
-                best, least = scan_cells(entries, leaf, leaf, x[i], y[i], best, least)
-        row[i], square[i] = best, least
+                best, least, second = scan_cells(
+                    entries, leaf, leaf, x[i], y[i], best, least, second
+                )
+            else:
+                passed_by = min(passed_by, stack[waiting, 3])
+        row[i], clear[i] = best, min(second, passed_by)
+        square[i], found = (least, best) if best >= 0 else (math.inf, found)
 
 
 @inlined

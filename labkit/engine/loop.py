@@ -10,7 +10,7 @@ import numpy as np
 from labkit.approach import FEW, LONG
 from labkit.arrays import BoolArray, FloatArray, IntArray
 from labkit.correspondences import MIN_PAIRS
-from labkit.engine.index import Index, build, find_nearest
+from labkit.engine.index import Index, build, no_partners
 from labkit.engine.jit import compiled, entry
 from labkit.engine.normals import normals_along_sweep, normals_in_space
 from labkit.engine.pairs import (
@@ -143,7 +143,7 @@ def iterate(
     the last association the inliers, the fitness, the inlier RMSE [m] and the cost [m²]; to
     `information`, shape (5, 3), its eigenvalues, eigenvectors and (cx, cy, ℓ). Returns the steps.
     """
-    whole, guess = empty_pairs(len(source)), no_guess(len(source))
+    whole, found = empty_pairs(len(source)), no_partners(len(source))
     room = np.empty(len(source))
     k, far, before, motion_before = 0, told.approach, math.nan, 0.0
     while True:
@@ -151,11 +151,11 @@ def iterate(
         settings = settings_of(told, far)
         every = max(1, len(source) // FEW) if far else 1
         pairs = first_pairs(whole, (len(source) - 1) // every + 1)
-        associate(source, every, T, target.points, target.search, guess, pairs)  # D
+        associate(source, every, T, target.points, target.search, settings.gate, found, pairs)  # D
         measure(target.points, target.normals, told.on_lines, pairs)
         kept = reject(pairs, settings, room)  # E (A) (B)
         delta, share = weigh(pairs, settings, kept, room)  # E (C)
-        now = cost(pairs, settings, delta, room) if told.cost_tolerance > 0.0 else math.nan
+        now = cost(pairs, settings.gate, delta) if told.cost_tolerance > 0.0 else math.nan
         ending = check(poses, far_at, k, kept, before, now, told)  # H
         if ending == TOO_FEW_CORRESPONDENCES and matched(pairs, settings) >= MIN_PAIRS:
             ending = DEGENERATE  # matched, but to points that lie on no surface
@@ -173,18 +173,9 @@ def iterate(
     outcome[0], outcome[1] = ending, k
     outcome[2], outcome[4] = inliers(pairs)
     outcome[3] = outcome[2] / len(pairs.x)
-    outcome[5] = cost(pairs, settings, delta, room)
+    outcome[5] = cost(pairs, settings.gate, delta)
     inform(pairs, target, told, information)
     return k
-
-
-@compiled
-def no_guess(count: int) -> IntArray:
-    """A row of −1, no partner yet, for each of `count` points."""
-    guess = np.empty(count, np.intp)
-    for i in range(count):
-        guess[i] = -1
-    return guess
 
 
 @compiled
@@ -199,9 +190,15 @@ def settings_of(told: Told, far: bool) -> Settings:
 @compiled
 def first_pairs(pairs: Pairs, count: int) -> Pairs:
     """Room for `count` pairs within that of `pairs`."""
-    x, y, row, distance, residual, weight = pairs
+    x, y, row, distance, residual, closest, weight = pairs
     return Pairs(
-        x[:count], y[:count], row[:count], distance[:count], residual[:count], weight[:count]
+        x[:count],
+        y[:count],
+        row[:count],
+        distance[:count],
+        residual[:count],
+        closest[:count],
+        weight[:count],
     )
 
 
@@ -238,9 +235,9 @@ def step_length(T_before: FloatArray, T: FloatArray) -> tuple[float, float]:
 @compiled
 def matched(pairs: Pairs, settings: Settings) -> int:
     """How many pairs pass gate and overlap, with a residual or without."""
-    room = np.empty(len(pairs.x))
-    by_distance = Pairs(pairs.x, pairs.y, pairs.row, pairs.distance, pairs.distance, room)
-    return reject(by_distance, settings, np.empty(len(pairs.x)))
+    x, y, row, distance, _, closest, _ = pairs
+    weight, room = np.empty(len(x)), np.empty(len(x))
+    return reject(Pairs(x, y, row, distance, distance, closest, weight), settings, room)
 
 
 @compiled
@@ -357,9 +354,6 @@ def run_stretch(
 @entry
 def nearest_rows(points: FloatArray, target: FloatArray) -> IntArray:
     """The row of the nearest target point of each point."""
-    rows, count = no_guess(len(points)), len(points)
-    x, y, square = np.empty(count), np.empty(count), np.empty(count)
-    for i in range(count):
-        x[i], y[i] = points[i, 0], points[i, 1]
-    find_nearest(build(target), target, x, y, rows, square)
-    return rows
+    found, pairs = no_partners(len(points)), empty_pairs(len(points))
+    associate(points, 1, np.eye(3), target, build(target), math.inf, found, pairs)
+    return pairs.row

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from labkit.approach import CLOSE_GATE, POINT_SHARE, WIDTH
-from labkit.arrays import FloatArray, IntArray
+from labkit.arrays import BoolArray, FloatArray, IntArray
 from labkit.correspondences import MIN_PAIRS
-from labkit.engine.index import Index, find_nearest, smallest_in_place
+from labkit.engine.index import NOT_LESS, Index, Partners, find_nearest, smallest_in_place
 from labkit.engine.jit import compiled
 
 
@@ -22,6 +22,7 @@ class Pairs(NamedTuple):
     row: IntArray  # of the partner in the target
     distance: FloatArray  # [m]
     residual: FloatArray  # [m]; NaN where the partner has no normal
+    closest: BoolArray  # whether it is one of the ⌊ρN⌋ closest
     weight: FloatArray  # 0 for a rejected pair
 
 
@@ -44,6 +45,7 @@ def empty_pairs(count: int) -> Pairs:
         np.empty(count, np.intp),
         np.empty(count),
         np.empty(count),
+        np.empty(count, np.bool_),
         np.empty(count),
     )
 
@@ -55,25 +57,39 @@ def associate(
     T: FloatArray,
     target: FloatArray,
     index: Index,
-    guess: IntArray,
+    gate: float,
+    found: Partners,
     pairs: Pairs,
 ) -> None:
     """(D) The nearest target point of every `every`-th source point, moved by T, and how far.
 
-    `guess` holds a row of the target for each source point to begin from, −1 for none, and
-    takes the rows that are found.
+    Only what lies within the gate is looked for, since every pair beyond it is one like another.
+    `found` holds what was found for each source point before, and takes what is found now. A
+    point that has not moved far enough to meet another keeps its partner.
     """
     x, y, row, distance = pairs.x, pairs.y, pairs.row, pairs.distance
+    old_row, old_x, old_y, old_clear = found
     a, b, c, d, shift_x, shift_y = T[0, 0], T[0, 1], T[1, 0], T[1, 1], T[0, 2], T[1, 2]
+    asked, count = np.empty(len(x), np.intp), 0
     for i in range(len(x)):
-        px, py = source[i * every, 0], source[i * every, 1]
+        k = i * every
+        px, py = source[k, 0], source[k, 1]
         x[i], y[i] = a * px + b * py + shift_x, c * px + d * py + shift_y
-        row[i] = guess[i * every]
-    find_nearest(index, target, x, y, row, distance)
-    for i in range(len(x)):
+        row[i] = old_row[k]
+        dx, dy = x[i] - target[row[i], 0], y[i] - target[row[i], 1]
+        u, v = x[i] - old_x[k], y[i] - old_y[k]
+        distance[i] = math.sqrt(dx * dx + dy * dy) if row[i] >= 0 else math.inf
+        moved = math.sqrt(u * u + v * v)
+        asked[count] = i
+        count += not (min(distance[i], gate) + moved) * NOT_LESS < old_clear[k]
+    clear = np.empty(len(x))
+    find_nearest(index, target, x, y, gate, asked[:count], row, distance, clear)
+    for i in asked[:count]:
+        k = i * every
         distance[i] = math.sqrt(distance[i])
-        for k in range(i * every, min((i + 1) * every, len(source))):
-            guess[k] = row[i]
+        old_row[k], old_x[k], old_y[k], old_clear[k] = row[i], x[i], y[i], math.sqrt(clear[i])
+        for between in range(k + 1, min(k + every, len(source))):
+            old_row[between] = row[i]
 
 
 @compiled
@@ -95,15 +111,20 @@ def reject(pairs: Pairs, settings: Settings, room: FloatArray) -> int:
 
     Returns how many there are. `room` is space for N numbers.
     """
-    distance, residual, weight, gate = pairs.distance, pairs.residual, pairs.weight, settings.gate
+    distance, residual, closest, weight = (
+        pairs.distance,
+        pairs.residual,
+        pairs.closest,
+        pairs.weight,
+    )
     limit, ties = overlap_limit(distance, settings.overlap_ratio, room)
-    kept = 0
+    kept, gate = 0, settings.gate
     for i in range(len(distance)):
         d = distance[i]
-        closest = d < limit
+        closest[i] = d < limit
         if d == limit and ties > 0:  # of equal distances the first ones
-            closest, ties = True, ties - 1
-        inside = closest and d <= gate and residual[i] >= 0.0  # NaN is not
+            closest[i], ties = True, ties - 1
+        inside = closest[i] and d <= gate and residual[i] >= 0.0  # NaN is not
         weight[i] = 1.0 if inside else 0.0
         kept += inside
     return kept
@@ -117,7 +138,7 @@ def overlap_limit(
     count = len(distance)
     keep = min(count, max(MIN_PAIRS, int(overlap_ratio * count)))
     if keep == count:
-        return math.inf, 0
+        return math.inf, count
     limit, closer = smallest(distance, keep - 1, room), 0
     for d in distance:
         closer += d < limit
@@ -167,17 +188,12 @@ def near_gate(gate: float, huber_delta: float) -> float:
 
 
 @compiled
-def cost(pairs: Pairs, settings: Settings, delta: float, room: FloatArray) -> float:
+def cost(pairs: Pairs, gate: float, delta: float) -> float:
     """The truncated Huber cost J [m²] of the ⌊ρN⌋ closest pairs, over N (4.1)."""
-    distance, residual, gate = pairs.distance, pairs.residual, settings.gate
-    limit, ties = overlap_limit(distance, settings.overlap_ratio, room)
-    total = 0.0
+    distance, residual, closest, total = pairs.distance, pairs.residual, pairs.closest, 0.0
     for i in range(len(distance)):
-        d = distance[i]
-        closest = d < limit
-        if d == limit and ties > 0:
-            closest, ties = True, ties - 1
-        if closest:
+        if closest[i]:
+            d = distance[i]
             r = residual[i] if d <= gate and residual[i] >= 0.0 else min(d, gate)
             capped = min(r, delta)
             total += capped * (2.0 * r - capped)

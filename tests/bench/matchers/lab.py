@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 from labkit import IcpParameters, Scan, icp
 from labkit.arrays import FloatArray
@@ -16,14 +17,20 @@ def point_to_line(
     source: Scan, target: Scan, T_init: FloatArray, gate: float
 ) -> tuple[FloatArray, int]:
     """Distances to the lines through the target's surface; normals by beams where it has them."""
-    return _match(source, target, T_init, replace(POINT_TO_LINE, max_correspondence_distance=gate))
+    return _match(source, target, T_init, _with_gate(POINT_TO_LINE, gate))
 
 
 def point_to_point(
     source: Scan, target: Scan, T_init: FloatArray, gate: float
 ) -> tuple[FloatArray, int]:
     """Distances to the target's points; the lesson's algorithm as labkit has it."""
-    return _match(source, target, T_init, replace(POINT_TO_POINT, max_correspondence_distance=gate))
+    return _match(source, target, T_init, _with_gate(POINT_TO_POINT, gate))
+
+
+@cache
+def _with_gate(parameters: IcpParameters, gate: float) -> IcpParameters:
+    """Parameters are checked when they are made, and made once for a log."""
+    return replace(parameters, max_correspondence_distance=gate)
 
 
 def _match(
