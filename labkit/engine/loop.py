@@ -10,8 +10,9 @@ import numpy as np
 from labkit.approach import FEW, LONG
 from labkit.arrays import BoolArray, FloatArray, IntArray
 from labkit.correspondences import MIN_PAIRS
-from labkit.engine.index import Index, build, no_partners
+from labkit.engine.index import Index
 from labkit.engine.jit import compiled, entry
+from labkit.engine.nearest import build, no_partners
 from labkit.engine.normals import normals_along_sweep, normals_in_space
 from labkit.engine.pairs import (
     Pairs,

@@ -8,8 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from labkit.arrays import EPSILON, FloatArray, IntArray
-from labkit.engine.index import NOT_LESS, SLACK, Index, cell_of, descend, outside
+from labkit.engine.grid import cell_of, outside
+from labkit.engine.index import NOT_LESS, SLACK, Index
 from labkit.engine.jit import compiled, inlined
+from labkit.engine.tree import descend
 from labkit.normals import (
     GAP_FLOOR,
     GAP_RATIO,

@@ -10,8 +10,10 @@ import numpy as np
 from labkit.approach import CLOSE_GATE, POINT_SHARE, WIDTH
 from labkit.arrays import BoolArray, FloatArray, IntArray
 from labkit.correspondences import MIN_PAIRS
-from labkit.engine.index import NOT_LESS, Index, Partners, find_nearest, smallest_in_place
+from labkit.engine.grid import smallest_in_place
+from labkit.engine.index import NOT_LESS, Index
 from labkit.engine.jit import compiled
+from labkit.engine.nearest import Partners, find_nearest
 
 
 class Pairs(NamedTuple):

@@ -1,0 +1,74 @@
+"""Nearest neighbours, exact: of equally near points the first, as by brute force.
+
+A scan's points lie along walls, so that a grid of cells answers in a few comparisons. A grid
+is no index where points crowd into few of its cells, nor where they are very many; then a
+k-d tree is asked. Both also say how far all other points are at least, so that nobody asks
+again before a point has moved as far.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from labkit.arrays import FloatArray, IntArray
+from labkit.engine.grid import build_grid, find_in_grid
+from labkit.engine.index import Index
+from labkit.engine.jit import compiled
+from labkit.engine.tree import build_tree, find_in_tree
+
+GRID_MAX = 30_000  # points from which on a tree is safer, whatever lies where
+CROWDED = 24.0  # points in a point's own cell, on average, beyond which a tree is faster
+
+
+@compiled
+def build(points: FloatArray) -> Index:
+    """The index that suits `points`, shape (M, 2)."""
+    if len(points) <= GRID_MAX:
+        index, crowd = build_grid(points)
+        if crowd <= CROWDED:
+            return index
+    return build_tree(points)
+
+
+class Partners(NamedTuple):
+    """The nearest target point of each of N points, as it was found last."""
+
+    row: IntArray  # in the target; −1 for none
+    x: FloatArray  # where the point was then [m]
+    y: FloatArray
+    clear: FloatArray  # how far from there all other target points were at least [m]
+
+
+@compiled
+def no_partners(count: int) -> Partners:
+    """Room for the partners of `count` points, which nobody has looked for."""
+    row, clear = np.empty(count, np.intp), np.empty(count)
+    for i in range(count):
+        row[i], clear[i] = -1, 0.0
+    return Partners(row, np.empty(count), np.empty(count), clear)
+
+
+@compiled
+def find_nearest(
+    index: Index,
+    target: FloatArray,
+    x: FloatArray,
+    y: FloatArray,
+    gate: float,
+    asked: IntArray,
+    row: IntArray,
+    square: FloatArray,
+    clear: FloatArray,
+) -> None:
+    """The nearest target point of the points (x, y) that are `asked` for, up to the gate [m].
+
+    `row` holds a row of the target for each to begin from, or −1 to begin from the partner of
+    the one before. `row` takes the partner, `square` its squared distance [m²], and `clear`
+    the square of how far all others are at least; −1 and inf where none is within the gate.
+    """
+    if index.depth > 0:
+        find_in_tree(index, target, x, y, gate, asked, row, square, clear)
+    else:
+        find_in_grid(index, target, x, y, gate, asked, row, square, clear)
