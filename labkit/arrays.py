@@ -26,8 +26,15 @@ FARTHEST = 1e9  # [m]: no robot drives or sees farther, so a number beyond it is
 def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:
     """Copy `values` as float64, or say what they are instead of numbers.
 
-    A copy, for the caller may fill the array anew while the numbers are still needed.
+    A copy, for the caller may fill the array anew while the numbers are still needed. What
+    lies under a mask is no number.
     """
+    if np.ma.is_masked(values):
+        first = np.argwhere(np.ma.getmaskarray(np.ma.asarray(values)))[0].tolist()
+        raise InvalidPointsError(
+            f"`{name}` must hold numbers, got a masked array, masked first at {first}; "
+            f"drop such rows first"
+        )
     try:
         return np.array(values, dtype=np.float64)
     except (TypeError, ValueError):

@@ -64,14 +64,16 @@ class Scan:
         """Points r·(cos α, sin α) of the beams with ``range_min < r < range_max``.
 
         A range that is NaN, not strictly inside the band, or beyond 100 km (some drivers
-        write the largest number there is) is a no-return: it makes no point. A scan in
-        which no beam returned is legal and has no points.
+        write the largest number there is) is a no-return, as is one that is masked: it makes
+        no point. A scan in which no beam returned is legal and has no points.
 
         Examples
         --------
         >>> Scan.from_ranges([1.0, np.inf], [0.0, 0.1]).points.tolist()
         [[1.0, 0.0]]
         """
+        if np.ma.isMaskedArray(ranges):
+            ranges = np.ma.filled(ranges.astype(float), np.nan)
         r = as_floats(ranges, "ranges")
         alpha = as_floats(angles, "angles")
         if r.ndim != 1 or r.shape != alpha.shape:

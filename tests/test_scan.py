@@ -36,6 +36,21 @@ def test_the_largest_number_there_is_means_nothing(nothing):
     np.testing.assert_array_equal(scan.beams, [0, 2])
 
 
+@pytest.mark.parametrize("dtype", [float, int])
+def test_a_masked_range_is_no_return(dtype):
+    ranges = np.ma.array([1, 9, 2], mask=[False, True, False], dtype=dtype)
+    scan = Scan.from_ranges(ranges, [0.0, 0.1, 0.2])
+    np.testing.assert_array_equal(scan.beams, [0, 2])
+    np.testing.assert_array_equal(scan.ranges, [1.0, NAN, 2.0])
+
+
+def test_what_lies_under_a_mask_is_no_point():
+    points = np.ma.array([[1.0, 2.0], [1e9, 3.0]], mask=[[False, False], [True, False]])
+    with pytest.raises(InvalidPointsError, match=r"`points` .* masked first at \[1, 0\]; drop"):
+        Scan.from_points(points)
+    assert Scan.from_points(points[:1]).points.tolist() == [[1.0, 2.0]]
+
+
 def test_a_range_of_zero_makes_no_point():
     assert len(Scan.from_ranges([0.0], [0.0])) == 0
 
