@@ -36,13 +36,14 @@ STAGES = {
 }
 MATCHING = DATA | STAGES.keys()
 ESTIMATION = MATCHING | {"engine", "icp", "covariance", "odometry"}
-MATHS = ESTIMATION | {"simulation", "evaluation", "logs", "files"}
+MATHS = ESTIMATION | {"simulation", "evaluation", "logs", "files", "extras"}
 BELOW_PLOTTING = MATHS | {""}
 # What the student writes: a grader that imported it would grade it by itself.
 GRADED = {"", "alignment", "correspondences", "line_alignment", "icp", "odometry"}
 LAYERS = {
     "errors": set(),
     "arrays": {"errors"},
+    "extras": {"errors"},
     "files": {"errors"},
     "se2": BASE,
     "scan": BASE | {"se2"},
@@ -53,7 +54,7 @@ LAYERS = {
     "odometry": ESTIMATION,
     "simulation": DATA,
     "evaluation": DATA | {"alignment"},
-    "logs": DATA | {"files"},
+    "logs": DATA | {"files", "extras"},
     "": MATHS,
     "plotting": BELOW_PLOTTING,
     "grading": BELOW_PLOTTING - GRADED,

@@ -11,6 +11,7 @@ from tqdm import tqdm
 
 from labkit.authoring.write import VARIANTS, write_assignment
 from labkit.errors import LabkitError
+from labkit.extras import need
 from labkit.files import atomic_write, refuse_unwritable
 from labkit.grading.assignment import FOLDER
 from labkit.grading.assignment.secret import cases_beside, read_secret
@@ -20,11 +21,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Write what the options name; the exit status is 2 for a mistake of the caller."""
     options = _parser().parse_args(arguments)
     try:
+        need("nbformat", purpose="writing the notebook", extra="authoring")
         from labkit.authoring.notebook import notebook_text  # noqa: PLC0415
-    except ImportError as error:
-        sys.stderr.write(f"labkit.authoring: {error}: pip install 'labkit[authoring]'\n")
-        return 2
-    try:
+
         for path in (options.notebook, options.solutions):
             if path is not None:
                 refuse_unwritable(path)

@@ -10,8 +10,10 @@ try:
     import anywidget as _anywidget  # noqa: F401
     import ipywidgets as _ipywidgets  # noqa: F401
 except ImportError as error:
-    message = f"what moves in a notebook needs more: pip install 'labkit[notebooks]' ({error})"
-    raise ImportError(message) from error
+    from labkit.extras import MissingExtraError
+
+    missing = error.name or "ipywidgets"
+    raise MissingExtraError("what moves in a notebook", missing, "notebooks") from error
 
 from labkit.interactive.explorer import (
     Explorer,

@@ -6,6 +6,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from labkit.errors import LogError
+from labkit.extras import MissingExtraError
 
 KILLIAN = "killian"
 """The name by which `labkit.logs.read_log` knows the built-in run."""
@@ -16,8 +17,10 @@ def killian_archive() -> Path:
 
     Raises
     ------
+    MissingExtraError
+        If the package rtb-data is not installed.
     LogError
-        If the package rtb-data is not installed, or came without the file.
+        If it came without the file.
     """
     spec = find_spec("rtbdata")
     folders = [] if spec is None else list(spec.submodule_search_locations or [])
@@ -25,8 +28,9 @@ def killian_archive() -> Path:
         archive = Path(folder) / "data" / "killian.g2o.zip"
         if archive.is_file():
             return archive
-    found = "is not installed" if spec is None else "has no data/killian.g2o.zip"
+    purpose = f'the built-in run "{KILLIAN}" (a file of that name is "./{KILLIAN}")'
+    if spec is None:
+        raise MissingExtraError(purpose, "rtb-data", "killian")
     raise LogError(
-        f'the built-in run "{KILLIAN}" needs the package rtb-data, which {found}: '
-        f'pip install "labkit[killian]" (a file of that name is "./{KILLIAN}")'
+        f"{purpose} needs data/killian.g2o.zip of rtb-data, which came without it; install it anew"
     )

@@ -17,6 +17,7 @@ import numpy as np
 
 from labkit.arrays import FARTHEST, FloatArray
 from labkit.errors import LogError
+from labkit.extras import need
 from labkit.logs.laser_lines import beam_angles
 from labkit.logs.lines import DamagedLine, DamageReport, shorten
 from labkit.logs.log import LogStream, ScanStream
@@ -133,13 +134,10 @@ def read_bag(
 
 @contextmanager
 def _open(path: Path, file: str) -> Iterator[OpenBag]:
-    try:
-        from rosbags import rosbag1, rosbag2  # noqa: PLC0415
-        from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
-    except ImportError:
-        raise LogError(
-            f'{file}: reading a ROS bag needs the package rosbags: pip install "labkit[ros]"'
-        ) from None
+    need("rosbags", purpose=f"{file}: reading a ROS bag", extra="ros")
+    from rosbags import rosbag1, rosbag2  # noqa: PLC0415
+    from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
+
     metadata = path / "metadata.yaml"
     if metadata.is_file() and metadata.stat().st_size > LARGEST_METADATA:
         raise LogError(f"{file}: metadata.yaml has more than {LARGEST_METADATA:,} bytes")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import copy
 import html
-import importlib
 import mimetypes
 import os
 import re
@@ -13,10 +12,12 @@ import subprocess
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
+from labkit import extras
 from labkit.errors import LabkitError
 
 TIMEOUT = 300  # seconds for one cell
@@ -29,15 +30,7 @@ class ReportError(LabkitError):
     """A report that cannot be made; the message says why and what to do."""
 
 
-def need(name: str) -> Any:
-    """Import a module that only reports need, or say how to get it."""
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        raise ReportError(
-            f"a report needs more than labkit does: "
-            f"`python -m pip install 'labkit[report]'` ({error})"
-        ) from error
+need = partial(extras.need, purpose="a report", extra="report")
 
 
 def read_report(path: str | Path, *, run: bool = True) -> Any:

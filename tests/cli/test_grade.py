@@ -300,7 +300,10 @@ def test_without_jinja2_the_extra_is_named_before_anything_is_graded(
     templates.cache_clear()
     monkeypatch.setitem(sys.modules, "jinja2", None)
     assert grade("class") == 1
-    assert "need jinja2: pip install 'labkit[grading]'" in capsys.readouterr().err
+    assert (
+        'needs jinja2, which is not installed: python -m pip install "labkit[grading]"'
+        in capsys.readouterr().err
+    )
     assert not (tmp_path / "grades/scores.csv").exists()
     assert grade("class", "--no-html") == 0
 

@@ -72,4 +72,4 @@ def test_what_must_be_installed_is_named(report, capsys, monkeypatch):
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setattr("importlib.import_module", without)
     assert main(["report", str(report)]) == 1
-    assert "pip install 'labkit[report]'" in capsys.readouterr().err
+    assert 'pip install "labkit[report]"' in capsys.readouterr().err

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from labkit.errors import LogError
+from labkit.extras import MissingExtraError
 from labkit.logs import read_killian, read_log
 from labkit.logs.killian import killian_archive
 from labkit.se2 import from_xytheta, relative, to_xytheta
@@ -70,7 +71,7 @@ def test_options_reach_the_built_in_run(killian):
 
 def test_a_missing_package_is_named_with_its_remedy(monkeypatch):
     monkeypatch.setitem(sys.modules, "rtbdata", None)
-    with pytest.raises(LogError, match=r'not installed: pip install "labkit\[killian\]"'):
+    with pytest.raises(MissingExtraError, match=r'rtb-data, .* install "labkit\[killian\]"$'):
         read_log("killian")
 
 
@@ -80,7 +81,7 @@ def test_a_package_without_the_file(monkeypatch, tmp_path):
     (tmp_path / "rtbdata" / "__init__.py").touch()
     monkeypatch.delitem(sys.modules, "rtbdata", raising=False)
     monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(LogError, match=r"rtb-data, which has no data/killian\.g2o\.zip"):
+    with pytest.raises(LogError, match=r"data/killian\.g2o\.zip of rtb-data, which came without"):
         killian_archive()
     monkeypatch.undo()
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from labkit.errors import LogError
+from labkit.extras import MissingExtraError
 from labkit.logs import read_log, stream_log
 
 pytest.importorskip("rosbags")
@@ -235,7 +236,7 @@ def test_a_missing_package_is_named_with_its_remedy(bag, monkeypatch):
     bag.scan(10.0)
     path = bag.close()
     monkeypatch.setitem(sys.modules, "rosbags", None)
-    with pytest.raises(LogError, match=r'needs the package rosbags: pip install "labkit\[ros\]"'):
+    with pytest.raises(MissingExtraError, match=r'needs rosbags, .* install "labkit\[ros\]"$'):
         read_log(path)
 
 

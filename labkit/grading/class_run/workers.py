@@ -6,7 +6,6 @@ Each worker has one sandbox, open as long as its process lives.
 from __future__ import annotations
 
 import gc
-import importlib
 import multiprocessing
 import os
 import shutil
@@ -20,6 +19,7 @@ from multiprocessing.context import BaseContext
 from threading import Thread
 
 from labkit.errors import LabkitError
+from labkit.extras import need
 from labkit.grading.assignment import load_assignment
 from labkit.grading.contract import Limits, Sandbox
 from labkit.grading.sandbox.host import launch, open_sandbox
@@ -115,12 +115,7 @@ def cluster_executors(address: str) -> Iterator[tuple[Iterator[Executor], int]]:
     LabkitError
         Where Dask is not installed, the address does not answer, or no worker is there.
     """
-    try:
-        distributed = importlib.import_module("distributed")
-    except ImportError:
-        raise LabkitError(
-            "grading on a cluster needs Dask: pip install 'labkit[cluster]'"
-        ) from None
+    distributed = need("distributed", purpose="grading on a cluster", extra="cluster")
     try:
         client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:

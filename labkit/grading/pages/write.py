@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import functools
-import importlib
 import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from labkit.errors import LabkitError
+from labkit.extras import need
 from labkit.files import atomic_write
 from labkit.grading.assignment.questions import Assignment
 from labkit.grading.contract import SourceCell
@@ -144,14 +143,11 @@ def templates() -> Any:
 
     Raises
     ------
-    LabkitError
+    MissingExtraError
         Where jinja2 is not installed.
     """
-    try:
-        jinja2 = importlib.import_module("jinja2")
-        markup = importlib.import_module("markupsafe").Markup
-    except ImportError:
-        raise LabkitError("the HTML reports need jinja2: pip install 'labkit[grading]'") from None
+    need_page = functools.partial(need, purpose="an HTML report", extra="grading")
+    jinja2, markup = need_page("jinja2"), need_page("markupsafe").Markup
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("labkit.grading.pages"),
         autoescape=True,

@@ -1,0 +1,50 @@
+"""What needs more than labkit's own requirements, and what is said where it is missing."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+from labkit.errors import LabkitError
+
+
+class MissingExtraError(LabkitError, ImportError):
+    """A package that one of labkit's extras brings is not installed.
+
+    Examples
+    --------
+    >>> raise MissingExtraError("reading a ROS bag", "rosbags", "ros")
+    Traceback (most recent call last):
+    labkit.extras.MissingExtraError: reading a ROS bag needs rosbags, which is not \
+installed: python -m pip install "labkit[ros]"
+    """
+
+    def __init__(self, purpose: str, package: str, extra: str) -> None:
+        super().__init__(
+            f"{purpose} needs {package}, which is not installed: "
+            f'python -m pip install "labkit[{extra}]"'
+        )
+
+
+def need(module: str, *, purpose: str, extra: str) -> Any:
+    """Import a module that an extra brings.
+
+    Parameters
+    ----------
+    module : str
+        Its dotted name.
+    purpose : str
+        What it is needed for; the message begins with it.
+    extra : str
+        The extra of labkit that brings it.
+
+    Raises
+    ------
+    MissingExtraError
+        Where it, or something that it needs itself, is not installed.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        missing = (error.name or module).partition(".")[0]
+        raise MissingExtraError(purpose, missing, extra) from error
