@@ -2,10 +2,12 @@
 
 import math
 import os
+import signal
 import subprocess
 import sys
 import threading
 from dataclasses import fields, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -311,3 +313,13 @@ def test_a_bad_start(start):
 def test_bad_points_while_streaming():
     with pytest.raises(InvalidPointsError, match="`points` must be finite"):
         ScanMatchingOdometry().update([[math.nan, 0.0]])
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs the timers of POSIX")
+def test_ctrl_c_at_any_moment_ends_a_parallel_run():
+    """Twenty moments; the script takes any number of them."""
+    script = Path(__file__).parents[1] / "bench" / "ctrl_c.py"
+    command = [sys.executable, str(script), "20"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert int(done.stdout.split()[0]) >= 10
