@@ -18,6 +18,7 @@ from labkit.cli import main
 from labkit.grading.assignment.files import FORMAT
 from labkit.grading.assignment.files import _load as load_assignment
 from labkit.grading.assignment.secret import cases_beside, read_secret, salt_of
+from labkit.grading.class_run import workers
 from labkit.grading.class_run.run import Graded, grade_class
 from labkit.grading.pages import templates
 from labkit.grading.sandbox.host import available_modes
@@ -273,6 +274,7 @@ def test_a_mistake_is_named_before_anything_is_graded(
     small, tmp_path, monkeypatch, capsys, arguments, status, says
 ):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(workers, "PATIENCE", 0.5)  # nobody ever answers
     hand_in(tmp_path / "class", 2)
     given = ["grade", "--assignment", str(small), "--no-html", *WHERE, *arguments]
     assert main(given) == status
