@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import argparse
 import math
+import sys
 
 from labkit.cli.options import add_icp_options, from_options
 from labkit.cli.text import pose_text, to_json
 from labkit.errors import InvalidParameterError
 from labkit.icp import icp
-from labkit.logs import read_points
+from labkit.logs.points import read_single
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult
+from labkit.scan import Scan
 from labkit.se2 import from_xytheta, to_xytheta
 
 DESCRIPTION = """\
@@ -48,10 +50,18 @@ def run(args: argparse.Namespace) -> int:
         raise InvalidParameterError(
             f"must be three finite numbers x, y, theta, got {args.initial}", parameter="initial"
         )
-    target, source = read_points(args.target), read_points(args.source)
+    target, source = _read(args.target), _read(args.source)
     result = icp(source, target, from_xytheta(args.initial), from_options(IcpParameters, args))
     print(to_json(_as_dict(result)) if args.json else _as_text(result))
     return 1 if result.termination.failed else 0
+
+
+def _read(file: str) -> Scan:
+    """The scan in a file; what is odd about it goes to stderr."""
+    log = read_single(file)
+    for remark in log.remarks:
+        print(f"note: {file}: {remark}", file=sys.stderr)
+    return log.scans[0]
 
 
 def _as_text(result: IcpResult) -> str:

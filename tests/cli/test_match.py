@@ -54,6 +54,16 @@ def test_a_bad_file_is_named_with_its_line(run, scan_files, tmp_path, content, m
     assert err.startswith("labkit match: ")
 
 
+def test_what_is_odd_about_a_file_is_told(run, scan_files, tmp_path):
+    """Millimetres look like a very large room."""
+    for name in scan_files[:2]:
+        points = np.loadtxt(tmp_path / name, delimiter=",")
+        np.savetxt(tmp_path / name, 1e3 * points, delimiter=",")
+    _, _, err = run("match", *scan_files[:2])
+    notes = [line.partition(": half of the points")[0] for line in err.splitlines()]
+    assert notes == ["note: target.csv", "note: source.csv"]
+
+
 def test_a_missing_file(run, scan_files):
     status, _, err = run("match", "target.csv", "gone.csv")
     assert status == 1
