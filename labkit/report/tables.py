@@ -107,6 +107,7 @@ def quality_table(records: Sequence[StepRecord]) -> Table:
     rows: list[list[object]] = [
         ["steps", f"{len(steps):,}: {decisions}", ""],
         ["degenerate", f"{sum(record.degenerate for record in steps):,}", ""],
+        ["ambiguous", f"{sum(record.ambiguous for record in steps):,}", ""],
     ]
     signals = {
         "inliers": ([record.inlier_count for record in matched], ".0f"),
