@@ -128,7 +128,7 @@ class Slot:
         """
         self._stop_fresh()
         box = self._starter.start(scipy=any(b"scipy" in held for held in files.values()))
-        found, lives = extract_in(box, self.limits, files, functions)
+        found, lives = extract_in(box, files, functions)
         self._fresh = box if lives else None
         return found
 
