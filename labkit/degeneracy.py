@@ -22,7 +22,9 @@ from labkit.target import Target
 SHIFT = 0.1  # share of the turn in a motion (Δx, Δy, ℓΔψ) below which it is called a shift
 
 
-def observability(pairs: Correspondences, target: Target) -> Information | None:
+def observability(
+    pairs: Correspondences, target: Target, source_normals: FloatArray | None = None
+) -> Information | None:
     """What the kept pairs say about each direction of the motion between two scans.
 
     Parameters
@@ -31,6 +33,11 @@ def observability(pairs: Correspondences, target: Target) -> Information | None:
         ``result.correspondences``.
     target : Target
         ``result.target``; its normals are used, whatever metric made the pairs.
+    source_normals : ndarray, shape (N, 2), optional
+        Normals of the source's own surface at the pairs' source points, in the target's
+        frame; NaN where there is none. Where normals stagger by noise, a smooth wall looks
+        structured along itself. The two scans' normals do so independently of each other,
+        so that together they tell structure from noise. Pairs without both are left out.
 
     Returns
     -------
@@ -39,8 +46,12 @@ def observability(pairs: Correspondences, target: Target) -> Information | None:
     """
     normals = target.normals[pairs.target_index]
     used = pairs.kept & np.isfinite(normals[:, 0])
+    others = None
+    if source_normals is not None:
+        used &= np.isfinite(source_normals[:, 0])
+        others = source_normals[used]
     try:
-        return line_information(pairs.source[used], normals[used], pairs.weights[used])
+        return line_information(pairs.source[used], normals[used], pairs.weights[used], others)
     except DegenerateAlignmentError:
         return None
 

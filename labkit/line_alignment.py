@@ -78,7 +78,10 @@ class Information:
 
 
 def line_information(
-    points: FloatArray, normals: FloatArray, weights: FloatArray | None = None
+    points: FloatArray,
+    normals: FloatArray,
+    weights: FloatArray | None = None,
+    other_normals: FloatArray | None = None,
 ) -> Information:
     """Information that surface points carry about a small rigid motion.
 
@@ -88,6 +91,8 @@ def line_information(
         Points [m] on surfaces, and the unit normals there.
     weights : ndarray, shape (N,), optional
         Weight of each, ≥ 0; all equal by default.
+    other_normals : ndarray, shape (N, 2), optional
+        The same normals, measured independently: J'ᵀWJ of both has no share of their noise.
 
     Raises
     ------
@@ -96,8 +101,14 @@ def line_information(
     """
     w = np.ones(len(points)) if weights is None else weights
     center, length = center_and_length(points, w)
-    J = np.column_stack([normals, lever(normals, (points - center) / length)])
-    values, vectors = np.linalg.eigh(J.T @ (w[:, None] * J) / w.sum())
+    arm = (points - center) / length
+    J = np.column_stack([normals, lever(normals, arm)])
+    other = J
+    if other_normals is not None:
+        same_side = np.copysign(1.0, (normals * other_normals).sum(axis=1))[:, None]
+        other = same_side * np.column_stack([other_normals, lever(other_normals, arm)])
+    A = J.T @ (w[:, None] * other) / w.sum()
+    values, vectors = np.linalg.eigh(0.5 * (A + A.T))
     return Information(center=center, length=length, values=values, vectors=vectors)
 
 

@@ -4,23 +4,28 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from labkit import IcpParameters, Scan, Target, icp
 from labkit.covariance import censi_covariance
-from labkit.errors import DegenerateAlignmentError, InvalidParameterError
-from labkit.se2 import from_xytheta, to_xytheta, transform
-from labkit.simulation import Lidar, cast, corridor, room
+from labkit.errors import DegenerateAlignmentError, InvalidParameterError, InvalidPointsError
+from labkit.odometry import OdometryParameters
+from labkit.se2 import apply, from_xytheta, to_xytheta, transform
+from labkit.simulation import Lidar, cast, corner, corridor, room
 
 RANGE_STD = 0.01
+HERE = np.eye(3)
 MOTION = transform(0.1, 0.05, math.radians(3.0))
+PRIOR_STD = np.array([0.05, 0.03, math.radians(2.0)])
+ODOMETRY = OdometryParameters().icp
 BY_LINE = IcpParameters(metric="point_to_line", translation_tolerance=1e-5, rotation_tolerance=1e-5)
 
 
-def matched(rng, metric=BY_LINE, world=None):
+def matched(rng, metric=BY_LINE, world=None, at=HERE):
     rng = np.random.default_rng(rng)
     place = room() if world is None else world
     lidar = Lidar(noise_std=RANGE_STD)
-    target, source = (cast(place, T, lidar, rng=rng) for T in (np.eye(3), MOTION))
+    target, source = (cast(place, at @ T, lidar, rng=rng) for T in (np.eye(3), MOTION))
     target = Target(target)
     return source, target, icp(source, target, None, metric)
 
@@ -102,10 +107,11 @@ def test_it_is_the_implicit_function_theorem():
         )
         columns.append(np.subtract(*ends) / (2.0 * h))
     jacobian = np.column_stack(columns)
-    expected = RANGE_STD**2 * jacobian @ jacobian.T
+    std = 0.1  # more than the residuals show
+    expected = std**2 * jacobian @ jacobian.T
 
     np.testing.assert_allclose(x, start, atol=1e-6)
-    formula = censi_covariance(result, RANGE_STD)
+    formula = censi_covariance(result, std)
     scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     np.testing.assert_allclose(formula / scale, expected / scale, atol=1e-5)
 
@@ -151,11 +157,120 @@ def test_a_point_at_the_scanner_itself_is_no_reason_for_nan():
     assert (np.linalg.eigvalsh(covariance) > 0.0).all()
 
 
-def test_a_corridor_says_next_to_nothing_along_it():
+def test_a_corridor_promises_nothing_along_it():
     covariance = censi_covariance(matched(3, world=corridor())[2], RANGE_STD)
-    assert covariance[0, 0] > 30.0 * covariance[1, 1]
-    in_room = censi_covariance(matched(3)[2], RANGE_STD)
-    assert covariance[0, 0] > 5.0 * in_room[0, 0]
+    assert covariance[0, 0] == math.inf
+    assert np.isfinite(covariance[1:, 1:]).all()
+    assert np.sqrt(np.diag(covariance)[1:]).max() < 0.01
+
+
+def test_along_a_corridor_the_variance_is_the_priors():
+    """A direction without any information is the limit of one with less and less of it.
+
+    The free direction is hardly ever an axis of the frame. So a part of the prior's spread
+    along it goes into the other axes, and no axis can be asked alone.
+    """
+    result = matched(3, world=corridor())[2]
+    prior = np.diag([0.3, 0.2, 0.1]) ** 2
+    fused = censi_covariance(result, RANGE_STD, prior)
+    assert fused[0, 0] == pytest.approx(prior[0, 0], rel=0.05)
+
+    alone = censi_covariance(result, RANGE_STD, 1e9 * np.eye(3))  # a prior that knows nothing
+    expected = np.linalg.inv(np.linalg.inv(alone) + np.linalg.inv(prior))
+    np.testing.assert_allclose(fused, expected, rtol=1e-3)
+    learnt = np.linalg.eigvalsh(prior - fused)  # of three directions, one stays the prior's
+    assert abs(learnt[0]) < 1e-12 < learnt[1]
+
+
+def test_noise_of_the_normals_is_no_structure():
+    """Beams so dense that their normals stagger: still nothing is known along the corridor."""
+    lidar, rng = Lidar(noise_std=0.03), np.random.default_rng(0)
+    for _ in range(3):
+        target, source = (cast(corridor(), T, lidar, rng=rng) for T in (HERE, MOTION))
+        covariance = censi_covariance(icp(source, target, MOTION, ODOMETRY), 0.03)
+        assert covariance[0, 0] == math.inf
+        assert np.isfinite(covariance[1:, 1:]).all()
+
+
+def test_in_a_room_informations_add():
+    result = matched(3)[2]
+    alone, prior = censi_covariance(result, RANGE_STD), np.diag([2e-3, 1e-3, 5e-4]) ** 2
+    expected = np.linalg.inv(np.linalg.inv(alone) + np.linalg.inv(prior))
+    np.testing.assert_allclose(censi_covariance(result, RANGE_STD, prior), expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.5, math.pi / 2.0])
+def test_the_free_direction_turns_with_the_corridor(turn):
+    A = from_xytheta([0.0, 0.0, turn])
+    source, target, _ = matched(3, world=corridor())
+    turned = Target(apply(A, target.points), apply(A, target.normals))
+    result = icp(apply(A, source.points), turned, None, BY_LINE)
+    covariance = censi_covariance(result, RANGE_STD)
+    along = np.abs([math.cos(turn), math.sin(turn)]) > 0.05
+    np.testing.assert_array_equal(np.isinf(np.diag(covariance)[:2]), along)
+
+
+def mean_nees(world, at, lidar, parameters=ODOMETRY, draws=60):
+    """Mean squared Mahalanobis distance of matches from the truth, each with its prior."""
+    rng, nees = np.random.default_rng(0), []
+    for _ in range(draws):
+        target, source = (cast(world, at @ T, lidar, rng=rng) for T in (HERE, MOTION))
+        guess = to_xytheta(MOTION) + rng.normal(0.0, PRIOR_STD)
+        result = icp(source, target, from_xytheta(guess), parameters)
+        error = to_xytheta(result.T_target_source) - to_xytheta(MOTION)
+        C = censi_covariance(result, lidar.noise_std, np.diag(PRIOR_STD**2))
+        nees.append(error @ np.linalg.solve(C, error))
+    return np.mean(nees)
+
+
+@pytest.mark.parametrize("beams", [180, 360])
+@pytest.mark.parametrize(
+    ("world", "at"),
+    [
+        (room(), HERE),
+        (corner(), transform(2.0, 2.0, math.radians(-135.0))),
+        (corridor(), HERE),
+    ],
+    ids=["room", "corner", "corridor"],
+)
+def test_errors_are_as_large_as_promised(world, at, beams):
+    """The mean NEES lies within its 95 % bounds, for three degrees of freedom."""
+    low, high = chi2.ppf([0.025, 0.975], 3 * 60) / 60
+    assert low < mean_nees(world, at, Lidar(beam_count=beams)) < high
+
+
+def test_point_to_point_knows_that_its_pairs_stick():
+    """Pairs held fixed promise twenty times less: without the slip its mean NEES is 230."""
+    assert mean_nees(room(), HERE, Lidar(beam_count=180), IcpParameters()) < 4.5
+
+
+def test_rough_surfaces_count_as_noise():
+    """A wall of gravel, measured without noise: its residuals say how far to trust it."""
+    rng = np.random.default_rng(0)
+    smooth, _, _ = matched(2)
+    shape = smooth.points.shape
+    rough = [
+        Scan(points=smooth.points + rng.normal(0.0, 0.02, shape), beams=smooth.beams)
+        for _ in range(2)
+    ]
+    result = icp(*rough, None, BY_LINE)
+    told = censi_covariance(result, 1e-4)
+    np.testing.assert_allclose(told, censi_covariance(result, 1e-3), rtol=1e-9)
+    assert np.sqrt(told[0, 0]) > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("prior", "message"),
+    [
+        (np.eye(2), "must be finite and of shape (3, 3), got shape (2, 2)"),
+        (np.diag([1.0, 1.0, 0.0]), "must be symmetric and positive definite, got"),
+        (np.eye(3) + np.eye(3, k=1), "must be symmetric and positive definite, got"),
+    ],
+)
+def test_bad_prior_covariances(prior, message):
+    with pytest.raises(InvalidPointsError) as caught:
+        censi_covariance(matched(5)[2], RANGE_STD, prior)
+    assert message in str(caught.value)
 
 
 def test_no_covariance_without_an_estimate():
@@ -165,18 +280,16 @@ def test_no_covariance_without_an_estimate():
         censi_covariance(result, RANGE_STD)
 
 
-def test_no_covariance_where_a_direction_is_free():
-    """An axis-parallel wall without noise: A has a row of zeros, not just small numbers."""
+def test_a_wall_without_noise_leaves_its_direction_free():
     wall = np.column_stack([np.linspace(-1.0, 1.0, 41), np.full(41, 2.0)])
-    result = icp(wall, wall, None, BY_LINE)
-    assert result.converged
-    with pytest.raises(DegenerateAlignmentError, match="leave a direction of the motion free, so"):
-        censi_covariance(result, RANGE_STD)
+    covariance = censi_covariance(icp(wall, wall, None, BY_LINE), RANGE_STD)
+    assert covariance[0, 0] == math.inf
+    assert np.isfinite(covariance[1, 1])
 
 
 def test_no_covariance_without_surfaces():
     sparse = 3.0 * np.stack(np.meshgrid(np.arange(1.0, 6), np.arange(4.0)), axis=-1).reshape(-1, 2)
-    with pytest.raises(DegenerateAlignmentError, match="0 pairs on surfaces leave a direction"):
+    with pytest.raises(DegenerateAlignmentError, match="no pair lies on a surface"):
         censi_covariance(icp(sparse, sparse), RANGE_STD)
 
 
