@@ -39,7 +39,6 @@ from labkit.logs import read_tum
 from labkit.odometry import OdometryParameters, increments_between
 from labkit.odometry.free_space import seen_through
 from labkit.odometry.sanity import motion_complaints, quality_complaints
-from labkit.odometry.search import alike, field_of, search
 from labkit.result import IcpResult
 from labkit.se2 import relative
 from labkit.simulation import (
@@ -65,7 +64,7 @@ SCANNERS = (
     Lidar(beam_count=360, noise_std=0.02),
 )
 # Larger means worse for each; for those with a minus, smaller does.
-MEASURED = "-inlier_ratio rmse cost seen_through -agreement -margin backward_shift backward_turn"
+MEASURED = "-inlier_ratio rmse cost seen_through -agreement backward_shift backward_turn"
 QUANTITIES = f"{MEASURED} prior_spreads -information -spread_ratio iterations".split()
 Row = dict[str, Any]
 
@@ -203,7 +202,7 @@ def error_seen(result: IcpResult, motion: FloatArray) -> tuple[float, float]:
     return math.hypot(d[0] - turn * arm[1], d[1] + turn * arm[0]), abs(turn)
 
 
-def rows(pairs: Iterator[Pair], margins: bool) -> Iterator[Row]:
+def rows(pairs: Iterator[Pair]) -> Iterator[Row]:
     """One row a match: what was recorded of it, and whether it is wrong."""
     parameters, rng, still = OdometryParameters(), np.random.default_rng(1), np.zeros(3)
     for pair in pairs:
@@ -221,8 +220,6 @@ def rows(pairs: Iterator[Pair], margins: bool) -> Iterator[Row]:
                     + quality_complaints(result.fitness, result.inlier_rmse, parameters.limits)
                 )
                 row |= measured(pair, result, prior, kind, backward)
-                if margins:
-                    row["-margin"] = margin(pair, target, result, prior)
             yield row
 
 
@@ -263,20 +260,6 @@ def measured(
         "-spread_ratio": -spread_ratio(pair.source, T[:2, 2]),
         "iterations": float(result.iterations),
     }
-
-
-def margin(pair: Pair, target: Target, result: IcpResult, prior: FloatArray | None) -> float:
-    """Minus how much better the match fits the target than the best pose elsewhere."""
-    limits, field = OdometryParameters().limits, field_of(target)
-    window = limits.max_prior_translation, limits.max_prior_rotation
-    if prior is None:
-        window = limits.max_translation, limits.max_rotation
-    T = result.T_target_source
-    middle = np.eye(3) if prior is None else from_xytheta(prior)
-    here = search(pair.source, field, T, (0.05, 0.01), 1)
-    starts = search(pair.source, field, middle, window, 8)
-    others = [each.score for each in starts if not alike(each.T_target_source, T)]
-    return max(others, default=0.0) - max((each.score for each in here), default=0.0)
 
 
 class Table:
@@ -380,13 +363,12 @@ def main() -> int:
     parser.add_argument("--log", action="append", default=[])
     parser.add_argument("--reference", action="append", default=[], help="of the logs, in order")
     parser.add_argument("--stride", type=int, default=1, help="take every so many-th pair of a log")
-    parser.add_argument("--margin", action="store_true", help="search for runners-up, too")
     parser.add_argument("--figure", type=Path)
     args = parser.parse_args()
-    found = list(rows(simulated(args.count), args.margin))
+    found = list(rows(simulated(args.count)))
     for k, name in enumerate(args.log):
         reference = args.reference[k] if k < len(args.reference) else None
-        found += rows(of_log(name, reference, args.stride), args.margin)
+        found += rows(of_log(name, reference, args.stride))
     table = Table(found)
     print_quantities(table)
     print_checks(table)
