@@ -63,11 +63,11 @@ mutants: ## change the core in some two thousand places, and list what its tests
 	PATH=$(CURDIR)/$(MUTANTS)/bin:$$PATH mutmut run --max-children 2
 	$(MUTANTS)/bin/mutmut results
 
-lock: $(READY) ## resolve requirements.txt anew into requirements.lock, hashes and all
+lock: ## resolve requirements.txt anew into requirements.lock, hashes and all
 	$(PYTHON) -m venv .venv-lock
 	.venv-lock/bin/python -m pip install --quiet --disable-pip-version-check uv
 	.venv-lock/bin/uv pip compile requirements.txt --output-file requirements.lock --quiet \
-	    --universal --python-version 3.11 --generate-hashes --no-header --no-annotate
+	    --universal --python-version 3.11 --generate-hashes --no-strip-extras --no-header --no-annotate
 
 dist: $(READY) ## build the wheel and the sdist into dist/
 	rm -rf build dist
