@@ -15,8 +15,9 @@ LOCK = (ROOT / "requirements.lock").read_text("utf-8")
 
 
 def pins(name):
-    """Normalised names and versions of a requirements file."""
-    found = re.findall(r"(?m)^([A-Za-z0-9._-]+)==([^\s;]+)", (ROOT / name).read_text("utf-8"))
+    """Normalised names and versions of a requirements file; extras are left out."""
+    text = (ROOT / name).read_text("utf-8")
+    found = re.findall(r"(?m)^([A-Za-z0-9._-]+)(?:\[[^]]*\])?==([^\s;]+)", text)
     return {(re.sub(r"[-_.]+", "-", package).lower(), version) for package, version in found}
 
 
