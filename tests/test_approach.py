@@ -219,7 +219,8 @@ def test_a_run_that_ends_far_is_judged_by_what_it_looked_at(rooms):
     assert len(pairs.kept) == len(source.points[:: pairs.every])
     seen = observability(pairs, target)
     np.testing.assert_allclose(seen.values, result.observability.values, rtol=1e-9)
-    assert np.isfinite(censi_covariance(result, 0.01)).all()
+    # So far off, the normals of the two scans contradict each other: nothing is promised.
+    assert np.isposinf(censi_covariance(result, 0.01).diagonal()).all()
 
 
 def test_the_way_is_on_record(rooms):

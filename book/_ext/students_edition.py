@@ -56,6 +56,7 @@ KEPT_BACK = (
     "*.pyc",
 )
 WITHOUT = (
+    "pdf",
     "student",
     "test",
     "quick",

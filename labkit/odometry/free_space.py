@@ -60,7 +60,7 @@ def seen_through(source: Scan, target_points: FloatArray, T_target_source: Float
     through = between & (distance < nearer_end - CLEARANCE)
     hit = between & ~through & (distance < farther_end + CLEARANCE)
     seen = np.count_nonzero(through) + np.count_nonzero(hit)
-    return np.count_nonzero(through) / seen if seen else math.nan
+    return float(np.count_nonzero(through) / seen) if seen else math.nan
 
 
 def _polar(points: FloatArray) -> tuple[FloatArray, FloatArray]:

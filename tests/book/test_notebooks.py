@@ -76,21 +76,24 @@ def defined_twice(notebooks: Iterable[NotebookNode]) -> list[str]:
     ]
 
 
-def shows_widget(cell: NotebookNode) -> bool:
+def shows_widget(cell: NotebookNode, widgets: frozenset[str] | set[str] = WIDGETS) -> bool:
     """Whether a cell calls what moves under the reader's hand."""
     calls = [node for node in ast.walk(parse(cell.source)) if isinstance(node, ast.Call)]
     names = {node.func.id for node in calls if isinstance(node.func, ast.Name)}
-    return bool(names & WIDGETS)
+    return bool(names & widgets)
 
 
 def without_a_prediction(notebook: NotebookNode) -> list[str]:
-    """Widgets before which their section asks for no prediction of their own."""
-    silent, asked = [], False
+    """Widgets before which their section asks for no prediction of their own.
+
+    A function that the notebook defines for itself is no widget, whatever its name.
+    """
+    silent, asked, own = [], False, {each.name for each in helpers(notebook)}
     for cell in notebook.cells:
         if cell.cell_type == "markdown":
             *_, last = re.split(r"^##+ ", cell.source, flags=re.MULTILINE)
             asked = ":class: predict" in last or (asked and last == cell.source)
-        elif shows_widget(cell):
+        elif shows_widget(cell, WIDGETS - own):
             silent += [] if asked else [cell.id]
             asked = False
     return silent
