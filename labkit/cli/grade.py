@@ -108,7 +108,7 @@ def run(args: argparse.Namespace) -> int:
     for id in args.question:
         assignment.question(id)
     submissions = _submissions(args)
-    check_outputs(args, len(submissions))
+    check_outputs(args, len(submissions), assignment)
     if assignment.public:
         print(f"labkit grade: {PUBLIC}", file=sys.stderr)
     with _where(min(workers, len(submissions)), args.cluster) as where:

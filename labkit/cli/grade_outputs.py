@@ -15,7 +15,6 @@ from labkit.arrays import check_range
 from labkit.errors import InvalidParameterError
 from labkit.files import atomic_write, refuse_unwritable
 from labkit.grading.adjustments import Adjustments, read_groups, read_overrides
-from labkit.grading.assignment import load_assignment
 from labkit.grading.assignment.questions import Assignment
 from labkit.grading.contract import SourceCell
 from labkit.grading.exports import (
@@ -80,7 +79,7 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--moodle", metavar="WORKSHEET", help="Moodle's grading worksheet, likewise")
 
 
-def check_outputs(args: argparse.Namespace, submissions: int) -> None:
+def check_outputs(args: argparse.Namespace, submissions: int, assignment: Assignment) -> None:
     """Refuse what cannot be written or filled in, before the work begins."""
     scores = os.path.join(args.out, "scores.csv") if os.path.isdir(args.out) else None
     for path in (args.gradescope, args.junit, args.feedback, scores):
@@ -90,10 +89,7 @@ def check_outputs(args: argparse.Namespace, submissions: int) -> None:
         templates()  # or say what they need
     elif args.feedback:
         raise InvalidParameterError("needs the pages; leave --no-html out", parameter="feedback")
-    if args.overrides:
-        read_overrides(args.overrides, load_assignment(args.assignment))
-    if args.groups:
-        read_groups(args.groups)
+    read_adjustments(args, assignment)
     check_range(args.late_percent, "late_percent", at_least=0.0, at_most=100.0)
     if bool(args.canvas) != bool(args.title):
         raise InvalidParameterError(

@@ -6,7 +6,10 @@ it. numba compiles the engine when it is first called and keeps what it made on 
 
 =============  =====================================================
 `jit`          how the engine is compiled, and where it is kept
-`index`        nearest neighbours: a grid, or a tree
+`index`        points in the order of an index, and how a search begins
+`grid`         an index of cells, for scans
+`tree`         an index of nodes, for crowds and for very many points
+`nearest`      nearest neighbours by either
 `normals`      normals of the target's surface
 `pairs`        boxes D and E: associate, reject, weigh
 `solve`        box F: both metrics
@@ -25,7 +28,8 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from labkit.engine.matching import match, match_pairs, mean_values, nearest_rows, warm
+    from labkit.engine.lookup import mean_values
+    from labkit.engine.matching import match, match_pairs, nearest_rows, warm
 
 __all__ = ["is_available", "match", "match_pairs", "mean_values", "nearest_rows", "warm"]
 

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from labkit.arrays import FloatArray, IntArray
-from labkit.engine.index import NOT_LESS, SLACK, Index, guess_near, scan_cells
+from labkit.arrays import FloatArray
+from labkit.engine.index import NOT_LESS, SLACK, Index, Queries, guess_near, scan_cells
 from labkit.engine.jit import compiled, inlined
 
 CELLS = 8  # of the grid for each point: walls fill few of them
@@ -75,18 +75,9 @@ def cell_of(place: float, count: int) -> int:
 
 
 @compiled
-def find_in_grid(
-    index: Index,
-    target: FloatArray,
-    x: FloatArray,
-    y: FloatArray,
-    gate: float,
-    asked: IntArray,
-    row: IntArray,
-    square: FloatArray,
-    clear: FloatArray,
-) -> None:
+def find_in_grid(index: Index, target: FloatArray, queries: Queries) -> None:
     """`find_nearest` by boxes around each point, larger until one reaches as far as the nearest."""
+    x, y, gate, asked, row, square, clear = queries
     low_x, low_y, per_metre = index.low_x, index.low_y, index.per_metre
     columns, rows = index.columns, index.rows
     entries, found, area = (index.x, index.y, index.row, index.start), -1, 1.0 / per_metre**2

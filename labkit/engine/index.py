@@ -37,6 +37,22 @@ class Index(NamedTuple):
     axis: IntArray
 
 
+class Queries(NamedTuple):
+    """Points whose nearest target points are looked for, and room for what is found.
+
+    `row` holds a row of the target for each to begin from, or −1 to begin from the partner of
+    the one before.
+    """
+
+    x: FloatArray  # [m]
+    y: FloatArray
+    gate: float  # [m]: nobody looks farther
+    asked: IntArray  # which of the points
+    row: IntArray  # takes the partner; −1 where none is within the gate
+    square: FloatArray  # takes its squared distance [m²]; inf for none
+    clear: FloatArray  # takes the square of how far all others are at least
+
+
 @inlined
 def guess_near(
     target: FloatArray, guess: int, px: float, py: float, most: float

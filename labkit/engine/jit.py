@@ -103,6 +103,6 @@ def announce() -> None:
     if CACHE is not None and any(CACHE.rglob("*.nbc")):
         return
     times = "in every process, for the cache cannot be written" if CACHE is None else "this once"
-    logging.getLogger("labkit").warning("compiling the ICP engine, %s: some 10 s", times)
+    logging.getLogger("labkit").warning("compiling the ICP engine, %s: 10 to 30 s", times)
     if CACHE is not None:
         remove_outdated(CACHE)

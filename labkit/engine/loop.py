@@ -10,9 +10,9 @@ import numpy as np
 from labkit.approach import FEW, LONG
 from labkit.arrays import BoolArray, FloatArray, IntArray
 from labkit.correspondences import MIN_PAIRS
-from labkit.engine.index import Index
+from labkit.engine.index import Index, Queries
 from labkit.engine.jit import compiled, entry
-from labkit.engine.nearest import build, no_partners
+from labkit.engine.nearest import build, find_nearest, no_partners
 from labkit.engine.normals import normals_along_sweep, normals_in_space
 from labkit.engine.pairs import (
     Pairs,
@@ -347,14 +347,27 @@ def run_stretch(
         source = points[begin[newer] : begin[newer + 1]]
         scan = points[begin[older] : begin[older + 1]]
         target = prepare(scan, in_order[older], told.on_lines)
-        way[0] = guesses[k]
+        put(guesses[k], way[0])
         steps = iterate(source, target, told, way, far_at, outcomes[k], information[k])
-        poses[k] = way[steps]
+        put(way[steps], poses[k])
+
+
+@compiled
+def put(T: FloatArray, place: FloatArray) -> None:
+    """``place[:] = T``, which takes numba seconds longer to compile."""
+    for i in range(3):
+        for j in range(3):
+            place[i, j] = T[i, j]
 
 
 @entry
 def nearest_rows(points: FloatArray, target: FloatArray) -> IntArray:
     """The row of the nearest target point of each point."""
-    found, pairs = no_partners(len(points)), empty_pairs(len(points))
-    associate(points, 1, np.eye(3), target, build(target), math.inf, found, pairs)
-    return pairs.row
+    count = len(points)
+    asked, row = np.empty(count, np.intp), np.empty(count, np.intp)
+    for i in range(count):
+        asked[i], row[i] = i, -1
+    x, y = points[:, 0].copy(), points[:, 1].copy()
+    queries = Queries(x, y, math.inf, asked, row, np.empty(count), np.empty(count))
+    find_nearest(build(target), target, queries)
+    return row

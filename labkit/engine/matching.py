@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, IntArray, as_points, read_only
-from labkit.engine import lookup, loop
+from labkit.engine import loop
 from labkit.engine.jit import announce
+from labkit.engine.lookup import mean_values
 from labkit.line_alignment import Information
 from labkit.parameters import IcpParameters
 from labkit.result import FAILED, IcpResult, Termination
@@ -221,12 +222,6 @@ def nearest_rows(points: ArrayLike, target: ArrayLike) -> IntArray:
     return rows
 
 
-def mean_values(table: FloatArray, cells: IntArray, shifts: IntArray) -> FloatArray:
-    """The scores of a search, shape (R, S); see `labkit.odometry.search.mean_values`."""
-    means: FloatArray = lookup.mean_values(table, cells, shifts)
-    return means
-
-
 def warm() -> None:
     """Compile all of the engine, or find it on disk: nobody waits for it afterwards."""
     wall = Scan(points=np.column_stack([np.linspace(-1.0, 1.0, 9), np.ones(9)]))
@@ -238,7 +233,7 @@ def warm() -> None:
     match_pairs([wall, wall], np.array([[1, 0]]), np.eye(3)[None], parameters)
     nearest_rows(wall.points, wall.points)
     corner = np.zeros((1, 1, 2), dtype=np.intp)
-    lookup.mean_values(np.ones((1, 1)), corner, corner[0])
+    mean_values(np.ones((1, 1)), corner, corner[0])
 
 
 announce()

@@ -14,7 +14,7 @@ import numpy as np
 
 from labkit.arrays import FloatArray, IntArray
 from labkit.engine.grid import build_grid, find_in_grid
-from labkit.engine.index import Index
+from labkit.engine.index import Index, Queries
 from labkit.engine.jit import compiled
 from labkit.engine.tree import build_tree, find_in_tree
 
@@ -51,24 +51,9 @@ def no_partners(count: int) -> Partners:
 
 
 @compiled
-def find_nearest(
-    index: Index,
-    target: FloatArray,
-    x: FloatArray,
-    y: FloatArray,
-    gate: float,
-    asked: IntArray,
-    row: IntArray,
-    square: FloatArray,
-    clear: FloatArray,
-) -> None:
-    """The nearest target point of the points (x, y) that are `asked` for, up to the gate [m].
-
-    `row` holds a row of the target for each to begin from, or −1 to begin from the partner of
-    the one before. `row` takes the partner, `square` its squared distance [m²], and `clear`
-    the square of how far all others are at least; −1 and inf where none is within the gate.
-    """
+def find_nearest(index: Index, target: FloatArray, queries: Queries) -> None:
+    """The nearest target point of each point that is asked for, up to the gate."""
     if index.depth > 0:
-        find_in_tree(index, target, x, y, gate, asked, row, square, clear)
+        find_in_tree(index, target, queries)
     else:
-        find_in_grid(index, target, x, y, gate, asked, row, square, clear)
+        find_in_grid(index, target, queries)

@@ -11,7 +11,7 @@ from labkit.approach import CLOSE_GATE, POINT_SHARE, WIDTH
 from labkit.arrays import BoolArray, FloatArray, IntArray
 from labkit.correspondences import MIN_PAIRS
 from labkit.engine.grid import smallest_in_place
-from labkit.engine.index import NOT_LESS, Index
+from labkit.engine.index import NOT_LESS, Index, Queries
 from labkit.engine.jit import compiled
 from labkit.engine.nearest import Partners, find_nearest
 
@@ -85,7 +85,7 @@ def associate(
         asked[count] = i
         count += not (min(distance[i], gate) + moved) * NOT_LESS < old_clear[k]
     clear = np.empty(len(x))
-    find_nearest(index, target, x, y, gate, asked[:count], row, distance, clear)
+    find_nearest(index, target, Queries(x, y, gate, asked[:count], row, distance, clear))
     for i in asked[:count]:
         k = i * every
         distance[i] = math.sqrt(distance[i])

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from labkit.arrays import FloatArray, IntArray
-from labkit.engine.index import NOT_LESS, Index, guess_near, scan_cells
+from labkit.engine.index import NOT_LESS, Index, Queries, guess_near, scan_cells
 from labkit.engine.jit import compiled, inlined
 
 LEAF = 8  # points in a leaf of the tree, about
@@ -75,22 +75,13 @@ def select(points: FloatArray, axis: int, row: IntArray, begin: int, end: int, m
 
 
 @compiled
-def find_in_tree(
-    index: Index,
-    target: FloatArray,
-    x: FloatArray,
-    y: FloatArray,
-    gate: float,
-    asked: IntArray,
-    row: IntArray,
-    square: FloatArray,
-    clear: FloatArray,
-) -> None:
+def find_in_tree(index: Index, target: FloatArray, queries: Queries) -> None:
     """`find_nearest` by descending to each point's leaf, and then what else may be nearer.
 
     A row of the stack is a branch still to be visited: its node, how far the point lies
     outside it along x and y [m], and the square of that distance.
     """
+    x, y, gate, asked, row, square, clear = queries
     split, axis, inner = index.split, index.axis, len(index.split)
     entries, found, stack = (index.x, index.y, index.row, index.start), -1, np.zeros((64, 4))
     most = gate * gate * NOT_LESS

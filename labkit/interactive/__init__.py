@@ -3,16 +3,15 @@
 An ordinary slider calls Python when it moves, so in a page it is dead. Two ways to live
 stand here. `icp_explorer`, `icp_sliders` and `align_by_hand` bring the ICP loop along in
 JavaScript. `flipbook` draws beforehand what only Python can compute. This is the one package
-that imports ipywidgets and anywidget.
+that imports anywidget, and ipywidgets with it.
 """
 
 try:
     import anywidget as _anywidget  # noqa: F401
-    import ipywidgets as _ipywidgets  # noqa: F401
 except ImportError as error:
     from labkit.extras import MissingExtraError
 
-    missing = error.name or "ipywidgets"
+    missing = error.name or "anywidget"
     raise MissingExtraError("what moves in a notebook", missing, "notebooks") from error
 
 from labkit.interactive.explorer import (

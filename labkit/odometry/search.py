@@ -27,6 +27,7 @@ import scipy  # its parts are loaded when they are used
 
 from labkit.arrays import FloatArray, IntArray
 from labkit.icp import Engine, compiled
+from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, to_xytheta
 from labkit.target import Target
@@ -197,12 +198,8 @@ def apart(poses: Iterable[FloatArray], count: int) -> list[FloatArray]:
 
 def alike(T: FloatArray, other: FloatArray) -> bool:
     """Whether two poses are so near to each other that they count as one."""
-    moved = math.hypot(T[0, 2] - other[0, 2], T[1, 2] - other[1, 2])
-    turned = math.atan2(
-        other[0, 0] * T[1, 0] - other[1, 0] * T[0, 0],
-        other[0, 0] * T[0, 0] + other[1, 0] * T[1, 0],
-    )
-    return moved < APART[0] and abs(turned) < APART[1]
+    moved, turned = step_length(other, T)
+    return moved < APART[0] and turned < APART[1]
 
 
 def _looked_up(source: Scan) -> FloatArray:

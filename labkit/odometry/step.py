@@ -29,7 +29,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from labkit.approach import close_gate
+from labkit.approach import settings_of
 from labkit.arrays import FloatArray
 from labkit.correspondences import MIN_PAIRS, huber_loss, pairs_at
 from labkit.degeneracy import spread_ratio
@@ -250,13 +250,10 @@ class _Pair:
 
 def _agreement(result: IcpResult) -> float:
     """1 less the cost J over that of a scan without any partner: in [0, 1]."""
-    told, cost = result.parameters, result.cost
-    gate = told.max_correspondence_distance
-    if told.approach:
-        gate = close_gate(gate, told.huber_delta)
-        if result.far[-1]:  # its cost is of another kind
-            T = result.T_target_source
-            cost = pairs_at(result.source.points, result.target, T, told).cost
+    told, source, cost = result.parameters, result.source.points, result.cost
+    if result.far[-1]:  # its cost is of another kind
+        cost = pairs_at(source, result.target, result.T_target_source, told).cost
+    gate = settings_of(told, len(source), far=False).gate
     return 1.0 - cost / float(huber_loss(gate, told.huber_delta))
 
 

@@ -34,8 +34,6 @@ from labkit import Scan, Target, apply, from_xytheta, icp, invert, read_log, to_
 from labkit.arrays import BoolArray, FloatArray
 from labkit.cli.odometry import SIMULATED_WHEELS
 from labkit.degeneracy import spread_ratio
-from labkit.evaluation import associate
-from labkit.logs import read_tum
 from labkit.odometry import OdometryParameters, increments_between
 from labkit.odometry.free_space import seen_through
 from labkit.odometry.sanity import motion_complaints, quality_complaints
@@ -54,6 +52,7 @@ from labkit.simulation import (
     wheel_increments,
 )
 from labkit.simulation.world import circle
+from odometry_logs import read_reference
 
 WRONG = 0.2, math.radians(5.0)
 FALSE_ALARMS, STYLES = 0.05, ("-", "--", "-.", ":")
@@ -139,14 +138,10 @@ def simulated(count: int) -> Iterator[Pair]:
 def of_log(name: str, path: str | None, stride: int) -> Iterator[Pair]:
     """Every `stride`-th pair of a log that has a reference; its first half is for tuning."""
     log = read_log(name)
-    if path is None:
-        if log.reference is None:
-            raise SystemExit(f"{log.name} has no reference of its own: give --reference")
-        ours, poses = np.arange(len(log)), log.reference
-    else:
-        stamps, poses = read_tum(path)
-        ours, theirs = associate(log.stamps, stamps, tolerance=0.02).T
-        poses = poses[theirs]
+    reference = read_reference(log, path)
+    if reference is None:
+        raise SystemExit(f"{log.name} has no reference of its own: give --reference")
+    ours, poses = reference.scans, reference.poses
     motions = increments_between(poses)
     if log.odometry is None:
         wheels = wheel_increments(poses, SIMULATED_WHEELS, rng=0)

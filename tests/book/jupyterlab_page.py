@@ -110,8 +110,12 @@ def jupyterlab(root: Path, home: Path) -> Iterator[str]:
         _await(address, server, log)
         yield address
     finally:
-        server.terminate()
-        server.wait(20)
+        server.terminate()  # it ends its kernels first, which may take long
+        try:
+            server.wait(20)
+        except subprocess.TimeoutExpired:
+            server.kill()
+            server.wait()
 
 
 def _await(address: str, server: subprocess.Popen[bytes], log: Path) -> None:

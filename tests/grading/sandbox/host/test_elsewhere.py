@@ -19,10 +19,11 @@ WITHOUT = """
 import os, sys, sysconfig
 sysconfig.get_config_vars()  # which are filed under the real system's name
 import asyncio, ctypes, ctypes.util, multiprocessing.connection, signal, socket, subprocess, uuid
-import multiprocessing.popen_spawn_posix, multiprocessing.reduction, shutil, tempfile, webbrowser
+import multiprocessing.popen_spawn_posix, multiprocessing.reduction, shutil, tempfile
+import urllib.request, webbrowser
 import numpy, scipy.spatial
 # These ask for the system when they are imported; numba, for its compiler's library of that name.
-for other in ("psutil", "platformdirs", "numba"):
+for other in ("psutil", "platformdirs", "locket", "numba"):
     try:
         __import__(other)
     except ImportError:
