@@ -106,6 +106,5 @@ def spread_ratio(scan: Scan | ArrayLike, motion: ArrayLike) -> float:
     if not (length > 0.0 and len(points)):
         return math.nan
     dx, dy = direction / length
-    along = (points @ [dx, dy]).std()
-    across = (points @ [-dy, dx]).std()
+    along, across = (points @ [[dx, -dy], [dy, dx]]).std(axis=0)
     return float(across / along) if along > 0.0 else math.nan

@@ -14,7 +14,7 @@ it. numba compiles the engine when it is first called and keeps what it made on 
 `pairs`        boxes D and E: associate, reject, weigh
 `solve`        box F: both metrics
 `loop`         the loop, for one pair and for many
-`lookup`       scores of a correlative search
+`lookup`       what the odometry asks of a pose: its score, its look-through
 `matching`     what the rest of labkit calls
 =============  =====================================================
 
@@ -29,9 +29,18 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from labkit.engine.lookup import mean_values
-    from labkit.engine.matching import match, match_pairs, nearest_rows, warm
+    from labkit.engine.matching import judge, judge_pairs, match, match_pairs, nearest_rows, warm
 
-__all__ = ["is_available", "match", "match_pairs", "mean_values", "nearest_rows", "warm"]
+__all__ = [
+    "is_available",
+    "judge",
+    "judge_pairs",
+    "match",
+    "match_pairs",
+    "mean_values",
+    "nearest_rows",
+    "warm",
+]
 
 
 @cache

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, IntArray, as_points, read_only
-from labkit.engine import loop
+from labkit.engine import lookup, loop
 from labkit.engine.jit import announce
 from labkit.engine.lookup import mean_values
 from labkit.line_alignment import Information
@@ -165,8 +165,7 @@ def match_pairs(
     -------
     Matches
     """
-    begin = np.cumsum([0, *map(len, scans)])
-    points = read_only(np.concatenate([np.empty((0, 2)), *(scan.points for scan in scans)]))
+    points, begin = _together(scans)
     in_order = np.array([scan.beams is not None for scan in scans], dtype=np.bool_)
     pairs, guesses = np.ascontiguousarray(pairs, np.intp), np.ascontiguousarray(guesses)
     told, count = numbers_of(parameters), len(pairs)
@@ -208,6 +207,36 @@ def match_pairs(
     )
 
 
+def judge(
+    source: Scan, target: Target, T: FloatArray, motion: FloatArray, clearance: float, gap: float
+) -> tuple[float, float]:
+    """What beams look through at the pose T, and the spread ratio of a motion (2,).
+
+    See `labkit.odometry.free_space.seen_through` and `labkit.degeneracy.spread_ratio`.
+    """
+    x, y = motion.tolist()
+    judged: tuple[float, float] = lookup.judge(
+        source.points, target.points, np.array(T), x, y, clearance, gap
+    )
+    return judged
+
+
+def judge_pairs(
+    scans: Sequence[Scan], pairs: IntArray, poses: FloatArray, clearance: float, gap: float
+) -> FloatArray:
+    """The same for many pairs of scans and their poses (K, 3, 3): shape (K, 2)."""
+    points, begin = _together(scans)
+    judged = np.empty((len(pairs), 2))
+    lookup.judge_stretch(points, begin, pairs, poses, clearance, gap, judged)
+    return judged
+
+
+def _together(scans: Sequence[Scan]) -> tuple[FloatArray, IntArray]:
+    """The points of all scans, shape (N, 2), and the row at which each of them begins."""
+    points = np.concatenate([np.empty((0, 2)), *(scan.points for scan in scans)])
+    return read_only(points), np.cumsum([0, *map(len, scans)])
+
+
 def nearest_rows(points: ArrayLike, target: ArrayLike) -> IntArray:
     """The row of the nearest target point of each point, as brute force finds it.
 
@@ -230,7 +259,10 @@ def warm() -> None:
     for _ in range(2):  # a target's first match, and later ones
         match(wall, target, np.eye(3), parameters)
     match(wall, Target(wall, target.normals), np.eye(3), parameters)
-    match_pairs([wall, wall], np.array([[1, 0]]), np.eye(3)[None], parameters)
+    pair, still = np.array([[1, 0]]), np.eye(3)[None]
+    match_pairs([wall, wall], pair, still, parameters)
+    judge_pairs([wall, wall], pair, still, 0.0, 0.0)
+    judge(wall, target, still[0], wall.points[0], 0.0, 0.0)
     nearest_rows(wall.points, wall.points)
     corner = np.zeros((1, 1, 2), dtype=np.intp)
     mean_values(np.ones((1, 1)), corner, corner[0])

@@ -15,16 +15,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, as_finite, as_floats, as_pose, check_count
-from labkit.correspondences import MIN_PAIRS
 from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.odometry.expectation import REMEMBERED
 from labkit.odometry.integration import increments_between, integrate, integrate_step
 from labkit.odometry.local_map import LastScan, LocalMap
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.record import Decision, StepRecord
-from labkit.odometry.step import STILL, estimate_step
+from labkit.odometry.step import STILL, estimate_step, estimate_steps
 from labkit.scan import Scan
-from labkit.target import Target
 
 STRETCH = 64  # steps of a log that a thread does at a time
 
@@ -204,7 +202,8 @@ def _independent_steps(
 
     def match_from(begin: int) -> list[StepRecord]:
         end = min(begin + STRETCH, len(increments))
-        return _match_stretch(scans[begin : end + 1], increments[begin:end], parameters)
+        filtered = [parameters.preprocessing(scan) for scan in scans[begin : end + 1]]
+        return estimate_steps(filtered, increments[begin:end], parameters)
 
     if len(scans):
         yield StepRecord(increment=STILL, decision=Decision.START)
@@ -214,21 +213,6 @@ def _independent_steps(
             yield from stretch
     finally:  # whatever happens to the one who reads them
         pool.shutdown(cancel_futures=True)
-
-
-def _match_stretch(
-    scans: Sequence[Scan | ArrayLike], increments: FloatArray, parameters: OdometryParameters
-) -> list[StepRecord]:
-    """The records of the steps between scans, from their priors alone."""
-    filtered = [parameters.preprocessing(scan) for scan in scans]
-    return [
-        estimate_step(newer, _prepare(older), prior, STILL, parameters)
-        for older, newer, prior in zip(filtered[:-1], filtered[1:], increments, strict=True)
-    ]
-
-
-def _prepare(scan: Scan) -> Target | None:
-    return Target(scan) if len(scan) >= MIN_PAIRS else None
 
 
 def _as_parameters(parameters: OdometryParameters | None) -> OdometryParameters:

@@ -48,7 +48,7 @@ def seen_through(source: Scan, target_points: FloatArray, T_target_source: Float
     if len(source) < MIN_PAIRS:
         return math.nan
     bearing, end = _polar(source.points)
-    order = np.argsort(bearing)
+    order = np.argsort(bearing, kind="stable")
     bearing, end = bearing[order], end[order]
     angle, distance = _polar(apply(invert(T_target_source), target_points))
     right = np.searchsorted(bearing, angle)

@@ -25,7 +25,9 @@ may so run in any order.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -33,16 +35,17 @@ from labkit.approach import settings_of
 from labkit.arrays import FloatArray
 from labkit.correspondences import MIN_PAIRS, huber_loss, pairs_at
 from labkit.degeneracy import spread_ratio
-from labkit.icp import icp
+from labkit.icp import compiled, icp
 from labkit.odometry.expectation import Expectation
-from labkit.odometry.free_space import seen_through
+from labkit.odometry.free_space import CLEARANCE, GAP, seen_through
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.sanity import motion_complaints, quality_complaints
 from labkit.odometry.search import alike, apart, field_of, search
+from labkit.parameters import IcpParameters
 from labkit.result import IcpResult
 from labkit.scan import Scan
-from labkit.se2 import invert, to_xytheta
+from labkit.se2 import from_xytheta, invert, to_xytheta
 from labkit.target import Target
 
 STILL = np.zeros(3)
@@ -99,17 +102,21 @@ def estimate_step(
         return StepRecord(increment=guess, decision=last_resort, reason=reason)
 
     motions = guess[None] if prior is not None else np.vstack([guess, earlier_motions])
-    expected = Expectation(motions, T_target_last)
-    pair = _Pair(source, target, T_target_last, prior, expected, parameters)
-    tried = [pair.match(expected.poses[0], Decision.ICP)]
-    if tried[0].complaints:
-        tried.append(pair.match(expected.poses[0], Decision.RETRY))
-    if not parameters.search:
-        best = next((each for each in tried if not each.complaints), tried[-1])
-    else:
-        if prior is None or tried[0].complaints or tried[0].agreement < parameters.search_below:
-            pair.search(tried)
+    pair = _Pair(source, target, T_target_last, prior, motions, parameters)
+    T_guess = T_target_last @ from_xytheta(guess)
+    first = pair.match(T_guess, Decision.ICP)
+    doubtful = prior is None or first.agreement < parameters.search_below
+    if not first.complaints and not (parameters.search and doubtful):
+        return first.record
+
+    tried = [first]
+    if first.complaints:
+        tried.append(pair.match(T_guess, Decision.RETRY))
+    if parameters.search:
+        pair.search(tried)
         best = _best(tried)
+    else:
+        best = next((each for each in tried if not each.complaints), tried[-1])
     elsewhere = [each for each in tried if not alike(each.T_target_source, best.T_target_source)]
     others = [each.agreement for each in elsewhere if not each.complaints]
     margin = best.agreement - max(others, default=math.nan)
@@ -128,20 +135,85 @@ def estimate_step(
     )
 
 
+def estimate_steps(
+    scans: Sequence[Scan], priors: FloatArray, parameters: OdometryParameters
+) -> list[StepRecord]:
+    """What `estimate_step` says of each scan against the one before, from its prior, (K−1, 3).
+
+    With the engine, the first matches are made together, which is several times as fast.
+    """
+    believed = _first_matches(scans, priors, parameters)
+    return [
+        believed.get(k)
+        or estimate_step(scans[k + 1], _as_target(scans[k]), prior, STILL, parameters)
+        for k, prior in enumerate(priors)
+    ]
+
+
+def _first_matches(
+    scans: Sequence[Scan], priors: FloatArray, parameters: OdometryParameters
+) -> dict[int, StepRecord]:
+    """The records of all steps whose first match is beyond doubt."""
+    told, limits = parameters.icp, parameters.limits
+    if not compiled(parameters.engine) or told.metric != "point_to_line":
+        return {}
+    from labkit.engine import judge_pairs, match_pairs  # noqa: PLC0415 (imports numba)
+
+    enough = [len(scan) >= MIN_PAIRS for scan in scans]
+    steps = np.flatnonzero(np.logical_and(enough[1:], enough[:-1]))
+    pairs = np.column_stack([steps + 1, steps])
+    found = match_pairs(scans, pairs, from_xytheta(priors[steps]), told)
+    judged = judge_pairs(scans, pairs, found.T_target_source, CLEARANCE, GAP).tolist()
+    motions, records = to_xytheta(found.T_target_source), {}
+    for i, k in enumerate(steps.tolist()):
+        (through, spread), ending = judged[i], found.terminations[i]
+        inlier_ratio, rmse, cost = found.fitness[i], found.inlier_rmse[i], found.cost[i]
+        information, motion = float(found.information[i, 0]), motions[i]
+        agreement = _agreement(cost, through, told)
+        if (
+            not ending.converged
+            or math.isnan(information)
+            or (parameters.search and agreement < parameters.search_below)
+            or motion_complaints(motion, priors[k], limits)
+            or quality_complaints(inlier_ratio, rmse, limits, _near_gate(told))
+        ):
+            continue
+        records[k] = StepRecord(
+            increment=motion,
+            decision=Decision.ICP,
+            inlier_count=int(found.inlier_counts[i]),
+            inlier_ratio=float(inlier_ratio),
+            rmse=float(rmse),
+            cost=float(cost),
+            seen_through=through,
+            rotation=abs(float(motion[2])),
+            information=information,
+            spread=spread,
+            iterations=int(found.iterations[i]),
+            degenerate=information < limits.min_information,
+            termination=ending,
+        )
+    return records
+
+
 @dataclass(frozen=True, eq=False)
 class _Match:
     """A match that was tried: its record, the checks that it fails, and where it ended.
 
     Its agreement is 1 where every point of the source lies on the target, 0 where none has a
-    partner there, and less where beams look through the target's walls. Its score is less
-    than that by how much its motion surprises.
+    partner there, and less where beams look through the target's walls.
     """
 
     record: StepRecord
     complaints: list[str]
     T_target_source: FloatArray
     agreement: float
-    score: float
+    pair: _Pair
+
+    @cached_property
+    def score(self) -> float:
+        """The agreement, less by how much the motion surprises."""
+        return self.agreement - SURPRISE * self.pair.expected.unlikeliness(self.T_target_source)
 
     @property
     def reason(self) -> str:
@@ -169,8 +241,16 @@ class _Pair:
     target: Target
     T_target_last: FloatArray
     prior: FloatArray | None
-    expected: Expectation
+    motions: FloatArray
     parameters: OdometryParameters
+
+    @cached_property
+    def expected(self) -> Expectation:
+        return Expectation(self.motions, self.T_target_last)
+
+    @cached_property
+    def T_last_target(self) -> FloatArray:
+        return AT_TARGET if self.T_target_last is AT_TARGET else invert(self.T_target_last)
 
     def search(self, tried: list[_Match]) -> None:
         """Add the matches from the motions of before, and from the best starts of a search.
@@ -197,20 +277,20 @@ class _Pair:
         if seen is not None and seen.degenerate and self._completes(decision):
             result = self._icp(self.expected.completed(result.T_target_source, seen), decision)
         limits, T = self.parameters.limits, result.T_target_source
-        increment = to_xytheta(invert(self.T_target_last) @ T)
+        increment = to_xytheta(self.T_last_target @ T)
         information, degenerate = math.nan, False
-        through, agreement, score = math.nan, -math.inf, -math.inf
+        through, spread, agreement = math.nan, math.nan, -math.inf
         if result.termination.failed:
             complaints = [result.message]
         else:
             seen = result.observability
             information = 0.0 if seen is None else float(seen.values[0])
             degenerate = information < limits.min_information
-            through = seen_through(self.source, self.target.points, T)
-            agreement = _agreement(result) - THROUGH * (0.0 if math.isnan(through) else through)
-            score = agreement - SURPRISE * self.expected.unlikeliness(T)
+            through, spread = self._judge(T, increment)
+            agreement = _agreement(_near_cost(result), through, result.parameters)
             complaints = motion_complaints(increment, self.prior, limits)
-            complaints += quality_complaints(result.fitness, result.inlier_rmse, limits)
+            gate = _near_gate(result.parameters)
+            complaints += quality_complaints(result.fitness, result.inlier_rmse, limits, gate)
         if degenerate and not self._leaves_free_what_is_free():
             complaints.append(
                 f"degenerate: information {information:.3f} < {limits.min_information:.3f}"
@@ -225,12 +305,22 @@ class _Pair:
             seen_through=through,
             rotation=abs(float(increment[2])),
             information=information,
-            spread=spread_ratio(self.source, _seen_from_the_end(increment)),
+            spread=spread,
             iterations=result.iterations,
             degenerate=degenerate,
             termination=result.termination,
         )
-        return _Match(record, complaints, T, agreement, score)
+        return _Match(record, complaints, T, agreement, self)
+
+    def _judge(self, T: FloatArray, increment: FloatArray) -> tuple[float, float]:
+        """What the source looks through at the pose T, and the spread ratio of the motion."""
+        motion = _seen_from_the_end(increment)
+        if compiled(self.parameters.engine):
+            from labkit.engine import judge  # noqa: PLC0415 (imports numba)
+
+            return judge(self.source, self.target, T, motion, CLEARANCE, GAP)
+        through = seen_through(self.source, self.target.points, T)
+        return through, spread_ratio(self.source, motion)
 
     def _icp(self, T_guess: FloatArray, decision: Decision) -> IcpResult:
         told = self.parameters
@@ -248,13 +338,35 @@ class _Pair:
         return grounds and self.parameters.icp.metric == "point_to_line"
 
 
-def _agreement(result: IcpResult) -> float:
-    """1 less the cost J over that of a scan without any partner: in [0, 1]."""
-    told, source, cost = result.parameters, result.source.points, result.cost
-    if result.far[-1]:  # its cost is of another kind
-        cost = pairs_at(source, result.target, result.T_target_source, told).cost
-    gate = settings_of(told, len(source), far=False).gate
-    return 1.0 - cost / float(huber_loss(gate, told.huber_delta))
+def _agreement(cost: float, through: float, told: IcpParameters) -> float:
+    """1 less the cost J over that of a scan without any partner, and less what is seen through."""
+    return (
+        1.0 - cost / _cost_of_no_partner(told) - THROUGH * (0.0 if math.isnan(through) else through)
+    )
+
+
+def _near_cost(result: IcpResult) -> float:
+    """The cost J [m²] near the answer, also of a run whose last iteration was still far from it."""
+    if not result.far[-1]:
+        return result.cost
+    T, told = result.T_target_source, result.parameters
+    return pairs_at(result.source.points, result.target, T, told).cost
+
+
+@lru_cache(maxsize=64)
+def _cost_of_no_partner(told: IcpParameters) -> float:
+    """The cost J [m²] near the answer of a scan no point of which has a partner."""
+    return float(huber_loss(_near_gate(told), told.huber_delta))
+
+
+@lru_cache(maxsize=64)
+def _near_gate(told: IcpParameters) -> float:
+    """The gate near the answer [m]."""
+    return settings_of(told, 1, far=False).gate
+
+
+def _as_target(scan: Scan) -> Target | None:
+    return Target(scan) if len(scan) >= MIN_PAIRS else None
 
 
 def _seen_from_the_end(increment: FloatArray) -> FloatArray:

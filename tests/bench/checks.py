@@ -31,10 +31,11 @@ from typing import Any
 import numpy as np
 
 from labkit import Scan, Target, apply, from_xytheta, icp, invert, read_log, to_xytheta, transform
+from labkit.approach import settings_of
 from labkit.arrays import BoolArray, FloatArray
 from labkit.cli.odometry import SIMULATED_WHEELS
 from labkit.degeneracy import spread_ratio
-from labkit.odometry import OdometryParameters, increments_between
+from labkit.odometry import OdometryParameters, estimate_step, increments_between
 from labkit.odometry.free_space import seen_through
 from labkit.odometry.sanity import motion_complaints, quality_complaints
 from labkit.result import IcpResult
@@ -200,6 +201,7 @@ def error_seen(result: IcpResult, motion: FloatArray) -> tuple[float, float]:
 def rows(pairs: Iterator[Pair]) -> Iterator[Row]:
     """One row a match: what was recorded of it, and whether it is wrong."""
     parameters, rng, still = OdometryParameters(), np.random.default_rng(1), np.zeros(3)
+    gate = settings_of(parameters.icp, 1, far=False).gate
     for pair in pairs:
         target, backward = Target(pair.target), Target(pair.source)
         for kind in GUESSES:
@@ -212,9 +214,15 @@ def rows(pairs: Iterator[Pair]) -> Iterator[Row]:
                 found = to_xytheta(result.T_target_source)
                 row["alarm"] = bool(
                     motion_complaints(found, prior, parameters.limits)
-                    + quality_complaints(result.fitness, result.inlier_rmse, parameters.limits)
+                    + quality_complaints(
+                        result.fitness, result.inlier_rmse, parameters.limits, gate
+                    )
                 )
                 row |= measured(pair, result, prior, kind, backward)
+            step = estimate_step(pair.source, target, prior, still, parameters)
+            off = relative(from_xytheta(pair.motion), from_xytheta(step.increment))
+            row["believed"] = step.decision.matched and not step.ambiguous
+            row["step_wrong"] = is_wrong(*_lengths(off)) and not step.degenerate
             yield row
 
 
@@ -325,6 +333,25 @@ def print_checks(table: Table) -> None:
         print(*words)
 
 
+def print_chain(found: list[Row], places: list[str]) -> None:
+    """What the whole chain makes of all pairs, place by place.
+
+    Of the first matches that are wrong or fail, how many do not end in a wrong step that is
+    believed; of the right ones, how many are not believed.
+    """
+    print("\nthe whole chain: recall / false alarms (wrong first matches)")
+    for place in places:
+        words = [f"{place:14}"]
+        for kind in GUESSES:
+            chosen = [row for row in found if row["place"] == place and row["guess"] == kind]
+            wrong = np.array([row.get("wrong", True) for row in chosen])
+            caught = np.array([not (row["believed"] and row["step_wrong"]) for row in chosen])
+            refused = np.array([not row["believed"] for row in chosen])
+            recall, false = rates(np.where(wrong, caught, refused), wrong)
+            words.append(f"{100 * recall:5.0f} /{100 * false:5.1f} % ({wrong.sum():3})")
+        print(*words)
+
+
 def draw(table: Table, path: Path) -> None:
     """Recall against false alarms of each quantity, one panel a kind of guess."""
     from labkit.plotting import book_figure  # noqa: PLC0415 (without matplotlib, no picture)
@@ -367,6 +394,7 @@ def main() -> int:
     table = Table(found)
     print_quantities(table)
     print_checks(table)
+    print_chain(found, table.places)
     if args.figure:
         draw(table, args.figure)
     return 0

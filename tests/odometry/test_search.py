@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from labkit import IcpParameters, Scan, Target, engine
+from labkit.degeneracy import spread_ratio
 from labkit.errors import InvalidParameterError
 from labkit.odometry import Decision, OdometryParameters, estimate_odometry, estimate_step
-from labkit.odometry.free_space import CLEARANCE, seen_through
+from labkit.odometry.free_space import CLEARANCE, GAP, seen_through
 from labkit.odometry.search import SPREAD, LikelihoodField, alike, mean_values, search
 from labkit.se2 import apply, from_xytheta, relative, to_xytheta
 from labkit.simulation import Lidar, cast, corridor, room, scan_along
@@ -115,6 +116,20 @@ def test_beams_look_through_a_wall_that_is_not_there():
     back = from_xytheta([-2.0 * CLEARANCE, 0.0, 0.0])
     assert seen_through(source, apply(back, wall), back) == 0.0  # the wall moved along
     assert seen_through(source, apply(back, wall), np.eye(3)) > 0.9
+
+
+@pytest.mark.skipif(not engine.is_available(), reason="numba is not installed")
+@pytest.mark.parametrize("shuffled", [False, True])
+def test_the_engine_judges_alike(shuffled):
+    rng = np.random.default_rng(0)
+    for motion in rng.normal(0.0, [0.5, 0.5, 0.3], (20, 3)):
+        newer, older = looks(motion)
+        if shuffled:
+            newer = Scan.from_points(rng.permutation(newer.points))
+        T = from_xytheta(motion + rng.normal(0.0, 0.2, 3))
+        through, spread = engine.judge(newer, Target(older), T, motion[:2], CLEARANCE, GAP)
+        assert through == seen_through(newer, older.points, T)
+        assert spread == pytest.approx(spread_ratio(newer, motion[:2]), rel=1e-12)
 
 
 @pytest.mark.parametrize("motion", [degrees(motion) for motion in MOTIONS])

@@ -1,17 +1,19 @@
 """One step: the match, the checks, and the fallbacks in their stated order."""
 
 import math
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 
 from labkit import IcpParameters, Scan, Target, Termination, icp
 from labkit.degeneracy import observability, spread_ratio
+from labkit.engine import is_available
 from labkit.errors import InvalidParameterError
 from labkit.odometry import Decision, OdometryParameters, SanityLimits, estimate_step
+from labkit.odometry.step import estimate_steps
 from labkit.se2 import apply, from_xytheta, invert, to_xytheta, transform
-from labkit.simulation import Lidar, cast, corridor, room
+from labkit.simulation import Lidar, cast, corridor, room, scan_along
 
 STILL = np.zeros(3)
 LAST = np.array([0.02, 0.0, 0.01])
@@ -238,3 +240,38 @@ def test_bad_parameters(name, value, message):
     with pytest.raises(InvalidParameterError) as caught:
         OdometryParameters(**{name: value})
     assert str(caught.value) == message
+
+
+@pytest.mark.skipif(not is_available(), reason="without numba no step is made in bulk")
+@pytest.mark.parametrize(
+    "parameters",
+    [
+        PARAMETERS,
+        replace(PARAMETERS, search=False),
+        replace(PARAMETERS, icp=replace(PARAMETERS.icp, metric="point_to_point")),
+        replace(PARAMETERS, icp=replace(PARAMETERS.icp, max_iterations=3)),
+    ],
+)
+def test_many_steps_are_what_each_of_them_is(parameters, monkeypatch):
+    """Good and bad priors, a scan too short to match, a corridor."""
+    path = np.cumsum(np.tile([0.1, 0.02, 0.05], (14, 1)), axis=0)
+    scans = [*scan_along(room(), path, Lidar(beam_count=180), rng=0), EMPTY]
+    scans += scan_along(corridor(), path[:5], Lidar(beam_count=180), rng=1)
+    priors = np.tile([0.1, 0.02, 0.05], (len(scans) - 1, 1))
+    priors[[2, 9]] += [[0.7, 0.0, 0.0], [0.0, -0.4, 0.6]]
+    one_by_one = [
+        estimate_step(newer, Target(older) if len(older) else None, prior, STILL, parameters)
+        for older, newer, prior in zip(scans[:-1], scans[1:], priors, strict=True)
+    ]
+    together = estimate_steps(scans, priors, parameters)
+    for record, alone in zip(together, one_by_one, strict=True):
+        assert (record.decision, record.reason) == (alone.decision, alone.reason)
+        assert (record.termination, record.ambiguous) == (alone.termination, alone.ambiguous)
+        for name, value in asdict(alone).items():
+            if isinstance(value, bool | int | float | np.ndarray):
+                np.testing.assert_allclose(getattr(record, name), value, rtol=1e-12, atol=1e-12)
+    assert len({record.decision for record in together}) > 1
+    monkeypatch.setattr("labkit.odometry.step.estimate_step", lambda *_: None)
+    sure = [record for record in estimate_steps(scans, priors, parameters) if record]
+    expected = 10 if parameters in (PARAMETERS, replace(PARAMETERS, search=False)) else 0
+    assert len(sure) >= expected
