@@ -9,7 +9,8 @@ Four marks, the first two those of nbgrader and nbconvert:
 - a Markdown cell that nbgrader's metadata call a solution (an answer marked by hand).
 
 The first leaves nbgrader's stub behind and keeps the cell's metadata, so that what comes
-out is what ``nbgrader generate_assignment`` would hand out. The answers to the checks of
+out is what ``nbgrader generate_assignment`` would hand out; but a cell that was folded to hide
+its solution is open, as there is something to write. The answers to the checks of
 understanding are no solutions: they are there to be opened.
 """
 
@@ -25,6 +26,7 @@ from nbformat import NotebookNode
 
 BEGIN, END = "BEGIN SOLUTION", "END SOLUTION"
 TAG = "solution"
+FOLDED = "hide-input"
 CODE_STUB = ("# YOUR CODE HERE", "raise NotImplementedError()")
 TEXT_STUB = "YOUR ANSWER HERE"
 
@@ -78,7 +80,9 @@ def strip_notebook(notebook: NotebookNode, name: str) -> tuple[NotebookNode, lis
         elif cell.cell_type == "code":
             cell.source, found = _strip_code(cell.source, place)
             taken += found
-            stubbed = stubbed or bool(found)
+            if found:
+                stubbed = True
+                _unfold(cell)
         elif cell.metadata.get("nbgrader", {}).get("solution", False):
             taken.append(cell.source)
             cell.source = TEXT_STUB
@@ -158,6 +162,13 @@ def _strip_code(source: str, place: str) -> tuple[str, list[str]]:
     if region is not None:
         raise SolutionMarkError(f"{place}: {BEGIN!r} without {END!r} after it")
     return "\n".join(left), taken
+
+
+def _unfold(cell: NotebookNode) -> None:
+    """Show a cell's code, in the page and in JupyterLab."""
+    if "tags" in cell.metadata:
+        cell.metadata.tags = [tag for tag in cell.metadata.tags if tag != FOLDED]
+    cell.metadata.get("jupyter", {}).pop("source_hidden", None)
 
 
 def _directives(text: str) -> list[Token]:

@@ -52,6 +52,14 @@ def test_a_marked_region_becomes_a_stub_and_the_metadata_stay():
     assert left.metadata["mystnb"]["execution_mode"] == "off"
 
 
+def test_a_folded_solution_becomes_an_open_stub():
+    metadata = {"tags": ["hide-input", "raises"], "jupyter": {"source_hidden": True}}
+    cell = new_code_cell(CODE, metadata=metadata)
+    left, _ = strip_notebook(new_notebook(cells=[cell]), "a.ipynb")
+    assert left.cells[0].source == STUB
+    assert left.cells[0].metadata == {"tags": ["raises"], "jupyter": {}}
+
+
 def test_cells_with_the_tag_go_with_all_they_hold():
     output = nbformat.v4.new_output("stream", text=SECRET)
     cells = [
