@@ -308,6 +308,12 @@ def test_a_bet_is_measured_when_the_run_has_ended(page):
     expect(readout(page, "your bet")).to_have_text("0.47 m from the end")  # of 0.52 m in x
     page.get_by_role("button", name="Start").click()
     expect(readout(page, "your bet")).to_have_count(0)
+    page.reload()  # the bet is kept
+    page.get_by_role("button", name="End").click()
+    expect(readout(page, "your bet")).to_have_text("0.47 m from the end")
+    page.get_by_role("button", name="Reset").click()
+    page.get_by_role("button", name="End").click()
+    expect(readout(page, "your bet")).to_have_count(0)
 
 
 def test_a_copied_state_is_a_link_to_it(page, address):

@@ -3,6 +3,7 @@
 // The model is the widget's state. In JupyterLab it is tied to Python, in a page to nothing.
 
 import { BasinPanel, outcomeOf } from "./basin.js";
+import { storeBet, storedBet } from "./bets.js";
 import { HandView } from "./by_hand.js";
 import { palette, watchTheme } from "./canvas.js";
 import { SLIDERS, button, element, guessFields, keepToItself, parameterControls, slider, steps, toggle } from "./controls.js";
@@ -58,7 +59,8 @@ class ExplorerView {
     this.guess = guessFields({ guess: () => this.model.get("guess"), move: (guess) => this.move(guess) });
     this.plane = new Plane({
       label: `Map of both scans. ${KEYS}`, signal: this.signal, pose: () => this.pose(),
-      onPose: ({ x, y, theta }) => this.move([x, y, theta]), onView: () => this.request(),
+      onPose: ({ x, y, theta }) => this.move([x, y, theta]), onBet: (place) => this.bet(place),
+      onView: () => this.request(),
     });
     this.play = button("Play", "Show one iteration after the other", () => this.togglePlay());
     const read = (k) => `${k} of ${this.last()}`, onValue = (k) => this.show(k);
@@ -129,7 +131,14 @@ class ExplorerView {
     this.request();
   }
 
+  bet(place) {
+    this.plane.bet = place;
+    storeBet(this.scene, place);
+    this.request();
+  }
+
   reset() {
+    storeBet(this.scene, null);
     this.set(this.model.get("first_parameters"));
     this.choose(this.model.get("scene"));
     this.enter();
@@ -139,7 +148,7 @@ class ExplorerView {
     this.plane.mode = name;
     if (name === "bet") {
       this.show(0);
-      this.plane.bet ??= this.model.get("guess").slice(0, 2);
+      if (!this.plane.bet) this.bet(this.model.get("guess").slice(0, 2));
       this.plane.canvas.focus({ preventScroll: true });
     }
     this.said.textContent = { move: HINT, pan: "Drag the view.", bet: BET }[name];
@@ -222,7 +231,7 @@ class ExplorerView {
     Object.assign(this, unpacked(this.scene));
     const [there, here] = [this.known, transform(...this.scene.guess)].map((T) => (T ? apply(T, this.source) : []));
     this.stop();
-    this.plane.bet = null;
+    this.plane.bet = this.compact ? null : storedBet(this.scene);
     this.setMode("move");
     this.plane.frame(Float64Array.of(0, 0, ...this.target.points, ...there, ...here));
     this.shown = this.compact ? null : 0;

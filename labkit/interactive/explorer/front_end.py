@@ -18,6 +18,7 @@ MODULES = (
     "canvas",
     "controls",
     "state",
+    "bets",
     "basin",
     "plane",
     "cost",

@@ -23,11 +23,12 @@ export const FATE_STYLES = [
 
 export class Plane {
   // `onPose` gets {x, y, theta} when the reader moves the source; `pose` tells where it is;
-  // `onView` is called when the view or the bet has changed.
-  constructor({ label, pose, onPose, onView, signal }) {
+  // `onBet` gets [x, y] when the bet is placed; `onView` is called when the view has changed.
+  constructor({ label, pose, onPose, onBet, onView, signal }) {
     this.canvas = element("canvas", { class: "icp-plane", tabindex: 0, role: "application", "aria-label": label });
     this.pose = pose;
     this.onPose = onPose;
+    this.onBet = onBet;
     this.onView = onView;
     this.mode = "move"; // or "pan", or "bet"
     this.bet = null;
@@ -96,9 +97,8 @@ export class Plane {
   grasp(event) {
     const { x, y, theta } = this.pose();
     if (this.mode === "bet") {
-      this.bet = this.place(event.offsetX, event.offsetY);
       event.preventDefault();
-      return this.onView();
+      return this.onBet(this.place(event.offsetX, event.offsetY));
     }
     const [u, v] = this.pixel(x, y);
     const knob = [u + HANDLE * Math.cos(theta), v - HANDLE * Math.sin(theta)];
@@ -146,10 +146,7 @@ export class Plane {
     event.preventDefault();
     const { x, y, theta } = this.pose();
     if (this.mode === "pan") return this.panBy(-600 * move[0], 600 * move[1]);
-    if (this.mode === "bet") {
-      this.bet = (this.bet ?? [x, y]).map((each, k) => each + move[k]);
-      return this.onView();
-    }
+    if (this.mode === "bet") return this.onBet((this.bet ?? [x, y]).map((each, k) => each + move[k]));
     this.onPose({ x: x + move[0], y: y + move[1], theta: theta + move[2] });
   }
 
