@@ -20,7 +20,7 @@ from labkit.odometry import OdometryParameters, estimate_odometry
 from labkit.simulation import Lidar, cast, corridor, room
 
 pytest.importorskip("numba", reason="needs numba: pip install numba")
-from labkit.engine import match_pairs, nearest_rows
+from labkit.engine import loop, match_pairs, matching, nearest_rows
 
 ODOMETRY = OdometryParameters().icp
 
@@ -285,3 +285,25 @@ def test_odometry_is_the_same_by_both(against, killian):
         assert (one.decision, one.reason) == (other.decision, other.reason)
         assert (one.iterations, one.inlier_count) == (other.iterations, other.inlier_count)
         np.testing.assert_allclose(one.information, other.information, atol=1e-9)
+
+
+def test_parameters_arrive_under_their_own_names():
+    """They are handed over as bare numbers; the loop must read each from its own place."""
+    other = IcpParameters(
+        metric="point_to_line",
+        approach=True,
+        max_correspondence_distance=0.11,
+        overlap_ratio=0.12,
+        huber_delta=0.13,
+        max_iterations=14,
+        translation_tolerance=0.15,
+        rotation_tolerance=0.16,
+        cost_tolerance=0.17,
+        step_fraction=0.18,
+    )
+    for parameters in (IcpParameters(), other):
+        told = loop.told_by.py_func(matching.numbers_of(parameters))
+        assert told.on_lines == (parameters.metric == "point_to_line")
+        assert told.gate == parameters.max_correspondence_distance
+        for name in set(told._fields) - {"on_lines", "gate"}:
+            assert getattr(told, name) == getattr(parameters, name), name

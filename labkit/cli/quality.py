@@ -11,24 +11,23 @@ from labkit.arrays import FloatArray
 from labkit.files import atomic_write
 from labkit.odometry import StepRecord
 
-COLUMNS = (
-    "scan",
-    "stamp",
-    "decision",
-    "dx_m",
-    "dy_m",
-    "dtheta_rad",
-    "inliers",
-    "inlier_ratio",
-    "rmse_m",
-    "rotation_rad",
-    "information",
-    "degenerate",
-    "spread_ratio",
-    "iterations",
-    "termination",
-    "reason",
-)
+# What a match tells, by its column: a field of the record. Empty without a match.
+OF_A_MATCH = {
+    "inliers": "inlier_count",
+    "inlier_ratio": "inlier_ratio",
+    "rmse_m": "rmse",
+    "cost_m2": "cost",
+    "seen_through": "seen_through",
+    "margin": "margin",
+    "ambiguous": "ambiguous",
+    "rotation_rad": "rotation",
+    "information": "information",
+    "degenerate": "degenerate",
+    "spread_ratio": "spread",
+    "iterations": "iterations",
+}
+MOTION = ("dx_m", "dy_m", "dtheta_rad")
+COLUMNS = ("scan", "stamp", "decision", *MOTION, *OF_A_MATCH, "termination", "reason")
 
 
 def write_quality(path: str | Path, stamps: FloatArray, records: Sequence[StepRecord]) -> None:
@@ -40,23 +39,19 @@ def write_quality(path: str | Path, stamps: FloatArray, records: Sequence[StepRe
             writer.writerow([scan, _number(stamp), *_cells(record)])
 
 
-def _cells(record: StepRecord) -> list[str | int]:
-    matched = record.termination is not None
+def _cells(record: StepRecord) -> list[str]:
+    told = [getattr(record, name) for name in OF_A_MATCH.values()]
+    ending = record.termination
     return [
         record.decision.value,
-        *(_number(value) for value in record.increment),
-        record.inlier_count if matched else "",
-        *(
-            _number(value)
-            for value in (record.inlier_ratio, record.rmse, record.rotation, record.information)
-        ),
-        int(record.degenerate) if matched else "",
-        _number(record.spread),
-        record.iterations if matched else "",
-        record.termination.name.lower() if record.termination else "",
+        *map(_number, record.increment),
+        *("" if ending is None else _number(value) for value in told),
+        "" if ending is None else ending.name.lower(),
         record.reason,
     ]
 
 
 def _number(value: float) -> str:
+    if isinstance(value, int):  # a truth, too
+        return str(int(value))
     return "" if math.isnan(value) else repr(float(value))

@@ -79,6 +79,9 @@ Median time a pair against the number of points, both on logarithmic axes. A mat
 than three seconds a pair is spared the larger scans.
 ```"""
 
+SHUFFLED = """\
+The same points, shuffled, so that no matcher can lean on the order of the beams:"""
+
 WHOLE_LOG = """\
 ## Whole logs
 
@@ -122,7 +125,9 @@ def page(results: dict[str, Any]) -> str:
         parts += [BASIN, *map(_basin_section, results["basins"].values())]
     if "growth" in results:
         header = ["ms a pair", *(f"{size:,}" for size in results["growth"]["points"])]
-        parts += [GROWTH, markdown(header, growth_rows(results["growth"]))]
+        parts += [GROWTH, markdown(header, growth_rows(results["growth"]["time_ms"]))]
+        if shuffled := results["growth"].get("shuffled_ms"):
+            parts += [SHUFFLED, markdown(header, growth_rows(shuffled))]
     if "whole_log" in results:
         parts += _whole_log(results["whole_log"])
     return "\n\n".join([*parts, f"## Conditions\n\n{_conditions(results)}"]) + "\n"

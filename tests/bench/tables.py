@@ -35,12 +35,9 @@ def basin_rows(basin: dict[str, Any]) -> list[list[str]]:
     ]
 
 
-def growth_rows(growth: dict[str, Any]) -> list[list[str]]:
+def growth_rows(column: dict[str, list[float | None]]) -> list[list[str]]:
     """A row for each matcher: milliseconds a pair at each number of points."""
-    return [
-        [name, *(number(value, ".2f") for value in times)]
-        for name, times in growth["time_ms"].items()
-    ]
+    return [[name, *(number(value, ".2f") for value in times)] for name, times in column.items()]
 
 
 def whole_log_rows(result: dict[str, Any]) -> list[list[str]]:
@@ -77,7 +74,11 @@ def basin_text(basin: dict[str, Any]) -> str:
 def growth_text(growth: dict[str, Any]) -> str:
     """The growth for a terminal."""
     header = ["ms a pair", *(f"{size:,}" for size in growth["points"])]
-    return f"growth with the number of points\n{table(header, growth_rows(growth))}\n"
+    parts = {"in beam order": "time_ms", "shuffled": "shuffled_ms"}
+    return "\n".join(
+        f"growth with the number of points, {order}\n{table(header, growth_rows(growth[key]))}\n"
+        for order, key in parts.items()
+    )
 
 
 def whole_log_text(result: dict[str, Any]) -> str:

@@ -86,6 +86,9 @@ def test_the_quality_file_has_a_row_a_scan(run, carmen_log, tmp_path):
     assert 0.0 < float(rows[3]["rmse_m"]) < 0.1
     assert 0.4 < float(rows[3]["inlier_ratio"]) <= 1.0
     assert rows[3]["termination"].startswith("converged")
+    assert 0.0 < float(rows[3]["cost_m2"]) < float(rows[3]["rmse_m"]) ** 2
+    assert 0.0 <= float(rows[3]["seen_through"]) < 0.1
+    assert (rows[0]["ambiguous"], rows[3]["ambiguous"], rows[3]["margin"]) == ("", "0", "")
 
 
 def test_none_writes_nothing(run, carmen_log, files):
