@@ -4,8 +4,8 @@ Given pairs (pᵢ, qᵢ) with weights wᵢ ≥ 0, both functions minimise, over 
 
     J(R, t) = Σ wᵢ ‖R pᵢ + t − qᵢ‖²                                             (2.1)
 
-`align` is the one the lab uses: one `atan2`. `align_svd` is the derivation for any
-dimension, and the oracle that the tests hold `align` against.
+The lab uses `align`, which needs one `atan2`. `align_svd` follows the derivation for any
+dimension; the tests compare `align` with it.
 
 References
 ----------
@@ -49,7 +49,7 @@ def align(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None
     Raises
     ------
     DegenerateAlignmentError
-        Where every rotation, or more than one, fits equally well.
+        If more than one rotation fits equally well.
     InvalidPointsError
         For a wrong shape, NaN, unequal lengths or a negative weight.
 

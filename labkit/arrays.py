@@ -1,7 +1,7 @@
-"""What a caller hands in, checked once at the door: points, weights, parameters.
+"""Checks of what a caller passes in: points, weights, parameters.
 
-Every message names the argument, the value received and the way out, so that the
-mathematics behind the door can assume clean float64 arrays.
+Every message names the argument, the value received and the way out. After these checks the
+mathematics can rely on clean float64 arrays.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ FARTHEST = 1e9  # [m]: no robot drives or sees farther, so a number beyond it is
 
 
 def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:
-    """Copy `values` as float64, or say what they are instead of numbers.
+    """Return a copy of `values` as float64, or raise an error that says what they are.
 
-    A copy, for the caller may fill the array anew while the numbers are still needed. What
-    lies under a mask is no number.
+    It is a copy because the caller may overwrite the array later. A masked entry is not a
+    number.
     """
     if np.ma.is_masked(values):
         first = np.argwhere(np.ma.getmaskarray(np.ma.asarray(values)))[0].tolist()
@@ -45,7 +45,7 @@ def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:
 
 
 def read_only(values: Values) -> Values:
-    """The same array, which nobody can write to any more."""
+    """Return the same array, made read-only."""
     values.setflags(write=False)
     return values
 
@@ -173,8 +173,8 @@ def check_range(
 ) -> None:
     """Raise `InvalidParameterError` unless ``above < value`` and ``at_least <= value <= at_most``.
 
-    ``inf`` passes where no upper bound is given (it reads "off"); NaN never does, and neither
-    does what is no single number.
+    ``inf`` passes if there is no upper bound (it means "off"). NaN never passes, nor does
+    anything but a single number.
     """
     if is_number(value) and value > above and at_least <= value <= at_most:
         return
@@ -185,7 +185,7 @@ def check_range(
 
 
 def is_number(value: object) -> bool:
-    """Whether it is one real number, Python's or numpy's; True and False are none."""
+    """Whether it is a single real number, Python's or numpy's; True and False are not."""
     return isinstance(value, Real) and not isinstance(value, bool)
 
 

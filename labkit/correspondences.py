@@ -1,7 +1,6 @@
 """Which target point belongs to which source point, and which pairs to believe (section 4).
 
-The stages of the lesson's flow chart, each one function, and `Correspondences`, what
-they leave:
+Each stage of the lesson's flow chart is one function. Their result is `Correspondences`:
 
 =============  =================================================================
 D  associate   the nearest target point of each source point
@@ -116,7 +115,7 @@ def huber_loss(residuals: ArrayLike, huber_delta: float) -> FloatArray:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Correspondences:
-    """The pairs of one association and what became of each.
+    """The pairs of one association, and what each stage decided about them.
 
     Entry i is source point i; from afar, that of ``source[::every]`` (see `labkit.approach`).
 
@@ -129,20 +128,20 @@ class Correspondences:
     target_index : ndarray of int, shape (N,)
         Its row in the target.
     distances : ndarray, shape (N,)
-        How far the pair is apart [m].
+        Distance between the two points of each pair [m].
     normals : ndarray, shape (N, 2), or None
         The target's normal there, NaN where it has none; None under point-to-point.
     residuals : ndarray, shape (N,)
-        What the metric minimises [m]: the distance, or that from the line through the
-        partner's surface, NaN where it has no normal.
+        What the metric minimises [m]: the distance, or the distance from the line through
+        the partner's surface, NaN where it has no normal.
     kept : ndarray of bool, shape (N,)
-        Which passed the gate, are among the ⌊ρN⌋ closest, and have a residual.
+        Which pairs passed the gate, are among the ⌊ρN⌋ closest, and have a residual.
     weights : ndarray, shape (N,)
         Huber's weight of a kept pair, 0 for a rejected one.
     gate, overlap_ratio, huber_delta : float
-        d_max [m], ρ and δ [m] that they were judged by.
+        The d_max [m], ρ and δ [m] that were used.
     every : int
-        Stride: only every so many-th source point was matched.
+        The stride: only the points ``source[::every]`` were matched.
     point_share : float
         Share of the point-to-point metric in the step of line pairs; see `labkit.approach`.
     """
@@ -192,7 +191,8 @@ class Correspondences:
     def cost(self) -> float:
         """The truncated Huber cost J [m²] of the ⌊ρN⌋ closest pairs, over N; see `labkit.icp`.
 
-        A pair outside the gate counts as if it stood on it, one without a normal by its distance.
+        A pair outside the gate counts as if it lay at the gate. One without a normal counts by
+        its distance.
         """
         charged = np.minimum(self.distances, self.gate)
         usable = self.within_gate & np.isfinite(self.residuals)

@@ -11,8 +11,9 @@ normals and weights of the last association held fixed. Three things are added t
 - A free direction of the motion has no finite variance, or that of the prior.
 - Surfaces are rougher than the ranges' noise alone: where the residuals are larger than
   cov(z) explains, cov(z) grows with them.
-- The point-to-point metric pulls along the surfaces as well. These pulls hold nothing,
-  for the pairs change when a scan slides; so they are noise, alike all along a surface.
+- The point-to-point metric pulls along the surfaces as well. These pulls do not hold the
+  scan, because the pairs change when it slides. So they count as noise, the same for all
+  pairs of a surface.
 
 References
 ----------
@@ -51,11 +52,11 @@ def censi_covariance(
     result : IcpResult
         What `labkit.icp` returned.
     range_std : float
-        Standard deviation of one range of either scan [m]; the least that is believed,
-        since the residuals may show more.
+        Standard deviation of one range of either scan [m]. It is a lower bound: the
+        residuals may show more noise.
     prior_covariance : array_like, shape (3, 3), optional
-        That of the prior from which the match began: wheels, or an IMU. Where the ranges
-        say nothing, the estimate is the prior's; elsewhere the two are fused.
+        Covariance of the prior from which the match began: wheels, or an IMU. Where the
+        ranges say nothing, the estimate is the prior's; elsewhere the two are fused.
 
     Returns
     -------
@@ -73,9 +74,9 @@ def censi_covariance(
 
     Notes
     -----
-    It knows one minimum. That this is the right one, it cannot know. Where the points lie
-    closer together than the noise is wide, partners are chosen by the noise: the
-    covariance is then too small (by a fifth in the standard deviation at 541 beams with
+    The formula knows one minimum, and cannot know whether it is the right one. If the points
+    lie closer together than the noise is wide, the noise chooses the partners, and the
+    covariance is too small (by a fifth in the standard deviation at 541 beams with
     30 mm of noise).
     """
     check_range(range_std, "range_std", above=0.0, unit="m")

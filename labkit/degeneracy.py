@@ -1,8 +1,8 @@
 """Which part of a motion a scan cannot see: corridors and single walls (section 5).
 
-Two tests stand side by side. `observability` asks the surface normals, direction by
-direction; `spread_ratio` is the lesson's cheap one, which only looks at how the points
-are spread, and so takes any narrow room for a corridor.
+There are two tests. `observability` uses the surface normals, direction by direction.
+`spread_ratio` is the lesson's cheap test. It looks only at how the points are spread, so it
+takes any narrow room for a corridor.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ def observability(
         ``result.target``; its normals are used, whatever metric made the pairs.
     source_normals : ndarray, shape (N, 2), optional
         Normals of the source's own surface at the pairs' source points, in the target's
-        frame; NaN where there is none. Where normals stagger by noise, a smooth wall looks
-        structured along itself. The two scans' normals do so independently of each other,
-        so that together they tell structure from noise. Pairs without both are left out.
+        frame; NaN where there is none. Noise in the normals makes a smooth wall look
+        structured. It is independent in the two scans, so their normals together tell
+        structure from noise. Pairs without both are left out.
 
     Returns
     -------

@@ -1,9 +1,9 @@
 """The errors that labkit raises for a mistake of its caller.
 
-Every one of them is a `LabkitError`, so one ``except`` serves a command line or a
-grader; every one is a `ValueError` too, so code that never heard of labkit copes.
-What the *data* do (too few correspondences, an iteration budget spent) is no error:
-`labkit.icp` returns it as a termination.
+All of them are `LabkitError`, so a command line or a grader needs one ``except``. All of
+them are also `ValueError`, so code that does not know labkit can handle them. What the
+*data* do (too few correspondences, an iteration budget spent) is not an error: `labkit.icp`
+returns it as a termination.
 """
 
 

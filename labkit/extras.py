@@ -1,4 +1,4 @@
-"""What needs more than labkit's own requirements, and what is said where it is missing."""
+"""Packages beyond labkit's own requirements, and the message if one is missing."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Pre-processing of a scan: box B of the lesson's flow chart.
 
-Each filter takes a scan (or bare points) and returns a scan; the order of the points
-and the beams they came from survive, so that later stages can still lean on them.
+Each filter takes a scan (or bare points) and returns a scan. It keeps the order of the
+points and the beams they came from, so that later stages can use them.
 """
 
 from __future__ import annotations

@@ -46,8 +46,8 @@ def icp(
     parameters : IcpParameters
         Gate, overlap, Huber delta, budget, tolerances and metric.
     engine : {"auto", "textbook", "compiled"}
-        Who runs the loop: the functions of this module, or `labkit.engine`, which is the
-        same algorithm compiled. "auto" takes the engine where numba is installed.
+        What runs the loop: the functions of this module, or `labkit.engine`, which is the
+        same algorithm compiled. "auto" takes the engine if numba is installed.
 
     Returns
     -------
@@ -69,8 +69,8 @@ def icp(
 
     with Huber's loss h_δ. No stage can raise it under the point-to-point metric: a step
     lowers the loss of the kept pairs, a new association lowers every distance, and a pair
-    outside the gate counts as if it stood on it. With ``approach=True``, δ, d_max
-    and N are those of the iteration: costs far from the answer and near it are of two kinds.
+    outside the gate counts as if it lay at the gate. With ``approach=True``, δ, d_max and N
+    change between iterations, so costs far from the answer and near it do not compare.
 
     Examples
     --------
@@ -174,7 +174,7 @@ def shorten(dT: FloatArray, points: FloatArray, fraction: float) -> FloatArray:
 def check(history: list[Iteration], parameters: IcpParameters) -> Termination | None:
     """Whether to stop after ``history[-1]``, and why; None to go on: box H.
 
-    The pose tests come first, since they ask for no pairs.
+    The pose tests come first, since they need no pairs.
     """
     termination = check_convergence(history, parameters)
     if termination is Termination.CONVERGED_POSE:

@@ -8,7 +8,7 @@ x = (Δx, Δy, ℓΔψ) changes e by J x, with the row
 
 of each pair. That leaves a 3×3 system A x = −g with A = JᵀWJ and g = JᵀWe. Where the
 surface fixes only part of the motion (a corridor, a single wall), only that part of x is
-solved for; the rest stays at rest.
+solved for; the rest stays zero.
 
 Under the point-to-point metric J has two rows a pair, (I, a⊥), and its A is the identity
 times the total weight, so that a share τ of it is (1 − τ) A + τ W I (see `labkit.approach`).
@@ -55,7 +55,7 @@ class Information:
         Root mean square distance ℓ [m] of the points from c: it makes an angle comparable
         with a translation, so that the motion's coordinates are (Δx, Δy, ℓ Δψ).
     values : ndarray, shape (3,)
-        Mean squared answer of the residuals to a unit motion along each eigenvector,
+        Mean square change of the residuals for a unit motion along each eigenvector,
         ascending; about ½ for translations in a room, 0 along a corridor.
     vectors : ndarray, shape (3, 3)
         The eigenvectors, as columns.
@@ -92,7 +92,7 @@ def line_information(
     weights : ndarray, shape (N,), optional
         Weight of each, ≥ 0; all equal by default.
     other_normals : ndarray, shape (N, 2), optional
-        The same normals, measured independently: J'ᵀWJ of both has no share of their noise.
+        The same normals, measured independently: their noise averages out of J'ᵀWJ.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Nearest-neighbour search: box D of the lesson's flow chart (section 4).
 
-Two ways to the same answer. All N·M distances are the definition, and the oracle of every
-other way. A KD-tree asks O(log M) of them a query.
+Two ways lead to the same answer. All N·M distances are the definition, and every other way
+is tested against them. A KD-tree computes O(log M) of them per query.
 """
 
 from __future__ import annotations

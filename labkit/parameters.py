@@ -1,4 +1,4 @@
-"""What the ICP loop can be told: one frozen object, checked when it is made."""
+"""The parameters of the ICP loop: one frozen object, checked when it is made."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Metric = Literal["point_to_point", "point_to_line"]
 
 @dataclass(frozen=True)
 class IcpParameters:
-    """Everything that the ICP loop can be told; checked when it is made.
+    """All parameters of the ICP loop; checked when the object is made.
 
     Attributes
     ----------
@@ -30,8 +30,8 @@ class IcpParameters:
     cost_tolerance : float
         ε_J [m²]: converged when the cost changes by less. 0 turns the test off.
     metric : {"point_to_point", "point_to_line"}
-        What a residual is: the distance between the points of a pair, or that of the
-        source point from the line through the target's surface.
+        What a residual is: the distance between the points of a pair, or the distance of
+        the source point from the line through the target's surface.
     step_fraction : float
         The share of each step that is taken, in (0, 1]; below 1 calms a run that swings.
     approach : bool

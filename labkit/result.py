@@ -1,4 +1,4 @@
-"""What comes out of a registration: how it ended, the estimate, and the way there."""
+"""The result of a registration: how it ended, the estimate, and every step."""
 
 from __future__ import annotations
 
@@ -86,12 +86,12 @@ class Iteration:
 class IcpResult:
     """The outcome of one registration.
 
-    The pairs and the history are those of the textbook's stages at `poses`, whoever found these.
+    The textbook's stages compute the pairs and the history at `poses`, whichever engine found them.
 
     Attributes
     ----------
     T_target_source : ndarray, shape (3, 3)
-        The estimate; NaN where the run failed: no guess passes for one (see ``poses[-1]``).
+        The estimate; NaN if the run failed (``poses[-1]`` holds the last pose).
     termination : Termination
         How the run ended.
     source : Scan
@@ -99,7 +99,7 @@ class IcpResult:
     target : Target
         The older scan, k, as it was matched.
     parameters : IcpParameters
-        What the loop was told.
+        The parameters of the run.
     poses : ndarray, shape (K+1, 3, 3)
         ``T_target_source`` from the initial guess (number 0) to the last step.
     far : ndarray of bool, shape (K+1,)
@@ -107,13 +107,13 @@ class IcpResult:
     inlier_count : int
         How many pairs were kept at the last pose.
     fitness : float
-        These over the source points, in [0, 1].
+        Kept pairs over source points, in [0, 1].
     inlier_rmse : float
-        Their root mean square distance [m]; NaN where none was kept.
+        Root mean square distance [m] of the kept pairs; NaN where none was kept.
     cost : float
         The truncated Huber cost J [m²] there.
     information : Information or None
-        What the last pairs say of the motion, where the engine has it; ask `observability`.
+        What the last pairs say about the motion, if the engine computed it; use `observability`.
     """
 
     T_target_source: FloatArray
@@ -195,7 +195,7 @@ class IcpResult:
         """What the final pairs say about each direction of the motion.
 
         None where the run failed or no pair lies on a surface, so that nothing can be said.
-        In its ``free`` directions the estimate is no measurement, but the guess or chance.
+        In its ``free`` directions the estimate is not a measurement: it is the guess, or chance.
         """
         if self.termination.failed:
             return None

@@ -31,8 +31,8 @@ class Scan:
 
     Notes
     -----
-    The arrays are the scan's own and read-only: several targets, matches and maps may rest
-    on one scan.
+    The arrays are the scan's own and read-only: several targets, matches and maps may share
+    one scan.
     """
 
     points: FloatArray

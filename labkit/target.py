@@ -1,4 +1,4 @@
-"""A target scan prepared once and matched against as often as one likes."""
+"""A target scan, prepared once and used for many matches."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from labkit.scan import Scan, as_scan
 
 
 class Target:
-    """A scan with its search tree and its normals, each made when it is first asked for.
+    """A scan with its search tree and its normals, each computed when it is first needed.
 
     Parameters
     ----------
     scan : Scan or array_like, shape (M, 2)
-        Points in metres. A scan's own beam order makes for better normals.
+        Points in metres. A scan's own beam order gives better normals.
     normals : array_like, shape (M, 2), optional
         Unit normals of the surface at the points, NaN where there is none; estimated from
-        the points by default. Points of several scans bring those that each scan gave.
+        the points by default. For points of several scans, pass the normals of each scan.
 
     Raises
     ------

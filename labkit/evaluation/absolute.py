@@ -1,4 +1,4 @@
-"""Absolute trajectory error: how far every pose lies from where it should."""
+"""Absolute trajectory error: how far every pose is from where it should be."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ def ate(
 ) -> AbsoluteErrors:
     """The absolute trajectory error [1]_.
 
-    Where odometry begins is arbitrary, so the estimate is moved onto the reference first,
-    as one rigid body. The result says little about drift: one wrong turn early on spoils
-    every pose that follows. `rpe` tells that.
+    The start of an odometry is arbitrary, so the estimate is first moved onto the reference,
+    as one rigid body. The result says little about drift, since one wrong turn early on
+    spoils every pose after it. `rpe` measures drift.
 
     Parameters
     ----------

@@ -49,7 +49,7 @@ def compare(
 
 
 def absolute_errors(estimate: ArrayLike, reference: ArrayLike) -> tuple[str, PoseErrors]:
-    """The ATE under a name that says so where no rigid alignment is the best one.
+    """The ATE, under a name that says so if there is no best rigid alignment.
 
     Parameters
     ----------

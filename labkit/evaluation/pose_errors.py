@@ -1,4 +1,4 @@
-"""Errors of poses, and what is said about many of them in a line."""
+"""Errors of poses, and the statistics of many of them."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from labkit.se2 import relative, to_xytheta
 class ErrorSummary:
     """Statistics of many errors, in the unit of the errors.
 
-    Where there was no error to summarise, `count` is 0 and everything else is NaN: a
-    mean of 0.0 would look perfect.
+    If there are no errors, `count` is 0 and everything else is NaN: a mean of 0.0 would
+    look perfect.
 
     Attributes
     ----------

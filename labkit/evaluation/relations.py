@@ -1,14 +1,14 @@
-"""Surveyed relations: how a trajectory is judged where no reference trajectory exists.
+"""Surveyed relations: how to judge a trajectory without a reference trajectory.
 
-Somebody matched chosen pairs of scans by hand and wrote down how one lies in the other.
-These relations hold whatever the frame of the map, and they are all that is known of
-most of the classic logs [1]_. A file of them has one of two forms: the SLAM benchmark's
-own, one relation per line, fields apart by blanks::
+Somebody matched chosen pairs of scans by hand and wrote down the pose of one in the frame of
+the other. These relations do not depend on the frame of the map, and for most of the classic
+logs nothing else is known [1]_. A file has one of two forms. The SLAM benchmark's own has one
+relation per line, with blanks between the fields::
 
     t1 t2 x y z roll pitch yaw
 
-with two times in seconds, or a table of scan indices, fields apart by commas, with or
-without its header::
+with two times in seconds. The other is a table of scan indices, with commas between the
+fields, with or without its header::
 
     i,j,dx,dy,dtheta
 
@@ -113,8 +113,8 @@ def relation_errors(
 ) -> RelationErrors:
     """The error of each relation: ``invert(relation) @ (invert(x_i) @ x_j)``.
 
-    Translations and rotations are kept apart: no weight between metres and radians
-    serves every task.
+    Translations and rotations are kept apart, because no weight between metres and radians
+    suits every task.
 
     Parameters
     ----------

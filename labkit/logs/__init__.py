@@ -1,7 +1,7 @@
-"""Logs in, trajectories in and out: the files that a run comes from and ends up in.
+"""Reading logs, reading and writing trajectories.
 
-`read_log` reads every log format, told from the content; `stream_log` a log of any length,
-scan by scan; `read_points` a single scan.
+`read_log` reads every log format and recognises it by its content. `stream_log` reads a log
+of any length, scan by scan, and `read_points` a single scan.
 `write_tum` and `write_g2o` write what was estimated, whole or not at all.
 """
 

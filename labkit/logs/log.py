@@ -1,4 +1,4 @@
-"""A log: the scans of one run, with the poses that came along with them."""
+"""A log: the scans of one run, and their poses."""
 
 from __future__ import annotations
 

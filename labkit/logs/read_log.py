@@ -1,4 +1,4 @@
-"""One door for all logs: the format is told from what a file holds, not from its name."""
+"""One function for all logs: it recognises the format by the content, not by the name."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def read_log(
 ) -> Log:
     r"""Read a log of 2D laser scans in any format that labkit knows.
 
-    The formats are CARMEN text, g2o with ``ROBOTLASER1`` lines, tables of points, each of
-    them plain, in gzip or in zip, and ROS 1 and ROS 2 bags.
+    The formats are CARMEN text, g2o with ``ROBOTLASER1`` lines and tables of points (each
+    plain, in gzip or in zip), and ROS 1 and ROS 2 bags.
 
     Parameters
     ----------

@@ -37,9 +37,9 @@ def available_cores() -> int:
 class ScanMatchingOdometry:
     """Odometry one scan at a time, for a robot that is driving now.
 
-    Holds the map (or the scan before), the pose and the last motion between calls: what the
-    lesson's Simulink block keeps in persistent variables. However long the robot drives, it
-    holds no more than that.
+    Between calls it holds the map (or the scan before), the pose and the last motion, as the
+    lesson's Simulink block does in persistent variables. It never holds more, however long
+    the robot drives.
 
     Examples
     --------
@@ -79,7 +79,7 @@ class ScanMatchingOdometry:
         Returns
         -------
         StepRecord
-            Of the very first scan, ``Decision.START``.
+            The decision; for the very first scan it is ``Decision.START``.
         """
         filtered = self.parameters.preprocessing(scan)
         if self._started:
@@ -140,8 +140,8 @@ def estimate_odometry(
     start : array_like, shape (3,)
         Pose of the first scan.
     jobs : int
-        Threads that share the steps; the result is the same, bit for bit. Steps can be
-        shared where none needs another: matched scan against scan, from priors.
+        Threads that share the steps; the result is the same, bit for bit. They can share
+        steps that do not need one another: scan against scan, from priors.
     progress : callable
         Wraps the scans while they are matched, e.g. ``tqdm.tqdm``.
 

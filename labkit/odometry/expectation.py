@@ -1,4 +1,4 @@
-"""Which motion is expected, and how much a match surprises: a robot moves as it moved before.
+"""Which motion is expected, and how much a match deviates: a robot moves as it did before.
 
 Scans leave some motions open. Along a corridor any motion fits, and where two places look
 alike, both fit. Wheels tell the right one; without wheels, the last motions do. A robot that

@@ -1,8 +1,8 @@
 """What a scan's beams look through: places that a map says are walls (section 5).
 
-A wrong match may lay half of a scan on walls and nothing would tell, for pairs are all that a
-residual knows. But a beam that ended at 5 m has seen that nothing stands at 3 m. Where a
-match puts a wall of the map there, either the wall is gone or the match is wrong.
+A wrong match may lay half of a scan on walls, and the residuals do not show it, since they
+know only pairs. But a beam that ended at 5 m has seen that nothing stands at 3 m. If a match
+puts a wall of the map there, either the wall is gone or the match is wrong.
 """
 
 from __future__ import annotations

@@ -1,11 +1,10 @@
 """What the next scan is matched against: the scan before it, or a map of the last key scans.
 
-Matched scan to scan, every step adds its own error to the pose. A map holds the robot to
-what it saw some metres ago, so that errors add up from one key scan to the next, and not
-from one scan to the next. The map is nothing but the points of the last key scans, moved
-to where those scans were taken. Each point keeps the normal
-that its own scan gave it: where two looks at one wall lie a centimetre apart, a line through
-the mixture would have any direction.
+When each scan is matched to the one before, every step adds its own error to the pose. With
+a map, errors add up from one key scan to the next, and not from one scan to the next. The
+map consists of the points of the last key scans, moved to where those scans were taken. Each
+point keeps the normal from its own scan: if two views of a wall lie a centimetre apart, a
+line through the mixture could have any direction.
 """
 
 from __future__ import annotations
@@ -83,7 +82,7 @@ class LocalMap:
     target : Target or None
         The map; None before the first scan that has points.
     T_target_last : ndarray, shape (3, 3)
-        The pose of the scan before, from where the next one sets out.
+        The pose of the scan before, from which the next one starts.
     """
 
     def __init__(self, parameters: MapParameters) -> None:

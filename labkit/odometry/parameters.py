@@ -1,4 +1,4 @@
-"""What the odometry can be told: matcher, target, filters, limits and fallbacks."""
+"""The parameters of the odometry: matcher, target, filters, limits and fallbacks."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ class OdometryParameters:
     retry_gate, retry_step : float
         The retry's share of the gate and of each ICP step, in (0, 1].
     engine : {"auto", "textbook", "compiled"}
-        Who runs the loop; see `labkit.icp`.
+        What runs the loop; see `labkit.icp`.
     search : bool
         Whether to search the window of possible motions where no match is believed, or the
         best one is doubtful; see `labkit.odometry.search`.
     search_below : float
-        A match is doubtful whose share of inliers, less the share of the target that beams
+        A match is doubtful if its share of inliers, less the share of the target that beams
         look through, is below this.
     search_starts : int
         How many of the poses that were found are refined by ICP.

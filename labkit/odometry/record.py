@@ -1,4 +1,4 @@
-"""What one step of the odometry decided, and on what grounds."""
+"""What one step of the odometry decided, and why."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Decision(Enum):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StepRecord:
-    """What one step decided, and on what grounds.
+    """What one step decided, and why.
 
     The numbers are those of the last match that was tried; NaN where there was none.
 
@@ -60,14 +60,14 @@ class StepRecord:
         By how much the match agrees better than the best one that ended elsewhere and passes
         the checks; NaN where there is none.
     ambiguous : bool
-        Whether that is too little to tell which of them is right. Then the prior is taken;
-        without one, the match that surprises least.
+        Whether `margin` is too small to tell which match is right. Then the prior is taken;
+        without one, the match nearest to the expected motion.
     information : float
         Smallest eigenvalue of the information: near 0 where a direction is free.
     degenerate : bool
-        Whether it is below the limit. The point-to-line metric leaves a free direction
-        at the prior, or with the search where the last motions suggest, and the step is then
-        believed; without either it is not.
+        Whether the information is below the limit. The point-to-line metric leaves a free
+        direction at the prior, or with the search where the last motions suggest. Then the
+        step is believed; without either it is not.
     spread : float
         The lesson's cheap corridor test; see `labkit.degeneracy.spread_ratio`.
     iterations : int

@@ -1,12 +1,12 @@
 """Where a scan may have been taken: a correlative search over a window of poses [1]_.
 
 ICP finds the answer that is nearest to its guess. Without wheels the guess is often nearer to
-another one. So all poses of a window are tried, from coarse to fine: each source point looks
-up how near the target's points are at the place where the pose puts it, in a table that is
-made once a target; the mean over the points is the pose's score.
+another one. So the search tries all poses of a window, from coarse to fine. A table, made once
+per target, says for each place how near the target's points are. Each source point looks up
+the place where the pose puts it; the mean over the points is the pose's score.
 
 A coarse pose stands for all fine ones around it. Its table holds the best value within half a
-coarse step, so that it promises at least as much as any of them holds, as in branch and
+coarse step, so its score is at least as high as that of any of them, as in branch and
 bound [2]_.
 
 References
@@ -134,7 +134,7 @@ def search(
     count : int
         How many poses to return at the most.
     engine : {"auto", "textbook", "compiled"}
-        Who looks up; see `labkit.icp`.
+        What looks up; see `labkit.icp`.
 
     Returns
     -------

@@ -8,18 +8,19 @@
 5. Without a prior: skip the update, that is hold the last motion, or stand still where
    there is none to hold (a motion is held once) or `on_skip` says so.
 
-Of several matches the one that agrees best with the target is judged, less what it surprises
-(`labkit.odometry.expectation`). A worse one is not believed because it passes the checks: a
-scan that was matched half a metre beyond a limit does not come to lie elsewhere by being
-matched once more. Where a scan fits in several places within the limits, the match is no
-measurement: the prior is taken, and without one the place that surprises least. What no wall
-answers, such as the way along a corridor, is taken from the prior or the expected motion.
+Of several matches, the checks judge the one that agrees best with the target and deviates
+least from the expected motion (`labkit.odometry.expectation`). A worse match is not believed
+just because it passes the checks: if the best match lies half a metre beyond a limit, another
+match within the limit is no better. If a scan fits in several places within the limits, the
+match is not a measurement: the prior is taken, and without one the place nearest to the
+expected motion. Motions that no wall fixes, such as the way along a corridor, are taken from
+the prior or the expected motion.
 
 Without the search, steps 1, 2, 4 and 5 are the lesson's chain: the first match that passes is
 taken, and without a prior a step with a free direction is not believed.
 
-A step depends on nothing but its arguments. Against the scan before it, steps with a prior
-may so run in any order.
+A step depends on nothing but its arguments. So steps with a prior that are matched to the
+scan before may run in any order.
 """
 
 from __future__ import annotations

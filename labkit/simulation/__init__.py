@@ -1,8 +1,8 @@
 """Simulated data with a known truth: worlds, a ray-casting scanner, wheel odometry.
 
-Two roads lead to a scan. `lesson_experiment` repeats the lesson's own point sampler,
+There are two ways to make a scan. `lesson_experiment` repeats the lesson's own point sampler,
 number for number. `cast` and `scan_along` look into a world of walls as a real scanner
-does: beam by beam, the nearest wall hides what lies behind it.
+does: beam by beam, and the nearest wall hides what is behind it.
 """
 
 from labkit.simulation.lesson import (

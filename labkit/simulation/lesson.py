@@ -1,9 +1,9 @@
 """The lesson's own experiment (section 6), repeated draw for draw.
 
-The lesson does not cast rays. It scatters world points, half of them on the two walls
-of an L and half anywhere, and a scan is all of them in reach, with noise and a few
-spurious returns. Nothing hides anything: behind a wall its scans go on. That is enough
-to try a registration on, and it has one number per seed, so that results compare.
+The lesson does not cast rays. It scatters world points, half of them on the two walls of an
+L and half anywhere. A scan is all points in reach, with noise and a few spurious returns.
+Nothing hides anything: its scans contain points behind a wall. This is enough to try a
+registration on, and the same seed gives the same numbers, so results can be compared.
 """
 
 from __future__ import annotations

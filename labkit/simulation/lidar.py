@@ -27,7 +27,7 @@ SWEEP_PERIOD = 0.1  # s between two scans where the caller gives no stamps
 
 @dataclass(frozen=True, kw_only=True)
 class Lidar:
-    """What a scanner can do.
+    """The properties of a scanner.
 
     The defaults are the lesson's: 270° and 10 m with 1 cm of noise. 541 beams make the
     step 0.5°, every second beam of a common 270° scanner.
@@ -104,10 +104,10 @@ def cast(
     T_world_scanner : array_like, shape (3, 3)
         Where the scanner stands.
     lidar : Lidar
-        What it can do.
+        Its properties.
     rng : numpy.random.Generator or int
-        A generator, or the seed of one. How much is drawn from it depends on the number
-        of beams alone, never on the world.
+        A generator, or the seed of one. How much is drawn from it depends only on the
+        number of beams, never on the world.
     stamp : float
         The time in seconds; moving objects are where they are then.
 
