@@ -22,14 +22,14 @@ SLACK = 1.05  # an error is no worse than another if it is at most so many times
 SHORT = """\
 ## In short
 
-`labkit`'s point-to-line beside the best that pip has. Times are medians, in milliseconds a pair,
-and behind a colon stands how many times `labkit`'s they are. An exact peer is one that fails no
-more often and has none of the four errors more than twice as large. Behind each error stands, in
-parentheses, the smallest one that any of the peers has.
+These tables compare `labkit`'s point-to-line with the best matchers on PyPI. Times are medians, in
+milliseconds per pair. The number after a colon is the ratio to `labkit`'s time. A peer is exact if
+it fails no more often than `labkit` and none of its four errors is more than twice as large. The
+number in parentheses after each error is the smallest error of any peer.
 
-- Sets on which `labkit` is faster than all of them: {fastest} of {sets}; than all exact ones: \
-{exact} of {sets}.
-- Errors that are at most 5 % larger than the smallest of the peers: {close} of {errors}."""
+- `labkit` is faster than all of them on {fastest} of {sets} sets, and faster than all exact ones \
+on {exact} of {sets}.
+- {close} of {errors} errors are at most 5 % larger than the smallest error of the peers."""
 
 
 def in_short(results: dict[str, Any]) -> list[str]:

@@ -34,13 +34,13 @@ BOOK = Path(__file__).parents[2] / "book"
 INTRO = """\
 # Benchmark
 
-How fast and how exact is the lab's matcher beside those that people use? Every matcher below had
-the same pairs of scans, the same guess, the same gate and one thread, and the matchers took turns
-of twenty pairs, so that all of them met the same machine. Search trees and normals are part of the
-time, which ends with the pose. `labkit` runs its compiled engine, and what it says of the final
-pairs (inliers, RMSE, cost, information) is part of its time, too.
-`make bench` repeats it and writes this page anew; the numbers are here
-{download}`as JSON <_static/benchmark.json>`, too."""
+How fast and how exact is the lab's matcher, compared with those that people use? Every matcher
+below got the same pairs of scans, the same guess, the same gate and one thread. The matchers took
+turns of twenty pairs each, so the machine was the same for all of them. The time includes search
+trees and normals, and ends with the pose. `labkit` runs its compiled engine. Its time includes the
+figures of the final pairs, too (inliers, RMSE, cost, information).
+`make bench` repeats the measurement and writes this page again. You can also download the numbers
+{download}`as JSON <_static/benchmark.json>`."""
 
 ERROR_FIGURE = """\
 ```{figure} _static/benchmark-error.svg
@@ -48,24 +48,25 @@ ERROR_FIGURE = """\
 :alt: Median translation error against median time of every matcher, a panel for each data set; \
 the tables below hold the numbers
 
-Median translation error against median time a pair, both on logarithmic axes. Lower left is better.
-A matcher that was too slow to be tried on every pair stands in the tables alone.
+Median translation error against median time per pair, both on logarithmic axes. Lower left is
+better. A matcher that was too slow to be tried on every pair is only in the tables.
 ```"""
 
 SETS = """\
 ## Sets
 
-Time is in milliseconds a pair, the error of translation in millimetres and that of rotation in
-degrees, each with its median and its 95th percentile. A match fails when it is off by more than
-0.3 m or 5°. Parameters were chosen on other pairs than those that are reported here."""
+Times are in milliseconds per pair, errors of translation in millimetres, and errors of rotation
+in degrees. Each has its median and its 95th percentile. A match fails when it is off by more
+than 0.3 m or 5°. The parameters were chosen on other pairs than those reported here."""
 
 BASIN = """\
 ## Basin of convergence
 
-The share of pairs that end within 50 mm and 1° of the answer when they start a given distance and
-angle away from it, in a random direction, under a gate of 0.5 m. Only pairs whose surface fixes the
-motion in every direction are asked for; the answer on recorded pairs is where the reference is
-drawn to by point-to-line, if the lesson's point-to-point is drawn to the same place."""
+These tables show the share of pairs that end within 50 mm and 1° of the answer. Each match
+starts a given distance and angle away from the answer, in a random direction, under a gate of
+0.5 m. Only pairs whose surfaces fix the motion in every direction count. For recorded pairs the
+answer is the place where point-to-line ends when it starts at the reference, if the lesson's
+point-to-point ends there, too."""
 
 GROWTH = """\
 ## Growth
@@ -75,8 +76,8 @@ GROWTH = """\
 :alt: Median time a pair against the number of points of a scan, a line for each matcher; \
 the table below holds the numbers
 
-Median time a pair against the number of points, both on logarithmic axes. A matcher that needs more
-than three seconds a pair is spared the larger scans.
+Median time per pair against the number of points, both on logarithmic axes. A matcher that needs
+more than three seconds per pair is not tried on larger scans.
 ```"""
 
 SHUFFLED = """\
@@ -85,12 +86,12 @@ The same points, shuffled, so that no matcher can lean on the order of the beams
 WHOLE_LOG = """\
 ## Whole logs
 
-From scan to scan and with a prior every pair is matched by itself, so `labkit odometry --against
-scan` shares the pairs of a log among the cores: {pairs:,} of {log} at {match_ms:.2f} ms a match
-(median). One thread takes {alone_s:.2f} s for all of them, {cores} threads on as many cores
-{shared_s:.2f} s, loading and plotting left out. That is {ratio:.2f} times what the cores would
-need if every match took the median time and nothing else cost any. In seconds, and as a share of
-the first row:"""
+With a prior, each pair of successive scans can be matched independently. So `labkit odometry
+--against scan` shares the pairs of a log among the cores: {pairs:,} pairs of {log} at
+{match_ms:.2f} ms a match (median). Without loading and plotting, one thread takes {alone_s:.2f}
+s for all of them, and {cores} threads on as many cores take {shared_s:.2f} s. That is
+{ratio:.2f} times what the cores would need if every match took the median time and nothing else
+took any. The table shows where the time goes, in seconds and as a share of the first row:"""
 
 
 def main() -> int:
@@ -164,8 +165,8 @@ def _conditions(results: dict[str, Any]) -> str:
         f"{machine['system']}",
         f"- {versions}",
         f"- rounds over the {results['split']} pairs: {results['rounds']}",
-        f"- times by {clock}; a watch showed {min(busy):.2f} to {max(busy):.2f} times as much as "
-        f"the processor was at work (1 on a machine that does nothing else)",
+        f"- times by {clock}; elapsed time was {min(busy):.2f} to {max(busy):.2f} times the "
+        f"processor's time (1 on a machine that does nothing else)",
     ]
     if results["missing"]:
         lines.append(f"- not installed, so not here: {', '.join(results['missing'])}")
