@@ -7,11 +7,13 @@ from typing import Any
 import browser_files
 from diagrams import MermaidDirective
 from docutils import nodes
+from figures import make_figures
 from launch import settle_buttons
 from predictions import mark_all
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.errors import ExtensionError
+from terms import explain_terms
 
 
 def provide_browser_files(app: Sphinx, config: Config) -> None:
@@ -51,7 +53,9 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("config-inited", provide_browser_files)
     app.connect("config-inited", settle_buttons)
     app.connect("doctree-read", mark_all)
+    app.connect("doctree-read", make_figures)
     app.connect("doctree-resolved", keep_tagged_formulas_whole)
+    app.connect("doctree-resolved", explain_terms)
     app.connect("html-page-context", declare_thebe_once, priority=900)
     app.add_directive("mermaid", MermaidDirective)
     app.add_css_file("labbook.css")

@@ -10,7 +10,7 @@ import ast
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from itertools import chain
+from itertools import chain, pairwise
 from pathlib import Path
 
 import nbformat
@@ -26,7 +26,10 @@ NOTEBOOKS = {
     for path in sorted(FOLDER.rglob("*.ipynb"))
     if ".ipynb_checkpoints" not in path.parts
 }
+CHAPTERS = [name for name in NOTEBOOKS if re.match(r"(0[1-9]|10)_", name)]
 MAX_LINES = 15  # about 12 is the aim
+MAX_SHOWN = 150  # lines of code that a chapter shows unasked
+FOLDED = {"hide-input", "hide-cell", "remove-cell", "remove-input", "solution"}
 # The assignment's questions need numpy alone; what runs the answers on a log comes after them.
 LATER_IMPORTS = {"assignment.ipynb": ["killian-imports"]}
 WIDGETS = {"align_by_hand", "flipbook", "icp_sliders", "icp_explorer"}
@@ -35,6 +38,10 @@ each_notebook = pytest.mark.parametrize("name", NOTEBOOKS)
 
 def code_cells(notebook: NotebookNode) -> list[NotebookNode]:
     return [cell for cell in notebook.cells if cell.cell_type == "code"]
+
+
+def tags(cell: NotebookNode) -> set[str]:
+    return set(cell.metadata.get("tags", []))
 
 
 def parse(source: str) -> ast.Module:
@@ -58,7 +65,7 @@ def too_long(cells: Iterable[NotebookNode]) -> list[str]:
 def helpers(notebook: NotebookNode) -> Iterator[ast.FunctionDef]:
     """What a notebook defines for itself; a stub or an answer to a question is no helper."""
     for cell in code_cells(notebook):
-        stub = "stub" in cell.metadata.get("tags", [])
+        stub = "stub" in tags(cell)
         if not stub and not cell.metadata.get("nbgrader", {}).get("solution", False):
             nodes = parse(cell.source).body
             yield from (node for node in nodes if isinstance(node, ast.FunctionDef))
@@ -141,6 +148,27 @@ def test_a_figure_has_words_for_those_who_cannot_see_it(name):
         and len(cell.metadata.get("mystnb", {}).get("image", {}).get("alt", "")) < 40
     ]
     assert silent == []
+
+
+@pytest.mark.parametrize("name", CHAPTERS)
+def test_a_figure_has_a_caption_below_it(name):
+    """In italics: in the book they get the figure's number (`book/_ext/figures.py`)."""
+    cells = [cell for cell in NOTEBOOKS[name].cells if "remove-cell" not in tags(cell)]
+    bare = [
+        cell.id
+        for cell, below in pairwise(cells)
+        if cell.cell_type == "code"
+        and cell.source.split("\n")[-1] == "figure"
+        and not (below.cell_type == "markdown" and re.match(r"\*[^*]", below.source))
+    ]
+    assert bare == []
+
+
+@pytest.mark.parametrize("name", CHAPTERS)
+def test_a_chapter_shows_little_code(name):
+    """What draws, checks or solves is folded or left out of the page."""
+    shown = [cell for cell in code_cells(NOTEBOOKS[name]) if not FOLDED & tags(cell)]
+    assert sum(len(cell.source.splitlines()) for cell in shown) <= MAX_SHOWN
 
 
 @each_notebook

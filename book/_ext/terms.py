@@ -1,0 +1,47 @@
+"""What a word means, where it stands: links to the glossary tell it when the mouse rests there."""
+
+from __future__ import annotations
+
+import re
+from copy import deepcopy
+
+from docutils import nodes
+from sphinx import addnodes
+from sphinx.application import Sphinx
+from sphinx.environment import BuildEnvironment
+
+GLOSSARY = "book/glossary"
+
+
+def explain_terms(app: Sphinx, doctree: nodes.document, page: str) -> None:
+    """Give each link to a term of the glossary its meaning as the link's title."""
+    links = [each for each in doctree.findall(nodes.reference) if _is_term(each)]
+    if links:
+        meanings = meanings_in(app.env)
+        for link in links:
+            target = link.get("refid") or link["refuri"].partition("#")[2]
+            link["reftitle"] = meanings[target]
+
+
+def meanings_in(env: BuildEnvironment) -> dict[str, str]:
+    """The meaning of each term, by the id of its entry."""
+    return {
+        target: _plain(item)
+        for item in env.get_doctree(GLOSSARY).findall(nodes.definition_list_item)
+        for term in item.findall(nodes.term)
+        for target in term["ids"]
+    }
+
+
+def _is_term(link: nodes.reference) -> bool:
+    return any("std-term" in each["classes"] for each in link.findall(nodes.inline))
+
+
+def _plain(item: nodes.definition_list_item) -> str:
+    """The words of an entry, without the works that it cites and the chapter that it names."""
+    (definition,) = item.findall(nodes.definition)
+    definition = deepcopy(definition)
+    for link in list(definition.findall(addnodes.pending_xref)):
+        link.parent.remove(link)
+    text = re.sub(r"\s+", " ", definition.astext())
+    return re.sub(r" ?\( ?\)|(?<=\w) (?=[.,:])", "", text).strip()
