@@ -26,7 +26,8 @@ FARTHEST = 1e9  # [m]: no robot drives or sees farther, so a number beyond it is
 def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:
     """Return a copy of `values` as float64, or raise an error that says what they are.
 
-    It is a copy because the caller may overwrite the array later. A masked entry is not a
+    It is a copy because the caller may overwrite the array later. Its rows lie one after the
+    other in memory, the one layout that the engine is compiled for. A masked entry is not a
     number.
     """
     if np.ma.is_masked(values):
@@ -36,7 +37,7 @@ def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:
             f"drop such rows first"
         )
     try:
-        return np.array(values, dtype=np.float64)
+        return np.array(values, dtype=np.float64, order="C")
     except (TypeError, ValueError):
         received = repr(values)
         shown = received if len(received) <= 60 else received[:57] + "..."
