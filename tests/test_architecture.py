@@ -63,7 +63,7 @@ LAYERS = {
     "report": BELOW_PLOTTING,
     "interactive": BELOW_PLOTTING | {"plotting", "grading"},
     "cli": BELOW_PLOTTING | {"plotting", "grading", "report"},
-    "__main__": {"cli"},
+    "__main__": set(),
 }
 
 

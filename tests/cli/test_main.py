@@ -168,6 +168,8 @@ def test_a_place_without_permission_is_refused_before_the_work(
 # A job in the background is born deaf to SIGINT, and so are its children.
 HEARING = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 RUNNING = "import sys; from labkit.cli import main; sys.exit(main())"
+AS_A_COMMAND = "sys.exit(labkit_command.main())"
+AS_A_MODULE = "runpy.run_module('labkit', run_name='__main__')"  # what `python -m labkit` does
 
 
 def test_without_numba_the_textbook_matches_and_one_line_says_so():
@@ -184,16 +186,24 @@ def test_without_numba_the_textbook_matches_and_one_line_says_so():
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for a child alone")
-@pytest.mark.parametrize("module", ["numpy", "labkit.cli.main", "labkit.icp"])
-def test_ctrl_c_while_the_command_loads_prints_no_traceback(module):
+@pytest.mark.parametrize(
+    ("start", "module"),
+    [
+        (AS_A_COMMAND, "numpy"),
+        (AS_A_COMMAND, "labkit.cli.main"),
+        (AS_A_COMMAND, "labkit.icp"),
+        (AS_A_MODULE, "labkit.cli.main"),  # Python has imported labkit itself before it
+        (AS_A_MODULE, "labkit.grading"),
+    ],
+)
+def test_ctrl_c_while_the_command_loads_prints_no_traceback(start, module):
     """As in the first second: the signal arrives when `module` is about to be imported."""
     program = HEARING + (
-        "import os, sys, labkit_command\n"
+        "import os, runpy, sys, labkit_command\n"
         "class Finder:\n"
         "    def find_spec(self, name, path=None, target=None):\n"
         f"        if name == {module!r}: os.kill(os.getpid(), signal.SIGINT)\n"
-        "sys.meta_path.insert(0, Finder())\n"
-        "sys.exit(labkit_command.main())"
+        f"sys.meta_path.insert(0, Finder())\n{start}"
     )
     command = [sys.executable, "-c", program, "demo"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
