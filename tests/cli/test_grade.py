@@ -310,6 +310,28 @@ def test_without_jinja2_the_extra_is_named_before_anything_is_graded(
     assert grade("class", "--no-html") == 0
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="only there do workers come by a socket")
+def test_a_folder_for_temporary_files_that_is_too_far_down_is_named(small, tmp_path):
+    """The path of a socket has at most 107 letters, and multiprocessing puts one below TMPDIR."""
+    far = tmp_path / ("deep" * 30)
+    far.mkdir()
+    hand_in(tmp_path / "class", 1)
+    command = [sys.executable, "-m", "labkit", "grade", "class", "--assignment", str(small)]
+    done = subprocess.run(
+        command,
+        cwd=tmp_path,
+        env={**os.environ, "TMPDIR": str(far)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("labkit grade: no worker can be started: ")
+    assert f"got TMPDIR={far}; name a folder" in line
+    assert list(far.iterdir()) == []
+
+
 def test_killed_halfway_and_resumed(small, tmp_path):
     """Takes some ten seconds; buys that a crash costs no verdict and leaves no process."""
     expected = hand_in(tmp_path / "class", 60)

@@ -11,6 +11,7 @@ import os
 import shutil
 import signal
 import sys
+import tempfile
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
@@ -29,11 +30,25 @@ NEEDED = "labkit.grading.class_run.preload"
 
 
 def prepare() -> None:
-    """Have Python started and labkit imported where workers will come from, without waiting."""
+    """Have Python started and labkit imported where workers will come from, without waiting.
+
+    Raises
+    ------
+    LabkitError
+        Where the folder for temporary files is too far down for a socket in it.
+    """
     if sys.platform == "linux":
         forkserver.set_forkserver_preload([NEEDED])
-        with _for_workers():
-            forkserver.ensure_running()
+        try:
+            with _for_workers():
+                forkserver.ensure_running()
+        except OSError as error:
+            if error.errno is not None:
+                raise
+            raise LabkitError(
+                f"no worker can be started: {error}, got TMPDIR={tempfile.gettempdir()}; name a "
+                f"folder of fewer than 70 letters: TMPDIR=/tmp labkit grade ..."
+            ) from None
 
 
 @contextmanager
