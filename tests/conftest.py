@@ -20,9 +20,9 @@ settings.load_profile(os.environ.get("LABKIT_EXAMPLES", "lab"))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Files with slow tests come first, so that no worker waits for another's in the end."""
+    """Files with slow tests come first, then notebooks, lest one worker wait for the other."""
     slow = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: item.path not in slow)
+    items.sort(key=lambda item: (item.path not in slow, item.path.suffix != ".ipynb"))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -9,13 +9,14 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Fault:
-    """In `file` of `port`, `right` becomes `wrong`."""
+    """In `file` of `port`, `right` becomes `wrong`; the vector `red` must tell."""
 
     port: str
     name: str
     file: str
     right: str
     wrong: str
+    red: str
 
 
 B_SIGN, GATE, COMPOSITION, WEIGHTS = (
@@ -25,14 +26,18 @@ B_SIGN, GATE, COMPOSITION, WEIGHTS = (
     "weights_forgotten",
 )
 
+TURN, WEIGHED, STEP_HUBER = "angle_90", "weighted", "step_huber"
+STEP_GATE, STEP_FAR = "step_gate", "step_turned_far"
+
 FAULTS = (
-    Fault("cpp", B_SIGN, "alignment.cpp", "H(0, 1) - H(1, 0)", "H(1, 0) - H(0, 1)"),
+    Fault("cpp", B_SIGN, "alignment.cpp", "H(0, 1) - H(1, 0)", "H(1, 0) - H(0, 1)", TURN),
     Fault(
         "cpp",
         GATE,
         "correspondences.cpp",
         "distances(i) <= max_distance",
         "distances(i) * distances(i) <= max_distance",
+        STEP_GATE,
     ),
     Fault(
         "cpp",
@@ -40,15 +45,17 @@ FAULTS = (
         "icp.cpp",
         "*dT * now.T_target_source",
         "now.T_target_source * *dT",
+        STEP_FAR,
     ),
-    Fault("cpp", WEIGHTS, "alignment.cpp", "x * w.asDiagonal() * y", "x * y"),
-    Fault("java", B_SIGN, "Alignment.java", "b += pair.weight()", "b -= pair.weight()"),
+    Fault("cpp", WEIGHTS, "alignment.cpp", "x * w.asDiagonal() * y", "x * y", WEIGHED),
+    Fault("java", B_SIGN, "Alignment.java", "b += pair.weight()", "b -= pair.weight()", TURN),
     Fault(
         "java",
         GATE,
         "Correspondences.java",
         "if (distances[i] <= gate)",
         "if (distances[i] * distances[i] <= gate)",
+        STEP_GATE,
     ),
     Fault(
         "java",
@@ -56,31 +63,35 @@ FAULTS = (
         "Icp.java",
         "update.after(before.targetFromSource())",
         "before.targetFromSource().after(update)",
+        STEP_FAR,
     ),
-    Fault("java", WEIGHTS, "Alignment.java", "b += pair.weight() * x", "b += x"),
+    Fault("java", WEIGHTS, "Alignment.java", "b += pair.weight() * x", "b += x", WEIGHED),
     Fault(
         "matlab",
         B_SIGN,
         "align_weighted.m",
         "x(:, 1) .* y(:, 2) - x(:, 2) .* y(:, 1)",
         "x(:, 2) .* y(:, 1) - x(:, 1) .* y(:, 2)",
+        TURN,
     ),
-    Fault("matlab", GATE, "reject_pairs.m", "distance <= gate;", "distance.^2 <= gate;"),
-    Fault("matlab", COMPOSITION, "icp.m", "T = dT * T_before;", "T = T_before * dT;"),
+    Fault("matlab", GATE, "reject_pairs.m", "distance <= gate;", "distance.^2 <= gate;", STEP_GATE),
+    Fault("matlab", COMPOSITION, "icp.m", "T = dT * T_before;", "T = T_before * dT;", STEP_FAR),
     Fault(
         "matlab",
         WEIGHTS,
         "icp.m",
         "pairs.target, pairs.weight)",
         "pairs.target, ones(size(pairs.weight)))",
+        STEP_HUBER,
     ),
-    Fault("wolfram", B_SIGN, "Icp2d.wl", "(w Conjugate[x]) . y;", "(w x) . Conjugate[y];"),
+    Fault("wolfram", B_SIGN, "Icp2d.wl", "(w Conjugate[x]) . y;", "(w x) . Conjugate[y];", TURN),
     Fault(
         "wolfram",
         GATE,
         "Icp2d.wl",
         "kept = Take[closest, countWithin[d,",
         "kept = Take[closest, countWithin[d^2,",
+        STEP_GATE,
     ),
     Fault(
         "wolfram",
@@ -88,9 +99,18 @@ FAULTS = (
         "Icp2d.wl",
         'compose[dT, state["Motion"]]',
         'compose[state["Motion"], dT]',
+        STEP_FAR,
     ),
-    Fault("wolfram", WEIGHTS, "Icp2d.wl", 'pairs["Target"], pairs["Weights"]', 'pairs["Target"]'),
+    Fault(
+        "wolfram",
+        WEIGHTS,
+        "Icp2d.wl",
+        'pairs["Target"], pairs["Weights"]',
+        'pairs["Target"]',
+        STEP_HUBER,
+    ),
 )
+UNTOUCHED = "degenerate_one_pair"  # by all of them; a program that is broken fails there, too
 
 
 def planted(fault: Fault, sources: Path, copy: Path) -> Path:
