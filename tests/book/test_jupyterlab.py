@@ -1,4 +1,7 @@
-"""Every notebook in a real JupyterLab: its text as drawn; run all and drag each slider."""
+"""Every notebook in a real JupyterLab: its text as drawn; run and drag each slider.
+
+Of the code, the copy that is opened here holds what the sliders need. nbval runs all of it.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,8 @@ import nbformat
 import pytest
 from jupyterlab_page import ask, errors, jupyterlab, notebook_read, open_lab, run_all
 from mouse import drag, thumb
+from nbformat import NotebookNode
+from needed_cells import needed
 from playwright.sync_api import Browser, Locator, Page, expect
 
 ROOT = Path(__file__).parents[2]
@@ -20,14 +25,29 @@ OTHER_PICTURE = "([image, before]) => image.src !== before"
 OTHER_DRAWING = "([canvas, before]) => canvas.toDataURL() !== before"
 
 
+def has_widget(cell: NotebookNode) -> bool:
+    """Whether a cell shows something to drag."""
+    return cell.cell_type == "code" and any(word in cell.source for word in WIDGETS)
+
+
 def with_widgets() -> Iterator[Path]:
     """The notebooks that hold something to drag."""
     for path in sorted((ROOT / "notebooks").rglob("*.ipynb")):
-        if ".ipynb_checkpoints" not in path.parts:
-            cells = nbformat.read(path, as_version=4).cells
-            code = "\n".join(cell.source for cell in cells if cell.cell_type == "code")
-            if any(word in code for word in WIDGETS):
-                yield path.relative_to(ROOT)
+        cells = nbformat.read(path, as_version=4).cells
+        if ".ipynb_checkpoints" not in path.parts and any(map(has_widget, cells)):
+            yield path.relative_to(ROOT)
+
+
+def write_with_needed_code(path: Path, copy: Path) -> None:
+    """The notebook, without the code that no widget needs."""
+    notebook = nbformat.read(path, as_version=4)
+    code = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    wanted = {row for row, cell in enumerate(code) if has_widget(cell)}
+    kept = {code[row].id for row in needed([cell.source for cell in code], wanted)}
+    notebook.cells = [
+        cell for cell in notebook.cells if cell.cell_type != "code" or cell.id in kept
+    ]
+    nbformat.write(notebook, copy)
 
 
 NOTEBOOKS = list(with_widgets())
@@ -41,6 +61,8 @@ def page(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator
     """JupyterLab over a copy of the notebooks; nothing is started without a browser."""
     root, home = tmp_path_factory.mktemp("work"), tmp_path_factory.mktemp("home")
     shutil.copytree(ROOT / "notebooks", root / "notebooks")
+    for path in ALL:
+        write_with_needed_code(ROOT / path, root / path)
     with jupyterlab(root, home) as address:
         page = browser.new_page(viewport={"width": 1300, "height": 1000})
         open_lab(page, address)
