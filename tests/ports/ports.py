@@ -97,7 +97,7 @@ def _compile(words: Sequence[str | Path]) -> None:
 # ---------------------------------------------------------------- C++
 
 OPTIMISED = ("-O2",)
-SANITISED = ("-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover")
+SANITISED = ("-O1", "-g1", "-fsanitize=address,undefined", "-fno-sanitize-recover")
 _WARNINGS = ("-std=c++17", "-Wall", "-Wextra", "-Werror")
 
 
