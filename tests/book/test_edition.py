@@ -247,7 +247,9 @@ def solution_lines() -> set[str]:
     return {each for each in lines if len(each) >= 20 and each not in public and each[:3] != ":::"}
 
 
+@pytest.mark.slow
 def test_no_line_of_a_solution_is_in_the_edition(student):
+    """Slow (the students' book is built for it): buys that no page tells a solution."""
     lines = solution_lines()
     assert len(lines) >= 100
     spellings = {each for line in lines for each in (line, json.dumps(line)[1:-1])}

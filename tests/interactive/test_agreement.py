@@ -88,7 +88,9 @@ def difference(expected: IcpResult, answer: dict[str, Any]) -> str | None:
     return None
 
 
+@pytest.mark.slow
 def test_the_page_computes_what_labkit_computes(tmp_path):
+    """Slow (1,200 runs in Node): buys that what a slider shows is what labkit would answer."""
     sets = list(parameter_sets())
     found = answers(scenes(), [as_json(*each) for each in sets], tmp_path)
     targets = [Target(scene.target) for scene in scenes()]
