@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from copy import deepcopy
 
 from docutils import nodes
 from sphinx import addnodes
@@ -39,8 +38,7 @@ def _is_term(link: nodes.reference) -> bool:
 
 def _plain(item: nodes.definition_list_item) -> str:
     """The words of an entry, without the works that it cites and the chapter that it names."""
-    (definition,) = item.findall(nodes.definition)
-    definition = deepcopy(definition)
+    (definition,) = (each.deepcopy() for each in item.findall(nodes.definition))
     for link in list(definition.findall(addnodes.pending_xref)):
         link.parent.remove(link)
     text = re.sub(r"\s+", " ", definition.astext())
