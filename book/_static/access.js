@@ -12,6 +12,9 @@
     if (label.title === "null") label.removeAttribute("title"); // a tooltip that nobody gave
   };
 
+  // A page in a folder may not read another one, so the search there shows hits without excerpts.
+  if (location.protocol === "file:") DOCUMENTATION_OPTIONS.SHOW_SEARCH_SUMMARY = false;
+
   // Paper is light, whatever the screen is.
   const root = document.documentElement;
   let onScreen = null;
@@ -38,6 +41,8 @@
     });
     each(".citation-list, [role=doc-biblioentry]", (node) => node.removeAttribute("role"));
     each('[id="exercise-content"]', (node) => node.removeAttribute("id"));
+    const fields = document.querySelectorAll('[id="search-input"]'); // two on the page of the search
+    [...fields].slice(1).forEach((node) => node.removeAttribute("id"));
     each("th", (node) => node.textContent.trim() || node.replaceWith(document.createElement("td")));
 
     // What scrolls sideways can be scrolled by keys.

@@ -125,6 +125,14 @@ def test_a_web_server_offers_the_same(browser, server, name):
         draws_all_it_holds(page)
 
 
+def test_the_search_finds_pages_without_an_error(browser, base):
+    """Also from a folder, where no page may read another one."""
+    with visit(browser, base, "search") as page:
+        page.goto(f"{page.url}?q=scan", wait_until="networkidle")
+        expect(page.locator("#search-results li").first).to_be_visible()
+        assert page.locator("[id=search-input]").count() == 1
+
+
 @pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
 def test_widgets_live_without_a_kernel(browser, base):
     with visit(browser, base, "widgets") as page:
