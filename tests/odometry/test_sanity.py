@@ -26,6 +26,7 @@ GOOD = np.array([0.6, -0.6, math.radians(-40.0)])
         (GOOD, None, []),
         (GOOD, GOOD, []),
         ([1.0, 0.0, math.radians(45.0)], None, []),  # the limit itself is allowed
+        ([0.2, 0.0, math.radians(10.0)], [0.0, 0.0, 0.0], []),  # and this one
         ([0.0, -1.1, 0.0], None, ["translation 1.10 m > 1.00 m"]),
         ([0.8, 0.8, 0.0], None, ["translation 1.13 m > 1.00 m"]),
         ([0.0, 0.0, math.radians(-50.0)], None, ["rotation 50.0° > 45.0°"]),
