@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -17,6 +18,7 @@ import yaml
 from playwright.sync_api import Browser, sync_playwright
 
 ROOT = Path(__file__).parents[2]
+PATIENCE = 600.0  # seconds for another worker to build the book
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
 
 
@@ -25,11 +27,32 @@ def html(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The pages: those that BOOK_HTML names, or a book built here in seconds.
 
     The latter leaves out the notebooks' results (nbval runs them), and adds a page of
-    widgets. Nothing is built where there is no browser to look at it.
+    widgets. It is built once, whatever the number of workers, and only where there is a
+    browser to look at it.
     """
     if "BOOK_HTML" in os.environ:
         return Path(os.environ["BOOK_HTML"]).resolve()
-    source = tmp_path_factory.mktemp("book")
+    own = tmp_path_factory.getbasetemp()
+    shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+    source, ended, whole = (shared / name for name in ("book", "book-ended", "book-whole"))
+    try:
+        source.mkdir()
+    except FileExistsError:  # by another worker
+        until = time.monotonic() + PATIENCE
+        while not ended.exists():
+            assert time.monotonic() < until, f"no other worker built the book in {PATIENCE} s"
+            time.sleep(0.2)
+        assert whole.exists(), "another worker could not build the book, and says why"
+    else:
+        try:
+            _build_into(source)
+            whole.touch()
+        finally:
+            ended.touch()
+    return source / "_build" / "html"
+
+
+def _build_into(source: Path) -> None:
     for folder in ("book", "notebooks", "labkit", "tests/conformance"):  # pages include them
         shutil.copytree(ROOT / folder, source / folder)
     shutil.copy(Path(__file__).with_name("widgets.md"), source)
@@ -43,7 +66,6 @@ def html(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Path:
     command = [str(jupyter_book), "build", str(source), "-W", "-n"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
-    return source / "_build" / "html"
 
 
 @pytest.fixture(scope="session")
