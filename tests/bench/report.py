@@ -87,7 +87,7 @@ WHOLE_LOG = """\
 ## Whole logs
 
 With a prior, each pair of successive scans can be matched independently. So `labkit odometry
---against scan` shares the pairs of a log among the cores: {pairs:,} pairs of {log} at
+--against scan --no-search` shares the pairs of a log among the cores: {pairs:,} pairs of {log} at
 {match_ms:.2f} ms a match (median). Without loading and plotting, one thread takes {alone_s:.2f}
 s for all of them, and {cores} threads on as many cores take {shared_s:.2f} s. That is
 {ratio:.2f} times what the cores would need if every match took the median time and nothing else
