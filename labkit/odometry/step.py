@@ -106,8 +106,7 @@ def estimate_step(
     pair = _Pair(source, target, T_target_last, prior, motions, parameters)
     T_guess = T_target_last @ from_xytheta(guess)
     first = pair.match(T_guess, Decision.ICP)
-    doubtful = prior is None or first.agreement < parameters.search_below
-    if not first.complaints and not (parameters.search and doubtful):
+    if not first.complaints and not _is_doubtful(first.agreement, prior, parameters):
         return first.record
 
     tried = [first]
@@ -174,7 +173,7 @@ def _first_matches(
         if (
             not ending.converged
             or math.isnan(information)
-            or (parameters.search and agreement < parameters.search_below)
+            or _is_doubtful(agreement, priors[k], parameters)
             or motion_complaints(motion, priors[k], limits)
             or quality_complaints(inlier_ratio, rmse, limits, _near_gate(told))
         ):
@@ -195,6 +194,13 @@ def _first_matches(
             termination=ending,
         )
     return records
+
+
+def _is_doubtful(
+    agreement: float, prior: FloatArray | None, parameters: OdometryParameters
+) -> bool:
+    """Whether a search should say if there is a better match than one that passes the checks."""
+    return parameters.search and (prior is None or agreement < parameters.search_below)
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,7 +257,7 @@ class _Pair:
 
     @cached_property
     def T_last_target(self) -> FloatArray:
-        return AT_TARGET if self.T_target_last is AT_TARGET else invert(self.T_target_last)
+        return invert(self.T_target_last)
 
     def search(self, tried: list[_Match]) -> None:
         """Add the matches from the motions of before, and from the best starts of a search.
