@@ -27,10 +27,8 @@ from labkit.grading.contract import (
     SourceCell,
 )
 from labkit.grading.sandbox.host.box import Box, SandboxError, Starter
-from labkit.grading.sandbox.host.extraction import extract_in
-from labkit.grading.sandbox.host.forkserver import ForkServer
-from labkit.grading.sandbox.host.session import Session
-from labkit.grading.sandbox.host.unisolated import ColdStarter
+from labkit.grading.sandbox.host.session import Session, extract_in
+from labkit.grading.sandbox.host.starters import ColdStarter, ForkServer
 from labkit.grading.sandbox.inside.syscall_filter import MACHINES
 
 WALL_TEST = """

@@ -1,60 +1,44 @@
-"""One submission in one slot: cells, then calls, started again past whatever hangs or dies.
+"""One submission in one slot: its files, its cells, its calls; anew past whatever hangs or dies.
 
-The grader speaks first and says what it wants; the box answers one frame a cell and one a
-call, in that order. What else it sends (a wrong id, a frame out of turn, bytes that are no
-frame) ends the box and costs the question at hand, as a crash does.
+The grader speaks first and says what it wants; the box answers one frame for the files, one a
+cell and one a call, in that order. What else it sends (a wrong id, a frame out of turn, bytes
+that are no frame) ends the box and costs the question at hand, as a crash does.
 
 A submission can forge any frame, since its code shares the process that writes them. What
 it gains is what a returned value gains: the value is compared with a reference that was
 never in the box. It cannot answer ahead for another question, whose frames must carry a
 word that is drawn when the question is asked; and what one question leaves behind to spoil
 another is found out, since a question that dies in a used box is asked again in a new one.
-What a frame says is checked word by word (`read_cell`, `read_outcome`).
+What a frame says is checked word by word (`labkit.grading.sandbox.host.answers`).
 """
 
 from __future__ import annotations
 
-import builtins
-import math
 import secrets
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
-from labkit.grading.contract import Call, Fault, Limits, Outcome, OutcomeStatus, SourceCell
-from labkit.grading.sandbox.host.box import Box, Starter
-from labkit.grading.sandbox.host.channel import GoneError, LateError, receive
+from labkit.grading.contract import (
+    Call,
+    Extraction,
+    Fault,
+    Limits,
+    Outcome,
+    OutcomeStatus,
+    SourceCell,
+)
+from labkit.grading.sandbox.host.answers import Complaint, read_cell, read_extraction, read_outcome
+from labkit.grading.sandbox.host.box import Box, GoneError, LateError, Starter, receive
 from labkit.grading.sandbox.inside import data
 
 WHOLE, REDUCED, LEFT_OUT = range(3)  # what is run of a cell: less, once it hung or crashed
 PER_ANSWER = 1 << 16  # bytes for message, output and the like, beside the value
 CELL_ANSWER = 1 << 14
 MAX_SOURCE = 1 << 24  # characters
-MAX_MESSAGE = 500
-ERRORS = frozenset(
-    name
-    for name, kind in vars(builtins).items()
-    if isinstance(kind, type) and issubclass(kind, BaseException)
-)
-# Of what a box can know; that it hung or died is found out from outside.
-SAYABLE = frozenset({"RETURNED", "RAISED", "TOO_LARGE", "NOT_DATA", "NOT_DEFINED"})
-
-
-@dataclass(frozen=True, kw_only=True)
-class Complaint:
-    """Why a cell, or what depends on it, brought nothing."""
-
-    status: OutcomeStatus
-    message: str
-    error: str = ""
-
-    def of(self, call: Call) -> Outcome:
-        """The outcome of a call that this complaint stands for."""
-        return Outcome(id=call.id, status=self.status, message=self.message, error=self.error)
-
-
+MOST = 1 << 25  # bytes of code and remarks
+PATIENCE = 60.0  # s; what is read takes one at most, where the machine has nothing else to do
 TOO_MUCH_CODE = Complaint(
     status=OutcomeStatus.SOURCE_FAILED,
     message=f"the submission holds more than {MAX_SOURCE >> 20} million characters of code",
@@ -257,79 +241,24 @@ class Session:
         return str(box.stop(leaving)) if box else ""
 
 
-def read_cell(frame: Any, position: int) -> Complaint | None:
-    """What went wrong in a cell, or None.
-
-    Raises
-    ------
-    labkit.grading.sandbox.inside.data.WireError
-        If the frame does not speak of the cell at this position.
-    """
-    if not _says(frame, cell=position):
-        raise data.WireError("not the cell that was asked for")
-    message = readable(frame.get("message"))
-    if not message:
-        return None
-    return Complaint(
-        status=OutcomeStatus.SOURCE_FAILED, message=message, error=known_error(frame.get("error"))
-    )
-
-
-def read_outcome(
-    frame: Any, call: Call, turn: str, *, output_chars: int, elapsed: float
-) -> Outcome:
-    """The outcome that a frame describes.
-
-    Raises
-    ------
-    labkit.grading.sandbox.inside.data.WireError
-        If the frame does not answer this call, asked in this turn.
-    """
-    if not _says(frame, id=call.id, turn=turn):
-        raise data.WireError("not the call that was asked")
-    status = frame.get("status")
-    if not isinstance(status, str) or status not in SAYABLE:
-        raise data.WireError("no way for a call to end")
-    seconds = frame.get("seconds")
-    if not isinstance(seconds, float) or not math.isfinite(seconds):
-        seconds = elapsed
-    return Outcome(
-        id=call.id,
-        status=OutcomeStatus[status],
-        value=frame.get("value") if status == "RETURNED" else None,
-        message=readable(frame.get("message")),
-        output=readable(frame.get("output"), output_chars, keep="\n\t"),
-        seconds=min(max(seconds, 0.0), elapsed),
-        error=known_error(frame.get("error")),
-    )
-
-
-def _says(frame: Any, **words: str | int) -> bool:
-    """Whether a frame says these words: in their types, since an array compares as an array."""
-    return isinstance(frame, dict) and all(
-        type(frame.get(name)) is type(word) and frame[name] == word for name, word in words.items()
-    )
-
-
-def known_error(name: Any) -> str:
-    """A name that is a built-in exception's, or nothing: other names may carry data out."""
-    return name if isinstance(name, str) and name in ERRORS else ""
-
-
-def readable(text: Any, most: int = MAX_MESSAGE, keep: str = "") -> str:
-    r"""Text without control characters (terminal codes, tricks with direction), cut.
-
-    Examples
-    --------
-    >>> readable("red \x1b[31m\n text")
-    'red [31m  text'
-    """
-    if not isinstance(text, str) or not text:
-        return ""
-    if len(text) <= most and text.isprintable():
-        return text
-    shown = "".join(
-        letter if letter.isprintable() or letter in keep else " " * letter.isspace()
-        for letter in text[: 2 * most]
-    )
-    return shown if len(shown) <= most else shown[: most - 1] + "…"
+def extract_in(
+    box: Box, files: Mapping[str, bytes], functions: Mapping[str, str]
+) -> tuple[Extraction, bool]:
+    """What is graded of a submission, and whether the box can go on with it."""
+    deadline = time.monotonic() + PATIENCE
+    sent = {name: data.from_bytes(held) for name, held in files.items()}
+    request = {"files": sent, "functions": dict(functions)}
+    leaving = False
+    try:
+        box.channel.write(data.pack(request, data.MAX_REQUEST), deadline)
+        frame, _ = receive(box.channel, MOST, deadline)
+        return read_extraction(frame, functions), True
+    except LateError:
+        why = f"it took longer than {PATIENCE:g} s"
+    except GoneError:
+        leaving, why = True, ""
+    except data.WireError:
+        why = "what was found is more than one submission holds"
+    end = box.stop(leaving)
+    remark = f"the files could not be read: {why or end}; hand in the notebook alone"
+    return Extraction(unread=(remark,)), False

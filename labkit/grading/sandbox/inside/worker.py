@@ -3,6 +3,8 @@
 The student's code shares this process and can forge every byte that leaves it. A forged
 frame gains what it says and no more: a value that is compared with a reference that never
 entered the box. Whether the process hung, died or talked out of turn is judged outside.
+
+The zygote closes a jail and then has a `Worker` serve in it; `main` serves without a jail.
 """
 
 from __future__ import annotations
@@ -10,9 +12,12 @@ from __future__ import annotations
 import ast
 import builtins
 import contextlib
+import importlib
 import io
+import json
 import os
 import random
+import shutil
 import signal
 import sys
 import time
@@ -22,8 +27,11 @@ from typing import Any
 import numpy as np
 
 from labkit.grading.extraction.extract import extract
-from labkit.grading.sandbox.inside import data
-from labkit.grading.sandbox.inside.imports import StandIn
+from labkit.grading.sandbox.inside import data, walls
+from labkit.grading.sandbox.inside.imports import StandIn, StandIns, forget_labkit
+
+if sys.platform == "win32":
+    import msvcrt
 
 MAX_MESSAGE = 480
 MODULE = "submission"
@@ -235,3 +243,47 @@ def _is_constant(node: ast.stmt) -> bool:
         return False
     quiet = (ast.Call, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp, ast.Await)
     return not any(isinstance(part, quiet) for part in ast.walk(node))
+
+
+def main(order_text: str) -> None:
+    """Serve one submission over what were standard input and output."""
+    order: dict[str, Any] = json.loads(order_text)
+    reading, writing = os.dup(0), os.dup(1)
+    quiet = os.open(os.devnull, os.O_RDWR)
+    for standard in (0, 1, 2):
+        os.dup2(quiet, standard)
+    if sys.platform == "win32":
+        for descriptor in (reading, writing):
+            msvcrt.setmode(descriptor, os.O_BINARY)
+    limit(order)
+    folder = os.getcwd()
+
+    def leave(*_: object) -> None:
+        shutil.rmtree(folder, ignore_errors=True)  # the grader may be gone
+        os._exit(0)
+
+    if sys.platform == "linux":
+        signal.signal(signal.SIGTERM, leave)
+        walls.prctl(walls.PR_SET_PDEATHSIG, signal.SIGTERM, "die with the grader")
+    forget_labkit()
+    sys.meta_path.insert(0, StandIns())
+    try:
+        Worker(reading, writing, order).serve()
+    finally:
+        leave()
+
+
+def limit(order: dict[str, Any]) -> None:
+    """Lower what limits this system knows and lets one lower."""
+    try:
+        resource = importlib.import_module("resource")
+    except ImportError:  # Windows knows none
+        return
+    for name, most in {
+        "RLIMIT_CPU": int(order["total_seconds"]) + 2,
+        "RLIMIT_AS": order["address_space"] + order["memory"],
+        "RLIMIT_FSIZE": order["file_bytes"],
+        "RLIMIT_CORE": 1,  # as `labkit.grading.sandbox.inside.walls.NO_CORE`
+    }.items():
+        with contextlib.suppress(AttributeError, ValueError, OSError):
+            resource.setrlimit(getattr(resource, name), (most, most))

@@ -1,9 +1,21 @@
 """What a box says is checked word by word."""
 
+import json
+
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from labkit.grading.contract import Call, OutcomeStatus
-from labkit.grading.sandbox.host.session import MAX_MESSAGE, read_cell, read_outcome, readable
+from labkit.grading.sandbox.host.answers import (
+    MAX_MESSAGE,
+    read_cell,
+    read_extraction,
+    read_outcome,
+    readable,
+)
+from labkit.grading.sandbox.inside import data, worker
 from labkit.grading.sandbox.inside.data import WireError
 
 CALL = Call(id="7", question="q", function="f")
@@ -80,3 +92,35 @@ def test_a_cell_that_failed_says_so():
     assert (complaint.status, complaint.error) == (OutcomeStatus.SOURCE_FAILED, "NameError")
     with pytest.raises(WireError):
         read_cell({"cell": 1, "message": ""}, 2)
+
+
+FUNCTIONS = {"q": "double"}
+SOURCE = "import math\n\ndef double(x):\n    return 2 * x\n"
+FILES = {
+    "a.py": SOURCE.encode(),
+    "b.ipynb": json.dumps(
+        {"nbformat": 4, "cells": [{"cell_type": "code", "metadata": {}, "source": "f(\ud800"}]}
+    ).encode(),
+    "c.ipynb": b"\xff\x00",
+}
+
+
+def frame_of(files):
+    sent = {name: data.from_bytes(held) for name, held in files.items()}
+    return data.unpack(data.pack(worker.found_in(sent, FUNCTIONS)))
+
+
+VALUES = st.none() | st.integers() | st.text() | st.just(()) | st.just(np.zeros(2))
+
+
+@given(st.sampled_from(sorted(frame_of(FILES))), VALUES | st.tuples(VALUES))
+def test_a_forged_extraction_is_refused_or_read_as_data(name, value):
+    frame = frame_of(FILES) | {name: value}
+    try:
+        found = read_extraction(frame, FUNCTIONS)
+    except data.WireError:
+        return
+    assert all(isinstance(text, str) for text in (*found.notes, *found.unread))
+    assert {cell.question for cell in found.cells} <= {None, "q"}
+    assert all(isinstance(cell.label, str) for cell in found.cells)
+    assert all(isinstance(one, int) for one in found.passages)

@@ -13,7 +13,7 @@ import pytest
 
 from labkit.grading.contract import Call, Limits, SourceCell
 from labkit.grading.sandbox.host import SandboxError, launch, open_sandbox
-from labkit.grading.sandbox.host.users import SlotUser, processes_of
+from labkit.grading.sandbox.host.launch import SlotUser, processes_of
 
 CELL = SourceCell(source="def f(x):\n    return 2 * x", question="q", label="cell 1")
 CALL = Call(id="1", question="q", function="f", arguments=(21,))

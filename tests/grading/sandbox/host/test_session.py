@@ -1,5 +1,6 @@
-"""Cells and calls: who is blamed for what, and that the rest goes on."""
+"""Files, cells and calls: who is blamed for what, and that the rest goes on."""
 
+import json
 import textwrap
 import time
 
@@ -8,7 +9,8 @@ import pytest
 
 from labkit.errors import InvalidParameterError
 from labkit.grading.contract import Call, Limits, OutcomeStatus, SourceCell
-from labkit.grading.sandbox.host import open_sandbox
+from labkit.grading.extraction import extract
+from labkit.grading.sandbox.host import open_sandbox, session
 
 RETURNED, RAISED, TIMEOUT, KILLED, TOO_LARGE, NOT_DATA, NOT_DEFINED, SOURCE_FAILED = OutcomeStatus
 ONE = "def one(x):\n    return x + 1"
@@ -349,3 +351,52 @@ def test_all_of_numpy_can_be_imported_at_once(slot):
         [call("one")],
     )
     assert outcome.value == 1.0, outcome
+
+
+FUNCTIONS = {"q": "double"}
+SOURCE = "import math\n\ndef double(x):\n    return 2 * x\n"
+FILES = {
+    "a.py": SOURCE.encode(),
+    "b.ipynb": json.dumps(
+        {"nbformat": 4, "cells": [{"cell_type": "code", "metadata": {}, "source": "f(\ud800"}]}
+    ).encode(),
+    "c.ipynb": b"\xff\x00",
+}
+DOUBLE = Call(id="1", question="q", function="double", arguments=(21,))
+
+
+def test_what_a_box_finds_is_what_anybody_finds_and_it_goes_on_with_it(slot):
+    found = slot.extract(FILES, FUNCTIONS)
+    assert found == extract(FILES, FUNCTIONS)
+    assert len(found.notes) == len(found.unread) == 1
+    (outcome,) = slot.run(found.cells, [DOUBLE])
+    assert outcome.value == 42
+
+
+def test_a_box_that_read_and_is_not_asked_is_ended_with_the_next(slot):
+    for _ in range(2):
+        assert slot.extract(FILES, FUNCTIONS).cells
+    assert slot.run((), [DOUBLE])[0].status is OutcomeStatus.NOT_DEFINED
+
+
+LONG = {"a.ipynb": b'{"cells": [' + b'"", ' * 12_000_000 + b"1]}"}
+
+
+@pytest.mark.parametrize(
+    ("limits", "patience", "says"),
+    [
+        (Limits(), 0.001, "it took longer than 0.001 s"),
+        (Limits(memory=64 << 20), 120.0, "could not be read: the program ended itself"),
+    ],
+    ids=["time", "memory"],
+)
+def test_files_that_take_too_much_are_named_and_the_next_are_read(
+    open_slot, monkeypatch, limits, patience, says
+):
+    with open_slot(limits) as slot:
+        with monkeypatch.context() as hasty:
+            hasty.setattr(session, "PATIENCE", patience)
+            found = slot.extract(LONG, FUNCTIONS)
+        assert found.cells == ()
+        assert says in found.unread[0]
+        assert slot.extract(FILES, FUNCTIONS).cells

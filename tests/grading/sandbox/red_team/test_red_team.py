@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from labkit.grading.contract import Call, OutcomeStatus, SourceCell
-from labkit.grading.sandbox.host.users import processes_of
+from labkit.grading.sandbox.host.launch import processes_of
 
 HONEST = SourceCell(
     source="def before(x):\n    return 3 * x\n\ndef after(x):\n    return x + 1",

@@ -1,4 +1,8 @@
-"""The safe modes: a zygote with numpy imported forks one jailed process a submission."""
+"""Who starts boxes: in the safe modes a zygote that forks, in mode "none" a fresh Python each time.
+
+The zygote has numpy imported and forks one jailed process a submission. A fresh Python is held
+by limits and nothing else.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ import json
 import os
 import select
 import shutil
+import signal
 import socket
 import struct
 import subprocess
@@ -16,24 +21,27 @@ from typing import Any
 
 from labkit.grading.contract import Limits
 from labkit.grading.sandbox.host import launch
-from labkit.grading.sandbox.host.box import Exit, SandboxError, order
-from labkit.grading.sandbox.host.channel import (
+from labkit.grading.sandbox.host.box import (
     Channel,
+    Exit,
     GoneError,
     LateError,
+    PipeChannel,
+    SandboxError,
     SocketChannel,
+    order,
     receive,
 )
-from labkit.grading.sandbox.host.users import SlotUser, threads_of
+from labkit.grading.sandbox.host.launch import SlotUser, threads_of
 from labkit.grading.sandbox.inside import data
 
 START = 60.0  # s that a busy machine may take to import numpy and scipy
-MOMENT = 0.5  # s that a process may take to end once it has said so
+MOMENT = 1.0  # s that a process may take to end once it has said so
 SMALL = 1 << 16
 SPARE_THREADS = 64  # others of the same user may start some meanwhile
 BOX_THREADS = 8  # bubblewrap, the zygote, the supervisor
 FIRST_TO_GO = "1000"  # where memory runs out, a box ends and not the grader: forks inherit it
-LIBRARIES = 1 << 29  # bytes of address space, where /proc does not tell
+LIBRARIES = 1 << 30  # bytes of address space for Python and numpy, where /proc does not tell
 
 
 class ForkBox:
@@ -211,3 +219,62 @@ def _ends(child: int, seconds: float) -> bool:
         return bool(waiting.poll(seconds * 1000))
     finally:
         os.close(handle)
+
+
+class ColdBox:
+    """A running Python without a jail."""
+
+    def __init__(self, limits: Limits) -> None:
+        self.folder = tempfile.mkdtemp(prefix="labkit-")
+        told = json.dumps(order("none", limits, address_space=LIBRARIES))
+        self.process = subprocess.Popen(
+            launch.command("worker", told),
+            env=launch.environment() | {"HOME": self.folder},
+            cwd=self.folder,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            bufsize=0,
+            start_new_session=True,
+        )
+        self.channel: Channel = PipeChannel(self.process)
+
+    def stop(self, leaving: bool) -> Exit:
+        """Kill it, its process group and its folder."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self.process.wait(MOMENT if leaving else 0)
+        ended = self.process.poll()
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            if os.name == "posix":
+                os.killpg(self.process.pid, signal.SIGKILL)
+            else:
+                self.process.kill()
+        self.process.wait()
+        self.channel.close()
+        shutil.rmtree(self.folder, ignore_errors=True)
+        return Exit(signal=-ended if ended is not None and ended < 0 else 0)
+
+
+class ColdStarter:
+    """Starts boxes of mode "none"."""
+
+    def __init__(self, limits: Limits) -> None:
+        self.limits = limits
+
+    def start(self, *, scipy: bool) -> ColdBox:
+        """A fresh process, that has numpy imported.
+
+        Raises
+        ------
+        SandboxError
+            If Python does not start.
+        """
+        box = ColdBox(self.limits)
+        try:
+            receive(box.channel, SMALL, time.monotonic() + START)
+        except (LateError, GoneError, data.WireError):
+            raise SandboxError(f"mode none does not work here: {box.stop(leaving=True)}") from None
+        return box
+
+    def close(self) -> None:
+        """Nothing outlives its box."""
