@@ -25,7 +25,7 @@ from labkit.grading.contract import Limits
 from labkit.grading.sandbox.host import SAFE, open_sandbox
 from labkit.grading.store import VerdictStore
 from labkit.grading.submissions import Submission, find_submissions, one_submission
-from labkit.grading.submissions.files import VERDICTS
+from labkit.grading.submissions.find import VERDICTS
 from labkit.odometry import available_cores
 
 Where = tuple[Iterator[Executor], int]  # what grades, and how many at a time

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from labkit.errors import LabkitError
 from labkit.grading.submissions.files import (
     StoredFile,
-    earlier_outputs,
-    folder_below,
     is_source,
     list_files,
     list_folders,
@@ -30,6 +28,8 @@ from labkit.grading.submissions.submission import Files, Submission
 
 ATTEMPTS = {"blackboard", "d2l"}  # platforms that hand out every attempt whole
 NBGRADERS = ("source", "release", "nbgrader_config.py", "gradebook.db")  # beside `submitted`
+VERDICTS = "verdicts.jsonl"  # the file by which a folder of verdicts and pages is known
+PAGES = "students/"  # a folder in it
 NOTHING = (
     "nothing was handed in; name a notebook, a script, or a folder or zip archive with one "
     "folder or file for each student"
@@ -193,6 +193,29 @@ def _outputs(
     earlier = [folder for folder in earlier_outputs(names) if folder != own]
     remarks += [f"{path}: {folder} is left out: an earlier run wrote it" for folder in earlier]
     return (*earlier, own) if own else tuple(earlier)
+
+
+def folder_below(path: Path, folder: str | os.PathLike[str]) -> str:
+    """A folder's name below `path`, with its "/"; empty where it is that, or lies elsewhere."""
+    try:
+        below = Path(folder).resolve().relative_to(path.resolve())
+    except ValueError:
+        return ""
+    return f"{printable(below.as_posix())}/" if below.parts else ""
+
+
+def earlier_outputs(names: Collection[str]) -> list[str]:
+    """Folders of earlier verdicts and pages, each with its "/", in which nobody's work lies.
+
+    >>> earlier_outputs(["ada/a.py", "grades/verdicts.jsonl", "grades/students/ada.html"])
+    ['grades/']
+    >>> earlier_outputs(["ada/a.py", "ada/verdicts.jsonl"])
+    []
+    """
+    holders = [name.removesuffix(VERDICTS) for name in names if Path(name).name == VERDICTS]
+    sources = [name for name in names if may_hold_source(name)]
+    folders = [holder or PAGES for holder in holders]
+    return [folder for folder in folders if not any(one.startswith(folder) for one in sources)]
 
 
 def _folders(path: Path, inside: str, left_out: Sequence[str]) -> list[str]:
