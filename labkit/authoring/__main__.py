@@ -14,7 +14,7 @@ from labkit.errors import LabkitError
 from labkit.extras import need
 from labkit.files import atomic_write, refuse_unwritable
 from labkit.grading.assignment import FOLDER
-from labkit.grading.assignment.secret import cases_beside, read_secret
+from labkit.grading.assignment.files import cases_beside, read_secret
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -15,9 +15,8 @@ from labkit.authoring import solution
 from labkit.authoring.compute import hidden_cases, visible_cases
 from labkit.authoring.texts import read_texts
 from labkit.files import atomic_write
-from labkit.grading.assignment.files import COURSE, FORMAT, to_plain
+from labkit.grading.assignment.files import COURSE, FORMAT, salt_of, to_plain
 from labkit.grading.assignment.questions import Case, Cases, Question
-from labkit.grading.assignment.secret import salt_of
 
 VARIANTS = 8
 

@@ -7,7 +7,7 @@ import sys
 
 from labkit.cli.grade import PUBLIC
 from labkit.grading.assignment import FOLDER, load_assignment
-from labkit.grading.assignment.secret import folder_of
+from labkit.grading.assignment.files import folder_of
 from labkit.grading.exports import write_autograder
 
 DESCRIPTION = """\

@@ -17,15 +17,15 @@ from labkit.arrays import check_count
 from labkit.cli.grade_outputs import Results, add_output_options, check_outputs, write_outputs
 from labkit.errors import InvalidParameterError, LabkitError
 from labkit.grading.assignment import FOLDER, load_assignment
+from labkit.grading.assignment.files import folder_of
 from labkit.grading.assignment.questions import Assignment
-from labkit.grading.assignment.secret import folder_of
-from labkit.grading.class_run.run import Graded, Settings, grade_class, merge, still_to_grade
-from labkit.grading.class_run.workers import cluster_executors, local_pools, open_sandboxes, prepare
+from labkit.grading.class_run import Graded, Settings, grade_class, merge, still_to_grade
 from labkit.grading.contract import Limits
 from labkit.grading.sandbox.host import SAFE, open_sandbox
 from labkit.grading.store import VerdictStore
 from labkit.grading.submissions import Submission, find_submissions, one_submission
 from labkit.grading.submissions.find import VERDICTS
+from labkit.grading.workers import cluster_executors, local_pools, open_sandboxes, prepare
 from labkit.odometry import available_cores
 
 Where = tuple[Iterator[Executor], int]  # what grades, and how many at a time

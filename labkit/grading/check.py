@@ -19,9 +19,9 @@ from labkit.errors import InvalidParameterError
 from labkit.grading.assignment import load_assignment
 from labkit.grading.assignment.questions import Case, Question
 from labkit.grading.contract import Outcome, OutcomeStatus
+from labkit.grading.feedback import to_html
 from labkit.grading.judging.compare import assess
 from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict
-from labkit.grading.prose import to_html
 from labkit.grading.sandbox.inside.data import NotDataError, TooMuchError, plain
 
 MOST_BYTES = 8 << 20

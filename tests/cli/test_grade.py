@@ -15,11 +15,10 @@ from pathlib import Path
 import pytest
 
 from labkit.cli import main
-from labkit.grading.assignment.files import FORMAT
+from labkit.grading import workers
+from labkit.grading.assignment.files import FORMAT, cases_beside, read_secret, salt_of
 from labkit.grading.assignment.files import _load as load_assignment
-from labkit.grading.assignment.secret import cases_beside, read_secret, salt_of
-from labkit.grading.class_run import workers
-from labkit.grading.class_run.run import Graded, grade_class
+from labkit.grading.class_run import Graded, grade_class
 from labkit.grading.pages import templates
 from labkit.grading.sandbox.host import available_modes
 from labkit.grading.similarity import Group

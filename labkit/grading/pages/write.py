@@ -11,12 +11,10 @@ from labkit.extras import need
 from labkit.files import atomic_write
 from labkit.grading.assignment.questions import Assignment
 from labkit.grading.contract import SourceCell
-from labkit.grading.exports.feedback import number
+from labkit.grading.feedback import number, to_html
 from labkit.grading.judging.verdict import SubmissionVerdict
-from labkit.grading.pages.pairs import side_by_side
 from labkit.grading.pages.statistics import ClassSummary
-from labkit.grading.prose import to_html
-from labkit.grading.similarity import Group
+from labkit.grading.similarity import Group, side_by_side
 
 
 def write_student_page(

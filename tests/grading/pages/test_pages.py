@@ -10,6 +10,7 @@ import pytest
 
 from labkit.grading.assignment import load_assignment
 from labkit.grading.contract import SourceCell
+from labkit.grading.feedback import PAGES, to_html
 from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
 from labkit.grading.pages import (
     ClassSummary,
@@ -17,9 +18,7 @@ from labkit.grading.pages import (
     write_pair_page,
     write_student_page,
 )
-from labkit.grading.pages.pairs import side_by_side
-from labkit.grading.prose import PAGES, to_html
-from labkit.grading.similarity import Group
+from labkit.grading.similarity import Group, side_by_side
 
 ASSIGNMENT = load_assignment(hidden=False)
 GATE = ASSIGNMENT.questions[0]

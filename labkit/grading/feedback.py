@@ -1,15 +1,21 @@
-"""What a student is told of a verdict, in words, and the pages packed to hand back."""
+"""What a student is told of a verdict, in words, and as HTML with code and chapters marked."""
 
 from __future__ import annotations
 
-import os
-import zipfile
-from collections.abc import Iterable, Mapping
-from pathlib import Path
+import re
+from html import escape
 
-from labkit.files import atomic_write
 from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
-from labkit.grading.submissions.submission import Submission
+
+PAGES = {
+    "chapter 1": "notebooks/01_problem_and_se2.html",
+    "chapter 2": "notebooks/02_alignment.html",
+    "chapter 3": "notebooks/03_correspondences.html",
+    "chapter 4": "notebooks/04_icp_loop.html",
+    "chapter 5": "notebooks/05_odometry.html",
+    "the errata": "book/errata.html",
+}
+_CHAPTER = re.compile(rf"({'|'.join(PAGES)}), “([^”]+)”")
 
 
 def number(value: float) -> str:
@@ -60,22 +66,30 @@ def _first(cases: tuple[CaseVerdict, ...]) -> str:
     return next((case.reason for case in cases if case.reason), "")
 
 
-def write_feedback(
-    submissions: Iterable[Submission], pages: Mapping[str, Path], out: str | os.PathLike[str]
-) -> None:
-    """Pack the students' pages under the names by which Canvas and Moodle take files back.
+def to_html(text: str, book: str = "") -> str:
+    """Text as HTML: a student's own is escaped, whatever stands in it.
 
     Parameters
     ----------
-    submissions : iterable of Submission
-        As they were found; one of no platform has its page under its own name.
-    pages : mapping of str to Path
-        The page of each student.
-    out : path-like
-        The zip archive, for Canvas's "Upload submissions" or Moodle's "Upload multiple
-        feedback files in a zip".
+    text : str
+        As a verdict holds it.
+    book : str
+        Where the book's pages lie; without it no chapter is a link.
+
+    Examples
+    --------
+    >>> to_html("`x` < 2; see chapter 1, “Rotation”.")
+    '<code>x</code> &lt; 2; see chapter 1, “Rotation”.'
+    >>> to_html("chapter 1, “Rotation”", "https://x.org")
+    '<a href="https://x.org/notebooks/01_problem_and_se2.html#rotation">chapter 1, “Rotation”</a>'
     """
-    with atomic_write(out, "wb") as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as zip:
-        for one in submissions:
-            if one.student in pages:
-                zip.write(pages[one.student], one.feedback_name)
+    html = escape(text)
+    if book:
+        html = _CHAPTER.sub(lambda found: _link(found, book), html)
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", html)
+
+
+def _link(found: re.Match[str], book: str) -> str:
+    section = re.sub(r"[^a-z0-9]+", "-", found[2].lower()).strip("-")
+    page = f"{escape(book).rstrip('/')}/{PAGES[found[1]]}#{section}"
+    return f'<a href="{page}">{found[0]}</a>'

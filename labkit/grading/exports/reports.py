@@ -1,8 +1,9 @@
-"""Gradescope: its ``results.json``, and the zip archive that makes an autograder [1]_.
+"""Verdicts as test reports: for Gradescope and its autograder [1]_, and JUnit's for integration.
 
-Each question is a test with its score; each of its hidden cases is one more, without
-points, that only the instructors see. In the archive, ``setup.sh`` builds the image and
-``run_autograder`` grades one submission in it.
+For Gradescope each question is a test with its score; each of its hidden cases is one more,
+without points, that only the instructors see. In the autograder's archive, ``setup.sh`` builds
+the image and ``run_autograder`` grades one submission in it. In JUnit's XML a submission is a
+suite, and a question is a case.
 
 References
 ----------
@@ -15,17 +16,20 @@ import json
 import os
 import re
 import zipfile
+from collections.abc import Iterable
 from importlib.metadata import requires
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree as ET
 
 from labkit.errors import LabkitError
 from labkit.files import atomic_write
 from labkit.grading.assignment import FOLDER, load_assignment
-from labkit.grading.exports.feedback import question_text
+from labkit.grading.feedback import number, question_text
 from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
 
 MOST = 1500  # characters that a student is shown of one question
+_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def gradescope_results(verdict: SubmissionVerdict) -> str:
@@ -148,3 +152,41 @@ def _requirements() -> list[str]:
     if declared is None:
         raise LabkitError("labkit is not installed, so what it needs is not known; pip install it")
     return [line for line in declared if not re.search(r";.*extra\s*==", line)]
+
+
+def write_junit(verdicts: Iterable[SubmissionVerdict], out: str | os.PathLike[str]) -> None:
+    """Write the verdicts as they come; a question without all its points is a failure."""
+    with atomic_write(out, "wb") as file:
+        file.write(b'<?xml version="1.0" encoding="utf-8"?>\n<testsuites>\n')
+        for verdict in verdicts:
+            file.write(ET.tostring(_suite(verdict), encoding="utf-8") + b"\n")
+        file.write(b"</testsuites>\n")
+
+
+def _suite(verdict: SubmissionVerdict) -> ET.Element:
+    failed = sum(not question.passed for question in verdict.questions)
+    suite = ET.Element(
+        "testsuite",
+        name=_text(verdict.student),
+        tests=str(len(verdict.questions)),
+        failures=str(failed),
+        errors="0",
+        skipped="0",
+        time=f"{verdict.seconds:.3f}",
+    )
+    for question in verdict.questions:
+        case = ET.SubElement(
+            suite, "testcase", classname=_text(verdict.student), name=question.title
+        )
+        if not question.passed:
+            score = f"{number(question.score)} of {number(question.points)} points"
+            failure = ET.SubElement(case, "failure", message=score)
+            failure.text = _text(question_text(question))
+    if verdict.remarks:
+        ET.SubElement(suite, "system-out").text = _text("\n".join(verdict.remarks))
+    return suite
+
+
+def _text(text: str) -> str:
+    """Text without the characters that XML cannot hold."""
+    return _NOT_XML.sub("\N{REPLACEMENT CHARACTER}", text)

@@ -26,7 +26,7 @@ from labkit.grading.contract import Limits, Sandbox
 from labkit.grading.sandbox.host import launch, open_sandbox
 
 PATIENCE = 10.0  # [s] for a cluster to answer
-NEEDED = "labkit.grading.class_run.preload"
+NEEDED = "labkit.grading.class_run"  # what workers are forked with
 
 
 def prepare() -> None:
@@ -108,6 +108,7 @@ def _context() -> BaseContext:
 
 def _be_a_worker() -> None:
     """Leave Ctrl-C to the parent, which ends its workers itself, and end when it is killed."""
+    gc.freeze()  # forks share these pages, and nobody need go through them again
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     if parent:

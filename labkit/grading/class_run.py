@@ -15,12 +15,12 @@ from dataclasses import dataclass, field, replace
 from itertools import islice
 
 from labkit.grading.assignment import FOLDER, load_assignment
-from labkit.grading.class_run.workers import own_sandbox
 from labkit.grading.contract import Limits
 from labkit.grading.judging.grade import grade_submission
 from labkit.grading.judging.verdict import SubmissionVerdict
 from labkit.grading.store import VerdictStore
 from labkit.grading.submissions import Submission
+from labkit.grading.workers import own_sandbox
 
 Files = dict[str, bytes]
 

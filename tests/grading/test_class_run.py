@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labkit.grading.class_run import run
-from labkit.grading.class_run.run import (
+from labkit.grading import class_run
+from labkit.grading.class_run import (
     Graded,
     Settings,
     fingerprint,
@@ -108,7 +108,7 @@ def test_a_fingerprint_follows_from_all_that_a_verdict_follows_from(small, tmp_p
     assert len(marks) == 6
     assert fingerprint(dict(reversed(files.items())), settings) == fingerprint(files, settings)
     before = fingerprint(files, settings)
-    monkeypatch.setattr(run, "RULES", run.RULES + 1)
+    monkeypatch.setattr(class_run, "RULES", class_run.RULES + 1)
     assert fingerprint(files, settings) != before
 
 

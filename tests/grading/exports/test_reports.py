@@ -1,18 +1,49 @@
-"""The archive holds all that Gradescope needs, and its script grades as Gradescope calls it."""
+"""Reports say what verdicts say; the autograder grades as Gradescope calls it."""
 
 import json
 import subprocess
 import sys
 import zipfile
+from xml.etree import ElementTree as ET
 
 import pytest
 from small import RIGHT, SQUARED
 
 from labkit.errors import LabkitError
-from labkit.grading.exports import write_autograder
+from labkit.grading.exports import gradescope_results, write_autograder, write_junit
 from labkit.grading.sandbox.host import available_modes
 
 SAFE = any(not why for mode, why in available_modes().items() if mode != "none")
+
+
+def test_gradescope_has_a_test_for_each_question_and_hides_the_hidden_cases(verdicts):
+    for verdict in verdicts:
+        results = json.loads(gradescope_results(verdict))
+        scored = [test for test in results["tests"] if "score" in test]
+        assert sum(test["score"] for test in scored) == pytest.approx(verdict.score)
+        assert results["score"] == pytest.approx(verdict.score)
+        assert {test["status"] for test in results["tests"]} <= {"passed", "failed"}
+        assert results["stdout_visibility"] == "hidden"
+        assert "landlock" in results["output"]
+        hidden = [test for test in results["tests"] if "score" not in test]
+        assert len(hidden) == len(verdict.questions)
+        assert {test["visibility"] for test in hidden} == {"hidden"}
+    visible = json.loads(gradescope_results(verdicts[1]))["tests"][0]
+    assert visible["output"] == (
+        "About gate.\n\nA wide gate: it returned a list.\n\n0 of 2 cases passed."
+    )
+
+
+def test_junit_counts_failures_and_survives_any_text(verdicts, tmp_path):
+    write_junit(verdicts, tmp_path / "junit.xml")
+    suites = ET.parse(tmp_path / "junit.xml").getroot()
+    assert [(suite.get("name"), suite.get("failures")) for suite in suites] == [
+        ("4711", "0"),
+        ("815", "2"),
+        ("=cmd|x", "1"),
+    ]
+    assert "Off by one metre." in suites[1][0][0].text
+    assert "<script>" in suites[2][0][0].text
 
 
 @pytest.fixture

@@ -1,1 +1,0 @@
-"""A whole class: the workers that grade it, and what is done when one is lost."""
