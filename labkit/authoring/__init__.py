@@ -6,12 +6,13 @@ answers, so nothing of grading or of the notebooks imports it, and students do n
 
 ==================  ==============================================================
 `questions/`        the texts, points and limits, in TOML: to be edited by instructors
-`cases`             what the functions are called with, as recipes for any seed
-`references`        the right answers, by labkit
-`misconceptions`    wrong answers, each by a function that makes the mistake
+`cases/`            what the functions are called with, as recipes for any seed
+`misconceptions/`   wrong answers, each by a function that makes the mistake
+`entries`           what a recipe and a known mistake are
+`references`        the right answers, by labkit, and how far another may lie from them
 `solution`          the right submission from which the instructor's notebook is made
-`tolerance`         how far an answer may lie from the reference, and why
 `compute`           cases with answers, refused where they do not tell mistakes apart
+`write`             from the texts and the cases to the assignment's files
 `notebook`          the notebook that is handed out
 ==================  ==============================================================
 """

@@ -14,13 +14,12 @@ from itertools import permutations
 import numpy as np
 
 from labkit.authoring.cases import RECIPES
+from labkit.authoring.entries import Mistake, Recipe, Several
 from labkit.authoring.misconceptions import MISTAKES
-from labkit.authoring.mistake import Mistake, Several
-from labkit.authoring.recipe import Recipe
-from labkit.authoring.references import REFERENCES
-from labkit.authoring.tolerance import (
+from labkit.authoring.references import (
     LARGEST,
     LOOP_FLOOR,
+    REFERENCES,
     perturbed,
     round_up,
     stop_error,

@@ -16,7 +16,7 @@ import nbformat
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
 from labkit.authoring import solution
-from labkit.authoring.texts import ClosingCell, closing, introduction, read_texts
+from labkit.authoring.write import ClosingCell, closing, introduction, read_texts
 from labkit.grading.assignment.questions import Question
 
 IMPORTS = "import numpy as np\n\nfrom labkit.grading.check import check"

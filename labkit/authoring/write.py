@@ -1,4 +1,7 @@
-"""Writing the assignment's files: one line a question or a case, so that changes can be read."""
+"""From the questions' texts, in the TOML files of `questions/`, to the assignment's files.
+
+They are written one line a question or a case, so that changes can be read.
+"""
 
 from __future__ import annotations
 
@@ -6,21 +9,23 @@ import ast
 import inspect
 import json
 import textwrap
+import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from labkit.authoring import solution
 from labkit.authoring.compute import hidden_cases, visible_cases
-from labkit.authoring.texts import read_texts
+from labkit.authoring.misconceptions import MISTAKES
 from labkit.files import atomic_write
 from labkit.grading.assignment.files import COURSE, FORMAT, salt_of, to_plain
-from labkit.grading.assignment.questions import Case, Cases, Question
+from labkit.grading.assignment.questions import Answer, Case, Cases, Misconception, Question
 
 VARIANTS = 8
 
 Progress = Callable[[Iterable[int]], Iterable[int]]
+FOLDER = Path(__file__).with_name("questions")
 
 
 def write_assignment(
@@ -142,3 +147,77 @@ def _lines(rows: Iterable[Mapping[str, Any]]) -> str:
 
 def _json(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False, allow_nan=False)
+
+
+def read_texts() -> tuple[str, tuple[Question, ...]]:
+    """The assignment's title and its questions, in their order."""
+    head = tomllib.loads((FOLDER / "assignment.toml").read_text("utf-8"))
+    tables: dict[str, dict[str, Any]] = {}
+    for name in head["sections"]:
+        tables |= tomllib.loads((FOLDER / f"{name}.toml").read_text("utf-8"))
+    return head["title"], tuple(_question(id, table) for id, table in tables.items())
+
+
+def introduction() -> str:
+    """What stands above the first question, in Markdown."""
+    text: str = tomllib.loads((FOLDER / "assignment.toml").read_text("utf-8"))["introduction"]
+    return text.strip()
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClosingCell:
+    """A cell after the questions.
+
+    Attributes
+    ----------
+    id : str
+        Of the cell.
+    kind : {"markdown", "code", "answer"}
+        A text, given code, or a text that the student writes.
+    text : str
+        What stands in it.
+    stretch : bool
+        Whether it belongs to the stretch task, which an instructor may switch on.
+    alt : str
+        What the figure of a code cell shows, in words.
+    """
+
+    id: str
+    kind: str
+    text: str
+    stretch: bool = False
+    alt: str = ""
+
+
+def closing(*, stretch: bool) -> list[ClosingCell]:
+    """What stands after the last question: the student's functions on recorded scans."""
+    rows = tomllib.loads((FOLDER / "closing.toml").read_text("utf-8"))["cells"]
+    cells = (ClosingCell(**row | {"text": row["text"].strip()}) for row in rows)
+    return [cell for cell in cells if stretch or not cell.stretch]
+
+
+def _question(id: str, table: dict[str, Any]) -> Question:
+    chapter = table["chapter"]
+    return Question(
+        id=id,
+        title=table["title"],
+        chapter=chapter,
+        points=float(table["points"]),
+        function=table.get("function", id),
+        signature=table["signature"],
+        task=table["task"].strip(),
+        docstring=table["docstring"].strip() + "\n",
+        answer=Answer(table["answer"]),
+        unit=table.get("unit", ""),
+        low=table.get("low"),
+        high=table.get("high"),
+        chance=table.get("chance", 0.0),
+        builds_on=tuple(table.get("builds_on", ())),
+        misconceptions=tuple(
+            Misconception(
+                id=one.id, says=one.says, chapter=one.chapter or chapter, credit=one.credit
+            )
+            for one in MISTAKES
+            if one.question == id
+        ),
+    )

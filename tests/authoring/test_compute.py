@@ -9,9 +9,8 @@ import pytest
 
 from labkit.authoring.__main__ import main
 from labkit.authoring.compute import confusion, draw_case, hidden_cases, visible_cases
-from labkit.authoring.recipe import Recipe
-from labkit.authoring.texts import read_texts
-from labkit.authoring.write import cases_file, questions_file
+from labkit.authoring.entries import Recipe
+from labkit.authoring.write import cases_file, questions_file, read_texts
 from labkit.errors import LabkitError
 from labkit.grading.assignment import FOLDER
 

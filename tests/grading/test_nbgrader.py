@@ -11,7 +11,7 @@ import pytest
 from right_answers import plain_python
 
 from labkit.authoring.notebook import notebook_text
-from labkit.authoring.texts import closing
+from labkit.authoring.write import closing
 from labkit.cli import main
 from labkit.grading.assignment import load_assignment
 from labkit.grading.sandbox.host import available_modes

@@ -1,11 +1,11 @@
 """What the functions are called with: recipes for the visible cases and the hidden ones."""
 
-from labkit.authoring.cases import alignment, loop, odometry, pairs, se2
+from labkit.authoring.cases import alignment, correspondences, loop, odometry, se2
 
 RECIPES = {
     **se2.RECIPES,
     **alignment.RECIPES,
-    **pairs.RECIPES,
+    **correspondences.RECIPES,
     **loop.RECIPES,
     **odometry.RECIPES,
 }

@@ -8,7 +8,7 @@ import numpy as np
 
 import labkit
 from labkit.arrays import FloatArray
-from labkit.authoring.recipe import (
+from labkit.authoring.entries import (
     Draw,
     Recipe,
     Recipes,

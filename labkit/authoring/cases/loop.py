@@ -1,4 +1,4 @@
-"""Cases on the ICP step and the loop: scans that overlap in part, and clutter in both."""
+"""Cases on the convergence test, the ICP step and the loop: scans that overlap in part."""
 
 from __future__ import annotations
 
@@ -8,11 +8,35 @@ import numpy as np
 
 import labkit
 from labkit.arrays import FloatArray
-from labkit.authoring.recipe import Draw, Recipe, Recipes, points, uniform
+from labkit.authoring.entries import Draw, Recipe, Recipes, points, uniform
 from labkit.grading.contract import Value
 
-BUDGET = 60
-OFF = math.inf
+STEP, TURN, COST, BUDGET = 1e-3, 1e-3, 1e-6, 50  # of the convergence test
+DIAGONAL = math.pi / 4
+HALF_TURN = 1000.0 * math.pi
+LOOP_BUDGET = 60
+
+
+def _ending(
+    step: float = 0.1,
+    turn: float = 0.1,
+    cost: float = -0.01,
+    iteration: int = 10,
+    heading: float | None = None,
+) -> Draw:
+    """A step of that many tolerances; ``step=0.5`` is half of ε_t. A heading fixes its way."""
+
+    def draw(rng: np.random.Generator) -> tuple[Value, ...]:
+        way = uniform(rng, -3.0, 3.0) if heading is None else heading
+        vary = uniform(rng, 0.95, 1.05)
+        dT = labkit.transform(
+            vary * step * STEP * math.cos(way),
+            vary * step * STEP * math.sin(way),
+            vary * turn * TURN if abs(turn) < 1000 else turn * TURN - 0.0004 * vary,
+        )
+        return dT, vary * cost, iteration, STEP, TURN, COST, BUDGET
+
+    return draw
 
 
 def _scans(
@@ -72,7 +96,7 @@ def _walls(rng: np.random.Generator) -> tuple[Value, ...]:
     source = labkit.apply(labkit.invert(T), look())
     away = labkit.transform(uniform(rng, 0.15, 0.3), uniform(rng, -0.2, -0.1), 0.06)
     guess = labkit.compose(away, T)
-    return np.round(source, 3), np.round(look(), 3), guess, 1.5, 0.9, 0.05, 3 * BUDGET
+    return np.round(source, 3), np.round(look(), 3), guess, 1.5, 0.9, 0.05, 3 * LOOP_BUDGET
 
 
 def _straight_ahead(rng: np.random.Generator) -> tuple[Value, ...]:
@@ -83,10 +107,36 @@ def _straight_ahead(rng: np.random.Generator) -> tuple[Value, ...]:
     ahead = labkit.transform(uniform(rng, 0.2, 0.5), 0.0, 0.0)
     source = labkit.apply(labkit.invert(ahead), seen)
     guess = labkit.compose(labkit.transform(uniform(rng, 0.7, 0.9), 0.0, 0.0), ahead)
-    return np.round(source, 6), posts, guess, 3.0, 0.9, 0.1, BUDGET
+    return np.round(source, 6), posts, guess, 3.0, 0.9, 0.1, LOOP_BUDGET
 
 
 RECIPES = {
+    "has_converged": Recipes(
+        visible=[
+            Recipe("a tiny step", _ending(0.3, 0.3)),
+            Recipe("a long step", _ending(90.0, 90.0, cost=0.01)),
+            Recipe("no shift, but a turn to the left", _ending(0.1, 60.0)),
+            Recipe("a cost that stands still", _ending(90.0, 90.0, cost=1e-7)),
+        ],
+        hidden=[
+            Recipe("a step below both tolerances", _ending(0.6, 0.5)),
+            Recipe("a step below both, to the right", _ending(0.5, -0.6)),
+            Recipe("a step just below both tolerances", _ending(0.8, 0.8)),
+            Recipe("a cost that rose by next to nothing", _ending(80.0, 70.0, cost=2e-7)),
+            Recipe("a cost that fell by next to nothing", _ending(80.0, -70.0, cost=-2e-7)),
+            Recipe("the last iteration of the budget", _ending(80.0, 70.0, iteration=50)),
+            Recipe("an iteration past the budget", _ending(80.0, -70.0, iteration=51)),
+            Recipe("a cost that did not change", _ending(200.0, 150.0, cost=0.0)),
+            Recipe("a turn to the left without a shift", _ending(0.2, 60.0, cost=0.01)),
+            Recipe("a turn to the right without a shift", _ending(0.2, -60.0)),
+            Recipe("a shift without a turn", _ending(300.0, 0.2)),
+            Recipe("a shift of a few tolerances", _ending(8.0, 0.2, cost=0.02)),
+            Recipe("a shift aslant", _ending(1.3, 0.2, heading=DIAGONAL)),
+            Recipe("a cost that fell much", _ending(40.0, 90.0, cost=-0.5)),
+            Recipe("the last but one iteration", _ending(80.0, 70.0, cost=0.01, iteration=49)),
+            Recipe("half a turn on the spot", _ending(0.2, HALF_TURN)),
+        ],
+    ),
     "icp_step": Recipes(
         visible=[
             Recipe("all stages at work", _scans(20, gate=0.8, ratio=0.7, delta=0.12)),

@@ -1,4 +1,4 @@
-"""Cases on the convergence test, the integration of increments and the sanity check."""
+"""Cases on the integration of increments and the sanity check."""
 
 from __future__ import annotations
 
@@ -6,33 +6,8 @@ import math
 
 import numpy as np
 
-import labkit
-from labkit.authoring.recipe import Draw, Recipe, Recipes, uniform
+from labkit.authoring.entries import Draw, Recipe, Recipes, uniform
 from labkit.grading.contract import Value
-
-STEP, TURN, COST, BUDGET = 1e-3, 1e-3, 1e-6, 50
-
-
-def _ending(
-    step: float = 0.1,
-    turn: float = 0.1,
-    cost: float = -0.01,
-    iteration: int = 10,
-    heading: float | None = None,
-) -> Draw:
-    """A step of that many tolerances; ``step=0.5`` is half of ε_t. A heading fixes its way."""
-
-    def draw(rng: np.random.Generator) -> tuple[Value, ...]:
-        way = uniform(rng, -3.0, 3.0) if heading is None else heading
-        vary = uniform(rng, 0.95, 1.05)
-        dT = labkit.transform(
-            vary * step * STEP * math.cos(way),
-            vary * step * STEP * math.sin(way),
-            vary * turn * TURN if abs(turn) < 1000 else turn * TURN - 0.0004 * vary,
-        )
-        return dT, vary * cost, iteration, STEP, TURN, COST, BUDGET
-
-    return draw
 
 
 def _increments(
@@ -75,35 +50,8 @@ def _step(
 
 
 DIAGONAL = math.pi / 4
-HALF_TURN = 1000.0 * math.pi
 
 RECIPES = {
-    "has_converged": Recipes(
-        visible=[
-            Recipe("a tiny step", _ending(0.3, 0.3)),
-            Recipe("a long step", _ending(90.0, 90.0, cost=0.01)),
-            Recipe("no shift, but a turn to the left", _ending(0.1, 60.0)),
-            Recipe("a cost that stands still", _ending(90.0, 90.0, cost=1e-7)),
-        ],
-        hidden=[
-            Recipe("a step below both tolerances", _ending(0.6, 0.5)),
-            Recipe("a step below both, to the right", _ending(0.5, -0.6)),
-            Recipe("a step just below both tolerances", _ending(0.8, 0.8)),
-            Recipe("a cost that rose by next to nothing", _ending(80.0, 70.0, cost=2e-7)),
-            Recipe("a cost that fell by next to nothing", _ending(80.0, -70.0, cost=-2e-7)),
-            Recipe("the last iteration of the budget", _ending(80.0, 70.0, iteration=50)),
-            Recipe("an iteration past the budget", _ending(80.0, -70.0, iteration=51)),
-            Recipe("a cost that did not change", _ending(200.0, 150.0, cost=0.0)),
-            Recipe("a turn to the left without a shift", _ending(0.2, 60.0, cost=0.01)),
-            Recipe("a turn to the right without a shift", _ending(0.2, -60.0)),
-            Recipe("a shift without a turn", _ending(300.0, 0.2)),
-            Recipe("a shift of a few tolerances", _ending(8.0, 0.2, cost=0.02)),
-            Recipe("a shift aslant", _ending(1.3, 0.2, heading=DIAGONAL)),
-            Recipe("a cost that fell much", _ending(40.0, 90.0, cost=-0.5)),
-            Recipe("the last but one iteration", _ending(80.0, 70.0, cost=0.01, iteration=49)),
-            Recipe("half a turn on the spot", _ending(0.2, HALF_TURN)),
-        ],
-    ),
     "integrate": Recipes(
         visible=[
             Recipe(

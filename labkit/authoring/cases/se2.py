@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 import labkit
-from labkit.authoring.recipe import Draw, Recipe, Recipes, motion, uniform
+from labkit.authoring.entries import Draw, Recipe, Recipes, motion, uniform
 from labkit.grading.contract import Value
 
 QUARTERS = np.array([[[0, -1], [1, 0]], [[-1, 0], [0, -1]], [[0, 1], [-1, 0]]])

@@ -3,7 +3,14 @@
 The functions take what the question's function takes. Their docstrings are read by students.
 """
 
-from labkit.authoring.misconceptions import alignment, endings, loop, odometry, pairs, se2
-from labkit.authoring.mistake import MISTAKES
+from labkit.authoring.entries import MISTAKES
+from labkit.authoring.misconceptions import (
+    alignment,
+    correspondences,
+    loop,
+    odometry,
+    se2,
+    stopping,
+)
 
-__all__ = ["MISTAKES", "alignment", "endings", "loop", "odometry", "pairs", "se2"]
+__all__ = ["MISTAKES", "alignment", "correspondences", "loop", "odometry", "se2", "stopping"]

@@ -5,8 +5,9 @@ import itertools
 import numpy as np
 
 from labkit.authoring import solution as right
-from labkit.authoring.mistake import Several, mistake
+from labkit.authoring.entries import Several, mistake
 
+WEIGHTS = "chapter 2, “Weights, and one outlier”"
 DETERMINANT = "chapter 2, “What the determinant is for”"
 
 
@@ -116,6 +117,97 @@ def align__translation_zero(source, target):
     return R, np.zeros(2)
 
 
+def _aligned_weighted(source, target, w_mean, w_sums):
+    """The closed form with one set of weights in the centroids and another in a and b."""
+    p_mean = w_mean @ source / w_mean.sum()
+    q_mean = w_mean @ target / w_mean.sum()
+    x, y = source - p_mean, target - q_mean
+    a = w_sums @ (x * y).sum(axis=1)
+    b = w_sums @ (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0])
+    R = right.rotation(np.arctan2(b, a))
+    return R, q_mean - R @ p_mean
+
+
+@mistake("align_weighted", credit=0.4, chapter=WEIGHTS)
+def align_weighted__ignored(source, target, weights):
+    """The weights are not used: every pair counts alike."""
+    return right.align(source, target)
+
+
+@mistake("align_weighted", credit=0.6, chapter=WEIGHTS)
+def align_weighted__centroids_unweighted(source, target, weights):
+    """The centroids are plain means: they need the weights as much as the sums do."""
+    return _aligned_weighted(source, target, np.ones(len(source)), weights)
+
+
+@mistake("align_weighted", credit=0.6, chapter=WEIGHTS)
+def align_weighted__sums_unweighted(source, target, weights):
+    """The centroids are weighted, but the sums for the rotation are not."""
+    return _aligned_weighted(source, target, weights, np.ones(len(source)))
+
+
+@mistake("align_weighted", credit=0.6, chapter=WEIGHTS)
+def align_weighted__squared(source, target, weights):
+    """The weights enter squared: each belongs in every sum once."""
+    return right.align_weighted(source, target, weights**2)
+
+
+@mistake("align_weighted", credit=0.6, chapter=WEIGHTS)
+def align_weighted__rooted(source, target, weights):
+    """The weights enter by their square roots: each belongs in every sum as it is."""
+    return right.align_weighted(source, target, np.sqrt(weights))
+
+
+@mistake("align_weighted", credit=0.6, chapter=WEIGHTS)
+def align_weighted__twice_in_sums(source, target, weights):
+    """Both factors of the sums are weighted, so the weights count twice there."""
+    return _aligned_weighted(source, target, weights, weights**2)
+
+
+@mistake("align_weighted", credit=0.4, chapter=WEIGHTS)
+def align_weighted__divided_by_count(source, target, weights):
+    """The weighted centroid is divided by the number of pairs; divide by the sum of weights."""
+    p_mean, q_mean = (weights @ points / len(points) for points in (source, target))
+    x, y = source - p_mean, target - q_mean
+    a = weights @ (x * y).sum(axis=1)
+    b = weights @ (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0])
+    R = right.rotation(np.arctan2(b, a))
+    return R, q_mean - R @ p_mean
+
+
+@mistake("align_weighted", credit=0.5)
+def align_weighted__sign_of_b(source, target, weights):
+    """The angle has the wrong sign: b = Σ w (x v − y u), with (x, y) of the source."""
+    mirror = np.array([1.0, -1.0])
+    R, _ = right.align_weighted(source * mirror, target * mirror, weights)
+    p_mean, q_mean = (weights @ points / weights.sum() for points in (source, target))
+    return R, q_mean - R @ p_mean
+
+
+@mistake("align_weighted", credit=0.5)
+def align_weighted__swapped(source, target, weights):
+    """Source and target are swapped: this maps the target onto the source."""
+    return right.align_weighted(target, source, weights)
+
+
+@mistake("align_weighted", credit=0.5)
+def align_weighted__transposed(source, target, weights):
+    """This is R transposed, next to the right t."""
+    R, t = right.align_weighted(source, target, weights)
+    return R.T, t
+
+
+@mistake("align_weighted", credit=0.5, chapter=WEIGHTS)
+def align_weighted__not_normalised(source, target, weights):
+    """The weighted sums are taken for means: divide Σ w p and Σ w q by Σ w."""
+    p_mean, q_mean = weights @ source, weights @ target
+    x, y = source - p_mean, target - q_mean
+    a = weights @ (x * y).sum(axis=1)
+    b = weights @ (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0])
+    R = right.rotation(np.arctan2(b, a))
+    return R, q_mean - R @ p_mean
+
+
 def _kabsch(source, target, fix):
     """Alignment by the SVD, with a last step that may be wrong."""
     p_mean, q_mean = source.mean(axis=0), target.mean(axis=0)
@@ -179,7 +271,7 @@ def _sign(U, Vt):
     return np.sign(np.linalg.det(Vt.T @ U.T))
 
 
-@mistake("align_svd", credit=0.6, chapter="chapter 2, “What the determinant is for”")
+@mistake("align_svd", credit=0.6, chapter=DETERMINANT)
 def align_svd__column_of_r(source, target):
     """Against the reflection a column of R is negated; the one to negate is V's last, before
     R = V Uᵀ is formed."""

@@ -5,7 +5,7 @@ import functools
 import numpy as np
 
 from labkit.authoring import solution as right
-from labkit.authoring.mistake import Several, mistake
+from labkit.authoring.entries import Several, mistake
 from labkit.authoring.references import READINGS
 
 LEFT = "chapter 4, “The flow chart, line by line”"

@@ -3,7 +3,7 @@
 import numpy as np
 
 from labkit.authoring import solution as right
-from labkit.authoring.mistake import mistake
+from labkit.authoring.entries import mistake
 
 
 @mistake("rotation", credit=0.5)

@@ -138,7 +138,7 @@ class Case:
         The right answers: one, or one for each accepted reading of the lesson.
     tolerance : float
         How far any entry may lie from the expected one. How it follows from the case's
-        conditioning is told in `labkit.authoring.tolerance`.
+        conditioning is told in `labkit.authoring.references`.
     mistaken : mapping of str to tuple of Value
         The answers of each misconception: one, or several where the mistake leaves it open
         (a sign that the SVD may choose, a reading of the lesson). One that fails here has none.

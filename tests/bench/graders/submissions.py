@@ -12,8 +12,8 @@ from typing import Any
 
 from right_answers import RIGHT
 
+from labkit.authoring.entries import Mistake
 from labkit.authoring.misconceptions import MISTAKES
-from labkit.authoring.mistake import Mistake
 from labkit.grading.assignment import load_assignment
 
 KINDS = (*("right", "mistaken", "right", "failing", "right") * 2,)

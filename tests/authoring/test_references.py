@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import labkit
-from labkit.authoring.references import REFERENCES
-from labkit.authoring.tolerance import EPSILON, FLOOR, perturbed, round_up, tolerance
+from labkit.authoring.references import EPSILON, FLOOR, REFERENCES, perturbed, round_up, tolerance
 from labkit.grading.assignment.questions import Answer
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from labkit.authoring.recipe import Draw, Recipe, Recipes, points, uniform, whole_points
+from labkit.authoring.entries import Draw, Recipe, Recipes, points, uniform, whole_points
 from labkit.grading.contract import Value
 
 

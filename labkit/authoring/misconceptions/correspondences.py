@@ -1,11 +1,11 @@
-"""Mistakes with correspondences: neighbours, gate, overlap, weights and RMSE."""
+"""Mistakes with correspondences: neighbours, gate, overlap, weights and their quality."""
 
 import math
 
 import numpy as np
 
 from labkit.authoring import solution as right
-from labkit.authoring.mistake import Several, mistake
+from labkit.authoring.entries import Several, mistake
 
 
 @mistake("nearest_neighbors", credit=0.7)
@@ -180,129 +180,11 @@ def overlap__inverted(distances, overlap_ratio):
     return ~right.overlap(distances, overlap_ratio)
 
 
-@mistake("inlier_rmse", credit=0.4)
-def inlier_rmse__over_all(distances, kept):
-    """This is the RMSE over all pairs; asked for is that over the kept ones."""
-    return np.sqrt(np.mean(distances**2))
-
-
-@mistake("inlier_rmse", credit=0.5)
-def inlier_rmse__divided_by_all(distances, kept):
-    """The squares of the kept pairs are divided by the number of all pairs."""
-    return np.sqrt(np.sum(distances[kept] ** 2) / len(distances))
-
-
-@mistake("inlier_rmse", credit=0.4)
-def inlier_rmse__mean(distances, kept):
-    """This is the mean distance; the RMSE is the root of the mean square."""
-    return distances[kept].mean() if kept.any() else np.nan
-
-
-@mistake("inlier_rmse", credit=0.5)
-def inlier_rmse__no_root(distances, kept):
-    """The root is missing: this is the mean square, in m²."""
-    return np.mean(distances[kept] ** 2) if kept.any() else np.nan
-
-
-@mistake("inlier_rmse", credit=0.5)
-def inlier_rmse__no_mean(distances, kept):
-    """The sum of squares is not divided by the number of kept pairs."""
-    return np.sqrt(np.sum(distances[kept] ** 2)) if kept.any() else np.nan
-
-
-@mistake("inlier_rmse", credit=0.3)
-def inlier_rmse__spread(distances, kept):
-    """This is the standard deviation: it subtracts the mean distance, the RMSE does not."""
-    return np.std(distances[kept]) if kept.any() else np.nan
-
-
-@mistake("inlier_rmse", credit=0.8)
-def inlier_rmse__zero_for_none(distances, kept):
-    """Where no pair is left this returns 0, which looks like a perfect match: return NaN."""
-    return right.inlier_rmse(distances, kept) if kept.any() else 0.0
-
-
-WEIGHTS = "chapter 2, “Weights, and one outlier”"
-
-
-def _aligned(source, target, w_mean, w_sums):
-    """The closed form with one set of weights in the centroids and another in a and b."""
-    p_mean = w_mean @ source / w_mean.sum()
-    q_mean = w_mean @ target / w_mean.sum()
-    x, y = source - p_mean, target - q_mean
-    a = w_sums @ (x * y).sum(axis=1)
-    b = w_sums @ (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0])
-    R = right.rotation(np.arctan2(b, a))
-    return R, q_mean - R @ p_mean
-
-
-@mistake("align_weighted", credit=0.4, chapter=WEIGHTS)
-def align_weighted__ignored(source, target, weights):
-    """The weights are not used: every pair counts alike."""
-    return right.align(source, target)
-
-
-@mistake("align_weighted", credit=0.6, chapter=WEIGHTS)
-def align_weighted__centroids_unweighted(source, target, weights):
-    """The centroids are plain means: they need the weights as much as the sums do."""
-    return _aligned(source, target, np.ones(len(source)), weights)
-
-
-@mistake("align_weighted", credit=0.6, chapter=WEIGHTS)
-def align_weighted__sums_unweighted(source, target, weights):
-    """The centroids are weighted, but the sums for the rotation are not."""
-    return _aligned(source, target, weights, np.ones(len(source)))
-
-
-@mistake("align_weighted", credit=0.6, chapter=WEIGHTS)
-def align_weighted__squared(source, target, weights):
-    """The weights enter squared: each belongs in every sum once."""
-    return right.align_weighted(source, target, weights**2)
-
-
-@mistake("align_weighted", credit=0.6, chapter=WEIGHTS)
-def align_weighted__rooted(source, target, weights):
-    """The weights enter by their square roots: each belongs in every sum as it is."""
-    return right.align_weighted(source, target, np.sqrt(weights))
-
-
-@mistake("align_weighted", credit=0.6, chapter=WEIGHTS)
-def align_weighted__twice_in_sums(source, target, weights):
-    """Both factors of the sums are weighted, so the weights count twice there."""
-    return _aligned(source, target, weights, weights**2)
-
-
-@mistake("align_weighted", credit=0.4, chapter=WEIGHTS)
-def align_weighted__divided_by_count(source, target, weights):
-    """The weighted centroid is divided by the number of pairs; divide by the sum of weights."""
-    p_mean, q_mean = (weights @ points / len(points) for points in (source, target))
-    x, y = source - p_mean, target - q_mean
-    a = weights @ (x * y).sum(axis=1)
-    b = weights @ (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0])
-    R = right.rotation(np.arctan2(b, a))
-    return R, q_mean - R @ p_mean
-
-
-@mistake("align_weighted", credit=0.5)
-def align_weighted__sign_of_b(source, target, weights):
-    """The angle has the wrong sign: b = Σ w (x v − y u), with (x, y) of the source."""
-    mirror = np.array([1.0, -1.0])
-    R, _ = right.align_weighted(source * mirror, target * mirror, weights)
-    p_mean, q_mean = (weights @ points / weights.sum() for points in (source, target))
-    return R, q_mean - R @ p_mean
-
-
-@mistake("align_weighted", credit=0.5)
-def align_weighted__swapped(source, target, weights):
-    """Source and target are swapped: this maps the target onto the source."""
-    return right.align_weighted(target, source, weights)
-
-
-@mistake("align_weighted", credit=0.5)
-def align_weighted__transposed(source, target, weights):
-    """This is R transposed, next to the right t."""
-    R, t = right.align_weighted(source, target, weights)
-    return R.T, t
+@mistake("overlap", credit=0.8)
+def overlap__other_minimum(distances, overlap_ratio):
+    """Another number of pairs than 3 is kept where ρN is small: keep at least 3."""
+    count = int(overlap_ratio * len(distances))
+    return Several(tuple(_closest(distances, max(least, count)) for least in (2, 4)))
 
 
 @mistake("huber_weights", credit=0.5)
@@ -376,19 +258,61 @@ def huber_weights__over_square(residuals, delta):
     return np.where(residuals > delta, delta / np.maximum(residuals, 1e-12) ** 2.0, 1.0)
 
 
-@mistake("align_weighted", credit=0.5, chapter=WEIGHTS)
-def align_weighted__not_normalised(source, target, weights):
-    """The weighted sums are taken for means: divide Σ w p and Σ w q by Σ w."""
-    p_mean, q_mean = weights @ source, weights @ target
-    x, y = source - p_mean, target - q_mean
-    a = weights @ (x * y).sum(axis=1)
-    b = weights @ (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0])
-    R = right.rotation(np.arctan2(b, a))
-    return R, q_mean - R @ p_mean
+@mistake("inlier_rmse", credit=0.4)
+def inlier_rmse__over_all(distances, kept):
+    """This is the RMSE over all pairs; asked for is that over the kept ones."""
+    return np.sqrt(np.mean(distances**2))
 
 
-@mistake("overlap", credit=0.8)
-def overlap__other_minimum(distances, overlap_ratio):
-    """Another number of pairs than 3 is kept where ρN is small: keep at least 3."""
-    count = int(overlap_ratio * len(distances))
-    return Several(tuple(_closest(distances, max(least, count)) for least in (2, 4)))
+@mistake("inlier_rmse", credit=0.5)
+def inlier_rmse__divided_by_all(distances, kept):
+    """The squares of the kept pairs are divided by the number of all pairs."""
+    return np.sqrt(np.sum(distances[kept] ** 2) / len(distances))
+
+
+@mistake("inlier_rmse", credit=0.4)
+def inlier_rmse__mean(distances, kept):
+    """This is the mean distance; the RMSE is the root of the mean square."""
+    return distances[kept].mean() if kept.any() else np.nan
+
+
+@mistake("inlier_rmse", credit=0.5)
+def inlier_rmse__no_root(distances, kept):
+    """The root is missing: this is the mean square, in m²."""
+    return np.mean(distances[kept] ** 2) if kept.any() else np.nan
+
+
+@mistake("inlier_rmse", credit=0.5)
+def inlier_rmse__no_mean(distances, kept):
+    """The sum of squares is not divided by the number of kept pairs."""
+    return np.sqrt(np.sum(distances[kept] ** 2)) if kept.any() else np.nan
+
+
+@mistake("inlier_rmse", credit=0.3)
+def inlier_rmse__spread(distances, kept):
+    """This is the standard deviation: it subtracts the mean distance, the RMSE does not."""
+    return np.std(distances[kept]) if kept.any() else np.nan
+
+
+@mistake("inlier_rmse", credit=0.8)
+def inlier_rmse__zero_for_none(distances, kept):
+    """Where no pair is left this returns 0, which looks like a perfect match: return NaN."""
+    return right.inlier_rmse(distances, kept) if kept.any() else 0.0
+
+
+@mistake("fitness", credit=0.5)
+def fitness__count(kept):
+    """This is the number of pairs that are kept; asked for is their share."""
+    return np.count_nonzero(kept)
+
+
+@mistake("fitness", credit=0.5)
+def fitness__percent(kept):
+    """This is the share in percent; asked for is a number from 0 to 1."""
+    return 100.0 * np.mean(kept)
+
+
+@mistake("fitness", credit=0.4)
+def fitness__rejected(kept):
+    """This is the share of the pairs that are rejected; asked for is that of the kept ones."""
+    return 1.0 - np.mean(kept)

@@ -1,9 +1,14 @@
-"""A recipe for a case: what it tries, and how its arguments are drawn."""
+"""What an author enters for a question: recipes of its cases, and mistakes that are known.
+
+A recipe says what a case tries, and how its arguments are drawn. The register of mistakes says
+what each does wrong, what it earns, and where to read on.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +17,7 @@ from labkit.arrays import FloatArray
 from labkit.grading.contract import Value
 
 Draw = Callable[[np.random.Generator], tuple[Value, ...]]
+Function = Callable[..., Any]
 
 
 @dataclass(frozen=True)
@@ -68,3 +74,56 @@ def motion(rng: np.random.Generator, turn: tuple[float, float], reach: float = 1
 def moved(T: FloatArray, p: FloatArray, rng: np.random.Generator, noise: float) -> FloatArray:
     """The points after a motion, with noise [m], to the millimetre."""
     return np.round(labkit.apply(T, p) + rng.normal(0.0, noise, p.shape), 3)
+
+
+@dataclass(frozen=True)
+class Several:
+    """The answers of a mistake that can come out in more than one way."""
+
+    answers: tuple[Value, ...]
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """A wrong implementation and what is said of it.
+
+    Attributes
+    ----------
+    question, id : str
+        Whose mistake it is.
+    says : str
+        Told to the student: what was done, and why it is wrong.
+    credit : float
+        The share of the points that it earns.
+    chapter : str
+        Where the book explains it; empty for the question's own chapter.
+    function : callable
+        Makes the mistake.
+    """
+
+    question: str
+    id: str
+    says: str
+    credit: float
+    chapter: str
+    function: Function
+
+
+MISTAKES: list[Mistake] = []
+
+
+def mistake(question: str, credit: float, chapter: str = "") -> Callable[[Function], Function]:
+    """Enter a function as a mistake: its docstring is what the student reads.
+
+    The function is named after question and mistake, ``align__transposed``; the id is the
+    second half.
+    """
+
+    def enter(function: Function) -> Function:
+        prefix, _, id = function.__name__.partition("__")
+        assert prefix == question
+        says = " ".join((function.__doc__ or "").split())
+        MISTAKES.append(Mistake(question, id, says, credit, chapter, function))
+        return function
+
+    return enter
