@@ -17,19 +17,18 @@ from labkit.files import atomic_write, refuse_unwritable
 from labkit.grading.adjustments import Adjustments, read_groups, read_overrides
 from labkit.grading.assignment.questions import Assignment
 from labkit.grading.contract import SourceCell
-from labkit.grading.exports import (
+from labkit.grading.exports.gradebooks import (
     check_canvas,
     check_moodle,
     fill_canvas,
     fill_moodle,
-    gradescope_results,
     write_feedback,
-    write_junit,
     write_scores,
 )
+from labkit.grading.exports.reports import gradescope_results, write_junit
 from labkit.grading.judging.verdict import SubmissionVerdict
-from labkit.grading.pages import (
-    ClassSummary,
+from labkit.grading.pages.statistics import ClassSummary
+from labkit.grading.pages.write import (
     templates,
     write_class_page,
     write_pair_page,

@@ -19,7 +19,7 @@ from labkit.grading import workers
 from labkit.grading.assignment.files import FORMAT, cases_beside, read_secret, salt_of
 from labkit.grading.assignment.files import _load as load_assignment
 from labkit.grading.class_run import Graded, grade_class
-from labkit.grading.pages import templates
+from labkit.grading.pages.write import templates
 from labkit.grading.sandbox.host import available_modes
 from labkit.grading.similarity import Group
 

@@ -7,7 +7,6 @@ the student: none holds a hidden input, an expected value or a traceback.
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import Any
 
@@ -114,10 +113,12 @@ class SubmissionVerdict:
 
     Examples
     --------
+    >>> import json
     >>> verdict = SubmissionVerdict(
     ...     student="ada", submission="ada.py", mode="none", questions=(),
     ...     score=0.0, points=0.0, notes=("no answer found",), seconds=0.01)
-    >>> SubmissionVerdict.from_json(verdict.to_json()) == verdict
+    >>> text = json.dumps(verdict.fields, default=vars)
+    >>> SubmissionVerdict.from_fields(json.loads(text)) == verdict
     True
     """
 
@@ -140,21 +141,8 @@ class SubmissionVerdict:
 
     @property
     def fields(self) -> dict[str, Any]:
-        """What JSON needs of it; below the first level by ``default=vars``."""
+        """What JSON needs of it, in the order of the attributes; below by ``default=vars``."""
         return {"format": FORMAT, **vars(self)}
-
-    def to_json(self) -> str:
-        """The verdict as one JSON object, keys in the order of the attributes."""
-        return json.dumps(self.fields, ensure_ascii=False, allow_nan=False, default=vars)
-
-    @classmethod
-    def from_json(cls, text: str) -> SubmissionVerdict:
-        """Read what `to_json` wrote; `from_fields` says what it raises."""
-        try:
-            fields = json.loads(text)
-        except ValueError as error:
-            raise _no_verdict(error, text) from None
-        return cls.from_fields(fields)
 
     @classmethod
     def from_fields(cls, fields: dict[str, Any]) -> SubmissionVerdict:

@@ -5,7 +5,7 @@ import csv
 import pytest
 
 from labkit.errors import LabkitError
-from labkit.grading.exports import fill_canvas, fill_moodle, write_scores
+from labkit.grading.exports.gradebooks import fill_canvas, fill_moodle, write_scores
 
 CANVAS = (
     "Student,ID,SIS User ID,SIS Login ID,Section,Lab 1 (77),Lab 2 (78),Final Score\n"

@@ -10,7 +10,7 @@ import pytest
 from small import RIGHT, SQUARED
 
 from labkit.errors import LabkitError
-from labkit.grading.exports import gradescope_results, write_autograder, write_junit
+from labkit.grading.exports.reports import gradescope_results, write_autograder, write_junit
 from labkit.grading.sandbox.host import available_modes
 
 SAFE = any(not why for mode, why in available_modes().items() if mode != "none")

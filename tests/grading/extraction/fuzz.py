@@ -17,8 +17,8 @@ import time
 
 from labkit.authoring.notebook import notebook_text
 from labkit.grading.assignment import load_assignment
-from labkit.grading.extraction import extract
 from labkit.grading.extraction.cells import MAX_CODE, cost_of
+from labkit.grading.extraction.extract import extract
 
 SMALL, LARGE = 2_000, MAX_CODE - 2_000  # characters
 SLOWEST = 60

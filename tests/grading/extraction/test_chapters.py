@@ -10,7 +10,7 @@ import pytest
 from labkit.authoring.notebook import notebook_text
 from labkit.grading.assignment import load_assignment
 from labkit.grading.contract import Limits
-from labkit.grading.extraction import extract
+from labkit.grading.extraction.extract import extract
 from labkit.grading.judging.grade import grade_submission
 from labkit.grading.sandbox.host import open_sandbox
 

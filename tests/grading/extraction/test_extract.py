@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labkit.grading.extraction import extract
+from labkit.grading.extraction.extract import extract
 
 FUNCTIONS = {"rotation": "rotation", "weights": "huber_weights"}
 IMPORT = "import math"

@@ -12,8 +12,8 @@ from labkit.grading.assignment import load_assignment
 from labkit.grading.contract import SourceCell
 from labkit.grading.feedback import PAGES, to_html
 from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
-from labkit.grading.pages import (
-    ClassSummary,
+from labkit.grading.pages.statistics import ClassSummary
+from labkit.grading.pages.write import (
     write_class_page,
     write_pair_page,
     write_student_page,

@@ -9,7 +9,7 @@ import pytest
 
 from labkit.errors import InvalidParameterError
 from labkit.grading.contract import Call, Limits, OutcomeStatus, SourceCell
-from labkit.grading.extraction import extract
+from labkit.grading.extraction.extract import extract
 from labkit.grading.sandbox.host import open_sandbox, session
 
 RETURNED, RAISED, TIMEOUT, KILLED, TOO_LARGE, NOT_DATA, NOT_DEFINED, SOURCE_FAILED = OutcomeStatus
