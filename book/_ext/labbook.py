@@ -6,8 +6,8 @@ from typing import Any
 
 import browser_files
 from diagrams import MermaidDirective
-from docutils import nodes
 from figures import make_figures
+from formulas import draw_formulas, keep_tagged_formulas_whole
 from launch import settle_buttons
 from predictions import mark_all
 from sphinx.application import Sphinx
@@ -22,17 +22,6 @@ def provide_browser_files(app: Sphinx, config: Config) -> None:
         browser_files.provide()
     except browser_files.BrowserFilesError as error:
         raise ExtensionError(str(error)) from error
-
-
-def keep_tagged_formulas_whole(app: Sphinx, doctree: nodes.document, page: str) -> None:
-    """Hand a formula with a tag (its number) over as it stands.
-
-    Sphinx puts whatever has a line break into a ``split``, where no tag may be.
-    """
-    for formula in doctree.findall(nodes.math_block):
-        if r"\tag" in formula.astext() and not formula.get("nowrap"):
-            formula["nowrap"] = True
-            formula[:] = [nodes.Text(rf"\[{formula.astext()}\]")]
 
 
 def declare_thebe_once(
@@ -56,6 +45,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("doctree-read", make_figures)
     app.connect("doctree-resolved", keep_tagged_formulas_whole)
     app.connect("doctree-resolved", explain_terms)
+    app.connect("html-page-context", draw_formulas, priority=900)
     app.connect("html-page-context", declare_thebe_once, priority=900)
     app.add_directive("mermaid", MermaidDirective)
     app.add_css_file("labbook.css")

@@ -41,9 +41,8 @@ DRAW = """async patience => {
     const fail = fails => setTimeout(() => fails(new Error("something is not drawn")), patience);
     const late = new Promise((_, fails) => fail(fails));
     const drawn = async () => {
-        await window.MathJax?.startup?.promise;
-        await window.MathJax?.startup?.document.lazyTypesetAll();
         await window.drawWidgets?.();
+        await window.drawFormulas?.();
         await document.fonts.ready;
         await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
     };
@@ -114,7 +113,8 @@ def one_page(pages: Path, names: Sequence[str]) -> str:
         wanted = 'link[rel="stylesheet"], script:not([type^="application/"])'
         head |= dict.fromkeys(str(each.extract()) for each in soup.select(wanted))
         articles.append(str(article))
-    ordered = sorted(head, key=lambda each: "formulas.js" in each)  # it adds to MathJax's settings
+    # Sphinx's settings for MathJax come first: with them formulas.js knows that none is drawn.
+    ordered = sorted(head, key=lambda each: "formulas.js" in each)
     return (
         '<!doctype html><html lang="en" data-theme="light" data-content_root="./">'
         f'<head><meta charset="utf-8">{"".join(ordered)}<style>{STYLE}</style></head>'

@@ -1,0 +1,131 @@
+"""Formulas, drawn while the book is built: a page shows them at once and loads no program for it.
+
+MathJax, one of the browser files, runs in a V8 beside Python (`mini-racer`). Each formula
+becomes a drawing in the text's own colour, and MathML that is read aloud; the shapes of
+the letters stand once at the end of the page. Where `mini-racer` is not installed the pages
+load MathJax, and readers' browsers draw.
+"""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import browser_files
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.util import logging
+
+DRIVER = Path(__file__).with_suffix(".js")
+PARTS = ("startup", "core", "liteDOM", "tex-full", "svg", "tex", "assistive-mml")
+MATHJAX = "var MathJax = { loader: { load: [] }, startup: { typeset: false } };"
+# As Sphinx writes a formula for MathJax: its source in an element of its own.
+INLINE = re.compile(r'(<span class="math [^>]*>)\\\(([^<]*)\\\)</span>')
+BLOCK = re.compile(
+    r'(<div class="math [^>]*>(?:\s*<span class="eqno">.*?</span>)?)\s*\\\[([^<]*)\\\]\s*</div>'
+)
+FORMULA = re.compile(r'<(?:span|div) class="math ')
+USED = re.compile(r'<use[^>]*? href="#(g-[^"]+)"')
+SHAPES = '<svg class="shapes" aria-hidden="true"><defs>{}</defs></svg>'
+
+log = logging.getLogger(__name__)
+
+
+class FormulaError(Exception):
+    """A formula that cannot be drawn; the message is MathJax's."""
+
+
+class Pen:
+    """Draws formulas, each once."""
+
+    def __init__(self, parts: Path = browser_files.VENDOR / "mathjax") -> None:
+        self._v8 = import_module("py_mini_racer").MiniRacer()
+        self._v8.eval(f"var window = globalThis; {MATHJAX}")
+        for part in (*(parts / f"{name}.js" for name in PARTS), DRIVER):
+            self._v8.eval(f"{part.read_text('utf-8')};\n0")
+        self._drawn: dict[tuple[str, bool], str] = {}
+        self.shapes: dict[str, str] = {}
+
+    def draw(self, tex: str, *, display: bool) -> str:
+        """The drawing and the MathML of a formula, as HTML."""
+        key = tex.strip(), display
+        if key not in self._drawn:
+            told = json.loads(
+                str(self._v8.eval(f"draw({json.dumps(key[0])}, {json.dumps(display)})"))
+            )
+            if "error" in told:
+                raise FormulaError(told["error"])
+            self.shapes |= told["shapes"]
+            svg = re.sub(r"></(use|path|rect|line)>", "/>", told["svg"])
+            mathml = re.sub(r' (xmlns|data-mjx-\w+)="[^"]*"', "", told["mathml"])
+            self._drawn[key] = f'{svg}<span class="read-aloud">{mathml}</span>'
+        return self._drawn[key]
+
+
+@cache
+def pen() -> Pen | None:
+    """The pen of this build, or None where there is no V8."""
+    try:
+        return Pen()
+    except (ImportError, OSError, RuntimeError) as error:
+        log.info(
+            "The pages load MathJax to draw formulas, because mini-racer is missing: %s", error
+        )
+        return None
+
+
+def draw_formulas(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: object
+) -> None:
+    """Put drawings in the place of the formulas' sources, and drop MathJax from the page."""
+    with_pen = pen()
+    if with_pen is None:
+        return
+    context["script_files"] = [
+        file
+        for file in context.get("script_files", [])
+        if "mathjax" not in str(getattr(file, "filename", file)).lower()
+        and "window.MathJax" not in (getattr(file, "attributes", {}).get("body") or "")
+    ]
+    if body := context.get("body"):
+        context["body"] = drawn(body, page, with_pen)
+
+
+def drawn(body: str, page: str, with_pen: Pen) -> str:
+    """The body of a page with its formulas drawn; one that cannot be is a warning."""
+
+    def one(found: re.Match[str], display: bool) -> str:
+        tex = html.unescape(found[2])
+        try:
+            formula = with_pen.draw(tex, display=display)
+        except FormulaError as error:
+            log.warning("%s in the formula %s", error, tex.strip(), location=page)
+            return found[0]
+        source = html.escape(" ".join(tex.split()))
+        start = found[1].replace(">", f' data-tex="{source}">', 1)
+        return f"{start}{formula}</{'div' if display else 'span'}>"
+
+    count = len(FORMULA.findall(body))
+    body, inline = INLINE.subn(lambda found: one(found, False), body)
+    body, blocks = BLOCK.subn(lambda found: one(found, True), body)
+    if inline + blocks != count:
+        raise AssertionError(f"{page}: {count} formulas, {inline + blocks} found")
+    used = sorted(set(USED.findall(body)))
+    shapes = "".join(f'<path id="{name}" d="{with_pen.shapes[name]}"/>' for name in used)
+    return body + SHAPES.format(shapes) if used else body
+
+
+def keep_tagged_formulas_whole(app: Sphinx, doctree: nodes.document, page: str) -> None:
+    """Hand a formula with a tag (its number) over as it stands.
+
+    Sphinx puts whatever has a line break into a ``split``, where no tag may be.
+    """
+    for formula in doctree.findall(nodes.math_block):
+        if r"\tag" in formula.astext() and not formula.get("nowrap"):
+            formula["nowrap"] = True
+            formula[:] = [nodes.Text(rf"\[{formula.astext()}\]")]

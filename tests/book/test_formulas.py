@@ -1,0 +1,58 @@
+"""Formulas are drawn while the book is built, and where that cannot be, browsers draw them."""
+
+from __future__ import annotations
+
+import sys
+from types import SimpleNamespace
+
+import browser_files
+import formulas
+import pytest
+
+BODY = (
+    '<p>Near <span class="math notranslate nohighlight">\\(a &lt; b_k\\)</span>:</p>'
+    '<div class="math notranslate nohighlight" id="equation-1">\n'
+    '<span class="eqno">(1)<a href="#equation-1">#</a></span>\\[{}\\]</div>\n'
+)
+
+
+@pytest.fixture(scope="module")
+def pen():
+    browser_files.provide()
+    return formulas.Pen()
+
+
+def test_a_formula_becomes_a_drawing_with_mathml_and_the_shapes_it_needs(pen):
+    body = formulas.drawn(BODY.format(r"b \tag{2.1}"), "page", pen)
+    assert 'data-tex="a &lt; b_k"><svg' in body
+    assert "<mi>a</mi><mo>&lt;</mo><msub><mi>b</mi><mi>k</mi></msub>" in body
+    assert '<span class="eqno">(1)<a href="#equation-1">#</a></span><svg' in body
+    assert r"\(" not in body
+    shapes = set(formulas.re.findall(r'<path id="([^"]+)" d="M', body))
+    assert shapes == set(formulas.USED.findall(body))
+    assert len(shapes) == 9  # a < b k and ( 2 . 1 ); the b is drawn twice
+
+
+def test_an_unknown_macro_is_a_warning_that_names_page_and_formula(pen, monkeypatch):
+    told = []
+    monkeypatch.setattr(
+        formulas.log, "warning", lambda *said, location: told.append([*said, location])
+    )
+    page, tex = "notebooks/02_alignment", r"\mathbff{T}"
+    body = formulas.drawn(BODY.format(tex), page, pen)
+    ((text, error, formula, place),) = told
+    assert text == "%s in the formula %s"
+    assert (str(error), formula, place) == (r"Undefined control sequence \mathbff", tex, page)
+    assert rf"\[{tex}\]" in body
+
+
+def test_without_the_pen_a_page_keeps_its_sources_and_mathjax(monkeypatch):
+    monkeypatch.setitem(sys.modules, "py_mini_racer", None)
+    told = []
+    monkeypatch.setattr(formulas.log, "info", lambda text, *values: told.append(text % values))
+    monkeypatch.setattr(formulas, "pen", formulas.pen.__wrapped__)
+    context = {"body": BODY, "script_files": [SimpleNamespace(filename="tex-svg-full.js")]}
+    formulas.draw_formulas(None, "page", "page.html", context, None)
+    assert context == {"body": BODY, "script_files": [SimpleNamespace(filename="tex-svg-full.js")]}
+    assert len(told) == 1
+    assert "pages load MathJax" in told[0]
