@@ -16,12 +16,14 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from itertools import groupby
 
-from labkit.grading.extraction.cells import RawCell, cells_by_file, tree
+from labkit.grading.extraction.cells import RawCell, cells_by_file
 from labkit.grading.extraction.passages import passages
+from labkit.grading.extraction.scripts import at_work, module_source, own_imports, taken_from
 from labkit.grading.extraction.slicing import ANYWHERE, Statement, links_of, needed_by, statements
 
 MAX_NOTES = 40
 MAX_NAMES = 1000  # among which a slip is looked for
+HANDED_OUT = {"np": "import numpy as np"}  # what the assignment imports for its answers
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,21 +92,30 @@ def extract(files: Mapping[str, bytes], functions: Mapping[str, str]) -> Extract
     notes: list[str] = []
     unread: list[str] = []
     read = cells_by_file(files, unread)
-    modules = _modules(read)
+    imports = own_imports(read)
+    imported = set().union(*imports.values())
+    modules = {file: _statements(read[file]) for file in read if read[file] and file in imported}
     parts = [_statements(read[name]) for name in read if name not in modules]
     program = [one for part in by_answers(parts, functions.values()) for one in part]
 
-    answers = answers_of(program, functions, _imported_from(modules, read, program))
-    links = links_of(program, aside=stubs_of(program, answers))
-    files_of = {q: program[at[-1]].cell.file if at else ANYWHERE for q, at in answers.items()}
-    own = [needed_by(name, files_of[question], links) for question, name in functions.items()]
-    tried = set().union(*own)
-    needs = {q: needed_by(name, files_of[q], links, tried) for q, name in functions.items()}
-    defining = {place: question for question, places in answers.items() for place in places}
-    owner = owners(needs, defining)
-    owner |= {place: None for place, one in enumerate(program) if one.is_import}
+    answers = answers_of(program, functions, taken_from(modules, program))
+    owner = owners(_needs(program, answers, functions), answers)
+    used = {program[place].cell.file for place in owner}
+    asked = {*functions.values()}
+    used |= {name for name in modules if any(one.defines & asked for one in modules[name])}
+    working = at_work([name for name in read if name not in modules], used, imports)
+    owner |= {
+        place: None
+        for place, one in enumerate(program)
+        if one.is_import and one.cell.file in working
+    }
 
-    cells = [_module_cell(name, read[name][0].source) for name in modules]
+    cells = _put_back(program, owner, notes)
+    cells += [
+        SourceCell(source=module_source(name, read[name][0].source), question=None, label=name)
+        for name in modules
+        if name in working
+    ]
     cells += _source_cells(program, owner)
     broken = [cell for name in read if name not in modules for cell in read[name] if cell.error]
     cells += _broken(broken, {q: f for q, f in functions.items() if not answers[q]}, notes)
@@ -161,7 +172,7 @@ def answers_of(
     return answers
 
 
-def stubs_of(program: Sequence[Statement], answers: Mapping[str, list[int]]) -> set[int]:
+def stubs_of(program: Sequence[Statement], answers: Mapping[str, Sequence[int]]) -> set[int]:
     """Untouched stubs of functions that are answered elsewhere."""
     chosen = {place for places in answers.values() for place in places}
     return {
@@ -197,7 +208,22 @@ def _gives_up(line: ast.stmt) -> bool:
     )
 
 
-def owners(needs: Mapping[str, set[int]], defining: Mapping[int, str]) -> dict[int, str | None]:
+def _needs(
+    program: Sequence[Statement],
+    answers: Mapping[str, Sequence[int]],
+    functions: Mapping[str, str],
+) -> dict[str, set[int]]:
+    """The statements that each question's answer needs, but for those that only try answers."""
+    links = links_of(program, aside=stubs_of(program, answers))
+    files = {q: program[at[-1]].cell.file if at else ANYWHERE for q, at in answers.items()}
+    own = [needed_by(name, files[question], links) for question, name in functions.items()]
+    tried = set().union(*own)
+    return {q: needed_by(name, files[q], links, tried) for q, name in functions.items()}
+
+
+def owners(
+    needs: Mapping[str, set[int]], answers: Mapping[str, Sequence[int]]
+) -> dict[int, str | None]:
     """Whom each needed statement belongs to: a question, or None where several share it.
 
     A statement that defines a question's function is that question's, whoever calls it.
@@ -206,6 +232,7 @@ def owners(needs: Mapping[str, set[int]], defining: Mapping[int, str]) -> dict[i
     for question, places in needs.items():
         for place in places:
             owner[place] = None if place in owner else question
+    defining = {place: question for question, places in answers.items() for place in places}
     owner.update({place: question for place, question in defining.items() if place in owner})
     return owner
 
@@ -278,61 +305,15 @@ def _remarks(
     return remarks
 
 
-def _modules(read: Mapping[str, list[RawCell]]) -> list[str]:
-    """The scripts that another file of the submission imports, by name."""
-    if len(read) == 1:
-        return []
-    imported = {
-        (name.split(".")[0], file)
-        for file, cells in read.items()
-        for cell in cells
-        if not cell.error
-        for node in ast.walk(tree(cell.source))
-        for name in _imported(node)
-    }
-    return [
-        file
-        for file, cells in read.items()
-        if file.endswith(".py")
-        and cells
-        and any(stem == _stem(file) and other != file for stem, other in imported)
-    ]
-
-
-def _imported_from(
-    modules: Collection[str], read: Mapping[str, list[RawCell]], program: Sequence[Statement]
-) -> set[str]:
-    """What the program takes from the student's own scripts by name, or by ``*``."""
-    own = {_stem(file): _statements(read[file]) for file in modules}
-    taken: set[str] = set()
-    for node in [node for one in program if one.is_import for node in one.nodes]:
-        if isinstance(node, ast.ImportFrom) and node.module in own:
-            taken |= {alias.asname or alias.name for alias in node.names}
-            if "*" in taken:
-                taken |= {name for one in own[node.module] for name in one.defines}
-    return taken
-
-
-def _imported(node: ast.AST) -> list[str]:
-    if isinstance(node, ast.Import):
-        return [alias.name for alias in node.names]
-    return [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-
-
-def _stem(file: str) -> str:
-    return file.rsplit("/", 1)[-1].removesuffix(".py")
-
-
-def _module_cell(file: str, source: str) -> SourceCell:
-    """A script of the student's own, made importable without a file."""
-    stem = _stem(file)
-    return SourceCell(
-        source=(
-            f"import sys, types\n"
-            f"{stem} = sys.modules[{stem!r}] = types.ModuleType({stem!r})\n"
-            f"exec(compile({source!r}, {file!r}, 'exec'), {stem}.__dict__)\n"
-            f"del {stem}, sys, types"
-        ),
-        question=None,
-        label=file,
-    )
+def _put_back(
+    program: Sequence[Statement], owner: Mapping[int, str | None], notes: list[str]
+) -> list[SourceCell]:
+    """The handed-out imports that the answers use and that are gone, and a note on each."""
+    used = set().union(*(program[place].used for place in owner))
+    given = set().union(*(one.assigned for one in program))
+    cells = []
+    for name, source in HANDED_OUT.items():
+        if name in used and name not in given and "*" not in given:
+            notes.append(f"`{name}` is used and never imported; `{source}` was run before all else")
+            cells.append(SourceCell(source=source, question=None, label=source))
+    return cells

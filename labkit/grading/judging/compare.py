@@ -22,6 +22,11 @@ from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict
 Known = tuple[FloatArray | str, ...]
 HIDDEN_REASONS = 3  # of hidden cases a student is told what went wrong in so many
 WHOLE_QUESTION = {OutcomeStatus.NOT_DEFINED, OutcomeStatus.SOURCE_FAILED}
+ADVICE_ON = {
+    "ModuleNotFoundError": "only numpy, scipy and the standard library are there while grading",
+    "FileNotFoundError": "no file is there while grading, so keep the answers free of files",
+    "EOFError": "nobody types while grading, so take `input` out",
+}
 ADVICE = {
     OutcomeStatus.TIMEOUT: "it took too long; does a loop have no end?",
     OutcomeStatus.KILLED: "the program ended in it: too much memory, or an exit.",
@@ -236,7 +241,8 @@ def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
     if outcome.error == "NotImplementedError":
         return "it is not written yet."
     if outcome.status is OutcomeStatus.RAISED:
-        return f"it raised {message}." if message else f"{outcome.unrevealing_message}."
+        advice = f"; {ADVICE_ON[outcome.error]}" if outcome.error in ADVICE_ON else ""
+        return f"it raised {message}{advice}." if message else f"{outcome.unrevealing_message}."
     if outcome.status is OutcomeStatus.NOT_DATA and message:
         return f"it {message}" + ("" if message.endswith("?") else ".")
     return ADVICE[outcome.status]
@@ -249,7 +255,7 @@ def _said_once(
 
     What goes wrong in one hidden case after the other could be made to spell out their inputs.
     """
-    if all(outcome.status in WHOLE_QUESTION for outcome in outcomes):
+    if is_unwritten(outcomes) or all(one.status in WHOLE_QUESTION for one in outcomes):
         return tuple(replace(verdict, reason="") for verdict in verdicts)
     told = 0
     found = []
@@ -261,6 +267,11 @@ def _said_once(
                 verdict = replace(verdict, reason=f"{about}: this fails, too.")  # noqa: PLW2901
         found.append(verdict)
     return tuple(found)
+
+
+def is_unwritten(outcomes: Sequence[Outcome]) -> bool:
+    """Whether the function still is a stub, or calls one in every case."""
+    return all(outcome.error == "NotImplementedError" for outcome in outcomes)
 
 
 def _blame(verdict: CaseVerdict, known: Misconception) -> CaseVerdict:
@@ -281,7 +292,7 @@ def _message(
     if all(outcome.status in WHOLE_QUESTION for outcome in outcomes):
         text = verdicts[0].reason.partition(": ")[2]
         return f"{text[:1].upper()}{text[1:]}"
-    if all(outcome.error == "NotImplementedError" for outcome in outcomes):
+    if is_unwritten(outcomes):
         return f"`{question.function}` is not written yet."
     if known:
         return f"This looks like a known mistake: {known.says} See {known.chapter}."

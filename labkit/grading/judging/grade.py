@@ -17,14 +17,10 @@ from itertools import groupby
 
 from labkit.grading.assignment.questions import Assignment, Case, Question
 from labkit.grading.contract import Call, Fault, Outcome, Sandbox, SourceCell
-from labkit.grading.judging.compare import assess
+from labkit.grading.judging.compare import ADVICE_ON, assess, is_unwritten
 from labkit.grading.judging.verdict import QuestionVerdict, SubmissionVerdict
 
 MAX_FAULTS = 5  # shared cells that failed and are named
-ADVICE = {
-    "ModuleNotFoundError": "only numpy, scipy and the standard library are there while grading.",
-    "FileNotFoundError": "no file is there while grading; keep the answers free of files.",
-}
 
 
 @dataclass(frozen=True)
@@ -162,7 +158,7 @@ def _follow_through(
         for question in again:
             old = found[question.id]
             new = assess(question, sitting.cases[question.id], outcomes[question.id])
-            if new.score < old.score:
+            if new.score < old.score or is_unwritten(outcomes[question.id]):
                 continue
             own = assignment.below(question.id)
             names = [one.function for one in replaced if one.id in own]
@@ -187,8 +183,8 @@ def _credited(names: Sequence[str], old: QuestionVerdict, new: QuestionVerdict) 
 
 def _told(fault: Fault) -> str:
     """A shared cell that failed, in words."""
-    advice = ADVICE.get(fault.error, "what needs it fails, too.")
-    return f"{fault.label} did not run: {fault.message}; {advice}"
+    advice = ADVICE_ON.get(fault.error, "what needs it fails, too")
+    return f"{fault.label} did not run: {fault.message}; {advice}."
 
 
 def _turns(assignment: Assignment, student: str, cells: Sequence[SourceCell]) -> random.Random:

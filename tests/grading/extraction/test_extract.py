@@ -388,3 +388,42 @@ def test_remarks_are_cut_where_there_are_too_many():
 @given(st.binary(max_size=200) | st.text(max_size=200).map(str.encode))
 def test_any_bytes_end_in_cells_or_notes(data):
     extract({"a.py": data, "b.ipynb": data}, FUNCTIONS)
+
+
+def test_scripts_that_no_answer_needs_are_left_out():
+    """A whole repository holds many, which import each other and what is not there."""
+    files = {
+        "answers.py": b"import helpers\ndef rotation(theta):\n    return helpers.turn(theta)\n",
+        "helpers.py": b"import math\ndef turn(theta):\n    return math.cos(theta)\n",
+        "build.py": b"import no_such_thing\nimport tools\n",
+        "tools.py": b"import no_such_thing_either\nHERE = __file__\n",
+    }
+    found = extract(files, {"rotation": "rotation"})
+    assert [cell.label for cell in found.cells] == ["helpers.py", "answers.py", "answers.py"]
+    assert not any("no_such_thing" in cell.source for cell in found.cells)
+    alone = extract({name: files[name] for name in ("build.py", "tools.py")}, {"q": "rotation"})
+    assert {cell.label for cell in alone.cells} == {"build.py", "tools.py"}
+
+
+def test_a_script_of_ones_own_knows_its_file():
+    files = {
+        "a.py": b"from mine import NAME\ndef f():\n    return NAME\n",
+        "mine.py": b"NAME = __file__\n",
+    }
+    assert run(extract(files, {"q": "f"}))["f"]() == "mine.py"
+
+
+@pytest.mark.parametrize("lost", ["", "import numpy as np\nprint("])
+def test_an_import_that_was_handed_out_is_put_back(lost):
+    found = extracted(*filter(None, [lost, "def rotation(theta):\n    return np.cos(theta)"]))
+    assert found.cells[0].source == "import numpy as np"
+    assert any("`np` is used and never imported" in note for note in found.notes)
+    assert run(found)["rotation"](0.0) == 1.0
+
+
+@pytest.mark.parametrize(
+    "given", ["import numpy as np", "from numpy import *\nimport numpy as np", "np = Fake()"]
+)
+def test_an_import_that_is_there_is_not_put_back(given):
+    found = extracted(given, "def rotation(theta):\n    return np.cos(theta)")
+    assert not any("never imported" in note for note in found.notes)

@@ -105,6 +105,20 @@ def test_a_call_without_an_answer_is_explained(outcome, reason):
     assert reason in verdict.reason
 
 
+@pytest.mark.parametrize(
+    ("error", "advice"),
+    [
+        ("EOFError", "nobody types while grading, so take `input` out."),
+        ("FileNotFoundError", "no file is there while grading"),
+        ("ModuleNotFoundError", "only numpy, scipy and the standard library"),
+    ],
+)
+def test_an_error_that_grading_alone_brings_comes_with_a_way_out(error, advice):
+    outcome = Outcome(id="1", status=OutcomeStatus.RAISED, error=error, message=f"{error}: why")
+    verdict = judge(ASSIGNMENT.question("align"), first("align", False), outcome)
+    assert f"it raised {error}: why; {advice}" in verdict.reason
+
+
 SECRET = "3.14159 is the first input"
 
 

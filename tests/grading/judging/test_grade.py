@@ -131,7 +131,16 @@ def test_an_unwritten_submission_is_said_to_be():
     verdict, _ = graded(source)
     assert verdict.questions[0].message == "`rotation` is not written yet."
     assert verdict.questions[1].message.startswith("There is no function `compose`")
-    assert not any(case.reason for case in verdict.questions[1].cases), "it is said once"
+    assert not any(case.reason for case in verdict.questions[0].cases), "it is said once"
+    assert not any(case.reason for case in verdict.questions[1].cases)
+
+
+def test_stubs_on_top_of_stubs_are_said_to_be_unwritten_and_no_more():
+    stubs = "".join(f"{one.stub}\n\n" for one in ASSIGNMENT.questions)
+    verdict, _ = graded(f"import numpy as np\n{stubs}")
+    for one in verdict.questions:
+        assert one.message.endswith("is not written yet.")
+        assert not one.replaced
 
 
 def test_hidden_calls_come_in_an_order_that_changes_with_the_code():
