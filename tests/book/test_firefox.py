@@ -1,0 +1,76 @@
+"""The book in a second engine: pages and explorer in Firefox, by mouse and by keyboard."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("anywidget")
+pytest.importorskip("rtbdata")
+pytest.importorskip("websocket")
+
+from firefox import Firefox
+from test_pages import LACKING
+from widget_page import written_page
+
+from labkit.interactive import icp_explorer
+
+RIGHT = "\ue014"  # the arrow key, in WebDriver's table
+DRAWN = """async () => {
+    await window.drawWidgets();
+    while (!document.querySelector(".icp-readouts dd")) await new Promise(requestAnimationFrame);
+}"""
+READ = """async () => {
+    await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
+    const slider = document.querySelector("input[name=overlap_ratio]");
+    return [slider.ariaValueText, document.querySelector("[data-readout=inliers]").textContent];
+}"""
+THUMB = """() => {
+    const slider = document.querySelector("input[name=overlap_ratio]");
+    slider.scrollIntoView({ block: "center", behavior: "instant" });
+    const { x, y, width, height } = slider.getBoundingClientRect();
+    return [x + 8 + (slider.value / slider.max) * (width - 16), y + height / 2];
+}"""
+FOCUS = "() => document.querySelector('input[name=overlap_ratio]').focus()"
+
+
+@pytest.fixture(scope="module")
+def firefox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Firefox]:
+    """The machine's own; in CI its absence is a failure, elsewhere a skip."""
+    path = shutil.which("firefox-esr") or shutil.which("firefox")
+    if path is None:
+        missing = "no Firefox here; on Debian: `sudo apt install firefox-esr`"
+        (pytest.fail if os.environ.get("CI") else pytest.skip)(missing)
+    firefox = Firefox(path, tmp_path_factory.mktemp("profile"))
+    yield firefox
+    firefox.close()
+
+
+@pytest.mark.parametrize("name", ["book/intro", "notebooks/02_alignment"])
+def test_firefox_draws_a_page(firefox: Firefox, html: Path, name: str):
+    firefox.open(f"{html.as_uri()}/{name}.html")
+    firefox.evaluate("() => window.drawWidgets?.()")
+    assert firefox.evaluate("() => document.querySelectorAll('article .math').length") > 0
+    assert firefox.evaluate(LACKING) == []
+    unloaded = "() => [...document.images].filter(i => !i.naturalWidth).map(i => i.src)"
+    assert firefox.evaluate(unloaded) == []
+    assert firefox.complaints() == []
+
+
+def test_firefox_moves_a_slider_and_the_numbers_follow(firefox: Firefox, tmp_path: Path):
+    firefox.open(written_page(icp_explorer(), tmp_path))
+    firefox.evaluate(DRAWN)
+    at_first = firefox.evaluate(READ)
+    firefox.drag(firefox.evaluate(THUMB), by=-60.0)
+    by_mouse = firefox.evaluate(READ)
+    firefox.evaluate(FOCUS)
+    firefox.press(RIGHT)
+    by_key = firefox.evaluate(READ)
+    shares, counts = zip(at_first, by_mouse, by_key, strict=True)
+    assert float(shares[1]) < float(shares[2]) < float(shares[0])
+    assert len(set(counts)) == 3
+    assert firefox.complaints() == []
