@@ -139,7 +139,7 @@ def _grade(
             jobs.append((rest, replace(settings, questions=tuple(args.question))))
         for part, how in jobs:
             for graded in _graded(part, how, where, by_value=args.cluster is not None):
-                _keep(graded, store, failures)
+                _keep(graded, store, failures, partial=bool(how.questions))
         results = Results(
             store=store,
             assignment=assignment,
@@ -230,13 +230,13 @@ def _where(workers: int, cluster: str | None) -> Iterator[Where]:
             yield pools, workers
 
 
-def _keep(graded: Graded, store: VerdictStore, failures: dict[str, str]) -> None:
-    """Store a verdict; one on some questions takes their places in the stored one."""
+def _keep(graded: Graded, store: VerdictStore, failures: dict[str, str], *, partial: bool) -> None:
+    """Store a verdict; a partial one, on some questions, takes their places in the stored one."""
     if graded.verdict is None:
         failures[graded.student] = graded.failure
         return
     verdict = graded.verdict
-    if graded.student in store and len(verdict.questions) < len(store[graded.student].questions):
+    if partial and graded.student in store:
         verdict = merge(store[graded.student], verdict)
     store.put(verdict, graded.fingerprint, graded.passages)
 

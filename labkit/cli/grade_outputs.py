@@ -39,6 +39,7 @@ from labkit.grading.similarity import Group, all_passages, near_identical
 from labkit.grading.store import VerdictStore
 from labkit.grading.submissions import Submission
 
+UNREAD = 5  # submissions of which it is said what was not read
 OF_A_GROUP, ALL_PAIRS = 10, 50  # pairs that are shown side by side
 
 
@@ -160,13 +161,7 @@ def write_outputs(args: argparse.Namespace, results: Results) -> None:
         _tell(fill_canvas(graded, args.canvas, args.title, out / "canvas.csv"), args.canvas)
     if args.moodle:
         _tell(fill_moodle(graded, args.moodle, out / "moodle.csv"), args.moodle)
-    unread = [one.student for one in graded if one.unread]
-    if unread:
-        print(
-            f"labkit grade: something was not read of {len(unread)} submissions "
-            f"({', '.join(unread[:5])}{', ...' if len(unread) > 5 else ''}); their pages say what",
-            file=sys.stderr,
-        )
+    _tell_unread([one for one in graded if one.unread])
     if not args.no_html:
         _write_pages(args, results, graded)
     if args.feedback:
@@ -241,6 +236,18 @@ def _write_pairs(
             pages[two] = f"pairs/{len(pages) + 1}.html"
             write_pair_page(two, (cells[two[0]], cells[two[1]]), assignment, out / pages[two])
     return pages
+
+
+def _tell_unread(verdicts: Sequence[SubmissionVerdict]) -> None:
+    """Say of some submissions what was not read, and why."""
+    for one in verdicts[:UNREAD]:
+        print(f"labkit grade: {one.student}: {one.unread[0]}", file=sys.stderr)
+    if len(verdicts) > UNREAD:
+        print(
+            f"labkit grade: of {len(verdicts) - UNREAD} more not everything was read; "
+            f"their pages say what",
+            file=sys.stderr,
+        )
 
 
 def _tell(missing: Sequence[str], gradebook: str) -> None:

@@ -184,11 +184,15 @@ def _rows(
         raise LabkitError(f"{path}: is no UTF-8 text; save it as CSV in UTF-8") from None
     except OSError as error:
         raise LabkitError(f"{path}: cannot be read: {error.strerror}") from None
-    reader = csv.DictReader(text.splitlines())
-    missing = [name for name in needed if name not in (reader.fieldnames or ())]
+    header = text.partition("\n")[0]
+    semicolons = ";" in header and "," not in header  # as Excel writes where 0.5 is 0,5
+    reader = csv.DictReader(text.splitlines(), delimiter=";" if semicolons else ",")
+    found = reader.fieldnames or []
+    missing = [name for name in needed if name not in found]
     if missing:
         raise LabkitError(
-            f"{path}: line 1: no column {missing[0]!r}; the columns are {', '.join(needed)}"
+            f"{path}: line 1: no column {missing[0]!r}; it must name {', '.join(needed)}, "
+            f"got {', '.join(found) or 'nothing'}"
         )
     for row in reader:
         cells = {name: (cell or "").strip() for name, cell in row.items() if name}

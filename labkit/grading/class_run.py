@@ -17,7 +17,7 @@ from itertools import islice
 from labkit.grading.assignment import FOLDER, load_assignment
 from labkit.grading.contract import Limits
 from labkit.grading.judging.grade import grade_submission
-from labkit.grading.judging.verdict import SubmissionVerdict
+from labkit.grading.judging.verdict import FORMAT, SubmissionVerdict
 from labkit.grading.store import VerdictStore
 from labkit.grading.submissions import Submission
 from labkit.grading.workers import own_sandbox
@@ -25,7 +25,7 @@ from labkit.grading.workers import own_sandbox
 Files = dict[str, bytes]
 
 RULES = 4  # raise it when the same files would get other points or messages than before
-LOST_TWICE = "its worker was lost, twice"
+LOST_TWICE = "the process that graded it ended, twice; look at its code before you try --again"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +57,8 @@ class Settings:
     @property
     def digest(self) -> str:
         """A digest of the assignment, the isolation, the limits and the grader's own rules."""
-        return f"{load_assignment(self.assignment).digest} {self.mode} {self.limits!r} {RULES}"
+        own = f"{RULES} {FORMAT}"
+        return f"{load_assignment(self.assignment).digest} {self.mode} {self.limits!r} {own}"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -106,7 +106,10 @@ class VerdictStore:
         return sorted(self._place)
 
     def __getitem__(self, student: str) -> SubmissionVerdict:
-        return SubmissionVerdict.from_fields(self._entry(student)["verdict"])
+        try:
+            return SubmissionVerdict.from_fields(self._entry(student)["verdict"])
+        except LabkitError as error:
+            raise LabkitError(f"{self.path}: {student}: {error}") from None
 
     def __contains__(self, student: str) -> bool:
         return student in self._place

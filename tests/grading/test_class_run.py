@@ -108,8 +108,10 @@ def test_a_fingerprint_follows_from_all_that_a_verdict_follows_from(small, tmp_p
     assert len(marks) == 6
     assert fingerprint(dict(reversed(files.items())), settings) == fingerprint(files, settings)
     before = fingerprint(files, settings)
-    monkeypatch.setattr(class_run, "RULES", class_run.RULES + 1)
-    assert fingerprint(files, settings) != before
+    for name in ("RULES", "FORMAT"):  # what an older labkit stored is graded again, and not read
+        with monkeypatch.context() as newer:
+            newer.setattr(class_run, name, getattr(class_run, name) + 1)
+            assert fingerprint(files, settings) != before
 
 
 def test_only_what_changed_is_graded_again(small, tmp_path):

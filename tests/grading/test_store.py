@@ -74,6 +74,15 @@ def test_another_file_is_left_alone(tmp_path, content):
     assert path.read_bytes() == content
 
 
+def test_a_verdict_of_another_version_is_named_with_its_file(tmp_path):
+    path = tmp_path / "v.jsonl"
+    with VerdictStore(path) as store:
+        store.put(verdict("ada"), "1")
+    path.write_bytes(path.read_bytes().replace(b'"format": 2', b'"format": 1'))
+    with pytest.raises(LabkitError, match=r"v\.jsonl: ada: the verdict has format 1"):
+        stored(path)
+
+
 def test_a_place_that_cannot_be_written(tmp_path):
     with pytest.raises(LabkitError, match=r"cannot write .*; choose another place"):
         VerdictStore(tmp_path)

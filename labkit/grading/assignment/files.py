@@ -235,7 +235,10 @@ def read_secret(path: Path, *, make: bool = False) -> bytes:
             f"`python -m labkit.authoring --secret {path}`"
         ) from None
     if len(secret) < LEAST:
-        raise LabkitError(f"{path} holds {len(secret)} bytes; a secret needs {LEAST} at least")
+        raise LabkitError(
+            f"{path} holds {len(secret)} bytes; a secret needs {LEAST} at least: remove it, and "
+            f"`python -m labkit.authoring --secret {path}` makes one"
+        )
     return secret
 
 

@@ -75,9 +75,8 @@ def read(answer: Answer, value: Value) -> FloatArray:
         array = array.ravel()  # a row or a column
     dimensions = 1 if answer in (Answer.VECTOR, Answer.MASK) else 2
     if array.ndim != dimensions:
-        raise Unreadable(
-            f"it returned {_kind(value)} with {array.ndim} axes, expected {EXPECTED[answer]}"
-        )
+        axes = f"{array.ndim} ax{'i' if array.ndim == 1 else 'e'}s"
+        raise Unreadable(f"it returned {_kind(value)} with {axes}, expected {EXPECTED[answer]}")
     return array
 
 

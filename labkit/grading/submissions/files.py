@@ -110,7 +110,10 @@ def list_files(path: Path) -> list[StoredFile]:
     except FileNotFoundError:
         raise LabkitError(f"{path}: no such file or folder") from None
     except DAMAGED as error:
-        raise LabkitError(f"{path}: cannot be read as a zip archive: {error}") from None
+        raise LabkitError(
+            f"{path}: is no folder, notebook (.ipynb) or script (.py), and cannot be read as a zip "
+            f"archive: {error}"
+        ) from None
     files = [
         StoredFile(
             name=printable(info.filename), path=path, member=info.filename, size=info.file_size

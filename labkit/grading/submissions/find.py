@@ -91,6 +91,11 @@ def find_submissions(
             for student, found in by_student.items()
             if (kept := list(_inside(found, f"{within.rstrip('/')}/")))
         }
+        if not by_student:
+            raise LabkitError(
+                f"{path}: no student has a folder {within!r} to look into; found "
+                f"{_some([file.name for file in listed])}"
+            )
     elif path.name == "submitted" or around == "submitted/":
         remarks += _several_assignments(path, by_student.values())
     submissions = [_submission(found) for found in by_student.values()]

@@ -70,7 +70,7 @@ def test_an_answer_is_read_in_any_form(answer, value, read_as):
         (Answer.NUMBER, np.zeros(3), "several numbers"),
         (Answer.FLAG, 0.5, "not True or False"),
         (Answer.FLAG, np.nan, "not True or False"),
-        (Answer.POSES, np.zeros(3), r"with 1 axes, expected rows \(x, y, ψ\)"),
+        (Answer.POSES, np.zeros(3), r"with 1 axis, expected rows \(x, y, ψ\)"),
     ],
 )
 def test_what_is_no_answer_is_refused_in_words(answer, value, why):
