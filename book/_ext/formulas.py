@@ -24,12 +24,14 @@ from sphinx.util import logging
 DRIVER = Path(__file__).with_suffix(".js")
 PARTS = ("startup", "core", "liteDOM", "tex-full", "svg", "tex", "assistive-mml")
 MATHJAX = "var MathJax = { loader: { load: [] }, startup: { typeset: false } };"
-# As Sphinx writes a formula for MathJax: its source in an element of its own.
-INLINE = re.compile(r'(<span class="math [^>]*>)\\\(([^<]*)\\\)</span>')
-BLOCK = re.compile(
-    r'(<div class="math [^>]*>(?:\s*<span class="eqno">.*?</span>)?)\s*\\\[([^<]*)\\\]\s*</div>'
+# As Sphinx writes a formula for MathJax: its source in an element of its own. In a line, brackets
+# and marks that touch a formula stay with it.
+INLINE = re.compile(
+    r'([(\[“‘]*)(<span class="[^"]*\bmath [^>]*>)\\\(([^<]*)\\\)</span>([^\s<>&]{0,3})'
 )
-FORMULA = re.compile(r'<(?:span|div) class="math ')
+NUMBER = r'(?:\s*<span class="eqno">.*?</span>)?'
+BLOCK = re.compile(rf'(<div class="[^"]*\bmath [^>]*>{NUMBER})\s*\\\[([^<]*)\\\]\s*</div>')
+FORMULA = re.compile(r'<(?:span|div) class="[^"]*\bmath ')
 USED = re.compile(r'<use[^>]*? href="#(g-[^"]+)"')
 SHAPES = '<svg class="shapes" aria-hidden="true"><defs>{}</defs></svg>'
 
@@ -53,7 +55,7 @@ class Pen:
 
     def draw(self, tex: str, *, display: bool) -> str:
         """The drawing and the MathML of a formula, as HTML."""
-        key = tex.strip(), display
+        key = tex, display
         if key not in self._drawn:
             told = json.loads(
                 str(self._v8.eval(f"draw({json.dumps(key[0])}, {json.dumps(display)})"))
@@ -99,20 +101,27 @@ def draw_formulas(
 def drawn(body: str, page: str, with_pen: Pen) -> str:
     """The body of a page with its formulas drawn; one that cannot be is a warning."""
 
-    def one(found: re.Match[str], display: bool) -> str:
-        tex = html.unescape(found[2])
+    def formula(start: str, source: str, *, display: bool) -> str:
+        tex = html.unescape(source).strip()
         try:
-            formula = with_pen.draw(tex, display=display)
+            drawing = with_pen.draw(tex, display=display)
         except FormulaError as error:
-            log.warning("%s in the formula %s", error, tex.strip(), location=page)
-            return found[0]
-        source = html.escape(" ".join(tex.split()))
-        start = found[1].replace(">", f' data-tex="{source}">', 1)
-        return f"{start}{formula}</{'div' if display else 'span'}>"
+            log.warning("%s in the formula %s", error, tex, location=page)
+            drawing = source
+        told = html.escape(" ".join(tex.split()))
+        return start.replace(">", f' data-tex="{told}">', 1) + drawing
+
+    def in_line(found: re.Match[str]) -> str:
+        before, start, source, after = found.groups()
+        drawn = f"{before}{formula(start, source, display=False)}</span>{after}"
+        return f'<span class="unbroken">{drawn}</span>' if before or after else drawn
+
+    def in_block(found: re.Match[str]) -> str:
+        return f"{formula(*found.groups(), display=True)}</div>"
 
     count = len(FORMULA.findall(body))
-    body, inline = INLINE.subn(lambda found: one(found, False), body)
-    body, blocks = BLOCK.subn(lambda found: one(found, True), body)
+    body, inline = INLINE.subn(in_line, body)
+    body, blocks = BLOCK.subn(in_block, body)
     if inline + blocks != count:
         raise AssertionError(f"{page}: {count} formulas, {inline + blocks} found")
     used = sorted(set(USED.findall(body)))
