@@ -14,7 +14,7 @@ from pathlib import Path
 from labkit.arrays import check_range
 from labkit.errors import InvalidParameterError
 from labkit.files import atomic_write, refuse_unwritable
-from labkit.grading.adjustments import Adjustments, read_groups, read_overrides
+from labkit.grading.adjustments import Adjusted, Adjustments, read_groups, read_overrides
 from labkit.grading.assignment.questions import Assignment
 from labkit.grading.contract import SourceCell
 from labkit.grading.exports.gradebooks import (
@@ -26,7 +26,6 @@ from labkit.grading.exports.gradebooks import (
     write_scores,
 )
 from labkit.grading.exports.reports import gradescope_results, write_junit
-from labkit.grading.judging.verdict import SubmissionVerdict
 from labkit.grading.pages.statistics import ClassSummary
 from labkit.grading.pages.write import (
     templates,
@@ -146,9 +145,8 @@ def write_outputs(args: argparse.Namespace, results: Results) -> None:
     found = {one.student for one in results.submissions}
     listed = store.students if args.student else sorted(found & set(store.students))
     adjustments = read_adjustments(args, results.assignment)
-    own = [store[student] for student in listed]
-    graded = list(adjustments.all(own))
-    if idle := adjustments.idle(own):
+    graded = Adjusted(store, listed, adjustments)
+    if idle := adjustments.idle(listed):
         print(f"labkit grade: nobody handed in for {', '.join(idle)}", file=sys.stderr)
     out = Path(args.out)
     write_scores(graded, out / "scores.csv")
@@ -161,11 +159,11 @@ def write_outputs(args: argparse.Namespace, results: Results) -> None:
         _tell(fill_canvas(graded, args.canvas, args.title, out / "canvas.csv"), args.canvas)
     if args.moodle:
         _tell(fill_moodle(graded, args.moodle, out / "moodle.csv"), args.moodle)
-    _tell_unread([one for one in graded if one.unread])
+    _tell_unread([(one.student, one.unread[0]) for one in graded if one.unread])
     if not args.no_html:
         _write_pages(args, results, graded)
     if args.feedback:
-        pages = {one.student: out / page_name(one.student) for one in graded}
+        pages = {student: out / page_name(student) for student in graded.students}
         write_feedback(results.submissions, pages, args.feedback)
 
 
@@ -181,9 +179,7 @@ def page_name(student: str) -> str:
     return f"students/{plain}.html"
 
 
-def _write_pages(
-    args: argparse.Namespace, results: Results, graded: Sequence[SubmissionVerdict]
-) -> None:
+def _write_pages(args: argparse.Namespace, results: Results, graded: Adjusted) -> None:
     assignment = results.assignment
     out = Path(args.out)
     (out / "students").mkdir(exist_ok=True)
@@ -192,7 +188,7 @@ def _write_pages(
         page = page_name(verdict.student)
         write_student_page(verdict, assignment, out / page, book=args.book)
         summary.add(verdict, page)
-    kept = {verdict.student for verdict in graded}
+    kept = {*graded.students}
     marks = {
         student: found for student, found in results.store.passages().items() if student in kept
     }
@@ -238,13 +234,13 @@ def _write_pairs(
     return pages
 
 
-def _tell_unread(verdicts: Sequence[SubmissionVerdict]) -> None:
+def _tell_unread(unread: Sequence[tuple[str, str]]) -> None:
     """Say of some submissions what was not read, and why."""
-    for one in verdicts[:UNREAD]:
-        print(f"labkit grade: {one.student}: {one.unread[0]}", file=sys.stderr)
-    if len(verdicts) > UNREAD:
+    for student, why in unread[:UNREAD]:
+        print(f"labkit grade: {student}: {why}", file=sys.stderr)
+    if len(unread) > UNREAD:
         print(
-            f"labkit grade: of {len(verdicts) - UNREAD} more not everything was read; "
+            f"labkit grade: of {len(unread) - UNREAD} more not everything was read; "
             f"their pages say what",
             file=sys.stderr,
         )

@@ -9,13 +9,14 @@ from __future__ import annotations
 import csv
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from labkit.errors import LabkitError
 from labkit.grading.assignment.questions import Assignment
 from labkit.grading.judging.verdict import SubmissionVerdict
+from labkit.grading.store import VerdictStore
 
 BONUS, LATE = "bonus", "late"  # in the column of questions: points on top, days late
 
@@ -89,31 +90,56 @@ class Adjustments:
             adjustments=tuple(told),
         )
 
-    def all(self, verdicts: Iterable[SubmissionVerdict]) -> Iterator[SubmissionVerdict]:
-        """The adjusted verdicts by student; all of a group get the best one that it has."""
-        best: dict[str, SubmissionVerdict] = {}
-        alone: list[SubmissionVerdict] = []
-        for verdict in verdicts:
-            group = self.groups.get(verdict.student)
-            if group is None:
-                alone.append(verdict)
-            elif group not in best or verdict.score > best[group].score:
-                best[group] = verdict
-        shared = [
-            replace(
-                best[group],
-                student=member,
-                notes=(f"Handed in by {best[group].student} for {group}.", *best[group].notes),
-            )
-            for member, group in self.groups.items()
-            if group in best
-        ]
-        return map(self.apply, sorted([*alone, *shared], key=lambda one: one.student))
-
-    def idle(self, verdicts: Iterable[SubmissionVerdict]) -> list[str]:
-        """The groups of which nobody has a verdict."""
-        active = {self.groups.get(verdict.student) for verdict in verdicts}
+    def idle(self, students: Iterable[str]) -> list[str]:
+        """The groups of which nobody is among the students, who have verdicts."""
+        active = {self.groups.get(student) for student in students}
         return sorted(set(self.groups.values()) - active)
+
+
+class Adjusted:
+    """The adjusted verdicts on a class, by student; all of a group get the best one that it has.
+
+    They are read from the store each time that somebody goes through them: of a class of
+    thousands no more than one is in memory.
+
+    Parameters
+    ----------
+    store : VerdictStore
+    students : sequence of str
+        Whose verdicts; others of their groups come with them.
+    adjustments : Adjustments
+    """
+
+    def __init__(
+        self, store: VerdictStore, students: Sequence[str], adjustments: Adjustments
+    ) -> None:
+        self._store = store
+        self._adjustments = adjustments
+        groups = adjustments.groups
+        best: dict[str, tuple[float, str]] = {}
+        for student in students:
+            if student in groups:
+                score, group = store[student].score, groups[student]
+                if group not in best or score > best[group][0]:
+                    best[group] = score, student
+        self._sources = {student: student for student in students if student not in groups}
+        self._sources |= {
+            member: best[group][1] for member, group in groups.items() if group in best
+        }
+
+    @property
+    def students(self) -> list[str]:
+        """All who get a verdict, in alphabetical order."""
+        return sorted(self._sources)
+
+    def __iter__(self) -> Iterator[SubmissionVerdict]:
+        for student in self.students:
+            source, group = self._sources[student], self._adjustments.groups.get(student)
+            verdict = self._store[source]
+            if group is not None:
+                note = f"Handed in by {source} for {group}."
+                verdict = replace(verdict, student=student, notes=(note, *verdict.notes))
+            yield self._adjustments.apply(verdict)
 
 
 def _because(override: Override | None) -> str:

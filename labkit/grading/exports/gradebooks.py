@@ -249,7 +249,7 @@ def fill_moodle(
     Parameters
     ----------
     verdicts : iterable of SubmissionVerdict
-        Their students are Moodle's numbers, as in a bulk download.
+        Their students are Moodle's numbers, as in a bulk download; gone through twice.
     worksheet : path-like
         The grading worksheet as downloaded; its times stay as they are, since Moodle takes
         no grade that is older than what it has.
@@ -269,18 +269,21 @@ def fill_moodle(
     """
     header, *rows = read_gradebook(worksheet, [])
     place = _moodle_columns(worksheet, header, rows)
-    by_number = {verdict.student: verdict for verdict in verdicts}
+    students = [verdict.student for verdict in verdicts]
     maxima = _maxima(worksheet, place, rows)
     numbers = [_NUMBER.sub(r"\1", row[place["Identifier"]]) for row in rows]
-    found = rows_of(by_number, rows, [numbers], worksheet)
-    for student, n in found.items():
-        row, maximum, verdict = rows[n], maxima[n], by_number[student]
-        row[place["Grade"]] = score_text(verdict, maximum)
+    found = rows_of(students, rows, [numbers], worksheet)
+    for verdict in verdicts:
+        if verdict.student not in found:
+            continue
+        n = found[verdict.student]
+        row = rows[n]
+        row[place["Grade"]] = score_text(verdict, maxima[n])
         if "Feedback comments" in place:
             text = html.escape(summary_text(verdict)).replace("\n", "<br>")
             row[place["Feedback comments"]] = plain(text)
     write_gradebook(out, [header, *rows])
-    return sorted(by_number.keys() - found.keys())
+    return sorted(set(students) - found.keys())
 
 
 def check_moodle(worksheet: str | os.PathLike[str]) -> None:
