@@ -6,6 +6,7 @@ import ast
 import inspect
 import json
 from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from itertools import count, cycle
 from types import ModuleType
 from typing import Any
@@ -34,7 +35,7 @@ def lab_answers() -> Iterator[Answers]:
     names = cycle(question.function for question in load_assignment().questions)
     failures = cycle(FAILURES)
     for number, kind in zip(count(), cycle(KINDS)):
-        answers = _functions(RIGHT[number % len(RIGHT)])
+        answers = {**_functions(RIGHT[number % len(RIGHT)])}
         if kind == "mistaken":
             answers |= dict(_renamed(next(mistakes)) for _ in range(MISTAKES_EACH))
         elif kind == "failing":
@@ -66,6 +67,7 @@ def answered(release: str, answers: Mapping[str, str]) -> str:
     return json.dumps(notebook)
 
 
+@cache
 def _functions(module: ModuleType) -> Answers:
     """The source of each function of a right submission; helpers and imports under ""."""
     asked = {question.function for question in load_assignment().questions}
@@ -101,6 +103,7 @@ def _names_used(function: Callable[..., Any]) -> set[str]:
     return (names & set(function.__globals__)) - {"mistake"}
 
 
+@cache
 def _renamed(mistake: Mistake) -> tuple[str, str]:
     """A mistake's function as a student would have written it, under the question's name."""
     name = next(q.function for q in load_assignment().questions if q.id == mistake.question)
