@@ -12,6 +12,7 @@ import ast
 import json
 import re
 import warnings
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -19,9 +20,12 @@ from typing import Any
 MAX_CELLS = 5000
 MAX_CODE = 1 << 18  # characters of code in one file
 MAX_ALL_CODE = 4 * MAX_CODE  # ... and in all files of a submission
-LINE = 50  # as many characters does a line cost, however short it is, and a semicolon
-SCOPE = 100  # ... and a function, a class, a loop or a comprehension
-PIECE = 6  # ... and a word, a number or a sign: the parser makes a node of each
+COSTS = {  # as many characters of code does each count for, however short it is
+    "characters of code": 1,
+    "lines of code": 50,  # and semicolons
+    "functions and loops": 100,  # and classes and comprehensions
+    "words and signs": 6,  # the parser makes a node of each
+}
 MAX_SCOPES_AND_NAMES = 10_000_000  # the product, in a cell
 MAX_FIELDS = 200_000_000  # characters of f-strings times their fields
 MAX_PARTS = 2_000_000  # objects and lists in the JSON of a notebook: far more than plots need
@@ -97,7 +101,7 @@ def cells_of(name: str, data: bytes, left: int = MAX_CODE) -> list[RawCell]:
     data : bytes
         What it holds.
     left : int
-        How many characters of code may still be read; a line costs `LINE` at least.
+        How many characters of code may still be read, as `cost_of` counts them.
 
     Returns
     -------
@@ -123,7 +127,8 @@ def cells_of(name: str, data: bytes, left: int = MAX_CODE) -> list[RawCell]:
         notebook = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise UnreadableError(
-            f"{name} is no notebook ({error}); save it again and hand it in"
+            f"{name} is no notebook, or not a whole one: its JSON breaks in line "
+            f"{getattr(error, 'lineno', 1)}; save it again and hand it in"
         ) from None
     cells = [
         cell
@@ -145,11 +150,15 @@ def _check_length(name: str, texts: list[str], left: int) -> None:
     """Refuse what would keep the grader busy for more than a second."""
     cost = cost_of(texts)
     if cost > MAX_CODE:
+        together = Counter[str]()
+        for text in texts:
+            together.update(_sizes(text))
+        kind = max(together, key=lambda kind: together[kind] * COSTS[kind])
+        most = MAX_CODE // COSTS[kind]
+        limit = f"{most} at most" if together[kind] > most else "beside all the rest"
         raise UnreadableError(
-            f"{name} holds {sum(map(len, texts))} characters of code, at most {MAX_CODE} in "
-            f"{MAX_CODE // LINE} lines, {MAX_CODE // PIECE} words and signs, or "
-            f"{MAX_CODE // SCOPE} functions and loops are read; "
-            f"keep data and outputs out of the code"
+            f"{name} is too long to be read, by its {together[kind]} {kind} ({limit}); keep data "
+            f"and outputs out of the code"
         )
     if cost > left:
         raise UnreadableError(f"the files hold too much code together; {name} is not read")
@@ -157,15 +166,17 @@ def _check_length(name: str, texts: list[str], left: int) -> None:
 
 def cost_of(texts: Iterable[str]) -> int:
     """How many characters of code texts count for: short lines and short words cost more."""
-    return sum(
-        max(
-            len(text),
-            LINE * sum(map(text.count, "\n\r;")),
-            SCOPE * len(_SCOPE.findall(text)),
-            PIECE * len(_PIECE.findall(text)),
-        )
-        for text in texts
-    )
+    return sum(max(n * COSTS[kind] for kind, n in _sizes(text).items()) for text in texts)
+
+
+def _sizes(text: str) -> dict[str, int]:
+    """How much there is in a text of all that costs time."""
+    return {
+        "characters of code": len(text),
+        "lines of code": sum(map(text.count, "\n\r;")),
+        "functions and loops": len(_SCOPE.findall(text)),
+        "words and signs": len(_PIECE.findall(text)),
+    }
 
 
 def _cells(name: str, notebook: Any) -> list[Any]:

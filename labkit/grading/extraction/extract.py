@@ -314,6 +314,8 @@ def _put_back(
     cells = []
     for name, source in HANDED_OUT.items():
         if name in used and name not in given and "*" not in given:
-            notes.append(f"`{name}` is used and never imported; `{source}` was run before all else")
+            notes.append(
+                f"`{name}` is used and never imported: put `{source}` back; it was run here"
+            )
             cells.append(SourceCell(source=source, question=None, label=source))
     return cells
