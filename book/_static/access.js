@@ -53,5 +53,6 @@
       });
     reach();
     addEventListener("resize", reach);
+    document.addEventListener("toggle", reach, true); // an answer is opened
   });
 })();

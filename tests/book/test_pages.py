@@ -40,11 +40,12 @@ ONE_OF_A_COLOUR = """() => {
 }"""
 # Formulas without a drawing, or with one of no size, and letters without a shape.
 LACKING = """() => {
-    const isDrawn = each => each.querySelector(":scope > svg")?.getBoundingClientRect().width > 0;
+    const isDrawn = each => each.querySelector(":scope > svg")
+        && (!each.checkVisibility() || each.firstElementChild.getBoundingClientRect().width > 0);
     const formulas = [...document.querySelectorAll("article .math")];
     const letters = [...document.querySelectorAll("article .math use")];
     return [
-        ...formulas.filter(each => !each.closest("details:not([open])") && !isDrawn(each)),
+        ...formulas.filter(each => !isDrawn(each)),
         ...letters.filter(each => !document.querySelector(each.getAttribute("href"))),
     ].map(each => each.outerHTML);
 }"""
