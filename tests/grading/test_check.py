@@ -96,11 +96,13 @@ def test_no_expected_value_is_shown():
         (lambda: 1j * np.eye(2), "it returned complex numbers; return real ones (`.real`?)."),
         (lambda: np.array([object()]), "are its rows of different length?\n"),
         (lambda: np.zeros(3_000_000), "far more data"),
-        (lambda: None, "is a `return` missing?"),
+        (lambda: None, "In every case it returned None (is a `return` missing?), not a square"),
     ],
 )
 def test_what_is_no_data_is_explained(returns, reason):
-    assert reason in repr(check("rotation", lambda theta: returns()))
+    shown = repr(check("rotation", lambda theta: returns()))
+    assert reason in f"{shown}\n"
+    assert shown.count("\n") == 0, "it is said once"
 
 
 def test_the_callers_own_mistakes_are_named():

@@ -255,7 +255,7 @@ def _said_once(
 
     What goes wrong in one hidden case after the other could be made to spell out their inputs.
     """
-    if is_unwritten(outcomes) or all(one.status in WHOLE_QUESTION for one in outcomes):
+    if is_unwritten(outcomes) or _in_every_case(verdicts):
         return tuple(replace(verdict, reason="") for verdict in verdicts)
     told = 0
     found = []
@@ -267,6 +267,13 @@ def _said_once(
                 verdict = replace(verdict, reason=f"{about}: this fails, too.")  # noqa: PLW2901
         found.append(verdict)
     return tuple(found)
+
+
+def _in_every_case(verdicts: Sequence[CaseVerdict]) -> str:
+    """What is wrong in every case, in the same words; empty where it is a known mistake."""
+    texts = {verdict.reason.partition(": ")[2] for verdict in verdicts}
+    known = any(verdict.misconception for verdict in verdicts)
+    return texts.pop() if len(texts) == 1 and not known else ""
 
 
 def is_unwritten(outcomes: Sequence[Outcome]) -> bool:
@@ -289,11 +296,13 @@ def _message(
     passed = sum(verdict.passed for verdict in verdicts)
     if passed == len(verdicts):
         return "All cases pass."
-    if all(outcome.status in WHOLE_QUESTION for outcome in outcomes):
-        text = verdicts[0].reason.partition(": ")[2]
-        return f"{text[:1].upper()}{text[1:]}"
     if is_unwritten(outcomes):
         return f"`{question.function}` is not written yet."
+    always = _in_every_case(verdicts)
+    if always and all(outcome.status in WHOLE_QUESTION for outcome in outcomes):
+        return f"{always[:1].upper()}{always[1:]}"
+    if always:
+        return f"In every case {always}"
     if known:
         return f"This looks like a known mistake: {known.says} See {known.chapter}."
     text = f"{passed} of {len(verdicts)} cases pass."

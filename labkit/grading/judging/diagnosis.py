@@ -126,9 +126,9 @@ def _mask(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -
         yield "the result holds other numbers than True and False; expected a mask."
         return
     kept, lost = int(np.count_nonzero(got > wanted)), int(np.count_nonzero(got < wanted))
-    parts = ((kept, "kept that should go"), (lost, "gone that should stay"))
-    said = [f"{'some' if case.hidden else count} {what}" for count, what in parts if count]
-    yield f"of the pairs, {' and '.join(said)}."
+    parts = ((kept, "keeps", "go"), (lost, "rejects", "stay"))
+    said = [f"{does} {_pairs(count, case)} that should {do}" for count, does, do in parts if count]
+    yield f"it {' and '.join(said)}."
 
 
 def _poses(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
@@ -173,6 +173,10 @@ def _share(count: int, total: int, case: Case) -> str:
     if case.hidden:
         return "most" if 2 * count > total else "some"
     return f"about {max(1, round(100 * count / total))} %"
+
+
+def _pairs(count: int, case: Case) -> str:
+    return "some pairs" if case.hidden else f"{count} pair{'' if count == 1 else 's'}"
 
 
 _TEXTS = {

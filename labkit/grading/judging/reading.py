@@ -95,7 +95,7 @@ def _transform(value: Value) -> FloatArray:
         T = _floats(value, Answer.TRANSFORM)
         if T.shape == (3, 3):
             return T
-    raise Unreadable(f"it returned other shapes, expected {EXPECTED[Answer.TRANSFORM]}")
+    raise Unreadable(f"it returned arrays of other shapes, expected {EXPECTED[Answer.TRANSFORM]}")
 
 
 def _of_dict(value: dict[str, Value]) -> Value:

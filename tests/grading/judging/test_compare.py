@@ -167,8 +167,10 @@ def test_the_texts_say_how_far_off():
     assert reason("huber_weights", lambda w: w[:-3], hidden=True).count("too short;") == 1
     assert "wrap them" in reason("integrate", lambda p: p + np.array([0, 0, 2 * np.pi]))
     assert "headings by up to 30°" in reason("integrate", lambda p: p + np.array([0, 0, np.pi / 6]))
-    assert "kept that should go" in reason("distance_gate", lambda kept: kept | True)
-    assert "gone that should stay" in reason("distance_gate", lambda kept: kept & False)
+    assert "it keeps 2 pairs that should go." in reason("distance_gate", lambda kept: kept | True)
+    assert "it rejects 3 pairs that should stay." in reason(
+        "distance_gate", lambda kept: kept & False
+    )
     assert "other numbers than True and False" in reason("overlap", lambda kept: kept * 7.0)
     assert "of the indices are wrong" in reason("nearest_neighbors", lambda m: (m[0] + 1, m[1]))
     assert "shape (2, 2), expected (3, 3)" in reason("invert", lambda T: T[:2, :2])
@@ -215,7 +217,7 @@ def test_a_hidden_case_says_the_kind_of_the_error_and_its_power_of_ten():
     assert "all of the numbers are off, by more than 0.01." in reason(
         "huber_weights", lambda w: w - 0.02
     )
-    assert "of the pairs, some kept that should go." in reason("distance_gate", lambda k: k | True)
+    assert "it keeps some pairs that should go." in reason("distance_gate", lambda k: k | True)
 
 
 def test_one_wrong_answer_learnt_by_heart_is_worth_one_case():
