@@ -1,6 +1,6 @@
-"""Every notebook in a real JupyterLab: its text as drawn; run and drag each slider.
+"""Every notebook in a real JupyterLab: its text as drawn; run and drag a slider of each kind.
 
-Of the code, the copy that is opened here holds what the sliders need. nbval runs all of it.
+Of the code, the copy that is opened here holds what those sliders need. nbval runs all of it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import nbformat
 import pytest
 from jupyterlab_page import ask, errors, jupyterlab, notebook_read, open_lab, run_all
 from mouse import drag, thumb
-from nbformat import NotebookNode
 from needed_cells import needed
 from playwright.sync_api import Browser, Locator, Page, expect
 
@@ -25,24 +24,24 @@ OTHER_PICTURE = "([image, before]) => image.src !== before"
 OTHER_DRAWING = "([canvas, before]) => canvas.toDataURL() !== before"
 
 
-def has_widget(cell: NotebookNode) -> bool:
-    """Whether a cell shows something to drag."""
-    return cell.cell_type == "code" and any(word in cell.source for word in WIDGETS)
-
-
 def with_widgets() -> Iterator[Path]:
     """The notebooks that hold something to drag."""
     for path in sorted((ROOT / "notebooks").rglob("*.ipynb")):
         cells = nbformat.read(path, as_version=4).cells
-        if ".ipynb_checkpoints" not in path.parts and any(map(has_widget, cells)):
+        code = "\n".join(cell.source for cell in cells if cell.cell_type == "code")
+        if ".ipynb_checkpoints" not in path.parts and any(word in code for word in WIDGETS):
             yield path.relative_to(ROOT)
 
 
 def write_with_needed_code(path: Path, copy: Path) -> None:
-    """The notebook, without the code that no widget needs."""
+    """The notebook, with the first widget of each kind and the code that it needs."""
     notebook = nbformat.read(path, as_version=4)
     code = [cell for cell in notebook.cells if cell.cell_type == "code"]
-    wanted = {row for row, cell in enumerate(code) if has_widget(cell)}
+    wanted = {
+        next(row for row, cell in enumerate(code) if word in cell.source)
+        for word in WIDGETS
+        if any(word in cell.source for cell in code)
+    }
     kept = {code[row].id for row in needed([cell.source for cell in code], wanted)}
     notebook.cells = [
         cell for cell in notebook.cells if cell.cell_type != "code" or cell.id in kept

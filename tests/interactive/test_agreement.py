@@ -27,6 +27,7 @@ SEED = 20
 POSE = 1e-9  # m and rad
 COST = 1e-12  # m², and relative
 OFF = 0.2  # how often a gate or a delta is off
+REPLAYED = 7  # one run in so many is compared iteration by iteration
 CONFORMANCE = Path(__file__).parents[1] / "conformance"
 
 
@@ -67,12 +68,15 @@ def as_json(scene: int, guess: list[float], parameters: IcpParameters) -> dict[s
     return {"pair": scene, "guess": guess, "parameters": told}
 
 
-def difference(expected: IcpResult, answer: dict[str, Any]) -> str | None:
-    """Where two runs part, in words; None where they agree."""
-    pose = labkit.to_xytheta(expected.history[-1].T_target_source)
+def difference(expected: IcpResult, answer: dict[str, Any], whole: bool = True) -> str | None:
+    """Where two runs part, in words; None where they agree.
+
+    Of the costs that led there only a `whole` comparison knows: labkit takes long to replay them.
+    """
+    pose = labkit.to_xytheta(expected.poses[-1])
     apart = np.abs([*(pose - answer["pose"])[:2], labkit.wrap(pose[2] - answer["pose"][2])])
     kept = "".join("01"[int(each)] for each in expected.correspondences.kept)
-    costs = [each.cost for each in expected.history]
+    costs = [each.cost for each in expected.history] if whole else [expected.cost]
     if expected.termination.name != answer["termination"]:
         return f"ends {answer['termination']}, not {expected.termination.name}"
     if expected.iterations != answer["iterations"]:
@@ -83,7 +87,7 @@ def difference(expected: IcpResult, answer: dict[str, Any]) -> str | None:
         return f"is off by {apart.max():.3g}"
     if not expected.termination.failed and list(expected.unobservable) != answer["unobservable"]:
         return f"cannot see {answer['unobservable']}, not {expected.unobservable}"
-    if not np.allclose(costs, answer["costs"], rtol=COST, atol=COST):
+    if not np.allclose(costs, answer["costs"][-len(costs) :], rtol=COST, atol=COST):
         return "has other costs"
     return None
 
@@ -95,11 +99,11 @@ def test_the_page_computes_what_labkit_computes(tmp_path):
     found = answers(scenes(), [as_json(*each) for each in sets], tmp_path)
     targets = [Target(scene.target) for scene in scenes()]
     differences, endings = [], Counter()
-    for (scene, guess, parameters), answer in zip(sets, found, strict=True):
+    for number, ((scene, guess, parameters), answer) in enumerate(zip(sets, found, strict=True)):
         T_init = labkit.from_xytheta(guess)
         expected = labkit.icp(scenes()[scene].source, targets[scene], T_init, parameters)
         endings[expected.termination] += 1
-        if reason := difference(expected, answer):
+        if reason := difference(expected, answer, whole=number % REPLAYED == 0):
             differences.append(f"{scenes()[scene].name} from {guess}, {parameters}: {reason}")
     assert not differences, "\n".join(differences[:5])
     assert len(sets) >= 1000

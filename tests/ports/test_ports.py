@@ -10,20 +10,19 @@ import math
 import os
 import re
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 
 import pytest
 
 from bad_input import BAD_COMMANDS, write_bad_files
 from borders import verdicts
 from faults import FAULTS, UNTOUCHED, planted
-from ports import PORTS, SANITISED, build_cpp, execute
+from ports import PORTS, build_cpp_sanitised, execute
 from runner import GROUPS, VECTORS, reasons
 
 pytestmark = pytest.mark.slow
 BY_NAME = {port.name: port for port in PORTS}
 EACH_PORT = pytest.mark.parametrize("name", list(BY_NAME))
-SLOW_TO_START = {"wolfram": ("match missing.csv", "align nan")}  # 4 s a start: two are enough
+SLOW_TO_START = {"wolfram": "match missing.csv"}  # 4 s a start: one is enough
 TELLING_BORDERS = (  # for those: one of each kind
     "match scan.csv crlf.csv defaults.json",
     "match scan.csv many_exp.csv defaults.json",
@@ -98,8 +97,7 @@ def test_a_planted_fault_turns_the_column_red(workshop, tmp_path, fault):
 def test_cpp_is_clean_under_sanitisers(workshop):
     """Slow (a build of its own): no overflow, stray index or leak on any vector."""
     port = usable("cpp")
-    sanitised = partial(build_cpp, flags=SANITISED)
-    column = reasons(port, workshop[0] / "cpp" / "sanitised", build=sanitised)
+    column = reasons(port, workshop[0] / "cpp" / "sanitised", build=build_cpp_sanitised)
     assert not {vector: why for vector, why in column.items() if why}
 
 
