@@ -9,7 +9,7 @@ WARM = $(BIN)/python -c 'from labkit.engine import warm; warm()'  # compiles the
 MUTANTS := .venv-mutants
 
 .DEFAULT_GOAL := help
-.PHONY: help book pdf student test quick fix lab bench mutants lock dist clean
+.PHONY: help book pdf student test others quick fix lab bench mutants lock dist clean
 
 help: ## list these commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -32,8 +32,11 @@ test: $(READY) ## check style and types, then test code, notebooks and pages
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	@$(WARM)
-	$(BIN)/pytest tests labkit $(wildcard notebooks/*.ipynb) \
+	$(BIN)/pytest tests labkit $(wildcard notebooks/*.ipynb) -m "not others" \
 	    --nbval-lax --nbval-current-env --numprocesses 2 --dist loadfile --no-loadscope-reorder
+
+others: $(READY) ## test the ports in their languages, and the lab's exports in other graders
+	$(BIN)/pytest tests -m others --numprocesses 2 --dist loadfile
 
 quick: $(READY) ## the tests of the core, logs and odometry, in about a minute
 	$(BIN)/ruff check .

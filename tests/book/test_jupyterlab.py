@@ -1,4 +1,4 @@
-"""Every notebook in a real JupyterLab: its text as drawn; run and drag a slider of each kind.
+"""Every notebook's text in a real JupyterLab, and each kind of slider where it comes first.
 
 Of the code, the copy that is opened here holds what those sliders need. nbval runs all of it.
 """
@@ -14,6 +14,7 @@ import nbformat
 import pytest
 from jupyterlab_page import ask, errors, jupyterlab, notebook_read, open_lab, run_all
 from mouse import drag, thumb
+from nbformat import NotebookNode
 from needed_cells import needed
 from playwright.sync_api import Browser, Locator, Page, expect
 
@@ -24,13 +25,15 @@ OTHER_PICTURE = "([image, before]) => image.src !== before"
 OTHER_DRAWING = "([canvas, before]) => canvas.toDataURL() !== before"
 
 
-def with_widgets() -> Iterator[Path]:
-    """The notebooks that hold something to drag."""
-    for path in sorted((ROOT / "notebooks").rglob("*.ipynb")):
-        cells = nbformat.read(path, as_version=4).cells
-        code = "\n".join(cell.source for cell in cells if cell.cell_type == "code")
-        if ".ipynb_checkpoints" not in path.parts and any(word in code for word in WIDGETS):
-            yield path.relative_to(ROOT)
+def code_of(path: Path) -> list[NotebookNode]:
+    """The cells of code in a notebook of the book."""
+    cells = nbformat.read(ROOT / path, as_version=4).cells
+    return [cell for cell in cells if cell.cell_type == "code"]
+
+
+def first_with(word: str) -> Path:
+    """The first notebook in whose code a word stands."""
+    return next(path for path in ALL if any(word in cell.source for cell in code_of(path)))
 
 
 def write_with_needed_code(path: Path, copy: Path) -> None:
@@ -49,8 +52,8 @@ def write_with_needed_code(path: Path, copy: Path) -> None:
     nbformat.write(notebook, copy)
 
 
-NOTEBOOKS = list(with_widgets())
 ALL = [path.relative_to(ROOT) for path in sorted((ROOT / "notebooks").glob("*.ipynb"))]
+RUN = {first_with(word) for word in WIDGETS}
 # What a reader must not see: fences, roles and directives, formulas that could not be drawn.
 RAW = re.compile(r".*(?::::|\{[a-z:]+\}`|```|\$\$|\\\(|Undefined control sequence).*")
 
@@ -76,7 +79,7 @@ def test_text_is_drawn_as_in_the_book_and_sliders_live(page, path):
     with notebook_read(page, path.as_posix()) as text:
         assert RAW.findall(text) == []
         answers_are_folded(page, path)
-        if path in NOTEBOOKS:
+        if path in RUN:
             run_all(page)
             assert errors(page) == []
             sliders_live(page, path)

@@ -26,6 +26,7 @@ WHERE = [] if SAFE else ["--no-isolation"]
 
 pytestmark = [
     pytest.mark.slow,
+    pytest.mark.others,
     pytest.mark.skipif(
         not PYTHON.exists(),
         reason="needs nbgrader: python -m venv .venv-graders; .venv-graders/bin/pip install "

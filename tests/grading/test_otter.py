@@ -142,6 +142,7 @@ def test_the_schema_refuses_what_gradescope_does_not_know(change, why):
 
 @needs_otter
 @pytest.mark.slow
+@pytest.mark.others
 def test_otter_grades_the_notebook_and_agrees(tmp_path):
     """Some ten seconds; buys that the hand-out runs in otter's harness and is graded alike.
 
@@ -162,6 +163,7 @@ def test_otter_grades_the_notebook_and_agrees(tmp_path):
 
 @needs_otter
 @pytest.mark.slow
+@pytest.mark.others
 def test_otter_takes_the_scores_of_results_json(tmp_path):
     """Some eight seconds; buys that otter's own results carry labkit's partial credit."""
     plugin = {"otter_plugin.LabkitScores": {"student": "emmy", "options": WHERE}}

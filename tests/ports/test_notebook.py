@@ -6,6 +6,7 @@ import pytest
 
 from ports import PORTS, execute, mathics
 
+pytestmark = [pytest.mark.slow, pytest.mark.others]
 (WOLFRAM,) = (port for port in PORTS if port.name == "wolfram")
 
 # All code cells are evaluated in their order, but for the first, which asks for the folder of

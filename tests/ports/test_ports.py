@@ -19,7 +19,7 @@ from faults import FAULTS, UNTOUCHED, planted
 from ports import PORTS, build_cpp_sanitised, execute
 from runner import GROUPS, VECTORS, reasons
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.others]
 BY_NAME = {port.name: port for port in PORTS}
 EACH_PORT = pytest.mark.parametrize("name", list(BY_NAME))
 SLOW_TO_START = {"wolfram": "match missing.csv"}  # 4 s a start: one is enough
