@@ -35,6 +35,9 @@ _INDEXED = re.compile(r"\w{3,}")
 _BASE64 = re.compile(rb"[A-Za-z0-9+/]{60,}={0,2}")
 _INDEX = re.compile(rb"Search\.setIndex\((.*)\)\s*$", re.DOTALL)
 _MARKUP = re.compile(r"<[^<>]*>")
+_DRAWN = re.compile(
+    r' data-tex="([^"]*)">(?:(?! data-tex=).)*?<span class="read-aloud">.*?</span>', re.DOTALL
+)
 _ESCAPES = re.compile(r"\\[ntr]|\\u003[ce]")
 _PICTURES = (b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"wOF")
 
@@ -144,11 +147,16 @@ def _readings(content: bytes) -> Iterator[str]:
     text = content.decode("utf-8", errors="replace")
     yield text
     if "<" in text or "&" in text:
-        yield html.unescape(_MARKUP.sub(" ", text))
+        yield _unmarked(text)
     if "\\" in text:
         plain = _ESCAPES.sub(" ", text)
         yield plain
-        yield html.unescape(_MARKUP.sub(" ", plain))
+        yield _unmarked(plain)
+
+
+def _unmarked(text: str) -> str:
+    """A text without its markup; a formula that is drawn is its source, as its author wrote it."""
+    return html.unescape(_MARKUP.sub(" ", _DRAWN.sub(r">\1 ", text)))
 
 
 def _unpacked(content: bytes, depth: int) -> Iterator[bytes]:

@@ -196,6 +196,15 @@ def test_a_planted_leak_is_found(tmp_path, hide):
     assert leak.file.stem == "planted"
 
 
+def test_a_drawn_formula_counts_by_its_source(tmp_path):
+    secrets = Secrets.of(["so 2 x y z is r"], [])
+    drawn = '<b data-tex="{}"><svg></svg><span class="read-aloud"><math>{}</math></span></b>'
+    (tmp_path / "other.html").write_text("so " + drawn.format("2xyz", "2 x y z") + " is r", "utf-8")
+    assert find_leaks(tmp_path, secrets) == []
+    (tmp_path / "same.html").write_text("so " + drawn.format("2 x y z", "…") + " is r", "utf-8")
+    assert len(find_leaks(tmp_path, secrets)) == 1
+
+
 # The edition
 
 
