@@ -7,7 +7,7 @@ import random
 
 import pytest
 
-from labkit.grading.extraction.passages import passages
+from labkit.grading.extraction.passages import passages, runs
 from labkit.grading.similarity import Group, all_passages, near_identical
 
 OURS = """
@@ -142,3 +142,9 @@ def test_half_a_copy_is_half_alike():
 @pytest.mark.parametrize("text", ["", "x", "def f(:", "'", "\0", "\tx\n  y"])
 def test_any_text_has_a_fingerprint(text):
     assert isinstance(marks(text), tuple)
+
+
+def test_a_program_counts_up_to_where_it_is_no_python():
+    """Python 3.11 tries again at each blank before a mark that is none: minutes for a long line."""
+    whole = "def f(a, b):\n    return a + b * (a - b) / (a + b)\n"
+    assert runs(f"{whole}x = ({' ' * 40_000}'\n{whole}") == runs(f"{whole}x = (")

@@ -54,6 +54,8 @@ def _shape(source: str) -> Iterator[str]:
     """The tokens of a program, names and texts alike; up to where it is no Python."""
     try:
         for token in tokenize.generate_tokens(io.StringIO(source.lstrip("\n")).readline):
+            if token.type == tokenize.ERRORTOKEN:  # Python 3.11 would try again at each blank
+                return
             if token.type in SILENT:
                 continue
             if token.type == tokenize.NAME and not keyword.iskeyword(token.string):
