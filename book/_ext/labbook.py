@@ -6,6 +6,7 @@ from typing import Any
 
 import browser_files
 from diagrams import MermaidDirective
+from excerpts import write_excerpts
 from figures import make_figures
 from formulas import draw_formulas, keep_tagged_formulas_whole
 from launch import settle_buttons
@@ -47,6 +48,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("doctree-resolved", explain_terms)
     app.connect("html-page-context", draw_formulas, priority=900)
     app.connect("html-page-context", declare_thebe_once, priority=900)
+    app.connect("build-finished", write_excerpts)
     app.add_directive("mermaid", MermaidDirective)
     app.add_css_file("labbook.css")
     app.add_js_file("formulas.js", priority=900)  # after MathJax's own settings

@@ -1,5 +1,7 @@
 // What the theme and the widgets leave unsaid to those who read by ear, by keyboard or on paper.
 (() => {
+  const root = document.documentElement;
+
   // A slider of ipywidgets is a handle without a name that speaks the index of its value.
   // Let it say the name and the value that stand beside it.
   const nameSlider = (slider) => {
@@ -12,11 +14,26 @@
     if (label.title === "null") label.removeAttribute("title"); // a tooltip that nobody gave
   };
 
-  // A page in a folder may not read another one, so the search there shows hits without excerpts.
-  if (location.protocol === "file:") DOCUMENTATION_OPTIONS.SHOW_SEARCH_SUMMARY = false;
+  // A page in a folder may not read another one. The search, which reads those that it found,
+  // gets their texts from one script.
+  if (location.protocol === "file:" && location.pathname.endsWith("/search.html")) {
+    let texts;
+    const load = () =>
+      new Promise((loaded) => {
+        window.labbookExcerpts = loaded;
+        const script = document.createElement("script");
+        script.src = `${root.dataset.content_root}excerpts.js`;
+        document.head.append(script);
+      });
+    window.fetch = async (page) => {
+      texts ??= load();
+      const name = page.slice(root.dataset.content_root.length).replace(/\.html.*/, "");
+      const text = (await texts)[name];
+      return { text: async () => text && `<div role="main">${text}</div>` };
+    };
+  }
 
   // Paper is light, whatever the screen is.
-  const root = document.documentElement;
   let onScreen = null;
   addEventListener("beforeprint", () => {
     onScreen ??= root.dataset.theme;

@@ -139,11 +139,13 @@ def test_a_web_server_offers_the_same(browser, server, name):
         draws_all_it_holds(page)
 
 
-def test_the_search_finds_pages_without_an_error(browser, base):
-    """Also from a folder, where no page may read another one."""
+def test_the_search_finds_pages_and_shows_where(browser, base):
+    """Without an error, also from a folder, where no page may read another one."""
     with visit(browser, base, "search") as page:
         page.goto(f"{page.url}?q=scan", wait_until="networkidle")
-        expect(page.locator("#search-results li").first).to_be_visible()
+        hit = page.locator("#search-results li").first
+        expect(hit).to_be_visible()
+        expect(hit.locator("p.context")).to_contain_text("scan", ignore_case=True)
         assert page.locator("[id=search-input]").count() == 1
 
 
