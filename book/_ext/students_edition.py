@@ -60,6 +60,7 @@ WITHOUT = (
     "student",
     "test",
     "quick",
+    "others",
     "fix",
     "bench",
     "mutants",
