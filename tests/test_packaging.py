@@ -9,7 +9,7 @@ import pytest
 
 import labkit
 
-ROOT = Path(labkit.__file__).parents[1]
+ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 LOCK = (ROOT / "requirements.lock").read_text("utf-8")
 
