@@ -1,7 +1,8 @@
 """The bench runs, and the book's page on it says what its results say.
 
 Only labkit and the lesson's listing take part here: the peers live in an environment of
-their own, and how fast they are is no matter of right or wrong.
+their own, and how fast they are is no matter of right or wrong. Slow, for the bench is started
+many times; buys that the page's figures are those of a program that runs.
 """
 
 import json
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[1]
 BENCH, BOOK = ROOT / "tests" / "bench", ROOT / "book"
 

@@ -234,8 +234,12 @@ def python(code, **environment):
     return done.stdout.strip(), done.stderr.strip()
 
 
+@pytest.mark.slow
 def test_compiled_code_is_kept_where_the_package_is_read_only(tmp_path):
-    """The second process finds it; one that can write nowhere compiles for itself, and says so."""
+    """The second process finds it; one that can write nowhere compiles for itself, and says so.
+
+    Slow (compiles twice); buys that a laptop compiles once, and a course's server at all.
+    """
     code = "from labkit.engine import nearest_rows as n; print(n([[0.0, 1.0]], [[0.0, 0.9]])[0])"
     first = python(code, LABKIT_CACHE=str(tmp_path / "cache"))
     assert first == ("0", "compiling the ICP engine, this once: 10 to 30 s")
