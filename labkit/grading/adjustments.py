@@ -11,9 +11,9 @@ import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 from labkit.errors import LabkitError
+from labkit.files import read_table
 from labkit.grading.assignment.questions import Assignment
 from labkit.grading.judging.verdict import SubmissionVerdict
 from labkit.grading.store import VerdictStore
@@ -204,12 +204,7 @@ def _rows(
     path: str | os.PathLike[str], needed: tuple[str, ...]
 ) -> Iterator[tuple[int, dict[str, str]]]:
     """The rows of a CSV file with their lines, cells trimmed."""
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise LabkitError(f"{path}: is no UTF-8 text; save it as CSV in UTF-8") from None
-    except OSError as error:
-        raise LabkitError(f"{path}: cannot be read: {error.strerror}") from None
+    text = read_table(path, "save it as CSV in UTF-8")
     header = text.partition("\n")[0]
     semicolons = ";" in header and "," not in header  # as Excel writes where 0.5 is 0,5
     reader = csv.DictReader(text.splitlines(), delimiter=";" if semicolons else ",")

@@ -15,6 +15,7 @@ import sys
 import zipfile
 from pathlib import Path
 
+import excerpts
 import launch
 import leaks
 import nbformat
@@ -35,7 +36,7 @@ SECRET = "the derivative of the cost vanishes where the centroids coincide"
 PUBLIC = "the derivative of the cost is a vector"
 
 
-@pytest.mark.parametrize("module", [solutions, leaks, launch])
+@pytest.mark.parametrize("module", [excerpts, solutions, leaks, launch])
 def test_the_examples_in_the_docstrings(module):
     assert doctest.testmod(module).failed == 0
 

@@ -18,7 +18,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from labkit.errors import LabkitError
-from labkit.files import atomic_write
+from labkit.files import atomic_write, read_table
 from labkit.grading.feedback import number, score_text, summary_text
 from labkit.grading.judging.verdict import SubmissionVerdict
 from labkit.grading.submissions.submission import Submission
@@ -42,12 +42,7 @@ def read_gradebook(path: str | os.PathLike[str], columns: Sequence[str]) -> Rows
     LabkitError
         Where it cannot be read, or lacks one of `columns`; the message lists what it has.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise LabkitError(f"{path}: is no UTF-8 text; export the gradebook as CSV") from None
-    except OSError as error:
-        raise LabkitError(f"{path}: cannot be read: {error.strerror}") from None
+    text = read_table(path, "export the gradebook as CSV")
     try:
         rows = [row for row in csv.reader(text.splitlines(keepends=True), strict=True) if row]
     except csv.Error as error:

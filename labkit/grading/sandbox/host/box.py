@@ -159,9 +159,7 @@ class SocketChannel:
             if not part:
                 raise GoneError
             self.buffer += part
-        taken = bytes(self.buffer[:count])
-        del self.buffer[:count]
-        return taken
+        return _taken(self.buffer, count)
 
     def close(self) -> None:
         """Let go of it."""
@@ -170,6 +168,13 @@ class SocketChannel:
 
 def _milliseconds(deadline: float) -> float:
     return max(0.0, deadline - time.monotonic()) * 1000
+
+
+def _taken(buffer: bytearray, count: int) -> bytes:
+    """The first `count` bytes, which leave the buffer."""
+    taken = bytes(buffer[:count])
+    del buffer[:count]
+    return taken
 
 
 class PipeChannel:
@@ -205,9 +210,7 @@ class PipeChannel:
                 self.ended = True
                 raise GoneError
             self.buffer += part
-        taken = bytes(self.buffer[:count])
-        del self.buffer[:count]
-        return taken
+        return _taken(self.buffer, count)
 
     def close(self) -> None:
         """Let go of it, once the process has ended.

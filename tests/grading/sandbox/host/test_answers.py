@@ -1,11 +1,10 @@
 """What a box says is checked word by word."""
 
-import json
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from small import FILES, FUNCTIONS
 
 from labkit.grading.contract import Call, OutcomeStatus
 from labkit.grading.sandbox.host.answers import (
@@ -92,17 +91,6 @@ def test_a_cell_that_failed_says_so():
     assert (complaint.status, complaint.error) == (OutcomeStatus.SOURCE_FAILED, "NameError")
     with pytest.raises(WireError):
         read_cell({"cell": 1, "message": ""}, 2)
-
-
-FUNCTIONS = {"q": "double"}
-SOURCE = "import math\n\ndef double(x):\n    return 2 * x\n"
-FILES = {
-    "a.py": SOURCE.encode(),
-    "b.ipynb": json.dumps(
-        {"nbformat": 4, "cells": [{"cell_type": "code", "metadata": {}, "source": "f(\ud800"}]}
-    ).encode(),
-    "c.ipynb": b"\xff\x00",
-}
 
 
 def frame_of(files):

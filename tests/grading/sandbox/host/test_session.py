@@ -1,11 +1,11 @@
 """Files, cells and calls: who is blamed for what, and that the rest goes on."""
 
-import json
 import textwrap
 import time
 
 import numpy as np
 import pytest
+from small import FILES, FUNCTIONS
 
 from labkit.errors import InvalidParameterError
 from labkit.grading.contract import Call, Limits, OutcomeStatus, SourceCell
@@ -353,15 +353,6 @@ def test_all_of_numpy_can_be_imported_at_once(slot):
     assert outcome.value == 1.0, outcome
 
 
-FUNCTIONS = {"q": "double"}
-SOURCE = "import math\n\ndef double(x):\n    return 2 * x\n"
-FILES = {
-    "a.py": SOURCE.encode(),
-    "b.ipynb": json.dumps(
-        {"nbformat": 4, "cells": [{"cell_type": "code", "metadata": {}, "source": "f(\ud800"}]}
-    ).encode(),
-    "c.ipynb": b"\xff\x00",
-}
 DOUBLE = Call(id="1", question="q", function="double", arguments=(21,))
 
 
