@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from labkit import IcpParameters, Termination, icp
-from labkit.alignment import align
 from labkit.approach import (
     CLOSE_GATE,
     FEW,
@@ -27,9 +26,8 @@ from labkit.approach import (
 from labkit.correspondences import pairs_at
 from labkit.covariance import censi_covariance
 from labkit.degeneracy import observability
-from labkit.line_alignment import align_to_lines
 from labkit.odometry import OdometryParameters
-from labkit.se2 import apply, invert, rotation, to_xytheta, transform
+from labkit.se2 import apply, invert, to_xytheta, transform
 from labkit.simulation import Lidar, cast, room
 from labkit.target import Target
 
@@ -100,55 +98,6 @@ def test_the_next_motion_is_expected_to_shrink_as_the_last_did(motion, before, e
 
 def test_a_guess_is_far_from_the_answer():
     assert is_far(np.ones((3, 2)), [np.eye(3)], 1e6)
-
-
-# ---------------------------------------------------------------- the share of point-to-point
-
-
-def scene(seed, count=60):
-    rng = np.random.default_rng(seed)
-    direction = rng.uniform(-math.pi, math.pi, count)
-    normals = rotation(direction)[:, :, 0]
-    target = rng.uniform(-4.0, 4.0, (count, 2))
-    return target + rng.normal(0.0, 1e-3, (count, 2)), target, normals, rng.uniform(0.2, 2.0, count)
-
-
-@given(st.integers(0, 2**32 - 1))
-def test_a_share_of_one_is_point_to_point(seed):
-    """Second order apart, as one is linearised: |step|² ~ 1e-6."""
-    source, target, normals, weights = scene(seed)
-    step = align_to_lines(source, target, normals, weights, 1.0)
-    np.testing.assert_allclose(step, align(source, target, weights), atol=1e-6)
-
-
-@given(st.integers(0, 2**32 - 1), st.floats(0.05, 0.95))
-def test_a_share_minimises_the_sum_of_both_costs(seed, share):
-    """Against `lstsq` on the rows of both metrics, each with the root of its share."""
-    source, target, normals, weights = scene(seed)
-    tangents = normals @ rotation(0.5 * math.pi).T
-    arm, offset = source - weights @ source / weights.sum(), source - target
-    rows, right = [], []
-    for along, part in ((normals, 1.0), (tangents, share)):
-        root = np.sqrt(part * weights)
-        lever = along[:, 1] * arm[:, 0] - along[:, 0] * arm[:, 1]
-        rows.append(root[:, None] * np.column_stack([along, lever]))
-        right.append(-root * (along * offset).sum(axis=1))
-    dx, dy, turn = np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0]
-    center = weights @ source / weights.sum()
-    step = align_to_lines(source, target, normals, weights, share)
-    assert to_xytheta(step)[2] == pytest.approx(turn, abs=1e-12)
-    np.testing.assert_allclose(apply(step, center[None])[0] - center, [dx, dy], atol=1e-12)
-
-
-def test_a_share_does_not_slide_a_wall_along_itself():
-    """Its residuals along the wall say how the beams fell, not how the robot moved."""
-    target = np.column_stack([np.linspace(-2.0, 2.0, 81), np.full(81, 2.0)])
-    source = target[10:-10] + np.array([0.02, 0.3])
-    normals = np.tile([0.0, -1.0], (len(source), 1))
-    step = align_to_lines(source, target[10:-10], normals, np.ones(len(source)), 0.2)
-    x, y, theta = to_xytheta(step)
-    assert (x, theta) == pytest.approx((0.0, 0.0), abs=1e-12)
-    assert y < -0.2
 
 
 # ---------------------------------------------------------------- in the loop

@@ -7,11 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from labkit.alignment import align
 from labkit.errors import DegenerateAlignmentError
 from labkit.line_alignment import (
     MIN_INFORMATION,
     align_to_lines,
+    least_information,
     line_information,
+    solve_constrained,
 )
 from labkit.se2 import apply, invert, rotation, to_xytheta, transform
 
@@ -129,6 +132,71 @@ def test_a_single_wall_fixes_depth_and_turn_and_leaves_the_slide_at_rest(directi
     np.testing.assert_allclose(np.abs(free @ [*along, 0.0]), 1.0, atol=1e-12)
 
 
+def scene(seed, count=60):
+    rng = np.random.default_rng(seed)
+    direction = rng.uniform(-math.pi, math.pi, count)
+    normals = rotation(direction)[:, :, 0]
+    target = rng.uniform(-4.0, 4.0, (count, 2))
+    return target + rng.normal(0.0, 1e-3, (count, 2)), target, normals, rng.uniform(0.2, 2.0, count)
+
+
+@given(seeds)
+def test_a_share_of_one_is_point_to_point(seed):
+    """Second order apart, as one is linearised: |step|² ~ 1e-6."""
+    source, target, normals, weights = scene(seed)
+    step = align_to_lines(source, target, normals, weights, 1.0)
+    np.testing.assert_allclose(step, align(source, target, weights), atol=1e-6)
+
+
+@given(seeds, st.floats(0.05, 0.95))
+def test_a_share_minimises_the_sum_of_both_costs(seed, share):
+    """Against `lstsq` on the rows of both metrics, each with the root of its share."""
+    source, target, normals, weights = scene(seed)
+    tangents = normals @ rotation(0.5 * math.pi).T
+    arm, offset = source - weights @ source / weights.sum(), source - target
+    rows, right = [], []
+    for along, part in ((normals, 1.0), (tangents, share)):
+        root = np.sqrt(part * weights)
+        lever = along[:, 1] * arm[:, 0] - along[:, 0] * arm[:, 1]
+        rows.append(root[:, None] * np.column_stack([along, lever]))
+        right.append(-root * (along * offset).sum(axis=1))
+    dx, dy, turn = np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0]
+    center = weights @ source / weights.sum()
+    step = align_to_lines(source, target, normals, weights, share)
+    assert to_xytheta(step)[2] == pytest.approx(turn, abs=1e-12)
+    np.testing.assert_allclose(apply(step, center[None])[0] - center, [dx, dy], atol=1e-12)
+
+
+def test_a_share_does_not_slide_a_wall_along_itself():
+    """Its residuals along the wall say how the beams fell, not how the robot moved."""
+    target = np.column_stack([np.linspace(-2.0, 2.0, 81), np.full(81, 2.0)])
+    source = target[10:-10] + np.array([0.02, 0.3])
+    normals = np.tile([0.0, -1.0], (len(source), 1))
+    step = align_to_lines(source, target[10:-10], normals, np.ones(len(source)), 0.2)
+    x, y, theta = to_xytheta(step)
+    assert (x, theta) == pytest.approx((0.0, 0.0), abs=1e-12)
+    assert y < -0.2
+
+
+def test_a_share_lifts_the_least_information_with_it():
+    """τ adds itself to every eigenvalue, and a calm step needs a quarter of the rest."""
+    expected = {
+        0.0: 0.02,
+        0.02: 0.98 * 0.02 + 0.02,
+        0.03: 0.97 * 0.005 + 0.03,
+        0.5: 0.5 * 0.005 + 0.5,
+        1.0: 1.0,
+    }
+    for share, least in expected.items():
+        assert least_information(share) == pytest.approx(least, rel=1e-11)
+        assert least_information(share) < least
+
+
+def test_a_direction_that_reaches_the_minimum_is_solved_for():
+    x = solve_constrained(np.diag([1.0, 2.0, 4.0]), np.array([1.0, 3.0, 2.0]), 2.0)
+    np.testing.assert_allclose(x, [0.0, -1.5, -0.5], atol=1e-15)
+
+
 def test_information_by_hand():
     """Along x only: n·n = 1 in y; the turn answers with the lever arm over ℓ, 1 on average."""
     points, normals, _ = wall(math.pi / 2)
@@ -152,6 +220,25 @@ def test_information_is_a_matter_of_shape_alone(seed, x, y, theta):
         assert moved.length == pytest.approx(scale * expected.length)
     assert (np.diff(expected.values) >= 0.0).all()
     assert expected.degenerate == (expected.values[0] < MIN_INFORMATION)
+
+
+@given(seeds)
+def test_information_from_normals_that_were_measured_twice(seed):
+    """Against a sum over the points; a normal that was turned around counts as it was."""
+    points, normals, weights = surface(seed)
+    rng = np.random.default_rng(seed)
+    measured = normals @ rotation(rng.normal(0.0, 0.2)).T
+    once = line_information(points, normals, weights)
+    arm, A = (points - weights @ points / weights.sum()) / once.length, np.zeros((3, 3))
+    for (x, y), n, m, weight in zip(arm, normals, measured, weights, strict=True):
+        first, second = (np.array([u, v, v * x - u * y]) for u, v in (n, m))
+        A += weight * (np.outer(first, second) + np.outer(second, first)) / 2.0
+    around = measured * rng.choice([-1.0, 1.0], len(measured))[:, None]
+    for again in (measured, around):
+        twice = line_information(points, normals, weights, again)
+        np.testing.assert_allclose(twice.values, np.linalg.eigvalsh(A / weights.sum()), atol=1e-12)
+    same = line_information(points, normals, weights, -normals)
+    np.testing.assert_allclose(same.values, once.values, atol=1e-12)
 
 
 CIRCLE = np.linspace(-math.pi, math.pi, 90, endpoint=False)

@@ -237,7 +237,7 @@ def _format(source: TextSource) -> str:
             f"{source.file}: no line of up to {source.limits.max_line_bytes:,} bytes; if it is "
             f"what you expect, raise `max_line_bytes`"
         )
-    binary = any("\0" in line for line in head[:5])
+    binary = any(not line.replace("\t", " ").isprintable() for line in head[:5])
     found = "binary data" if binary else f"{head[0][:40]!r}"
     raise LogError(
         f"{source.file}: unknown format, the file begins with {found}; labkit reads {FORMATS}"

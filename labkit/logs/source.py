@@ -311,6 +311,8 @@ def _member(opened: BinaryIO, file: str) -> zipfile.ZipInfo | None:
             listed = archive.infolist()
     except Exception:  # zipfile raises whatever a damaged directory makes it stumble over
         return None
+    if any(info.header_offset < 0 for info in listed):  # zipfile counts from the archive's end
+        return None
     members = [info for info in listed if _is_content(info.filename)]
     if len(members) != 1:
         names = ", ".join(info.filename[:30] for info in members[:5]) or "none"

@@ -60,6 +60,7 @@ UNREADABLE = [
     ),
     (b"PK\x03\x04", r"f: the file is empty \(the zip archive ends within its first header\)"),
     (b"\x7fELF\0\0\0", r"f: unknown format, the file begins with binary data; labkit reads CARMEN"),
+    (b"\x01" * 50, r"f: unknown format, the file begins with binary data; labkit reads CARMEN"),
     (b"Dear reader,\n", r"f: unknown format, the file begins with 'Dear reader,'; labkit reads"),
     (zipped({}), r"f: a zip archive must hold exactly one log, got 0 \(none\)"),
     (zipped({"a": "x", "b": "y"}), r"exactly one log, got 2 \(a, b\); unpack it and name one file"),
@@ -70,6 +71,14 @@ UNREADABLE = [
 def test_a_file_that_is_no_log(save, content, message):
     with pytest.raises(LogError, match=message):
         read_log(save(content, "f"))
+
+
+def test_an_archive_whose_directory_points_before_its_beginning(save, run):
+    packed = bytearray(zipped({"run.log": run}))
+    packed[-6] += 1  # where the directory begins, according to its last record
+    log = read_log(save(bytes(packed)))
+    assert len(log) == 5
+    assert "the zip archive is damaged" in log.skipped[0].reason
 
 
 def test_an_encrypted_archive(save, run):

@@ -78,7 +78,8 @@ def test_no_poses_have_no_increments_between_them():
             lambda: integrate([["a", 0, 0]]),
             r"`increments` must hold numbers, got \[\['a', 0, 0\]\]",
         ),
-        (lambda: integrate([[math.nan, 0, 0]]), r"got \[nan, 0\.0, 0\.0\]"),
+        (lambda: integrate([[0, 0, 0], [1]]), r"`increments` .*give rows \(Δx, Δy, Δψ\)"),
+        (lambda: integrate([[math.nan, 0, 0]]), r"`increments` must be .* got \[nan, 0\.0, 0\.0\]"),
         (lambda: integrate([[0, 0, 0]], [0, 0]), r"`start` must be .*got \[0\.0, 0\.0\]"),
         (
             lambda: integrate_step([0, 0, math.inf], [0, 0, 0]),

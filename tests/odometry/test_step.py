@@ -10,8 +10,24 @@ from labkit import IcpParameters, Scan, Target, Termination, icp
 from labkit.degeneracy import observability, spread_ratio
 from labkit.engine import is_available
 from labkit.errors import InvalidParameterError
-from labkit.odometry import Decision, OdometryParameters, SanityLimits, estimate_step
-from labkit.odometry.step import estimate_steps
+from labkit.odometry import (
+    Decision,
+    OdometryParameters,
+    SanityLimits,
+    StepRecord,
+    estimate_step,
+)
+from labkit.odometry.expectation import Expectation
+from labkit.odometry.step import (
+    ALIKE,
+    AT_TARGET,
+    SAME,
+    SURPRISE,
+    _best,
+    _Match,
+    _Pair,
+    estimate_steps,
+)
 from labkit.se2 import apply, from_xytheta, invert, to_xytheta, transform
 from labkit.simulation import Lidar, cast, corridor, room, scan_along
 
@@ -225,6 +241,35 @@ def test_steps_are_in_the_frame_of_the_older_scan():
     newer = Scan.from_points(apply(invert(T), points))
     record = estimate_step(newer, Target(points), None, STILL, by_points)
     np.testing.assert_allclose(record.increment, [0.1, 0.0, 0.05], atol=1e-9)
+
+
+def ended(place, score, *complaints):
+    """A match that ended at `place` [m] ahead, with that score."""
+    T, motions = transform(place, 0.0, 0.0), STILL[None]
+    pair = _Pair(EMPTY, Target(WALLS), AT_TARGET, None, motions, PARAMETERS)
+    record = StepRecord(increment=to_xytheta(T), decision=Decision.ICP)
+    agreement = score + SURPRISE * Expectation(motions, AT_TARGET).unlikeliness(T)
+    return _Match(record, list(complaints), T, agreement, pair)
+
+
+LITTLE = 1e-3
+
+
+@pytest.mark.parametrize(
+    ("tried", "taken"),
+    [
+        ([ended(0, 0.5), ended(1, 0.6), ended(2, 0.4)], 1),  # the highest score
+        ([ended(0, 0.6, "too far"), ended(1, 0.6 - ALIKE + LITTLE)], 1),  # as good, and passes
+        ([ended(0, 0.6, "too far"), ended(1, 0.6 - ALIKE - LITTLE)], 0),  # worse
+        ([ended(0, 0.6, "too far"), ended(1, 0.59, "too far")], 0),  # none passes
+        ([ended(0, 0.6), ended(0.01, 0.6 + SAME - LITTLE)], 0),  # one place: who was first
+        ([ended(0, 0.6), ended(0.01, 0.6 + SAME + LITTLE)], 1),
+        ([ended(0, 0.6, "too far"), ended(0.01, 0.6 + SAME - LITTLE)], 1),
+        ([ended(1, 0.6), ended(0.01, 0.6 + SAME - LITTLE)], 1),  # another place
+    ],
+)
+def test_the_best_match(tried, taken):
+    assert _best(tried) is tried[taken]
 
 
 @pytest.mark.parametrize(
