@@ -95,6 +95,7 @@ def _hidden_case(number: str, question: QuestionVerdict, case: CaseVerdict) -> d
 HERE = Path(__file__).with_name("autograder")
 PACKAGE = HERE.parents[2]
 SCRIPTS = ("setup.sh", "run_autograder")
+COMMAND = "labkit_command.py"  # beside the package: what `python -m labkit` begins with
 EPOCH = (1980, 1, 1, 0, 0, 0)  # the same content gives the same bytes
 
 
@@ -121,8 +122,8 @@ def write_autograder(
         for name in SCRIPTS:
             _add(zip, name, (HERE / name).read_bytes(), executable=True)
         _add(zip, "requirements.txt", "\n".join(_requirements()).encode() + b"\n")
-        for source in _package_files():
-            _add(zip, f"labkit/{source.relative_to(PACKAGE).as_posix()}", source.read_bytes())
+        for source in [PACKAGE.with_name(COMMAND), *_package_files()]:
+            _add(zip, source.relative_to(PACKAGE.parent).as_posix(), source.read_bytes())
         for source in sorted(folder.rglob("*.json")):
             name = f"labkit/{FOLDER.relative_to(PACKAGE).as_posix()}"
             _add(zip, f"{name}/{source.relative_to(folder).as_posix()}", source.read_bytes())

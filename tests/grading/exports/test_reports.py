@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import sysconfig
 import zipfile
 from xml.etree import ElementTree as ET
 
@@ -48,14 +49,20 @@ def test_junit_counts_failures_and_survives_any_text(verdicts, tmp_path):
 
 @pytest.fixture
 def root(small, tmp_path):
-    """Gradescope's /autograder after ``setup.sh``, with this interpreter for its own."""
+    """Gradescope's /autograder after ``setup.sh``, with this interpreter for its own.
+
+    It knows the installed packages, but of labkit only what the archive holds (``-S``).
+    """
     write_autograder(tmp_path / "autograder.zip", small)
     root = tmp_path / "autograder"
     with zipfile.ZipFile(tmp_path / "autograder.zip") as archive:
         archive.extractall(root / "source")
     python = root / "source/venv/bin/python"
     python.parent.mkdir(parents=True)
-    python.write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n', encoding="utf-8")
+    packages = sysconfig.get_path("purelib")
+    python.write_text(
+        f'#!/bin/sh\nPYTHONPATH="{packages}" exec "{sys.executable}" -S "$@"\n', encoding="utf-8"
+    )
     python.chmod(0o755)
     (root / "submission").mkdir()
     return root
