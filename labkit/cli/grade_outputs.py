@@ -34,7 +34,7 @@ from labkit.grading.pages.write import (
     write_student_page,
 )
 from labkit.grading.sandbox.host import open_sandbox
-from labkit.grading.similarity import Group, all_passages, near_identical
+from labkit.grading.similarity import Group, all_passages, groups_alike
 from labkit.grading.store import VerdictStore
 from labkit.grading.submissions import Submission
 
@@ -193,7 +193,7 @@ def _write_pages(args: argparse.Namespace, results: Results, graded: Adjusted) -
         student: found for student, found in results.store.passages().items() if student in kept
     }
     stubs = all_passages(question.stub for question in assignment.questions)
-    groups = near_identical(marks, stubs)
+    groups = groups_alike(marks, stubs)
     pairs = _write_pairs(out, results, groups)
     write_class_page(
         summary,
@@ -209,13 +209,13 @@ def _write_pages(args: argparse.Namespace, results: Results, graded: Adjusted) -
 def _write_pairs(
     out: Path, results: Results, groups: Sequence[Group]
 ) -> dict[tuple[str, str], str]:
-    """The first of each group beside some others; the page of each pair that was written."""
+    """Two beside each other, of each group the most alike; the page of each pair."""
     handed_in = {one.student: one for one in results.submissions}
     pairs = [
-        (group.students[0], other)
+        (one, other)
         for group in groups
-        for other in group.students[1 : 1 + OF_A_GROUP]
-        if {group.students[0], other} <= handed_in.keys()
+        for one, other, _ in group.pairs[:OF_A_GROUP]
+        if {one, other} <= handed_in.keys()
     ][:ALL_PAIRS]
     if not pairs:
         return {}

@@ -1,4 +1,4 @@
-"""Submissions that are nearly the same, by the passages that they share, and two side by side.
+"""Submissions that have much in common, by the passages that they share, and two side by side.
 
 What was handed out says nothing and is left out, as is what many of a class wrote (the obvious
 one-liner). Many means many of their own accord: those who copied from one another are a family,
@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import difflib
 import keyword
-import math
 import re
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import zip_longest
+from itertools import chain, zip_longest
 
 import numpy as np
 
@@ -24,9 +23,11 @@ from labkit.grading.contract import SourceCell
 from labkit.grading.extraction.passages import runs
 
 COMMON = 0.1  # share of the families beyond which a passage is everybody's
-FEW = 3  # ... and as many families share it at least
-ENOUGH = 8  # rare passages that a submission must have to be compared
-WHOLE = 40  # passages in which no two are the same by chance, rare or not
+FEW, MOST = 3, 20  # ... and as many families share it at least, or need to in a large class
+SAME = 0.8  # two that share as much are one work
+ENOUGH = 16  # rare passages that a submission must have for that
+PART = 0.3  # of the rare passages: a few functions of a submission, or all of it in disguise
+MANY = 40  # passages in which no two are the same by chance; here independent ones share 11
 KEYS, ROWS = 40, 8  # sharing 8 of 10: one in common at 0.8 at least; 5 of 10: at 0.006
 SHUFFLES = np.random.default_rng(0).integers(2**63, size=KEYS * ROWS, dtype=np.uint64) * 2 + 1
 
@@ -37,19 +38,24 @@ _NAME = re.compile(r"\b[^\W\d]\w*")
 
 @dataclass(frozen=True, kw_only=True)
 class Group:
-    """Students whose submissions are nearly the same.
+    """Students whose submissions have much in common.
 
     Attributes
     ----------
     students : tuple of str
         Two or more, in alphabetical order.
-    share : float
-        Each of them shares as much, at least, with another one: of the rare passages of the
-        one that has fewer, or 1 where both are the same as a whole.
+    pairs : tuple of (str, str, float)
+        Two of them and the share of the rare passages of the one that has fewer that they have in
+        common; 1 where both are the same as a whole. As few as connect all, most alike first.
     """
 
     students: tuple[str, ...]
-    share: float
+    pairs: tuple[tuple[str, str, float], ...]
+
+    @property
+    def share(self) -> float:
+        """Each of them shares as much, at least, with another one."""
+        return self.pairs[-1][2]
 
 
 def all_passages(sources: Iterable[str]) -> set[int]:
@@ -57,12 +63,10 @@ def all_passages(sources: Iterable[str]) -> set[int]:
     return {one for source in sources for one in runs(source)}
 
 
-def near_identical(
-    submissions: Mapping[str, Iterable[int]],
-    handed_out: Collection[int] = (),
-    share: float = 0.8,
+def groups_alike(
+    submissions: Mapping[str, Iterable[int]], handed_out: Collection[int] = ()
 ) -> list[Group]:
-    """Groups of students who share at least `share` of their rare passages, most alike first.
+    """Groups of students who share much that few others wrote, most alike first.
 
     Parameters
     ----------
@@ -70,35 +74,39 @@ def near_identical(
         The `passages` of each student.
     handed_out : collection of int
         What is in the assignment already; see `all_passages`.
-    share : float
-        In (0, 1].
 
     Notes
     -----
     A passage is rare where few families wrote it. A family is one submission and those that
-    share at least `share` of all passages with it, so that a copy does not make what was
-    copied less rare. Submissions that are the same as a whole are a group even without
-    anything rare, unless they are short.
+    share at least `SAME` of all passages with it, so that a copy does not make what was copied
+    less rare. Two belong together that share `SAME` of the rare passages of the smaller one, or
+    `PART` of them where these are `MANY`. Submissions that are the same as a whole are a group
+    even without anything rare, unless they are short.
     """
     authors: defaultdict[Passages, list[str]] = defaultdict(list)
-    for student, found in submissions.items():
+    for student, found in sorted(submissions.items()):
         authors[frozenset(found).difference(handed_out)].append(student)
-    programs = sorted(authors, key=lambda one: (-len(one), min(authors[one])))
-    rare = _rare(programs, share)
+    programs = sorted(authors, key=lambda one: (-len(one), authors[one][0]))
+    rare = _rare(programs)
     links = [
-        (1.0, place, place)
-        for place, (whole, own) in enumerate(zip(programs, rare, strict=True))
-        if len(authors[whole]) > 1 and (len(own) >= ENOUGH or len(whole) >= WHOLE)
+        (1.0, authors[whole][0], other)
+        for whole, own in zip(programs, rare, strict=True)
+        for other in authors[whole][1:]
+        if len(own) >= ENOUGH or len(whole) >= MANY
     ]
-    links += _links(rare, share)
-    groups = []
-    for places, least in _connected(links):
-        students = sorted(student for place in places for student in authors[programs[place]])
-        groups.append(Group(students=tuple(students), share=least))
+    first = [authors[program][0] for program in programs]
+    links += [(share, first[one], first[other]) for share, one, other in _links(rare)]
+    groups = [
+        Group(
+            students=tuple(sorted({student for _, one, other in tree for student in (one, other)})),
+            pairs=tuple((min(one, other), max(one, other), share) for share, one, other in tree),
+        )
+        for tree in _trees(links)
+    ]
     return sorted(groups, key=lambda group: (-group.share, group.students))
 
 
-def _rare(programs: Sequence[Passages], share: float) -> list[Passages]:
+def _rare(programs: Sequence[Passages]) -> list[Passages]:
     """Of each program the passages that few families wrote."""
     families: dict[int, set[int]] = {}
     found_by: defaultdict[bytes, list[int]] = defaultdict(list)
@@ -106,7 +114,7 @@ def _rare(programs: Sequence[Passages], share: float) -> list[Passages]:
         keys = _keys(program)
         for first in sorted({first for key in keys for first in found_by.get(key, ())}):
             longer = max(len(program), len(programs[first]))
-            if len(program & programs[first]) >= share * longer:
+            if len(program & programs[first]) >= SAME * longer:
                 families[first] |= program
                 break
         else:
@@ -114,7 +122,7 @@ def _rare(programs: Sequence[Passages], share: float) -> list[Passages]:
             for key in keys:
                 found_by[key].append(place)
     spread = Counter(passage for family in families.values() for passage in family)
-    limit = max(FEW, COMMON * len(families))
+    limit = min(max(FEW, COMMON * len(families)), MOST)
     return [frozenset(one for one in program if spread[one] <= limit) for program in programs]
 
 
@@ -125,46 +133,41 @@ def _keys(program: Passages) -> list[bytes]:
     return [bytes([key]) + rows.tobytes() for key, rows in enumerate(least.reshape(KEYS, ROWS))]
 
 
-def _links(rare: Sequence[Passages], share: float) -> Iterator[tuple[float, int, int]]:
-    """The pairs that share enough, with how much they share of the smaller one.
-
-    Whoever holds `share` of a program cannot lack all of its rarest passages.
-    """
-    spread = Counter(passage for one in rare for passage in one)
+def _links(rare: Sequence[Passages]) -> Iterator[tuple[float, int, int]]:
+    """The pairs that share enough, with how much they share of the smaller one."""
     holders: defaultdict[int, list[int]] = defaultdict(list)
     for place in sorted(range(len(rare)), key=lambda place: -len(rare[place])):
         own = rare[place]
         if len(own) < ENOUGH:
             return
-        rarest = sorted(own, key=lambda passage: (spread[passage], passage))
-        lacking = len(own) - math.ceil(share * len(own))
-        for other in {other for one in rarest[: lacking + 1] for other in holders.get(one, ())}:
-            common = len(own & rare[other]) / len(own)
-            if common >= share:
-                yield common, other, place
+        shared = Counter(chain.from_iterable(holders.get(passage, ()) for passage in own))
+        for other, count in shared.items():
+            if count >= min(SAME * len(own), max(PART * len(own), MANY)):
+                yield count / len(own), other, place
         for passage in own:
             holders[passage].append(place)
 
 
-def _connected(links: Iterable[tuple[float, int, int]]) -> list[tuple[list[int], float]]:
-    """What the links join, and the weakest link that it takes, a spanning tree's."""
-    parent: dict[int, int] = {}
-    least: dict[int, float] = {}
+def _trees(links: Iterable[tuple[float, str, str]]) -> list[list[tuple[float, str, str]]]:
+    """Of all that links join, the strongest ones that do: a spanning tree each."""
+    parent: dict[str, str] = {}
 
-    def root(one: int) -> int:
+    def root(one: str) -> str:
         while parent.setdefault(one, one) != one:
             parent[one] = parent[parent[one]]
             one = parent[one]
         return one
 
-    for share, one, other in sorted(links, reverse=True):
+    kept = []
+    for share, one, other in sorted(links, key=lambda link: (-link[0], link[1:])):
         first, second = root(one), root(other)
-        if first != second or one == other:
-            parent[second], least[first] = first, share
-    joined: defaultdict[int, list[int]] = defaultdict(list)
-    for one in parent:
-        joined[root(one)].append(one)
-    return [(places, least[first]) for first, places in joined.items()]
+        if first != second:
+            parent[second] = first
+            kept.append((share, one, other))
+    trees: defaultdict[str, list[tuple[float, str, str]]] = defaultdict(list)
+    for link in kept:
+        trees[root(link[1])].append(link)
+    return list(trees.values())
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -30,7 +30,9 @@ SAFE = any(not why for mode, why in available_modes().items() if mode != "none")
 NEEDS_A_BOX = pytest.mark.skipif(
     not SAFE, reason="no isolation works here: apt install bubblewrap, or run as root on Linux"
 )
-GROUP = Group(students=("student00000", "student00001"), share=0.9)
+GROUP = Group(
+    students=("student00000", "student00001"), pairs=(("student00000", "student00001", 0.9),)
+)
 WHERE = [] if SAFE else ["--no-isolation"]
 
 
@@ -159,7 +161,7 @@ def test_feedback_goes_back_under_the_names_that_came(grade, tmp_path):
 
 
 def test_copies_stand_side_by_side(grade, tmp_path, monkeypatch):
-    monkeypatch.setattr("labkit.cli.grade_outputs.near_identical", lambda *_: [GROUP])
+    monkeypatch.setattr("labkit.cli.grade_outputs.groups_alike", lambda *_: [GROUP])
     hand_in(tmp_path / "class", 3)
     assert grade("class") == 0
     page = (tmp_path / "grades/index.html").read_text(encoding="utf-8")

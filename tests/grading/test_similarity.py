@@ -8,7 +8,7 @@ import random
 import pytest
 
 from labkit.grading.extraction.passages import passages, runs
-from labkit.grading.similarity import Group, all_passages, near_identical
+from labkit.grading.similarity import Group, all_passages, groups_alike
 
 OURS = """
 def icp(source, target, steps):
@@ -72,7 +72,7 @@ def edited(text, seed):
 def test_a_copy_is_found_among_others():
     found = class_of(40)
     found["copy"] = marks(program(7).replace("x", "angle"), STUB, "print('mine')")
-    (group,) = near_identical(found)
+    (group,) = groups_alike(found)
     assert group.students == ("copy", "own 7")
     assert group.share > 0.9
 
@@ -80,22 +80,23 @@ def test_a_copy_is_found_among_others():
 @pytest.mark.parametrize("copies", [2, 3, 4, 5, 16, 40])
 def test_the_more_copy_the_more_are_listed(copies):
     same = {f"same {k}": marks(program(99)) for k in range(copies)}
-    (group,) = near_identical(class_of(16) | same)
-    assert group == Group(students=tuple(sorted(same)), share=1.0)
+    (group,) = groups_alike(class_of(16) | same)
+    assert (group.students, group.share) == (tuple(sorted(same)), 1.0)
+    assert len(group.pairs) == copies - 1
 
 
 @pytest.mark.parametrize("copies", [2, 4, 8, 12])
 def test_many_near_copies_are_one_group(copies):
     one = "".join(program(seed) for seed in (97, 98, 99))
     near = {f"near {k}": marks(edited(one, k)) for k in range(copies)}
-    (group,) = near_identical(class_of(8) | near)
+    (group,) = groups_alike(class_of(8) | near)
     assert group.students == tuple(sorted(near))
     assert 0.8 <= group.share < 1.0
 
 
 def test_two_groups_stay_two():
     copies = {f"{seed} {k}": marks(program(seed)) for seed in (98, 99) for k in range(5)}
-    groups = near_identical(class_of(10) | copies)
+    groups = groups_alike(class_of(10) | copies)
     assert [group.students for group in groups] == [
         tuple(f"{seed} {k}" for k in range(5)) for seed in (98, 99)
     ]
@@ -104,39 +105,39 @@ def test_two_groups_stay_two():
 def test_what_a_class_shares_is_no_copy():
     """Neither what was handed out, nor what each wrote of his own accord next to the rest."""
     handed_out = all_passages([STUB, OURS])
-    assert near_identical({str(k): marks(STUB, OURS) for k in range(40)}, handed_out) == []
+    assert groups_alike({str(k): marks(STUB, OURS) for k in range(40)}, handed_out) == []
     found = {str(seed): marks(STUB, OURS, program(seed)) for seed in range(40)}
-    assert near_identical(found) == []
+    assert groups_alike(found) == []
     obvious = {f"obvious {k}": marks(STUB, OURS) for k in range(10)}
-    assert near_identical(found | obvious) == []
+    assert groups_alike(found | obvious) == []
 
 
 def test_a_whole_submission_is_no_chance_even_of_what_others_wrote():
     parts = [program(seed) for seed in range(90, 94)]
     found = {str(k): marks(*(parts[:k] + parts[k + 1 :]), program(k)) for k in range(4)}
     found |= {str(k): marks(parts[k % 4], program(k)) for k in range(4, 30)}
-    assert near_identical(found) == []
+    assert groups_alike(found) == []
     same = dict.fromkeys(("ada", "emmy"), marks(*parts))
-    (group,) = near_identical(found | same)
-    assert group == Group(students=("ada", "emmy"), share=1.0)
+    (group,) = groups_alike(found | same)
+    assert group == Group(students=("ada", "emmy"), pairs=(("ada", "emmy", 1.0),))
 
 
 def test_the_order_of_the_class_makes_no_difference():
     found = class_of(12) | {f"near {k}": marks(edited(program(99), k)) for k in range(6)}
-    assert near_identical(dict(reversed(found.items()))) == near_identical(found) != []
+    assert groups_alike(dict(reversed(found.items()))) == groups_alike(found) != []
 
 
 def test_nothing_handed_in_is_no_copy():
-    assert near_identical({}) == near_identical({str(k): () for k in range(9)}) == []
+    assert groups_alike({}) == groups_alike({str(k): () for k in range(9)}) == []
 
 
-def test_half_a_copy_is_half_alike():
-    lines = program(1).splitlines(keepends=True)
-    half = "".join(lines[:16] + program(2).splitlines(keepends=True)[16:])
+def test_what_is_half_a_copy_is_named_with_its_share():
+    ours, theirs = ([program(seed + k) for k in range(6)] for seed in (100, 200))
     others = {str(seed): marks(program(seed)) for seed in range(10, 30)}
-    groups = near_identical({"a": marks(program(1)), "b": marks(half), **others}, share=0.3)
-    assert [group.students for group in groups] == [("a", "b")]
-    assert 0.3 < groups[0].share < 0.7
+    found = {"a": marks(*ours), "b": marks(*ours[:3], *theirs[3:]), "c": marks(*theirs[:3])}
+    (group,) = groups_alike(found | others)
+    assert group.students == ("a", "b")
+    assert 0.4 < group.share < 0.6
 
 
 @pytest.mark.parametrize("text", ["", "x", "def f(:", "'", "\0", "\tx\n  y"])

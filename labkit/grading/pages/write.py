@@ -67,7 +67,7 @@ def write_class_page(
     out : path-like
         The page.
     groups : sequence of Group
-        Submissions that are nearly the same.
+        Submissions that have much in common.
     failures : mapping of str to str
         Why a student has no verdict.
     pairs : mapping of (str, str) to str

@@ -75,7 +75,7 @@ def test_whatever_a_student_wrote_stays_text(tmp_path):
     assert Words(page).text.count(HOSTILE) >= 4
     summary = ClassSummary()
     summary.add(hostile, "students/x.html")
-    groups = [Group(students=(HOSTILE, "b"), share=0.9)]
+    groups = [Group(students=(HOSTILE, "b"), pairs=((HOSTILE, "b", 0.9),))]
     write_class_page(summary, ASSIGNMENT, page, groups=groups, failures={HOSTILE: HOSTILE})
     assert not {"script", "img"} & {tag for tag, _ in Words(page).tags}
 
@@ -87,7 +87,7 @@ def test_the_class_at_a_glance(tmp_path, mode):
         mistake = MISTAKE.id if share == 0.0 else None
         summary.add(verdict(student, share, mistake=mistake, mode=mode), f"students/{student}.html")
     page = tmp_path / "index.html"
-    groups = [Group(students=("b", "c", "d"), share=0.94)]
+    groups = [Group(students=("b", "c", "d"), pairs=(("b", "c", 0.97), ("c", "d", 0.94)))]
     write_class_page(summary, ASSIGNMENT, page, groups=groups, failures={"e": "the disk is full"})
     assert (summary.median, summary.mean, summary.points) == (3.0, 2.5, 4.0)
     assert summary.histogram == [1, 0, 0, 0, 0, 1, 0, 0, 0, 2]
@@ -95,7 +95,7 @@ def test_the_class_at_a_glance(tmp_path, mode):
     assert "4 submissions. Median 3, mean 2.5 of 4 points." in words
     assert "62 % 2 1 1" in words  # mean share; full marks, some points, none
     assert f"1 {GATE.title} {MISTAKE.says}" in words
-    assert "b, c, d 3 94 %" in words
+    assert "b, c, d 3 b and c: 97 %c and d: 94 %" in words
     assert "e : the disk is full" in words
     assert ("Limits alone are not safe" in words) == (mode == "none")
     links = [attrs["href"] for tag, attrs in Words(page).tags if tag == "a"]
