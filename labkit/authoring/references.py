@@ -31,7 +31,7 @@ from labkit.arrays import BoolArray, FloatArray
 from labkit.correspondences import distance_gate, huber_weights, overlap
 from labkit.grading.assignment.questions import Answer
 from labkit.grading.contract import Value
-from labkit.grading.judging.reading import read
+from labkit.grading.judging.kinds import read
 from labkit.icp import check_convergence
 from labkit.neighbors import nearest_by_brute_force
 from labkit.odometry import SanityLimits, integrate

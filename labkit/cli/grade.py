@@ -19,13 +19,19 @@ from labkit.errors import InvalidParameterError, LabkitError
 from labkit.grading.assignment import FOLDER, load_assignment
 from labkit.grading.assignment.files import folder_of
 from labkit.grading.assignment.questions import Assignment
-from labkit.grading.class_run import Graded, Settings, grade_class, merge, still_to_grade
+from labkit.grading.class_run import (
+    Graded,
+    cluster_executors,
+    grade_class,
+    local_pools,
+    open_sandboxes,
+    prepare,
+)
 from labkit.grading.contract import Limits
 from labkit.grading.sandbox.host import SAFE, open_sandbox
-from labkit.grading.store import VerdictStore
+from labkit.grading.store import Settings, VerdictStore, merge, still_to_grade
 from labkit.grading.submissions import Submission, find_submissions, one_submission
 from labkit.grading.submissions.find import VERDICTS
-from labkit.grading.workers import cluster_executors, local_pools, open_sandboxes, prepare
 from labkit.odometry import available_cores
 
 Where = tuple[Iterator[Executor], int]  # what grades, and how many at a time

@@ -1,64 +1,48 @@
 """A whole class: workers, one verdict each, and what is done when a worker is lost.
 
-Every worker keeps one sandbox and grades one submission at a time. The verdicts come as
-they are ready; which worker graded whom makes no difference to any of them.
+Workers are processes of this machine, or those of a Dask cluster. Every worker keeps one
+sandbox, open as long as its process lives, and grades one submission at a time. The verdicts
+come as they are ready; which worker graded whom makes no difference to any of them.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
+import gc
+import multiprocessing
+import os
+import shutil
+import signal
+import sys
+import tempfile
 import time
-from collections.abc import Collection, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Iterator
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
 from itertools import islice
+from multiprocessing import connection, forkserver, util
+from multiprocessing.context import BaseContext
+from threading import Thread
 
-from labkit.grading.assignment import FOLDER, load_assignment
+from labkit.errors import LabkitError
+from labkit.extras import need
+from labkit.grading.assignment import load_assignment
 from labkit.grading.contract import Limits
 from labkit.grading.judging.grade import grade_submission
-from labkit.grading.judging.verdict import FORMAT, SubmissionVerdict
-from labkit.grading.store import VerdictStore
+from labkit.grading.judging.verdict import SubmissionVerdict
+from labkit.grading.sandbox.host import Sandbox, launch, open_sandbox
+from labkit.grading.store import Settings, fingerprint
 from labkit.grading.submissions import Submission
-from labkit.grading.workers import own_sandbox
 
-Files = dict[str, bytes]
-
-RULES = 4  # raise it when the same files would get other points or messages than before
+PATIENCE = 10.0  # [s] for a cluster to answer
 LOST_TWICE = "the process that graded it ended, twice; look at its code before you try --again"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Settings:
-    """What makes two verdicts on the same files comparable.
-
-    Attributes
-    ----------
-    mode : str
-        The isolation, by the name that `labkit.grading.sandbox.host` gives it.
-    limits : Limits
-        What a submission may use.
-    assignment : str
-        The folder of the assignment.
-    questions : tuple of str
-        The questions to grade; empty for all of them.
-    """
-
-    mode: str
-    limits: Limits = field(default_factory=Limits)
-    assignment: str = str(FOLDER)
-    questions: tuple[str, ...] = ()
-
-    @property
-    def functions(self) -> list[str]:
-        """The names of the functions that the assignment asks for."""
-        return [one.function for one in load_assignment(self.assignment).questions]
-
-    @property
-    def digest(self) -> str:
-        """A digest of the assignment, the isolation, the limits and the grader's own rules."""
-        own = f"{RULES} {FORMAT}"
-        return f"{load_assignment(self.assignment).digest} {self.mode} {self.limits!r} {own}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,40 +68,6 @@ class Graded:
     fingerprint: str = ""
     passages: tuple[int, ...] = ()
     failure: str = ""
-
-
-def fingerprint(files: Files, settings: Settings) -> str:
-    """A digest of all that a verdict follows from: files, assignment, isolation, limits, rules."""
-    digest = hashlib.sha256(settings.digest.encode())
-    for name in sorted(files):
-        digest.update(json.dumps([name, len(files[name])]).encode())
-        digest.update(files[name])
-    return digest.hexdigest()[:32]
-
-
-def merge(old: SubmissionVerdict, new: SubmissionVerdict) -> SubmissionVerdict:
-    """The old verdict with the questions of a partial, newer one in their places."""
-    fresh = {verdict.question: verdict for verdict in new.questions}
-    questions = tuple(fresh.get(verdict.question, verdict) for verdict in old.questions)
-    score = round(sum(verdict.score for verdict in questions), 2)
-    return replace(new, questions=questions, score=score, points=old.points)
-
-
-def still_to_grade(
-    submissions: Iterable[Submission],
-    store: VerdictStore,
-    settings: Settings,
-    again: Collection[str] = (),
-) -> list[Submission]:
-    """Those without a stored verdict on the same files, and those that are asked for again."""
-    return [
-        one
-        for one in submissions
-        if one.student in again
-        or one.student not in store
-        or store.fingerprint(one.student)
-        != fingerprint(one.read(settings.functions).files, settings)
-    ]
 
 
 def grade_class(
@@ -183,7 +133,7 @@ def grade_class(
             executor = next(executors)
 
 
-Sent = tuple[str, str, bool, Files, tuple[str, ...]]
+Sent = tuple[str, str, bool, dict[str, bytes], tuple[str, ...]]
 Task = Submission | Sent
 
 
@@ -235,3 +185,180 @@ def _graded(future: Future[Graded], student: str) -> Graded | None:
     if isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker":
         return None
     return Graded(student=student, failure=f"{type(error).__name__}: {error}")
+
+
+def prepare() -> None:
+    """Have Python started and labkit imported where workers will come from, without waiting.
+
+    Raises
+    ------
+    LabkitError
+        Where the folder for temporary files is too far down for a socket in it.
+    """
+    if sys.platform == "linux":
+        forkserver.set_forkserver_preload([__name__])
+        try:
+            with _for_workers():
+                forkserver.ensure_running()
+        except OSError as error:
+            if error.errno is not None:
+                raise
+            raise LabkitError(
+                f"no worker can be started: {error}, got TMPDIR={tempfile.gettempdir()}; name a "
+                f"folder of fewer than 70 letters: TMPDIR=/tmp labkit grade ..."
+            ) from None
+
+
+@contextmanager
+def _for_workers() -> Iterator[None]:
+    """The environment of processes that are started meanwhile.
+
+    They import nothing from the grader's folder: it often is that of the submissions, and one
+    of them may be called ``signal.py``. Linear algebra gets one thread, and no idle ones.
+    """
+    given = launch.ONE_THREAD | {"PYTHONSAFEPATH": "1"}
+    before = {name: os.environ.get(name) for name in given}
+    os.environ |= given
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+@contextmanager
+def local_pools(workers: int) -> Iterator[Iterator[Executor]]:
+    """Pools of processes on this machine, each made when the one before is broken.
+
+    On leaving, by an interruption too, no worker and no sandbox of one is left behind.
+    """
+    pools: list[ProcessPoolExecutor] = []
+    context = _context()
+
+    def make() -> Iterator[Executor]:
+        while True:
+            pools.append(ProcessPoolExecutor(workers, context, initializer=_be_a_worker))
+            yield pools[-1]
+            pools[-1].shutdown(wait=False, cancel_futures=True)
+
+    try:
+        with _for_workers():
+            yield make()
+    except BaseException:
+        for process in multiprocessing.active_children():
+            process.terminate()
+        raise
+    finally:
+        for pool in pools:
+            pool.shutdown(cancel_futures=True)
+
+
+def _context() -> BaseContext:
+    """How processes are started: on Linux all of them from one that has imported labkit.
+
+    It is none of the grader's own, which holds open files and threads that no worker shall have.
+    """
+    return multiprocessing.get_context("forkserver" if sys.platform == "linux" else "spawn")
+
+
+def _be_a_worker() -> None:
+    """Leave Ctrl-C to the parent, which ends its workers itself, and end when it is killed."""
+    gc.freeze()  # forks share these pages, and nobody need go through them again
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    if parent:
+        Thread(target=_end_after, args=(parent.sentinel,), daemon=True).start()
+
+
+def _end_after(parent: int) -> None:
+    """End this process when its parent is gone; its sandbox follows, and where it came from."""
+    connection.wait([parent])
+    shutil.rmtree(util.get_temp_dir(), ignore_errors=True)  # the parent's, where its sockets are
+    os._exit(1)
+
+
+@contextmanager
+def cluster_executors(address: str) -> Iterator[tuple[Iterator[Executor], int]]:
+    """The workers of a Dask cluster that runs already, and how many they are.
+
+    Raises
+    ------
+    LabkitError
+        Where Dask is not installed, the address does not answer, or no worker is there.
+    """
+    distributed = need("distributed", purpose="grading on a cluster", extra="cluster")
+    try:
+        client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise LabkitError(
+            f"no Dask scheduler answers at {address!r} ({error}); start one with `dask scheduler`"
+        ) from None
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=PATIENCE)
+        except TimeoutError:
+            raise LabkitError(
+                f"the scheduler at {address} has no workers; start some: dask worker {address}"
+            ) from None
+        workers = len(client.scheduler_info(n_workers=-1)["workers"])
+        executor = client.get_executor(pure=False)
+
+        def same() -> Iterator[Executor]:
+            while True:
+                yield executor
+
+        yield same(), workers
+
+
+_OPEN: dict[tuple[str, Limits], Sandbox] = {}
+
+
+def own_sandbox(mode: str, limits: Limits) -> Sandbox:
+    """The sandbox of this process, opened once and closed when the process ends."""
+    if (mode, limits) not in _OPEN:
+        sandbox = open_sandbox(mode, limits)
+        util.Finalize(None, sandbox.close, exitpriority=0)  # a forked process runs no `atexit`
+        _OPEN[mode, limits] = _OPEN[sandbox.mode, limits] = sandbox
+    return _OPEN[mode, limits]
+
+
+def open_sandboxes(
+    executor: Executor, workers: int, mode: str, limits: Limits, assignment: str
+) -> str:
+    """Have workers open their sandboxes, all at the same time, and name the mode.
+
+    They read the assignment meanwhile.
+
+    Raises
+    ------
+    SandboxError
+        Where the mode does not work here.
+    LabkitError
+        Where a worker was lost before it had opened one.
+    """
+    opened = [executor.submit(_open, mode, limits, assignment) for _ in range(workers)]
+    try:
+        return opened[0].result()
+    except BrokenExecutor:
+        raise LabkitError(
+            "a worker was lost before it graded anything; has the machine memory to spare? "
+            "--jobs 1 needs the least"
+        ) from None
+
+
+def _open(mode: str, limits: Limits, assignment: str) -> str:
+    reading = Thread(target=_read, args=(assignment,))  # while the sandbox starts
+    reading.start()
+    try:
+        return own_sandbox(mode, limits).mode
+    finally:
+        reading.join()
+        gc.freeze()  # what is here now stays, and need not be gone through again
+
+
+def _read(assignment: str) -> None:
+    with suppress(LabkitError):  # which the grader met itself
+        load_assignment(assignment)

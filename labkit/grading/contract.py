@@ -1,19 +1,19 @@
 """What crosses the wall between the grader and a student's code: source and calls in, data out.
 
 The grader builds `Call` objects from the assignment, hands them with the submission's
-`SourceCell` objects to a `Sandbox`, and judges the `Outcome` objects that come back.
+`SourceCell` objects to a sandbox (`labkit.grading.sandbox.host.modes`), and judges the `Outcome`
+objects that come back.
 References, points and the reason of a case never enter a sandbox; objects, code and
 tracebacks never leave it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from types import TracebackType
-from typing import Any, NamedTuple, Protocol, Self, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from numpy.typing import NDArray
 
@@ -22,8 +22,7 @@ from labkit.grading.extraction.extract import Extraction, SourceCell
 from labkit.grading.sandbox.inside import data
 
 __all__ = [
-    "Call", "Extraction", "Fault", "Limits", "Outcome", "OutcomeStatus", "Sandbox",
-    "SourceCell", "Value",
+    "Call", "Extraction", "Fault", "Limits", "Outcome", "OutcomeStatus", "SourceCell", "Value",
 ]  # fmt: skip
 
 Value: TypeAlias = (
@@ -187,43 +186,3 @@ class Limits:
         check_count(self.disk_bytes, "disk_bytes", at_least=MEBIBYTE)
         check_count(self.result_bytes, "result_bytes", at_least=1024)
         check_count(self.output_chars, "output_chars", at_least=0)
-
-
-class Sandbox(Protocol):
-    """One slot that submissions run in, one after the other; a context manager, not thread-safe."""
-
-    @property
-    def mode(self) -> str:
-        """The kind of isolation: "bubblewrap", "landlock", "user" or "none"."""
-
-    @property
-    def safe(self) -> bool:
-        """False only for "none", which limits but does not isolate."""
-
-    @property
-    def faults(self) -> Sequence[Fault]:
-        """The shared cells that failed in the last run."""
-
-    def extract(self, files: Mapping[str, bytes], functions: Mapping[str, str]) -> Extraction:
-        """Find the answers in a submission's files, in the process that `run` goes on with."""
-
-    def run(self, cells: Sequence[SourceCell], calls: Sequence[Call]) -> list[Outcome]:
-        """Run the cells in a fresh process, then the calls: one outcome each, in their order.
-
-        A hang, crash or flood costs the question whose cell or call did it; the others go
-        on in another fresh process.
-        """
-
-    def close(self) -> None:
-        """End what is still running; may be called twice."""
-
-    def __enter__(self) -> Self:
-        """The sandbox itself."""
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Close."""

@@ -1,25 +1,65 @@
-"""Verdicts on disk: one line each, written as they come, so that an interruption loses none.
+"""Verdicts on disk, one line each, and whether they still hold.
 
-The file only grows. A later verdict on the same student replaces an earlier one, and a
-last line that was cut off by a crash is dropped, which costs that one submission.
+They are written as they come, so that an interruption loses none, and the file only grows. A
+later verdict on the same student replaces an earlier one, and a last line that was cut off by a
+crash is dropped, which costs that one submission.
 """
 
 from __future__ import annotations
 
+import hashlib
 import importlib
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 from labkit.errors import LabkitError
-from labkit.grading.judging.verdict import SubmissionVerdict
+from labkit.grading.assignment import FOLDER, load_assignment
+from labkit.grading.contract import Limits
+from labkit.grading.judging.verdict import FORMAT, SubmissionVerdict
+from labkit.grading.submissions import Submission
 
+RULES = 4  # raise it when the same files would get other points or messages than before
 HEADER = {"labkit verdicts": 1}
 HEADER_LINE = json.dumps(HEADER).encode("ascii") + b"\n"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """What makes two verdicts on the same files comparable.
+
+    Attributes
+    ----------
+    mode : str
+        The isolation, by the name that `labkit.grading.sandbox.host` gives it.
+    limits : Limits
+        What a submission may use.
+    assignment : str
+        The folder of the assignment.
+    questions : tuple of str
+        The questions to grade; empty for all of them.
+    """
+
+    mode: str
+    limits: Limits = field(default_factory=Limits)
+    assignment: str = str(FOLDER)
+    questions: tuple[str, ...] = ()
+
+    @property
+    def functions(self) -> list[str]:
+        """The names of the functions that the assignment asks for."""
+        return [one.function for one in load_assignment(self.assignment).questions]
+
+    @property
+    def digest(self) -> str:
+        """A digest of the assignment, the isolation, the limits and the grader's own rules."""
+        own = f"{RULES} {FORMAT}"
+        return f"{load_assignment(self.assignment).digest} {self.mode} {self.limits!r} {own}"
 
 
 class VerdictStore:
@@ -164,6 +204,40 @@ class VerdictStore:
         if start == 0:
             self._file.write(HEADER_LINE)
             self._file.flush()
+
+
+def fingerprint(files: Mapping[str, bytes], settings: Settings) -> str:
+    """A digest of all that a verdict follows from: files, assignment, isolation, limits, rules."""
+    digest = hashlib.sha256(settings.digest.encode())
+    for name in sorted(files):
+        digest.update(json.dumps([name, len(files[name])]).encode())
+        digest.update(files[name])
+    return digest.hexdigest()[:32]
+
+
+def merge(old: SubmissionVerdict, new: SubmissionVerdict) -> SubmissionVerdict:
+    """The old verdict with the questions of a partial, newer one in their places."""
+    fresh = {verdict.question: verdict for verdict in new.questions}
+    questions = tuple(fresh.get(verdict.question, verdict) for verdict in old.questions)
+    score = round(sum(verdict.score for verdict in questions), 2)
+    return replace(new, questions=questions, score=score, points=old.points)
+
+
+def still_to_grade(
+    submissions: Iterable[Submission],
+    store: VerdictStore,
+    settings: Settings,
+    again: Collection[str] = (),
+) -> list[Submission]:
+    """Those without a stored verdict on the same files, and those that are asked for again."""
+    return [
+        one
+        for one in submissions
+        if one.student in again
+        or one.student not in store
+        or store.fingerprint(one.student)
+        != fingerprint(one.read(settings.functions).files, settings)
+    ]
 
 
 def _parsed(line: bytes) -> dict[str, Any] | None:

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from labkit.cli import main
-from labkit.grading import workers
+from labkit.grading import class_run
 from labkit.grading.assignment.files import FORMAT, cases_beside, read_secret, salt_of
 from labkit.grading.assignment.files import _load as load_assignment
 from labkit.grading.class_run import Graded, grade_class
@@ -275,7 +275,7 @@ def test_a_mistake_is_named_before_anything_is_graded(
     small, tmp_path, monkeypatch, capsys, arguments, status, says
 ):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(workers, "PATIENCE", 0.5)  # nobody ever answers
+    monkeypatch.setattr(class_run, "PATIENCE", 0.5)  # nobody ever answers
     hand_in(tmp_path / "class", 2)
     given = ["grade", "--assignment", str(small), "--no-html", *WHERE, *arguments]
     assert main(given) == status

@@ -9,18 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labkit.grading import class_run
-from labkit.grading.class_run import (
-    Graded,
+from labkit.grading import store as stored
+from labkit.grading.class_run import Graded, grade_class
+from labkit.grading.contract import Limits
+from labkit.grading.judging.verdict import QuestionVerdict, SubmissionVerdict
+from labkit.grading.store import (
     Settings,
+    VerdictStore,
     fingerprint,
-    grade_class,
     merge,
     still_to_grade,
 )
-from labkit.grading.contract import Limits
-from labkit.grading.judging.verdict import QuestionVerdict, SubmissionVerdict
-from labkit.grading.store import VerdictStore
 from labkit.grading.submissions import Submission, find_submissions
 
 SETTINGS = Settings(mode="none")
@@ -110,7 +109,7 @@ def test_a_fingerprint_follows_from_all_that_a_verdict_follows_from(small, tmp_p
     before = fingerprint(files, settings)
     for name in ("RULES", "FORMAT"):  # what an older labkit stored is graded again, and not read
         with monkeypatch.context() as newer:
-            newer.setattr(class_run, name, getattr(class_run, name) + 1)
+            newer.setattr(stored, name, getattr(stored, name) + 1)
             assert fingerprint(files, settings) != before
 
 

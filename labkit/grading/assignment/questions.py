@@ -19,7 +19,7 @@ from labkit.grading.contract import Value
 
 
 class Answer(Enum):
-    """What a function is to return; `labkit.grading.judging.compare` knows how each is read."""
+    """What a function is to return; `labkit.grading.judging.kinds` knows how each is read."""
 
     MATRIX = "matrix"  # (2, 2) or (3, 3)
     VECTOR = "vector"  # (K,) of numbers with one unit

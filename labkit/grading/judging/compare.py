@@ -15,8 +15,7 @@ import numpy as np
 from labkit.arrays import FloatArray
 from labkit.grading.assignment.questions import Answer, Case, Misconception, Question
 from labkit.grading.contract import Outcome, OutcomeStatus, Value
-from labkit.grading.judging.diagnosis import how_wrong
-from labkit.grading.judging.reading import Unreadable, read
+from labkit.grading.judging.kinds import Unreadable, how_wrong, read
 from labkit.grading.judging.verdict import CaseVerdict, QuestionVerdict
 
 Known = tuple[FloatArray | str, ...]

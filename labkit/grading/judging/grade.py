@@ -16,9 +16,10 @@ from functools import cache
 from itertools import groupby
 
 from labkit.grading.assignment.questions import Assignment, Case, Question
-from labkit.grading.contract import Call, Fault, Outcome, Sandbox, SourceCell
+from labkit.grading.contract import Call, Fault, Outcome, SourceCell
 from labkit.grading.judging.compare import ADVICE_ON, assess, is_unwritten
 from labkit.grading.judging.verdict import QuestionVerdict, SubmissionVerdict
+from labkit.grading.sandbox.host import Sandbox
 
 MAX_FAULTS = 5  # shared cells that failed and are named
 

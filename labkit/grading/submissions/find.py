@@ -8,14 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from labkit.errors import LabkitError
-from labkit.grading.submissions.files import (
-    StoredFile,
-    is_source,
-    list_files,
-    list_folders,
-    may_hold_source,
-    printable,
-)
 from labkit.grading.submissions.layouts import (
     Place,
     canvas_clash,
@@ -24,7 +16,16 @@ from labkit.grading.submissions.layouts import (
     whole_answers,
     wrapping,
 )
-from labkit.grading.submissions.submission import Files, Submission
+from labkit.grading.submissions.submission import (
+    Files,
+    StoredFile,
+    Submission,
+    is_source,
+    list_files,
+    list_folders,
+    may_hold_source,
+    printable,
+)
 
 ATTEMPTS = {"blackboard", "d2l"}  # platforms that hand out every attempt whole
 NBGRADERS = ("source", "release", "nbgrader_config.py", "gradebook.db")  # beside `submitted`

@@ -20,8 +20,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import PurePosixPath
 
-from labkit.grading.submissions.files import may_hold_source
-from labkit.grading.submissions.submission import Platform
+from labkit.grading.submissions.submission import Platform, may_hold_source
 
 _CANVAS = re.compile(
     r"(?P<name>[^_/]+)(?P<late>_LATE)?_(?P<user>\d+)_(?P<upload>\d+)_(?P<file>[^/]+)$"

@@ -1,5 +1,6 @@
 """A whole submission: calls built, variants chosen, hidden things kept hidden."""
 
+import io
 import json
 from collections import Counter
 from pathlib import Path
@@ -12,7 +13,7 @@ from labkit.grading.assignment import load_assignment
 from labkit.grading.contract import Outcome, OutcomeStatus, SourceCell
 from labkit.grading.judging.grade import grade_submission
 from labkit.grading.judging.verdict import SubmissionVerdict
-from labkit.grading.sandbox.inside.data import plain, unpack
+from labkit.grading.sandbox.inside.data import plain, receive
 
 ASSIGNMENT = load_assignment()
 RIGHT = Path(solution.__file__).read_text("utf-8")
@@ -71,7 +72,9 @@ def test_nothing_in_a_call_tells_its_purpose():
     for call in calls:
         own = {"id", "question", "function", "arguments", "keywords"}
         assert vars(call).keys() - {"frame"} == own
-        assert unpack(call.frame).keys() == own - {"question"}, "what a box is sent"
+        assert receive(io.BytesIO(call.frame).read, 1 << 24)[0].keys() == own - {"question"}, (
+            "what a box is sent"
+        )
         assert not known & set(map(str, call.keywords))
 
 

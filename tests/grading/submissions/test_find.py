@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from labkit import se2
 from labkit.errors import LabkitError
-from labkit.grading.submissions import files as files_module
 from labkit.grading.submissions import find_submissions, one_submission
 from labkit.grading.submissions import submission as submission_module
 
@@ -405,7 +404,7 @@ def test_many_that_are_passed_over_are_counted(tmp_path):
 
 
 def test_what_is_too_large_is_not_read(tmp_path, monkeypatch):
-    monkeypatch.setattr(files_module, "MAX_FILE", 1000)
+    monkeypatch.setattr(submission_module, "MAX_FILE", 1000)
     lay_out(tmp_path, ["ada/small.py"])
     (tmp_path / "ada/large.py").write_bytes(b"#" * 1001)
     with zipfile.ZipFile(tmp_path / "ada/bomb.zip", "w", zipfile.ZIP_DEFLATED) as archive:
@@ -495,12 +494,12 @@ def packed(members, how=zipfile.ZIP_DEFLATED):
 def test_a_packing_that_cannot_be_bounded_is_refused(how):
     """A thousand bytes of bzip2 unpack to a gigabyte, and all at once."""
     with pytest.raises(LabkitError, match="packed in a rare way"):
-        files_module.unzip("bomb.zip", packed([("a.py", bytes(1 << 20))], how))
+        submission_module.unzip("bomb.zip", packed([("a.py", bytes(1 << 20))], how))
 
 
 def test_an_archive_of_thousands_of_scripts_is_refused():
     with pytest.raises(LabkitError, match=r"^many\.zip holds 3000 notebooks and scripts"):
-        files_module.unzip("many.zip", packed([(f"{i}.py", b"") for i in range(3000)]))
+        submission_module.unzip("many.zip", packed([(f"{i}.py", b"") for i in range(3000)]))
 
 
 @settings(max_examples=400)
@@ -510,7 +509,7 @@ def test_a_damaged_archive_is_named_whatever_is_wrong_with_it(changes):
     for place, value in changes:
         data[place % len(data)] = value
     with suppress(LabkitError):
-        files_module.unzip("damaged.zip", bytes(data))
+        submission_module.unzip("damaged.zip", bytes(data))
 
 
 def test_a_whole_repository_is_read_from_its_answers_on(tmp_path):

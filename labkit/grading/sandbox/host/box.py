@@ -15,6 +15,7 @@ import subprocess
 import threading
 import time
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import IO, Any, Protocol
 
 from labkit.errors import LabkitError
@@ -108,17 +109,8 @@ class Channel(Protocol):
 
 
 def receive(channel: Channel, most: int, deadline: float) -> tuple[Any, int]:
-    """Read one frame of at most `most` bytes: its value, and its length in bytes.
-
-    Raises
-    ------
-    labkit.grading.sandbox.inside.data.WireError
-        If what arrives is no frame, or a longer one.
-    """
-    head = channel.read(data.HEAD.size, deadline)
-    tree_length, raw_length = data.lengths(head, most)
-    body = channel.read(tree_length + raw_length, deadline)
-    return data.rebuild(body, tree_length), len(head) + len(body)
+    """Read one frame of at most `most` bytes, as `labkit.grading.sandbox.inside.data.receive`."""
+    return data.receive(partial(channel.read, deadline=deadline), most)
 
 
 class SocketChannel:

@@ -1,7 +1,7 @@
 """The modes of isolation, strongest first, and the choice among those that work here.
 
 A mode that only claims to isolate is none: what the kernel refuses today a changed setting may
-allow tomorrow. So every slot tries its walls from inside before the first submission: it tries
+allow tomorrow. So every sandbox tries its walls from inside before the first submission: it tries
 to read a file of the grader, to list the root, to open a socket, to start a process, to signal
 the grader, to change a file's metadata, and to set a lock that another process can see.
 """
@@ -99,17 +99,35 @@ NONE = "none"
 MODES = (*SAFE, NONE)
 
 
-class Slot:
-    """A `Sandbox`: runs submissions one after the other in boxes of one mode."""
+class Sandbox:
+    """Runs submissions one after the other in boxes of one mode; not thread-safe.
+
+    Parameters
+    ----------
+    mode : str
+        One of `MODES`; "none" limits but does not isolate.
+    limits : Limits
+        The same for each submission.
+
+    Attributes
+    ----------
+    faults : list of Fault
+        The shared cells that failed in the last run.
+
+    Raises
+    ------
+    SandboxError
+        If the mode does not work here, or does not isolate.
+    """
 
     def __init__(self, mode: str, limits: Limits) -> None:
         self.mode = mode
-        self.safe = mode != NONE
+        safe = mode != NONE
         self.limits = limits
         self.faults: list[Fault] = []
         self._fresh: Box | None = None  # has read the files of the submission to come
-        self._starter: Starter = ForkServer(mode, limits) if self.safe else ColdStarter(limits)
-        if self.safe:
+        self._starter: Starter = ForkServer(mode, limits) if safe else ColdStarter(limits)
+        if safe:
             try:
                 self._prove()
             except BaseException:
@@ -132,6 +150,9 @@ class Slot:
 
     def run(self, cells: Sequence[SourceCell], calls: Sequence[Call]) -> list[Outcome]:
         """Run the cells in a fresh process, then the calls: one outcome each, in their order.
+
+        A hang, crash or flood costs the question whose cell or call did it; the others go
+        on in another fresh process.
 
         Raises
         ------
@@ -188,15 +209,15 @@ class Slot:
             )
 
 
-def open_sandbox(mode: str = "auto", limits: Limits | None = None) -> Slot:
-    """Open one slot that submissions can be run in.
+def open_sandbox(mode: str = "auto", limits: Limits | None = None) -> Sandbox:
+    """Open a sandbox that submissions can be run in.
 
     Parameters
     ----------
     mode : {"auto", "bubblewrap", "landlock", "user", "none"}
         "auto" is the strongest safe mode that works here, never "none".
     limits : Limits, optional
-        The same for each submission of the slot; by default `Limits()`.
+        The same for each submission; by default `Limits()`.
 
     Returns
     -------
@@ -224,7 +245,7 @@ def open_sandbox(mode: str = "auto", limits: Limits | None = None) -> Slot:
         for candidate in SAFE:
             with contextlib.suppress(SandboxError):
                 if not obstacle(candidate):
-                    return Slot(candidate, limits)
+                    return Sandbox(candidate, limits)
         raise SandboxError(
             "no safe mode of isolation works here:\n"
             + "\n".join(f"  {name}: {why}" for name, why in available_modes().items() if why)
@@ -236,13 +257,13 @@ def open_sandbox(mode: str = "auto", limits: Limits | None = None) -> Slot:
         )
     if mode != NONE and (why := obstacle(mode)):
         raise SandboxError(f"mode {mode} does not work here: {why}")
-    return Slot(mode, limits)
+    return Sandbox(mode, limits)
 
 
 @functools.cache
 def _tried(mode: str) -> str:
     try:
-        Slot(mode, Limits()).close()
+        Sandbox(mode, Limits()).close()
     except SandboxError as error:
         return str(error).removeprefix(f"mode {mode} does not work here: ")
     return ""

@@ -203,9 +203,8 @@ def pack(value: Any, most: int = MAX_TREE) -> bytes:
 
     Examples
     --------
-    >>> frame = pack({"R": np.eye(2), "converged": True})
-    >>> unpack(frame)["R"].tolist()
-    [[1.0, 0.0], [0.0, 1.0]]
+    >>> len(pack({"R": np.eye(2), "converged": True}))
+    100
     """
     raw: list[bytes] = []
     tree = to_json(_to_tree(value, raw, 0)).encode()
@@ -224,22 +223,28 @@ def to_bytes(array: Any) -> bytes:
     return bytes(array.tobytes())
 
 
-def unpack(frame: bytes | bytearray, most: int = MAX_TREE) -> Any:
-    """Rebuild the data of a whole frame; arrays are fresh, writable and contiguous.
+def receive(read: Callable[[int], bytes], most: int, most_tree: int = MAX_TREE) -> tuple[Any, int]:
+    """Read one frame: its value, arrays fresh and writable, and its length in bytes.
+
+    Parameters
+    ----------
+    read : callable
+        Gives exactly as many bytes as it is asked for.
+    most, most_tree : int
+        Bytes that the frame and its tree may take.
 
     Raises
     ------
     WireError
-        If the bytes are not exactly one well-formed frame.
+        If what arrives is no frame, or a longer one.
     """
-    tree_length, raw_length = lengths(bytes(frame[: HEAD.size]), len(frame), most)
-    if len(frame) != HEAD.size + tree_length + raw_length:
-        raise WireError(f"a frame of {HEAD.size + tree_length + raw_length} bytes, not the stated")
-    return rebuild(memoryview(frame)[HEAD.size :], tree_length)
+    tree_length, raw_length = lengths(read(HEAD.size), most, most_tree)
+    body = read(tree_length + raw_length)
+    return rebuild(body, tree_length), HEAD.size + len(body)
 
 
-def rebuild(body: bytes | memoryview, tree_length: int) -> Any:
-    """Rebuild the data from what follows the head; raises as `unpack` does."""
+def rebuild(body: bytes, tree_length: int) -> Any:
+    """Rebuild the data from what follows the head; `WireError` where it holds none."""
     view = memoryview(body)
     try:
         tree = json.loads(str(view[:tree_length], "utf-8"))

@@ -157,9 +157,7 @@ class Worker:
 
     def receive(self) -> Any:
         """Read one frame."""
-        head = self.read(data.HEAD.size)
-        tree_length, raw_length = data.lengths(head, data.MAX_REQUEST, data.MAX_REQUEST)
-        return data.rebuild(self.read(tree_length + raw_length), tree_length)
+        return data.receive(self.read, data.MAX_REQUEST, data.MAX_REQUEST)[0]
 
     def read(self, count: int) -> bytes:
         """Read exactly so many bytes."""

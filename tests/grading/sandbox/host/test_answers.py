@@ -1,5 +1,7 @@
 """What a box says is checked word by word."""
 
+import io
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 from small import FILES, FUNCTIONS
 
 from labkit.grading.contract import Call, OutcomeStatus
-from labkit.grading.sandbox.host.answers import (
+from labkit.grading.sandbox.host.session import (
     MAX_MESSAGE,
     read_cell,
     read_extraction,
@@ -95,7 +97,8 @@ def test_a_cell_that_failed_says_so():
 
 def frame_of(files):
     sent = {name: data.from_bytes(held) for name, held in files.items()}
-    return data.unpack(data.pack(worker.found_in(sent, FUNCTIONS)))
+    frame = data.pack(worker.found_in(sent, FUNCTIONS))
+    return data.receive(io.BytesIO(frame).read, len(frame))[0]
 
 
 VALUES = st.none() | st.integers() | st.text() | st.just(()) | st.just(np.zeros(2))

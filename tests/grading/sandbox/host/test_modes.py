@@ -22,8 +22,8 @@ CALL = Call(id="1", question="q", function="f", arguments=(21,))
 
 
 def refuse(names):
-    """A Slot that opens in no mode of `names`."""
-    real = modes.Slot
+    """A Sandbox that opens in no mode of `names`."""
+    real = modes.Sandbox
 
     def slot(mode, limits):
         if mode in names:
@@ -40,21 +40,16 @@ def test_every_mode_is_named_and_says_whether_it_works():
     assert all("does not work here" not in why for why in found.values())
 
 
-def test_a_slot_names_its_mode_and_whether_it_is_safe(sandbox):
-    assert sandbox.safe == (sandbox.mode != "none")
-    assert sandbox.run([CELL], [CALL])[0].value == 42
-
-
 def test_auto_takes_the_strongest_that_works(monkeypatch):
     working = [mode for mode in SAFE if not available_modes()[mode]]
     for place, mode in enumerate(working):
-        monkeypatch.setattr(modes, "Slot", refuse(working[:place]))
+        monkeypatch.setattr(modes, "Sandbox", refuse(working[:place]))
         with open_sandbox() as slot:
             assert slot.mode == mode
 
 
 def test_auto_never_falls_back_to_none(monkeypatch):
-    monkeypatch.setattr(modes, "Slot", refuse(SAFE))
+    monkeypatch.setattr(modes, "Sandbox", refuse(SAFE))
     monkeypatch.setattr(modes, "obstacle", lambda mode: "")
     modes._tried.cache_clear()
     with pytest.raises(SandboxError, match="no safe mode") as caught:
@@ -115,7 +110,7 @@ def test_a_mode_that_does_not_hold_is_not_opened(monkeypatch, slot):
     leaky = WALL_TEST.replace("def refused(attempt):", "def refused(attempt):\n    return False")
     monkeypatch.setattr(modes, "WALL_TEST", leaky)
     with pytest.raises(SandboxError, match="does not isolate here: it can read the grader"):
-        modes.Slot(slot.mode, Limits())
+        modes.Sandbox(slot.mode, Limits())
 
 
 @pytest.mark.parametrize(

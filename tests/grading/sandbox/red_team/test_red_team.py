@@ -80,7 +80,7 @@ def test_the_sandbox_holds(slots, bait, attack):
     assert all(len(o.message) <= 500 and o.message.isprintable() for o in outcomes)
     assert bait.state() == untouched
     assert not survivors(sandbox)
-    if not sandbox.safe and "next" not in attack:
+    if sandbox.mode == "none" and "next" not in attack:
         return  # each submission has a process of its own there
     next_one, honest = sandbox.run(
         submission(attack.get("next", "def attacked(x): return []")),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from labkit.grading.assignment.questions import Answer
-from labkit.grading.judging.reading import Unreadable, read
+from labkit.grading.judging.kinds import Unreadable, read
 
 R = ((0.0, -1.0), (1.0, 0.0))
 T = np.array([[0.0, -1.0, 2.0], [1.0, 0.0, 3.0], [0.0, 0.0, 1.0]])
