@@ -1,6 +1,7 @@
 """Matching, rejecting, weighting: each against the plainest way to say the same."""
 
 import math
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -9,15 +10,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from labkit.approach import CLOSE_GATE, FEW, settings_of
 from labkit.correspondences import (
     MIN_PAIRS,
+    associate,
     distance_gate,
     huber_loss,
     huber_weights,
     overlap,
     overlap_count,
+    pairs_at,
 )
 from labkit.errors import InvalidParameterError
+from labkit.parameters import IcpParameters
+from labkit.se2 import apply, transform
+from labkit.target import Target
 
 distances = arrays(float, st.integers(1, 40), elements=st.integers(0, 8).map(lambda k: 0.25 * k))
 ratios = st.integers(1, 32).map(lambda k: k / 32)  # exact, so that ⌊ρN⌋ is beyond doubt
@@ -106,3 +113,31 @@ def test_bad_gate(gate):
     message = rf"`max_correspondence_distance` must be in \(0, inf\] m, got {gate!r}"
     with pytest.raises(InvalidParameterError, match=message):
         distance_gate([0.1], gate)
+
+
+@pytest.mark.parametrize("every", [1, 4])
+def test_each_so_many_points_are_paired_and_weigh_one(every):
+    rng = np.random.default_rng(0)
+    source, target = rng.uniform(-4.0, 4.0, (2, 50, 2))
+    T = transform(0.1, -0.2, 0.3)
+    told = replace(settings_of(IcpParameters(), len(source), far=False), every=every)
+    pairs = associate(source, Target(target), T, told)
+    moved = apply(T, source[::every])
+    index = np.hypot(*(moved[:, None] - target).transpose(2, 0, 1)).argmin(axis=1)
+    np.testing.assert_array_equal(pairs.source, moved)
+    np.testing.assert_array_equal(pairs.target, target[index])
+    np.testing.assert_array_equal(pairs.target_index, index)
+    np.testing.assert_array_equal(pairs.weights, np.ones(len(moved)))
+    assert pairs.weights.dtype == np.float64
+    assert pairs.every == every
+
+
+def test_pairs_are_those_near_the_answer_unless_told():
+    rng = np.random.default_rng(0)
+    source, target = rng.uniform(-4.0, 4.0, (2, 500, 2))
+    told = IcpParameters(metric="point_to_line", huber_delta=0.02, approach=True)
+    near, far = (
+        pairs_at(source, Target(target), np.eye(3), told, **of) for of in ({}, {"far": True})
+    )
+    assert (near.every, far.every) == (1, 500 // FEW)
+    assert near.distances[near.kept].max() <= CLOSE_GATE * 0.02 < far.distances[far.kept].max()

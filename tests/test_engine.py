@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from labkit import IcpParameters, Scan, Target, Termination, icp, transform
-from labkit.errors import InvalidParameterError
 from labkit.neighbors import nearest_by_brute_force
 from labkit.normals import estimate_normals
 from labkit.odometry import OdometryParameters, estimate_odometry
@@ -212,12 +211,6 @@ def test_no_pairs_are_no_matches():
 
 
 # ---------------------------------------------------------------- who runs the loop
-
-
-def test_an_unknown_engine():
-    message = "`engine` must be one of auto, textbook, compiled, got 'gpu'"
-    with pytest.raises(InvalidParameterError, match=message):
-        icp([[0.0, 0.0]], [[0.0, 0.0]], engine="gpu")
 
 
 def python(code, **environment):

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from importlib import import_module
 from itertools import pairwise
 
 import numpy as np
@@ -14,6 +15,8 @@ from labkit import IcpParameters, Scan, Target, Termination
 from labkit.correspondences import pairs_at
 from labkit.engine import is_available
 from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.icp import check_convergence, check_pairs, compiled
+from labkit.result import Iteration
 from labkit.se2 import apply, invert, rotation, to_xytheta, transform, wrap
 from labkit.simulation import Lidar, cast, corridor, lesson_experiment, room
 
@@ -230,6 +233,25 @@ def test_ends_when_the_cost_stops_changing(in_the_room):
     assert min(changes[:-1]) >= 1e-6
 
 
+def test_a_perfect_guess_ends_with_its_first_step(in_the_room):
+    target = in_the_room.target
+    assert icp(target, target, None, replace(BY_LINE, cost_tolerance=0.0)).iterations == 1
+
+
+def test_a_step_as_long_as_the_tolerance_is_no_short_one():
+    """All three tests ask for less, so that a tolerance of zero turns one off."""
+    pairs = pairs_at(scatter(1), Target(scatter(1)), np.eye(3), BY_POINT)
+    told = IcpParameters(translation_tolerance=0.25, rotation_tolerance=0.5, cost_tolerance=0.0)
+    at = Iteration(T_target_source=np.eye(3), correspondences=pairs)
+    for moved, turned, ending in (
+        (0.24, 0.49, Termination.CONVERGED_POSE),
+        (0.25, 0.49, None),
+        (0.24, 0.5, None),
+    ):
+        step = replace(at, translation_step=moved, rotation_step=turned)
+        assert check_convergence([at, step], told) is ending  # the costs are equal
+
+
 @pytest.mark.parametrize("budget", [1, 3])
 def test_ends_with_the_budget(budget, in_the_room):
     parameters = IcpParameters(max_iterations=budget)
@@ -298,6 +320,16 @@ def test_lines_without_any_surface_are_degenerate_not_far_away():
     assert result.inlier_count == 0
     assert np.isnan(result.correspondences.residuals).all()
     assert icp(sparse, sparse, None, BY_POINT).converged
+
+
+@pytest.mark.parametrize(
+    ("count", "ending"),
+    [(2, Termination.TOO_FEW_CORRESPONDENCES), (3, Termination.DEGENERATE)],
+)
+def test_three_matched_pairs_without_a_surface_are_degenerate(count, ending):
+    pairs = pairs_at(scatter(1, count), Target(scatter(1)), np.eye(3), BY_POINT)
+    none = replace(pairs, kept=np.zeros(count, dtype=bool))
+    assert check_pairs(none) is ending
 
 
 @METRICS
@@ -412,6 +444,21 @@ def test_the_cost_by_hand():
     expected = (0.1**2 + (2 * 0.2 * 0.3 - 0.2**2) + (2 * 0.2 * 1.0 - 0.2**2)) / 4
     assert first.cost == pytest.approx(expected, rel=1e-12)
     assert first.inlier_count == 2
+
+
+def test_from_afar_the_record_says_which_poses_were_far(in_the_room):
+    """Thinned to every sixth point at first, and no longer at the end."""
+    many = Scan.from_points(np.repeat(in_the_room.source.points, 6, axis=0))
+    result = icp(many, in_the_room.target, transform(0.3, 0.2, 0.2), FROM_AFAR)
+    far = [step.far for step in result.history]
+    assert far == sorted(far, reverse=True)
+    assert far[0] is True
+    assert far[-1] is False
+    for step in result.history:
+        pairs = pairs_at(many.points, Target(in_the_room.target), step.T_target_source, FROM_AFAR)
+        thinned = len(many) // len(step.correspondences.source)
+        assert (thinned > 1, step.correspondences.every > 1) == (step.far, step.far)
+        assert step.far or step.correspondences.cost == pairs.cost
 
 
 def test_a_calmer_step_is_the_same_way_in_smaller_strides(in_the_room):
@@ -545,3 +592,25 @@ def test_bad_input(source, target, T_init, message):
 def test_parameters_of_another_kind_are_refused(parameters):
     with pytest.raises(InvalidParameterError, match="`parameters` must be of the class IcpParam"):
         icp(np.eye(3, 2), np.eye(3, 2), parameters=parameters)
+
+
+@pytest.mark.parametrize("numba_is_there", [True, False])
+def test_who_runs_the_loop(numba_is_there, monkeypatch):
+    monkeypatch.setattr(import_module("labkit.icp"), "is_available", lambda: numba_is_there)
+    assert compiled("auto") is numba_is_there
+    assert compiled("textbook") is False
+    if numba_is_there:
+        assert compiled("compiled") is True
+        return
+    with pytest.raises(InvalidParameterError) as caught:
+        compiled("compiled")
+    assert str(caught.value) == (
+        '`engine` "compiled" needs numba, which is not installed: pip install numba, '
+        'or take "textbook"'
+    )
+
+
+def test_an_unknown_engine():
+    with pytest.raises(InvalidParameterError) as caught:
+        icp([[0.0, 0.0]], [[0.0, 0.0]], engine="gpu")
+    assert str(caught.value) == "`engine` must be one of auto, textbook, compiled, got 'gpu'"

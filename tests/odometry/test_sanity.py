@@ -31,6 +31,7 @@ GOOD = np.array([0.6, -0.6, math.radians(-40.0)])
         ([0.8, 0.8, 0.0], None, ["translation 1.13 m > 1.00 m"]),
         ([0.0, 0.0, math.radians(-50.0)], None, ["rotation 50.0° > 45.0°"]),
         ([0.5, 0.0, 0.0], [0.2, 0.0, 0.0], ["0.30 m from the prior > 0.20 m"]),
+        ([0.2, 0.4, 0.0], [0.2, 0.0, 0.0], ["0.40 m from the prior > 0.20 m"]),
         ([0.0, 0.0, math.radians(-6)], [0, 0, math.radians(6)], ["12.0° from the prior > 10.0°"]),
         (
             [2.0, 0.0, math.radians(50.0)],

@@ -18,11 +18,13 @@ from labkit.odometry import (
     estimate_step,
 )
 from labkit.odometry.expectation import Expectation
+from labkit.odometry.free_space import seen_through
 from labkit.odometry.step import (
     ALIKE,
     AT_TARGET,
     SAME,
     SURPRISE,
+    _agreement,
     _best,
     _Match,
     _Pair,
@@ -64,6 +66,8 @@ def test_a_good_match_is_taken_and_its_numbers_are_the_matchs():
     assert record.inlier_count == result.inlier_count
     assert record.inlier_ratio == result.fitness
     assert record.rmse == result.inlier_rmse
+    assert record.cost == result.cost
+    assert record.seen_through == seen_through(source, target.points, result.T_target_source)
     assert record.rotation == abs(increment[2])
     assert record.information == result.observability.values[0]
     assert record.information == pytest.approx(seen.values[0], rel=1e-9)
@@ -285,6 +289,52 @@ def test_bad_parameters(name, value, message):
     with pytest.raises(InvalidParameterError) as caught:
         OdometryParameters(**{name: value})
     assert str(caught.value) == message
+
+
+@pytest.mark.skipif(not is_available(), reason="without numba there is one engine")
+@pytest.mark.parametrize("prior", [PRIOR, None])
+def test_both_engines_record_the_same(prior):
+    source, target = looks(room())
+    records = [
+        estimate_step(source, target, prior, LAST, replace(PARAMETERS, engine=engine))
+        for engine in ("textbook", "compiled")
+    ]
+    one, other = map(asdict, records)
+    assert one["decision"] is other["decision"]
+    assert one["termination"] is other["termination"]
+    for name, value in one.items():
+        if isinstance(value, bool | int | float | np.ndarray):
+            np.testing.assert_allclose(other[name], value, rtol=1e-9, atol=1e-12, err_msg=name)
+
+
+def test_without_a_search_the_last_try_that_fails_is_on_record():
+    source, target = looks(room())
+    record = estimate_step(source, target, PRIOR, LAST, no_way())
+    retried = icp(source, target, from_xytheta(PRIOR), no_way().retry)
+    assert (record.iterations, record.inlier_count) == (retried.iterations, retried.inlier_count)
+
+
+def test_three_points_are_matched_two_are_not():
+    corner = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    by_points = OdometryParameters(icp=IcpParameters(overlap_ratio=1.0), search=False)
+    three = Scan.from_points(corner)
+    matched = estimate_step(three, Target(three), STILL, STILL, by_points)
+    assert matched.termination is Termination.CONVERGED_POSE
+    two = estimate_step(Scan.from_points(corner[:2]), Target(three), STILL, STILL, by_points)
+    assert two.reason == "the newer scan has fewer than 3 points"
+
+
+def test_agreement_by_hand():
+    """1 where all points lie on the target, 0 where none has a partner, less where seen through."""
+    told = IcpParameters(max_correspondence_distance=0.5, huber_delta=0.1)
+    nothing = 2 * 0.1 * 0.5 - 0.1**2
+    for cost, through, expected in (
+        (0.0, 0.0, 1.0),
+        (nothing, 0.0, 0.0),
+        (nothing / 4, 0.5, 0.5),
+        (nothing / 4, math.nan, 0.75),
+    ):
+        assert _agreement(cost, through, told) == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.skipif(not is_available(), reason="without numba no step is made in bulk")
