@@ -8,6 +8,7 @@ import browser_files
 from diagrams import MermaidDirective
 from excerpts import write_excerpts
 from figures import make_figures
+from folds import join_folds
 from formulas import draw_formulas, keep_tagged_formulas_whole
 from launch import settle_buttons
 from predictions import mark_all
@@ -44,6 +45,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("config-inited", settle_buttons)
     app.connect("doctree-read", mark_all)
     app.connect("doctree-read", make_figures)
+    app.connect("doctree-read", join_folds)
     app.connect("doctree-resolved", keep_tagged_formulas_whole)
     app.connect("doctree-resolved", explain_terms)
     app.connect("html-page-context", draw_formulas, priority=900)

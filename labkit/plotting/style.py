@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -30,6 +31,16 @@ _BELOW_LABEL = 34.0  # points from the axes to a legend that clears ticks and la
 _ENTRY, _LETTER = 0.5, 0.065  # inches that an entry takes in a legend, and a letter of it
 
 
+class BookFigure(Figure):
+    """A figure whose axes all look alike: a faint grid, no frame above and to the right."""
+
+    def add_subplot(self, *args: Any, **kwargs: Any) -> Axes:
+        """As in matplotlib; `subplots` makes each of its axes by this."""
+        ax: Axes = super().add_subplot(*args, **kwargs)
+        style_grid(ax)
+        return ax
+
+
 def book_figure(height: float = 4.5) -> Figure:
     """An empty figure as wide as the book's page (700 px), `height` inches high.
 
@@ -41,7 +52,7 @@ def book_figure(height: float = 4.5) -> Figure:
     [7.0, 4.5]
     """
     check_range(height, "height", above=0.0, at_most=50.0, unit="in")
-    figure = Figure(figsize=(BOOK_WIDTH, height), dpi=BOOK_DPI, layout="constrained")
+    figure = BookFigure(figsize=(BOOK_WIDTH, height), dpi=BOOK_DPI, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 

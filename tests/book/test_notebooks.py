@@ -10,7 +10,7 @@ import ast
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from itertools import chain, pairwise
+from itertools import chain, pairwise, takewhile
 from pathlib import Path
 
 import nbformat
@@ -199,10 +199,19 @@ def test_cells_have_names_of_their_own(name):
 def test_a_chapter_opens_with_what_it_is_for_and_ends_with_questions(name):
     texts = [cell.source for cell in NOTEBOOKS[name].cells if cell.cell_type == "markdown"]
     assert texts[0].startswith("# ")
-    assert "\n- " in texts[0]
+    assert "\n- " in "\n".join(texts[:2])  # a picture may stand between
     text = "\n".join(texts)
     assert text.index("\n## Check your understanding") < text.index("## Exercises")
     assert text.count("{exercise}") >= 3
+
+
+@pytest.mark.parametrize("name", CHAPTERS)
+def test_a_chapter_opens_with_a_picture(name):
+    """Below at most one paragraph and code that is folded, so that it is in the first screen."""
+    opening = takewhile(lambda cell: not cell.source.startswith("*"), NOTEBOOKS[name].cells)
+    title, *others = opening
+    assert title.source.count("\n\n") == 1 or "\n\n![" in title.source
+    assert all(FOLDED & tags(cell) for cell in others) or "\n\n![" in title.source
 
 
 def test_a_long_cell_is_found():

@@ -36,6 +36,24 @@ def test_guess_parameters_and_truth_reach_the_page():
     assert sliders.scene_data[0]["answer"] == pytest.approx([0.2, 0.0, 0.0])
 
 
+def test_other_sliders_reach_the_page_with_their_values():
+    gates, turns = [0.1, math.inf], np.arange(0.0, 0.35, 0.1)
+    sliders = icp_sliders(
+        SOURCE, TARGET, sliders={"max_correspondence_distance": gates, "turn": turns}
+    )
+    assert sliders.sliders == {
+        "max_correspondence_distance": [0.1, None],
+        "turn": [0.0, 0.1, 0.2, 0.3],  # without the dust of adding up
+    }
+    assert icp_sliders(SOURCE, TARGET, sliders={}).sliders == {}
+
+
+@pytest.mark.parametrize("sliders", [{"metric": [1.0, 2.0]}, {"x": [0.0]}])
+def test_a_slider_that_cannot_be_is_named(sliders):
+    with pytest.raises(LabkitError, match=f"{next(iter(sliders))!r}"):
+        icp_sliders(SOURCE, TARGET, sliders=sliders)
+
+
 def test_what_cannot_be_a_pose_is_refused():
     with pytest.raises(LabkitError, match="`T_reference`"):
         icp_sliders(SOURCE, TARGET, T_reference=np.ones((3, 3)))

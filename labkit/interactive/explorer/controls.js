@@ -122,13 +122,17 @@ const VALUES = {
   huber_delta: [...steps(0.01, 0.5, 0.01), null],
 };
 
-// One control for each slider's name, and "scene"; `tell(name)` makes what takes its value, and
-// `words` are the labels, units and explanations of labkit's IcpParameters.
-export function parameterControls({ scenes, words, choose, tell }) {
+// Two digits after the point where they tell all of it, else three.
+const digits = (value) => value.toFixed(Math.abs(100 * value - Math.round(100 * value)) < 1e-6 ? 2 : 3);
+
+// One control for each slider's name, and "scene"; `tell(name)` makes what takes its value, `words`
+// are the labels, units and explanations of labkit's IcpParameters, and `values` what a slider can
+// be set to where it is not the usual.
+export function parameterControls({ scenes, words, choose, tell, values }) {
   const told = (name) => ({ name, label: words[name].label, title: words[name].help, onValue: tell(name) });
-  const read = ({ unit }) => (value) => (value === null ? "off" : [value.toFixed(2), unit].filter(Boolean).join(" "));
-  const sliders = Object.entries(VALUES).map(([name, values]) => [
-    name, slider({ ...told(name), values, read: read(words[name]) }),
+  const read = ({ unit }) => (value) => (value === null ? "off" : [digits(value), unit].filter(Boolean).join(" "));
+  const sliders = Object.entries(VALUES).map(([name, usual]) => [
+    name, slider({ ...told(name), values: values[name] ?? usual, read: read(words[name]) }),
   ]);
   return {
     scene: choice({ name: "scene", label: "scans", onValue: choose, options: scenes.map((name) => [name, name]) }),
@@ -139,11 +143,28 @@ export function parameterControls({ scenes, words, choose, tell }) {
 }
 
 const DEGREES = 180 / Math.PI;
+const PARTS = {
+  x: { index: 0, unit: "m", factor: 1 },
+  y: { index: 1, unit: "m", factor: 1 },
+  turn: { index: 2, unit: "°", factor: DEGREES },
+};
 const GUESS = [
   { label: "x [m]", step: 0.05, digits: 3, factor: 1 },
   { label: "y [m]", step: 0.05, digits: 3, factor: 1 },
   { label: "turn [°]", step: 1, digits: 2, factor: DEGREES },
 ];
+
+// Sliders of the guess, those of x, y and turn for which there are `values`.
+export function guessSliders({ values, guess, place }) {
+  const chosen = Object.entries(PARTS).filter(([name]) => name in values);
+  const sliders = chosen.map(([name, { index, unit, factor }]) => {
+    const onValue = (value) => place(guess().map((old, k) => (k === index ? value / factor : old)));
+    const read = (value) => `${digits(value)} ${unit}`;
+    return [name, slider({ name, label: `${name} of the guess`, values: values[name], read, onValue })];
+  });
+  const set = (row) => sliders.forEach(([name, each]) => each.set(row[PARTS[name].index] * PARTS[name].factor));
+  return { ...Object.fromEntries(sliders.map(([name, { node }]) => [name, node])), set };
+}
 
 // The guess as three numbers, for those who would rather type than drag.
 export function guessFields({ guess, move }) {

@@ -6,7 +6,9 @@ import { BasinPanel, outcomeOf } from "./basin.js";
 import { storeBet, storedBet } from "./bets.js";
 import { HandView } from "./by_hand.js";
 import { palette, watchTheme } from "./canvas.js";
-import { SLIDERS, button, element, guessFields, keepToItself, parameterControls, slider, steps, toggle } from "./controls.js";
+import {
+  SLIDERS, button, element, guessFields, guessSliders, keepToItself, parameterControls, slider, steps, toggle,
+} from "./controls.js";
 import { drawCost } from "./cost.js";
 import { failed, icp, pairsOnly } from "./icp.js";
 import { Plane } from "./plane.js";
@@ -51,10 +53,15 @@ class ExplorerView {
   }
 
   build() {
+    const values = this.model.get("sliders") ?? {};
     this.controls = parameterControls({
+      values,
       scenes: this.names(), words: this.model.get("parameter_words"),
       choose: (name) => this.choose(name),
       tell: (name) => (value) => this.set({ [name]: value }),
+    });
+    this.guessSliders = guessSliders({
+      values, guess: () => this.model.get("guess"), place: (guess) => (this.stop(), this.set({ guess }), this.request()),
     });
     this.guess = guessFields({ guess: () => this.model.get("guess"), move: (guess) => this.move(guess) });
     this.plane = new Plane({
@@ -93,7 +100,8 @@ class ExplorerView {
     const reset = button("Reset", "Guess, parameters and view as at first", () => this.reset());
     const copy = button("Copy state", "Copy a link to what is shown, in JupyterLab the lines that set it", () =>
       copyState(this.model, this.number()).then((said) => (this.said.textContent = said)));
-    const rows = Object.values(sliders).map((each) => each.node);
+    const shown = Object.keys(this.model.get("sliders") ?? sliders);
+    const rows = shown.map((name) => sliders[name]?.node ?? this.guessSliders[name]);
     const { numbers, legend, spoken } = this.readouts;
     const part = (name, ...children) => element("div", { class: `icp-${name}` }, ...children);
     const tools = [this.nearer, this.farther, this.modes.pan.node];
@@ -234,7 +242,8 @@ class ExplorerView {
     this.plane.bet = this.compact ? null : storedBet(this.scene);
     this.setMode("move");
     this.plane.frame(Float64Array.of(0, 0, ...this.target.points, ...there, ...here));
-    this.shown = this.compact ? null : 0;
+    const isRun = this.compact && Object.keys(this.model.get("sliders") ?? SLIDERS).length; // else it is watched
+    this.shown = isRun ? null : 0;
     this.basin.forget();
     this.request();
   }
@@ -258,6 +267,7 @@ class ExplorerView {
     }
     for (const name of [...SLIDERS, "scene"]) this.controls[name].set(this.model.get(name));
     this.guess.set(guess);
+    this.guessSliders.set(guess);
     this.scrubber.resize(steps(0, this.last(), 1));
     this.scrubber.set(this.number());
     const { closest, farthest } = this.plane.limits();

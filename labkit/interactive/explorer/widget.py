@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, fields
 from typing import Any, cast, get_args
 
@@ -25,6 +25,7 @@ from labkit.se2 import from_xytheta, to_xytheta
 from labkit.target import Target, as_target
 
 FOUND = 0.10, math.radians(2.0)  # [m], [rad]: a start in the basin ends nearer to the answer
+_CHOICES = ("max_correspondence_distance", "overlap_ratio", "huber_delta", "x", "y", "turn")
 _SLIDERS = ("metric", "max_correspondence_distance", "overlap_ratio", "huber_delta", "approach")
 
 
@@ -55,6 +56,7 @@ class Explorer(anywidget.AnyWidget):
     first_parameters = traitlets.Dict().tag(sync=True)
     parameter_words = traitlets.Dict().tag(sync=True)
     found_within = traitlets.List(traitlets.Float()).tag(sync=True)
+    sliders = traitlets.Dict(allow_none=True, default_value=None).tag(sync=True)
     scene = traitlets.Unicode().tag(sync=True)
     metric = traitlets.Enum(get_args(Metric)).tag(sync=True)
     max_correspondence_distance = traitlets.Float(allow_none=True).tag(sync=True)
@@ -186,6 +188,7 @@ def icp_sliders(
     T_reference: ArrayLike | None = None,
     reference: str = "truth",
     runs: bool = True,
+    sliders: Mapping[str, Iterable[float]] | None = None,
 ) -> Explorer:
     """The lesson's three sliders, gate, overlap and Huber's delta, beside one pair of scans.
 
@@ -202,11 +205,20 @@ def icp_sliders(
     runs : bool
         Whether the loop runs, and its end is shown first; if not, the sliders judge the
         pairs at `T_init`.
+    sliders : mapping of str to iterable of float, optional
+        Other sliders than the three, each with the values that it can take: of
+        "max_correspondence_distance", "overlap_ratio" and "huber_delta", and of the guess "x",
+        "y" [m] and "turn" [°]. An empty mapping leaves the iterations alone.
 
     Returns
     -------
     Explorer
         The widget; its `parameters` and `run` follow the sliders where a kernel runs.
+
+    Raises
+    ------
+    InvalidParameterError
+        For a slider of another name, or one of fewer than two values.
 
     Examples
     --------
@@ -225,8 +237,9 @@ def icp_sliders(
         T_reference=None if T_reference is None else as_transform(T_reference, "T_reference"),
         reference=reference,
     )
-    label = "Gate, overlap and Huber's δ"
-    return Explorer([scene], parameters, label=label, form="sliders", runs=runs)
+    label = "Gate, overlap and Huber's δ" if sliders is None else "Two scans and their match"
+    chosen = None if sliders is None else {k: _choice(k, v) for k, v in sliders.items()}
+    return Explorer([scene], parameters, label=label, form="sliders", runs=runs, sliders=chosen)
 
 
 def align_by_hand(scene: Scene, parameters: IcpParameters = DEFAULTS) -> Explorer:
@@ -254,6 +267,18 @@ def align_by_hand(scene: Scene, parameters: IcpParameters = DEFAULTS) -> Explore
     True
     """
     return Explorer([scene], parameters, label="Two scans, to align by hand", form="by hand")
+
+
+def _choice(name: str, values: Iterable[float]) -> list[float | None]:
+    """What a slider can be set to; None is off."""
+    chosen = [None if value == math.inf else round(float(value), 9) for value in values]
+    if name not in _CHOICES or len(chosen) < 2:
+        raise InvalidParameterError(
+            f"must give at least two values to each of {', '.join(_CHOICES)}, "
+            f"got {name!r}: {chosen}",
+            parameter="sliders",
+        )
+    return chosen
 
 
 def _parameters(told: dict[str, Any]) -> IcpParameters:
