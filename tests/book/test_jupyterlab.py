@@ -120,12 +120,12 @@ def turn_a_page(page: Page, flipbook: Locator) -> None:
 def move_each_slider(page: Page, explorer: Locator) -> None:
     """At the guess or at the end, wherever each of them shows."""
     plane = explorer.locator(".icp-plane")
-    for label in ("overlap ρ", "Huber δ", "gate"):
+    for slider in explorer.locator(".icp-sliders input[type=range]").all():
         explorer.get_by_role("button", name="Reset").click()
-        slider = explorer.get_by_label(label)
         page.wait_for_timeout(100)
         before = plane.evaluate("canvas => canvas.toDataURL()")
-        drag(page, thumb(slider), (-50.0, 0.0), steps=4)
+        dx = -50.0 if slider.input_value() != "0" else 50.0
+        drag(page, thumb(slider), (dx, 0.0), steps=4)
         page.wait_for_function(OTHER_DRAWING, arg=[plane.element_handle(), before])
 
 

@@ -159,8 +159,8 @@ export function guessSliders({ values, guess, place }) {
   const chosen = Object.entries(PARTS).filter(([name]) => name in values);
   const sliders = chosen.map(([name, { index, unit, factor }]) => {
     const onValue = (value) => place(guess().map((old, k) => (k === index ? value / factor : old)));
-    const read = (value) => `${digits(value)} ${unit}`;
-    return [name, slider({ name, label: `${name} of the guess`, values: values[name], read, onValue })];
+    const read = (value) => (unit === "°" ? `${Number(value.toFixed(1))}°` : `${digits(value)} ${unit}`);
+    return [name, slider({ name, label: `guess ${name}`, values: values[name], read, onValue })];
   });
   const set = (row) => sliders.forEach(([name, each]) => each.set(row[PARTS[name].index] * PARTS[name].factor));
   return { ...Object.fromEntries(sliders.map(([name, { node }]) => [name, node])), set };

@@ -1,0 +1,68 @@
+"""Sliders that a notebook chose, in a page: those and no others, and what they change."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page
+
+pytest.importorskip("anywidget")
+
+from widget_page import written_page
+
+import labkit
+from labkit.interactive import Explorer, icp_sliders
+
+LESSON = labkit.simulation.lesson_experiment()
+
+
+def opened(
+    browser: Browser, folder: Path, sliders: dict[str, list[float]]
+) -> tuple[Page, Explorer]:
+    explorer = icp_sliders(LESSON.source, LESSON.target, LESSON.T_init, sliders=sliders)
+    page = browser.new_page(viewport={"width": 800, "height": 700})
+    page.goto(written_page(explorer, folder))
+    page.locator(".icp-readouts dd").first.wait_for()
+    return page, explorer
+
+
+def readout(page: Page, name: str) -> str:
+    page.evaluate("() => new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
+    return page.locator(f"[data-readout='{name}']").inner_text()
+
+
+def test_a_slider_of_the_guess_shows_where_the_run_ends(browser: Browser, tmp_path: Path):
+    page, explorer = opened(browser, tmp_path, {"turn": [-20.0, 0.0, 20.0], "x": [0.0, 0.2]})
+    assert page.locator(".icp-sliders label").all_inner_texts() == ["guess turn", "guess x"]
+    page.get_by_label("guess turn").press("End")
+    assert page.get_by_label("guess turn").get_attribute("aria-valuetext") == "20°"
+    explorer.guess = [*explorer.guess[:2], math.radians(20.0)]
+    result = explorer.run()
+    assert (
+        readout(page, "shown")
+        == f"the result, iteration {result.iterations} of {result.iterations}"
+    )
+    x, y, theta = labkit.to_xytheta(result.T_target_source)
+    assert readout(page, "pose") == f"({x:.3f}, {y:.3f}) m, {math.degrees(theta):.2f}°"
+    page.close()
+
+
+def test_a_gate_of_millimetres_is_told_whole(browser: Browser, tmp_path: Path):
+    page, _ = opened(browser, tmp_path, {"max_correspondence_distance": [0.005, 0.5, math.inf]})
+    gate = page.get_by_label("gate")
+    told = []
+    for key in ("Home", "ArrowRight", "ArrowRight"):
+        gate.press(key)
+        told.append(gate.get_attribute("aria-valuetext"))
+        readout(page, "pose")
+    assert told == ["0.005 m", "0.50 m", "off"]
+    page.close()
+
+
+def test_without_sliders_a_run_is_watched_from_its_guess(browser: Browser, tmp_path: Path):
+    page, explorer = opened(browser, tmp_path, {})
+    assert page.locator(".icp-sliders input").count() == 0
+    assert readout(page, "shown") == f"the guess, iteration 0 of {explorer.run().iterations}"
+    page.close()
