@@ -37,13 +37,13 @@ def test_a_slider_of_the_guess_shows_where_the_run_ends(browser: Browser, tmp_pa
     page, explorer = opened(browser, tmp_path, {"turn": [-20.0, 0.0, 20.0], "x": [0.0, 0.2]})
     assert page.locator(".icp-sliders label").all_inner_texts() == ["guess turn", "guess x"]
     page.get_by_label("guess turn").press("End")
-    assert page.get_by_label("guess turn").get_attribute("aria-valuetext") == "20°"
     explorer.guess = [*explorer.guess[:2], math.radians(20.0)]
     result = explorer.run()
     assert (
         readout(page, "shown")
         == f"the result, iteration {result.iterations} of {result.iterations}"
     )
+    assert page.get_by_label("guess turn").get_attribute("aria-valuetext") == "20°"
     x, y, theta = labkit.to_xytheta(result.T_target_source)
     assert readout(page, "pose") == f"({x:.3f}, {y:.3f}) m, {math.degrees(theta):.2f}°"
     page.close()
@@ -55,8 +55,8 @@ def test_a_gate_of_millimetres_is_told_whole(browser: Browser, tmp_path: Path):
     told = []
     for key in ("Home", "ArrowRight", "ArrowRight"):
         gate.press(key)
+        readout(page, "pose")  # it is drawn
         told.append(gate.get_attribute("aria-valuetext"))
-        readout(page, "pose")
     assert told == ["0.005 m", "0.50 m", "off"]
     page.close()
 
