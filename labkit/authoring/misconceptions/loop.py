@@ -12,14 +12,18 @@ LEFT = "chapter 4, “The flow chart, line by line”"
 STAGES = "chapter 3, “Each stage by itself”"
 
 
-def both(function):
-    """Make the mistake in each reading of gate and trimming."""
+def either(question, credit, chapter=""):
+    """Enter a mistake in each reading of gate and trimming; the function itself stays."""
 
-    @functools.wraps(function)
-    def answers(*arguments):
-        return Several(tuple(function(*arguments, keep=keep) for keep in READINGS))
+    def entered(function):
+        @functools.wraps(function)
+        def answers(*arguments):
+            return Several(tuple(function(*arguments, keep=keep) for keep in READINGS))
 
-    return answers
+        mistake(question, credit, chapter)(answers)
+        return function
+
+    return entered
 
 
 def left(dT, T):
@@ -59,63 +63,6 @@ def _keep_worst(d, gate, ratio, keep):
     return kept
 
 
-# Steps with one stage wrong; the loops below make the same mistakes over and over.
-
-
-def step_update_on_the_right(*arguments, keep):
-    return step(*arguments, keep, update=lambda dT, T: T @ dT)
-
-
-def step_translation_not_turned(*arguments, keep):
-    return step(*arguments, keep, update=_add_translation)
-
-
-def step_no_weights(*arguments, keep):
-    return step(*arguments, keep, weigh=lambda d, delta: np.ones(len(d)))
-
-
-def step_weights_of_squares(*arguments, keep):
-    return step(*arguments, keep, weigh=lambda d, delta: huber(d**2, delta))
-
-
-def step_gate_on_squares(*arguments, keep):
-    return step(*arguments, functools.partial(_gate_on_squares, keep=keep))
-
-
-def step_worst_kept(*arguments, keep):
-    return step(*arguments, functools.partial(_keep_worst, keep=keep))
-
-
-def step_no_gate(*arguments, keep):
-    return step(*arguments, lambda d, gate, ratio: right.overlap(d, ratio))
-
-
-def step_no_trimming(*arguments, keep):
-    return step(*arguments, lambda d, gate, ratio: d <= gate)
-
-
-def step_unmoved(source, target, T, gate, ratio, delta, *, keep):
-    moved = source @ T[:2, :2].T + T[:2, 2]
-    indices, d = right.nearest_neighbors(moved, target)
-    kept = keep(d, gate, ratio)
-    return aligned(source[kept], target[indices[kept]], huber(d[kept], delta)) @ T
-
-
-def step_sign_of_b(source, target, T, gate, ratio, delta, *, keep):
-    moved = source @ T[:2, :2].T + T[:2, 2]
-    indices, d = right.nearest_neighbors(moved, target)
-    kept = keep(d, gate, ratio)
-    p, q, w = moved[kept], target[indices[kept]], huber(d[kept], delta)
-    dT = aligned(p, q, w)
-    dT[:2, :2] = dT[:2, :2].T
-    dT[:2, 2] = (w @ q - dT[:2, :2] @ (w @ p)) / w.sum()
-    return dT @ T
-
-
-def step_swapped(*arguments, keep):
-    return step(*arguments, keep, update=lambda dT, T: right.invert(dT) @ T)
-
-
 def _add_translation(dT, T):
     added = dT @ T
     added[:2, 2] = T[:2, 2] + dT[:2, 2]
@@ -135,90 +82,88 @@ def right_step(source, target, T, *settings, keep):
     return _SEEN[key]
 
 
-@mistake("icp_step", credit=0.5, chapter=LEFT)
-@both
+@either("icp_step", credit=0.5, chapter=LEFT)
 def icp_step__update_on_the_right(*arguments, keep):
     """The increment is composed on the right, T @ dT: it acts on points that T has moved
     already, so it belongs on the left, dT @ T."""
-    return step_update_on_the_right(*arguments, keep=keep)
+    return step(*arguments, keep, update=lambda dT, T: T @ dT)
 
 
-@mistake("icp_step", credit=0.5, chapter=LEFT)
-@both
+@either("icp_step", credit=0.5, chapter=LEFT)
 def icp_step__increment_alone(*arguments, keep):
     """This is the increment dT alone; the new transform is dT @ T."""
     return step(*arguments, keep, update=lambda dT, T: dT)
 
 
-@mistake("icp_step", credit=0.5, chapter=LEFT)
-@both
+@either("icp_step", credit=0.5, chapter=LEFT)
 def icp_step__translation_not_turned(*arguments, keep):
     """The translations are added, t + Δt; the increment turns the old one: ΔR t + Δt."""
-    return step_translation_not_turned(*arguments, keep=keep)
+    return step(*arguments, keep, update=_add_translation)
 
 
-@mistake("icp_step", credit=0.4, chapter=LEFT)
-@both
-def icp_step__unmoved_source(*arguments, keep):
+@either("icp_step", credit=0.4, chapter=LEFT)
+def icp_step__unmoved_source(source, target, T, gate, ratio, delta, *, keep):
     """The pairs are found at T, but the points that are aligned have not been moved by T."""
-    return step_unmoved(*arguments, keep=keep)
+    moved = source @ T[:2, :2].T + T[:2, 2]
+    indices, d = right.nearest_neighbors(moved, target)
+    kept = keep(d, gate, ratio)
+    return aligned(source[kept], target[indices[kept]], huber(d[kept], delta)) @ T
 
 
-@mistake("icp_step", credit=0.5, chapter="chapter 2, “In the plane: one `atan2`”")
-@both
-def icp_step__sign_of_b(*arguments, keep):
+@either("icp_step", credit=0.5, chapter="chapter 2, “In the plane: one `atan2`”")
+def icp_step__sign_of_b(source, target, T, gate, ratio, delta, *, keep):
     """The increment turns the wrong way: in b = Σ w (x v − y u) the sign is lost, or R is
     transposed."""
-    return step_sign_of_b(*arguments, keep=keep)
+    moved = source @ T[:2, :2].T + T[:2, 2]
+    indices, d = right.nearest_neighbors(moved, target)
+    kept = keep(d, gate, ratio)
+    p, q, w = moved[kept], target[indices[kept]], huber(d[kept], delta)
+    dT = aligned(p, q, w)
+    dT[:2, :2] = dT[:2, :2].T
+    dT[:2, 2] = (w @ q - dT[:2, :2] @ (w @ p)) / w.sum()
+    return dT @ T
 
 
-@mistake("icp_step", credit=0.4)
-@both
+@either("icp_step", credit=0.4)
 def icp_step__swapped(*arguments, keep):
     """Source and target are swapped in the alignment: the step leads away from the target."""
-    return step_swapped(*arguments, keep=keep)
+    return step(*arguments, keep, update=lambda dT, T: right.invert(dT) @ T)
 
 
-@mistake("icp_step", credit=0.6, chapter=STAGES)
-@both
+@either("icp_step", credit=0.6, chapter=STAGES)
 def icp_step__no_weights(*arguments, keep):
     """Huber's weights are not used in the alignment."""
-    return step_no_weights(*arguments, keep=keep)
+    return step(*arguments, keep, weigh=lambda d, delta: np.ones(len(d)))
 
 
-@mistake("icp_step", credit=0.6, chapter=STAGES)
-@both
+@either("icp_step", credit=0.6, chapter=STAGES)
 def icp_step__weights_of_squares(*arguments, keep):
     """Huber's weights are taken of squared distances; they take distances in metres."""
-    return step_weights_of_squares(*arguments, keep=keep)
+    return step(*arguments, keep, weigh=lambda d, delta: huber(d**2, delta))
 
 
-@mistake("icp_step", credit=0.6, chapter=STAGES)
-@both
+@either("icp_step", credit=0.6, chapter=STAGES)
 def icp_step__gate_on_squares(*arguments, keep):
     """The gate is held against squared distances; both are in metres."""
-    return step_gate_on_squares(*arguments, keep=keep)
+    return step(*arguments, functools.partial(_gate_on_squares, keep=keep))
 
 
-@mistake("icp_step", credit=0.6, chapter=STAGES)
-@both
+@either("icp_step", credit=0.6, chapter=STAGES)
 def icp_step__no_gate(*arguments, keep):
     """The distance gate is not applied."""
-    return step_no_gate(*arguments, keep=keep)
+    return step(*arguments, lambda d, gate, ratio: right.overlap(d, ratio))
 
 
-@mistake("icp_step", credit=0.6, chapter=STAGES)
-@both
+@either("icp_step", credit=0.6, chapter=STAGES)
 def icp_step__no_trimming(*arguments, keep):
     """The trimming is not applied: all pairs within the gate are aligned."""
-    return step_no_trimming(*arguments, keep=keep)
+    return step(*arguments, lambda d, gate, ratio: d <= gate)
 
 
-@mistake("icp_step", credit=0.4, chapter=STAGES)
-@both
+@either("icp_step", credit=0.4, chapter=STAGES)
 def icp_step__worst_kept(*arguments, keep):
     """Trimming keeps the worst pairs; it should keep the closest ones."""
-    return step_worst_kept(*arguments, keep=keep)
+    return step(*arguments, functools.partial(_keep_worst, keep=keep))
 
 
 def _loop(one_step, source, target, T, *rest, keep):
@@ -230,31 +175,27 @@ def _loop(one_step, source, target, T, *rest, keep):
     return T
 
 
-@mistake("icp", credit=0.4, chapter=LEFT)
-@both
+@either("icp", credit=0.4, chapter=LEFT)
 def icp__update_on_the_right(*arguments, keep):
     """The increment is composed on the right, T @ dT: it acts on points that T has moved
     already, so it belongs on the left, dT @ T."""
-    return _loop(step_update_on_the_right, *arguments, keep=keep)
+    return _loop(icp_step__update_on_the_right, *arguments, keep=keep)
 
 
-@mistake("icp", credit=0.4)
-@both
+@either("icp", credit=0.4)
 def icp__one_step(*arguments, keep):
     """This is where one step leads; go on until the step is below the tolerances."""
     return step(*arguments[:-1], keep)
 
 
-@mistake("icp", credit=0.4)
-@both
+@either("icp", credit=0.4)
 def icp__last_increment(*arguments, keep):
     """This is the last increment alone, next to the identity; the steps have to be chained."""
     T = _loop(right_step, *arguments, keep=keep)
     return step(*arguments[:2], T, *arguments[3:-1], keep, update=lambda dT, _: dT)
 
 
-@mistake("icp", credit=0.5)
-@both
+@either("icp", credit=0.5)
 def icp__pairs_found_once(source, target, T, gate, ratio, delta, iterations, *, keep):
     """The pairs are found once, before the loop; each iteration has to find them anew."""
     moved = source @ T[:2, :2].T + T[:2, 2]
@@ -268,57 +209,49 @@ def icp__pairs_found_once(source, target, T, gate, ratio, delta, iterations, *, 
     return T
 
 
-@mistake("icp", credit=0.5, chapter="chapter 4, “The basin of convergence”")
-@both
+@either("icp", credit=0.5, chapter="chapter 4, “The basin of convergence”")
 def icp__guess_ignored(source, target, T, *rest, keep):
     """The initial guess is not used: the loop starts from no motion."""
     return _loop(right_step, source, target, np.eye(3), *rest, keep=keep)
 
 
-@mistake("icp", credit=0.6)
-@both
+@either("icp", credit=0.6)
 def icp__guess_lost(source, target, T, *rest, keep):
     """The result is the motion since the initial guess; the guess is a part of the answer."""
     return _loop(right_step, source, target, T, *rest, keep=keep) @ right.invert(T)
 
 
-@mistake("icp", credit=0.6)
-@both
+@either("icp", credit=0.6)
 def icp__inverse(*arguments, keep):
     """This is the inverse: it maps the target onto the source."""
     return right.invert(_loop(right_step, *arguments, keep=keep))
 
 
-@mistake("icp", credit=0.6, chapter=STAGES)
-@both
+@either("icp", credit=0.6, chapter=STAGES)
 def icp__no_weights(*arguments, keep):
     """Huber's weights are not used in the alignment."""
-    return _loop(step_no_weights, *arguments, keep=keep)
+    return _loop(icp_step__no_weights, *arguments, keep=keep)
 
 
-@mistake("icp", credit=0.6, chapter=STAGES)
-@both
+@either("icp", credit=0.6, chapter=STAGES)
 def icp__weights_of_squares(*arguments, keep):
     """Huber's weights are taken of squared distances; they take distances in metres."""
-    return _loop(step_weights_of_squares, *arguments, keep=keep)
+    return _loop(icp_step__weights_of_squares, *arguments, keep=keep)
 
 
-@mistake("icp", credit=0.6, chapter=STAGES)
-@both
+@either("icp", credit=0.6, chapter=STAGES)
 def icp__gate_on_squares(*arguments, keep):
     """The gate is held against squared distances; both are in metres."""
-    return _loop(step_gate_on_squares, *arguments, keep=keep)
+    return _loop(icp_step__gate_on_squares, *arguments, keep=keep)
 
 
-@mistake("icp", credit=0.6, chapter=STAGES)
-@both
+@either("icp", credit=0.6, chapter=STAGES)
 def icp__no_gate(*arguments, keep):
     """The distance gate is not applied."""
-    return _loop(step_no_gate, *arguments, keep=keep)
+    return _loop(icp_step__no_gate, *arguments, keep=keep)
 
 
-@mistake("icp", credit=0.6, chapter=STAGES)
-@both
+@either("icp", credit=0.6, chapter=STAGES)
 def icp__no_trimming(*arguments, keep):
     """The trimming is not applied: all pairs within the gate are aligned."""
-    return _loop(step_no_trimming, *arguments, keep=keep)
+    return _loop(icp_step__no_trimming, *arguments, keep=keep)

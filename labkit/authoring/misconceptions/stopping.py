@@ -6,7 +6,7 @@ import numpy as np
 
 from labkit.authoring import solution as right
 from labkit.authoring.entries import Several, mistake
-from labkit.authoring.misconceptions.loop import LEFT, _loop, both, right_step
+from labkit.authoring.misconceptions.loop import LEFT, _loop, either, right_step
 from labkit.authoring.references import READINGS
 
 ANY = "the errata, “Convergence: any test, or both?”"
@@ -157,8 +157,7 @@ def icp__any(*arguments):
     return _ended(arguments, lambda d, a: d < 1e-6 or a < 1e-6)
 
 
-@mistake("icp", credit=0.7)
-@both
+@either("icp", credit=0.7)
 def icp__gives_up(source, target, T, gate, ratio, delta, iterations, *, keep):
     """The guess is returned where fewer than ten pairs are left; three are enough for a step."""
     for _ in range(iterations):
