@@ -24,7 +24,7 @@ from labkit.grading.contract import Limits
 from labkit.grading.judging.verdict import FORMAT, SubmissionVerdict
 from labkit.grading.submissions import Submission
 
-RULES = 4  # raise it when the same files would get other points or messages than before
+RULES = 5  # raise it when the same files would get other points or messages than before
 HEADER = {"labkit verdicts": 1}
 HEADER_LINE = json.dumps(HEADER).encode("ascii") + b"\n"
 

@@ -30,14 +30,17 @@ MAX_SCOPES_AND_NAMES = 10_000_000  # the product, in a cell
 MAX_FIELDS = 200_000_000  # characters of f-strings times their fields
 MAX_PARTS = 2_000_000  # objects and lists in the JSON of a notebook: far more than plots need
 
-# Cell magics whose body is Python of this notebook; the body of any other one is not.
+# Cell magics whose body is Python of this notebook, as is that of a script that is written (and
+# imported, mostly); the body of any other one is not.
 TRANSPARENT = {"time", "timeit", "capture", "prun", "memit", "mprun"}
 
 LONGEST = 300  # no magic is as long; what is longer would only cost time
 
 _SCOPE, _WORD = re.compile(r"\b(?:lambda|def|class|for)\b|(?<=\d)for\b"), re.compile(r"\w+")
 _PIECE = re.compile(r"\d[\w.]*|\w+|[^\w\s]")
-_CELL_MAGIC = re.compile(r"\s*%%(\w+)[^\n]*")
+_CELL_MAGIC = re.compile(r"\s*%%\w[^\n]*")
+_PYTHON = re.compile(rf"\s*%%(?:(?:{'|'.join(sorted(TRANSPARENT))})\b|writefile\b.*\.py\s*$)", re.M)
+_NOTEBOOK = re.compile(r"\.ipynb(\.txt|\.json)?$", re.IGNORECASE)  # as browsers save it
 _LINE = re.compile(r"(?P<indent>\s*)(?:[%!?].*|[^#'\"]*[^#'\"\s?]\?{1,2}\s*)$")
 _ASSIGNED = re.compile(r"(?P<target>\s*[\w.,\s]+=\s*)[%!].*$")
 # What tells where a statement ends: comments, strings, brackets and line breaks.
@@ -115,7 +118,7 @@ def cells_of(name: str, data: bytes, left: int = MAX_CODE) -> list[RawCell]:
         the student.
     """
     text = _decode(name, data)
-    if not name.lower().endswith(".ipynb"):
+    if not _NOTEBOOK.search(name):
         _check_length(name, [text], left)
         source, error = neutralise(text)
         return [RawCell(source=source, error=error, file=name, label=name)]
@@ -242,7 +245,7 @@ def neutralise(source: str) -> tuple[str, str]:
     source = source.replace("\r\n", "\n").replace("\r", "\n")
     error = syntax_error(source)
     magic = _CELL_MAGIC.match(source) if error else None
-    if magic and magic[1] not in TRANSPARENT:
+    if magic and not _PYTHON.match(magic[0]):
         return "", ""
     if magic:
         source = source[magic.end() :].rjust(

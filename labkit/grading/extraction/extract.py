@@ -18,7 +18,7 @@ from itertools import groupby
 
 from labkit.grading.extraction.cells import RawCell, cells_by_file
 from labkit.grading.extraction.passages import passages
-from labkit.grading.extraction.scripts import at_work, module_source, own_imports, taken_from
+from labkit.grading.extraction.scripts import at_work, modules_of, own_imports, taken_from
 from labkit.grading.extraction.slicing import ANYWHERE, Statement, links_of, needed_by, statements
 
 MAX_NOTES = 40
@@ -39,11 +39,14 @@ class SourceCell:
         (imports, helpers). Cells run in the order given, shared or not.
     label : str
         What a message calls it: "cell 7", "line 30 of answer.py".
+    modules : tuple of str
+        Where other cells import it, by which names: it runs when they do.
     """
 
     source: str
     question: str | None
     label: str
+    modules: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,7 +115,7 @@ def extract(files: Mapping[str, bytes], functions: Mapping[str, str]) -> Extract
 
     cells = _put_back(program, owner, notes)
     cells += [
-        SourceCell(source=module_source(name, read[name][0].source), question=None, label=name)
+        SourceCell(source=read[name][0].source, question=None, label=name, modules=modules_of(name))
         for name in modules
         if name in working
     ]

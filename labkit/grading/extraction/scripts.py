@@ -4,12 +4,23 @@ from __future__ import annotations
 
 import ast
 from collections import defaultdict
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from itertools import accumulate
 
 from labkit.grading.extraction.cells import RawCell, tree
 from labkit.grading.extraction.slicing import Statement
 
 Imports = Mapping[str, Collection[str]]  # the own scripts that each file imports
+
+
+def modules_of(file: str) -> tuple[str, ...]:
+    """The names that a script may be imported by, the longest first.
+
+    >>> modules_of("my work/lab/geometry.py"), modules_of("lab/__init__.py")
+    (('lab.geometry', 'geometry'), ('lab',))
+    """
+    parts = _package(file.removesuffix(".py").removesuffix("/__init__"))
+    return tuple(".".join(parts[start:]) for start in range(len(parts)))
 
 
 def own_imports(read: Mapping[str, Sequence[RawCell]]) -> Imports:
@@ -18,16 +29,16 @@ def own_imports(read: Mapping[str, Sequence[RawCell]]) -> Imports:
         return {}
     scripts: defaultdict[str, list[str]] = defaultdict(list)
     for file in read:
-        if file.endswith(".py"):
-            scripts[_stem(file)].append(file)
+        for name in modules_of(file) if file.endswith(".py") else ():
+            scripts[name].append(file)
     return {
         file: {
             script
             for cell in cells
             if not cell.error
             for node in ast.walk(tree(cell.source))
-            for name in _imported(node)
-            for script in scripts.get(name.split(".")[0], ())
+            for name in _imported(node, file)
+            for script in scripts.get(name, ())
             if script != file
         }
         for file, cells in read.items()
@@ -38,13 +49,21 @@ def taken_from(
     modules: Mapping[str, Sequence[Statement]], program: Sequence[Statement]
 ) -> set[str]:
     """What the program takes from the student's own scripts by name, or by ``*``."""
-    own = {_stem(file): statements for file, statements in modules.items()}
+    scripts = {name: file for file in modules for name in modules_of(file)}
     taken: set[str] = set()
-    for node in [node for one in program if one.is_import for node in one.nodes]:
-        if isinstance(node, ast.ImportFrom) and node.module in own:
-            taken |= {alias.asname or alias.name for alias in node.names}
-            if "*" in taken:
-                taken |= {name for one in own[node.module] for name in one.defines}
+    looked_into: set[str] = set()
+    pending = [*program]
+    for one in pending:
+        for node in one.nodes if one.is_import else ():
+            if not isinstance(node, ast.ImportFrom):
+                continue
+            own = scripts.get(_origin(node, one.cell.file))
+            names = {alias.asname or alias.name for alias in node.names} if own else set()
+            taken |= names
+            if own and "*" in names and own not in looked_into:
+                looked_into.add(own)
+                taken |= {name for inner in modules[own] for name in inner.defines}
+                pending += modules[own]
     return taken
 
 
@@ -59,18 +78,6 @@ def at_work(files: Collection[str], used: Collection[str], imports: Imports) -> 
     return set().union(*(found or reached))
 
 
-def module_source(file: str, source: str) -> str:
-    """Python that makes a script importable where there is no file."""
-    stem = _stem(file)
-    return (
-        f"import sys, types\n"
-        f"{stem} = sys.modules[{stem!r}] = types.ModuleType({stem!r})\n"
-        f"{stem}.__file__ = {file!r}\n"
-        f"exec(compile({source!r}, {file!r}, 'exec'), {stem}.__dict__)\n"
-        f"del {stem}, sys, types"
-    )
-
-
 def _reached(file: str, imports: Imports) -> set[str]:
     """A file and all scripts that it imports, and those that they import."""
     found = [file]
@@ -82,11 +89,29 @@ def _reached(file: str, imports: Imports) -> set[str]:
     return seen
 
 
-def _imported(node: ast.AST) -> list[str]:
+def _imported(node: ast.AST, file: str) -> Iterator[str]:
+    """All that may be a module of what an import names: ``a.b`` needs ``a``, too."""
+    names: list[str] = []
     if isinstance(node, ast.Import):
-        return [alias.name for alias in node.names]
-    return [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+        names = [alias.name for alias in node.names]
+    elif isinstance(node, ast.ImportFrom):
+        origin = _origin(node, file)
+        names = [f"{origin}.{alias.name}".lstrip(".") for alias in node.names]
+    for name in names:
+        yield from accumulate(name.split("."), lambda above, part: f"{above}.{part}")
 
 
-def _stem(file: str) -> str:
-    return file.rsplit("/", 1)[-1].removesuffix(".py")
+def _origin(node: ast.ImportFrom, file: str) -> str:
+    """The module from which it imports, for ``from . import x`` the package of the file."""
+    above = _package(file.rsplit("/", node.level)[0]) if file.count("/") >= node.level > 0 else []
+    return ".".join([*above, *([node.module] if node.module else [])])
+
+
+def _package(folder: str) -> list[str]:
+    """The last parts of a path that can be names in Python."""
+    parts: list[str] = []
+    for part in reversed(folder.split("/")):
+        if not part.isidentifier():
+            break
+        parts.insert(0, part)
+    return parts

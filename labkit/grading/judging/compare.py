@@ -275,6 +275,11 @@ def _in_every_case(verdicts: Sequence[CaseVerdict]) -> str:
     return texts.pop() if len(texts) == 1 and not known else ""
 
 
+def is_missing(outcomes: Sequence[Outcome]) -> bool:
+    """Whether there is nothing that could be called."""
+    return all(outcome.status in WHOLE_QUESTION for outcome in outcomes)
+
+
 def is_unwritten(outcomes: Sequence[Outcome]) -> bool:
     """Whether the function still is a stub, or calls one in every case."""
     return all(outcome.error == "NotImplementedError" for outcome in outcomes)
@@ -298,7 +303,7 @@ def _message(
     if is_unwritten(outcomes):
         return f"`{question.function}` is not written yet."
     always = _in_every_case(verdicts)
-    if always and all(outcome.status in WHOLE_QUESTION for outcome in outcomes):
+    if always and is_missing(outcomes):
         return f"{always[:1].upper()}{always[1:]}"
     if always:
         return f"In every case {always}"

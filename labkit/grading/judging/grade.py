@@ -17,7 +17,7 @@ from itertools import groupby
 
 from labkit.grading.assignment.questions import Assignment, Case, Question
 from labkit.grading.contract import Call, Fault, Outcome, SourceCell
-from labkit.grading.judging.compare import ADVICE_ON, assess, is_unwritten
+from labkit.grading.judging.compare import ADVICE_ON, assess, is_missing, is_unwritten
 from labkit.grading.judging.verdict import QuestionVerdict, SubmissionVerdict
 from labkit.grading.sandbox.host import Sandbox
 
@@ -158,8 +158,9 @@ def _follow_through(
         outcomes = sitting.ask(again, stand_in)
         for question in again:
             old = found[question.id]
-            new = assess(question, sitting.cases[question.id], outcomes[question.id])
-            if new.score < old.score or is_unwritten(outcomes[question.id]):
+            ours = outcomes[question.id]
+            new = assess(question, sitting.cases[question.id], ours)
+            if new.score < old.score or is_unwritten(ours) or is_missing(ours):
                 continue
             own = assignment.below(question.id)
             names = [one.function for one in replaced if one.id in own]

@@ -81,8 +81,8 @@ def place_of(path: str, *, canvas: bool = True) -> Place:
     '4711'
     >>> place_of("Lab_ada_attempt_2026-11-21-23-55-10_a.py").upload
     20261121235510
-    >>> place_of("ada/week 3/answers.py").file
-    'week 3/answers.py'
+    >>> place_of("ada/week 3/answers.py").file, place_of("ada.ipynb.txt").student
+    ('week 3/answers.py', 'ada')
     """
     if found := _MOODLE.match(path):
         return Place(student=found["id"], name=found["name"], file=found["file"], platform="moodle")
@@ -110,7 +110,7 @@ def place_of(path: str, *, canvas: bool = True) -> Place:
     if "/" in path:
         student, file = path.split("/", 1)
         return Place(student=student, name=student, file=file)
-    student = path.rsplit(".", 1)[0]
+    student = re.sub(r"(\.ipynb|\.py)?\.\w+$", "", path)
     return Place(student=student, name=student, file=path)
 
 

@@ -30,6 +30,7 @@ SKIPPED = {
     ".ipynb_checkpoints", "__MACOSX", "__pycache__", ".git", ".venv", "node_modules", "Thumbs.db",
     "desktop.ini",
 }  # fmt: skip
+SOURCES = (".ipynb", ".ipynb.txt", ".ipynb.json", ".py", ".py.txt")  # browsers add an ending
 MAX_FILES = 200  # notebooks and scripts of one student
 PACKAGE = Path(__file__).parents[2]
 KEPT_BACK = "authoring"  # the part of the package that no student gets
@@ -165,34 +166,41 @@ def _in_folder(folder: Path) -> list[StoredFile]:
     return files
 
 
-def unzip(name: str, data: bytes) -> dict[str, bytes]:
-    """The files of an archive that a student handed in, within the bounds of a single file.
+def unzip(name: str, data: bytes, most: int, *, deeper: bool = True) -> dict[str, bytes]:
+    """The files of an archive that a student handed in, and of archives in it if `deeper`.
 
     Raises
     ------
     LabkitError
-        Where it is no zip archive, or holds too much.
+        Where it is no zip archive, or holds too much: `most` bytes may come out of it.
     """
     files: dict[str, bytes] = {}
-    left = MAX_FILE
+    wanted = may_hold_source if deeper else is_source
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             members = [
                 info
                 for info in archive.infolist()
-                if not is_skipped(info.filename) and is_source(info.filename)
+                if not is_skipped(info.filename) and wanted(info.filename)
             ]
-            if len(members) > MAX_MEMBERS:
-                raise LabkitError(
-                    f"{name} holds {len(members)} notebooks and scripts, at most {MAX_MEMBERS} are "
-                    f"read from an archive; hand in your own alone"
-                )
             for info in sorted(members, key=lambda info: likely_first(info.filename)):
-                unpacked = files[printable(info.filename)] = _unpacked(archive, info, left)
-                left -= len(unpacked)
-                if left < 0:
+                inner = printable(info.filename)
+                unpacked = _unpacked(archive, info, most)
+                most -= len(unpacked)
+                if is_source(inner):
+                    files[inner] = unpacked
+                elif most >= 0:
+                    below = unzip(f"{name}/{inner}", unpacked, most, deeper=False)
+                    files |= {f"{inner}/{file}": held for file, held in below.items()}
+                    most -= sum(map(len, below.values()))
+                if most < 0:
                     raise LabkitError(
                         f"{name} unpacks to more than {MAX_FILE // MEBIBYTE} MiB; it is not read"
+                    )
+                if max(len(files), len(members)) > MAX_MEMBERS:
+                    raise LabkitError(
+                        f"{name} holds {max(len(files), len(members))} notebooks and scripts, at "
+                        f"most {MAX_MEMBERS} are read from an archive; hand in your own alone"
                     )
     except LabkitError:
         raise
@@ -203,7 +211,7 @@ def unzip(name: str, data: bytes) -> dict[str, bytes]:
 
 def is_source(name: str) -> bool:
     """Whether a file can hold answers."""
-    return name.lower().endswith((".ipynb", ".py"))
+    return name.lower().endswith(SOURCES)
 
 
 def may_hold_source(name: str) -> bool:
@@ -218,7 +226,7 @@ def likely_first(name: str) -> tuple[bool, bool, int]:
     ['notebooks/a.ipynb', 'mine.py', 'labkit/icp.py', 'work.zip']
     """
     lower = name.lower()
-    return not lower.endswith(".ipynb"), not is_source(lower), name.count("/")
+    return ".ipynb" not in lower, not is_source(lower), name.count("/")
 
 
 def is_skipped(name: str) -> bool:
@@ -340,7 +348,8 @@ class Submission:
                 if is_source(name):
                     read = {name: data}
                 else:
-                    read = {f"{name}/{inner}": held for inner, held in unzip(name, data).items()}
+                    below = unzip(name, data, MAX_FILE)
+                    read = {f"{name}/{inner}": held for inner, held in below.items()}
                 if sum(map(len, read.values())) > left:
                     raise LabkitError(f"the files are too large together; {name} is not read")
             except LabkitError as error:

@@ -1,12 +1,14 @@
 """Answers are found whatever else a submission holds; what is found runs as the student meant."""
 
 import json
+import sys
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit.grading.extraction.extract import extract
+from labkit.grading.sandbox.inside.imports import Library
 
 FUNCTIONS = {"rotation": "rotation", "weights": "huber_weights"}
 IMPORT = "import math"
@@ -32,9 +34,18 @@ def notebook(*cells, **fields):
 
 def run(extraction):
     """What the cells define, run one after the other as a sandbox would."""
-    names = {}
-    for cell in extraction.cells:
-        exec(compile(cell.source, cell.label, "exec"), names)
+    names, own = {}, Library({})
+    sys.meta_path.insert(0, own)
+    try:
+        for cell in extraction.cells:
+            if cell.modules:
+                own.carry(cell.source, cell.label, cell.modules)
+            else:
+                exec(compile(cell.source, cell.label, "exec"), names)
+    finally:
+        sys.meta_path.remove(own)
+        for name in own.sources:
+            sys.modules.pop(name, None)
     return names
 
 
@@ -264,6 +275,34 @@ def test_answers_in_a_module_that_the_notebook_imports():
     names = run(extract(files, FUNCTIONS))
     assert names["rotation"](0.0)[0][0] == 1.0
     assert names["huber_weights"]([2.0], 1.0) == [0.5]
+
+
+@pytest.mark.parametrize(
+    ("first", "files"),
+    [
+        ("from aaa import *", {"aaa.py": "from zzz import *", "zzz.py": ROTATION}),
+        ("from aaa import rotation", {"b.py": ROTATION, "aaa.py": "from b import rotation"}),
+        ("from lab import *", {"lab/__init__.py": "from .a import *", "lab/a.py": ROTATION}),
+        ("from lab import *", {"lab/__init__.py": "from . import a\nfrom .a import rotation"}),
+        ("import src.a as a\nrotation = a.rotation", {"x y/src/a.py": ROTATION}),
+        ("from src import a\nrotation = a.rotation", {"src/a.py": ROTATION}),
+        ("from lab.a import rotation", {"lab/a.py": "from .b import *", "lab/b.py": ROTATION}),
+        ("from lab.a.b import *", {"lab/a/b.py": "from ..c import rotation", "lab/c.py": ROTATION}),
+    ],
+)
+@pytest.mark.parametrize("stub", [(), (STUB,)], ids=["", "and a stub"])
+def test_scripts_import_each_other_as_they_do_at_home(first, files, stub):
+    files = {"lab/a.py": ROTATION, **files} if "lab/__init__.py" in files else files
+    sources = {name: f"{IMPORT}\n{text}".encode() for name, text in files.items()}
+    found = extract({"a.ipynb": notebook(first, *stub), **sources}, FUNCTIONS)
+    assert run(found)["rotation"](0.0)[0][0] == 1.0
+
+
+@pytest.mark.parametrize("name", ["a.ipynb.txt", "a.IPYNB.json"])
+def test_a_notebook_is_one_whatever_ending_a_browser_gave_it(name):
+    found = extract({name: notebook(f"%%writefile mine.py\n{IMPORT}\n{ROTATION}")}, FUNCTIONS)
+    assert run(found)["rotation"](0.0)[0][0] == 1.0
+    assert extract({name: notebook("%%writefile a.txt\ndef rotation(a):")}, FUNCTIONS).notes == ()
 
 
 def test_scripts_and_older_notebooks():

@@ -482,6 +482,9 @@ def test_what_cannot_be_read_is_named(tmp_path):
         find_submissions(tmp_path / "class.zip")
 
 
+MOST = 1 << 20
+
+
 def packed(members, how=zipfile.ZIP_DEFLATED):
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w", how) as file:
@@ -494,12 +497,25 @@ def packed(members, how=zipfile.ZIP_DEFLATED):
 def test_a_packing_that_cannot_be_bounded_is_refused(how):
     """A thousand bytes of bzip2 unpack to a gigabyte, and all at once."""
     with pytest.raises(LabkitError, match="packed in a rare way"):
-        submission_module.unzip("bomb.zip", packed([("a.py", bytes(1 << 20))], how))
+        submission_module.unzip("bomb.zip", packed([("a.py", bytes(1 << 20))], how), MOST)
 
 
 def test_an_archive_of_thousands_of_scripts_is_refused():
     with pytest.raises(LabkitError, match=r"^many\.zip holds 3000 notebooks and scripts"):
-        submission_module.unzip("many.zip", packed([(f"{i}.py", b"") for i in range(3000)]))
+        submission_module.unzip("many.zip", packed([(f"{i}.py", b"") for i in range(3000)]), MOST)
+
+
+def test_an_archive_in_an_archive_is_read_and_one_below_is_not():
+    below = packed([("c.py", SOURCE), ("d.zip", packed([("e.py", SOURCE)]))])
+    found = submission_module.unzip("a.zip", packed([("b.zip", below), ("f.py", b"")]), MOST)
+    assert found == {"f.py": b"", "b.zip/c.py": SOURCE}
+    many = packed([(f"{k}.zip", packed([(f"{i}.py", b"") for i in range(90)])) for k in range(30)])
+    for data, why in (
+        (many, r"^a\.zip holds 20\d\d notebooks"),
+        (packed([("b.zip", packed([("c.py", bytes(MOST))]))]), r"^a\.zip/b\.zip unpacks to more"),
+    ):
+        with pytest.raises(LabkitError, match=why):
+            submission_module.unzip("a.zip", data, MOST)
 
 
 @settings(max_examples=400)
@@ -509,7 +525,7 @@ def test_a_damaged_archive_is_named_whatever_is_wrong_with_it(changes):
     for place, value in changes:
         data[place % len(data)] = value
     with suppress(LabkitError):
-        submission_module.unzip("damaged.zip", bytes(data))
+        submission_module.unzip("damaged.zip", bytes(data), MOST)
 
 
 def test_a_whole_repository_is_read_from_its_answers_on(tmp_path):

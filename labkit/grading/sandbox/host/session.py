@@ -166,6 +166,7 @@ class Session:
         return {
             "source": cell.source,
             "label": cell.label,
+            "modules": cell.modules,
             "reduced": self.forms[place] == REDUCED,
         }
 
@@ -293,29 +294,36 @@ def extract_in(
 
 def read_extraction(frame: Any, functions: Mapping[str, str]) -> Extraction:
     """The extraction that a frame describes; `WireError` if it describes none."""
-    lists = ("sources", "questions", "labels", "notes", "unread")
+    lists = ("sources", "questions", "labels", "modules", "notes", "unread")
     if not isinstance(frame, dict) or not all(type(frame.get(name)) is tuple for name in lists):
         raise data.WireError("no extraction")
-    sources, questions, labels, notes, unread = (frame[name] for name in lists)
-    if not len(sources) == len(questions) == len(labels):
-        raise data.WireError("cells without a source, a question or a label")
+    sources, questions, labels, modules, notes, unread = (frame[name] for name in lists)
+    if not len(sources) == len(questions) == len(labels) == len(modules):
+        raise data.WireError("cells without a source, a question, a label or names")
     marks = frame.get("passages")
     if not isinstance(marks, np.ndarray) or marks.dtype != np.int64 or marks.ndim != 1:
         raise data.WireError("no passages")
     return Extraction(
-        cells=tuple(map(_cell, sources, questions, labels, [functions] * len(sources))),
+        cells=tuple(
+            _cell(*parts, functions)
+            for parts in zip(sources, questions, labels, modules, strict=True)
+        ),
         notes=tuple(map(readable, notes)),
         unread=tuple(map(readable, unread)),
         passages=tuple(marks.tolist()),
     )
 
 
-def _cell(source: Any, question: Any, label: Any, functions: Mapping[str, str]) -> SourceCell:
+def _cell(
+    source: Any, question: Any, label: Any, modules: Any, functions: Mapping[str, str]
+) -> SourceCell:
     known = question is None or (isinstance(question, str) and question in functions)
     if not isinstance(source, np.ndarray) or not known:
         raise data.WireError("a cell of no question that was asked")
+    if not isinstance(modules, tuple) or not all(isinstance(name, str) for name in modules):
+        raise data.WireError("a module without a name")
     text = data.to_bytes(source).decode("utf-8", "replace")
-    return SourceCell(source=text, question=question, label=readable(label))
+    return SourceCell(source=text, question=question, label=readable(label), modules=modules)
 
 
 def read_cell(frame: Any, position: int) -> Complaint | None:

@@ -75,9 +75,11 @@ class Library(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
         source = self.sources.get(fullname)
         if source is None:
             return None
-        return importlib.util.spec_from_loader(
+        spec = importlib.machinery.ModuleSpec(
             fullname, self, origin=source.file, is_package=source.package
         )
+        spec.has_location = True  # so that it has a `__file__`
+        return spec
 
     def get_source(self, fullname: str) -> str:
         """The module's text."""
@@ -90,6 +92,17 @@ class Library(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
     def is_package(self, fullname: str) -> bool:
         """Whether the module has modules below it."""
         return self.sources[fullname].package
+
+    def carry(self, text: str, file: str, names: Sequence[str]) -> None:
+        """Take a script in by several names, instead of any other module that has one of them."""
+        for name in names:
+            sys.modules.pop(name, None)
+            package = file.endswith("__init__.py")
+            self.sources[name] = Source(text.encode("utf-8", "replace"), file, package)
+            above = name.rpartition(".")[0]
+            while above and above not in sys.modules:
+                self.sources.setdefault(above, Source(b"", file, True))
+                above = above.rpartition(".")[0]
 
 
 class Shelf:

@@ -28,7 +28,7 @@ import numpy as np
 
 from labkit.grading.extraction.extract import extract
 from labkit.grading.sandbox.inside import data, walls
-from labkit.grading.sandbox.inside.imports import StandIn, StandIns, forget_labkit
+from labkit.grading.sandbox.inside.imports import Library, StandIn, StandIns, forget_labkit
 
 if sys.platform == "win32":
     import msvcrt
@@ -51,6 +51,7 @@ class Worker:
         self.order = order
         self.namespace: dict[str, Any] = {}
         self.labels: set[str] = set()
+        self.own = Library({})  # the scripts of the submission
         self.left = 0
 
     def serve(self) -> None:
@@ -63,6 +64,7 @@ class Worker:
         self.namespace.update(
             get_ipython=lambda: StandIn("get_ipython"), display=StandIn("display")
         )
+        sys.meta_path.insert(0, self.own)
         self.send({"ready": True})
         try:
             asked = self.receive()
@@ -81,9 +83,14 @@ class Worker:
         except Closed:
             return
 
-    def run_cell(self, source: str, label: str, reduced: bool) -> dict[str, Any]:
-        """Run one cell; what it prints is nobody's business."""
+    def run_cell(
+        self, source: str, label: str, modules: tuple[str, ...], reduced: bool
+    ) -> dict[str, Any]:
+        """Run one cell, or have it imported; what it prints is nobody's business."""
         self.labels.add(label)
+        if modules:
+            self.own.carry(source, label, modules)
+            return {}
         sys.stdout = sys.stderr = Printed(0)
         try:
             code = compile(definitions(source) if reduced else source, label, "exec")
@@ -180,6 +187,7 @@ def found_in(files: dict[str, Any], functions: dict[str, str]) -> dict[str, Any]
         ),
         "questions": tuple(one.question for one in found.cells),
         "labels": tuple(one.label for one in found.cells),
+        "modules": tuple(one.modules for one in found.cells),
         "notes": found.notes,
         "unread": found.unread,
         "passages": np.array(found.passages, dtype="<i8"),

@@ -88,6 +88,20 @@ def test_an_error_says_where_in_the_student_s_code(slot):
     assert outcome.unrevealing_message == "it raised KeyError"
 
 
+def test_a_script_is_imported_when_a_cell_asks_for_it(sandbox):
+    script = SourceCell(
+        source="from . import b\ndef f(x):\n    return b.one / x",
+        question=None, label="lab/a.py", modules=("lab.a", "a"),
+    )  # fmt: skip
+    other = SourceCell(source="one = 1", question=None, label="lab/b.py", modules=("lab.b", "b"))
+    outcomes = sandbox.run([script, other, *cells("from lab.a import f")], [call("f", 2)])
+    assert outcomes[0].value == 0.5
+    (outcome,) = sandbox.run([script, other, *cells("from a import f")], [call("f", 2)])
+    assert "attempted relative import" in sandbox.faults[0].message
+    assert "line 1 of lab/a.py" in sandbox.faults[0].message
+    assert outcome.status is OutcomeStatus.SOURCE_FAILED
+
+
 def test_an_error_s_own_name_and_text_stay_out_of_a_hidden_case(slot):
     source = "def one(x):\n    raise type(f'Hidden{x}', (Exception,), {})(f'{x}')"
     (outcome,) = slot.run(cells(source), [call("one", 17.25)])
