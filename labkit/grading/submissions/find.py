@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import zipfile
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -20,9 +21,9 @@ from labkit.grading.submissions.submission import (
     Files,
     StoredFile,
     Submission,
+    is_skipped,
     is_source,
     list_files,
-    list_folders,
     may_hold_source,
     printable,
 )
@@ -225,12 +226,24 @@ def earlier_outputs(names: Collection[str]) -> list[str]:
 
 
 def _folders(path: Path, inside: str, left_out: Sequence[str]) -> list[str]:
-    """The folders right inside one, but those in which the grader writes."""
-    return [
-        each
-        for each in list_folders(path, inside)
-        if not any(output.startswith(f"{inside}{each}/") for output in left_out)
-    ]
+    """Names of the folders right inside one of a folder or archive, those without a file too.
+
+    Those in which the grader writes are left out. `inside` is the name of a folder right in
+    `path`, with its "/"; empty for `path` itself.
+    """
+    if path.is_dir():
+        around = [each for each in path.iterdir() if f"{printable(each.name)}/" == inside] or [path]
+        below = [printable(each.name) for each in around[0].iterdir() if each.is_dir()]
+    else:
+        with zipfile.ZipFile(path) as archive:
+            folders = [printable(info.filename) for info in archive.infolist() if info.is_dir()]
+        below = [name[len(inside) :] for name in folders if name.startswith(inside)]
+    names = {name.split("/", 1)[0] for name in below} - {""}
+    return sorted(
+        name
+        for name in names
+        if not is_skipped(name) and not any(one.startswith(f"{inside}{name}/") for one in left_out)
+    )
 
 
 def _around(path: Path, names: Sequence[str], left_out: Sequence[str]) -> str:

@@ -74,17 +74,19 @@ class StoredFile:
                 f"{MAX_FILE // MEBIBYTE} are read; clear its outputs and hand it in again"
             )
         try:
-            if not self.member:
+            if self.member:
+                with zipfile.ZipFile(self.path) as archive:
+                    data = _unpacked(archive, archive.getinfo(self.member), MAX_FILE)
+            else:
                 with self.path.open("rb") as file:
-                    return _bounded(file.read(MAX_FILE + 1), self.name)
-            with zipfile.ZipFile(self.path) as archive:
-                return _bounded(
-                    _unpacked(archive, archive.getinfo(self.member), MAX_FILE), self.name
-                )
-        except LabkitError:
-            raise
+                    data = file.read(MAX_FILE + 1)
         except DAMAGED as error:
             raise LabkitError(f"{self.name} cannot be read: {error}") from None
+        if len(data) > MAX_FILE:  # an archive may understate a size
+            raise LabkitError(
+                f"{self.name} is larger than {MAX_FILE // MEBIBYTE} MiB; it is not read"
+            )
+        return data
 
 
 # What a damaged archive raises, in this module or in those that it calls.
@@ -100,12 +102,6 @@ def _unpacked(archive: zipfile.ZipFile, info: zipfile.ZipInfo, most: int) -> byt
         raise zipfile.BadZipFile("it is packed in a rare way; pack it as an ordinary zip archive")
     with archive.open(info) as packed:
         return packed.read(most + 1)
-
-
-def _bounded(data: bytes, name: str) -> bytes:
-    if len(data) > MAX_FILE:  # an archive may understate a size
-        raise LabkitError(f"{name} is larger than {MAX_FILE // MEBIBYTE} MiB; it is not read")
-    return data
 
 
 def list_files(path: Path) -> list[StoredFile]:
@@ -135,22 +131,6 @@ def list_files(path: Path) -> list[StoredFile]:
         for info in members
     ]
     return sorted((file for file in files if not is_skipped(file.name)), key=lambda f: f.name)
-
-
-def list_folders(path: Path, inside: str) -> list[str]:
-    """Names of the folders right inside one of a folder or archive, those without a file too.
-
-    `inside` is the name of a folder right in `path`, with its "/"; empty for `path` itself.
-    """
-    if path.is_dir():
-        around = [each for each in path.iterdir() if f"{printable(each.name)}/" == inside] or [path]
-        below = [printable(each.name) for each in around[0].iterdir() if each.is_dir()]
-    else:
-        with zipfile.ZipFile(path) as archive:
-            folders = [printable(info.filename) for info in archive.infolist() if info.is_dir()]
-        below = [name[len(inside) :] for name in folders if name.startswith(inside)]
-    names = {name.split("/", 1)[0] for name in below}
-    return sorted(name for name in names if name and not is_skipped(name))
 
 
 def _in_folder(folder: Path) -> list[StoredFile]:
