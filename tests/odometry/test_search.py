@@ -13,6 +13,7 @@ from labkit.errors import InvalidParameterError
 from labkit.odometry import Decision, OdometryParameters, estimate_odometry, estimate_step
 from labkit.odometry.free_space import CLEARANCE, GAP, seen_through
 from labkit.odometry.search import SPREAD, LikelihoodField, alike, mean_values, search
+from labkit.odometry.step import ALIKE
 from labkit.se2 import apply, from_xytheta, relative, to_xytheta
 from labkit.simulation import Lidar, cast, corridor, room, scan_along
 
@@ -195,6 +196,7 @@ def test_what_fits_in_several_places_is_no_measurement():
     doubtful = replace(PARAMETERS, search_below=1.0)
     record = estimate_step(source, target, between, STILL, doubtful)
     assert record.ambiguous
+    assert -ALIKE < record.margin < ALIKE
     assert record.decision is Decision.PRIOR
     np.testing.assert_array_equal(record.increment, between)
     assert "ambiguous" in record.reason
