@@ -64,7 +64,9 @@ FRONT = """<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</
     h1 {{ font-size: 26pt; line-height: 1.2; margin: 40mm 0 5mm; }}
     h2 {{ break-before: page; }}
     p {{ display: flex; justify-content: space-between; margin: 0; }}
-    </style><h1>{title}</h1><div>{author}</div><h2>Contents</h2>{entries}"""
+    </style><h1>{title}</h1><div>{author}</div>
+    <div>Code that only prepares or draws is left out on paper. The notebooks have it.</div>
+    <h2>Contents</h2>{entries}"""
 
 
 def files(entry: dict[str, Any]) -> Iterator[str]:

@@ -42,4 +42,6 @@ def test_what_stands_between_keeps_them_apart(between):
 
 def test_a_solution_stays_alone():
     solved = "### BEGIN SOLUTION\nx = 1\n### END SOLUTION"
-    assert joined(cell(solved), cell("x", output=True)) == [solved, "x"]
+    one = cell(solved)
+    assert joined(cell("y"), one, cell("x", output=True)) == ["y", solved, "x"]
+    assert one["classes"] == ["solved"]

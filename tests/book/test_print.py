@@ -17,7 +17,7 @@ from labkit.report.pages import ReportError
 def test_pages_follow_one_another_with_contents_answers_and_pictures(html: Path, browser: object):
     reader = PdfReader(io.BytesIO(print_book(html, ["book/students", "widgets"], "A book", "Me")))
     texts = [page.extract_text() for page in reader.pages]
-    assert texts[0].split("\n") == ["A book", "Me"]
+    assert texts[0].split("\n")[:2] == ["A book", "Me"]
     second = next(k for k, text in enumerate(texts[2:], 1) if "Ten numbers." in text)
     contents = " ".join(texts[1].split())
     assert contents.startswith("Contents For students 1 Widgets ")
