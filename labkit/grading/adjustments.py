@@ -81,6 +81,8 @@ class Adjustments:
                 f"{days:g} day{'' if days == 1 else 's'} late{_because(waived)[:-1]}: "
                 f"{100.0 * share:g} % off {score:g} points."
             )
+        elif verdict.late:
+            told.append(f"Not counted as late{_because(waived)}")
         score = round(max(0.0, score) * (1.0 - share), 2)
         return replace(
             verdict,

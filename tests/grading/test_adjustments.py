@@ -3,8 +3,9 @@
 import pytest
 
 from labkit.errors import LabkitError
-from labkit.grading.adjustments import Override, read_groups, read_overrides
+from labkit.grading.adjustments import Adjustments, Override, read_groups, read_overrides
 from labkit.grading.assignment import load_assignment
+from labkit.grading.judging.verdict import SubmissionVerdict
 
 ASSIGNMENT = load_assignment(hidden=False)
 
@@ -49,6 +50,20 @@ def test_overrides_as_spreadsheets_write_them(written, text):
 def test_what_is_no_override_is_named(written, text, says):
     with pytest.raises(LabkitError, match=rf"marks\.csv: {says}"):
         read_overrides(written(text), ASSIGNMENT)
+
+
+def test_a_day_that_is_not_counted_is_told():
+    verdict = SubmissionVerdict(
+        student="ada", submission="ada.py", mode="none", questions=(), score=4.0, points=5.0,
+        notes=(), seconds=0.0, late=1.0,
+    )  # fmt: skip
+    waived = {("ada", "late"): Override(points=0.0, comment="ill")}
+    for overrides, score, told in (
+        (waived, 0.0, ("Not counted as late: ill.",)),
+        ({}, 0.0, ("1 day late: 10 % off 0 points.",)),
+    ):
+        found = Adjustments(overrides=overrides, per_day=10.0).apply(verdict)
+        assert (found.score, found.adjustments) == (score, told)
 
 
 def test_nobody_is_in_two_groups(written):

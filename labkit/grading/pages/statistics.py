@@ -132,6 +132,8 @@ class Row:
     score: float
     points: float
     mode: str
+    late: float
+    changes: tuple[str, ...]
 
 
 @dataclass(kw_only=True)
@@ -162,6 +164,8 @@ class ClassSummary:
                 score=verdict.score,
                 points=verdict.points,
                 mode=verdict.mode,
+                late=verdict.late,
+                changes=verdict.adjustments,
             )
         )
         if verdict.unread:

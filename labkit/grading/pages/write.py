@@ -99,6 +99,7 @@ def write_class_page(
         about=about,
         pairs=pairs or {},
         summary=summary,
+        names={row.student: row.name for row in summary.rows},
         title=assignment.title,
         mistakes=sorted(mistakes, key=lambda row: (-row[0], row[1:])),
         groups=groups,

@@ -95,7 +95,7 @@ def test_the_class_at_a_glance(tmp_path, mode):
     assert "4 submissions. Median 3, mean 2.5 of 4 points." in words
     assert "62 % 2 1 1" in words  # mean share; full marks, some points, none
     assert f"1 {GATE.title} {MISTAKE.says}" in words
-    assert "b, c, d 3 b and c: 97 %c and d: 94 %" in words
+    assert "b (Student b), c (Student c), d (Student d) 3 b and c: 97 %c and d: 94 %" in words
     assert "e : the disk is full" in words
     assert ("Limits alone are not safe" in words) == (mode == "none")
     links = [attrs["href"] for tag, attrs in Words(page).tags if tag == "a"]
@@ -122,7 +122,7 @@ def test_cases_that_tell_nothing_and_files_that_were_not_read_are_shown(tmp_path
     write_class_page(summary, ASSIGNMENT, tmp_path / "index.html")
     words = " ".join(Words(tmp_path / "index.html").text.split())
     assert "Not read Something of these submissions was not read" in words
-    assert "b : b.pdf is no notebook" in words
+    assert "b (Student b) : b.pdf is no notebook" in words
     about = ASSIGNMENT.visible[GATE.id][0].about
     assert f"{about} (hidden) 50 % 4 1.00" in words
 
