@@ -40,7 +40,7 @@ others: $(READY) ## test the ports in their languages, and the lab's exports in 
 
 quick: $(READY) ## the tests of the core, logs and odometry, in a minute or two
 	$(BIN)/ruff check .
-	$(BIN)/pytest -q -m "not slow" --numprocesses 2 --dist loadfile \
+	LABKIT_EXAMPLES=quick $(BIN)/pytest -q -m "not slow" --numprocesses 2 --dist loadfile \
 	    $(wildcard tests/test_*.py) tests/odometry tests/logs tests/simulation tests/evaluation
 
 fix: $(READY) ## format the code and mend what ruff can

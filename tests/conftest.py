@@ -12,9 +12,10 @@ from labkit.arrays import FloatArray
 from labkit.logs import Log, read_killian
 from labkit.simulation import Lidar, cast, room
 
-# The same examples in every run: a red test stays red, and no clock decides. CI's nightly
-# draws others, and more of them; pytest's --hypothesis-seed says which.
+# The same examples in every run: a red test stays red, and no clock decides. `make quick` draws
+# a few of them. CI's nightly draws others, and more; pytest's --hypothesis-seed says which.
 settings.register_profile("lab", deadline=None, derandomize=True, print_blob=True)
+settings.register_profile("quick", settings.get_profile("lab"), max_examples=20)
 settings.register_profile("nightly", deadline=None, max_examples=500, print_blob=True)
 settings.load_profile(os.environ.get("LABKIT_EXAMPLES", "lab"))
 

@@ -244,8 +244,12 @@ def test_bad_jobs(jobs):
         estimate_odometry(SCANS, PRIORS, jobs=jobs)
 
 
+@pytest.mark.slow
 def test_no_bit_depends_on_the_threads_of_the_linear_algebra():
-    """440 points: enough for OpenBLAS to share a matrix product among its threads."""
+    """440 points: enough for OpenBLAS to share a matrix product among its threads.
+
+    Two processes of their own: it buys that a run on another machine gives the same bits.
+    """
     program = """if True:
         import numpy as np
         from labkit.odometry import estimate_odometry
@@ -315,9 +319,10 @@ def test_bad_points_while_streaming():
         ScanMatchingOdometry().update([[math.nan, 0.0]])
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs the timers of POSIX")
 def test_ctrl_c_at_any_moment_ends_a_parallel_run():
-    """Twenty moments; the script takes any number of them."""
+    """Twenty moments, each a run: they buy that no thread hangs. The script takes any number."""
     script = Path(__file__).parents[1] / "bench" / "ctrl_c.py"
     command = [sys.executable, str(script), "20"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
