@@ -25,6 +25,7 @@ MEBIBYTE = 1 << 20
 MAX_FILE = 32 * MEBIBYTE  # a notebook with its pictures
 MAX_TOGETHER = 2 * MAX_FILE  # of all files of one student
 MAX_MEMBERS = 2000  # notebooks and scripts in one archive
+DIRECTORY, ENTRY = b"PK\1\2", 600  # what each file has in an archive; it takes as long as bytes
 PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # unpacked piece by piece; others at once
 SKIPPED = {
     ".ipynb_checkpoints", "__MACOSX", "__pycache__", ".git", ".venv", "node_modules", "Thumbs.db",
@@ -146,16 +147,28 @@ def _in_folder(folder: Path) -> list[StoredFile]:
     return files
 
 
-def unzip(name: str, data: bytes, most: int, *, deeper: bool = True) -> dict[str, bytes]:
+def unzip(
+    name: str, data: bytes, most: int, *, deeper: bool = True
+) -> tuple[dict[str, bytes], int]:
     """The files of an archive that a student handed in, and of archives in it if `deeper`.
+
+    With them comes what is left of `most`, the bytes that may come out of it; each file in the
+    archive counts for some, however small it is.
 
     Raises
     ------
     LabkitError
-        Where it is no zip archive, or holds too much: `most` bytes may come out of it.
+        Where it is no zip archive, or holds too much.
     """
     files: dict[str, bytes] = {}
     wanted = may_hold_source if deeper else is_source
+    too_much = LabkitError(
+        f"{name} holds too much: {MAX_FILE // MEBIBYTE} MiB and {MAX_FILE // ENTRY} files are read "
+        f"at most, {MAX_TOGETHER // MEBIBYTE} MiB of all archives; hand in your own files alone"
+    )
+    most -= ENTRY * data.count(DIRECTORY)
+    if most < 0:
+        raise too_much
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             members = [
@@ -167,16 +180,13 @@ def unzip(name: str, data: bytes, most: int, *, deeper: bool = True) -> dict[str
                 inner = printable(info.filename)
                 unpacked = _unpacked(archive, info, most)
                 most -= len(unpacked)
+                if most < 0:
+                    raise too_much
                 if is_source(inner):
                     files[inner] = unpacked
-                elif most >= 0:
-                    below = unzip(f"{name}/{inner}", unpacked, most, deeper=False)
+                else:
+                    below, most = unzip(f"{name}/{inner}", unpacked, most, deeper=False)
                     files |= {f"{inner}/{file}": held for file, held in below.items()}
-                    most -= sum(map(len, below.values()))
-                if most < 0:
-                    raise LabkitError(
-                        f"{name} unpacks to more than {MAX_FILE // MEBIBYTE} MiB; it is not read"
-                    )
                 if max(len(files), len(members)) > MAX_MEMBERS:
                     raise LabkitError(
                         f"{name} holds {max(len(files), len(members))} notebooks and scripts, at "
@@ -186,7 +196,7 @@ def unzip(name: str, data: bytes, most: int, *, deeper: bool = True) -> dict[str
         raise
     except DAMAGED as error:
         raise LabkitError(f"{name} cannot be unpacked: {error}") from None
-    return files
+    return files, most
 
 
 def is_source(name: str) -> bool:
@@ -323,19 +333,23 @@ class Submission:
         left = MAX_TOGETHER
         sources = [(name, file) for name, file in self.files if may_hold_source(name)]
         for name, file in sorted(sources, key=lambda named: likely_first(named[0])):
+            most = min(MAX_FILE, left)
             try:
+                if most <= 0:
+                    raise LabkitError(f"the files are too large together; {name} is not read")
                 data = file.read()
                 if is_source(name):
-                    read = {name: data}
+                    read, rest = {name: data}, most - len(data)
                 else:
-                    below = unzip(name, data, MAX_FILE)
+                    below, rest = unzip(name, data, most)
                     read = {f"{name}/{inner}": held for inner, held in below.items()}
-                if sum(map(len, read.values())) > left:
+                if rest < 0:
                     raise LabkitError(f"the files are too large together; {name} is not read")
             except LabkitError as error:
                 unread.append(str(error))
+                left -= 0 if is_source(name) else most  # it took its time, too
                 continue
-            left -= sum(map(len, read.values()))
+            left -= most - rest
             yield from read.items()
 
     def _nothing(self, handed_out: int) -> str:
@@ -344,13 +358,9 @@ class Submission:
                 "there is nothing in it but what was handed out; hand in the notebook with your "
                 "answers"
             )
-        if not self.files:
-            return (
-                "there is no notebook (.ipynb) or script (.py) in it; found nothing, and links "
-                "are not followed"
-            )
         names = ", ".join(name for name, _ in self.files[:5])
-        return f"there is no notebook (.ipynb) or script (.py) in it; found {names}"
+        found = names or "nothing, and links are not followed"
+        return f"there is no notebook (.ipynb) or script (.py) in it; found {found}"
 
 
 def is_handed_out(name: str, data: bytes) -> bool:

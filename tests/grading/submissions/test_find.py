@@ -371,10 +371,14 @@ def test_an_archive_too_much_is_left_out_whole(tmp_path, monkeypatch):
     lay_out(tmp_path, ["ada/a.py"])
     pack(tmp_path / "ada/b.zip", ["b.py"], b"#" * 1500)
     pack(tmp_path / "ada/c.zip", ["c.py", "d.py"], b"#" * 300)
-    monkeypatch.setattr(submission_module, "MAX_TOGETHER", 2000)
+    monkeypatch.setattr(submission_module, "MAX_TOGETHER", 3000)
     files, notes = find_submissions(tmp_path)[0].read()
     assert set(files) == {"a.py", "b.zip/b.py"}
-    assert notes == ("the files are too large together; c.zip is not read",)
+    assert notes[0].startswith("c.zip holds too much")
+    monkeypatch.setattr(submission_module, "MAX_TOGETHER", len(SOURCE))
+    files, notes = find_submissions(tmp_path)[0].read()
+    assert set(files) == {"a.py"}
+    assert "the files are too large together; b.zip is not read" in notes
 
 
 def test_nothing_to_grade_is_said(tmp_path):
@@ -412,7 +416,7 @@ def test_what_is_too_large_is_not_read(tmp_path, monkeypatch):
     files, notes = find_submissions(tmp_path)[0].read()
     assert files == {"small.py": SOURCE}
     assert "large.py has 0 MiB, at most 0 are read" in notes[0]
-    assert "unpacks to more than" in notes[1]
+    assert "bomb.zip holds too much" in notes[1]
 
 
 def test_links_are_not_followed(tmp_path):
@@ -482,7 +486,7 @@ def test_what_cannot_be_read_is_named(tmp_path):
         find_submissions(tmp_path / "class.zip")
 
 
-MOST = 1 << 20
+MOST = 4 << 20
 
 
 def packed(members, how=zipfile.ZIP_DEFLATED):
@@ -507,12 +511,19 @@ def test_an_archive_of_thousands_of_scripts_is_refused():
 
 def test_an_archive_in_an_archive_is_read_and_one_below_is_not():
     below = packed([("c.py", SOURCE), ("d.zip", packed([("e.py", SOURCE)]))])
-    found = submission_module.unzip("a.zip", packed([("b.zip", below), ("f.py", b"")]), MOST)
+    data = packed([("b.zip", below), ("f.py", b"")])
+    found, left = submission_module.unzip("a.zip", data, MOST)
     assert found == {"f.py": b"", "b.zip/c.py": SOURCE}
+    assert MOST - 5000 < left < MOST - len(below) - len(SOURCE)
     many = packed([(f"{k}.zip", packed([(f"{i}.py", b"") for i in range(90)])) for k in range(30)])
     for data, why in (
         (many, r"^a\.zip holds 20\d\d notebooks"),
-        (packed([("b.zip", packed([("c.py", bytes(MOST))]))]), r"^a\.zip/b\.zip unpacks to more"),
+        (packed([("b.zip", packed([("c.py", bytes(MOST))]))]), r"^a\.zip/b\.zip holds too much"),
+        (
+            packed([("b.zip", packed([(f"{i}", b"") for i in range(8000)]))]),
+            r"^a\.zip/b\.zip holds too",
+        ),
+        (packed([(f"{i}", b"") for i in range(8000)]), r"^a\.zip holds too much: 32 MiB"),
     ):
         with pytest.raises(LabkitError, match=why):
             submission_module.unzip("a.zip", data, MOST)
