@@ -62,6 +62,25 @@
     [...fields].slice(1).forEach((node) => node.removeAttribute("id"));
     each("th", (node) => node.textContent.trim() || node.replaceWith(document.createElement("td")));
 
+    // A figure that a telephone shows too small can be enlarged; then it scrolls.
+    each("article figure:has(img)", (figure) => {
+      const picture = figure.querySelector("img"), node = picture.closest("p, a") ?? picture;
+      const frame = document.createElement("div");
+      const button = document.createElement("button");
+      const show = (large) => {
+        frame.classList.toggle("enlarged", large);
+        if (large) frame.tabIndex = 0; // what scrolls can be scrolled by keys
+        else frame.removeAttribute("tabindex");
+        button.textContent = large ? "Fit to the page" : "Enlarge";
+      };
+      Object.assign(button, { type: "button", className: "enlarge" });
+      button.addEventListener("click", () => show(button.textContent === "Enlarge"));
+      node.replaceWith(frame);
+      frame.append(node);
+      frame.after(button);
+      show(false);
+    });
+
     // What scrolls sideways can be scrolled by keys.
     const reach = () =>
       each(".pst-scrollable-table-container, div.math, .bd-article pre", (node) => {

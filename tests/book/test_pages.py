@@ -126,8 +126,12 @@ def draws_all_it_holds(page: Page) -> None:
 
 
 def fits_a_telephone(page: Page) -> None:
-    """Nothing scrolls sideways, and no formula is cut off."""
+    """Nothing scrolls sideways but figures that are enlarged, and no formula is cut off."""
     page.set_viewport_size({"width": 390, "height": 844})
+    for enlarge in [each for each in page.locator(".enlarge").all() if each.is_visible()][:1]:
+        enlarge.click()
+        frame = page.locator(".enlarged")
+        assert frame.evaluate("node => node.scrollWidth") > 600
     assert page.evaluate("() => document.documentElement.scrollWidth") <= 390
     assert page.locator("div.math").evaluate_all(CUT_FORMULAS) == []
 
