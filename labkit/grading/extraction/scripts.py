@@ -11,6 +11,7 @@ from labkit.grading.extraction.cells import RawCell, tree
 from labkit.grading.extraction.slicing import Statement
 
 Imports = Mapping[str, Collection[str]]  # the own scripts that each file imports
+DEEPEST, LONGEST = 20, 1000  # parts of a path, and letters of a name, beyond which nobody goes
 
 
 def modules_of(file: str) -> tuple[str, ...]:
@@ -95,10 +96,10 @@ def _imported(node: ast.AST, file: str) -> Iterator[str]:
     if isinstance(node, ast.Import):
         names = [alias.name for alias in node.names]
     elif isinstance(node, ast.ImportFrom):
-        origin = _origin(node, file)
-        names = [f"{origin}.{alias.name}".lstrip(".") for alias in node.names]
+        origin = _origin(node, file)[:LONGEST]
+        names = [f"{origin}.{alias.name[:LONGEST]}".lstrip(".") for alias in node.names]
     for name in names:
-        yield from accumulate(name.split("."), lambda above, part: f"{above}.{part}")
+        yield from accumulate(name[: 2 * LONGEST].split("."), lambda above, part: f"{above}.{part}")
 
 
 def _origin(node: ast.ImportFrom, file: str) -> str:
@@ -111,7 +112,7 @@ def _package(folder: str) -> list[str]:
     """The last parts of a path that can be names in Python."""
     parts: list[str] = []
     for part in reversed(folder.split("/")):
-        if not part.isidentifier():
+        if not part.isidentifier() or len(parts) == DEEPEST:
             break
         parts.insert(0, part)
     return parts
