@@ -10,8 +10,8 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from labkit import __version__
 from labkit.cli import autograder, demo, evaluate, grade, match, odometry, report
+from labkit.cli.versions import ShowVersions
 from labkit.engine import is_available
 from labkit.errors import InvalidParameterError, LabkitError
 
@@ -111,7 +111,7 @@ def build_parser() -> argparse.ArgumentParser:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action="version", version=f"labkit {__version__}")
+    parser.add_argument("--version", action=ShowVersions)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for module in (demo, odometry, match, evaluate, report, grade, autograder):
         module.add_command(commands)
