@@ -38,7 +38,7 @@ test: $(READY) ## check style and types, then test code, notebooks and pages
 others: $(READY) ## test the ports in their languages, and the lab's exports in other graders
 	$(BIN)/pytest tests -m others --numprocesses 2 --dist loadfile
 
-quick: $(READY) ## the tests of the core, logs and odometry, in a minute or two
+quick: $(READY) ## the tests of the core, logs and odometry, with few examples: a minute
 	$(BIN)/ruff check .
 	LABKIT_EXAMPLES=quick $(BIN)/pytest -q -m "not slow" --numprocesses 2 --dist loadfile \
 	    $(wildcard tests/test_*.py) tests/odometry tests/logs tests/simulation tests/evaluation
