@@ -35,7 +35,7 @@ test: $(READY) ## check style and types, then test code, notebooks and pages
 	$(BIN)/pytest tests labkit $(wildcard notebooks/*.ipynb) -m "not others" \
 	    --nbval-lax --nbval-current-env --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
-others: $(READY) ## test the ports in their languages, and the lab's exports in other graders
+others: $(READY) ## test the ports in their languages, the pages in Firefox, the exports in other graders
 	$(BIN)/pytest tests -m others --numprocesses 2 --dist loadfile
 
 quick: $(READY) ## the tests of the core, logs and odometry, with few examples: a minute

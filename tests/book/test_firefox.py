@@ -19,6 +19,8 @@ from widget_page import written_page
 
 from labkit.interactive import icp_explorer
 
+pytestmark = pytest.mark.others
+
 RIGHT = "\ue014"  # the arrow key, in WebDriver's table
 DRAWN = """async () => {
     await window.drawWidgets();
