@@ -27,7 +27,7 @@ COSTS = {  # as many characters of code does each count for, however short it is
     "words and signs": 6,  # the parser makes a node of each
 }
 MAX_SCOPES_AND_NAMES = 10_000_000  # the product, in a cell
-MAX_FIELDS = 200_000_000  # characters of f-strings times their fields
+MAX_FIELDS = 200_000_000  # characters of f-strings times their fields, of names times their dots
 MAX_PARTS = 2_000_000  # objects and lists in the JSON of a notebook: far more than plots need
 
 # Cell magics whose body is Python of this notebook, as is that of a script that is written (and
@@ -37,6 +37,7 @@ TRANSPARENT = {"time", "timeit", "capture", "prun", "memit", "mprun"}
 LONGEST = 300  # no magic is as long; what is longer would only cost time
 
 _SCOPE, _WORD = re.compile(r"\b(?:lambda|def|class|for)\b|(?<=\d)for\b"), re.compile(r"\w+")
+_DOTTED = re.compile(r"(?:\b\w++[\s\\]*+\.[\s\\]*+)+")
 _PIECE = re.compile(r"\d[\w.]*|\w+|[^\w\s]")
 _CELL_MAGIC = re.compile(r"\s*%%\w[^\n]*")
 _PYTHON = re.compile(rf"\s*%%(?:(?:{'|'.join(sorted(TRANSPARENT))})\b|writefile\b.*\.py\s*$)", re.M)
@@ -275,12 +276,14 @@ def syntax_error(source: str) -> str:
 def too_involved(source: str) -> str:
     """Why a text would keep the compiler busy for seconds; empty for all that people write.
 
-    It looks for each field of an f-string from the string's start, and copies all names of a
-    function for each function within.
+    It looks for each field of an f-string from the string's start, copies all names of a
+    function for each function within, and a name that is imported at each of its dots.
     """
     scopes = len(_SCOPE.findall(source))
     if scopes * len(set(_WORD.findall(source))) > MAX_SCOPES_AND_NAMES:
         return f"it holds {scopes} functions and comprehensions and many names, too many to be read"
+    if sum(len(name[0]) * name[0].count(".") for name in _DOTTED.finditer(source)) > MAX_FIELDS:
+        return "it holds a name with more dots than can be read"
     cost = 0
     for part in _PART.finditer(source):
         prefix = source[max(0, part.start() - 2) : part.start()].lower()

@@ -394,8 +394,18 @@ def test_code_that_would_keep_the_grader_busy_is_refused(source, says):
         ("def f(): return [" + "[0for x in y]," * 2700 + "]", "2701 functions and loops (2621 at"),
         ("def f(): return f'" + "{x}" * 14_000 + "'", "f-strings hold more fields than"),
         ("def f(): return rF'''" + "{x}{x}\n" * 5_000 + "'''", "f-strings hold more fields than"),
+        ("import " + "a.\t" * 15_000 + "a", "a name with more dots than"),
+        ("from a" + " . a" * 12_000 + " import b", "a name with more dots than"),
     ],
-    ids=["names", "functions", "comprehensions", "fields", "fields in lines"],
+    ids=[
+        "names",
+        "functions",
+        "comprehensions",
+        "fields",
+        "fields in lines",
+        "dots",
+        "spaced dots",
+    ],
 )
 def test_code_that_the_compiler_would_take_seconds_for_is_not_compiled(source, says):
     found = extract({"a.py": source.encode(), "b.py": f"{IMPORT}\n{ROTATION}".encode()}, FUNCTIONS)
