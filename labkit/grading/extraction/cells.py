@@ -27,7 +27,7 @@ COSTS = {  # as many characters of code does each count for, however short it is
     "words and signs": 6,  # the parser makes a node of each
 }
 MAX_SCOPES_AND_NAMES = 10_000_000  # the product, in a cell
-MAX_FIELDS = 200_000_000  # characters of f-strings times their fields, of names times their dots
+MAX_REREAD = 200_000_000  # characters of f-strings times their fields, of names times their dots
 MAX_PARTS = 2_000_000  # objects and lists in the JSON of a notebook: far more than plots need
 
 # Cell magics whose body is Python of this notebook, as is that of a script that is written (and
@@ -282,14 +282,14 @@ def too_involved(source: str) -> str:
     scopes = len(_SCOPE.findall(source))
     if scopes * len(set(_WORD.findall(source))) > MAX_SCOPES_AND_NAMES:
         return f"it holds {scopes} functions and comprehensions and many names, too many to be read"
-    if sum(len(name[0]) * name[0].count(".") for name in _DOTTED.finditer(source)) > MAX_FIELDS:
+    if sum(len(name[0]) * name[0].count(".") for name in _DOTTED.finditer(source)) > MAX_REREAD:
         return "it holds a name with more dots than can be read"
     cost = 0
     for part in _PART.finditer(source):
         prefix = source[max(0, part.start() - 2) : part.start()].lower()
         if part[0][0] in "'\"" and "f" in prefix:
             cost += len(part[0]) * part[0].count("{")
-    return "its f-strings hold more fields than can be read" if cost > MAX_FIELDS else ""
+    return "its f-strings hold more fields than can be read" if cost > MAX_REREAD else ""
 
 
 def tree(source: str) -> ast.Module:
