@@ -2,15 +2,21 @@
 
 A picture often takes a cell of numbers and a cell that draws them. JupyterLab folds each alone.
 In the book a folded cell that shows nothing goes into the fold of the folded cell below it.
+The cells of a solution go into the dropdown of its text, or into one of their own.
 On paper nothing unfolds: folded code is left out there, but for solutions, which get a class.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from docutils import nodes
 from sphinx.application import Sphinx
+from sphinx_design.shared import create_component
 
 BLANK = "\n\n\n"  # as two functions stand apart in a file
+SOLUTION = "Solution"
+IN_CODE = "Solution in code"
 
 
 def join_folds(app: Sphinx, doctree: nodes.document) -> None:
@@ -19,12 +25,64 @@ def join_folds(app: Sphinx, doctree: nodes.document) -> None:
         below = cell.next_node(descend=False, siblings=True)
         if _is_solution(cell):
             cell["classes"].append("solved")
+            cell["prompt_show"] = cell["prompt_hide"] = IN_CODE
         elif _is_folded(cell) and _is_folded(below) and len(cell) == 1:
             above, code = _code(cell), _code(below)
             joined = above.astext() + BLANK + code.astext()
             code.rawsource, code.children = joined, []
             code += nodes.Text(joined)
             cell.parent.remove(cell)
+    for cells, dropdown in list(_solutions(doctree)):
+        _put_into(dropdown, cells)
+
+
+def _solutions(
+    doctree: nodes.document,
+) -> Iterator[tuple[list[nodes.container], nodes.container | None]]:
+    """The hidden cells of each solution, and the dropdown that stands beside them, if any."""
+    for cell in doctree.findall(_is_hidden):
+        parent = cell.parent
+        at = parent.index(cell)
+        if at and _is_hidden(parent[at - 1]):
+            continue
+        end = at
+        while end < len(parent) and _is_hidden(parent[end]):
+            end += 1
+        beside = [*parent[max(at - 1, 0) : at], *parent[end : end + 1]]
+        dropdown = next(filter(_is_dropdown, beside), None)
+        yield list(parent[at:end]), dropdown
+
+
+def _put_into(dropdown: nodes.container | None, cells: list[nodes.container]) -> None:
+    if dropdown is None:
+        dropdown = create_component(
+            "dropdown",
+            classes=[],
+            opened=False,
+            type="dropdown",
+            has_title=True,
+            icon=None,
+            chevron=None,
+            container_classes=["sd-mb-3"],
+            title_classes=[],
+            body_classes=[],
+        )
+        dropdown += nodes.rubric(IN_CODE, IN_CODE)
+        cells[0].parent.insert(cells[0].parent.index(cells[0]), dropdown)
+    for cell in cells:
+        cell.parent.remove(cell)
+        del cell["hide_mode"]
+        dropdown += cell
+
+
+def _is_hidden(node: nodes.Node | None) -> bool:
+    """Whether a node is a cell that is hidden with its output: part of a solution."""
+    return isinstance(node, nodes.container) and node.get("hide_mode") == "all"
+
+
+def _is_dropdown(node: nodes.Node) -> bool:
+    is_one = isinstance(node, nodes.container) and node.get("design_component") == "dropdown"
+    return is_one and node[0].astext() == SOLUTION
 
 
 def _is_folded(node: nodes.Node | None) -> bool:

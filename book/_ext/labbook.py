@@ -6,6 +6,7 @@ from typing import Any
 
 import browser_files
 from diagrams import MermaidDirective
+from docutils import nodes
 from excerpts import write_excerpts
 from figures import make_figures
 from folds import join_folds
@@ -39,6 +40,14 @@ def declare_thebe_once(
     context["script_files"] = kept
 
 
+def tell_status(app: Sphinx, doctree: nodes.document, page: str) -> None:
+    """Say in words how each notebook ran: few machines have a font with the table's signs."""
+    words = {"\N{WHITE HEAVY CHECK MARK}": "done", "\N{CROSS MARK}": "failed"}
+    for text in list(doctree.findall(nodes.Text)):
+        if text in words:
+            text.parent.replace(text, nodes.Text(words[text]))
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the steps above, the diagrams, and what the pages load."""
     app.connect("config-inited", provide_browser_files)
@@ -48,6 +57,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("doctree-read", join_folds)
     app.connect("doctree-resolved", keep_tagged_formulas_whole)
     app.connect("doctree-resolved", explain_terms)
+    app.connect("doctree-resolved", tell_status)
     app.connect("html-page-context", draw_formulas, priority=900)
     app.connect("html-page-context", declare_thebe_once, priority=900)
     app.connect("build-finished", write_excerpts)

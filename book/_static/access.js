@@ -82,11 +82,13 @@
     });
 
     // What scrolls sideways can be scrolled by keys.
-    const reach = () =>
-      each(".pst-scrollable-table-container, div.math, .bd-article pre", (node) => {
+    const reach = () => {
+      const wide = ".pst-scrollable-table-container, div.math, .bd-article pre";
+      each(wide, (node) => node.removeAttribute("tabindex")); // its margin would make it scroll on
+      each(wide, (node) => {
         if (node.scrollWidth > node.clientWidth) node.tabIndex = 0;
-        else node.removeAttribute("tabindex");
       });
+    };
     reach();
     addEventListener("resize", reach);
     document.addEventListener("toggle", reach, true); // an answer is opened

@@ -45,3 +45,31 @@ def test_a_solution_stays_alone():
     one = cell(solved)
     assert joined(cell("y"), one, cell("x", output=True)) == ["y", solved, "x"]
     assert one["classes"] == ["solved"]
+
+
+def dropdown(title: str) -> nodes.container:
+    made = nodes.container("", nodes.rubric("", title), design_component="dropdown")
+    made += nodes.paragraph("", "Because.")
+    return made
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (1, 2, 0)], ids=["text first", "code first"])
+def test_the_cells_of_a_solution_go_into_its_dropdown(order):
+    parts = [dropdown("Solution"), cell("x = 1", hide="all"), cell("y = 2", hide="all")]
+    section = nodes.section("", nodes.paragraph("", "Why?"), *(parts[i] for i in order))
+    document = new_document("page")
+    document += section
+    folds.join_folds(None, document)
+    assert [each.astext() for each in section] == ["Why?", parts[0].astext()]
+    assert parts[0].astext().split() == ["Solution", "Because.", "x", "=", "1", "y", "=", "2"]
+    assert not any(each.get("hide_mode") for each in parts)
+
+
+def test_a_solution_without_text_gets_a_dropdown_but_not_a_hint_s():
+    hint, one = dropdown("Hint"), cell("x = 1", hide="all")
+    section = nodes.section("", hint, one)
+    document = new_document("page")
+    document += section
+    folds.join_folds(None, document)
+    assert [each[0].astext() for each in section] == ["Hint", folds.IN_CODE]
+    assert one.parent is section[1]
