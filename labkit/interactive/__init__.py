@@ -2,8 +2,8 @@
 
 An ordinary slider calls Python when it moves, so in a page it is dead. Two ways to live
 stand here. `icp_explorer`, `icp_sliders` and `align_by_hand` bring the ICP loop along in
-JavaScript. `flipbook` draws beforehand what only Python can compute. This is the one package
-that imports anywidget, and ipywidgets with it.
+JavaScript, and `live_figure` what else a page can compute. `flipbook` draws beforehand what only
+Python can. This is the one package that imports anywidget, and ipywidgets with it.
 """
 
 try:
@@ -24,6 +24,7 @@ from labkit.interactive.explorer import (
     killian_scene,
 )
 from labkit.interactive.flipbook import flipbook
+from labkit.interactive.live_figure import live_figure
 
 __all__ = [
     "Explorer",
@@ -34,4 +35,5 @@ __all__ = [
     "icp_explorer",
     "icp_sliders",
     "killian_scene",
+    "live_figure",
 ]

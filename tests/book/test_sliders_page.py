@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page
 
@@ -13,7 +14,7 @@ pytest.importorskip("anywidget")
 from widget_page import written_page
 
 import labkit
-from labkit.interactive import Explorer, icp_sliders
+from labkit.interactive import Explorer, icp_sliders, live_figure
 
 LESSON = labkit.simulation.lesson_experiment()
 
@@ -65,4 +66,34 @@ def test_without_sliders_a_run_is_watched_from_its_guess(browser: Browser, tmp_p
     page, explorer = opened(browser, tmp_path, {})
     assert page.locator(".icp-sliders input").count() == 0
     assert readout(page, "shown") == f"the guess, iteration 0 of {explorer.run().iterations}"
+    page.close()
+
+
+def test_a_live_figure_follows_its_sliders_by_keyboard(browser: Browser, tmp_path: Path):
+    figure = live_figure(
+        "turn",
+        {"turn [°]": range(-30, 31), "x [m]": [-0.5, 0.0, 0.5], "y [m]": [-0.5, 0.0, 0.5]},
+        label="two scans",
+        start=(0, 0, 0),
+        xlim=(-8.0, 8.0),
+        ylim=(-8.0, 8.0),
+        source=LESSON.source.points,
+        target=LESSON.target.points,
+    )
+    page = browser.new_page(viewport={"width": 390, "height": 700})
+    page.goto(written_page(figure, tmp_path))
+    picture = page.get_by_role("img", name="two scans")
+    before = picture.evaluate("canvas => canvas.toDataURL()")
+    page.get_by_label("turn [°]").press("ArrowRight")
+    T = labkit.transform(0.0, 0.0, math.radians(1.0))
+    moved = labkit.apply(T, LESSON.source.points)
+    median = np.median(labkit.Target(LESSON.target).search.query(moved)[1])
+    assert readout(page, "median distance") == f"{median:.3f} m"
+    assert picture.get_attribute("aria-label") == f"two scans; median distance: {median:.3f} m"
+    assert page.get_by_label("turn [°]").get_attribute("aria-valuetext") == "1"
+    assert picture.evaluate("canvas => canvas.toDataURL()") != before
+    boxes = [each.bounding_box() for each in (picture, page.get_by_label("turn [°]"))]
+    assert boxes[0]
+    assert boxes[1]
+    assert boxes[0]["y"] + boxes[0]["height"] < boxes[1]["y"] < 700
     page.close()

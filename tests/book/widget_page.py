@@ -6,16 +6,15 @@ import json
 from pathlib import Path
 
 import browser_files
+from anywidget import AnyWidget
 from ipywidgets.embed import embed_data
 
-from labkit.interactive import Explorer
 
-
-def written_page(explorer: Explorer, folder: Path) -> str:
-    """A page that shows the explorer as it is now; it loads the book's own files for widgets."""
+def written_page(widget: AnyWidget, folder: Path) -> str:
+    """A page that shows the widget as it is now; it loads the book's own files for widgets."""
     browser_files.provide()
     book = browser_files.VENDOR.parent.as_uri()
-    data = embed_data(views=[explorer], drop_defaults=False)
+    data = embed_data(views=[widget], drop_defaults=False)
     state, view = json.dumps(data["manager_state"]), json.dumps(data["view_specs"][0])
     kinds = "application/vnd.jupyter.widget-state+json", "application/vnd.jupyter.widget-view+json"
     page = folder / "page.html"

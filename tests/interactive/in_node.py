@@ -15,7 +15,6 @@ import pytest
 from labkit.interactive.explorer import Scene, front_end
 from labkit.interactive.explorer.widget import packed
 
-PROGRAM = Path(__file__).with_name("agree.mjs")
 PATIENCE = 240  # seconds
 
 
@@ -35,13 +34,23 @@ def answers(
     scenes: Sequence[Scene], runs: Sequence[dict[str, Any]], folder: Path
 ) -> list[dict[str, Any]]:
     """What the front end, as the widget ships it, makes of each run."""
-    program = folder / "front_end.mjs"
-    program.write_text(front_end(), "utf-8")
-    job = json.dumps({"pairs": [packed(scene) for scene in scenes], "runs": list(runs)})
-    command = [node(), str(PROGRAM), str(program)]
+    job = {"pairs": [packed(scene) for scene in scenes], "runs": list(runs)}
+    found: list[dict[str, Any]] = told_by("agree.mjs", front_end(), job, folder)
+    return found
+
+
+def told_by(program: str, module: str, job: object, folder: Path) -> Any:
+    """What a program beside this file tells about a job; it imports the module."""
+    written = folder / "front_end.mjs"
+    written.write_text(module, "utf-8")
+    command = [node(), str(Path(__file__).with_name(program)), str(written)]
     done = subprocess.run(
-        command, input=job, capture_output=True, encoding="utf-8", timeout=PATIENCE, check=False
+        command,
+        input=json.dumps(job),
+        capture_output=True,
+        encoding="utf-8",
+        timeout=PATIENCE,
+        check=False,
     )
     assert done.returncode == 0, done.stderr[-2000:]
-    found: list[dict[str, Any]] = json.loads(done.stdout)
-    return found
+    return json.loads(done.stdout)

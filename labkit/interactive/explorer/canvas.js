@@ -48,3 +48,43 @@ export function disc(context, u, v, r) {
   context.arc(u, v, r, 0, 2 * Math.PI);
   context.fill();
 }
+
+// Markers about a pixel, each added to the path that is begun.
+
+export function dot(context, u, v) {
+  context.moveTo(u + 2, v);
+  context.arc(u, v, 2, 0, 2 * Math.PI);
+}
+
+export function square(context, u, v) {
+  context.rect(u - 2.5, v - 2.5, 5, 5);
+}
+
+export function cross(context, u, v) {
+  context.moveTo(u - 3, v - 3), context.lineTo(u + 3, v + 3);
+  context.moveTo(u - 3, v + 3), context.lineTo(u + 3, v - 3);
+}
+
+export function triangle(context, u, v) {
+  context.moveTo(u, v - 3.5), context.lineTo(u + 3.3, v + 2.5), context.lineTo(u - 3.3, v + 2.5);
+  context.closePath();
+}
+
+export function diamond(context, u, v) {
+  context.moveTo(u, v - 3), context.lineTo(u + 3, v), context.lineTo(u, v + 3), context.lineTo(u - 3, v);
+  context.closePath();
+}
+
+export function ring(context, u, v) {
+  context.moveTo(u + 2.8, v);
+  context.arc(u, v, 2.8, 0, 2 * Math.PI);
+}
+
+export function speck(context, u, v) {
+  context.rect(u - 1.3, v - 1.3, 2.6, 2.6);
+}
+
+export function plus(context, u, v) {
+  context.moveTo(u - 7, v), context.lineTo(u + 7, v);
+  context.moveTo(u, v - 7), context.lineTo(u, v + 7);
+}

@@ -17,6 +17,7 @@ MODULES = (
     "scene",
     "canvas",
     "controls",
+    "frame",
     "state",
     "bets",
     "basin",

@@ -2,8 +2,9 @@
 // zoomed and panned, and a bet on where the run will end.
 
 import { FATES, fates } from "./correspondences.js";
-import { freshContext } from "./canvas.js";
+import { cross, diamond, dot, freshContext, square, triangle } from "./canvas.js";
 import { element } from "./controls.js";
+import { Frame } from "./frame.js";
 import { apply } from "./se2.js";
 
 const HANDLE = 50; // px from the scanner to the knob that turns it
@@ -21,10 +22,11 @@ export const FATE_STYLES = [
   { color: "kept", dash: [], marker: dot },
 ];
 
-export class Plane {
+export class Plane extends Frame {
   // `onPose` gets {x, y, theta} when the reader moves the source; `pose` tells where it is;
   // `onBet` gets [x, y] when the bet is placed; `onView` is called when the view has changed.
   constructor({ label, pose, onPose, onBet, onView, signal }) {
+    super();
     this.canvas = element("canvas", { class: "icp-plane", tabindex: 0, role: "application", "aria-label": label });
     this.pose = pose;
     this.onPose = onPose;
@@ -90,10 +92,6 @@ export class Plane {
     });
   }
 
-  place(u, v) {
-    return [this.center[0] + (u - this.width / 2) / this.scale, this.center[1] - (v - this.height / 2) / this.scale];
-  }
-
   grasp(event) {
     const { x, y, theta } = this.pose();
     if (this.mode === "bet") {
@@ -150,10 +148,6 @@ export class Plane {
     this.onPose({ x: x + move[0], y: y + move[1], theta: theta + move[2] });
   }
 
-  pixel(x, y) {
-    return [this.width / 2 + (x - this.center[0]) * this.scale, this.height / 2 - (y - this.center[1]) * this.scale];
-  }
-
   draw({ target, source, pairs, path, answer, pose, colors }) {
     const [[left, right], [bottom, top]] = this.bounds;
     const shape = (top - bottom) / (right - left); // the map is as high as the scans, within bounds
@@ -161,9 +155,8 @@ export class Plane {
     const fresh = freshContext(this.canvas, height);
     if (!fresh) return;
     const { context } = fresh;
-    Object.assign(this, { width: fresh.width, height: fresh.height });
-    this.whole = (1 - 2 * MARGIN) * Math.min(this.width / (right - left), this.height / (top - bottom));
-    this.scale = this.zoom * this.whole;
+    this.whole = (1 - 2 * MARGIN) * Math.min(fresh.width / (right - left), fresh.height / (top - bottom));
+    this.look({ ...fresh, center: this.center, scale: this.zoom * this.whole });
     this.drawGrid(context, colors);
 
     context.fillStyle = colors.target;
@@ -248,51 +241,4 @@ export class Plane {
     context.moveTo(u, v - 22), context.lineTo(u + 13, v - 17), context.lineTo(u, v - 12);
     context.fill();
   }
-
-  drawGrid(context, colors) {
-    const step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20].find((each) => each * this.scale >= 55) ?? 50;
-    const digits = step < 1 ? 1 : 0;
-    context.strokeStyle = colors.grid;
-    context.fillStyle = colors.soft;
-    context.lineWidth = 1;
-    context.beginPath();
-    const corner = [this.center[0] - this.width / 2 / this.scale, this.center[1] - this.height / 2 / this.scale];
-    for (let k = Math.ceil(corner[0] / step); k * step < corner[0] + this.width / this.scale; k++) {
-      const [u] = this.pixel(k * step, 0);
-      context.moveTo(u, 0), context.lineTo(u, this.height);
-      if (u > 20 && u < this.width - 70) context.fillText((k * step).toFixed(digits), u + 3, this.height - 4);
-    }
-    for (let k = Math.ceil(corner[1] / step); k * step < corner[1] + this.height / this.scale; k++) {
-      const [, v] = this.pixel(0, k * step);
-      context.moveTo(0, v), context.lineTo(this.width, v);
-      if (v > 34 && v < this.height - 18) context.fillText((k * step).toFixed(digits), 3, v - 3);
-    }
-    context.stroke();
-    context.fillText("y [m]", 3, 13);
-    context.fillText("x [m]", this.width - 34, this.height - 4);
-  }
-}
-
-function dot(context, u, v) {
-  context.moveTo(u + 2, v);
-  context.arc(u, v, 2, 0, 2 * Math.PI);
-}
-
-function square(context, u, v) {
-  context.rect(u - 2.5, v - 2.5, 5, 5);
-}
-
-function cross(context, u, v) {
-  context.moveTo(u - 3, v - 3), context.lineTo(u + 3, v + 3);
-  context.moveTo(u - 3, v + 3), context.lineTo(u + 3, v - 3);
-}
-
-function triangle(context, u, v) {
-  context.moveTo(u, v - 3.5), context.lineTo(u + 3.3, v + 2.5), context.lineTo(u - 3.3, v + 2.5);
-  context.closePath();
-}
-
-function diamond(context, u, v) {
-  context.moveTo(u, v - 3), context.lineTo(u + 3, v), context.lineTo(u, v + 3), context.lineTo(u - 3, v);
-  context.closePath();
 }

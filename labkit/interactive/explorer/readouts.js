@@ -4,10 +4,9 @@ import { element } from "./controls.js";
 import { FATES, fates, inlierCount, inlierRmse } from "./correspondences.js";
 import { TERMINATIONS, failed } from "./icp.js";
 import { unobservable } from "./line_alignment.js";
-import { poseDifference, toXYTheta } from "./se2.js";
+import { DEGREE, poseDifference, toXYTheta } from "./se2.js";
 
-const DEGREE = Math.PI / 180;
-const PATIENCE = 600; // ms of rest before a screen reader is told
+export const PATIENCE = 600; // ms of rest before a screen reader is told
 
 export class Readouts {
   constructor(signal) {
@@ -35,9 +34,7 @@ export class Readouts {
     if (result.termination) rows.push(["the run", ending({ result, known, reference, target })]);
     if (bet && shown === last && result.T_target_source)
       rows.push(["your bet", `${Math.hypot(bet[0] - T.x, bet[1] - T.y).toFixed(2)} m from the end`]);
-    this.numbers.replaceChildren(
-      ...rows.flatMap(([term, text]) => [element("dt", {}, term), element("dd", { "data-readout": term }, text)]),
-    );
+    writeRows(this.numbers, rows);
     this.explain({ pairs, known, reference, bet, sourcePoints: source.length / 2, targetPoints: target.points.length / 2 });
   }
 
@@ -67,6 +64,12 @@ export class Readouts {
   }
 }
 
+// Put terms and what they stand for into a list.
+export function writeRows(list, rows) {
+  const parts = rows.flatMap(([term, text]) => [element("dt", {}, term), element("dd", { "data-readout": term }, text)]);
+  list.replaceChildren(...parts);
+}
+
 // How a run ended, for Python.
 export function outcome({ T_target_source: T, termination, history }) {
   const { pairs, cost } = history.at(-1), count = inlierCount(pairs);
@@ -89,7 +92,7 @@ function sayPose(T) {
   return `(${x.toFixed(3)}, ${y.toFixed(3)}) m, ${(theta / DEGREE).toFixed(2)}°`;
 }
 
-function sayDifference([metres, radians]) {
+export function sayDifference([metres, radians]) {
   const distance = metres < 0.1 ? `${(1000 * metres).toFixed(1)} mm` : `${metres.toFixed(3)} m`;
   return `${distance}, ${(radians / DEGREE).toFixed(2)}°`;
 }

@@ -11,6 +11,6 @@ export function unpacked({ source, target, normals, answer }) {
   };
 }
 
-function floats(text) {
+export function floats(text) {
   return new Float64Array(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
 }

@@ -3,6 +3,8 @@
 // A transform T_a_b = {c, s, x, y} is the matrix [[c, -s, x], [s, c, y], [0, 0, 1]].
 // Points are flat arrays x0, y0, x1, y1, ... in metres.
 
+export const DEGREE = Math.PI / 180;
+
 export function transform(x, y, theta) {
   return { c: Math.cos(theta), s: Math.sin(theta), x, y };
 }

@@ -73,11 +73,11 @@ class Explorer(anywidget.AnyWidget):
             raise InvalidParameterError(
                 f"must be at least one, no two of one name, got {names}", parameter="scenes"
             )
-        told = {k: None if v == math.inf else v for k, v in asdict(parameters).items()}
-        first = {k: told[k] for k in _SLIDERS}
+        by_name = told(parameters)
+        first = {k: by_name[k] for k in _SLIDERS}
         super().__init__(
             scene_data=[packed(each) for each in scenes],
-            fixed_parameters={k: v for k, v in told.items() if k not in _SLIDERS},
+            fixed_parameters={k: v for k, v in by_name.items() if k not in _SLIDERS},
             first_parameters=first,
             parameter_words={each.name: dict(each.metadata) for each in fields(parameters)},
             found_within=list(FOUND),
@@ -90,8 +90,8 @@ class Explorer(anywidget.AnyWidget):
     @property
     def parameters(self) -> IcpParameters:
         """The parameters that the sliders stand at."""
-        told = self.fixed_parameters | {name: getattr(self, name) for name in _SLIDERS}
-        return _parameters(told)
+        moved = {name: getattr(self, name) for name in _SLIDERS}
+        return _parameters(self.fixed_parameters | moved)
 
     @property
     def T_init(self) -> FloatArray:
@@ -281,27 +281,33 @@ def _choice(name: str, values: Iterable[float]) -> list[float | None]:
     return chosen
 
 
-def _parameters(told: dict[str, Any]) -> IcpParameters:
+def _parameters(by_name: dict[str, Any]) -> IcpParameters:
     """Parameters by name, None for one that is off."""
-    off_is_infinite: dict[str, Any] = {k: math.inf if v is None else v for k, v in told.items()}
+    off_is_infinite: dict[str, Any] = {k: math.inf if v is None else v for k, v in by_name.items()}
     return IcpParameters(**off_is_infinite)
 
 
+def told(parameters: IcpParameters) -> dict[str, Any]:
+    """Parameters by name as JSON, which has no infinity: None for one that is off."""
+    return {k: None if v == math.inf else v for k, v in asdict(parameters).items()}
+
+
 def packed(scene: Scene) -> dict[str, Any]:
-    """A scene as JSON; arrays as base64 of their little-endian float64, no digit lost."""
+    """A scene as JSON."""
     target = Target(scene.target)
     return {
         "name": scene.name,
-        "source": _base64(scene.source.points),
-        "target": _base64(target.points),
-        "normals": _base64(target.normals),
+        "source": base64_of(scene.source.points),
+        "target": base64_of(target.points),
+        "normals": base64_of(target.normals),
         "guess": _row(scene.T_init),
         "answer": None if scene.T_reference is None else _row(scene.T_reference),
         "reference": scene.reference,
     }
 
 
-def _base64(rows: FloatArray) -> str:
+def base64_of(rows: FloatArray) -> str:
+    """An array as base64 of its little-endian float64, no digit lost."""
     return base64.b64encode(np.ascontiguousarray(rows, dtype="<f8").tobytes()).decode("ascii")
 
 

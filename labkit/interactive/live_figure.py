@@ -1,0 +1,153 @@
+"""Figures that the page computes anew at each move of a slider, with a kernel or without one.
+
+What a figure computes is written in JavaScript, in ``models.js``, upon the explorer's modules.
+The tests hold it to labkit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, cast
+
+import anywidget
+import numpy as np
+import traitlets
+from numpy.typing import ArrayLike
+
+from labkit.arrays import as_floats
+from labkit.errors import InvalidParameterError
+from labkit.interactive.explorer.front_end import FOLDER as EXPLORER
+from labkit.interactive.explorer.front_end import joined, style
+from labkit.interactive.explorer.widget import base64_of, told
+from labkit.parameters import IcpParameters
+
+FOLDER = Path(__file__).parent
+MODELS = ("turn", "outlier", "cuts", "race")
+MODULES = (
+    *("se2", "neighbors", "correspondences", "alignment", "line_alignment", "icp", "scene"),
+    *("canvas", "controls", "frame", "readouts"),
+)
+"""Those of the explorer that a live figure needs."""
+
+
+class LiveFigure(anywidget.AnyWidget):
+    """Sliders beside a picture that the page computes; make one with `live_figure`.
+
+    Attributes
+    ----------
+    model_name : str
+        What computes the picture: a key of ``MODELS`` in ``models.js``.
+    label : str
+        What the picture shows.
+    sliders : list of dict
+        Label and values of each slider.
+    values : list of float
+        Where the sliders stand.
+    window : list of float
+        The part of the plane that is seen: left, right, bottom, top [m].
+    given : dict
+        What the model is about: arrays as base64 of their little-endian float64.
+    """
+
+    _esm = joined(
+        [
+            *(EXPLORER / f"{name}.js" for name in MODULES),
+            *(FOLDER / f"{name}.js" for name in ("marks", "models", "live_figure")),
+        ]
+    )
+    _css = style() + FOLDER.joinpath("live_figure.css").read_text("utf-8")
+
+    model_name = traitlets.Enum(MODELS).tag(sync=True)
+    label = traitlets.Unicode().tag(sync=True)
+    sliders: traitlets.List[Any] = traitlets.List().tag(sync=True)
+    values = traitlets.List(traitlets.Float()).tag(sync=True)
+    window = traitlets.List(traitlets.Float(), minlen=4, maxlen=4).tag(sync=True)
+    given = traitlets.Dict().tag(sync=True)
+
+    @traitlets.validate("values")
+    def _one_each(self, proposal: dict[str, Any]) -> list[float]:
+        values = cast("list[float]", proposal["value"])
+        if len(values) != len(self.sliders) or not np.isfinite(values).all():
+            raise InvalidParameterError(
+                f"must be {len(self.sliders)} finite numbers, one for each slider, got {values}",
+                parameter="values",
+            )
+        return values
+
+
+def live_figure(
+    model: str,
+    sliders: Mapping[str, Iterable[float]],
+    *,
+    label: str,
+    start: Sequence[float],
+    xlim: tuple[float, float],
+    ylim: tuple[float, float],
+    **given: ArrayLike | IcpParameters,
+) -> LiveFigure:
+    """A picture that is computed where it is read, each time that a slider moves.
+
+    Parameters
+    ----------
+    model : str
+        What computes it: "turn", "outlier", "cuts" or "race" of ``models.js``.
+    sliders : mapping of str to iterable of float
+        What each slider changes, with its unit, and the values that it can take; in the order
+        in which the model takes them.
+    label : str
+        What the picture shows, for those who cannot see it; its numbers are added.
+    start : sequence of float
+        Where the sliders stand first.
+    xlim, ylim : tuple of float
+        The part of the plane that is seen [m].
+    **given : array_like or IcpParameters
+        What the model is about, by the names that it knows.
+
+    Returns
+    -------
+    LiveFigure
+        The widget; its `values` follow the sliders where a kernel runs.
+
+    Raises
+    ------
+    InvalidParameterError
+        For a model that there is not, a slider of fewer than two values, or a `start` of
+        another number of values than there are sliders.
+
+    Examples
+    --------
+    >>> square = [[0.0, 0.0], [4.0, 0.0], [0.0, 3.0], [4.0, 3.0]]
+    >>> choices = {"cuts": range(3), "query x [m]": [0.0, 1.0], "query y [m]": [0.0, 1.0]}
+    >>> cells = live_figure("cuts", choices, label="cells of a tree", start=(1, 0.0, 1.0),
+    ...                     xlim=(-1.0, 5.0), ylim=(-1.0, 4.0), target=square)
+    >>> cells.values
+    [1.0, 0.0, 1.0]
+    """
+    if model not in MODELS:
+        raise InvalidParameterError(
+            f"must be one of {', '.join(MODELS)}, got {model!r}", parameter="model"
+        )
+    chosen = {name: [round(float(each), 9) for each in values] for name, values in sliders.items()}
+    for name, values in chosen.items():
+        if len(values) < 2:
+            raise InvalidParameterError(
+                f"must give at least two values to each, got {name!r}: {values}",
+                parameter="sliders",
+            )
+    return LiveFigure(
+        model_name=model,
+        label=label,
+        sliders=[{"label": name, "values": values} for name, values in chosen.items()],
+        values=[float(each) for each in start],
+        window=[*map(float, (*xlim, *ylim))],
+        given={name: packed_given(name, value) for name, value in given.items()},
+    )
+
+
+def packed_given(name: str, value: ArrayLike | IcpParameters) -> Any:
+    """What a model is given, as JSON: parameters by name, numbers, arrays as base64."""
+    if isinstance(value, IcpParameters):
+        return told(value)
+    rows = as_floats(value, name)
+    return base64_of(rows) if rows.ndim else float(rows)

@@ -1,0 +1,55 @@
+// The marks of a live figure: apart in shape or dash as well as in colour.
+
+import { cross, diamond, dot, plus, ring, speck } from "./explorer/canvas.js";
+
+const points = (marker) => (context, frame, data) => {
+  for (let i = 0; i < data.length; i += 2) marker(context, ...frame.pixel(data[i], data[i + 1]));
+};
+
+// Two places [x, y] each: the ends of a line, or two corners of a cell.
+const segments = (context, frame, data) => {
+  for (let i = 0; i < data.length; i += 4) {
+    context.moveTo(...frame.pixel(data[i], data[i + 1]));
+    context.lineTo(...frame.pixel(data[i + 2], data[i + 3]));
+  }
+};
+const cells = (context, frame, data) => {
+  for (let i = 0; i < data.length; i += 4) {
+    const [u, v] = frame.pixel(data[i], data[i + 1]), [right, top] = frame.pixel(data[i + 2], data[i + 3]);
+    context.rect(u, v, right - u, top - v);
+  }
+};
+const circle = (context, frame, [x, y, radius]) => context.arc(...frame.pixel(x, y), radius * frame.scale, 0, 2 * Math.PI);
+
+// How each kind is drawn, and its sign in the legend; `fill` is how opaque its inside is.
+const KINDS = {
+  older: { path: points(speck), color: "target", sign: "▪", fill: 1 },
+  newer: { path: points(ring), color: "gated", sign: "○" },
+  pair: { path: segments, color: "soft", sign: "—" },
+  stray: { path: segments, color: "accent", sign: "- -", dash: [6, 4], width: 2 },
+  after: { path: points(plus), color: "kept", sign: "+", width: 2 },
+  before: { path: points(cross), color: "ink", sign: "×", width: 1.5 },
+  cell: { path: cells, color: "soft", sign: "□" },
+  open: { path: cells, color: "kept", sign: "▨", fill: 0.3, width: 1.5 },
+  reach: { path: circle, color: "kept", sign: "◌", dash: [5, 3], width: 1.5 },
+  query: { path: points(diamond), color: "gated", sign: "◆", fill: 1 },
+};
+
+export function drawMark(context, frame, colors, [kind, data]) {
+  const { path, color, dash = [], width = 1, fill = 0 } = KINDS[kind];
+  context.strokeStyle = context.fillStyle = colors[color];
+  context.lineWidth = width;
+  context.setLineDash(dash);
+  context.beginPath();
+  path(context, frame, data);
+  context.globalAlpha = fill;
+  context.fill();
+  context.globalAlpha = 1;
+  context.stroke();
+}
+
+// The sign and the colour of a kind of marks, in the legend.
+export function signOf(kind) {
+  const { sign, color } = KINDS[kind];
+  return { sign, color: `var(--icp-${color})` };
+}

@@ -1,0 +1,140 @@
+// What the live figures compute: from the values of the sliders, panels of marks, and numbers.
+//
+// A model takes what Python gave and returns the function that its sliders ask. Points are flat
+// arrays x0, y0, x1, y1, ... in metres; the kinds of marks stand in marks.js. The tests hold all
+// of it to labkit.
+
+import { align } from "./explorer/alignment.js";
+import { icp, prepareTarget } from "./explorer/icp.js";
+import { NearestNeighbors } from "./explorer/neighbors.js";
+import { sayDifference } from "./explorer/readouts.js";
+import { DEGREE, apply, poseDifference, transform } from "./explorer/se2.js";
+
+export const MODELS = {
+  // The newer scan moved over the older one by hand.
+  turn({ source, target }) {
+    const search = new NearestNeighbors(target);
+    return (degrees, x, y) => {
+      const moved = apply(transform(x, y, degrees * DEGREE), source);
+      const distances = rows(moved).map(([x, y]) => distanceTo(target, search.nearest(x, y), x, y));
+      const marks = [["newer", moved, "newer scan, moved"], ["older", target, "older scan"]];
+      return { panels: [{ marks }], numbers: [["median distance", `${median(distances).toFixed(3)} m`]] };
+    };
+  },
+
+  // Pairs, in one of which the target point was displaced, aligned with a weight for this one.
+  outlier({ source, target, truth, row }) {
+    return (weight, metres) => {
+      const spoilt = target.map((each, i) => (i === 2 * row ? each + metres : each));
+      const weights = Float64Array.from(target.subarray(target.length / 2), (_, i) => (i === row ? weight : 1));
+      const T = align({ source, target: spoilt, weights, kept: weights.map(() => 1) });
+      const moved = apply(T, source), pairs = rows(moved).map((point, i) => [...point, ...rows(spoilt)[i]]);
+      const [before, after] = [target, spoilt].map((points) => centroid(points, weights));
+      const marks = [
+        ["pair", pairs.flat(), "pair"],
+        ["stray", pairs[row], "pair of the outlier"],
+        ["newer", moved, "source, moved"],
+        ["older", spoilt, "target"],
+        ["after", after, "centroid of the target"],
+        ["before", before, "where it was"],
+      ];
+      const numbers = [
+        ["centroid moves", `${Math.hypot(after[0] - before[0], after[1] - before[1]).toFixed(3)} m`],
+        ["error of the motion", sayDifference(poseDifference(transform(...truth), T))],
+      ];
+      return { panels: [{ marks }], numbers };
+    };
+  },
+
+  // The cells of a KD-tree, and those that a query opens.
+  cuts({ target }) {
+    const points = rows(target), search = new NearestNeighbors(target);
+    return (depth, x, y) => {
+      const radius = distanceTo(target, search.nearest(x, y), x, y);
+      const cells = cut(points, box(points), depth);
+      const open = cells.filter(({ low, high }) => gap([x, y], low, high) <= radius);
+      const looked = open.reduce((sum, { points }) => sum + points.length, 0);
+      const corners = (some) => some.flatMap(({ low, high }) => [...low, ...high]);
+      const marks = [
+        ["cell", corners(cells), "cell"],
+        ["open", corners(open), "cell to open"],
+        ["older", target, "older scan"],
+        ["reach", [x, y, radius], "distance to its nearest point"],
+        ["query", [x, y], "query"],
+      ];
+      const numbers = [
+        ["cells", `${cells.length}`],
+        ["to open", `${open.length}`],
+        ["points in them", `${looked} of ${points.length} (${Math.round((100 * looked) / points.length)} %)`],
+      ];
+      return { panels: [{ marks }], numbers };
+    };
+  },
+
+  // Two metrics on the same scans, after as many steps.
+  race({ source, target, normals, truth, parameters }) {
+    const prepared = prepareTarget(target, normals);
+    const runs = ["point_to_point", "point_to_line"].map((metric) => {
+      const { history } = icp(source, prepared, transform(0, 0, 0), { ...parameters, metric });
+      return { name: metric.replaceAll("_", "-"), poses: history.map((each) => each.T_target_source) };
+    });
+    return (steps) => {
+      const shown = runs.map(({ name, poses }) => ({ name, T: poses[Math.min(steps, poses.length - 1)], last: poses.length - 1 }));
+      const panels = shown.map(({ name, T }) => ({
+        name, marks: [["newer", apply(T, source), "newer scan, moved"], ["older", target, "older scan"]],
+      }));
+      const off = (T) => `${sayDifference(poseDifference(transform(...truth), T))} off the truth`;
+      const after = (last) => (steps < last ? "" : `, the end after ${last} steps`);
+      return { panels, numbers: shown.map(({ name, T, last }) => [name, off(T) + after(last)]) };
+    };
+  },
+};
+
+function rows(points) {
+  return Array.from({ length: points.length / 2 }, (_, i) => [points[2 * i], points[2 * i + 1]]);
+}
+
+function distanceTo(points, i, x, y) {
+  return Math.hypot(points[2 * i] - x, points[2 * i + 1] - y);
+}
+
+function median(values) {
+  const sorted = Float64Array.from(values).sort(), half = sorted.length / 2;
+  return (sorted[Math.ceil(half) - 1] + sorted[Math.floor(half)]) / 2;
+}
+
+function centroid(points, weights) {
+  const total = weights.reduce((sum, w) => sum + w, 0);
+  return [0, 1].map((axis) => weights.reduce((sum, w, i) => sum + w * points[2 * i + axis], 0) / total);
+}
+
+// ---- a KD-tree as scipy cuts it, of which labkit.plotting draws the cells
+
+// The corners about all points, with a margin.
+function box(points) {
+  const [low, high] = corners(points), margin = 0.02 * Math.max(high[0] - low[0], high[1] - low[1]) || 0.5;
+  return { low: low.map((each) => each - margin), high: high.map((each) => each + margin) };
+}
+
+function corners(points) {
+  return [Math.min, Math.max].map((most) => [0, 1].map((axis) => most(...points.map((each) => each[axis]))));
+}
+
+// The cells of the points after so many cuts, each at the median and across the points' longer extent.
+function cut(points, { low, high }, depth) {
+  const [least, most] = corners(points), extents = [0, 1].map((axis) => most[axis] - least[axis]);
+  if (depth === 0 || points.length < 2 || Math.max(...extents) === 0) return [{ low, high, points }];
+  const axis = extents[1] > extents[0] ? 1 : 0;
+  const split = points.map((each) => each[axis]).sort((a, b) => a - b)[points.length >> 1];
+  const isBelow = split > least[axis] ? (each) => each[axis] < split : (each) => each[axis] <= split;
+  const at = (corner) => corner.map((each, k) => (k === axis ? split : each));
+  return [
+    ...cut(points.filter(isBelow), { low, high: at(high) }, depth - 1),
+    ...cut(points.filter((each) => !isBelow(each)), { low: at(low), high }, depth - 1),
+  ];
+}
+
+// How far a point is from a cell; 0 inside it.
+function gap(point, low, high) {
+  return Math.hypot(...point.map((each, k) => Math.max(low[k] - each, each - high[k], 0)));
+}
