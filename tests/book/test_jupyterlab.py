@@ -1,4 +1,4 @@
-"""Every notebook's text in a real JupyterLab, and each kind of slider where it comes first.
+"""Every notebook's text in a real JupyterLab, and each kind of slider in one of them.
 
 Of the code, the copy that is opened here holds what those sliders need. nbval runs all of it.
 """
@@ -8,13 +8,13 @@ from __future__ import annotations
 import re
 import shutil
 from collections.abc import Iterator
+from itertools import combinations
 from pathlib import Path
 
 import nbformat
 import pytest
 from jupyterlab_page import ask, errors, jupyterlab, notebook_read, open_lab, run_all
 from mouse import drag, thumb
-from nbformat import NotebookNode
 from needed_cells import needed
 from playwright.sync_api import Browser, Locator, Page, expect
 
@@ -25,16 +25,10 @@ OTHER_PICTURE = "([image, before]) => image.src !== before"
 OTHER_DRAWING = "([canvas, before]) => canvas.toDataURL() !== before"
 
 
-def code_of(path: Path) -> list[NotebookNode]:
-    """The cells of code in a notebook of the book."""
+def code_of(path: Path) -> str:
+    """The code of a notebook of the book."""
     cells = nbformat.read(ROOT / path, as_version=4).cells
-    return [cell for cell in cells if cell.cell_type == "code"]
-
-
-def some_with(word: str) -> Path:
-    """The first notebook in whose code a word stands, or the last where that one takes longer."""
-    paths = ALL[::-1] if word == "flipbook(" else ALL
-    return next(path for path in paths if any(word in cell.source for cell in code_of(path)))
+    return "\n".join(cell.source for cell in cells if cell.cell_type == "code")
 
 
 def write_with_needed_code(path: Path, copy: Path) -> None:
@@ -54,7 +48,12 @@ def write_with_needed_code(path: Path, copy: Path) -> None:
 
 
 ALL = [path.relative_to(ROOT) for path in sorted((ROOT / "notebooks").glob("*.ipynb"))]
-RUN = {some_with(word) for word in WIDGETS}
+# Two notebooks that hold all kinds between them: a kernel's start costs most of the time.
+RUN = next(
+    pair
+    for pair in combinations(ALL, 2)
+    if all(word in "".join(map(code_of, pair)) for word in WIDGETS)
+)
 # What a reader must not see: fences, roles and directives, formulas that could not be drawn.
 RAW = re.compile(r".*(?::::|\{[a-z:]+\}`|```|\$\$|\\\(|Undefined control sequence).*")
 
