@@ -14,6 +14,25 @@
     if (label.title === "null") label.removeAttribute("title"); // a tooltip that nobody gave
   };
 
+  // A picture that a telephone shows too small can be enlarged; then it scrolls.
+  const letEnlarge = (picture) => {
+    const node = picture.closest("p, a") ?? picture;
+    const frame = document.createElement("div");
+    const button = document.createElement("button");
+    const show = (large) => {
+      frame.classList.toggle("enlarged", large);
+      if (large) frame.tabIndex = 0; // what scrolls can be scrolled by keys
+      else frame.removeAttribute("tabindex");
+      button.textContent = large ? "Fit to the page" : "Enlarge";
+    };
+    Object.assign(button, { type: "button", className: "enlarge" });
+    button.addEventListener("click", () => show(button.textContent === "Enlarge"));
+    node.replaceWith(frame);
+    frame.append(node);
+    frame.after(button);
+    show(false);
+  };
+
   // A page in a folder may not read another one. The search, which reads those that it found,
   // gets their texts from one script.
   if (location.protocol === "file:" && location.pathname.endsWith("/search.html")) {
@@ -46,8 +65,11 @@
 
   document.addEventListener("DOMContentLoaded", () => {
     const each = (selector, change) => document.querySelectorAll(selector).forEach(change);
-    const nameAll = () => each(".widget-slider", nameSlider);
-    new MutationObserver(nameAll).observe(document.body, { childList: true, subtree: true });
+    const tend = () => {
+      each(".widget-slider", nameSlider);
+      each(".flipbook > img", letEnlarge);
+    };
+    new MutationObserver(tend).observe(document.body, { childList: true, subtree: true });
 
     // Names that say something else than what is to be read, and names that are missing.
     each(".search-button-field, details.hide > summary", (node) => node.removeAttribute("aria-label"));
@@ -62,24 +84,7 @@
     [...fields].slice(1).forEach((node) => node.removeAttribute("id"));
     each("th", (node) => node.textContent.trim() || node.replaceWith(document.createElement("td")));
 
-    // A figure that a telephone shows too small can be enlarged; then it scrolls.
-    each("article figure:has(img)", (figure) => {
-      const picture = figure.querySelector("img"), node = picture.closest("p, a") ?? picture;
-      const frame = document.createElement("div");
-      const button = document.createElement("button");
-      const show = (large) => {
-        frame.classList.toggle("enlarged", large);
-        if (large) frame.tabIndex = 0; // what scrolls can be scrolled by keys
-        else frame.removeAttribute("tabindex");
-        button.textContent = large ? "Fit to the page" : "Enlarge";
-      };
-      Object.assign(button, { type: "button", className: "enlarge" });
-      button.addEventListener("click", () => show(button.textContent === "Enlarge"));
-      node.replaceWith(frame);
-      frame.append(node);
-      frame.after(button);
-      show(false);
-    });
+    each("article figure:has(img)", (figure) => letEnlarge(figure.querySelector("img")));
 
     // What scrolls sideways can be scrolled by keys.
     const reach = () => {

@@ -193,6 +193,10 @@ def test_a_flipbook_turns_its_pages(browser, base):
         expect(picture).to_have_attribute("alt", "a bar; bar: 2")
         assert picture.get_attribute("src") != first
         assert picture.evaluate("image => image.complete && image.naturalWidth")
+        page.set_viewport_size({"width": 390, "height": 844})
+        page.get_by_role("button", name="Enlarge").last.click()
+        assert picture.bounding_box()["width"] > 600
+        assert page.evaluate("() => document.documentElement.scrollWidth") <= 390
 
 
 @pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
