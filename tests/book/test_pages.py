@@ -205,6 +205,7 @@ def test_a_prediction_holds_the_answer_back_until_the_reader_commits(browser, ba
         box = page.locator(".admonition.predict").first
         commit, answer = box.get_by_role("button", name="Commit"), page.get_by_text("[0, 1, 2, 3")
         expect(answer).to_be_hidden()
+        assert answer.bounding_box()["width"] > 100  # what waits can be drawn, and printed
         expect(page.get_by_text("Ten numbers.")).to_be_hidden()
         expect(box.get_by_text("The cell below")).to_be_hidden()
         expect(commit).to_be_disabled()
