@@ -7,7 +7,16 @@ import math
 import numpy as np
 
 from labkit.arrays import FloatArray
-from labkit.engine.index import NOT_LESS, SLACK, Index, Queries, guess_near, scan_cells
+from labkit.engine.index import (
+    NOT_LESS,
+    SLACK,
+    Index,
+    Queries,
+    look_at,
+    no_farther,
+    nothing_yet,
+    settle,
+)
 from labkit.engine.jit import compiled, inlined
 
 CELLS = 8  # of the grid for each point: walls fill few of them
@@ -77,33 +86,29 @@ def cell_of(place: float, count: int) -> int:
 @compiled
 def find_in_grid(index: Index, target: FloatArray, queries: Queries) -> None:
     """`find_nearest` by boxes around each point, larger until one reaches as far as the nearest."""
-    x, y, gate, asked, row, square, clear = queries
+    x, y, gate, asked, row = queries.x, queries.y, queries.gate, queries.asked, queries.row
     low_x, low_y, per_metre = index.low_x, index.low_y, index.per_metre
     columns, rows = index.columns, index.rows
-    entries, found, area = (index.x, index.y, index.row, index.start), -1, 1.0 / per_metre**2
-    most = gate * gate * NOT_LESS
+    start, found, area, most = index.start, -1, 1.0 / per_metre**2, gate * gate * NOT_LESS
     for i in asked:
-        guess = row[i] if row[i] >= 0 else found
-        best, least = guess_near(target, guess, x[i], y[i], most)
+        bound = no_farther(target, row[i] if row[i] >= 0 else found, x[i], y[i], most)
         at_x, at_y = (x[i] - low_x) * per_metre, (y[i] - low_y) * per_metre
         reach = 1.0 + outside(at_x, columns) + outside(at_y, rows)
+        far = math.sqrt(bound) * per_metre + SLACK  # in cells; what it covers is enough
         while True:
-            far = math.sqrt(least) * per_metre + SLACK  # in cells; what it covers is enough
             box = far if far <= reach or reach > columns + rows else reach
             left, right = cell_of(at_x - box, columns), cell_of(at_x + box, columns)
             low, high = cell_of(at_y - box, rows), cell_of(at_y + box, rows)
-            second = math.inf
+            seen = nothing_yet()
             for r in range(low, high + 1):
-                first, last = r * columns + left, r * columns + right
-                best, least, second = scan_cells(
-                    entries, first, last, x[i], y[i], best, least, second
-                )
-            if box == far:
+                first, last = start[r * columns + left], start[r * columns + right + 1]
+                seen = look_at(index, first, last, x[i], y[i], seen)
+            far = math.sqrt(min(bound, seen.least)) * per_metre + SLACK
+            if far <= box:
                 break
             reach *= 2.0
         edge = min(to_edge(at_x, left, right, columns), to_edge(at_y, low, high, rows))
-        row[i], clear[i] = best, min(second, edge * edge * area)
-        square[i], found = (least, best) if best >= 0 else (math.inf, found)
+        found = settle(index, queries, i, seen, edge * edge * area, most, found)
 
 
 @inlined

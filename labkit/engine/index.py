@@ -6,6 +6,7 @@ the wall: what is farther than that, or than the gate, need not be looked at.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from labkit.arrays import FloatArray, IntArray
@@ -13,8 +14,6 @@ from labkit.engine.jit import inlined
 
 SLACK = 1e-3  # of a cell, by which a box is widened against rounding
 NOT_LESS = 1.0 + 1e-9  # against rounding in lower bounds
-
-Entries = tuple[FloatArray, FloatArray, IntArray, IntArray]  # x, y, row, start of an index
 
 
 class Index(NamedTuple):
@@ -54,56 +53,66 @@ class Queries(NamedTuple):
 
 
 @inlined
-def guess_near(
-    target: FloatArray, guess: int, px: float, py: float, most: float
-) -> tuple[int, float]:
-    """A row to begin from, of a guess and its neighbours, and its squared distance.
-
-    −1 and `most` where none is nearer than that.
-    """
-    best, least = -1, most
+def no_farther(target: FloatArray, guess: int, px: float, py: float, most: float) -> float:
+    """A square [m²] that the nearest point's is not above: the guess's, a neighbour's or `most`."""
     if guess >= 0:
-        best, least = nearer(target, guess, px, py, best, least)
-        if guess > 0:
-            best, least = nearer(target, guess - 1, px, py, best, least)
-        if guess + 1 < len(target):
-            best, least = nearer(target, guess + 1, px, py, best, least)
-    return best, least
+        for row in range(max(guess - 1, 0), min(guess + 2, len(target))):
+            dx, dy = px - target[row, 0], py - target[row, 1]
+            most = min(most, dx * dx + dy * dy)
+    return most
+
+
+class Nearest(NamedTuple):
+    """What a search has seen so far."""
+
+    entry: int  # of the index; of equally near ones that whose row comes first
+    least: float  # its squared distance [m²]; inf before any
+    second: float  # the least of all others
 
 
 @inlined
-def nearer(
-    target: FloatArray, row: int, px: float, py: float, best: int, least: float
-) -> tuple[int, float]:
-    """The nearer one of `best` and `row`, and its squared distance."""
-    dx, dy = px - target[row, 0], py - target[row, 1]
-    square = dx * dx + dy * dy
-    return (row, square) if square < least else (best, least)
+def nothing_yet() -> Nearest:
+    """Before a search."""
+    return Nearest(0, math.inf, math.inf)
 
 
 @inlined
-def scan_cells(
-    entries: Entries,
-    first: int,
-    last: int,
-    px: float,
-    py: float,
-    best: int,
-    least: float,
-    second: float,
-) -> tuple[int, float, float]:
-    """The nearest among `best` and the entries of cells `first` to `last`.
+def look_at(index: Index, first: int, last: int, px: float, py: float, seen: Nearest) -> Nearest:
+    """The nearest of what was `seen` and of the entries ``first`` to ``last - 1``.
 
-    With it goes the least squared distance of all others, if it is below `second`.
+    Which is the nearer one is chosen without a branch, for nobody foretells it.
     """
-    x, y, row, start = entries
-    for k in range(start[first], start[last + 1]):
-        dx, dy = px - x[k], py - y[k]
+    entry, least, second = seen
+    for k in range(first, last):
+        dx, dy = px - index.x[k], py - index.y[k]
         square = dx * dx + dy * dy
-        if square <= second and row[k] != best:
-            if square < least or (square == least and row[k] < best):
-                second = least if best >= 0 else second
-                best, least = row[k], square
-            else:
-                second = square
-    return best, least, second
+        if square == least and index.row[k] < index.row[entry]:
+            entry = k
+        second = min(second, max(square, least))
+        entry = k if square < least else entry
+        least = min(least, square)
+    return Nearest(entry, least, second)
+
+
+@inlined
+def settle(
+    index: Index,
+    queries: Queries,
+    i: int,
+    seen: Nearest,
+    beyond: float,
+    most: float,
+    found: int,
+) -> int:
+    """Write what was found for point i; `beyond` is the least square of what was not looked at.
+
+    Returns its partner, or `found` where none is nearer than the square `most`.
+    """
+    if seen.least < most:
+        found = index.row[seen.entry]
+        queries.row[i], queries.square[i] = found, seen.least
+        queries.clear[i] = min(seen.second, beyond)
+    else:
+        queries.row[i], queries.square[i] = -1, math.inf
+        queries.clear[i] = min(seen.least, beyond)
+    return found

@@ -144,7 +144,7 @@ def iterate(
     the last association the inliers, the fitness, the inlier RMSE [m] and the cost [m²]; to
     `information`, shape (5, 3), its eigenvalues, eigenvectors and (cx, cy, ℓ). Returns the steps.
     """
-    whole, found = empty_pairs(len(source)), no_partners(len(source))
+    whole, found = empty_pairs(len(source)), no_partners(target.search, source, poses[0])
     room = np.empty(len(source))
     k, far, before, motion_before = 0, told.approach, math.nan, 0.0
     while True:

@@ -16,7 +16,7 @@ from labkit.arrays import FloatArray, IntArray
 from labkit.engine.grid import build_grid, find_in_grid
 from labkit.engine.index import Index, Queries
 from labkit.engine.jit import compiled
-from labkit.engine.tree import build_tree, find_in_tree
+from labkit.engine.tree import build_tree, find_in_tree, in_leaf_order
 
 GRID_MAX = 30_000  # points from which on a tree is safer, whatever lies where
 CROWDED = 24.0  # points in a point's own cell, on average, beyond which a tree is faster
@@ -35,6 +35,7 @@ def build(points: FloatArray) -> Index:
 class Partners(NamedTuple):
     """The nearest target point of each of N points, as it was found last."""
 
+    order: IntArray  # in which the points are asked for: those near one another follow each other
     row: IntArray  # in the target; −1 for none
     x: FloatArray  # where the point was then [m]
     y: FloatArray
@@ -42,12 +43,12 @@ class Partners(NamedTuple):
 
 
 @compiled
-def no_partners(count: int) -> Partners:
-    """Room for the partners of `count` points, which nobody has looked for."""
-    row, clear = np.empty(count, np.intp), np.empty(count)
-    for i in range(count):
-        row[i], clear[i] = -1, 0.0
-    return Partners(row, np.empty(count), np.empty(count), clear)
+def no_partners(index: Index, points: FloatArray, T: FloatArray) -> Partners:
+    """Room for the partners of `points`, moved by T or about so, which nobody has looked for."""
+    count = len(points)
+    order = in_leaf_order(index, points, T) if index.depth > 0 else np.arange(count)
+    row, clear = np.full(count, -1), np.zeros(count)
+    return Partners(order, row, np.empty(count), np.empty(count), clear)
 
 
 @compiled

@@ -119,25 +119,33 @@ def half_width(step: FloatArray, i: int) -> int:
 
 @compiled
 def normals_in_space(points: FloatArray, index: Index) -> FloatArray:
-    """Unit normals from the nearest neighbours of each point, shape (M, 2); NaN for no line."""
-    normals, reach = np.empty((len(points), 2)), REACH
-    near, squares, stack = np.empty(NEIGHBORS, np.intp), np.empty(NEIGHBORS), np.empty((64, 4))
-    for i in range(len(points)):
+    """Unit normals from the nearest neighbours of each point, shape (M, 2); NaN for no line.
+
+    The points come in the index's order. The neighbours of the point before are neighbours of
+    the next one, too, if not the nearest: none of those is farther than they are.
+    """
+    normals, stack = np.empty((len(points), 2)), np.zeros((64, 4))
+    near = Near(np.empty(NEIGHBORS, np.intp), np.empty(NEIGHBORS))
+    px, py, reach = 0.0, 0.0, REACH
+    for k in range(len(points)):
+        dx, dy = index.x[k] - px, index.y[k] - py
+        px, py = index.x[k], index.y[k]
+        reach = min(REACH, (reach + math.sqrt(dx * dx + dy * dy)) * NOT_LESS)
         if index.depth > 0:
-            size = neighbors_in_tree(index, points[i, 0], points[i, 1], near, squares, stack)
+            size, square = neighbors_in_tree(index, px, py, reach, near, stack)
         else:
-            size = neighbors_in_grid(index, points[i, 0], points[i, 1], reach, near, squares)
-            reach = math.sqrt(bound(squares, size))  # the next point's are about as near
-        set_normal(normals, points, i, moments_about(points, i, near, size), 0.0)
+            size, square = neighbors_in_grid(index, px, py, reach, near)
+        reach = math.sqrt(square) if size == NEIGHBORS else REACH
+        set_normal(normals, points, index.row[k], moments_about(index, px, py, near, size), 0.0)
     return normals
 
 
 @inlined
-def moments_about(points: FloatArray, i: int, near: IntArray, size: int) -> Moments:
-    """The moments of the points ``near[:size]`` about point i."""
+def moments_about(index: Index, px: float, py: float, near: Near, size: int) -> Moments:
+    """The moments of the first `size` neighbours about the point p."""
     x, y, xx, xy, yy = 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(size):
-        u, v = points[near[k], 0] - points[i, 0], points[near[k], 1] - points[i, 1]
+    for k in near.entry[:size]:
+        u, v = index.x[k] - px, index.y[k] - py
         x, y, xx, xy, yy = x + u, y + v, xx + u * u, xy + u * v, yy + v * v
     return Moments(size, x, y, xx, xy, yy)
 
@@ -173,74 +181,89 @@ def set_normal(
 
 @compiled
 def neighbors_in_grid(
-    index: Index, px: float, py: float, reach: float, near: IntArray, squares: FloatArray
-) -> int:
-    """Fill `near` with the rows nearest to p within `REACH`, the nearest first; return how many.
+    index: Index, px: float, py: float, reach: float, near: Near
+) -> tuple[int, float]:
+    """Fill `near` with the entries nearest to p, of those within `reach` [m].
 
-    Looks at a box around p that reaches `reach` [m], and at a larger one where that is not enough.
+    Returns how many there are, and the squared distance of the farthest.
     """
-    x, y, row, start, columns = index.x, index.y, index.row, index.start, index.columns
+    start, columns = index.start, index.columns
     at_x, at_y = (px - index.low_x) * index.per_metre, (py - index.low_y) * index.per_metre
-    away = outside(at_x, columns) + outside(at_y, index.rows)
-    while True:
-        size, box = 0, reach * index.per_metre + SLACK + away
-        left, right = cell_of(at_x - box, columns), cell_of(at_x + box, columns)
-        for r in range(cell_of(at_y - box, index.rows), cell_of(at_y + box, index.rows) + 1):
-            for k in range(start[r * columns + left], start[r * columns + right + 1]):
-                size = insert(x, y, row, k, px, py, near, squares, size)
-        needed = math.sqrt(bound(squares, size))
-        if needed <= reach:
-            return size
-        reach = needed
+    box = reach * index.per_metre + SLACK + outside(at_x, columns) + outside(at_y, index.rows)
+    left, right = cell_of(at_x - box, columns), cell_of(at_x + box, columns)
+    size, most = 0, reach * reach
+    for r in range(cell_of(at_y - box, index.rows), cell_of(at_y + box, index.rows) + 1):
+        first, last = start[r * columns + left], start[r * columns + right + 1]
+        size, most = gather(index, first, last, px, py, near, size, most)
+    return size, most
 
 
 @compiled
 def neighbors_in_tree(
-    index: Index, px: float, py: float, near: IntArray, squares: FloatArray, stack: FloatArray
-) -> int:
-    """Visit every branch that may hold one of them, as `find_in_tree` does."""
-    split, axis, inner = index.split, index.axis, len(index.split)
+    index: Index, px: float, py: float, reach: float, near: Near, stack: FloatArray
+) -> tuple[int, float]:
+    """The same from every branch that may hold one of them, as `find_in_tree` visits it."""
+    start, split, axis, inner = index.start, index.split, index.axis, len(index.split)
     stack[0, 0] = stack[0, 1] = stack[0, 2] = stack[0, 3] = 0.0
-    size, waiting = 0, 1
+    size, most, waiting = 0, reach * reach, 1
     while waiting > 0:
         waiting -= 1
-        if stack[waiting, 3] <= bound(squares, size) * NOT_LESS:
+        if stack[waiting, 3] <= most * NOT_LESS:
             leaf, waiting = descend(split, axis, px, py, stack, waiting)
-            for k in range(index.start[leaf - inner], index.start[leaf - inner + 1]):
-                size = insert(index.x, index.y, index.row, k, px, py, near, squares, size)
-    return size
+            leaf -= inner
+            first, last = start[leaf], start[leaf + 1]
+            size, most = gather(index, first, last, px, py, near, size, most)
+    return size, most
+
+
+class Near(NamedTuple):
+    """The nearest entries of an index so far, in no order, and their squared distances [m²]."""
+
+    entry: IntArray
+    square: FloatArray
 
 
 @inlined
-def bound(squares: FloatArray, size: int) -> float:
-    """The squared distance [m²] beyond which a point is none of the nearest."""
-    return squares[size - 1] if size == len(squares) else REACH * REACH
-
-
-@inlined
-def insert(
-    x: FloatArray,
-    y: FloatArray,
-    row: IntArray,
-    k: int,
+def gather(
+    index: Index,
+    first: int,
+    last: int,
     px: float,
     py: float,
-    near: IntArray,
-    squares: FloatArray,
+    near: Near,
     size: int,
-) -> int:
-    """Put entry k in its place among the `size` nearest; return how many there are now."""
-    dx, dy, new = px - x[k], py - y[k], row[k]
-    square = dx * dx + dy * dy
-    if square > bound(squares, size):
-        return size
-    place = min(size, len(near) - 1)
-    if size == len(near) and square == squares[place] and new > near[place]:
-        return size
-    while place > 0 and (
-        squares[place - 1] > square or (squares[place - 1] == square and near[place - 1] > new)
-    ):
-        squares[place], near[place] = squares[place - 1], near[place - 1]
-        place -= 1
-    squares[place], near[place] = square, new
-    return min(size + 1, len(near))
+    most: float,
+) -> tuple[int, float]:
+    """Let entries ``first`` to ``last - 1`` take the place of farther ones among the nearest.
+
+    Returns how many there are now, and the square that a nearer one lies within.
+    """
+    entry, square = near
+    worst = farthest(index, near) if size == len(entry) else 0
+    for k in range(first, last):
+        dx, dy = px - index.x[k], py - index.y[k]
+        new = dx * dx + dy * dy
+        if new > most:
+            continue
+        if size < len(entry):
+            entry[size], square[size] = k, new
+            size += 1
+        elif new < most or index.row[k] < index.row[entry[worst]]:
+            entry[worst], square[worst] = k, new
+        if size == len(entry):
+            worst = farthest(index, near)
+            most = square[worst]
+    return size, most
+
+
+@inlined
+def farthest(index: Index, near: Near) -> int:
+    """Which of the neighbours is the farthest, and of equally far ones that whose row is last."""
+    entry, square = near
+    worst = 0
+    for j in range(1, len(entry)):
+        if square[j] > square[worst] or (
+            square[j] == square[worst] and index.row[entry[j]] > index.row[entry[worst]]
+        ):
+            worst = j
+    return worst

@@ -70,9 +70,9 @@ def associate(
     point that has not moved far enough to meet another keeps its partner.
     """
     x, y, row, distance = pairs.x, pairs.y, pairs.row, pairs.distance
-    old_row, old_x, old_y, old_clear = found
+    order, old_row, old_x, old_y, old_clear = found
     a, b, c, d, shift_x, shift_y = T[0, 0], T[0, 1], T[1, 0], T[1, 1], T[0, 2], T[1, 2]
-    asked, count = np.empty(len(x), np.intp), 0
+    asked, unsure, count = np.empty(len(x), np.intp), np.empty(len(x), np.bool_), 0
     for i in range(len(x)):
         k = i * every
         px, py = source[k, 0], source[k, 1]
@@ -82,8 +82,11 @@ def associate(
         u, v = x[i] - old_x[k], y[i] - old_y[k]
         distance[i] = math.sqrt(dx * dx + dy * dy) if row[i] >= 0 else math.inf
         moved = math.sqrt(u * u + v * v)
+        unsure[i] = not (min(distance[i], gate) + moved) * NOT_LESS < old_clear[k]
+    for n in range(len(x)):
+        i = order[n] if every == 1 else n
         asked[count] = i
-        count += not (min(distance[i], gate) + moved) * NOT_LESS < old_clear[k]
+        count += unsure[i]
     clear = np.empty(len(x))
     find_nearest(index, target, Queries(x, y, gate, asked[:count], row, distance, clear))
     for i in asked[:count]:

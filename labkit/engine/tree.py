@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from labkit.arrays import FloatArray, IntArray
-from labkit.engine.index import NOT_LESS, Index, Queries, guess_near, scan_cells
+from labkit.engine.index import NOT_LESS, Index, Queries, look_at, no_farther, nothing_yet, settle
 from labkit.engine.jit import compiled, inlined
 
 LEAF = 8  # points in a leaf of the tree, about
@@ -81,28 +81,23 @@ def find_in_tree(index: Index, target: FloatArray, queries: Queries) -> None:
     A row of the stack is a branch still to be visited: its node, how far the point lies
     outside it along x and y [m], and the square of that distance.
     """
-    x, y, gate, asked, row, square, clear = queries
-    split, axis, inner = index.split, index.axis, len(index.split)
-    entries, found, stack = (index.x, index.y, index.row, index.start), -1, np.zeros((64, 4))
-    most = gate * gate * NOT_LESS
+    x, y, gate, asked, row = queries.x, queries.y, queries.gate, queries.asked, queries.row
+    start, split, axis, inner = index.start, index.split, index.axis, len(index.split)
+    found, stack, most = -1, np.zeros((64, 4)), gate * gate * NOT_LESS
     for i in asked:
-        guess = row[i] if row[i] >= 0 else found
-        best, least = guess_near(target, guess, x[i], y[i], most)
-        second, passed_by = math.inf, math.inf
+        bound = no_farther(target, row[i] if row[i] >= 0 else found, x[i], y[i], most)
+        seen, passed_by, waiting = nothing_yet(), math.inf, 1
         stack[0, 0] = stack[0, 1] = stack[0, 2] = stack[0, 3] = 0.0
-        waiting = 1
         while waiting > 0:
             waiting -= 1
-            if stack[waiting, 3] <= least * NOT_LESS:
+            if stack[waiting, 3] <= bound * NOT_LESS:
                 leaf, waiting = descend(split, axis, x[i], y[i], stack, waiting)
                 leaf -= inner
-                best, least, second = scan_cells(
-                    entries, leaf, leaf, x[i], y[i], best, least, second
-                )
+                seen = look_at(index, start[leaf], start[leaf + 1], x[i], y[i], seen)
+                bound = min(bound, seen.least)
             else:
                 passed_by = min(passed_by, stack[waiting, 3])
-        row[i], clear[i] = best, min(second, passed_by)
-        square[i], found = (least, best) if best >= 0 else (math.inf, found)
+        found = settle(index, queries, i, seen, passed_by, most, found)
 
 
 @inlined
@@ -123,3 +118,28 @@ def descend(
         waiting += 1
         node = near
     return node, waiting
+
+
+@compiled
+def in_leaf_order(index: Index, points: FloatArray, T: FloatArray) -> IntArray:
+    """The rows of `points`, moved by T, leaf by leaf of the tree that they fall into.
+
+    Asked for in this order, points find what they look at in the processor's cache.
+    """
+    split, axis, count = index.split, index.axis, len(points)
+    leaf, order = np.empty(count, np.intp), np.empty(count, np.intp)
+    fill = np.zeros(len(split) + 2, np.intp)
+    for i in range(count):
+        x = T[0, 0] * points[i, 0] + T[0, 1] * points[i, 1] + T[0, 2]
+        y = T[1, 0] * points[i, 0] + T[1, 1] * points[i, 1] + T[1, 2]
+        node = 0
+        while node < len(split):
+            node = 2 * node + 1 + ((x if axis[node] == 0 else y) > split[node])
+        leaf[i] = node - len(split)
+        fill[leaf[i] + 1] += 1
+    for k in range(len(split) + 1):
+        fill[k + 1] += fill[k]
+    for i in range(count):
+        order[fill[leaf[i]]] = i
+        fill[leaf[i]] += 1
+    return order
