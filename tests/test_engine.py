@@ -115,6 +115,41 @@ def test_every_ending_is_reached_by_both():
         assert_same(source, target, guess, parameters)
 
 
+@pytest.mark.parametrize("metric", ["point_to_point", "point_to_line"])
+def test_both_give_the_same_answers_where_a_tree_is_asked(metric):
+    """Two crowds in a room, bare: their points are asked for leaf by leaf."""
+    rng, crowds = np.random.default_rng(7), np.repeat([[-1.0, 0.5], [1.0, -0.5]], 600, axis=0)
+    source, target = (
+        np.vstack([scene("walls", rng, 300), rng.normal(crowds, 2e-3)]) for _ in range(2)
+    )
+    assert loop.prepare(target, False, False).search.depth > 0
+    assert_same(source, target, transform(0.02, -0.01, 0.02), replace(ODOMETRY, metric=metric))
+
+
+# ---------------------------------------------------------------- normals
+
+
+@pytest.mark.parametrize("name", ["walls", "scatter", "a few at 80 m", "dense", "one spot"])
+@pytest.mark.parametrize("count", [3, 40, 500, 5000])
+def test_normals_in_space_are_the_textbooks(name, count):
+    points = scene(name, np.random.default_rng(count), count)
+    expected = estimate_normals(Scan.from_points(points))
+    result = loop.prepare(points, False, True).normals
+    np.testing.assert_allclose(result, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("crowd", [0, 1000])
+@pytest.mark.parametrize("on_the_line", [True, False])
+def test_of_equally_far_neighbours_the_first_belongs_to_a_normal(crowd, on_the_line):
+    """The seventh neighbour of the origin: one on the line, or one as far beside it."""
+    line = np.column_stack([[0.0, -0.2, -0.1, 0.05, 0.1, 0.2], np.zeros(6)])
+    tie = [[0.3, 0.0], [0.0, 0.3]] if on_the_line else [[0.0, 0.3], [0.3, 0.0]]
+    far = np.random.default_rng(0).normal(np.repeat([[5.0], [9.0]], crowd, axis=0), 1e-3)
+    prepared = loop.prepare(np.vstack([line, tie, np.tile(far, 2)]), False, True)
+    assert (prepared.search.depth > 0) == (crowd > 0)
+    assert np.allclose(np.abs(prepared.normals[0]), [0.0, 1.0]) == on_the_line
+
+
 # ---------------------------------------------------------------- nearest neighbours
 
 # On a coarse lattice ties and duplicates are the rule.
