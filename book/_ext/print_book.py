@@ -53,6 +53,7 @@ STYLE = """
     body { margin: 0; background: white; font-size: 10.5pt; }
     article { padding: 0 !important; }
     article + article { break-before: page; }
+    h1, h2, h3 { white-space: pre-wrap; } /* or a bookmark lacks the space where a title wraps */
 """
 FOOTER = (
     '<div style="font: 8pt sans-serif; width: 100%; text-align: center; color: #555">'
