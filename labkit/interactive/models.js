@@ -31,7 +31,7 @@ export const MODELS = {
       const moved = apply(T, source), pairs = rows(moved).map((point, i) => [...point, ...rows(spoilt)[i]]);
       const [before, after] = [target, spoilt].map((points) => centroid(points, weights));
       const marks = [
-        ["pair", pairs.flat(), "pair"],
+        ["pair", pairs.filter((_, i) => i !== row).flat(), "pair"],
         ["stray", pairs[row], "pair of the outlier"],
         ["newer", moved, "source, moved"],
         ["older", spoilt, "target"],

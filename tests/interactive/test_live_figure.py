@@ -81,6 +81,8 @@ def test_an_outlier_pulls_by_its_weight(tmp_path):
         assert np.allclose(rows(marks["newer"]), labkit.apply(T, p), rtol=0, atol=CLOSE)
         assert np.allclose(marks["after"], weights @ spoilt / weights.sum(), rtol=0, atol=CLOSE)
         assert np.allclose(marks["before"], weights @ q / weights.sum(), rtol=0, atol=CLOSE)
+        assert np.allclose(marks["stray"], [*labkit.apply(T, p)[4], *spoilt[4]], rtol=0, atol=CLOSE)
+        assert len(marks["pair"]) == 4 * (len(p) - 1)
         moved = weight * metres / weights.sum()
         assert answer["numbers"] == {
             "centroid moves": f"{moved:.3f} m",
