@@ -28,7 +28,8 @@ export const MODELS = {
       const spoilt = target.map((each, i) => (i === 2 * row ? each + metres : each));
       const weights = Float64Array.from(target.subarray(target.length / 2), (_, i) => (i === row ? weight : 1));
       const T = align({ source, target: spoilt, weights, kept: weights.map(() => 1) });
-      const moved = apply(T, source), pairs = rows(moved).map((point, i) => [...point, ...rows(spoilt)[i]]);
+      const moved = apply(T, source), there = rows(spoilt);
+      const pairs = rows(moved).map((point, i) => [...point, ...there[i]]);
       const [before, after] = [target, spoilt].map((points) => centroid(points, weights));
       const marks = [
         ["pair", pairs.filter((_, i) => i !== row).flat(), "pair"],
@@ -54,10 +55,10 @@ export const MODELS = {
       const cells = cut(points, box(points), depth);
       const open = cells.filter(({ low, high }) => gap([x, y], low, high) <= radius);
       const looked = open.reduce((sum, { points }) => sum + points.length, 0);
-      const corners = (some) => some.flatMap(({ low, high }) => [...low, ...high]);
+      const ends = (some) => some.flatMap(({ low, high }) => [...low, ...high]);
       const marks = [
-        ["cell", corners(cells), "cell"],
-        ["open", corners(open), "cell to open"],
+        ["cell", ends(cells), "cell"],
+        ["open", ends(open), "cell to open"],
         ["older", target, "older scan"],
         ["reach", [x, y, radius], "distance to its nearest point"],
         ["query", [x, y], "query"],
