@@ -46,8 +46,11 @@ class Partners(NamedTuple):
 def no_partners(index: Index, points: FloatArray, T: FloatArray) -> Partners:
     """Room for the partners of `points`, moved by T or about so, which nobody has looked for."""
     count = len(points)
-    order = in_leaf_order(index, points, T) if index.depth > 0 else np.arange(count)
-    row, clear = np.full(count, -1), np.zeros(count)
+    order, row, clear = np.empty(count, np.intp), np.empty(count, np.intp), np.empty(count)
+    for i in range(count):
+        order[i], row[i], clear[i] = i, -1, 0.0
+    if index.depth > 0:
+        order = in_leaf_order(index, points, T)
     return Partners(order, row, np.empty(count), np.empty(count), clear)
 
 
