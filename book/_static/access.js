@@ -86,15 +86,15 @@
 
     each("article figure:has(img)", (figure) => letEnlarge(figure.querySelector("img")));
 
-    // What scrolls sideways can be scrolled by keys.
+    // What scrolls sideways can be scrolled by keys. First all is read, then all is written: a
+    // page is laid out once, not once for each.
     const reach = () => {
-      const wide = ".pst-scrollable-table-container, div.math, .bd-article pre";
-      each(wide, (node) => node.removeAttribute("tabindex")); // its margin would make it scroll on
-      each(wide, (node) => {
-        if (node.scrollWidth > node.clientWidth) node.tabIndex = 0;
-      });
+      const nodes = [...document.querySelectorAll(".pst-scrollable-table-container, div.math, .bd-article pre")];
+      nodes.forEach((node) => node.removeAttribute("tabindex")); // its margin would make it scroll on
+      const wide = nodes.filter((node) => node.scrollWidth > node.clientWidth);
+      wide.forEach((node) => { node.tabIndex = 0; });
     };
-    reach();
+    addEventListener("load", reach); // once the page is laid out
     addEventListener("resize", reach);
     document.addEventListener("toggle", reach, true); // an answer is opened
   });
