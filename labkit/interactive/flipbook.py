@@ -69,7 +69,6 @@ def flipbook(
     *,
     label: str,
     alt: str,
-    readout: Callable[[Value], str] = str,
     start: int = 0,
     height: float = 4.5,
 ) -> Flipbook:
@@ -81,13 +80,11 @@ def flipbook(
         ``draw(figure, value)`` draws on an empty figure of the book's width. Fix the
         limits of its axes, or the picture will jump.
     values : iterable
-        What the slider can be set to, in its order; at least two.
+        What the slider can be set to, in its order; at least two, no two of which read alike.
     label : str
         What the slider changes, with its unit.
     alt : str
         What the pictures show, for those who cannot see them; the value is added.
-    readout : callable
-        How a value is written beside the slider. No two may be written alike.
     start : int
         Index of the value shown first.
     height : float
@@ -112,7 +109,7 @@ def flipbook(
     (0, ['0.0', '0.5', '1.0'])
     """
     values = list(values)  # a generator is spent after one pass
-    readouts = [readout(value) for value in values]
+    readouts = [str(value) for value in values]
     if len(readouts) < 2 or len(set(readouts)) < len(readouts):
         raise InvalidParameterError(
             f"must be at least two that read differently, got {readouts}", parameter="values"

@@ -44,9 +44,9 @@ def test_pictures_have_the_book_s_shape_and_differ():
     assert len({each.convert("RGB").tobytes() for each in pictures}) == 3
 
 
-def test_it_opens_at_its_start_and_says_values_as_told():
-    made = book(start=1, readout="{:.0f} m".format)
-    assert (made.index, made.readouts) == (1, ["1 m", "2 m", "3 m"])
+def test_it_opens_at_its_start_and_says_its_values():
+    made = book(start=1)
+    assert (made.index, made.readouts) == (1, ["1.0", "2.0", "3.0"])
     assert (made.label, made.alt) == ("height [m]", 'one "bar"')
 
 
