@@ -194,6 +194,6 @@ def plot_correspondences(ax: Axes, target: Scan | ArrayLike, pairs: Corresponden
     ax.relim()
     ax.autoscale_view()
     style_plane(ax)
-    ax.set_title(f"{pairs.inlier_count} of {len(pairs.kept)} pairs kept")
+    ax.set_title(f"{pairs.inlier_count} of {len(pairs.kept)} pairs are inliers")
     legend_below(ax, [drawn_target, *artists.legend_handles()])
     return ax

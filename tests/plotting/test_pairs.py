@@ -107,7 +107,7 @@ def test_from_afar_the_pairs_that_were_looked_at_are_drawn(ax, lesson):
     drawn = np.concatenate([line.get_xydata() for line in ax.lines[1:]])
     expected = apply(experiment.T_init, points[::4])
     np.testing.assert_array_equal(drawn[np.lexsort(drawn.T)], expected[np.lexsort(expected.T)])
-    assert ax.get_title() == f"{pairs.inlier_count} of 150 pairs kept"
+    assert ax.get_title() == f"{pairs.inlier_count} of 150 pairs are inliers"
 
 
 def test_the_legend_counts(ax, lesson, first, labels):
@@ -120,7 +120,7 @@ def test_the_legend_counts(ax, lesson, first, labels):
             if fate is not Fate.NO_LINE
         ),
     ]
-    assert ax.get_title() == f"{first.inlier_count} of 597 pairs kept"
+    assert ax.get_title() == f"{first.inlier_count} of 597 pairs are inliers"
 
 
 def test_the_view_holds_everything(ax, lesson, first):
