@@ -140,11 +140,23 @@ def test_the_same_seed_gives_the_same_bytes(run, tmp_path):
     assert (tmp_path / "a.tum").read_bytes() == (tmp_path / "b.tum").read_bytes()
 
 
-def start(folder, *arguments, threads="1"):
+SLOWLY = (  # 0.01 s a scan, so that no machine is done before it is stopped
+    "import time\n"
+    "from labkit.cli import odometry\n"
+    "progress = odometry.tqdm\n"
+    "def slowly(scans, **options):\n"
+    "    for scan in progress(scans, **options):\n"
+    "        time.sleep(0.01)\n"
+    "        yield scan\n"
+    "odometry.tqdm = slowly\n"
+)
+
+
+def start(folder, *arguments, threads="1", before=""):
     """The command line in a process group of its own."""
     program = "import signal, sys\n"
     program += "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-    program += "from labkit.cli import main\nsys.exit(main())"
+    program += before + "from labkit.cli import main\nsys.exit(main())"
     return subprocess.Popen(
         [sys.executable, "-u", "-c", program, "odometry", "killian", *map(str, arguments)],
         cwd=folder,
@@ -184,7 +196,7 @@ def test_a_run_that_is_stopped_leaves_no_process_and_no_file(
     killian, tmp_path, against, ends, status
 ):
     """Ctrl-C, which every process of the terminal gets, and a kill that one of them gets."""
-    with start(tmp_path, "--jobs", 3, "--against", against) as process:
+    with start(tmp_path, "--jobs", 3, "--against", against, before=SLOWLY) as process:
         assert "killian: 3873 scans" in process.stdout.readline()
         if ends == "SIGINT":
             os.killpg(process.pid, signal.SIGINT)
