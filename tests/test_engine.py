@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from labkit.simulation import Lidar, cast, corridor, room
 
 pytest.importorskip("numba", reason="needs numba: pip install numba")
 from labkit.engine import loop, match_pairs, matching, nearest_rows, warm
+from labkit.engine.jit import user_cache
 
 ODOMETRY = OdometryParameters().icp
 
@@ -284,6 +286,15 @@ def test_compiled_code_is_kept_where_the_package_is_read_only(tmp_path):
         "1.0",
         "compiling the ICP engine, in every process, for the cache cannot be written: 10 to 30 s",
     )
+
+
+def test_a_cache_named_by_nothing_is_the_systems(monkeypatch):
+    monkeypatch.setenv("LABKIT_CACHE", "elsewhere")
+    assert user_cache() == Path("elsewhere")
+    monkeypatch.delenv("LABKIT_CACHE")
+    usual = user_cache()
+    monkeypatch.setenv("LABKIT_CACHE", "")
+    assert user_cache() == usual
 
 
 @pytest.mark.parametrize("metric", ["point_to_point", "point_to_line"])

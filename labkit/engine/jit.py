@@ -28,7 +28,7 @@ KEPT = 8  # states of the source whose code is kept: several copies of the lab s
 
 def user_cache() -> Path:
     """The folder that this system has for what can be made again; LABKIT_CACHE names another."""
-    if "LABKIT_CACHE" in os.environ:
+    if os.environ.get("LABKIT_CACHE"):  # set to nothing is not set: that would be this folder
         return Path(os.environ["LABKIT_CACHE"])
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA", "~/AppData/Local")).expanduser() / "labkit"
