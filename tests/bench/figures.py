@@ -79,6 +79,7 @@ def growth_figure(results: dict[str, Any]) -> Figure:
     _log_axes(ax)
     ax.set_title("Growth with the number of points", fontsize="medium")
     ax.set_xlabel("points a scan")
+    ax.tick_params(axis="x", labelrotation=30)
     ax.set_ylabel("time [ms a pair]")
     _legend(figure, styles, lines=True)
     return figure
