@@ -1,6 +1,6 @@
 // The marks of a live figure: apart in shape or dash as well as in colour.
 
-import { cross, diamond, dot, plus, ring, speck } from "./explorer/canvas.js";
+import { cross, diamond, plus, ring, speck } from "./explorer/canvas.js";
 
 const points = (marker) => (context, frame, data) => {
   for (let i = 0; i < data.length; i += 2) marker(context, ...frame.pixel(data[i], data[i + 1]));
