@@ -5,7 +5,7 @@ import { FATES, fates } from "./correspondences.js";
 import { cross, diamond, dot, freshContext, square, triangle } from "./canvas.js";
 import { element } from "./controls.js";
 import { Frame } from "./frame.js";
-import { apply } from "./se2.js";
+import { DEGREE, apply } from "./se2.js";
 
 const HANDLE = 50; // px from the scanner to the knob that turns it
 const REACH = 18; // px within which the knob is grasped
@@ -134,7 +134,7 @@ export class Plane extends Frame {
   }
 
   press(event) {
-    const metres = event.shiftKey ? 0.01 : 0.05, turn = (event.shiftKey ? 0.2 : 1) * (Math.PI / 180);
+    const metres = event.shiftKey ? 0.01 : 0.05, turn = (event.shiftKey ? 0.2 : 1) * DEGREE;
     const moves = {
       ArrowLeft: [-metres, 0, 0], ArrowRight: [metres, 0, 0], ArrowDown: [0, -metres, 0], ArrowUp: [0, metres, 0],
       PageUp: [0, 0, turn], PageDown: [0, 0, -turn],
