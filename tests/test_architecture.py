@@ -57,12 +57,13 @@ LAYERS = {
     "logs": DATA | {"files", "extras"},
     "": MATHS,
     "plotting": BELOW_PLOTTING,
-    "grading": BELOW_PLOTTING - GRADED,
-    "authoring": BELOW_PLOTTING | {"grading"},
-    "exercises": BELOW_PLOTTING | {"grading"},
-    "report": BELOW_PLOTTING,
-    "interactive": BELOW_PLOTTING | {"plotting", "grading"},
-    "cli": BELOW_PLOTTING | {"plotting", "grading", "report"},
+    "course": set(),
+    "course.grading": BELOW_PLOTTING - GRADED,
+    "course.authoring": BELOW_PLOTTING | {"course.grading"},
+    "course.exercises": BELOW_PLOTTING | {"course.grading"},
+    "course.report": BELOW_PLOTTING,
+    "interactive": BELOW_PLOTTING | {"plotting", "course.grading"},
+    "cli": BELOW_PLOTTING | {"plotting", "course.grading", "course.report"},
     "__main__": set(),
 }
 
@@ -78,8 +79,8 @@ MODULES = dict(modules())
 
 
 def layer(name):
-    """The first part of a dotted name below labkit: what `LAYERS` speaks of."""
-    return name.split(".")[0]
+    """The first part of a dotted name below labkit, or two in the course: as in `LAYERS`."""
+    return ".".join(name.split(".")[: 2 if name.startswith("course.") else 1])
 
 
 @cache

@@ -23,9 +23,9 @@ from bs4 import BeautifulSoup, Tag
 from playwright.sync_api import Error, Page, sync_playwright
 from pypdf import PdfReader, PdfWriter
 
+from labkit.course.report.pages import ReportError
+from labkit.course.report.pdf import launch
 from labkit.files import atomic_write
-from labkit.report.pages import ReportError
-from labkit.report.pdf import launch
 
 ROOT = Path(__file__).parents[2]
 WHOLE = "whole-book.html"

@@ -48,8 +48,8 @@ HANDED_OUT = (
     ".gitignore",
 )
 KEPT_BACK = (
-    "labkit/authoring/*",
-    "labkit/grading/assignment/hidden*",
+    "labkit/course/authoring/*",
+    "labkit/course/grading/assignment/hidden*",
     "book/_static/vendor/*",
     "*/.ipynb_checkpoints/*",
     "*/__pycache__/*",

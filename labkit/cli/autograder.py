@@ -6,9 +6,9 @@ import argparse
 import sys
 
 from labkit.cli.grade import PUBLIC
-from labkit.grading.assignment import FOLDER, load_assignment
-from labkit.grading.assignment.files import folder_of
-from labkit.grading.exports.reports import write_autograder
+from labkit.course.grading.assignment import FOLDER, load_assignment
+from labkit.course.grading.assignment.files import folder_of
+from labkit.course.grading.exports.reports import write_autograder
 
 DESCRIPTION = """\
 Write the zip archive to upload as the autograder of a Gradescope programming assignment. It

@@ -15,11 +15,10 @@ from tqdm import tqdm
 
 from labkit.arrays import check_count
 from labkit.cli.grade_outputs import Results, add_output_options, check_outputs, write_outputs
-from labkit.errors import InvalidParameterError, LabkitError
-from labkit.grading.assignment import FOLDER, load_assignment
-from labkit.grading.assignment.files import folder_of
-from labkit.grading.assignment.questions import Assignment
-from labkit.grading.class_run import (
+from labkit.course.grading.assignment import FOLDER, load_assignment
+from labkit.course.grading.assignment.files import folder_of
+from labkit.course.grading.assignment.questions import Assignment
+from labkit.course.grading.class_run import (
     Graded,
     cluster_executors,
     grade_class,
@@ -27,18 +26,19 @@ from labkit.grading.class_run import (
     open_sandboxes,
     prepare,
 )
-from labkit.grading.contract import Limits
-from labkit.grading.sandbox.host import SAFE, open_sandbox
-from labkit.grading.store import Settings, VerdictStore, merge, still_to_grade
-from labkit.grading.submissions import Submission, find_submissions, one_submission
-from labkit.grading.submissions.find import VERDICTS
+from labkit.course.grading.contract import Limits
+from labkit.course.grading.sandbox.host import SAFE, open_sandbox
+from labkit.course.grading.store import Settings, VerdictStore, merge, still_to_grade
+from labkit.course.grading.submissions import Submission, find_submissions, one_submission
+from labkit.course.grading.submissions.find import VERDICTS
+from labkit.errors import InvalidParameterError, LabkitError
 from labkit.odometry import available_cores
 
 Where = tuple[Iterator[Executor], int]  # what grades, and how many at a time
 
 PUBLIC = """\
 the hidden cases are the public ones, which anybody can compute; draw your own with
-`python -m labkit.authoring --secret FILE`, and grade with --secret FILE"""
+`python -m labkit.course.authoring --secret FILE`, and grade with --secret FILE"""
 DESCRIPTION = """\
 Grade notebooks (.ipynb) and scripts (.py). SUBMISSIONS is one file; a folder or zip archive
 with a file or folder for each student; or a bulk download of Canvas, Moodle or nbgrader.

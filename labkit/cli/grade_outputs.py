@@ -12,12 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from labkit.arrays import check_range
-from labkit.errors import InvalidParameterError
-from labkit.files import atomic_write, refuse_unwritable
-from labkit.grading.adjustments import Adjusted, Adjustments, read_groups, read_overrides
-from labkit.grading.assignment.questions import Assignment
-from labkit.grading.contract import SourceCell
-from labkit.grading.exports.gradebooks import (
+from labkit.course.grading.adjustments import Adjusted, Adjustments, read_groups, read_overrides
+from labkit.course.grading.assignment.questions import Assignment
+from labkit.course.grading.contract import SourceCell
+from labkit.course.grading.exports.gradebooks import (
     check_canvas,
     check_moodle,
     fill_canvas,
@@ -25,18 +23,20 @@ from labkit.grading.exports.gradebooks import (
     write_feedback,
     write_scores,
 )
-from labkit.grading.exports.reports import gradescope_results, write_junit
-from labkit.grading.pages.statistics import ClassSummary
-from labkit.grading.pages.write import (
+from labkit.course.grading.exports.reports import gradescope_results, write_junit
+from labkit.course.grading.pages.statistics import ClassSummary
+from labkit.course.grading.pages.write import (
     templates,
     write_class_page,
     write_pair_page,
     write_student_page,
 )
-from labkit.grading.sandbox.host import open_sandbox
-from labkit.grading.similarity import Group, all_passages, groups_alike
-from labkit.grading.store import VerdictStore
-from labkit.grading.submissions import Submission
+from labkit.course.grading.sandbox.host import open_sandbox
+from labkit.course.grading.similarity import Group, all_passages, groups_alike
+from labkit.course.grading.store import VerdictStore
+from labkit.course.grading.submissions import Submission
+from labkit.errors import InvalidParameterError
+from labkit.files import atomic_write, refuse_unwritable
 
 UNREAD = 5  # submissions of which it is said what was not read
 OF_A_GROUP, ALL_PAIRS = 10, 50  # pairs that are shown side by side

@@ -7,9 +7,9 @@ import os
 import sys
 from pathlib import Path
 
+from labkit.course.report import ReportError, read_report, render, write_pdf
 from labkit.errors import WriteError
 from labkit.files import atomic_write, refuse_unwritable
-from labkit.report import ReportError, read_report, render, write_pdf
 
 DESCRIPTION = """\
 Run a report from its first cell to its last, and write it as one page of HTML and as a PDF:

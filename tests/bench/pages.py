@@ -21,7 +21,7 @@ from urllib.parse import unquote, urlsplit
 
 from playwright.sync_api import Browser, Locator, Page, sync_playwright
 
-from labkit.report.pdf import launch
+from labkit.course.report.pdf import launch
 
 sys.path.append(str(Path(__file__).parents[1] / "book"))
 from jupyterlab_page import CLOSE, OPEN, jupyterlab, open_lab, run_all

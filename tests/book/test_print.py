@@ -10,7 +10,7 @@ import pytest
 from print_book import WHOLE, print_book
 from pypdf import PdfReader
 
-from labkit.report.pages import ReportError
+from labkit.course.report.pages import ReportError
 
 
 @pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")

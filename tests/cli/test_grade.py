@@ -15,15 +15,15 @@ from pathlib import Path
 import pytest
 
 from labkit.cli import main
-from labkit.grading import class_run
-from labkit.grading.assignment.files import FORMAT, cases_beside, read_secret, salt_of
-from labkit.grading.assignment.files import _load as load_assignment
-from labkit.grading.class_run import Graded, grade_class
-from labkit.grading.pages.write import templates
-from labkit.grading.sandbox.host import available_modes
-from labkit.grading.similarity import Group
+from labkit.course.grading import class_run
+from labkit.course.grading.assignment.files import FORMAT, cases_beside, read_secret, salt_of
+from labkit.course.grading.assignment.files import _load as load_assignment
+from labkit.course.grading.class_run import Graded, grade_class
+from labkit.course.grading.pages.write import templates
+from labkit.course.grading.sandbox.host import available_modes
+from labkit.course.grading.similarity import Group
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "grading"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "course/grading"))
 from small import HANGS, RIGHT, SQUARED, hand_in, write_assignment
 
 SAFE = any(not why for mode, why in available_modes().items() if mode != "none")
@@ -188,7 +188,7 @@ def test_cases_of_a_secret_grade_and_go_into_the_archive(small, tmp_path, monkey
         assert main(["autograder", "autograder.zip", *given]) == 0
         assert capsys.readouterr().err.count("which anybody can compute") == 2 * public
         with zipfile.ZipFile(tmp_path / "autograder.zip") as archive:
-            held = archive.read("labkit/grading/assignment/hidden/course.json").decode()
+            held = archive.read("labkit/course/grading/assignment/hidden/course.json").decode()
             assert json.loads(held) == course
             assert secret not in b"".join(map(archive.read, archive.namelist()))
 

@@ -191,7 +191,7 @@ def test_without_numba_the_textbook_matches_and_one_line_says_so():
         (AS_A_COMMAND, "labkit.cli.main"),
         (AS_A_COMMAND, "labkit.icp"),
         (AS_A_MODULE, "labkit.cli.main"),  # Python has imported labkit itself before it
-        (AS_A_MODULE, "labkit.grading"),
+        (AS_A_MODULE, "labkit.course.grading"),
     ],
 )
 def test_ctrl_c_while_the_command_loads_prints_no_traceback(start, module):

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from labkit.cli import main
-from labkit.report import pdf
+from labkit.course.report import pdf
 
 
 @pytest.fixture

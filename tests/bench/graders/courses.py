@@ -12,14 +12,14 @@ from pathlib import Path
 
 import nbformat
 from nbformat.v4 import new_code_cell, new_notebook
-
-from labkit.authoring.notebook import notebook_text
-from labkit.grading.assignment import FOLDER, load_assignment
-from labkit.grading.assignment.questions import Question
 from small import DOUBLE, case, write
+
+from labkit.course.authoring.notebook import notebook_text
+from labkit.course.grading.assignment import FOLDER, load_assignment
+from labkit.course.grading.assignment.questions import Question
 from submissions import Answers, answered, lab_answers, trivial_answers
 
-OTHERS = Path(__file__).parents[2] / "grading/others"
+OTHERS = Path(__file__).parents[2] / "course/grading/others"
 RELEASE = "release/lab1/assignment.ipynb"
 OTTER_TEST = """\
 OK_FORMAT = False
@@ -59,7 +59,7 @@ def lab_course(folder: Path, students: int, python: Path) -> Course:
     """The lab's own assignment; all three graders ask its hidden cases through labkit."""
     for question in load_assignment().questions:
         body = (
-            "    from labkit.grading.check import score\n"
+            "    from labkit.course.grading.check import score\n"
             f'    assert score("{question.id}", {question.function}) == {question.points}'
         )
         _write_otter_test(folder, question, body)

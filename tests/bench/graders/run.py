@@ -1,7 +1,7 @@
 """nbgrader, otter-grader and labkit on the same class, in turns; a table comes out.
 
 ``python tests/bench/graders/run.py`` needs ``.venv-graders``, which
-``tests/grading/others/requirements.txt`` tells how to make. The clock runs from the start of
+``tests/course/grading/others/requirements.txt`` tells how to make. The clock runs from the start of
 each command to its end, imports and the start of workers included; beside it stands what all
 of its processes together were at work, which a busy machine changes less. nbgrader grades one
 submission after the other, as does otter-grader where it runs without containers; both run a
@@ -28,7 +28,9 @@ from pathlib import Path
 from statistics import median
 
 ROOT = Path(__file__).parents[3]
-sys.path[:0] = [str(ROOT / "tests" / name) for name in ("grading", "authoring", "bench")]
+sys.path[:0] = [
+    str(ROOT / "tests" / name) for name in ("course/grading", "course/authoring", "bench")
+]
 
 from machine import describe_machine, describe_versions  # noqa: E402
 
@@ -99,7 +101,7 @@ def main() -> int:
     if not PYTHON.exists():
         sys.exit(
             "needs nbgrader and otter-grader: python -m venv .venv-graders; "
-            ".venv-graders/bin/pip install -r tests/grading/others/requirements.txt -e ."
+            ".venv-graders/bin/pip install -r tests/course/grading/others/requirements.txt -e ."
         )
     results: dict[str, object] = {"machine": describe_machine(), "versions": describe_versions()}
     for name in args.courses:
@@ -191,7 +193,7 @@ def _agreement(course: Course, graders: Sequence[Grader]) -> str:
     nbgrader scores a function when its cell has run, labkit when all have: they differ where a
     later cell of the same notebook breaks what an earlier one calls. nbgrader asks everybody
     the same variant of the hidden cases. And it gives no point to a cell that writes to stderr,
-    where numpy's warnings go; `labkit.grading.check` has them written to stdout therefore.
+    where numpy's warnings go; `labkit.course.grading.check` has them written to stdout therefore.
     """
     script = (
         "import json, sys\nfrom nbgrader.api import Gradebook\n"

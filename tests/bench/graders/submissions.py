@@ -13,9 +13,9 @@ from typing import Any
 
 from right_answers import RIGHT
 
-from labkit.authoring.entries import Mistake
-from labkit.authoring.misconceptions import MISTAKES
-from labkit.grading.assignment import load_assignment
+from labkit.course.authoring.entries import Mistake
+from labkit.course.authoring.misconceptions import MISTAKES
+from labkit.course.grading.assignment import load_assignment
 
 KINDS = (*("right", "mistaken", "right", "failing", "right") * 2,)
 MISTAKES_EACH = 4

@@ -21,11 +21,12 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[3]
-sys.path[:0] = [str(ROOT / "tests/grading"), str(ROOT / "tests/authoring")]
+sys.path[:0] = [str(ROOT / "tests/course/grading"), str(ROOT / "tests/course/authoring")]
+
+from small import hand_in, write_assignment  # noqa: E402
 
 from labkit.cli.text import table  # noqa: E402
-from labkit.grading.assignment import FOLDER  # noqa: E402
-from small import hand_in, write_assignment  # noqa: E402
+from labkit.course.grading.assignment import FOLDER  # noqa: E402
 from submissions import lab_answers  # noqa: E402
 
 LOOK = 0.25  # s between two looks at the processes

@@ -1,0 +1,18 @@
+"""Writing the assignment: questions, cases, right answers and known wrong ones.
+
+``python -m labkit.course.authoring`` computes all of it afresh and writes the files that
+`labkit.course.grading.assignment` reads and the notebook that students get. This side knows the
+answers, so nothing of grading or of the notebooks imports it, and students do not get it.
+
+==================  ==============================================================
+`questions/`        the texts, points and limits, in TOML: to be edited by instructors
+`cases/`            what the functions are called with, as recipes for any seed
+`misconceptions/`   wrong answers, each by a function that makes the mistake
+`entries`           what a recipe and a known mistake are
+`references`        the right answers, by labkit, and how far another may lie from them
+`solution`          the right submission from which the instructor's notebook is made
+`compute`           cases with answers, refused where they do not tell mistakes apart
+`write`             from the texts and the cases to the assignment's files
+`notebook`          the notebook that is handed out
+==================  ==============================================================
+"""

@@ -1,0 +1,13 @@
+"""What the functions are called with: recipes for the visible cases and the hidden ones."""
+
+from labkit.course.authoring.cases import alignment, correspondences, loop, odometry, se2
+
+RECIPES = {
+    **se2.RECIPES,
+    **alignment.RECIPES,
+    **correspondences.RECIPES,
+    **loop.RECIPES,
+    **odometry.RECIPES,
+}
+
+__all__ = ["RECIPES"]

@@ -1,0 +1,129 @@
+"""What an author enters for a question: recipes of its cases, and mistakes that are known.
+
+A recipe says what a case tries, and how its arguments are drawn. The register of mistakes says
+what each does wrong, what it earns, and where to read on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import labkit
+from labkit.arrays import FloatArray
+from labkit.course.grading.contract import Value
+
+Draw = Callable[[np.random.Generator], tuple[Value, ...]]
+Function = Callable[..., Any]
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """One case.
+
+    Attributes
+    ----------
+    about : str
+        What it tries, in words that give no number away.
+    draw : callable
+        From a random generator to the function's arguments.
+    exact : bool
+        The arguments lie on a limit on purpose, in numbers that single precision holds
+        exactly; so they are not perturbed to find the tolerance.
+    """
+
+    about: str
+    draw: Draw
+    exact: bool = False
+
+
+@dataclass(frozen=True)
+class Recipes:
+    """The cases of one question: the same for everybody, and those that each variant draws."""
+
+    visible: Sequence[Recipe]
+    hidden: Sequence[Recipe]
+
+
+def uniform(rng: np.random.Generator, low: float, high: float, digits: int = 3) -> float:
+    """A number with few digits, so that a case can be read."""
+    return round(float(rng.uniform(low, high)), digits)
+
+
+def points(rng: np.random.Generator, count: int, span: float = 4.0) -> FloatArray:
+    """Points in a square about the origin, to the centimetre."""
+    return np.round(rng.uniform(-span, span, (count, 2)), 2)
+
+
+def whole_points(rng: np.random.Generator, count: int) -> Value:
+    """Distinct points with whole coordinates, as integers."""
+    cells = rng.choice(21 * 21, size=count, replace=False)
+    return np.column_stack([cells // 21 - 10, cells % 21 - 10]).astype(np.int64)
+
+
+def motion(rng: np.random.Generator, turn: tuple[float, float], reach: float = 1.0) -> FloatArray:
+    """A transform by an angle in `turn` [rad] and up to `reach` [m] along each axis."""
+    return labkit.transform(
+        uniform(rng, -reach, reach), uniform(rng, -reach, reach), uniform(rng, *turn)
+    )
+
+
+def moved(T: FloatArray, p: FloatArray, rng: np.random.Generator, noise: float) -> FloatArray:
+    """The points after a motion, with noise [m], to the millimetre."""
+    return np.round(labkit.apply(T, p) + rng.normal(0.0, noise, p.shape), 3)
+
+
+@dataclass(frozen=True)
+class Several:
+    """The answers of a mistake that can come out in more than one way."""
+
+    answers: tuple[Value, ...]
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """A wrong implementation and what is said of it.
+
+    Attributes
+    ----------
+    question, id : str
+        Whose mistake it is.
+    says : str
+        Told to the student: what was done, and why it is wrong.
+    credit : float
+        The share of the points that it earns.
+    chapter : str
+        Where the book explains it; empty for the question's own chapter.
+    function : callable
+        Makes the mistake.
+    """
+
+    question: str
+    id: str
+    says: str
+    credit: float
+    chapter: str
+    function: Function
+
+
+MISTAKES: list[Mistake] = []
+
+
+def mistake(question: str, credit: float, chapter: str = "") -> Callable[[Function], Function]:
+    """Enter a function as a mistake: its docstring is what the student reads.
+
+    The function is named after question and mistake, ``align__transposed``; the id is the
+    second half.
+    """
+
+    def enter(function: Function) -> Function:
+        prefix, _, id = function.__name__.partition("__")
+        assert prefix == question
+        says = " ".join((function.__doc__ or "").split())
+        MISTAKES.append(Mistake(question, id, says, credit, chapter, function))
+        return function
+
+    return enter

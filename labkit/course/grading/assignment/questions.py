@@ -1,0 +1,238 @@
+"""The assignment as data: questions, their cases, and the answers of known mistakes.
+
+All of it is read from the JSON files in `labkit/course/grading/assignment`, which
+``python -m labkit.course.authoring`` writes. What a student may see (`questions.json`,
+`visible.json`) and what not (`hidden/`) are files of their own: the students' edition
+leaves `hidden/` out, and everything but grading works without it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cached_property
+
+from labkit.course.grading.contract import Value
+from labkit.errors import InvalidParameterError
+
+
+class Answer(Enum):
+    """What a function is to return; `judging.kinds` knows how each is read."""
+
+    MATRIX = "matrix"  # (2, 2) or (3, 3)
+    VECTOR = "vector"  # (K,) of numbers with one unit
+    TRANSFORM = "transform"  # (R, t), a (3, 3), or a dict that holds either
+    MATCHES = "matches"  # (indices, distances)
+    MASK = "mask"  # (N,) of bool
+    POSES = "poses"  # (K, 3), the last column an angle in (−π, π]
+    NUMBER = "number"
+    FLAG = "flag"  # one bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Misconception:
+    """A known mistake.
+
+    Attributes
+    ----------
+    id : str
+        Unique within its question.
+    says : str
+        What the student did, and why it is wrong: "this is R transposed: ...".
+    chapter : str
+        Where the book explains it.
+    credit : float
+        The share of the question's points that it earns, in [0, 1).
+    """
+
+    id: str
+    says: str
+    chapter: str
+    credit: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Question:
+    """One function that the student writes.
+
+    Attributes
+    ----------
+    id, title : str
+        As in ``check("huber_weights", ...)``, and for a person.
+    chapter : str
+        Where the book explains it.
+    points : float
+        What it is worth.
+    function : str
+        The name that the student's function must have.
+    signature : str
+        Its parameters, as in ``(residuals, delta)``.
+    task : str
+        What to do, in Markdown; stands above the stub in the notebook.
+    docstring : str
+        What the stub says of arguments and result.
+    answer : Answer
+        What the function returns.
+    unit : str
+        Of the result where it has one unit: "m", "rad", or empty.
+    low, high : float or None
+        What the numbers of the result cannot go below or above.
+    chance : float
+        The share of right answers that a constant gets; the score is corrected for it.
+    builds_on : tuple of str
+        The questions whose functions this one may call: where they are wrong, so is it.
+    misconceptions : tuple of Misconception
+        The known mistakes.
+    """
+
+    id: str
+    title: str
+    chapter: str
+    points: float
+    function: str
+    signature: str
+    task: str
+    docstring: str
+    answer: Answer
+    unit: str
+    low: float | None
+    high: float | None
+    chance: float
+    builds_on: tuple[str, ...]
+    misconceptions: tuple[Misconception, ...]
+
+    def misconception(self, id: str) -> Misconception:
+        """The misconception of that id."""
+        return next(known for known in self.misconceptions if known.id == id)
+
+    @property
+    def stub(self) -> str:
+        """The function as it is handed out."""
+        return self.source("# YOUR CODE HERE\nraise NotImplementedError")
+
+    def source(self, body: str) -> str:
+        """The function with a body, whose lines are indented here."""
+        lines = ['"""' + self.docstring + '"""', *body.splitlines()]
+        text = "\n".join(lines).replace("\n", "\n    ")
+        trimmed = "\n".join(line.rstrip() for line in text.splitlines())
+        return f"def {self.function}{self.signature}:\n    {trimmed}"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Case:
+    """One call of a question's function, and what is known about its answer.
+
+    Attributes
+    ----------
+    id : str
+        Unique within the question; says nothing about the case.
+    hidden : bool
+        Whether the student may not see it.
+    about : str
+        What it tries, in words that give no number away: "a quarter turn".
+    arguments : tuple of Value
+        What the function is called with. Arrays are read-only.
+    expected : tuple of Value
+        The right answers: one, or one for each accepted reading of the lesson.
+    tolerance : float
+        How far any entry may lie from the expected one. How it follows from the case's
+        conditioning is told in `labkit.course.authoring.references`.
+    mistaken : mapping of str to tuple of Value
+        The answers of each misconception: one, or several where the mistake leaves it open
+        (a sign that the SVD may choose, a reading of the lesson). One that fails here has none.
+    """
+
+    id: str
+    hidden: bool
+    about: str
+    arguments: tuple[Value, ...]
+    expected: tuple[Value, ...]
+    tolerance: float
+    mistaken: Mapping[str, tuple[Value, ...]]
+
+
+Cases = Mapping[str, tuple[Case, ...]]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Assignment:
+    """All questions and cases.
+
+    Attributes
+    ----------
+    title : str
+        For a person.
+    questions : tuple of Question
+        In the order of the notebook.
+    visible : mapping of str to tuple of Case
+        The examples of each question, the same for everybody.
+    variants : tuple of such mappings
+        The hidden cases, equally hard with other numbers; a student gets one of them.
+        Empty in the students' edition.
+    digest : str
+        Of the files that it was read from: another digest, other verdicts.
+    right : mapping of str to str
+        Source of the right functions, which stand in for wrong ones when a later question is
+        graded; empty where there is none.
+    salt : str
+        What the order of hidden calls and the choice of variants hang on.
+    public : bool
+        Whether anybody can compute the hidden cases, since no secret went into them.
+    """
+
+    title: str
+    questions: tuple[Question, ...]
+    visible: Cases
+    variants: tuple[Cases, ...]
+    digest: str = ""
+    right: Mapping[str, str] = field(default_factory=dict)
+    salt: str = ""
+    public: bool = False
+
+    @property
+    def points(self) -> float:
+        """What all questions are worth together."""
+        return sum(question.points for question in self.questions)
+
+    def question(self, id: str) -> Question:
+        """The question of that id.
+
+        Raises
+        ------
+        InvalidParameterError
+            Where there is none; the message lists those there are.
+        """
+        for question in self.questions:
+            if question.id == id:
+                return question
+        known = ", ".join(question.id for question in self.questions)
+        raise InvalidParameterError(f"must be one of {known}, got {id!r}", parameter="question")
+
+    def below(self, question: str) -> frozenset[str]:
+        """The questions that a question builds on, and all that these build on."""
+        return self._below[question]
+
+    def depth(self, question: Question) -> int:
+        """How long the longest chain of questions is that a question builds on."""
+        return max((self.depth(self.question(id)) + 1 for id in question.builds_on), default=0)
+
+    @cached_property
+    def _below(self) -> dict[str, frozenset[str]]:
+        found: dict[str, frozenset[str]] = {}
+        for one in sorted(self.questions, key=self.depth):
+            found[one.id] = frozenset(one.builds_on).union(*(found[id] for id in one.builds_on))
+        return found
+
+    def variant(self, student: str) -> int:
+        """Which variant a student gets: always the same one for the same name."""
+        digest = hashlib.sha256((self.salt + student).encode("utf-8", "surrogatepass")).digest()
+        return int.from_bytes(digest[:8], "big") % max(1, len(self.variants))
+
+    def cases(self, question: str, student: str | None = None) -> tuple[Case, ...]:
+        """The visible cases of a question, and a student's hidden ones where one is named."""
+        visible = self.visible[self.question(question).id]
+        if student is None or not self.variants:
+            return visible
+        return visible + self.variants[self.variant(student)][question]

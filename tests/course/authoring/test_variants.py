@@ -1,0 +1,129 @@
+"""Right submissions of different kinds: each gets full marks, whatever numbers come in."""
+
+import io
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from labkit.course.authoring import solution
+from labkit.course.grading.assignment import FOLDER
+from labkit.course.grading.contract import Outcome, OutcomeStatus
+from labkit.course.grading.judging.compare import assess, is_right
+from labkit.course.grading.sandbox.inside.data import plain, receive
+
+WITHOUT_WHOLE_NUMBERS = {"rotation", "wrap", "fitness", "inlier_rmse", "icp_step", "icp"} | {
+    "has_converged",
+    "is_plausible",
+}
+OTHER_PYTHON = os.environ.get("LABKIT_OTHER_PYTHON", "")
+
+
+def answer(function, case, *, single=False):
+    """The outcome of a call; `single` hands the float arrays over in single precision."""
+    arguments = [np.array(a) if isinstance(a, np.ndarray) else a for a in case.arguments]
+    if single:
+        arguments = [to_single(a) if isinstance(a, np.ndarray) else a for a in arguments]
+    value = plain(function(*arguments), 1 << 20)
+    return Outcome(id=case.id, status=OutcomeStatus.RETURNED, value=value)
+
+
+def to_single(array):
+    return array.astype({"f": np.float32, "i": np.int32, "b": np.bool_}[array.dtype.kind])
+
+
+def everything(assignment):
+    """Each question with all cases of each student's variant."""
+    for question in assignment.questions:
+        for hidden in assignment.variants:
+            yield question, assignment.visible[question.id] + hidden[question.id]
+
+
+@pytest.mark.parametrize("single", [False, True], ids=["double", "single precision"])
+def test_a_right_submission_gets_full_marks(assignment, variant, single):
+    for question, cases in everything(assignment):
+        function = getattr(variant, question.function)
+        verdict = assess(question, cases, [answer(function, case, single=single) for case in cases])
+        assert verdict.passed, [case.reason for case in verdict.cases if case.reason]
+        assert verdict.misconception is None
+        assert verdict.message == "All cases pass."
+
+
+def test_whole_numbers_are_among_the_cases(assignment):
+    """Every question on arrays of numbers has a hidden case in integers."""
+    for question, cases in everything(assignment):
+        arrays = [a for case in cases for a in case.arguments if isinstance(a, np.ndarray)]
+        if question.id not in WITHOUT_WHOLE_NUMBERS:
+            assert any(a.dtype == np.int64 for a in arrays), question.id
+
+
+def test_a_submission_does_not_need_labkit(variant):
+    source = Path(variant.__file__).read_text("utf-8")
+    assert "labkit" not in source
+
+
+def test_both_readings_of_the_trimming_differ_and_pass(assignment):
+    """The tests of the two readings would be empty if they gave the same answers."""
+    for id in ("icp_step", "icp"):
+        question = assignment.question(id)
+        for hidden in assignment.variants:
+            apart = [
+                np.abs(np.subtract(*case.expected)).max() > 3 * case.tolerance
+                for case in hidden[id]
+            ]
+            assert any(apart)
+            assert all(is_right(question, case, v) for case in hidden[id] for v in case.expected)
+
+
+def looping_until(ends):
+    """An `icp` of the lab's steps that ends as `ends` says, of shift, turn and change of RMSE."""
+
+    def icp(source, target, T, gate, ratio, delta, iterations):
+        rmse = np.inf
+        for _ in range(iterations):
+            before, T = T, solution.icp_step(source, target, T, gate, ratio, delta)
+            dT = T @ solution.invert(before)
+            distances = solution.nearest_neighbors(source @ T[:2, :2].T + T[:2, 2], target)[1]
+            rmse_before, rmse = rmse, np.sqrt(np.mean(distances**2))
+            if ends(np.hypot(*dT[:2, 2]), abs(np.arctan2(dT[1, 0], dT[0, 0])), rmse_before - rmse):
+                break
+        return T
+
+    return icp
+
+
+@pytest.mark.parametrize(
+    "ends",
+    [
+        lambda shift, turn, change: shift < 1e-6 and turn < 1e-6,
+        lambda shift, turn, change: shift < 1e-5 and turn < 1e-5,
+        lambda shift, turn, change: False,
+    ],
+    ids=["both", "ten times earlier", "the budget"],
+)
+def test_a_loop_may_end_by_any_usual_rule(assignment, ends):
+    question, icp = assignment.question("icp"), looping_until(ends)
+    for hidden in assignment.variants:
+        for case in assignment.visible["icp"] + hidden["icp"]:
+            assert is_right(question, case, answer(icp, case).value), case.about
+
+
+@pytest.mark.skipif(
+    not OTHER_PYTHON, reason="needs LABKIT_OTHER_PYTHON: a Python with another numpy, say 1.26"
+)
+def test_a_right_submission_gets_full_marks_with_another_numpy(assignment, tmp_path):
+    """Buys: the answers do not hang on the numpy that the references were computed with."""
+    script = Path(__file__).with_name("answers_elsewhere.py")
+    package = FOLDER.parents[2]
+    subprocess.run([OTHER_PYTHON, script, package, tmp_path], check=True, timeout=300)
+    answers = sorted(tmp_path.glob("*.frame"))
+    assert len(answers) == 4 * (1 + len(assignment.variants))
+    for file in answers:
+        number = int(file.stem.partition("-")[2])
+        cases = assignment.visible if number < 0 else assignment.variants[number]
+        given, _ = receive(io.BytesIO(file.read_bytes()).read, most=1 << 24)
+        for question in assignment.questions:
+            for case, value in zip(cases[question.id], given[question.id], strict=True):
+                assert is_right(question, case, value), (file.stem, question.id, case.about)

@@ -1,0 +1,318 @@
+"""Verdicts: right within the tolerance, wrong with a reason that reveals nothing hidden."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from labkit.course.grading.assignment import load_assignment
+from labkit.course.grading.assignment.questions import Answer, Case
+from labkit.course.grading.contract import Outcome, OutcomeStatus
+from labkit.course.grading.judging.compare import assess, is_right, judge, recognise
+
+ASSIGNMENT = load_assignment()
+YES_OR_NO = (Answer.FLAG, Answer.MASK)
+MEASURED = [one for one in ASSIGNMENT.questions if one.answer not in YES_OR_NO]
+
+
+def returned(case, value):
+    return Outcome(id=case.id, status=OutcomeStatus.RETURNED, value=value)
+
+
+def first(question, hidden):
+    cases = ASSIGNMENT.cases(question, "ada")
+    return next(case for case in cases if case.hidden is hidden)
+
+
+@pytest.mark.parametrize("question", MEASURED, ids=lambda one: one.id)
+def test_an_answer_passes_up_to_the_tolerance_and_no_farther(question):
+    for case in ASSIGNMENT.cases(question.id, "ada"):
+        right = case.expected[0]
+        if isinstance(right, float) and np.isnan(right):
+            continue
+        for share, passes in ((0.9, True), (1.1, False)):
+            off = shifted(right, share * case.tolerance)
+            assert is_right(question, case, off) == passes, case.about
+
+
+def shifted(value, by):
+    if isinstance(value, tuple):
+        return (value[0], value[1] + by)
+    return value + by
+
+
+@pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
+@pytest.mark.parametrize(
+    "value",
+    [
+        None,
+        "text",
+        np.nan,
+        (),
+        np.zeros((0, 2)),
+        np.full((3, 3), np.inf),
+        1e300,
+        {"R": 1},
+        -1,
+        np.full((2, 2), 1e300),
+        np.diag([1e300, 1e300, 1.0]),
+        np.full((3, 3), 1.7e308),
+        5e-324,
+        np.empty((0, 2**46)),
+        np.empty((2**40, 0, 3)),
+        (np.eye(2), np.full(2, 1e308)),
+    ],
+    ids=lambda value: repr(value).replace("\n", ""),
+)
+def test_nonsense_is_wrong_and_never_a_traceback(question, value):
+    for case in ASSIGNMENT.cases(question.id, "ada"):
+        verdict = judge(question, case, returned(case, value))
+        if is_the_number(value, case):
+            assert verdict.credit == 1.0  # NaN or nearly 0 is the answer where no pair is kept
+            continue
+        assert verdict.credit == 0.0
+        assert verdict.reason.endswith((".", "?"))
+        assert len(verdict.reason) < 250
+
+
+def is_the_number(value, case):
+    """Whether a float is asked for and this is it, or one within the tolerance of it."""
+    right = case.expected[0]
+    return (
+        isinstance(value, float)
+        and isinstance(right, float)
+        and np.isclose(value, right, rtol=0.0, atol=case.tolerance, equal_nan=True)
+    )
+
+
+@pytest.mark.parametrize(
+    ("outcome", "reason"),
+    [
+        ({"status": OutcomeStatus.TIMEOUT}, "took too long; does a loop have no end?"),
+        ({"status": OutcomeStatus.KILLED}, "the program ended in it"),
+        ({"status": OutcomeStatus.TOO_LARGE}, "far more data"),
+        ({"status": OutcomeStatus.NOT_DATA}, "return numbers or arrays"),
+        ({"status": OutcomeStatus.NOT_DEFINED}, "there is no function `align`"),
+        ({"status": OutcomeStatus.SOURCE_FAILED}, "its cell did not run"),
+        ({"status": OutcomeStatus.RAISED, "error": "NotImplementedError"}, "not written yet"),
+        ({"status": OutcomeStatus.RAISED, "error": "IndexError"}, "it raised IndexError"),
+        ({"status": OutcomeStatus.RAISED}, "it raised an error"),
+    ],
+)
+def test_a_call_without_an_answer_is_explained(outcome, reason):
+    verdict = judge(ASSIGNMENT.question("align"), first("align", True), Outcome(id="1", **outcome))
+    assert reason in verdict.reason
+
+
+@pytest.mark.parametrize(
+    ("error", "advice"),
+    [
+        ("EOFError", "nobody types while grading, so take `input` out."),
+        ("FileNotFoundError", "no file is there while grading"),
+        ("ModuleNotFoundError", "only numpy, scipy and the standard library"),
+    ],
+)
+def test_an_error_that_grading_alone_brings_comes_with_a_way_out(error, advice):
+    outcome = Outcome(id="1", status=OutcomeStatus.RAISED, error=error, message=f"{error}: why")
+    verdict = judge(ASSIGNMENT.question("align"), first("align", False), outcome)
+    assert f"it raised {error}: why; {advice}" in verdict.reason
+
+
+SECRET = "3.14159 is the first input"
+
+
+@pytest.mark.parametrize(
+    "status", [OutcomeStatus.RAISED, OutcomeStatus.SOURCE_FAILED, OutcomeStatus.NOT_DATA]
+)
+def test_a_students_own_text_is_shown_of_a_visible_case_alone(status):
+    """An error text may hold the arguments: `raise ValueError(source)`."""
+    outcome = Outcome(id="1", status=status, message=SECRET, output=SECRET, error="ValueError")
+    question = ASSIGNMENT.question("align")
+    assert SECRET in judge(question, first("align", False), outcome).reason
+    assert SECRET not in judge(question, first("align", True), outcome).reason
+
+
+@pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
+def test_a_hidden_case_gives_no_length_away(question):
+    """A student who returns arrays of telling shapes learns nothing from the reason."""
+    for case in ASSIGNMENT.cases(question.id, "ada"):
+        if case.hidden:
+            for shape in [(1234,), (1234, 2), (77, 3), (5, 6, 7)]:
+                reason = judge(question, case, returned(case, np.ones(shape))).reason
+                numbers = re.findall(r"\d+", reason.partition(":")[2])
+                assert not {"1234", "77", "5", "6", "7"} & set(numbers)
+
+
+def test_the_texts_say_how_far_off():
+    def reason(question, change, hidden=False):
+        case = first(question, hidden)
+        value = change(case.expected[0])
+        return judge(ASSIGNMENT.question(question), case, returned(case, value)).reason
+
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    assert "rotation is off by 90°" in reason("align", lambda T: T @ turn)
+    shift = np.array([[0.0, 0.0, 0.3], [0.0, 0.0, 0.4], [0.0, 0.0, 0.0]])
+    assert reason("align", lambda T: T + shift).endswith(
+        "the rotation is right. The translation is off by 0.5 m."
+    )
+    mirror = np.diag([1.0, -1.0, 1.0])
+    assert "determinant is −1" in reason("align", lambda T: T @ mirror)
+    assert "columns are not orthonormal" in reason("align", lambda T: 2 * T - np.diag([0, 0, 1]))
+    assert "last row" in reason("align", lambda T: T + 1.0)
+    assert "100 %" not in reason("huber_weights", lambda w: -w)
+    assert "lie outside [0, 1]" in reason("huber_weights", lambda w: -w)
+    assert "look for a division by zero" in reason("huber_weights", lambda w: w * np.nan)
+    assert "too long by 1" in reason("huber_weights", lambda w: np.append(w, 1.0))
+    assert reason("huber_weights", lambda w: w[:-3], hidden=True).count("too short;") == 1
+    assert "wrap them" in reason("integrate", lambda p: p + np.array([0, 0, 2 * np.pi]))
+    assert "headings by up to 30°" in reason("integrate", lambda p: p + np.array([0, 0, np.pi / 6]))
+    assert "it keeps 2 pairs that should go." in reason("distance_gate", lambda kept: kept | True)
+    assert "it rejects 3 pairs that should stay." in reason(
+        "distance_gate", lambda kept: kept & False
+    )
+    assert "other numbers than True and False" in reason("overlap", lambda kept: kept * 7.0)
+    assert "of the indices are wrong" in reason("nearest_neighbors", lambda m: (m[0] + 1, m[1]))
+    assert "shape (2, 2), expected (3, 3)" in reason("invert", lambda T: T[:2, :2])
+    assert "has another shape" in reason("invert", lambda T: T[:2, :2], hidden=True)
+    none_kept = ASSIGNMENT.visible["inlier_rmse"][1]
+    verdict = judge(ASSIGNMENT.question("inlier_rmse"), none_kept, returned(none_kept, 0.0))
+    assert "NaN is expected" in verdict.reason
+
+
+@pytest.mark.parametrize("question", MEASURED, ids=lambda one: one.id)
+def test_how_far_off_a_hidden_case_is_gives_no_digit_away(question):
+    """Who returns zeros would read the answer off the difference, digit by digit."""
+    for case in ASSIGNMENT.cases(question.id, "ada"):
+        right = case.expected[0]
+        one_reading = len(case.expected) == 1
+        if one_reading and (not isinstance(right, float) or not np.isnan(right)):
+            near, far = (
+                judge(question, case, returned(case, turned(right, by))).reason
+                for by in (0.02, 0.05)
+            )
+            assert (near == far) == case.hidden, (near, far)
+
+
+def turned(value, by):
+    """A matrix turned by some radians; anything else shifted by as much."""
+    if np.shape(value) not in ((2, 2), (3, 3)):
+        return shifted(value, by)
+    turn = np.eye(len(value))
+    turn[:2, :2] = [[np.cos(by), -np.sin(by)], [np.sin(by), np.cos(by)]]
+    return value @ turn
+
+
+def test_a_hidden_case_says_the_kind_of_the_error_and_its_power_of_ten():
+    def reason(question, change):
+        case = first(question, hidden=True)
+        value = change(case.expected[0])
+        return judge(ASSIGNMENT.question(question), case, returned(case, value)).reason
+
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    assert "rotation is off by more than 10°." in reason("align", lambda T: T @ turn)
+    shift = np.array([[0.0, 0.0, 0.3], [0.0, 0.0, 0.4], [0.0, 0.0, 0.0]])
+    assert "translation is off by more than 0.1 m." in reason("align", lambda T: T + shift)
+    assert "headings by more than 10°" in reason("integrate", lambda p: p + np.array([0, 0, 0.6]))
+    assert "all of the numbers are off, by more than 0.01." in reason(
+        "huber_weights", lambda w: w - 0.02
+    )
+    assert "it keeps some pairs that should go." in reason("distance_gate", lambda k: k | True)
+
+
+def test_one_wrong_answer_learnt_by_heart_is_worth_one_case():
+    """The answer that a known mistake gives to a visible case, and an error everywhere else."""
+    for question in ASSIGNMENT.questions:
+        cases = ASSIGNMENT.cases(question.id, "mallory")
+        for known in question.misconceptions:
+            outcomes = [Outcome(id=c.id, status=OutcomeStatus.RAISED) for c in cases]
+            answers = cases[0].mistaken.get(known.id, ())
+            if answers:
+                outcomes[0] = returned(cases[0], answers[0])
+            least = sum(known.id not in case.mistaken for case in cases)
+            most = max(1, least + 1) / len(cases)
+            assert assess(question, cases, outcomes).score <= question.points * most + 0.01
+
+
+def test_a_constant_earns_nothing_where_half_the_answers_are_yes():
+    question = ASSIGNMENT.question("has_converged")
+    cases = ASSIGNMENT.cases(question.id, "ada")
+    for value, name in ((True, "always"), (False, "never")):
+        verdict = assess(question, cases, [returned(case, value) for case in cases])
+        assert verdict.score == 0.0
+        assert verdict.misconception == name
+
+
+def test_the_score_is_the_share_of_the_cases_beyond_chance():
+    question = ASSIGNMENT.question("has_converged")
+    cases = ASSIGNMENT.cases(question.id, "ada")
+    hidden = [case for case in cases if case.hidden]
+    wrong = hidden[:2]
+    values = [case.expected[0] ^ (case in wrong) for case in cases]
+    verdict = assess(question, cases, [returned(*pair) for pair in zip(cases, values, strict=True)])
+    assert verdict.cases_passed == len(cases) - 2
+    assert verdict.score == round(question.points * (1 - 4 / len(hidden)), 2)
+    assert "18 of 20 cases pass. Points are for the hidden ones: 14 of 16." in verdict.message
+
+
+@pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
+def test_the_examples_learnt_by_heart_are_worth_nothing(question):
+    """Their answers are handed out, right and wrong ones; beyond them, an error or a constant."""
+    cases = ASSIGNMENT.cases(question.id, "mallory")
+    tables = [{case.id: case.expected[0] for case in cases if not case.hidden}]
+    for known in question.misconceptions:
+        told = [case for case in cases if not case.hidden and known.id in case.mistaken]
+        tables.append({case.id: case.mistaken[known.id][0] for case in told})
+    constant = cases[-1].expected[0]
+    by_constant = assess(question, cases, [returned(case, constant) for case in cases])
+    for table in tables:
+        raised = [
+            returned(case, table[case.id])
+            if case.id in table
+            else Outcome(id=case.id, status=OutcomeStatus.RAISED)
+            for case in cases
+        ]
+        assert assess(question, cases, raised).score == 0.0
+        filled = [returned(case, table.get(case.id, constant)) for case in cases]
+        assert assess(question, cases, filled).score <= by_constant.score
+
+
+@pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
+def test_the_examples_make_the_score_where_nothing_is_hidden(question):
+    cases = ASSIGNMENT.cases(question.id)
+    right = [returned(case, case.expected[0]) for case in cases]
+    assert assess(question, cases, right).score == question.points
+
+
+def test_answers_of_two_mistakes_name_neither():
+    question = ASSIGNMENT.question("rotation")
+    cases = ASSIGNMENT.cases("rotation", "ada")
+    mixed = [
+        returned(case, case.mistaken["transposed" if number % 2 else "degrees"][0])
+        for number, case in enumerate(cases)
+    ]
+    assert recognise(question, cases, mixed) is None
+
+
+def test_a_mistake_in_the_form_of_the_answer_is_known_by_its_form():
+    question = ASSIGNMENT.question("distance_gate")
+    case = Case(
+        id="1", hidden=False, about="a form", arguments=(), expected=(np.array([True, False]),),
+        tolerance=1e-6, mistaken={"indices": ("text",), "strict": (np.array([False, False]),)},
+    )  # fmt: skip
+    assert recognise(question, [case], [returned(case, "other text")]).id == "indices"
+    assert recognise(question, [case], [returned(case, np.array([0, 0]))]).id == "strict"
+
+
+def test_any_of_the_nearest_target_points_is_right():
+    """Two target points are equally near: either index is right, a third one is not."""
+    assignment = load_assignment()
+    question = assignment.question("nearest_neighbors")
+    source, target = np.array([[1.0, 0.0]]), np.array([[0.0, 0.0], [2.0, 0.0], [9.0, 9.0]])
+    tie = replace(
+        assignment.cases(question.id)[0],
+        arguments=(source, target),
+        expected=((np.array([0]), np.array([1.0])),),
+    )
+    for index, right in ((0, True), (1, True), (2, False), (7, False), (0.5, False)):
+        assert is_right(question, tie, (np.array([index]), np.array([1.0]))) is right

@@ -1,0 +1,151 @@
+"""A report's tables: what is in them, and that no parameter goes without a reason."""
+
+import math
+
+import numpy as np
+import pytest
+from nbformat.v4 import new_markdown_cell, new_notebook
+
+import labkit
+from labkit.course.report import Table, error_table, parameter_table, quality_table, render
+from labkit.course.report.tables import UNANSWERED
+from labkit.errors import InvalidParameterError
+from labkit.odometry import Decision, OdometryParameters, SanityLimits, StepRecord
+
+
+def cells(table):
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in table.split("\n")]
+
+
+def test_a_table_is_markdown_and_says_so():
+    table = Table.of(["a", "b"], [["x", 1], ["y", 2]])
+    assert cells(table) == [["a", "b"], ["---", "--:"], ["x", "1"], ["y", "2"]]
+    assert table._repr_markdown_() == table
+
+
+def test_a_choice_without_a_reason_is_asked_for_one():
+    chosen = labkit.IcpParameters(overlap_ratio=0.7, huber_delta=math.inf)
+    rows = cells(parameter_table(chosen, {"overlap_ratio": "a crowd"}))[2:]
+    assert rows == [
+        ["`overlap_ratio`", "0.7", "0.85", "a crowd"],
+        ["`huber_delta`", "off", "0.2 m", UNANSWERED],
+    ]
+
+
+@pytest.mark.parametrize(
+    ("reason", "written"),
+    [
+        ("residuals |r| > 0.1 m are few", r"residuals \|r\| > 0.1 m are few"),
+        (r"a \| b", r"a \| b"),
+        ("few have $|r| > 0.1$ m | so", r"few have $\vert r\vert  > 0.1$ m \| so"),
+        (r"$\|r\| > 0.1$", r"$\|r\| > 0.1$"),
+        ("a crowd\nstands there", "a crowd stands there"),
+        ("costs $5 | more", r"costs $5 \| more"),
+    ],
+)
+def test_no_reason_breaks_its_table(reason, written):
+    table = parameter_table(labkit.IcpParameters(huber_delta=0.1), {"huber_delta": reason})
+    assert table.split("\n")[2:] == [f"| `huber_delta` | 0.1 m | 0.2 m | {written} |"]
+    page = render(new_notebook(cells=[new_markdown_cell(str(table))]))
+    assert page.count("<td") == 4
+    assert r"\vert" not in page
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "shown"),
+    [
+        ("max_correspondence_distance", 1, "1 m"),
+        ("max_correspondence_distance", np.float32(0.25), "0.25 m"),
+        ("max_correspondence_distance", np.int64(2), "2 m"),
+        ("max_iterations", 1000000, "1000000"),
+        ("overlap_ratio", 1, "1"),
+    ],
+)
+def test_a_number_of_any_kind_has_its_unit(name, value, shown):
+    rows = cells(parameter_table(labkit.IcpParameters(**{name: value})))
+    assert rows[2][:2] == [f"`{name}`", shown]
+
+
+def test_parameters_within_parameters_are_listed():
+    chosen = OdometryParameters(limits=SanityLimits(max_rmse=0.3), retry_gate=0.25)
+    names = [row[0] for row in cells(parameter_table(chosen))[2:]]
+    assert names == ["`max_rmse`", "`retry_gate`"]
+
+
+def test_defaults_alone_need_no_reasons():
+    assert len(cells(parameter_table(OdometryParameters()))) == 2
+
+
+@pytest.mark.parametrize(
+    ("parameters", "reasons", "message"),
+    [
+        (labkit.IcpParameters(), {"gate": "x"}, r"got 'gate'; there are .*overlap_ratio"),
+        ({"gate": 1}, None, r"must be a parameter object such as IcpParameters\(\), got {'gate"),
+        (labkit.IcpParameters, None, "must be a parameter object"),
+    ],
+)
+def test_what_is_no_parameter_is_refused(parameters, reasons, message):
+    with pytest.raises(InvalidParameterError, match=message):
+        parameter_table(parameters, reasons)
+
+
+def test_errors_are_those_of_the_evaluation():
+    reference = np.array([[x, 0.0, 0.0] for x in np.linspace(0, 20, 41)])
+    estimate = reference * [1.1, 1.0, 1.0]
+    rows = cells(error_table({"odometry": estimate}, reference))
+    assert [row[0] for row in rows[2:]] == [
+        "odometry, RPE a step",
+        "odometry, RPE over 10 m",
+        "odometry, ATE",
+    ]
+    assert rows[2][1:] == ["0.050, 0.050, 0.050", "0.00, 0.00, 0.00"]
+    assert rows[3][1] == "1.000, 1.000, 1.000"
+
+
+def test_a_path_too_short_for_a_stretch_has_no_error():
+    rows = cells(error_table({"a": [[0, 0, 0], [1, 0, 0]]}, [[0, 0, 0], [1, 0, 0]]))
+    assert rows[3] == ["a, RPE over 10 m", "none", "none"]
+
+
+@pytest.mark.parametrize("stretch", [-1, 0.0, math.nan, math.inf])
+def test_a_stretch_that_is_none_is_refused_by_its_name(stretch):
+    path = [[0, 0, 0], [1, 0, 0]]
+    message = rf"`stretch` must be in \(0, 1e\+09\] m, got {stretch}"
+    with pytest.raises(InvalidParameterError, match=message):
+        error_table({"a": path}, path, stretch)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.1])
+def test_a_robot_that_stays_in_its_place_has_its_first_pose_aligned(turn):
+    reference = np.array([[2.0, 1.0, turn * k] for k in range(5)])
+    drifts = reference + [[0.0, 0.0, 0.01 * k] for k in range(5)]
+    moves = reference + [[0.1 * k, 0.0, 0.0] for k in range(5)]
+    rows = cells(error_table({"drifts": drifts, "moves": moves}, reference))
+    assert [row[0] for row in rows[6:]] == [
+        "drifts, ATE, first poses aligned",
+        "moves, ATE, first poses aligned",
+    ]
+    assert rows[6][1] == "0.000, 0.000, 0.000"
+    assert rows[6][2] == "1.15, 2.18, 2.29"
+    assert rows[7][1] == "0.200, 0.380, 0.400"
+
+
+def record(**values):
+    return StepRecord(increment=np.zeros(3), decision=Decision.ICP, **values)
+
+
+def test_quality_counts_decisions_and_takes_percentiles_of_what_has_a_number():
+    ended = labkit.Termination.CONVERGED_POSE
+    steps = [record(rmse=each, inlier_count=100, termination=ended) for each in (0.01, 0.02, 0.06)]
+    steps.append(record(rmse=math.nan))
+    table = cells(
+        quality_table([StepRecord(increment=np.zeros(3), decision=Decision.START), *steps])
+    )
+    assert table[2][1] == "4: 4 icp"
+    assert ["inlier RMSE [m]", "0.020", "0.011 to 0.056"] in table
+    assert ["inliers", "100", "100 to 100"] in table
+
+
+def test_quality_of_nothing_is_refused():
+    with pytest.raises(InvalidParameterError, match="at least one step, got none"):
+        quality_table([])
