@@ -23,6 +23,7 @@ import numba
 F = TypeVar("F", bound=Callable[..., Any])
 
 FOLDER = Path(__file__).parent
+CONSTANTS = ("approach.py", "arrays.py", "correspondences.py", "line_alignment.py", "normals.py")
 KEPT = 8  # states of the source whose code is kept: several copies of the lab share a cache
 
 
@@ -40,7 +41,7 @@ def user_cache() -> Path:
 def fingerprint() -> str:
     """A hash of all source that is compiled, and of numba's and Python's versions."""
     seen = hashlib.sha256(f"{numba.__version__} {sys.version_info[:3]}".encode())
-    for path in sorted([*FOLDER.glob("*.py"), *FOLDER.parent.glob("*.py")]):  # constants, too
+    for path in sorted([*FOLDER.glob("*.py"), *map(FOLDER.parent.joinpath, CONSTANTS)]):
         seen.update(path.read_bytes())
     return seen.hexdigest()[:16]
 
