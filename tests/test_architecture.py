@@ -19,7 +19,7 @@ MAX_LINES = 400
 
 # What a module or package may import from labkit, lower layers first. A package may import
 # from itself; "" is labkit/__init__.py, what labkit exports to its users.
-BASE = {"errors", "arrays"}
+BASE = {"errors", "arrays", "compiled"}
 DATA = BASE | {"se2", "scan"}
 STAGES = {
     "filters": DATA,
@@ -43,6 +43,8 @@ GRADED = {"", "alignment", "correspondences", "line_alignment", "icp", "odometry
 LAYERS = {
     "errors": set(),
     "arrays": {"errors"},
+    "code_cache": set(),
+    "compiled": {"code_cache"},
     "extras": {"errors"},
     "files": {"errors"},
     "se2": BASE,
