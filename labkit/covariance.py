@@ -127,7 +127,7 @@ class _Pairs:
         target, pairs, T = result.target, result.correspondences, result.T_target_source
         used = pairs.kept & np.isfinite(target.normals[pairs.target_index, 0])
         index = pairs.target_index[used]
-        p = result.source.points[:: pairs.every][used]
+        p = result.source.points[:: pairs.stride][used]
         q, n = target.points[index], target.normals[index]
         offset = apply(T, p) - q
         return cls(
@@ -201,7 +201,7 @@ def _seen_and_free(result: IcpResult) -> tuple[FloatArray, FloatArray]:
     units of `labkit.line_alignment.Information`, where a turn counts by how far it moves.
     """
     pairs, T = result.correspondences, result.T_target_source
-    normals = estimate_normals(result.source)[:: pairs.every] @ T[:2, :2].T
+    normals = estimate_normals(result.source)[:: pairs.stride] @ T[:2, :2].T
     information = observability(pairs, result.target, normals)
     if information is None:
         raise DegenerateAlignmentError("no covariance: no pair lies on a surface")

@@ -20,6 +20,7 @@ from labkit.course.grading.assignment.files import folder_of
 from labkit.course.grading.assignment.questions import Assignment
 from labkit.course.grading.class_run import (
     Graded,
+    available_cores,
     cluster_executors,
     grade_class,
     local_pools,
@@ -32,7 +33,6 @@ from labkit.course.grading.store import Settings, VerdictStore, merge, still_to_
 from labkit.course.grading.submissions import Submission, find_submissions, one_submission
 from labkit.course.grading.submissions.find import VERDICTS
 from labkit.errors import InvalidParameterError, LabkitError
-from labkit.odometry import available_cores
 
 Where = tuple[Iterator[Executor], int]  # what grades, and how many at a time
 

@@ -24,7 +24,6 @@ from labkit.odometry import (
     OdometryResult,
     SanityLimits,
     ScanMatchingOdometry,
-    available_cores,
     estimate_odometry,
     increments_between,
     integrate,
@@ -45,9 +44,8 @@ The prior is where a step's search begins, and what it falls back to:
   none       the motion of the step before
   auto       the first of these that the log allows (the default)
 
-A scan is matched against a map of the last key scans, one step after another. Matched
-against the scan before it (--against scan) and with a prior, no step needs another, and all
-cores share them (--jobs); the files are the same, byte for byte, for any number."""
+A scan is matched against a map of the last key scans, or against the scan before it
+(--against scan)."""
 
 SIMULATED_WHEELS = WheelNoise(along=0.10, across=0.05, turn=0.10, drift=0.05)
 FALLBACKS = "retry_gate", "retry_step", "search", "search_below", "search_starts", "on_skip"
@@ -71,14 +69,11 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument(
         "--scans", type=int, metavar="N", help="use the first N scans only (default all)"
     )
-    parser.add_argument(
-        "--jobs", type=int, metavar="N", help="threads that share the steps (default: the cores)"
-    )
     add_log_options(parser)
     add_output_options(parser)
     defaults = OdometryParameters()
     add_icp_options(parser, defaults.icp)
-    add_options(parser, "map", defaults, names=("against", "engine"))
+    add_options(parser, "map", defaults, names=("against",))
     add_options(parser, "key scans", defaults.map)
     add_options(parser, "sanity checks", defaults.limits)
     add_options(parser, "fallbacks", defaults, names=FALLBACKS)
@@ -97,8 +92,6 @@ def run(args: argparse.Namespace) -> int:
         preprocessing=from_options(Preprocessing, args),
     )
     check_count(args.seed, "seed", at_least=0)
-    jobs = available_cores() if args.jobs is None else args.jobs
-    check_count(jobs, "jobs", at_least=1)
     log = _head(open_log(args), args.scans)
     outputs = choose_outputs(args, log.name)
     prior, source = choose_prior(log, args.prior, args.seed)
@@ -109,9 +102,7 @@ def run(args: argparse.Namespace) -> int:
     if isinstance(log, LogStream):
         result = _estimate_in_turn(log, prior, parameters, start, progress)
     else:
-        result = estimate_odometry(
-            log.scans, prior, parameters, start=start, jobs=jobs, progress=progress
-        )
+        result = estimate_odometry(log.scans, prior, parameters, start=start, progress=progress)
     seconds = time.perf_counter() - began
     for path, write in outputs:
         write(path, log, result)

@@ -3,7 +3,6 @@
 from labkit.odometry.estimator import (
     OdometryResult,
     ScanMatchingOdometry,
-    available_cores,
     estimate_odometry,
 )
 from labkit.odometry.integration import increments_between, integrate, integrate_step
@@ -21,7 +20,6 @@ __all__ = [
     "SanityLimits",
     "ScanMatchingOdometry",
     "StepRecord",
-    "available_cores",
     "estimate_odometry",
     "estimate_step",
     "increments_between",

@@ -3,35 +3,23 @@
 from __future__ import annotations
 
 import math
-import os
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_finite, as_floats, as_pose, check_count
+from labkit.arrays import FloatArray, as_finite, as_floats, as_pose
 from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.odometry.expectation import REMEMBERED
 from labkit.odometry.integration import increments_between, integrate, integrate_step
 from labkit.odometry.local_map import LastScan, LocalMap
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.record import Decision, StepRecord
-from labkit.odometry.step import STILL, estimate_step, estimate_steps
+from labkit.odometry.step import STILL, estimate_step
 from labkit.scan import Scan
-
-STRETCH = 64  # steps of a log that a thread does at a time
-
-
-def available_cores() -> int:
-    """How many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 class ScanMatchingOdometry:
@@ -124,7 +112,6 @@ def estimate_odometry(
     parameters: OdometryParameters | None = None,
     *,
     start: ArrayLike = (0.0, 0.0, 0.0),
-    jobs: int = 1,
     progress: Callable[[Iterable[Any]], Iterable[Any]] = iter,
 ) -> OdometryResult:
     """Estimate the motion of a whole log.
@@ -139,9 +126,6 @@ def estimate_odometry(
         Matcher, limits and fallbacks.
     start : array_like, shape (3,)
         Pose of the first scan.
-    jobs : int
-        Threads that share the steps; the result is the same, bit for bit. They can share
-        steps that do not need one another: scan against scan, from priors.
     progress : callable
         Wraps the scans while they are matched, e.g. ``tqdm.tqdm``.
 
@@ -153,8 +137,6 @@ def estimate_odometry(
     ------
     InvalidPointsError
         For `priors` or a `start` of another shape, or not finite.
-    InvalidParameterError
-        Unless `jobs` is a whole number of at least 1.
 
     Examples
     --------
@@ -165,54 +147,15 @@ def estimate_odometry(
     >>> run.count(Decision.ICP)
     2
     """
-    check_count(jobs, "jobs", at_least=1)
-    parameters = _as_parameters(parameters)
+    parameters, scans = _as_parameters(parameters), list(scans)
     first = as_pose(start, "start")
     increments = None if priors is None else _as_increments(priors, len(scans))
-    if increments is None or parameters.against == "map":
-        records = _steps_in_turn(scans, increments, parameters)
-    else:
-        records = _independent_steps(scans, increments, parameters, jobs)
-    with closing(records):  # ends the threads, whatever happens to `progress`
-        done = [record for _, record in zip(progress(scans), records, strict=True)]
-    steps = np.array([record.increment for record in done[1:]]).reshape(-1, 3)
-    poses = integrate(steps, first)[: len(done)]
-    return OdometryResult(poses=poses, records=tuple(done))
-
-
-def _steps_in_turn(
-    scans: Sequence[Scan | ArrayLike],
-    increments: FloatArray | None,
-    parameters: OdometryParameters,
-) -> Generator[StepRecord, None, None]:
-    """The record of each scan; every step starts from what the ones before it left."""
-    odometry = ScanMatchingOdometry(parameters)
-    for k, scan in enumerate(scans):
+    odometry, records = ScanMatchingOdometry(parameters), list[StepRecord]()
+    for k, scan in enumerate(progress(scans)):
         prior = None if increments is None or k == 0 else increments[k - 1]
-        yield odometry.update(scan, prior)
-
-
-def _independent_steps(
-    scans: Sequence[Scan | ArrayLike],
-    increments: FloatArray,
-    parameters: OdometryParameters,
-    jobs: int,
-) -> Generator[StepRecord, None, None]:
-    """The record of each scan; the steps are cut into stretches that may be done anywhere."""
-
-    def match_from(begin: int) -> list[StepRecord]:
-        end = min(begin + STRETCH, len(increments))
-        filtered = [parameters.preprocessing(scan) for scan in scans[begin : end + 1]]
-        return estimate_steps(filtered, increments[begin:end], parameters)
-
-    if len(scans):
-        yield StepRecord(increment=STILL, decision=Decision.START)
-    pool = ThreadPoolExecutor(jobs)
-    try:
-        for stretch in pool.map(match_from, range(0, len(increments), STRETCH)):
-            yield from stretch
-    finally:  # whatever happens to the one who reads them
-        pool.shutdown(cancel_futures=True)
+        records.append(odometry.update(scan, prior))
+    steps = np.array([record.increment for record in records[1:]]).reshape(-1, 3)
+    return OdometryResult(poses=integrate(steps, first)[: len(records)], records=tuple(records))
 
 
 def _as_parameters(parameters: OdometryParameters | None) -> OdometryParameters:

@@ -8,7 +8,6 @@ from typing import Literal, get_args
 from labkit.arrays import check_count, check_kind, check_range
 from labkit.errors import InvalidParameterError
 from labkit.filters import Preprocessing
-from labkit.icp import Engine, compiled
 from labkit.odometry.local_map import MapParameters
 from labkit.odometry.sanity import SanityLimits
 from labkit.parameters import IcpParameters
@@ -35,8 +34,6 @@ class OdometryParameters:
         Filters that every scan goes through first.
     retry_gate, retry_step : float
         The retry's share of the gate and of each ICP step, in (0, 1].
-    engine : {"auto", "textbook", "compiled"}
-        What runs the loop; see `labkit.icp`.
     search : bool
         Whether to search the window of possible motions where no match is believed, or the
         best one is doubtful; see `labkit.odometry.search`.
@@ -75,10 +72,6 @@ class OdometryParameters:
     retry_step: float = field(
         default=0.5, metadata={"help": "share of each step in the second attempt"}
     )
-    engine: Engine = field(
-        default="auto",
-        metadata={"help": "who matches: the compiled engine, or the textbook in numpy"},
-    )
     search: bool = field(
         default=True, metadata={"help": "search where a match is doubtful or not believed"}
     )
@@ -100,7 +93,6 @@ class OdometryParameters:
         check_kind(self.preprocessing, "preprocessing", Preprocessing)
         check_range(self.retry_gate, "retry_gate", above=0.0, at_most=1.0)
         check_range(self.retry_step, "retry_step", above=0.0, at_most=1.0)
-        compiled(self.engine)  # says so where it is not there
         check_kind(self.search, "search", bool)
         check_range(self.search_below, "search_below", at_least=-1.0, at_most=1.0)
         check_count(self.search_starts, "search_starts", at_least=1)

@@ -26,7 +26,6 @@ import numpy as np
 import scipy  # its parts are loaded when they are used
 
 from labkit.arrays import FloatArray, IntArray
-from labkit.icp import Engine, compiled
 from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, to_xytheta
@@ -87,8 +86,7 @@ class LikelihoodField:
 def mean_values(table: FloatArray, cells: IntArray, shifts: IntArray) -> FloatArray:
     """The mean of the table under cells (R, N, 2) moved by shifts (S, 2), shape (R, S).
 
-    A cell beyond the table counts as the nearest one on its border. `labkit.engine` has the
-    same, compiled.
+    A cell beyond the table counts as the nearest one on its border.
     """
     rows = cells[:, None, :, 0] + shifts[:, None, 0]
     columns = cells[:, None, :, 1] + shifts[:, None, 1]
@@ -117,7 +115,6 @@ def search(
     window: tuple[float, float],
     *,
     count: int,
-    engine: Engine = "auto",
 ) -> list[FloatArray]:
     """The best poses within a window, apart from each other, the best one first.
 
@@ -133,8 +130,6 @@ def search(
         How far it reaches to either side, [m] along x and y, and [rad].
     count : int
         How many poses to return at the most.
-    engine : {"auto", "textbook", "compiled"}
-        What looks up; see `labkit.icp`.
 
     Returns
     -------
@@ -149,20 +144,11 @@ def search(
     shifts = COARSE * _square(steps)
     turns = turn + TURN * _steps(math.ceil(window[1] / TURN))
     middle = np.array([x, y])
-    look_up = _look_up(engine)
-    coarse = look_up(field.coarse, field.cells(_turned(points, turns) + middle), shifts)
+    coarse = mean_values(field.coarse, field.cells(_turned(points, turns) + middle), shifts)
     best = np.argsort(coarse, axis=None)[::-1][:PROMISING]
     i, j = np.unravel_index(best, coarse.shape)
     places = middle + CELL * shifts[j]
-    return apart(_finely(points, field, turns[i], places, look_up), count)
-
-
-def _look_up(engine: Engine) -> LookUp:
-    if compiled(engine):
-        from labkit.engine import mean_values as look_up  # noqa: PLC0415 (nobody else waits)
-
-        return look_up
-    return mean_values
+    return apart(_finely(points, field, turns[i], places), count)
 
 
 def _finely(
@@ -170,14 +156,13 @@ def _finely(
     field: LikelihoodField,
     turns: FloatArray,
     places: FloatArray,
-    look_up: LookUp,
 ) -> FloatArray:
     """The best fine pose around each of the coarse ones (P,) and (P, 2), the best first."""
     shifts = _square(COARSE // 2)
     fine_turns = turns[:, None] + FINE_TURNS
     moved = _turned(points, fine_turns) + places[:, None, None]
     cells = field.cells(moved).reshape(-1, len(points), 2)
-    scores = look_up(field.fine, cells, shifts).reshape(len(turns), -1)
+    scores = mean_values(field.fine, cells, shifts).reshape(len(turns), -1)
     winner = scores.argmax(axis=1)
     which = np.arange(len(turns))
     k, s = np.unravel_index(winner, (len(FINE_TURNS), len(shifts)))

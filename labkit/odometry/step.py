@@ -26,19 +26,17 @@ scan before may run in any order.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
 
-from labkit.approach import settings_of
 from labkit.arrays import FloatArray
 from labkit.correspondences import MIN_PAIRS, huber_loss, pairs_at
 from labkit.degeneracy import spread_ratio
-from labkit.icp import compiled, icp
+from labkit.icp import icp
 from labkit.odometry.expectation import Expectation
-from labkit.odometry.free_space import CLEARANCE, GAP, seen_through
+from labkit.odometry.free_space import seen_through
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.sanity import motion_complaints, quality_complaints
@@ -46,6 +44,7 @@ from labkit.odometry.search import alike, apart, field_of, search
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult
 from labkit.scan import Scan
+from labkit.schedule import close_gate
 from labkit.se2 import from_xytheta, invert, to_xytheta
 from labkit.target import Target
 
@@ -135,67 +134,6 @@ def estimate_step(
     )
 
 
-def estimate_steps(
-    scans: Sequence[Scan], priors: FloatArray, parameters: OdometryParameters
-) -> list[StepRecord]:
-    """What `estimate_step` says of each scan against the one before, from its prior, (K−1, 3).
-
-    With the engine, the first matches are made together, which is several times as fast.
-    """
-    believed = _first_matches(scans, priors, parameters)
-    return [
-        believed.get(k)
-        or estimate_step(scans[k + 1], _as_target(scans[k]), prior, STILL, parameters)
-        for k, prior in enumerate(priors)
-    ]
-
-
-def _first_matches(
-    scans: Sequence[Scan], priors: FloatArray, parameters: OdometryParameters
-) -> dict[int, StepRecord]:
-    """The records of all steps whose first match is beyond doubt."""
-    told, limits = parameters.icp, parameters.limits
-    if not compiled(parameters.engine) or told.metric != "point_to_line":
-        return {}
-    from labkit.engine import judge_pairs, match_pairs  # noqa: PLC0415 (imports numba)
-
-    enough = [len(scan) >= MIN_PAIRS for scan in scans]
-    steps = np.flatnonzero(np.logical_and(enough[1:], enough[:-1]))
-    pairs = np.column_stack([steps + 1, steps])
-    found = match_pairs(scans, pairs, from_xytheta(priors[steps]), told)
-    judged = judge_pairs(scans, pairs, found.T_target_source, CLEARANCE, GAP).tolist()
-    motions, records = to_xytheta(found.T_target_source), {}
-    for i, k in enumerate(steps.tolist()):
-        (through, spread), ending = judged[i], found.terminations[i]
-        inlier_ratio, rmse, cost = found.fitness[i], found.inlier_rmse[i], found.cost[i]
-        information, motion = float(found.information[i, 0]), motions[i]
-        agreement = _agreement(cost, through, told)
-        if (
-            not ending.converged
-            or math.isnan(information)
-            or _is_doubtful(agreement, priors[k], parameters)
-            or motion_complaints(motion, priors[k], limits)
-            or quality_complaints(inlier_ratio, rmse, limits, _near_gate(told))
-        ):
-            continue
-        records[k] = StepRecord(
-            increment=motion,
-            decision=Decision.ICP,
-            inlier_count=int(found.inlier_counts[i]),
-            inlier_ratio=float(inlier_ratio),
-            rmse=float(rmse),
-            cost=float(cost),
-            seen_through=through,
-            rotation=abs(float(motion[2])),
-            information=information,
-            spread=spread,
-            iterations=int(found.iterations[i]),
-            degenerate=information < limits.min_information,
-            termination=ending,
-        )
-    return records
-
-
 def _is_doubtful(
     agreement: float, prior: FloatArray | None, parameters: OdometryParameters
 ) -> bool:
@@ -270,8 +208,8 @@ class _Pair:
         else:
             middle = self.expected.poses[0]
             window = limits.max_prior_translation, limits.max_prior_rotation
-        field, engine = field_of(self.target), self.parameters.engine
-        found = search(self.source, field, middle, window, count=count, engine=engine)
+        field = field_of(self.target)
+        found = search(self.source, field, middle, window, count=count)
         before = apart(self.expected.poses, (count + 1) // 2)
         for T_guess in [*before, *found]:
             if not any(alike(T_guess, each.T_target_source) for each in tried):
@@ -322,17 +260,13 @@ class _Pair:
     def _judge(self, T: FloatArray, increment: FloatArray) -> tuple[float, float]:
         """What the source looks through at the pose T, and the spread ratio of the motion."""
         motion = _seen_from_the_end(increment)
-        if compiled(self.parameters.engine):
-            from labkit.engine import judge  # noqa: PLC0415 (imports numba)
-
-            return judge(self.source, self.target, T, motion, CLEARANCE, GAP)
         through = seen_through(self.source, self.target.points, T)
         return through, spread_ratio(self.source, motion)
 
     def _icp(self, T_guess: FloatArray, decision: Decision) -> IcpResult:
         told = self.parameters
         matcher = told.retry if decision is Decision.RETRY else told.icp
-        return icp(self.source, self.target, T_guess, matcher, engine=told.engine)
+        return icp(self.source, self.target, T_guess, matcher)
 
     def _completes(self, decision: Decision) -> bool:
         """Whether a free direction has to be put where it is expected; from a prior it is."""
@@ -369,11 +303,8 @@ def _cost_of_no_partner(told: IcpParameters) -> float:
 @lru_cache(maxsize=64)
 def _near_gate(told: IcpParameters) -> float:
     """The gate near the answer [m]."""
-    return settings_of(told, 1, far=False).gate
-
-
-def _as_target(scan: Scan) -> Target | None:
-    return Target(scan) if len(scan) >= MIN_PAIRS else None
+    gate = told.max_correspondence_distance
+    return close_gate(gate, told.huber_delta) if told.approach else gate
 
 
 def _seen_from_the_end(increment: FloatArray) -> FloatArray:

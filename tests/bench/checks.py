@@ -33,7 +33,6 @@ from typing import Any
 import numpy as np
 
 from labkit import Scan, Target, apply, from_xytheta, icp, invert, read_log, to_xytheta, transform
-from labkit.approach import settings_of
 from labkit.arrays import BoolArray, FloatArray
 from labkit.cli.odometry import SIMULATED_WHEELS
 from labkit.degeneracy import spread_ratio
@@ -41,6 +40,7 @@ from labkit.odometry import OdometryParameters, estimate_step, increments_betwee
 from labkit.odometry.free_space import seen_through
 from labkit.odometry.sanity import motion_complaints, quality_complaints
 from labkit.result import IcpResult
+from labkit.schedule import close_gate
 from labkit.se2 import relative
 from labkit.simulation import (
     Lidar,
@@ -203,7 +203,7 @@ def error_seen(result: IcpResult, motion: FloatArray) -> tuple[float, float]:
 def rows(pairs: Iterator[Pair]) -> Iterator[Row]:
     """One row a match: what was recorded of it, and whether it is wrong."""
     parameters, rng, still = OdometryParameters(), np.random.default_rng(1), np.zeros(3)
-    gate = settings_of(parameters.icp, 1, far=False).gate
+    gate = close_gate(parameters.icp.max_correspondence_distance, parameters.icp.huber_delta)
     for pair in pairs:
         target, backward = Target(pair.target), Target(pair.source)
         for kind in GUESSES:

@@ -53,17 +53,12 @@ def whole_log(cores: int, rounds: int) -> dict[str, Any]:
         )
         if min(len(older), len(newer)) >= MIN_PAIRS
     ]
-    matches, alone, shared, sums = [], [], [], []
+    matches, alone, sums = [], [], []
     for _ in tqdm(range(rounds), "whole log", leave=False, disable=None):
         seconds = [_timed(_match, pair.fresh())[0] for pair in pairs]
         matches.append(float(np.median(seconds)))
         sums.append(sum(seconds))
-        poses = []
-        for jobs, times in ((1, alone), (cores, shared)):
-            elapsed, run = _timed(estimate_odometry, log.scans, priors, SCAN_TO_SCAN, jobs=jobs)
-            times.append(elapsed)
-            poses.append(run.poses)
-        assert np.array_equal(*poses), "the number of threads changed the result"
+        alone.append(_timed(estimate_odometry, log.scans, priors, SCAN_TO_SCAN)[0])
     return {
         "log": log.name,
         "pairs": len(priors),
@@ -72,7 +67,6 @@ def whole_log(cores: int, rounds: int) -> dict[str, Any]:
         "match_ms": 1e3 * float(np.median(matches)),
         "matches_s": float(np.median(sums)),
         "alone_s": float(np.median(alone)),
-        "shared_s": float(np.median(shared)),
     }
 
 

@@ -2,12 +2,9 @@
 
 import math
 import os
-import signal
 import subprocess
 import sys
-import threading
 from dataclasses import fields, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -175,29 +172,6 @@ def short_stretches(monkeypatch):
     monkeypatch.setattr(estimator, "STRETCH", 2)
 
 
-@pytest.mark.parametrize("jobs", [2, 3])
-@pytest.mark.parametrize("parameters", [None, SCAN_TO_SCAN])
-@pytest.mark.usefixtures("short_stretches")
-def test_jobs_do_not_change_a_bit(jobs, parameters):
-    """With a scan that is lost, one that is doubtful, and a prior that lies."""
-    scans = [*SCANS[:4], EMPTY, *SCANS[5:]]
-    lie = PRIORS.copy()
-    lie[8] += [0.0, 1.0, 0.0]
-    alone = estimate_odometry(scans, lie, parameters, start=TRUTH[0])
-    shared = estimate_odometry(scans, lie, parameters, start=TRUTH[0], jobs=jobs)
-    np.testing.assert_array_equal(shared.poses, alone.poses)
-    assert_same_records(shared.records, alone.records)
-    assert {record.decision for record in shared.records} >= {Decision.ICP, Decision.PRIOR}
-
-
-@pytest.mark.usefixtures("short_stretches")
-def test_progress_sees_every_scan_of_shared_work():
-    seen = []
-    watch = lambda scans: (seen.append(scan) or scan for scan in scans)  # noqa: E731
-    estimate_odometry(SCANS, PRIORS, SCAN_TO_SCAN, jobs=2, progress=watch)
-    assert [one is other for one, other in zip(seen, SCANS, strict=True)] == [True] * 12
-
-
 def test_a_buffer_that_is_filled_anew_changes_nothing_that_was_estimated():
     start, prior, steps = np.zeros(3), np.zeros(3), []
     odometry = ScanMatchingOdometry(start=start)
@@ -227,21 +201,6 @@ def test_the_matchers_parameters_are_not_the_odometrys():
         ScanMatchingOdometry(IcpParameters())
     with pytest.raises(InvalidParameterError, match=message):
         estimate_odometry(SCANS, parameters=IcpParameters())
-
-
-@pytest.mark.usefixtures("short_stretches")
-def test_an_error_in_a_thread_is_the_callers_error():
-    threads = threading.active_count()
-    scans = [*SCANS[:5], SCANS[5].points * math.nan, *SCANS[6:]]
-    with pytest.raises(InvalidPointsError, match=r"`points` must be finite, .* at index 0"):
-        estimate_odometry(scans, PRIORS, SCAN_TO_SCAN, jobs=2)
-    assert threading.active_count() == threads
-
-
-@pytest.mark.parametrize("jobs", [0, -2, 1.5, "all", None])
-def test_bad_jobs(jobs):
-    with pytest.raises(InvalidParameterError, match="`jobs` must be a whole number of at least 1"):
-        estimate_odometry(SCANS, PRIORS, jobs=jobs)
 
 
 @pytest.mark.slow
@@ -317,14 +276,3 @@ def test_a_bad_start(start):
 def test_bad_points_while_streaming():
     with pytest.raises(InvalidPointsError, match="`points` must be finite"):
         ScanMatchingOdometry().update([[math.nan, 0.0]])
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs the timers of POSIX")
-def test_ctrl_c_at_any_moment_ends_a_parallel_run():
-    """Twenty moments, each a run: they buy that no thread hangs. The script takes any number."""
-    script = Path(__file__).parents[1] / "bench" / "ctrl_c.py"
-    command = [sys.executable, str(script), "20"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert int(done.stdout.split()[0]) >= 10

@@ -7,12 +7,11 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from labkit import IcpParameters, Scan, Target, engine
-from labkit.degeneracy import spread_ratio
+from labkit import IcpParameters, Scan, Target
 from labkit.errors import InvalidParameterError
 from labkit.odometry import Decision, OdometryParameters, estimate_odometry, estimate_step
-from labkit.odometry.free_space import CLEARANCE, GAP, seen_through
-from labkit.odometry.search import SPREAD, LikelihoodField, alike, mean_values, search
+from labkit.odometry.free_space import CLEARANCE, seen_through
+from labkit.odometry.search import SPREAD, LikelihoodField, alike, search
 from labkit.odometry.step import ALIKE
 from labkit.se2 import apply, from_xytheta, relative, to_xytheta
 from labkit.simulation import Lidar, cast, corridor, room, scan_along
@@ -65,23 +64,11 @@ def test_it_stays_within_its_window():
     assert turn.max() <= 0.2 + math.radians(3.0)
 
 
-@pytest.mark.skipif(not engine.is_available(), reason="numba is not installed")
-def test_the_engine_looks_up_the_same():
-    rng = np.random.default_rng(0)
-    table, cells = rng.random((20, 30)), rng.integers(-5, 35, (4, 17, 2))
-    shifts = rng.integers(-6, 7, (5, 2))
-    means = mean_values(table, cells, shifts)
-    np.testing.assert_allclose(engine.mean_values(table, cells, shifts), means, rtol=1e-13)
-    row, column = np.clip(cells[2] + shifts[3], 0, [19, 29]).T
-    assert means[2, 3] == pytest.approx(table[row, column].mean(), rel=1e-13)
-
-
-@pytest.mark.parametrize("who", ["textbook", "auto"])
-def test_the_field_is_the_distance_to_the_nearest_point(who):
+def test_the_field_is_the_distance_to_the_nearest_point():
     """One point of the source on a point of the target, and one half a metre off."""
     field = LikelihoodField.of(np.array([[0.05, 0.05], [3.05, 2.05]]))
     source = Scan.from_points([[3.05, 2.05]])
-    (start,) = search(source, field, np.eye(3), (0.0, 0.0), count=1, engine=who)
+    (start,) = search(source, field, np.eye(3), (0.0, 0.0), count=1)
     assert alike(start, np.eye(3))
     there, off = field.cells(np.array([[3.05, 2.05], [3.05, 1.75]])).tolist()
     assert field.fine[*there] == 1.0
@@ -117,20 +104,6 @@ def test_beams_look_through_a_wall_that_is_not_there():
     back = from_xytheta([-2.0 * CLEARANCE, 0.0, 0.0])
     assert seen_through(source, apply(back, wall), back) == 0.0  # the wall moved along
     assert seen_through(source, apply(back, wall), np.eye(3)) > 0.9
-
-
-@pytest.mark.skipif(not engine.is_available(), reason="numba is not installed")
-@pytest.mark.parametrize("shuffled", [False, True])
-def test_the_engine_judges_alike(shuffled):
-    rng = np.random.default_rng(0)
-    for motion in rng.normal(0.0, [0.5, 0.5, 0.3], (20, 3)):
-        newer, older = looks(motion)
-        if shuffled:
-            newer = Scan.from_points(rng.permutation(newer.points))
-        T = from_xytheta(motion + rng.normal(0.0, 0.2, 3))
-        through, spread = engine.judge(newer, Target(older), T, motion[:2], CLEARANCE, GAP)
-        assert through == seen_through(newer, older.points, T)
-        assert spread == pytest.approx(spread_ratio(newer, motion[:2]), rel=1e-12)
 
 
 @pytest.mark.parametrize("motion", [degrees(motion) for motion in MOTIONS])

@@ -1,14 +1,13 @@
 """One step: the match, the checks, and the fallbacks in their stated order."""
 
 import math
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from labkit import IcpParameters, Scan, Target, Termination, icp
 from labkit.degeneracy import observability, spread_ratio
-from labkit.engine import is_available
 from labkit.errors import InvalidParameterError
 from labkit.odometry import (
     Decision,
@@ -28,10 +27,9 @@ from labkit.odometry.step import (
     _best,
     _Match,
     _Pair,
-    estimate_steps,
 )
 from labkit.se2 import apply, from_xytheta, invert, to_xytheta, transform
-from labkit.simulation import Lidar, cast, corridor, room, scan_along
+from labkit.simulation import Lidar, cast, corridor, room
 
 STILL = np.zeros(3)
 LAST = np.array([0.02, 0.0, 0.01])
@@ -291,22 +289,6 @@ def test_bad_parameters(name, value, message):
     assert str(caught.value) == message
 
 
-@pytest.mark.skipif(not is_available(), reason="without numba there is one engine")
-@pytest.mark.parametrize("prior", [PRIOR, None])
-def test_both_engines_record_the_same(prior):
-    source, target = looks(room())
-    records = [
-        estimate_step(source, target, prior, LAST, replace(PARAMETERS, engine=engine))
-        for engine in ("textbook", "compiled")
-    ]
-    one, other = map(asdict, records)
-    assert one["decision"] is other["decision"]
-    assert one["termination"] is other["termination"]
-    for name, value in one.items():
-        if isinstance(value, bool | int | float | np.ndarray):
-            np.testing.assert_allclose(other[name], value, rtol=1e-9, atol=1e-12, err_msg=name)
-
-
 def test_without_a_search_the_last_try_that_fails_is_on_record():
     source, target = looks(room())
     record = estimate_step(source, target, PRIOR, LAST, no_way())
@@ -335,38 +317,3 @@ def test_agreement_by_hand():
         (nothing / 4, math.nan, 0.75),
     ):
         assert _agreement(cost, through, told) == pytest.approx(expected, abs=1e-12)
-
-
-@pytest.mark.skipif(not is_available(), reason="without numba no step is made in bulk")
-@pytest.mark.parametrize(
-    "parameters",
-    [
-        PARAMETERS,
-        replace(PARAMETERS, search=False),
-        replace(PARAMETERS, icp=replace(PARAMETERS.icp, metric="point_to_point")),
-        replace(PARAMETERS, icp=replace(PARAMETERS.icp, max_iterations=3)),
-    ],
-)
-def test_many_steps_are_what_each_of_them_is(parameters, monkeypatch):
-    """Good and bad priors, a scan too short to match, a corridor."""
-    path = np.cumsum(np.tile([0.1, 0.02, 0.05], (14, 1)), axis=0)
-    scans = [*scan_along(room(), path, Lidar(beam_count=180), rng=0), EMPTY]
-    scans += scan_along(corridor(), path[:5], Lidar(beam_count=180), rng=1)
-    priors = np.tile([0.1, 0.02, 0.05], (len(scans) - 1, 1))
-    priors[[2, 9]] += [[0.7, 0.0, 0.0], [0.0, -0.4, 0.6]]
-    one_by_one = [
-        estimate_step(newer, Target(older) if len(older) else None, prior, STILL, parameters)
-        for older, newer, prior in zip(scans[:-1], scans[1:], priors, strict=True)
-    ]
-    together = estimate_steps(scans, priors, parameters)
-    for record, alone in zip(together, one_by_one, strict=True):
-        assert (record.decision, record.reason) == (alone.decision, alone.reason)
-        assert (record.termination, record.ambiguous) == (alone.termination, alone.ambiguous)
-        for name, value in asdict(alone).items():
-            if isinstance(value, bool | int | float | np.ndarray):
-                np.testing.assert_allclose(getattr(record, name), value, rtol=1e-12, atol=1e-12)
-    assert len({record.decision for record in together}) > 1
-    monkeypatch.setattr("labkit.odometry.step.estimate_step", lambda *_: None)
-    sure = [record for record in estimate_steps(scans, priors, parameters) if record]
-    expected = 10 if parameters in (PARAMETERS, replace(PARAMETERS, search=False)) else 0
-    assert len(sure) >= expected
