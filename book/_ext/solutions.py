@@ -8,6 +8,8 @@ Four marks, the first two those of nbgrader and nbconvert:
   with "Solution", also inside another directive;
 - a Markdown cell that nbgrader's metadata call a solution (an answer marked by hand).
 
+Cells with the tag ``remove-cell`` go as well: they assert what the text claims, and would tell.
+
 The first leaves nbgrader's stub behind and keeps the cell's metadata, so that what comes
 out is what ``nbgrader generate_assignment`` would hand out; but a cell that was folded to hide
 its solution is open, as there is something to write. The answers to the checks of
@@ -26,6 +28,7 @@ from nbformat import NotebookNode
 
 BEGIN, END = "BEGIN SOLUTION", "END SOLUTION"
 TAG = "solution"
+CLAIMS = "remove-cell"
 FOLDED = "hide-input"
 CODE_STUB = ("# YOUR CODE HERE", "raise NotImplementedError()")
 TEXT_STUB = "YOUR ANSWER HERE"
@@ -90,7 +93,7 @@ def strip_notebook(notebook: NotebookNode, name: str) -> tuple[NotebookNode, lis
             cell.source, found = strip_markdown(cell.source, place)
             taken += found
     for preprocessor in (
-        TagRemovePreprocessor(remove_cell_tags={TAG}),
+        TagRemovePreprocessor(remove_cell_tags={TAG, CLAIMS}),
         ClearOutputPreprocessor(),
     ):
         notebook, _ = preprocessor.preprocess(notebook, {})

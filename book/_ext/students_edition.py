@@ -47,7 +47,11 @@ HANDED_OUT = (
     ".devcontainer",
     ".gitignore",
 )
+STAFF_PAGES = r"benchmark|decisions"
 KEPT_BACK = (
+    "book/benchmark.md",
+    "book/decisions.md",
+    "book/_static/benchmark*",
     "labkit/course/authoring/*",
     "labkit/course/grading/assignment/hidden*",
     "book/_static/vendor/*",
@@ -109,6 +113,8 @@ def write_source(root: Path, to: Path) -> Source:
         name = path.relative_to(root).as_posix()
         if path.suffix not in (".ipynb", ".md"):
             shutil.copy(path, target)
+            if name == "_toc.yml":
+                target.write_text(without_staff_pages(path.read_text("utf-8")), "utf-8")
             if name == "Makefile":
                 target.write_text(without_commands(path.read_text("utf-8")), "utf-8", newline="\n")
             public.append(path.read_text("utf-8", errors="replace"))
@@ -122,7 +128,7 @@ def write_source(root: Path, to: Path) -> Source:
             nbformat.write(notebook, target)
         else:
             original = path.read_text("utf-8")
-            text, taken = strip_markdown(original, name)
+            text, taken = strip_markdown(without_staff_pages(original), name)
             target.write_text(text, "utf-8", newline="\n")
         secret += taken
         for text in taken:
@@ -138,6 +144,12 @@ def without_commands(makefile: str) -> str:
         makefile = re.sub(rf"(?m)^{command}:.*\n(?:\t.*\n)+\n?", "", makefile)
         makefile = re.sub(rf"(?m)^(\.PHONY:.*) {command}\b", r"\1", makefile)
     return makefile
+
+
+def without_staff_pages(text: str) -> str:
+    """The table of contents or a page without the pages that students do not get."""
+    text = re.sub(rf"(?m)^ *- file: book/(?:{STAFF_PAGES})\n", "", text)
+    return re.sub(rf"\[([^\]]+)\]\((?:[./]*book/)?(?:{STAFF_PAGES})(?:\.md)?\)", r"\1", text)
 
 
 def build_book(source: Path, scratch: Path, vendor: Path) -> Path:

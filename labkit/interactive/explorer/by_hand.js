@@ -19,9 +19,14 @@ export class HandView {
     Object.assign(this, { model, signal });
     this.build();
     const changed = () => this.request();
-    model.on("change:guess", changed);
+    const moved = () => { // by the reader's hand, or by a loop in Python
+      this.stop();
+      this.path = null;
+      changed();
+    };
+    model.on("change:guess", moved);
     signal.addEventListener("abort", () => {
-      model.off("change:guess", changed);
+      model.off("change:guess", moved);
       clearInterval(this.playing);
       clearTimeout(this.syncing);
     });
