@@ -1,7 +1,7 @@
 """Checks of a motion that need no reference: against itself, the prior, and the way back.
 
-None of them proves an estimate right. Each finds one kind of mistake and is blind to
-others, which its notes name.
+None of them proves an estimate right. Each finds one kind of mistake; its notes name those
+to which it is blind.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from labkit.se2 import from_xytheta, invert
 
 
 def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
-    """How far a match, and the same match the other way round, are from undoing one another.
+    """Gap between a match and the inverse of the same match the other way round.
 
     Parameters
     ----------
@@ -33,12 +33,12 @@ def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
     Raises
     ------
     InvalidPointsError
-        For rows that are not three finite numbers, or unequal lengths. A match that failed
-        has no numbers: leave it out, and say how many those are.
+        For rows that are not three finite numbers, or unequal lengths. Leave out matches
+        that failed, and say how many they are.
 
     Notes
     -----
-    Blind to what both directions share: a corridor, a repeated pattern, a crowd.
+    Blind to mistakes that both directions share: a corridor, a repeated pattern, a crowd.
 
     Examples
     --------
@@ -47,12 +47,11 @@ def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
     [0.1, 0.1]
     """
     there, back = _rows(forward, "forward", backward, "backward")
-    translation, rotation = pose_differences(invert(there), back)
-    return PoseErrors(translation_errors=translation, rotation_errors=rotation)
+    return PoseErrors(*pose_differences(invert(there), back))
 
 
 def disagreement(increments: ArrayLike, prior: ArrayLike) -> PoseErrors:
-    """How far increments lie from those of the prior, or of any other source.
+    """Distance of increments from those of the prior, or of any other source.
 
     Parameters
     ----------
@@ -79,12 +78,11 @@ def disagreement(increments: ArrayLike, prior: ArrayLike) -> PoseErrors:
     0.1
     """
     estimated, expected = _rows(increments, "increments", prior, "prior")
-    translation, rotation = pose_differences(expected, estimated)
-    return PoseErrors(translation_errors=translation, rotation_errors=rotation)
+    return PoseErrors(*pose_differences(expected, estimated))
 
 
 def loop_closure(increments: ArrayLike, closing: ArrayLike = (0.0, 0.0, 0.0)) -> PoseErrors:
-    """By how much a path misses the place where it is known to end.
+    """Distance by which a path misses its known end.
 
     Parameters
     ----------
@@ -106,7 +104,7 @@ def loop_closure(increments: ArrayLike, closing: ArrayLike = (0.0, 0.0, 0.0)) ->
 
     Notes
     -----
-    Blind to what cancels on the way back, such as a length that is always 3 % too long.
+    Blind to errors that cancel on the way back, such as a length that is always 3 % too long.
 
     Examples
     --------
@@ -118,8 +116,7 @@ def loop_closure(increments: ArrayLike, closing: ArrayLike = (0.0, 0.0, 0.0)) ->
     for T in from_xytheta(as_poses(increments, "increments")):
         T_first_last = T_first_last @ T
     expected = from_xytheta(as_pose(closing, "closing"))
-    translation, rotation = pose_differences(expected[None], T_first_last[None])
-    return PoseErrors(translation_errors=translation, rotation_errors=rotation)
+    return PoseErrors(*pose_differences(expected[None], T_first_last[None]))
 
 
 def _rows(a: ArrayLike, a_name: str, b: ArrayLike, b_name: str) -> tuple[FloatArray, FloatArray]:

@@ -14,7 +14,7 @@ from labkit.simulation.lesson import (
 from labkit.simulation.lidar import Lidar, cast, scan_along
 from labkit.simulation.wheels import WheelNoise, wheel_increments
 from labkit.simulation.world import MovingObject, World
-from labkit.simulation.worlds import corner, corridor, crowd, room, room_with_door, two_rooms
+from labkit.simulation.worlds import corner, corridor, crowd, room, two_rooms
 
 __all__ = [
     "LessonExperiment",
@@ -29,7 +29,6 @@ __all__ = [
     "lesson_experiment",
     "lesson_world",
     "room",
-    "room_with_door",
     "sample_scan",
     "scan_along",
     "two_rooms",

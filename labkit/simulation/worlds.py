@@ -8,11 +8,9 @@ import numpy as np
 
 from labkit.arrays import FloatArray, check_count, check_range, is_number
 from labkit.errors import InvalidParameterError
-from labkit.se2 import rotation
 from labkit.simulation.world import MovingObject, World, circle, polyline
 
 WIDTH, DEPTH = 8.0, 6.0  # m, along x and along y
-DOOR_WIDTH = 0.9  # m
 
 
 def room(width: float = WIDTH, depth: float = DEPTH) -> World:
@@ -130,34 +128,6 @@ def crowd(
         for center, velocity in zip(centers, speed * _direction(heading), strict=True)
     )
     return World(segments=room(width, depth).segments, moving=people)
-
-
-def room_with_door(opening: float, width: float = WIDTH, depth: float = DEPTH) -> World:
-    """The room with a door in its south wall and a passage 1.5 m wide behind it.
-
-    Two scans with different openings disagree on the leaf, and on what stands behind it.
-
-    Parameters
-    ----------
-    opening : float
-        Angle in radians in [0, π] by which the leaf has swung into the room; 0 is shut.
-    width, depth : float
-        Extent of the room in metres; the door needs a width of at least 2 m.
-
-    Raises
-    ------
-    InvalidParameterError
-        For a parameter out of range.
-    """
-    check_range(opening, "opening", at_least=0.0, at_most=math.pi, unit="rad")
-    check_range(width, "width", at_least=2.0, unit="m")
-    _check_lengths(width=width, depth=depth)
-    y = -depth / 2.0
-    hinge, latch = np.array([0.0, y]), np.array([DOOR_WIDTH, y])
-    walls = polyline(np.vstack([latch, _outline(width, depth), hinge]))
-    leaf = polyline([hinge, hinge + rotation(opening) @ (latch - hinge)])
-    passage = polyline([[-width / 2.0, y - 1.5], [width / 2.0, y - 1.5]])
-    return World(segments=np.concatenate([walls, _pillar(width, depth), leaf, passage]))
 
 
 def two_rooms(doorway: float = 1.2, width: float = 5.0, depth: float = DEPTH) -> World:

@@ -37,9 +37,6 @@ def test_a_moved_copy_has_no_error(align, seed, motion):
     errors = ate(moved(motion, walk(seed)), walk(seed), align)
     assert errors.translation.max < 1e-11
     assert errors.rotation.max < 1e-11
-    np.testing.assert_allclose(
-        errors.T_reference_estimate @ from_xytheta(motion), np.eye(3), atol=1e-9
-    )
 
 
 @given(seed=seeds, motion=motions)
@@ -49,16 +46,6 @@ def test_the_frame_of_the_estimate_does_not_matter(seed, motion):
     here, there = ate(estimate, reference), ate(moved(motion, estimate), reference)
     np.testing.assert_allclose(here.translation_errors, there.translation_errors, atol=1e-10)
     np.testing.assert_allclose(here.rotation_errors, there.rotation_errors, atol=1e-10)
-
-
-@given(seed=seeds, nudge=motions)
-def test_no_other_rigid_motion_fits_better(seed, nudge):
-    reference = walk(seed)
-    estimate = noisy(seed, reference)
-    errors = ate(estimate, reference)
-    T = from_xytheta(0.01 * np.array(nudge)) @ errors.T_reference_estimate
-    other = ate(to_xytheta(T @ from_xytheta(estimate)), reference, align=None)
-    assert errors.translation.rmse <= other.translation.rmse + 1e-12
 
 
 def test_origin_pins_the_first_pose():
@@ -71,7 +58,6 @@ def test_origin_pins_the_first_pose():
 def test_without_alignment_an_offset_counts():
     errors = ate(walk(2) + np.array([3.0, 4.0, 0.0]), walk(2), align=None)
     np.testing.assert_allclose(errors.translation_errors, 5.0)
-    np.testing.assert_array_equal(errors.T_reference_estimate, np.eye(3))
     assert len(errors) == 31
 
 

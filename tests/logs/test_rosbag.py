@@ -8,7 +8,7 @@ import pytest
 
 from labkit.errors import LogError
 from labkit.extras import MissingExtraError
-from labkit.logs import read_log, stream_log
+from labkit.logs import read_log
 
 pytest.importorskip("rosbags")
 from rosbags import rosbag1, rosbag2
@@ -280,19 +280,6 @@ def test_an_odometry_that_falls_silent_is_told(bag):
         "the odometry is silent 1 times, for 100.0 s at the longest, from 10.2 s on; the poses "
         "of 2 scans in it are interpolated",
     )
-
-
-def test_a_bag_as_a_stream(bag):
-    for k in range(5):
-        bag.scan(10.0 + k, ranges=(1.0 + k, 2.0, 3.0))
-        bag.odometry(10.0 + k, k, 0.0, 0.0)
-    path = bag.close()
-    log, stream = read_log(path), stream_log(path)
-    assert (stream.odometry == log.odometry).all()
-    assert (stream.stamps == log.stamps).all()
-    for scan, expected in zip(stream.scans, log.scans, strict=True):
-        assert (scan.points == expected.points).all()
-        assert scan.stamp == expected.stamp
 
 
 def test_a_bag_whose_topic_is_no_text(tmp_path):
