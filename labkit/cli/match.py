@@ -8,9 +8,9 @@ import sys
 
 from labkit.cli.options import MATCHING, add_options, chosen
 from labkit.cli.text import pose_text, to_json
-from labkit.errors import InvalidParameterError
+from labkit.errors import InvalidParameterError, LogError
 from labkit.icp import icp
-from labkit.logs.read_log import read_single_scan
+from labkit.logs import read_log
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult
 from labkit.scan import Scan
@@ -58,8 +58,12 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _read(file: str) -> Scan:
-    """Read the scan in a file; its oddities go to stderr."""
-    log = read_single_scan(file)
+    """Read the one scan in a file; a damaged row raises, oddities go to stderr."""
+    log = read_log(file, strict=True)
+    if log.format != "points":
+        raise LogError(f"{file}: not a table of points, expected rows `x,y` in metres")
+    if len(log) != 1:
+        raise LogError(f"{file}: {len(log)} scans, expected one; keep the rows of a single scan")
     for remark in log.remarks:
         print(f"note: {file}: {remark}", file=sys.stderr)
     return log.scans[0]

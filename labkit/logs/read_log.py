@@ -154,42 +154,8 @@ def read_killian() -> Log:
 
     3,873 scans of 180 beams (−90° … +89°, up to 50 m) over 1.9 km, with the vertices of an
     optimised pose graph as `Log.reference`. It holds no raw odometry.
-
-    Raises
-    ------
-    LogError
-        If the package rtb-data is not installed: ``pip install "labkit[killian]"``.
     """
     return read_log(KILLIAN)
-
-
-def read_points(path: str | os.PathLike[str]) -> Scan:
-    """Read one scan of bare points: rows ``x,y`` in metres, with or without that header.
-
-    A damaged row raises: a single scan has no other rows to speak for it.
-
-    Returns
-    -------
-    Scan
-        With `points` of shape (N, 2) in the order of the file, and no beams.
-
-    Raises
-    ------
-    LogError
-        If the file cannot be read or has a damaged row (``FILE:LINE: …``), or if it holds
-        no points or several scans.
-    """
-    return read_single_scan(path).scans[0]
-
-
-def read_single_scan(path: str | os.PathLike[str]) -> Log:
-    """Read one scan of bare points as a log, whose remarks name its oddities."""
-    log = read_log(Path(path), strict=True)
-    if log.format != "points":
-        raise LogError(f"{path}: not a table of points, expected rows `x,y` in metres")
-    if len(log) != 1:
-        raise LogError(f"{path}: {len(log)} scans, expected one; keep the rows of a single scan")
-    return log
 
 
 def _format(head: Sequence[str], file: str) -> str:

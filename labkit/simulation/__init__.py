@@ -2,7 +2,10 @@
 
 There are two ways to make a scan. `lesson_experiment` repeats the lesson's own point sampler,
 number for number. `cast` and `scan_along` look into a world of walls as a real scanner
-does: beam by beam, and the nearest wall hides what is behind it.
+does: beam by beam, and the nearest wall hides those behind it.
+
+Arguments out of range raise `InvalidParameterError`, arrays of another shape or not finite
+`InvalidPointsError`; the message carries the value received.
 """
 
 from labkit.simulation.lesson import (

@@ -3,7 +3,7 @@
 ``python tests/logs/fuzz.py [--files 100000] [--seed 0]`` writes good logs of every format (CARMEN,
 g2o, tables of points, trajectories, ROS bags, plain and packed), damages a copy in one to six
 places (bytes flipped, cut out, repeated; numbers and words put in the place of others) and reads
-it by `read_log`, `read_points` or `read_tum`. A file is either refused by a
+it by `read_log` or `read_tum`. A file is either refused by a
 `LogError` of at most 300 characters, or what it gives is finite and whole. Anything else, a
 warning too, stops the run and names the file's number: ``--only NUMBER`` tries that one again.
 """
@@ -26,7 +26,7 @@ from test_read_log import zipped
 from test_rosbag import Bag
 
 from labkit.errors import LogError
-from labkit.logs import read_log, read_points, read_tum
+from labkit.logs import read_log, read_tum
 
 LONGEST_MESSAGE = 300  # characters
 SLOW = 10.0  # s
@@ -41,7 +41,6 @@ WORDS = (
 )  # fmt: skip
 READERS = {
     "read": lambda path, strict: read_log(path, strict=strict, angles=(-1.5, 1.5)),
-    "points": lambda path, strict: read_points(path),
     "tum": lambda path, strict: read_tum(path),
 }
 
@@ -163,8 +162,8 @@ class Fuzz:
             (place / name).write_bytes(data)
         path = place if len(files) > 1 else place / next(iter(files))
         by = "read"
-        if kind in ("tum", "rows", "xy") and rng.random() < 0.5:
-            by = "tum" if kind == "tum" else "points"
+        if kind == "tum" and rng.random() < 0.5:
+            by = "tum"
         start = time.perf_counter()
         try:
             check(READERS[by](path, rng.random() < 0.2))

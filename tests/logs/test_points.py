@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from labkit.errors import InvalidParameterError, LogError
-from labkit.logs import read_log, read_points
-from labkit.logs.read_log import read_single_scan
+from labkit.logs import read_log
 
 TWO = [[1.0, 2.0], [-3.5, 4e-3]]
 
@@ -31,7 +30,7 @@ def test_one_scan_in_every_spelling(save, text):
     assert (len(log), log.format, log.name) == (1, "points", "corner")
     assert log.odometry is log.reference is None
     assert np.isnan(log.stamps).all()
-    assert log.scans[0].points.tolist() == read_points(path).points.tolist() == TWO
+    assert log.scans[0].points.tolist() == TWO
     assert log.scans[0].beams is None
 
 
@@ -39,8 +38,6 @@ def test_one_scan_in_every_spelling(save, text):
 def test_several_scans_in_the_order_of_their_first_rows(save, header):
     path = save(header + "7,1,2\n3,0,0\n7,-3.5,0.004\n")
     assert [scan.points.tolist() for scan in read_log(path).scans] == [TWO, [[0.0, 0.0]]]
-    with pytest.raises(LogError, match=r"run\.log: 2 scans, expected one"):
-        read_points(path)
 
 
 @pytest.mark.parametrize(
@@ -65,9 +62,8 @@ def test_a_damaged_row_is_skipped_or_named(save, row, reason, first):
     log = read_log(path)
     assert log.scans[0].points.tolist() == TWO
     assert [(s.line, s.reason) for s in log.skipped] == [(line, reason)]
-    for read in (read_points, lambda path: read_log(path, strict=True)):
-        with pytest.raises(LogError, match=rf"run\.log:{line}: "):
-            read(path)
+    with pytest.raises(LogError, match=rf"run\.log:{line}: "):
+        read_log(path, strict=True)
 
 
 def test_a_scan_number_that_is_none(save):
@@ -81,13 +77,6 @@ def test_a_table_without_points(save):
             read_log(save(text))
 
 
-def test_read_points_of_something_else(save, run):
-    with pytest.raises(LogError, match=r"run\.log: not a table of points, expected rows `x,y`"):
-        read_points(save(run))
-    with pytest.raises(LogError, match="no such file"):
-        read_points("nowhere.csv")
-
-
 @given(
     points=hnp.arrays(
         np.float64,
@@ -97,7 +86,7 @@ def test_read_points_of_something_else(save, run):
 )
 def test_points_come_back_bit_for_bit(scratch, points):
     scratch.write_text("x,y\n" + "".join(f"{x!r},{y!r}\n" for x, y in points.tolist()))
-    assert (read_points(scratch).points == points).all()
+    assert (read_log(scratch).scans[0].points == points).all()
 
 
 HEADERS = {
@@ -115,7 +104,7 @@ def test_a_header_names_its_columns(save, header):
     rows = [HEADERS[header].format(n=n, x=x, y=y) for n, (x, y) in enumerate(points)]
     path = save("\n".join([header, *rows]))
     log = read_log(path, strict=True)
-    assert read_points(path).points.tolist() == [list(point) for point in points]
+    assert log.scans[0].points.tolist() == [list(point) for point in points]
     others = header.lower().count(",") + header.count(" ") - 1
     assert len(log.remarks) == (others > 0)
     assert all("columns beside x, y and scan are left out: " in remark for remark in log.remarks)
@@ -138,7 +127,7 @@ def test_points_beyond_100_km_and_points_in_millimetres_are_told(save):
     log = read_log(save("1,2\n2,3\n3e8,0\n0,-2e5\n0,0\n1,1\n"))
     assert "the point lies beyond 100 km in 2 of 6 lines, the first is 3: (3e+08, 0)" in log.remarks
     path = save("".join(f"{1000 * k},{-500 * k}\n" for k in range(9)))
-    assert "are they millimetres? labkit reads metres" in read_single_scan(path).remarks[0]
+    assert "are they millimetres? labkit reads metres" in read_log(path).remarks[0]
     surveyed = save("".join(f"{4.5e6 + k},{5.4e6 - k}\n" for k in range(9)), "utm.csv")
     assert not any("millimetres" in remark for remark in read_log(surveyed).remarks)
 
