@@ -9,8 +9,7 @@ from labkit.arrays import FloatArray, as_finite, as_floats, as_poses
 from labkit.errors import InvalidPointsError
 from labkit.se2 import wrap
 
-MAX_EXTRAPOLATION = 0.1
-"""Longest time [s] for which the first and the last pose are held."""
+MAX_EXTRAPOLATION = 0.1  # [s] for which the first and the last pose are held
 
 
 def interpolate_poses(stamps: ArrayLike, times: ArrayLike, poses: ArrayLike) -> FloatArray:

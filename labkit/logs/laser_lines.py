@@ -12,8 +12,7 @@
 
 An ``FLASER`` line says nothing of its beams. By convention the first one looks to −90°,
 and the step is π/n for an even count, π/(n − 1) for an odd one (180 or 181 beams).
-``ODOM`` lines are checked and passed over, since every scan brings its own pose; all other
-first words are passed over unread.
+Every scan brings its own pose, so ``ODOM`` and all other first words are passed over unread.
 """
 
 from __future__ import annotations
@@ -44,11 +43,8 @@ from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
 G2O_WORDS = frozenset({"VERTEX_SE2", "EDGE_SE2"})
 CARMEN_WORDS = frozenset({"FLASER", "ROBOTLASER1", "ODOM", "PARAM", "NEFF", "TRUEPOS", "RAWLASER1"})
 
-SAME_PLACE = 0.1
-"""Largest difference [m, rad] of two mountings that are one, each from a line of the log."""
-
-PRINTED = 1e-4
-"""Largest difference [m, rad] of two poses that differ by their printed decimals only."""
+SAME_PLACE = 0.1  # [m, rad]: largest difference of two lines that tell one mounting
+PRINTED = 1e-4  # [m, rad]: difference of two poses by their printed decimals alone
 
 
 def read_laser_lines(
@@ -71,11 +67,6 @@ def read_laser_lines(
                     raise DamagedLine("a scan of no vertex, expected a VERTEX_SE2 line above it")
                 above, vertex = vertex, None
                 yield _parse_robotlaser(number, text.split(), above)
-            elif word == ["ODOM"]:
-                fields = text.split()
-                expect_fields(fields, 10, "ODOM")
-                parse_pose(fields[1:4], "the robot pose")
-                parse_time(fields[7], "the timestamp")
         except DamagedLine as damage:
             report.skip(number, damage)
 

@@ -16,20 +16,12 @@ from labkit.arrays import FARTHEST
 from labkit.errors import LogError
 from labkit.logs.log import SkippedLine
 
-MAX_BYTES = 512 << 20
-"""Largest file, unpacked: a small packed one must not fill the memory."""
-
-MAX_LINE_BYTES = 4 << 20
-"""Longest line; a longer one is damaged."""
-
-MAX_TURN = 1e6
-"""Largest heading [rad], even of a robot that never wraps it."""
-
-MAX_TIME = 1e20
-"""Latest time [s], even of a clock that counts nanoseconds."""
-
-MAX_REASON = 180
-"""Longest reason: with the file's name it stays a message that a terminal shows."""
+MAX_BYTES = 512 << 20  # of a file, unpacked: a small packed one must not fill the memory
+MAX_LINES = 10_000_000  # more take minutes
+MAX_LINE_BYTES = 4 << 20  # a longer line is damaged
+MAX_TURN = 1e6  # [rad]: no heading is larger, even if it is never wrapped
+MAX_TIME = 1e20  # [s]: no clock shows more, even one that counts nanoseconds
+MAX_REASON = 180  # characters: with the file's name it stays a message that a terminal shows
 
 
 class DamagedLine(Exception):
@@ -100,6 +92,10 @@ def read_lines(report: DamageReport, max_bytes: int = MAX_BYTES) -> Iterator[tup
             complete = piece.endswith(b"\n")
             if at_line_start:
                 number += 1
+                if number > MAX_LINES:
+                    raise LogError(
+                        f"{report.file}: more than {MAX_LINES:,} lines; cut it in pieces"
+                    )
                 if complete or len(piece) < MAX_LINE_BYTES:
                     text = piece.decode("utf-8", "replace").removeprefix("\ufeff").rstrip("\r\n")
                     empty = empty and not text.strip()
@@ -191,10 +187,8 @@ def parse_time(field: str, what: str) -> float:
 
 def parse_pose(fields: Sequence[str], what: str) -> tuple[float, float, float]:
     """Convert three fields to a pose (x, y, θ); `DamagedLine` names a bad one."""
-    x, y, theta = (
-        parse_finite(field, f"{name} of {what}")
-        for name, field in zip(("x", "y", "theta"), fields, strict=True)
-    )
+    names = (f"{name} of {what}" for name in ("x", "y", "theta"))
+    x, y, theta = map(parse_finite, fields, names)
     expect_near(x, y, what)
     if abs(theta) > MAX_TURN:
         raise DamagedLine(f"theta of {what} is {theta:g}, expected at most {MAX_TURN:g} rad")

@@ -7,6 +7,7 @@ left out. In a table of ranges it may name a column ``stamp``, ``time`` or ``tim
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -60,8 +61,8 @@ def table_kind(lines: Sequence[str]) -> str:
 def read_points_table(lines: Iterable[tuple[int, str]], report: DamageReport) -> tuple[Scan, ...]:
     """Read rows of points; scans come in the order in which their number is first met."""
     columns: Columns | None = None
-    found: dict[float, list[tuple[float, float]]] = {}
-    places, numbers, fractions = [], [], 0
+    found: dict[float, array[float]] = {}
+    places, numbers, fractions = array("d"), array("q"), 0  # 24 bytes a row, where lists take 200
     for number, text in lines:
         row = split_row(text)
         if not row:
@@ -85,24 +86,21 @@ def read_points_table(lines: Iterable[tuple[int, str]], report: DamageReport) ->
         except DamagedLine as damage:
             report.skip(number, damage)
             continue
-        found.setdefault(scan, []).append((x, y))
-        places.append((x, y))
+        found.setdefault(scan, array("d")).extend((x, y))
+        places.extend((x, y))
         numbers.append(number)
-    if fractions > max(1.0, FRACTIONS * (fractions + len(places))):
+    if fractions > max(1.0, FRACTIONS * (fractions + len(numbers))):
         raise LogError(
-            f"{report.file}: {fractions} of {fractions + len(places)} rows begin with no whole "
+            f"{report.file}: {fractions} of {fractions + len(numbers)} rows begin with no whole "
             f"number, so that it is no scan's; name the columns in a header, as `x,y,intensity`"
         )
     if not found:
-        raise LogError(
-            f"{report.file}: a table without any point, expected rows `x,y` or `scan,x,y`"
-            f"{report.summary()}"
-        )
+        return ()
     if columns is not None and columns.left_out:
         names = ", ".join(repr(name[:20]) for name in columns.left_out[:5])
         report.remark(f"columns beside x, y and scan are left out: {names}")
-    remark_far(np.array(places), numbers, "the point", report)
-    scans = tuple(Scan.from_points(points) for points in found.values())
+    remark_far(np.array(places).reshape(-1, 2), numbers, "the point", report)
+    scans = tuple(Scan.from_points(np.array(points).reshape(-1, 2)) for points in found.values())
     first = scans[0].points
     extent = float(np.median(np.hypot(*(first - np.median(first, axis=0)).T)))
     if extent > MILLIMETRES:

@@ -26,9 +26,13 @@ FORMATS = (
     "rows `x,y` or `scan,x,y`, and ranges, one scan a row; for others `Scan.from_ranges` makes "
     "scans of arrays"
 )
-HEAD = 1000
-"""Number of lines that tell the format."""
-
+HEAD = 1000  # lines that tell the format
+EXPECTED = {
+    "carmen": "FLASER or ROBOTLASER1 lines",
+    "g2o": "a ROBOTLASER1 line below each VERTEX_SE2",
+    "points": "rows `x,y` or `scan,x,y`",
+    "ranges": "rows of ranges",
+}
 SUFFIXES = frozenset({".gz", ".zip", ".log", ".clf", ".g2o", ".csv", ".txt", ".bag"})
 
 
@@ -104,7 +108,7 @@ def read_log(
     beams = None if angles is None else _numbers(angles, "angles", 2, "first and last [rad]")
     file = killian_archive() if path == KILLIAN else Path(path)
     report = DamageReport(os.fspath(file), strict=strict)
-    scans: tuple[Scan, ...] | None = None
+    scans: tuple[Scan, ...] = ()
     sweeps: Sequence[Sweep] = ()
     odometry = reference = None
     if is_bag(file):
@@ -113,7 +117,11 @@ def read_log(
             file, report, laser_offset=offset, topic=topic, odometry_topic=odometry_topic
         )
     else:
-        _refuse_topics(report.file, topic=topic, odometry_topic=odometry_topic)
+        for name, wanted in (("topic", topic), ("odometry_topic", odometry_topic)):
+            if wanted is not None:
+                raise LogError(
+                    f"{file}: `{name}` is {wanted!r}, but the file is no ROS bag; leave it out"
+                )
         lines = read_lines(report, max_bytes)
         head = list(islice(lines, HEAD))
         lines = chain(head, lines)
@@ -124,20 +132,16 @@ def read_log(
             sweeps = list(read_ranges_table(lines, report, beams))
         else:
             sweeps = list(read_laser_lines(lines, report, graph=format == "g2o"))
-    if scans is None:
-        if not sweeps:
-            expected = {
-                "carmen": "FLASER or ROBOTLASER1 lines",
-                "g2o": "a ROBOTLASER1 line below each VERTEX_SE2",
-            }.get(format, "scans")
-            raise LogError(
-                f"{report.file}: a {format} log without any scan, expected {expected}"
-                f"{report.summary()}"
-            )
-        if format in ("carmen", "g2o"):
-            odometry, reference = scanner_trajectories(sweeps, offset, report)
+    if format in ("carmen", "g2o") and sweeps:
+        odometry, reference = scanner_trajectories(sweeps, offset, report)
+    if sweeps:
         sick = format == "carmen" and any(np.isinf(sweep.range_max) for sweep in sweeps)
         scans = make_scans(sweeps, report, range_max=range_max, no_return=no_return, sick=sick)
+    if not scans:
+        expected = EXPECTED.get(format, "scans")
+        raise LogError(
+            f"{report.file}: a {format} log without any scan, expected {expected}{report.summary()}"
+        )
     return Log(
         scans=scans,
         odometry=odometry,
@@ -179,15 +183,6 @@ def _numbers(values: ArrayLike, name: str, count: int, what: str) -> FloatArray:
             f"must be {count} finite numbers, {what}, got {values!r}", parameter=name
         )
     return checked
-
-
-def _refuse_topics(file: str, **topics: str | None) -> None:
-    for parameter, wanted in topics.items():
-        if wanted is not None:
-            raise LogError(
-                f"{file}: `{parameter}` is {wanted!r}, but the file is no ROS bag and has no "
-                f"topics; leave it out"
-            )
 
 
 def _run_name(source: Path) -> str:

@@ -16,11 +16,8 @@ from labkit.scan import Scan
 Pose = tuple[float, float, float]
 ORIGIN: Pose = (0.0, 0.0, 0.0)
 
-FAR = 1e5
-"""Distance from the origin [m] beyond which a place is hardly meant."""
-
-MILLIMETRES = 100.0
-"""Median range [m] beyond which the numbers are hardly metres."""
+FAR = 1e5  # [m]: a place farther from the origin is hardly meant
+MILLIMETRES = 100.0  # [m]: ranges whose median is larger are hardly metres
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

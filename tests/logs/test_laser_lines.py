@@ -129,14 +129,6 @@ def test_a_damaged_line_is_skipped_or_raised_by_its_number(save, request, word, 
     assert str(raised.value) == f"{path}:2: {log.skipped[0].reason}" == str(log.skipped[0])
 
 
-def test_damaged_odom_lines_are_reported(save, flaser):
-    log = read_log(save(flaser(FOUR) + "ODOM 1 2 nan 0 0 0 5.0 host 6.0\nODOM 1 2\n"))
-    assert [str(s).rpartition("run.log:")[2] for s in log.skipped] == [
-        "2: theta of the robot pose is 'nan', expected a finite number",
-        "3: 3 fields, expected 10 for ODOM",
-    ]
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [

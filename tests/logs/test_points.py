@@ -73,7 +73,7 @@ def test_a_scan_number_that_is_none(save):
 
 def test_a_table_without_points(save):
     for text in ("x,y\n", "1e200,1e200\n2e200,1e200\n"):
-        with pytest.raises(LogError, match=r"run\.log: a table without any point, expected rows"):
+        with pytest.raises(LogError, match="a points log without any scan, expected rows"):
             read_log(save(text))
 
 

@@ -110,7 +110,7 @@ def test_a_laser_offset_that_is_none(save, run, offset):
 
 @pytest.mark.parametrize("parameter", ["topic", "odometry_topic"])
 def test_topics_are_for_bags(save, run, parameter):
-    message = rf"run\.log: `{parameter}` is '/scan', but the file is no ROS bag.*leave it out"
+    message = rf"run\.log: `{parameter}` is '/scan', but the file is no ROS bag; leave it out"
     with pytest.raises(LogError, match=message):
         read_log(save(run), **{parameter: "/scan"})
 
@@ -175,6 +175,12 @@ def test_a_file_that_is_too_large_is_refused_with_the_way_out(save, run, packing
     assert len(read_log(path, max_bytes=size)) == 5
     with pytest.raises(LogError, match=rf"more than {size - 1} bytes, unpacked;.*`max_bytes`"):
         read_log(path, max_bytes=size - 1)
+
+
+def test_a_file_of_too_many_lines_is_refused(save, run, monkeypatch):
+    monkeypatch.setattr(lines, "MAX_LINES", 6)
+    with pytest.raises(LogError, match="more than 6 lines"):
+        read_log(save(run))
 
 
 @pytest.mark.parametrize("content", [bytes(64 << 20), (b"# " + 1000 * b"x" + b"\n") * 20_000])
