@@ -76,7 +76,7 @@ def read_table(path: str | os.PathLike[str], way_out: str) -> str:
     Raises
     ------
     LabkitError
-        Where it cannot be read, or is no UTF-8; then the message ends in `way_out`.
+        If it cannot be read, or is no UTF-8; then the message ends in `way_out`.
     """
     try:
         return Path(path).read_text(encoding="utf-8-sig")
@@ -111,7 +111,7 @@ def _target(path: str | os.PathLike[str]) -> Path:
 
 
 def _is_special(path: str | os.PathLike[str]) -> bool:
-    """Whether it is a device or a pipe: there, but neither a regular file nor a directory."""
+    """Recognise a device or a pipe: it exists, but is neither a regular file nor a directory."""
     return os.path.exists(path) and not (os.path.isfile(path) or os.path.isdir(path))
 
 

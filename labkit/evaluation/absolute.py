@@ -34,8 +34,6 @@ def ate(
 
     Raises
     ------
-    InvalidPointsError
-        For rows that are not three finite numbers, or unequal lengths.
     InvalidParameterError
         For another `align`.
     DegenerateAlignmentError

@@ -18,6 +18,8 @@ from labkit.se2 import from_xytheta, invert
 def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
     """Gap between a match and the inverse of the same match the other way round.
 
+    Leave out matches that failed, and say how many they are.
+
     Parameters
     ----------
     forward : array_like, shape (K, 3)
@@ -29,12 +31,6 @@ def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
     -------
     PoseErrors
         Length [m] and angle [rad] of ``T_forward @ T_backward``, one per row.
-
-    Raises
-    ------
-    InvalidPointsError
-        For rows that are not three finite numbers, or unequal lengths. Leave out matches
-        that failed, and say how many they are.
 
     Notes
     -----
@@ -63,11 +59,6 @@ def disagreement(increments: ArrayLike, prior: ArrayLike) -> PoseErrors:
     PoseErrors
         Length [m] and angle [rad] of ``invert(T_prior) @ T``, one per row.
 
-    Raises
-    ------
-    InvalidPointsError
-        For rows that are not three finite numbers, or unequal lengths.
-
     Notes
     -----
     Blind where the estimate took over the prior, as it does along a free direction.
@@ -89,18 +80,13 @@ def loop_closure(increments: ArrayLike, closing: ArrayLike = (0.0, 0.0, 0.0)) ->
     increments : array_like, shape (K, 3)
         The steps of the path, rows (Δx [m], Δy [m], Δψ [rad]).
     closing : array_like, shape (3,)
-        The last pose as seen from the first. By default the two coincide, as after a way
-        there and back; else e.g. the match of the last scan with the first.
+        Pose of the last scan in the frame of the first. By default the two coincide, as after
+        a way there and back; else e.g. the match of the last scan with the first.
 
     Returns
     -------
     PoseErrors
         One length [m] and one angle [rad].
-
-    Raises
-    ------
-    InvalidPointsError
-        For rows that are not three finite numbers.
 
     Notes
     -----

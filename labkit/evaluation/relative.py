@@ -55,8 +55,6 @@ def rpe(
 
     Raises
     ------
-    InvalidPointsError
-        For rows that are not three finite numbers, or unequal lengths.
     InvalidParameterError
         For a `delta`, `unit` or `tolerance` out of range.
 

@@ -90,7 +90,7 @@ def _code_at(top: float, counts: IntArray, most: float) -> Band | None:
 
 
 def _stands_out(counts: IntArray, band: Band, *, at_least: int, times: float) -> bool:
-    """Whether a band holds that many times more ranges than any as wide just below it."""
+    """Compare a band with the fullest one of its width in the metre below it."""
     first, last = map(_bin, band)
     width = last - first + 1
     inside = counts[first : last + 1].sum()

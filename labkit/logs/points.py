@@ -168,7 +168,7 @@ def _is_number_row(row: Sequence[str]) -> bool:
 
 
 def _is_row_of_ranges(row: Sequence[str]) -> bool:
-    """Whether a row holds numbers as ranges do: four or more, some of which may be missing."""
+    """Recognise a row of ranges: four numbers or more, some of which may be missing."""
     try:
         parse_numbers([field or "nan" for field in row], "range")
     except DamagedLine:

@@ -36,7 +36,7 @@ Bag = tuple[Any, Callable[[bytes, str], Any]]  # the reader, and the decoder of 
 
 
 def is_bag(path: Path) -> bool:
-    """Whether a file begins like a bag, or a directory holds a ROS 2 bag's metadata."""
+    """Recognise a bag by its first bytes, a ROS 2 directory by its metadata."""
     try:
         if path.is_dir():
             return (path / "metadata.yaml").is_file()

@@ -98,9 +98,7 @@ def test_a_path_too_short_for_a_stretch_has_no_error():
 
 def test_a_stretch_that_is_none_is_refused_by_its_name():
     path = [[0, 0, 0], [1, 0, 0]]
-    with pytest.raises(
-        InvalidParameterError, match=r"`stretch` must be in .* m, got -1"
-    ):
+    with pytest.raises(InvalidParameterError, match=r"`stretch` must be in .* m, got -1"):
         error_table({"a": path}, path, -1)
 
 
