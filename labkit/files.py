@@ -98,6 +98,8 @@ def refuse_unwritable(path: str | os.PathLike[str]) -> None:
         return
     elif not os.path.isdir(folder):
         problem = f"the directory {folder} does not exist; make it first"
+        if not os.access(next(filter(os.path.isdir, folder.parents)), os.X_OK):
+            problem = "Permission denied; choose another place"
     elif not os.access(folder, os.W_OK | os.X_OK):  # for a temporary file beside it
         problem = f"the directory {folder} may not be written in; choose another, or lift that"
     else:

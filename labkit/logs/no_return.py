@@ -29,6 +29,7 @@ HIGHEST = 400.0  # [m]: no scanner of a robot sees farther
 ROUNDED = 0.005  # [m]: the third decimal of a known code may be lost
 SAME = 0.0015  # [m]: difference of one number printed in two ways
 JITTER = 0.015  # [m]: spread of a code that is measured like a range
+FEWEST = 0.015  # smallest share of the ranges that is a jittering code: else a beam or two
 MOST = 0.9  # largest share of the ranges that one repeated number may hold and still be a code
 
 
@@ -67,7 +68,7 @@ def find_codes(counts: IntArray, *, sick: bool) -> tuple[Band, ...]:
         bands.append((SICK_LOG, np.inf))
         left[_bin(SICK_LOG) :] = 0
     while (measured := np.flatnonzero(left)).size:
-        band = _code_at(measured[-1] / 1000.0, left, MOST * counts.sum())
+        band = _code_at(measured[-1] / 1000.0, left, int(counts.sum()))
         if band is None:
             break
         bands.append(band)
@@ -75,16 +76,16 @@ def find_codes(counts: IntArray, *, sick: bool) -> tuple[Band, ...]:
     return tuple(bands)
 
 
-def _code_at(top: float, counts: IntArray, most: float) -> Band | None:
+def _code_at(top: float, counts: IntArray, total: int) -> Band | None:
     """The code at the farthest range [m], if there is one."""
     for low, high in KNOWN:
         band = (low - ROUNDED, high + ROUNDED)
         if band[0] <= top <= band[1] and _stands_out(counts, band, at_least=3, times=3.0):
             return band
-    for width in (2.0 * SAME, JITTER):
+    for width, at_least in ((2.0 * SAME, 10), (JITTER, max(10, round(FEWEST * total)))):
         band = (top + SAME - width, top + SAME)
-        few = counts[_bin(band[0]) :].sum() <= most
-        if few and _stands_out(counts, band, at_least=10, times=5.0):
+        few = counts[_bin(band[0]) :].sum() <= MOST * total
+        if few and _stands_out(counts, band, at_least=at_least, times=5.0):
             return band
     return None
 
