@@ -34,14 +34,14 @@ def need(module: str, *, purpose: str, extra: str) -> Any:
     module : str
         Its dotted name.
     purpose : str
-        What it is needed for; the message begins with it.
+        Its purpose; the message begins with it.
     extra : str
         The extra of labkit that brings it.
 
     Raises
     ------
     MissingExtraError
-        Where it, or something that it needs itself, is not installed.
+        If it, or a package that it needs itself, is not installed.
     """
     try:
         return importlib.import_module(module)

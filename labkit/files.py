@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
-import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,9 +17,9 @@ from labkit.errors import LabkitError, WriteError
 def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "w") -> Iterator[IO[Any]]:
     """Open a file for writing that takes its name only when the block ends well.
 
-    What is written goes to a temporary file beside `path`, which replaces it in one step
-    (`os.replace`). On an exception or Ctrl-C the temporary file is removed and what stood
-    at `path` stays as it was. A device or a pipe cannot be replaced: it is written to.
+    The block writes to a temporary file beside `path`, which replaces it in one step
+    (`os.replace`). On an exception or Ctrl-C the temporary file is removed, and the file at
+    `path` stays as it was. A device or a pipe cannot be replaced: it is written to.
 
     Parameters
     ----------
@@ -72,12 +71,12 @@ def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "w") -
 
 
 def read_table(path: str | os.PathLike[str], way_out: str) -> str:
-    """The text of a table that people made, without its byte order mark.
+    """Read the text of a table that people made, without its byte order mark.
 
     Raises
     ------
     LabkitError
-        Where it cannot be read, or is no UTF-8; then the message ends in `way_out`.
+        If it cannot be read, or is no UTF-8; then the message ends in `way_out`.
     """
     try:
         return Path(path).read_text(encoding="utf-8-sig")
@@ -89,30 +88,23 @@ def read_table(path: str | os.PathLike[str], way_out: str) -> str:
 
 def refuse_unwritable(path: str | os.PathLike[str]) -> None:
     """Raise the `WriteError` that writing to `path` would raise, before any work is done."""
-    try:
-        obstacle = _obstacle(_target(path))
-    except OSError as error:  # a folder that may not be entered, a name too long, ...
-        obstacle = f"{error.strerror or error}; choose another place"
-    if obstacle:
-        raise WriteError(f"cannot write {os.fspath(path)}: {obstacle}")
-
-
-def _obstacle(target: Path) -> str:
-    """What stands in the way of writing `target`, and the way out; empty for nothing."""
+    target = _target(path)
     folder = target.parent
     if os.path.isdir(target):
-        return "it is a directory; name a file in it"
-    if not _is_special(target):  # a temporary file is made beside it
-        mode = _mode(folder)
-        if mode is None:
-            return f"the directory {folder} does not exist; make it first"
-        if not stat.S_ISDIR(mode):
-            return f"{folder} is a file, not a directory; choose another place"
-        if not os.access(folder, os.W_OK | os.X_OK):
-            return f"the directory {folder} may not be written in; choose another, or lift that"
-    if _mode(target) is not None and not os.access(target, os.W_OK):
-        return "it is write-protected; choose another name, or lift that"
-    return ""
+        problem = "it is a directory; name a file in it"
+    elif os.path.exists(target) and not os.access(target, os.W_OK):
+        problem = "it is write-protected; choose another name, or lift that"
+    elif _is_special(target):
+        return
+    elif not os.path.isdir(folder):
+        problem = f"the directory {folder} does not exist; make it first"
+        if not os.access(next(filter(os.path.isdir, folder.parents)), os.X_OK):
+            problem = "Permission denied; choose another place"
+    elif not os.access(folder, os.W_OK | os.X_OK):  # for a temporary file beside it
+        problem = f"the directory {folder} may not be written in; choose another, or lift that"
+    else:
+        return
+    raise WriteError(f"cannot write {os.fspath(path)}: {problem}")
 
 
 def _target(path: str | os.PathLike[str]) -> Path:
@@ -121,16 +113,8 @@ def _target(path: str | os.PathLike[str]) -> Path:
 
 
 def _is_special(path: str | os.PathLike[str]) -> bool:
-    """Whether it is there and neither a regular file nor a directory."""
+    """Recognise a device or a pipe: it exists, but is neither a regular file nor a directory."""
     return os.path.exists(path) and not (os.path.isfile(path) or os.path.isdir(path))
-
-
-def _mode(path: Path) -> int | None:
-    """The mode of a file, None where there is none; an `OSError` where nobody may look."""
-    try:
-        return path.stat().st_mode
-    except FileNotFoundError:
-        return None
 
 
 def _open(path: Path, mode: Literal["w", "wb"]) -> IO[Any]:

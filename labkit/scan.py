@@ -8,13 +8,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import BoolArray, FloatArray, IntArray, as_floats, as_points, read_only
+from labkit.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    as_floats,
+    as_points,
+    as_pose,
+    as_poses,
+    read_only,
+)
 from labkit.errors import InvalidPointsError
+from labkit.se2 import from_xytheta, transform, wrap
 
-LONGEST_RANGE = 1e5  # [m]: what a scanner says lies farther is its way to say "nothing"
+LONGEST_RANGE = 1e5  # [m]; larger values are codes for no return
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Scan:
     """One sweep of a planar scanner, in the scanner's own frame (x ahead, y left).
 
@@ -47,9 +57,10 @@ class Scan:
         if self.beams is not None:
             object.__setattr__(self, "beams", read_only(_as_beams(self.beams, len(points))))
         for name in ("ranges", "angles"):
-            values = getattr(self, name)
-            if values is not None and values.flags.writeable:
-                object.__setattr__(self, name, read_only(as_floats(values, name)))
+            if (values := getattr(self, name)) is not None:
+                object.__setattr__(self, name, _as_beam_values(values, name))
+        if self.ranges is not None and self.angles is not None:
+            _expect_alike(self.ranges, self.angles)
 
     @classmethod
     def from_ranges(
@@ -74,15 +85,8 @@ class Scan:
         """
         if np.ma.isMaskedArray(ranges):
             ranges = np.ma.filled(ranges.astype(float), np.nan)
-        r = as_floats(ranges, "ranges")
-        alpha = as_floats(angles, "angles")
-        if r.ndim != 1 or r.shape != alpha.shape:
-            raise InvalidPointsError(
-                f"`ranges` and `angles` must have one shape (B,), got {r.shape} and {alpha.shape}"
-            )
-        if not np.isfinite(alpha).all():
-            index = int(np.flatnonzero(~np.isfinite(alpha))[0])
-            raise InvalidPointsError(f"`angles` must be finite, got {alpha[index]} at beam {index}")
+        r, alpha = _as_beam_values(ranges, "ranges"), _as_beam_values(angles, "angles")
+        _expect_alike(r, alpha)
         beams = np.flatnonzero((r > range_min) & (r < min(range_max, LONGEST_RANGE)))
         direction = np.column_stack([np.cos(alpha[beams]), np.sin(alpha[beams])])
         points = r[beams, None] * direction
@@ -94,13 +98,47 @@ class Scan:
         return cls(points=as_points(points, "points"), stamp=stamp)
 
     def __len__(self) -> int:
-        """How many points the scan has."""
+        """Number of points."""
         return len(self.points)
 
+    def __repr__(self) -> str:
+        """One line: the numbers of points and of beams, and the time.
+
+        >>> Scan.from_ranges([1.0, np.inf], [0.0, 0.1], stamp=2.5)
+        Scan(1 points of 2 beams, 2.5 s)
+        """
+        beams = "" if self.ranges is None else f" of {len(self.ranges)} beams"
+        stamp = "" if math.isnan(self.stamp) else f", {self.stamp:.10g} s"
+        return f"Scan({len(self)} points{beams}{stamp})"
+
     def select(self, kept: BoolArray | IntArray) -> Scan:
-        """The same scan with the points named by a mask or by indices, beams included."""
+        """Scan of the points named by a mask or by indices, their beams included."""
         beams = None if self.beams is None else self.beams[kept]
         return replace(self, points=self.points[kept], beams=beams)
+
+
+def _as_beam_values(values: ArrayLike, name: str) -> FloatArray:
+    """Check ranges or angles, shape (B,); a copy, unless nobody can write into the array."""
+    is_fixed = (
+        isinstance(values, np.ndarray)
+        and values.dtype == np.float64
+        and values.base is None
+        and not values.flags.writeable
+    )
+    checked: FloatArray = values if is_fixed else read_only(as_floats(values, name))  # type: ignore[assignment]
+    if checked.ndim != 1:
+        raise InvalidPointsError(f"`{name}` must have shape (B,), got {checked.shape}")
+    if name == "angles" and not np.isfinite(checked).all():
+        index = int(np.flatnonzero(~np.isfinite(checked))[0])
+        raise InvalidPointsError(f"`angles` must be finite, got {checked[index]} at beam {index}")
+    return checked
+
+
+def _expect_alike(ranges: FloatArray, angles: FloatArray) -> None:
+    if ranges.shape != angles.shape:
+        raise InvalidPointsError(
+            f"`ranges` and `angles` must have one shape (B,), got {ranges.shape} and {angles.shape}"
+        )
 
 
 def _as_beams(beams: IntArray, count: int) -> IntArray:
@@ -123,3 +161,32 @@ def as_scan(scan: Scan | ArrayLike, name: str = "points", minimum: int = 0) -> S
     if len(scan) < minimum:
         as_points(scan.points, name, minimum)  # says so
     return scan
+
+
+def scanner_poses(poses: ArrayLike, laser_offset: ArrayLike) -> FloatArray:
+    """Poses of the scanner from poses of the robot: ``T_w_laser = T_w_robot @ T_robot_laser``.
+
+    Odometry is about the robot's base, scan matching about the scanner. Where the two differ,
+    the odometry must be moved to the scanner before it serves as prior.
+
+    Parameters
+    ----------
+    poses : array_like, shape (K, 3)
+        Poses of the robot in the world, rows (x [m], y [m], θ [rad]).
+    laser_offset : array_like, shape (3,)
+        Pose of the scanner on the robot, ``T_robot_laser`` as (x [m], y [m], θ [rad]).
+
+    Returns
+    -------
+    ndarray, shape (K, 3)
+        θ in (−π, π]. Move them back by the offset's inverse.
+
+    Examples
+    --------
+    >>> scanner_poses([[0.0, 0.0, 0.0], [1.0, 0.0, np.pi / 2]], (0.25, 0.0, 0.0)).round(9).tolist()
+    [[0.25, 0.0, 0.0], [1.0, 0.25, 1.570796327]]
+    """
+    rows = as_poses(poses, "poses")
+    x, y, theta = as_pose(laser_offset, "laser_offset")
+    T_w_laser = from_xytheta(rows) @ transform(x, y, 0.0)
+    return np.column_stack([T_w_laser[:, :2, 2], wrap(rows[:, 2] + theta)])

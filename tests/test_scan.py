@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from labkit import Scan
 from labkit.errors import InvalidPointsError, LabkitError
-from labkit.scan import as_scan
+from labkit.scan import as_scan, scanner_poses
+from labkit.se2 import from_xytheta
 
 NAN, INF = math.nan, math.inf
 
@@ -80,26 +81,6 @@ def test_points_become_float64(dtype):
     assert Scan(points=points).points.dtype == np.float64
 
 
-@pytest.mark.parametrize(
-    ("points", "message"),
-    [
-        ([[0.0, NAN]], r"`points` must be finite, got \[0\.0, nan\] at index 0"),
-        ([[1.0], [2.0]], r"`points` must have shape \(N, 2\), got \(2, 1\)"),
-        ("wall", "`points` must hold numbers, got 'wall'"),
-    ],
-)
-def test_a_scan_checks_its_points(points, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        Scan(points=points)
-
-
-def test_bare_points_are_copied():
-    points = np.zeros((2, 2))
-    scan = Scan.from_points(points)
-    points[:] = 9.0
-    assert not scan.points.any()
-
-
 def test_messages_begin_with_the_callers_name():
     with pytest.raises(InvalidPointsError, match=r"`source` must have shape .*; transpose it"):
         as_scan(np.zeros((2, 9)), "source")
@@ -144,14 +125,15 @@ def test_bad_points(points, message):
     ("ranges", "angles", "message"),
     [
         ([1.0, 2.0], [0.0], r"must have one shape \(B,\), got \(2,\) and \(1,\)"),
-        ([[1.0]], [[0.0]], r"must have one shape \(B,\), got \(1, 1\) and \(1, 1\)"),
+        ([[1.0]], [[0.0]], r"`ranges` must have shape \(B,\), got \(1, 1\)"),
         ([1.0, 1.0], [0.0, NAN], r"`angles` must be finite, got nan at beam 1"),
         (["far"], [0.0], r"`ranges` must hold numbers, got \['far'\]$"),
     ],
 )
 def test_bad_beams(ranges, angles, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        Scan.from_ranges(ranges, angles)
+    for make in (Scan.from_ranges, lambda r, a: Scan(points=[[1.0, 0.0]], ranges=r, angles=a)):
+        with pytest.raises(InvalidPointsError, match=message):
+            make(ranges, angles)
 
 
 @pytest.mark.parametrize(
@@ -184,3 +166,31 @@ def test_nobody_writes_to_a_scan():
         for each in (scan, measured, measured.select(np.array([0]))):
             with pytest.raises(ValueError, match="read-only"):
                 getattr(each, name)[...] = 7
+    hidden = np.ones(3)
+    view = hidden[:]
+    view.flags.writeable = False
+    scan = Scan(points=[[1.0, 0.0]], ranges=view)
+    hidden[:] = 7
+    assert scan.ranges.tolist() == [1.0, 1.0, 1.0]
+
+
+def test_a_scan_says_what_it_is_in_a_line():
+    scan = Scan.from_ranges([1.0, INF], [0.0, 0.1], stamp=2.5)
+    assert repr(scan) == "Scan(1 points of 2 beams, 2.5 s)"
+    assert repr(Scan.from_points([[1.0, 2.0]])) == "Scan(1 points)"
+
+
+@given(
+    robot=st.tuples(st.floats(-9, 9), st.floats(-9, 9), st.floats(-3, 3)),
+    offset=st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-3, 3)),
+)
+def test_poses_of_the_scanner_are_composed_on_the_right(robot, offset):
+    (pose,) = scanner_poses([robot], offset)
+    T = from_xytheta(robot) @ from_xytheta(offset)
+    np.testing.assert_allclose(from_xytheta(pose), T, atol=1e-12)
+    np.testing.assert_array_equal(scanner_poses([robot], (0, 0, 0)), [robot])
+
+
+def test_an_offset_that_is_none():
+    with pytest.raises(InvalidPointsError, match="`laser_offset` must be three finite numbers"):
+        scanner_poses([[0, 0, 0]], (0.1, 0.2))

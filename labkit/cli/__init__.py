@@ -1,4 +1,4 @@
-"""The command line: ``labkit demo``, ``odometry``, ``match`` and ``evaluate``."""
+"""The command line: ``labkit demo``, ``odometry``, ``match``, ``evaluate`` and others."""
 
 from labkit.cli.main import main
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from labkit.cli.options import add_icp_options, from_options
+from labkit.cli.options import MATCHING, add_options, chosen
+from labkit.cli.outputs import refuse_picture, write_picture
 from labkit.cli.text import pose_text
-from labkit.files import refuse_unwritable
 from labkit.icp import icp
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult
@@ -34,16 +34,16 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--plot", metavar="FILE", help="draw the scans before and after")
-    parser.add_argument("--animate", metavar="FILE", help="draw the iterations (.gif or .html)")
-    add_icp_options(parser)
+    add_options(parser, "matching", IcpParameters(), MATCHING)
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the experiment and print what came of it."""
+    """Run the experiment and print its result."""
     experiment = lesson_experiment()
-    parameters = from_options(IcpParameters, args)
-    _check_pictures(args)
+    parameters = IcpParameters(**chosen(args, MATCHING))
+    if args.plot:
+        refuse_picture(args.plot)
     result = icp(experiment.source, experiment.target, experiment.T_init, parameters)
     if result.termination.failed:
         print(result.message)
@@ -57,25 +57,9 @@ def run(args: argparse.Namespace) -> int:
         f"RMSE        {result.inlier_rmse:.4f} m over {result.inlier_count} inliers, "
         f"{np.sqrt(np.mean(distances**2)):.4f} m over all {len(distances)} points"
     )
-    if args.plot or args.animate:  # else nobody waits for matplotlib
-        from labkit.plotting import animate_icp, save_animation, save_figure  # noqa: PLC0415
     if args.plot:
-        save_figure(_before_and_after(experiment, result), args.plot)
-    if args.animate:
-        save_animation(animate_icp(result), args.animate)
+        write_picture(args.plot, _before_and_after(experiment, result))
     return 0
-
-
-def _check_pictures(args: argparse.Namespace) -> None:
-    """Refuse a picture that cannot be written, before any work is done."""
-    if args.plot or args.animate:  # else nobody waits for matplotlib
-        from labkit.plotting.save import animation_suffix, figure_suffix  # noqa: PLC0415
-    if args.plot:
-        refuse_unwritable(args.plot)
-        figure_suffix(args.plot)
-    if args.animate:
-        refuse_unwritable(args.animate)
-        animation_suffix(args.animate)
 
 
 def _before_and_after(experiment: LessonExperiment, result: IcpResult) -> Figure:

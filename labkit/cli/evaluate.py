@@ -1,4 +1,4 @@
-"""``labkit evaluate``: how good a trajectory is, against another one or against a survey."""
+"""``labkit evaluate``: the errors of a trajectory against a better one."""
 
 from __future__ import annotations
 
@@ -7,36 +7,26 @@ import argparse
 from labkit.arrays import FARTHEST, check_range
 from labkit.cli.text import ERROR_HEADER, error_dict, error_row, table, to_json
 from labkit.errors import InvalidPointsError
-from labkit.evaluation import (
-    PoseErrors,
-    absolute_errors,
-    associate,
-    read_relations,
-    relation_errors,
-    rpe,
-)
+from labkit.evaluation import absolute_errors, associate, rpe
 from labkit.logs import read_tum
 
 DESCRIPTION = """\
 Compare a trajectory (TUM format) with a reference trajectory: absolute error after rigid
 alignment (ATE), relative error a step and over a stretch (RPE). Where the robot stays in
 its place, no rigid alignment is the best one: the first poses are aligned, and the name of
-the error says so. Or compare it with surveyed relations between pairs of scans (SLAM
-benchmark format, or CSV i,j,dx,dy,dtheta)."""
+the error says so."""
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add ``evaluate`` to the command line."""
     parser = commands.add_parser(
         "evaluate",
-        help="measure a trajectory against a reference or surveyed relations",
+        help="measure a trajectory against a reference",
         description=DESCRIPTION,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("estimate", metavar="ESTIMATE.tum", help="the trajectory to measure")
-    against = parser.add_mutually_exclusive_group(required=True)
-    against.add_argument("--reference", metavar="REF.tum", help="a better trajectory")
-    against.add_argument("--relations", metavar="FILE", help="surveyed relative poses")
+    parser.add_argument("--reference", metavar="REF.tum", required=True, help="a better trajectory")
     parser.add_argument(
         "--stretch", type=float, default=10.0, metavar="M", help="RPE stretch [m] (default 10)"
     )
@@ -54,19 +44,6 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 def run(args: argparse.Namespace) -> int:
     """Measure and print."""
     check_range(args.stretch, "stretch", above=0.0, at_most=FARTHEST, unit="m")
-    if args.relations is not None:
-        errors, note = _against_relations(args)
-    else:
-        errors, note = _against_reference(args)
-    if args.json:
-        print(to_json({name: error_dict(e) | {"count": len(e)} for name, e in errors.items()}))
-    else:
-        print(note)
-        print(table(ERROR_HEADER, [error_row(name, e) for name, e in errors.items()]))
-    return 0
-
-
-def _against_reference(args: argparse.Namespace) -> tuple[dict[str, PoseErrors], str]:
     stamps, estimate = read_tum(args.estimate)
     reference_stamps, reference = read_tum(args.reference)
     pairs = associate(stamps, reference_stamps, args.tolerance)
@@ -82,18 +59,9 @@ def _against_reference(args: argparse.Namespace) -> tuple[dict[str, PoseErrors],
         "RPE, a step": rpe(x, x_reference),
         f"RPE, {args.stretch:g} m": rpe(x, x_reference, args.stretch, "metres"),
     }
-    note = f"{len(pairs)} of {len(estimate)} poses have a partner in the reference"
-    return errors, note
-
-
-def _against_relations(args: argparse.Namespace) -> tuple[dict[str, PoseErrors], str]:
-    stamps, estimate = read_tum(args.estimate)
-    relations = read_relations(args.relations)
-    errors = relation_errors(relations, estimate, stamps, tolerance=args.tolerance)
-    if len(errors) == 0:
-        raise InvalidPointsError(
-            f"none of the {len(relations)} relations of {args.relations} joins two poses of "
-            f"{args.estimate}; do they belong to the same log?"
-        )
-    note = f"{len(errors)} of {len(relations)} relations join two poses of the estimate"
-    return {"relations": errors}, note
+    if args.json:
+        print(to_json({name: error_dict(e) | {"count": len(e)} for name, e in errors.items()}))
+    else:
+        print(f"{len(pairs)} of {len(estimate)} poses have a partner in the reference")
+        print(table(ERROR_HEADER, [error_row(name, e) for name, e in errors.items()]))
+    return 0

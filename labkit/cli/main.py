@@ -1,17 +1,20 @@
-"""Parsing, dispatch, and what a person sees when something is wrong."""
+"""Parsing, dispatch, and the messages for what goes wrong."""
 
 from __future__ import annotations
 
 import argparse
 import io
 import os
+import platform
 import re
 import sys
 from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
+from labkit import __version__
 from labkit.cli import autograder, demo, evaluate, grade, match, odometry, report
-from labkit.cli.versions import ShowVersions
+from labkit.cli.options import flag
 from labkit.errors import InvalidParameterError, LabkitError
 
 BAD_INPUT, USAGE, INTERRUPTED = 1, 2, 130
@@ -28,7 +31,8 @@ ICP-based motion estimation from 2D LiDAR scans.
 
 EPILOG = """\
 Exit status: 0 done; 1 the input cannot be used, or the scans cannot be matched; 2 the
-command line is wrong. `labkit COMMAND --help` explains each command."""
+command line is wrong. `labkit COMMAND --help` explains each command. Parameters that are no
+option are set in Python, e.g. by `labkit.odometry.OdometryParameters`."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -37,24 +41,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     sys.stderr = sys.stderr or io.StringIO()
     if isinstance(sys.stdout, io.TextIOWrapper):  # a code page without ² must not end a run
         sys.stdout.reconfigure(errors="replace")
-    status = 0
     try:
         try:
-            status = _run(build_parser().parse_args(arguments))
+            return _run(build_parser().parse_args(arguments))
         finally:
             sys.stdout.flush()  # not at Python's exit, where no failure can be told
     except BrokenPipeError:  # the reader (`| head`) has seen enough
         _drop_output()
+        return 0
     except OSError as error:
         if error.filename is not None:  # of no stream: a defect, which its traceback tells best
             raise
         _drop_output()
-        print(
-            f"labkit: the output cannot be written: {error.strerror}; send it elsewhere",
-            file=sys.stderr,
-        )
+        problem = f"the output cannot be written: {error.strerror}; send it elsewhere"
+        print(f"labkit: {problem}", file=sys.stderr)
         return BAD_INPUT
-    return status
 
 
 def _run(args: argparse.Namespace) -> int:
@@ -62,32 +63,27 @@ def _run(args: argparse.Namespace) -> int:
     try:
         status: int = args.run(args)
     except InvalidParameterError as error:
-        print(f"labkit {args.command}: {_as_option(error, args)}", file=sys.stderr)
+        known = error.parameter in vars(args)
+        message = f"{flag(error.parameter)} {error.problem}" if known else str(error)
+        print(f"labkit {args.command}: {message}", file=sys.stderr)
         return USAGE
     except LabkitError as error:
         print(f"labkit {args.command}: {error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
-        print(file=sys.stderr)
-        print(f"labkit {args.command}: interrupted; no file is left half-written", file=sys.stderr)
+        told = "interrupted; no file is left half-written"
+        print(f"\nlabkit {args.command}: {told}", file=sys.stderr)
         return INTERRUPTED
     return status
 
 
-def _as_option(error: InvalidParameterError, args: argparse.Namespace) -> str:
-    """The message, with an option of the command line under the name that it has there."""
-    if error.parameter in vars(args):
-        return f"--{error.parameter.replace('_', '-')} {error.problem}"
-    return str(error)
-
-
 def _drop_output() -> None:
-    """Send what is still to be written to stdout nowhere, lest it fail once more at the end."""
+    """Redirect stdout to /dev/null, so that the flush at exit cannot fail again."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser, like those of its commands, that takes -1e-3 and -1. for numbers.
+    """Parser, like those of its commands, that takes -1e-3 and -1. for numbers.
 
     Before Python 3.14, argparse takes them for options that it does not know. This is how
     3.14 tells a negative number; no option of ours begins with a digit.
@@ -99,15 +95,26 @@ class Parser(argparse.ArgumentParser):
 
 
 def build_parser() -> argparse.ArgumentParser:
-    """The parser of the whole command line."""
+    """Build the parser of the whole command line."""
     parser: argparse.ArgumentParser = Parser(
         prog="labkit",
         description=DESCRIPTION,
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action=ShowVersions)
+    parser.add_argument("--version", action="version", version=_versions())
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for module in (demo, odometry, match, evaluate, report, grade, autograder):
         module.add_command(commands)
     return parser
+
+
+def _versions() -> str:
+    """Versions for a bug report, on one line; no package is imported to learn its own."""
+    parts = [f"Python {platform.python_version()}"]
+    for package in ("numpy", "scipy", "numba"):
+        try:
+            parts.append(f"{package} {version(package)}")
+        except PackageNotFoundError:
+            parts.append(f"without {package}")
+    return f"labkit {__version__} ({', '.join(parts)})"

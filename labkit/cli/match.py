@@ -6,11 +6,11 @@ import argparse
 import math
 import sys
 
-from labkit.cli.options import add_icp_options, from_options
+from labkit.cli.options import MATCHING, add_options, chosen
 from labkit.cli.text import pose_text, to_json
-from labkit.errors import InvalidParameterError
+from labkit.errors import InvalidParameterError, LogError
 from labkit.icp import icp
-from labkit.logs.points import read_single
+from labkit.logs import read_log
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult
 from labkit.scan import Scan
@@ -40,7 +40,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         help="initial guess in metres and radians (default 0 0 0)",
     )
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
-    add_icp_options(parser)
+    add_options(parser, "matching", IcpParameters(), MATCHING)
     parser.set_defaults(run=run)
 
 
@@ -51,14 +51,19 @@ def run(args: argparse.Namespace) -> int:
             f"must be three finite numbers x, y, theta, got {args.initial}", parameter="initial"
         )
     target, source = _read(args.target), _read(args.source)
-    result = icp(source, target, from_xytheta(args.initial), from_options(IcpParameters, args))
+    parameters = IcpParameters(**chosen(args, MATCHING))
+    result = icp(source, target, from_xytheta(args.initial), parameters)
     print(to_json(_as_dict(result)) if args.json else _as_text(result))
     return 1 if result.termination.failed else 0
 
 
 def _read(file: str) -> Scan:
-    """The scan in a file; what is odd about it goes to stderr."""
-    log = read_single(file)
+    """Read the one scan in a file; a damaged row raises, oddities go to stderr."""
+    log = read_log(file, strict=True)
+    if log.format != "points":
+        raise LogError(f"{file}: not a table of points, expected rows `x,y` in metres")
+    if len(log) != 1:
+        raise LogError(f"{file}: {len(log)} scans, expected one; keep the rows of a single scan")
     for remark in log.remarks:
         print(f"note: {file}: {remark}", file=sys.stderr)
     return log.scans[0]

@@ -3,52 +3,51 @@
 from __future__ import annotations
 
 import argparse
+import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
 from labkit.arrays import FloatArray, check_count
-from labkit.cli.log_options import add_log_options, open_log
-from labkit.cli.options import add_icp_options, add_options, from_options
-from labkit.cli.outputs import add_output_options, choose_outputs
-from labkit.cli.summary import decision_text, error_text
-from labkit.errors import InvalidPointsError
-from labkit.filters import Preprocessing
-from labkit.logs import Log, LogStream, ScanStream
+from labkit.cli.options import MATCHING, add_options, chosen, number_or_off
+from labkit.cli.outputs import refuse_picture, write_map, write_quality, write_trajectory
+from labkit.cli.text import ERROR_HEADER, error_row, table
+from labkit.errors import InvalidPointsError, WriteError
+from labkit.evaluation import compare
+from labkit.files import refuse_unwritable
+from labkit.logs import Log, read_log
 from labkit.odometry import (
-    MapParameters,
+    Decision,
     OdometryParameters,
     OdometryResult,
-    SanityLimits,
-    ScanMatchingOdometry,
     estimate_odometry,
     increments_between,
     integrate,
 )
-from labkit.parameters import IcpParameters
-from labkit.scan import Scan
 from labkit.simulation import WheelNoise, wheel_increments
 
 DESCRIPTION = """\
 Estimate the motion of a robot from its laser scans, step by step, with sanity checks and
-fallbacks. LOG is a CARMEN or g2o log, a ROS bag, a CSV of points (the format is told from
-the content), or `killian`: a real run of 1.9 km that comes with the lab.
+fallbacks. LOG is a CARMEN or g2o log, a ROS bag, a CSV of points or of ranges (the format is
+told from the content), or `killian`: a real run of 1.9 km that comes with the lab.
 
 The prior is where a step's search begins, and what it falls back to:
   log        the log's own odometry
   simulated  wheel odometry simulated from the log's reference: per step, sd 10 % of the way
              along and 5 % across, 10 % of the turn and 0.05 rad/m of heading
   none       the motion of the step before
-  auto       the first of these that the log allows (the default)
-
-A scan is matched against a map of the last key scans, or against the scan before it
-(--against scan)."""
+  auto       the first of these that the log allows (the default)"""
 
 SIMULATED_WHEELS = WheelNoise(along=0.10, across=0.05, turn=0.10, drift=0.05)
-FALLBACKS = "retry_gate", "retry_step", "search", "search_below", "search_starts", "on_skip"
+FILTERS = ("range_min", "range_max")
+NOTHING = "none"  # the word for no file
+SHOWN_DAMAGE = 5  # damaged lines that are named one by one
+Writer = Callable[[str, Log, OdometryResult], None]
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -60,78 +59,131 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("log", metavar="LOG", help="a log file, or `killian`")
-    parser.add_argument(
-        "--prior", choices=("auto", "log", "simulated", "none"), default="auto", help="see above"
-    )
-    parser.add_argument(
-        "--seed", type=int, default=0, metavar="N", help="of the simulated prior (default 0)"
-    )
-    parser.add_argument(
-        "--scans", type=int, metavar="N", help="use the first N scans only (default all)"
-    )
-    add_log_options(parser)
-    add_output_options(parser)
+    add = parser.add_argument
+    add("--prior", choices=("auto", "log", "simulated", "none"), default="auto", help="see above")
+    add("--scans", type=int, metavar="N", help="use the first N scans only (default all)")
+    _add_log_options(parser)
     defaults = OdometryParameters()
-    add_icp_options(parser, defaults.icp)
-    add_options(parser, "map", defaults, names=("against",))
-    add_options(parser, "key scans", defaults.map)
-    add_options(parser, "sanity checks", defaults.limits)
-    add_options(parser, "fallbacks", defaults, names=FALLBACKS)
-    add_options(parser, "filters", defaults.preprocessing)
+    add_options(parser, "matching", defaults.icp, MATCHING)
+    add_options(parser, "map", defaults, ("against",))
+    add_options(parser, "filters", defaults.preprocessing, FILTERS)
+    group = parser.add_argument_group("output, in this folder by default; `none` writes nothing")
+    group.add_argument("--out", metavar="FILE", help="trajectory, TUM or .g2o (LOG-odometry.tum)")
+    group.add_argument("--quality", metavar="FILE", help="a CSV row a step (LOG-quality.csv)")
+    group.add_argument("--plot", metavar="FILE", help="map and trajectory (LOG-map.png)")
     parser.set_defaults(run=run)
+
+
+def _add_log_options(parser: argparse.ArgumentParser) -> None:
+    """Add the parameters of `labkit.logs.read_log`."""
+    group = parser.add_argument_group("log")
+    group.add_argument(
+        "--laser-offset",
+        nargs=3,
+        type=float,
+        default=(0.0, 0.0, 0.0),
+        metavar=("X", "Y", "THETA"),
+        help="the scanner's place on the robot, where the log does not say it [m, m, rad]",
+    )
+    group.add_argument(
+        "--angles",
+        nargs=2,
+        type=float,
+        metavar=("FIRST", "LAST"),
+        help="directions of the first and the last beam, for a CSV of ranges [rad]",
+    )
+    group.add_argument(
+        "--no-return",
+        nargs="+",
+        type=number_or_off,
+        metavar="X",
+        help="ranges that mean nothing came back [m], or `off` (default: told by the log)",
+    )
+    group.add_argument("--topic", help="of the scans, in a bag with several")
+    group.add_argument("--odometry-topic", metavar="TOPIC", help="of the odometry, likewise")
+    group.add_argument("--strict", action="store_true", help="refuse a log with damaged lines")
 
 
 def run(args: argparse.Namespace) -> int:
     """Estimate the motion, write what was asked for and print a summary."""
-    parameters = from_options(
-        OdometryParameters,
-        args,
-        icp=from_options(IcpParameters, args),
-        limits=from_options(SanityLimits, args),
-        map=from_options(MapParameters, args),
-        preprocessing=from_options(Preprocessing, args),
+    defaults = OdometryParameters()
+    parameters = replace(
+        defaults,
+        icp=replace(defaults.icp, **chosen(args, MATCHING)),
+        preprocessing=replace(defaults.preprocessing, **chosen(args, FILTERS)),
+        against=args.against,
     )
-    check_count(args.seed, "seed", at_least=0)
-    log = _head(open_log(args), args.scans)
-    outputs = choose_outputs(args, log.name)
-    prior, source = choose_prior(log, args.prior, args.seed)
+    if args.scans is not None:
+        check_count(args.scans, "scans", at_least=2)
+    log = _read(args)
+    outputs = _choose_outputs(args, log.name)
+    prior, source = choose_prior(log, args.prior)
     print(f"{log.name}: {len(log)} scans, {parameters.icp.metric} metric, prior: {source}")
     start = np.zeros(3) if log.reference is None else log.reference[0]
     began = time.perf_counter()
     progress = partial(tqdm, unit="scan", desc="matching", disable=None)
-    if isinstance(log, LogStream):
-        result = _estimate_in_turn(log, prior, parameters, start, progress)
-    else:
-        result = estimate_odometry(log.scans, prior, parameters, start=start, progress=progress)
+    result = estimate_odometry(log.scans, prior, parameters, start=start, progress=progress)
     seconds = time.perf_counter() - began
     for path, write in outputs:
         write(path, log, result)
     if outputs:
         print("wrote " + ", ".join(path for path, _ in outputs))
-    print(decision_text(result, seconds))
+    print(_decisions(result, seconds))
     if log.reference is not None:
-        print(error_text(log.reference, result, prior))
+        trajectories = {"odometry": result.poses}
+        if prior is not None:
+            trajectories["prior"] = integrate(prior, start)
+        errors = compare(trajectories, log.reference)
+        print(table(ERROR_HEADER, [error_row(name, each) for name, each in errors.items()]))
     return 0
 
 
-def _estimate_in_turn(
-    log: LogStream,
-    prior: FloatArray | None,
-    parameters: OdometryParameters,
-    start: FloatArray,
-    progress: Callable[[ScanStream], Iterable[Scan]],
-) -> OdometryResult:
-    """The same from a stream: one scan after the other, and no more in memory."""
-    odometry = ScanMatchingOdometry(parameters)
-    records = []
-    for k, scan in enumerate(progress(log.scans)):
-        records.append(odometry.update(scan, None if prior is None or k == 0 else prior[k - 1]))
-    steps = np.array([record.increment for record in records[1:]]).reshape(-1, 3)
-    return OdometryResult(poses=integrate(steps, start), records=tuple(records))
+def _read(args: argparse.Namespace) -> Log:
+    """Read the log, or its first scans; damage and oddities go to stderr."""
+    codes = args.no_return
+    log = read_log(
+        args.log,
+        strict=args.strict,
+        no_return=None if codes is None else [code for code in codes if code < np.inf],
+        laser_offset=args.laser_offset,
+        angles=args.angles,
+        topic=args.topic,
+        odometry_topic=args.odometry_topic,
+    )
+    for line in log.skipped[:SHOWN_DAMAGE]:
+        print(f"skipped {line}", file=sys.stderr)
+    if len(log.skipped) > SHOWN_DAMAGE:
+        rest = len(log.skipped) - SHOWN_DAMAGE
+        print(f"... and {rest} more damaged lines", file=sys.stderr)
+    for remark in log.remarks:
+        print(f"note: {remark}", file=sys.stderr)
+    if len(log) < 2:
+        raise InvalidPointsError(f"{log.name} holds a single scan; a motion needs two")
+    return log if args.scans is None else log.head(args.scans)
 
 
-def choose_prior(log: Log | LogStream, wanted: str, seed: int) -> tuple[FloatArray | None, str]:
-    """Increments (K−1, 3) that a run starts its steps from, and a word on their origin."""
+def _choose_outputs(args: argparse.Namespace, name: str) -> list[tuple[str, Writer]]:
+    """Files to write, and their writers; raise where one cannot be written.
+
+    Called before the work begins: a typing mistake must not cost a long run.
+    """
+    outputs: list[tuple[str, Writer]] = [
+        (args.out or f"{name}-odometry.tum", write_trajectory),
+        (args.quality or f"{name}-quality.csv", write_quality),
+        (args.plot or f"{name}-map.png", write_map),
+    ]
+    wanted = [(path, writer) for path, writer in outputs if path != NOTHING]
+    taken = {Path(args.log).resolve(): "is the log itself"}
+    for path, writer in wanted:
+        (refuse_picture if writer is write_map else refuse_unwritable)(path)
+        if (place := Path(path).resolve()) in taken:
+            raise WriteError(f"cannot write {path}: it {taken[place]}; give each file its own name")
+        taken[place] = "is written by this run already"
+    return wanted
+
+
+def choose_prior(log: Log, wanted: str) -> tuple[FloatArray | None, str]:
+    """Increments (K−1, 3) from which the steps start, and a word on their origin."""
     if wanted == "auto":
         allowed = {"log": log.odometry, "simulated": log.reference}
         wanted = next((name for name, poses in allowed.items() if poses is not None), "none")
@@ -147,14 +199,19 @@ def choose_prior(log: Log | LogStream, wanted: str, seed: int) -> tuple[FloatArr
         raise InvalidPointsError(
             f"{log.name} holds no reference to simulate wheels from; try `--prior none`"
         )
-    increments = wheel_increments(log.reference, SIMULATED_WHEELS, rng=seed)
-    return increments, f"wheel odometry simulated from the reference, seed {seed}"
+    increments = wheel_increments(log.reference, SIMULATED_WHEELS, rng=0)
+    return increments, "wheel odometry simulated from the reference, seed 0"
 
 
-def _head(log: Log | LogStream, scans: int | None) -> Log | LogStream:
-    """The first scans of the log, and the poses that belong to them; two at the least."""
-    if scans is not None:
-        check_count(scans, "scans", at_least=2)
-    if len(log) < 2:
-        raise InvalidPointsError(f"{log.name} holds a single scan; a motion needs two")
-    return log if scans is None else log.head(scans)
+def _decisions(result: OdometryResult, seconds: float) -> str:
+    """Summary of where the steps came from."""
+    steps = len(result.records) - 1
+    retry, search = result.count(Decision.RETRY), result.count(Decision.SEARCH)
+    matched = result.count(Decision.ICP, Decision.RETRY, Decision.SEARCH)
+    prior, skipped = result.count(Decision.PRIOR), result.count(Decision.HOLD, Decision.STAND)
+    degenerate = sum(record.degenerate for record in result.records)
+    return (
+        f"{steps} steps in {seconds:.1f} s ({1e3 * seconds / steps:.2f} ms a step): {matched} from "
+        f"ICP ({retry} on the second attempt, {search} after a search), {prior} from the prior, "
+        f"{skipped} skipped; {degenerate} degenerate"
+    )

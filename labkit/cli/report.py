@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from pathlib import Path
 
 from labkit.course.report import ReportError, read_report, render, write_pdf
@@ -15,7 +14,8 @@ DESCRIPTION = """\
 Run a report from its first cell to its last, and write it as one page of HTML and as a PDF:
 text, tables, figures and formulas, without the code. REPORT is a notebook (.ipynb) or
 Markdown (.md). Its pictures lie in its folder or below; they go into the page.
-notebooks/report_template.ipynb is one to start from."""
+notebooks/report_template.ipynb is one to start from. Formulas are drawn by MathJax from the
+network."""
 PAGES = 2  # what the lesson allows
 
 
@@ -51,13 +51,8 @@ def run(args: argparse.Namespace) -> int:
     print(f"{page}")
     if args.html_only:
         return 0
-    count, cut = write_pdf(html, pdf)
+    count = write_pdf(html, pdf)
     print(f"{pdf}: {count} page{'' if count == 1 else 's'}")
-    for text in cut:
-        print(
-            f"labkit report: {text!r} is wider than the page and cut off in the PDF: break it up",
-            file=sys.stderr,
-        )
     if count > PAGES:
         print(f"That is more than {PAGES} pages: leave out what your reader would not miss.")
         return 1

@@ -1,4 +1,4 @@
-"""How numbers stand in a terminal: poses in metres and degrees, errors in a table."""
+"""Text for a terminal: poses in metres and degrees, errors in a table."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from labkit.evaluation import PoseErrors
 
 
 def pose_text(pose: FloatArray) -> str:
-    """A pose or increment (x, y, θ) on one line.
+    """Format a pose or increment (x, y, θ) on one line.
 
     >>> pose_text(np.array([0.35, 0.1, np.pi / 30]))
     't = (0.3500, 0.1000) m, theta = 6.000 deg'
@@ -23,7 +23,7 @@ def pose_text(pose: FloatArray) -> str:
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Columns under a header, the first one to the left and the others to the right."""
+    """Align columns under a header: the first to the left, the others to the right."""
     lines = [list(header), *map(list, rows)]
     widths = [max(len(line[i]) for line in lines) for i in range(len(header))]
     return "\n".join(
@@ -50,7 +50,7 @@ def error_row(name: str, errors: PoseErrors) -> list[str]:
 
 
 def error_dict(errors: PoseErrors) -> dict[str, dict[str, float]]:
-    """The same for JSON: metres and radians."""
+    """Errors for JSON: metres and radians."""
     return {"translation_m": vars(errors.translation), "rotation_rad": vars(errors.rotation)}
 
 

@@ -1,41 +1,24 @@
-"""Absolute trajectory error: how far every pose is from where it should be."""
+"""Absolute trajectory error: the distance of every pose from its place."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.alignment import align
-from labkit.arrays import FloatArray
+from labkit import alignment
 from labkit.errors import DegenerateAlignmentError, InvalidParameterError
 from labkit.evaluation.pose_errors import PoseErrors, as_trajectories, pose_differences
 from labkit.se2 import from_xytheta, invert
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class AbsoluteErrors(PoseErrors):
-    """The errors of every pose, and the alignment that came before.
-
-    Attributes
-    ----------
-    translation_errors, rotation_errors : ndarray, shape (K,)
-        Metres and radians, one per pose.
-    T_reference_estimate : ndarray, shape (3, 3)
-        Moved the estimate's world frame onto the reference's.
-    """
-
-    T_reference_estimate: FloatArray
 
 
 def ate(
     estimate: ArrayLike,
     reference: ArrayLike,
     align: Literal["rigid", "origin"] | None = "rigid",
-) -> AbsoluteErrors:
-    """The absolute trajectory error [1]_.
+) -> PoseErrors:
+    """Absolute trajectory error [1]_, one per pose.
 
     The start of an odometry is arbitrary, so the estimate is first moved onto the reference,
     as one rigid body. The result says little about drift, since one wrong turn early on
@@ -49,18 +32,12 @@ def ate(
         "rigid": least squares over all positions, headings left aside. "origin": the
         first poses coincide. None: the two share a world frame already.
 
-    Returns
-    -------
-    AbsoluteErrors
-
     Raises
     ------
-    InvalidPointsError
-        For rows that are not three finite numbers, or unequal lengths.
     InvalidParameterError
         For another `align`.
     DegenerateAlignmentError
-        Where "rigid" has no unique answer, as for a robot that never left its place.
+        If "rigid" has no unique answer, as for a robot that never left its place.
 
     References
     ----------
@@ -76,7 +53,13 @@ def ate(
     x, x_reference = as_trajectories(estimate, reference)
     T, T_true = from_xytheta(x), from_xytheta(x_reference)
     if align == "rigid":
-        T_reference_estimate = _fit(x[:, :2], x_reference[:, :2])
+        try:
+            T_reference_estimate = alignment.align(x[:, :2], x_reference[:, :2])
+        except DegenerateAlignmentError as error:
+            raise DegenerateAlignmentError(
+                f"the {len(x)} positions leave the rotation undetermined (a trajectory that "
+                f'stays in its place?); use align="origin"'
+            ) from error
     elif align == "origin":
         T_reference_estimate = T_true[0] @ invert(T[0])
     elif align is None:
@@ -85,20 +68,22 @@ def ate(
         raise InvalidParameterError(
             f'must be "rigid", "origin" or None, got {align!r}', parameter="align"
         )
-    translation, angle = pose_differences(T_true, T_reference_estimate @ T)
-    return AbsoluteErrors(
-        translation_errors=translation,
-        rotation_errors=angle,
-        T_reference_estimate=T_reference_estimate,
-    )
+    return PoseErrors(*pose_differences(T_true, T_reference_estimate @ T))
 
 
-def _fit(p: FloatArray, q: FloatArray) -> FloatArray:
-    """The rigid transform that moves positions p onto q, by least squares (section 3)."""
+def absolute_errors(estimate: ArrayLike, reference: ArrayLike) -> tuple[str, PoseErrors]:
+    """Absolute trajectory error and its name, which tells how the two were aligned.
+
+    "ATE" after rigid alignment; "ATE, first poses aligned" for a robot that stays in its
+    place, where no rigid alignment is the best one.
+
+    Examples
+    --------
+    >>> name, errors = absolute_errors([[0, 0, 0], [0, 0, 0.1]], [[5, 5, 0], [5, 5, 0.2]])
+    >>> name, round(errors.rotation.max, 3)
+    ('ATE, first poses aligned', 0.1)
+    """
     try:
-        return align(p, q)
-    except DegenerateAlignmentError as error:
-        raise DegenerateAlignmentError(
-            f"the {len(p)} positions leave the rotation undetermined (a trajectory that stays "
-            f'in its place?); use align="origin"'
-        ) from error
+        return "ATE", ate(estimate, reference)
+    except DegenerateAlignmentError:
+        return "ATE, first poses aligned", ate(estimate, reference, align="origin")

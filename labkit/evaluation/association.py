@@ -1,4 +1,4 @@
-"""Which pose of one trajectory belongs to which of another: the nearest in time."""
+"""Pairs of poses of two trajectories, the nearest in time."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def associate(stamps_a: ArrayLike, stamps_b: ArrayLike, tolerance: float) -> Int
 
 
 def nearest(stamps: FloatArray, queries: FloatArray) -> IntArray:
-    """The index of the stamp nearest to each query; at a tie, of the earlier one.
+    """Index of the stamp nearest to each query; at a tie, of the earlier one.
 
     There must be a stamp. Of equal stamps the first is taken.
     """

@@ -1,7 +1,7 @@
 """Checks of a motion that need no reference: against itself, the prior, and the way back.
 
-None of them proves an estimate right. Each finds one kind of mistake and is blind to
-others, which its notes name.
+None of them proves an estimate right. Each finds one kind of mistake; its notes name those
+to which it is blind.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ from labkit.se2 import from_xytheta, invert
 
 
 def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
-    """How far a match, and the same match the other way round, are from undoing one another.
+    """Gap between a match and the inverse of the same match the other way round.
+
+    Leave out matches that failed, and say how many they are.
 
     Parameters
     ----------
@@ -30,15 +32,9 @@ def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
     PoseErrors
         Length [m] and angle [rad] of ``T_forward @ T_backward``, one per row.
 
-    Raises
-    ------
-    InvalidPointsError
-        For rows that are not three finite numbers, or unequal lengths. A match that failed
-        has no numbers: leave it out, and say how many those are.
-
     Notes
     -----
-    Blind to what both directions share: a corridor, a repeated pattern, a crowd.
+    Blind to mistakes that both directions share: a corridor, a repeated pattern, a crowd.
 
     Examples
     --------
@@ -47,12 +43,11 @@ def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
     [0.1, 0.1]
     """
     there, back = _rows(forward, "forward", backward, "backward")
-    translation, rotation = pose_differences(invert(there), back)
-    return PoseErrors(translation_errors=translation, rotation_errors=rotation)
+    return PoseErrors(*pose_differences(invert(there), back))
 
 
 def disagreement(increments: ArrayLike, prior: ArrayLike) -> PoseErrors:
-    """How far increments lie from those of the prior, or of any other source.
+    """Distance of increments from those of the prior, or of any other source.
 
     Parameters
     ----------
@@ -64,11 +59,6 @@ def disagreement(increments: ArrayLike, prior: ArrayLike) -> PoseErrors:
     PoseErrors
         Length [m] and angle [rad] of ``invert(T_prior) @ T``, one per row.
 
-    Raises
-    ------
-    InvalidPointsError
-        For rows that are not three finite numbers, or unequal lengths.
-
     Notes
     -----
     Blind where the estimate took over the prior, as it does along a free direction.
@@ -79,34 +69,28 @@ def disagreement(increments: ArrayLike, prior: ArrayLike) -> PoseErrors:
     0.1
     """
     estimated, expected = _rows(increments, "increments", prior, "prior")
-    translation, rotation = pose_differences(expected, estimated)
-    return PoseErrors(translation_errors=translation, rotation_errors=rotation)
+    return PoseErrors(*pose_differences(expected, estimated))
 
 
 def loop_closure(increments: ArrayLike, closing: ArrayLike = (0.0, 0.0, 0.0)) -> PoseErrors:
-    """By how much a path misses the place where it is known to end.
+    """Distance by which a path misses its known end.
 
     Parameters
     ----------
     increments : array_like, shape (K, 3)
         The steps of the path, rows (Δx [m], Δy [m], Δψ [rad]).
     closing : array_like, shape (3,)
-        The last pose as seen from the first. By default the two coincide, as after a way
-        there and back; else e.g. the match of the last scan with the first.
+        Pose of the last scan in the frame of the first. By default the two coincide, as after
+        a way there and back; else e.g. the match of the last scan with the first.
 
     Returns
     -------
     PoseErrors
         One length [m] and one angle [rad].
 
-    Raises
-    ------
-    InvalidPointsError
-        For rows that are not three finite numbers.
-
     Notes
     -----
-    Blind to what cancels on the way back, such as a length that is always 3 % too long.
+    Blind to errors that cancel on the way back, such as a length that is always 3 % too long.
 
     Examples
     --------
@@ -118,8 +102,7 @@ def loop_closure(increments: ArrayLike, closing: ArrayLike = (0.0, 0.0, 0.0)) ->
     for T in from_xytheta(as_poses(increments, "increments")):
         T_first_last = T_first_last @ T
     expected = from_xytheta(as_pose(closing, "closing"))
-    translation, rotation = pose_differences(expected[None], T_first_last[None])
-    return PoseErrors(translation_errors=translation, rotation_errors=rotation)
+    return PoseErrors(*pose_differences(expected[None], T_first_last[None]))
 
 
 def _rows(a: ArrayLike, a_name: str, b: ArrayLike, b_name: str) -> tuple[FloatArray, FloatArray]:

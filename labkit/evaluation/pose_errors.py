@@ -13,19 +13,11 @@ from labkit.errors import InvalidPointsError
 from labkit.se2 import relative, to_xytheta
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class ErrorSummary:
-    """Statistics of many errors, in the unit of the errors.
+    """Statistics of errors, in their unit; NaN if there are none, for 0.0 would look perfect.
 
-    If there are no errors, `count` is 0 and everything else is NaN: a mean of 0.0 would
-    look perfect.
-
-    Attributes
-    ----------
-    count : int
-    mean, std, median, p95, max, rmse : float
-        `std` is the population's (divided by `count`), and `p95` the 95th percentile,
-        linear between two errors.
+    `std` is divided by `count`; `p95` is the 95th percentile, linear between two errors.
     """
 
     count: int
@@ -43,8 +35,8 @@ class ErrorSummary:
         Raises
         ------
         InvalidPointsError
-            For another shape, or for an error that is NaN or infinite: leave out what has
-            no number, and say how many those are.
+            For another shape, or for an error that is NaN or infinite: leave such out, and
+            say how many they are.
 
         Examples
         --------
@@ -58,8 +50,7 @@ class ErrorSummary:
             shown = f"shape {e.shape}" if e.ndim != 1 else f"{e[~np.isfinite(e)][0]}"
             raise InvalidPointsError(f"`errors` must be finite and of shape (N,), got {shown}")
         if e.size == 0:
-            none = math.nan
-            return cls(count=0, mean=none, std=none, median=none, p95=none, max=none, rmse=none)
+            return cls(0, *[math.nan] * 6)
         return cls(
             count=e.size,
             mean=float(e.mean()),
@@ -71,7 +62,7 @@ class ErrorSummary:
         )
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class PoseErrors:
     """One translation error and one rotation error per pose or pair.
 
@@ -88,24 +79,21 @@ class PoseErrors:
 
     @property
     def translation(self) -> ErrorSummary:
-        """The translation errors in a line [m]."""
+        """Statistics of the translation errors [m]."""
         return ErrorSummary.of(self.translation_errors)
 
     @property
     def rotation(self) -> ErrorSummary:
-        """The rotation errors in a line [rad]."""
+        """Statistics of the rotation errors [rad]."""
         return ErrorSummary.of(self.rotation_errors)
 
     def __len__(self) -> int:
-        """How many poses or pairs were compared."""
+        """Number of poses or pairs."""
         return len(self.translation_errors)
 
 
 def pose_differences(T_true: FloatArray, T_estimated: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """How far apart two stacks of transforms, shape (N, 3, 3), lie: ``invert(T_true) @ T``.
-
-    Returns the lengths [m] and the angles [rad], ≥ 0, each of shape (N,).
-    """
+    """Lengths [m] and angles [rad], (N,), of ``invert(T_true) @ T_estimated``, (N, 3, 3)."""
     difference = to_xytheta(relative(T_true, T_estimated))
     return np.hypot(difference[:, 0], difference[:, 1]), np.abs(difference[:, 2])
 

@@ -1,7 +1,8 @@
-"""Relative pose error: how far odometry drifts over a stretch of the way."""
+"""Relative pose error: the drift of odometry over a stretch of the way."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,21 +11,14 @@ from numpy.typing import ArrayLike
 
 from labkit.arrays import FARTHEST, FloatArray, IntArray, check_range, is_number
 from labkit.errors import InvalidParameterError
+from labkit.evaluation.absolute import absolute_errors
 from labkit.evaluation.pose_errors import PoseErrors, as_trajectories, pose_differences
 from labkit.se2 import from_xytheta, relative
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class RelativeErrors(PoseErrors):
-    """The errors of every stretch that was compared.
-
-    Attributes
-    ----------
-    translation_errors, rotation_errors : ndarray, shape (N,)
-        Metres and radians, one per stretch.
-    pairs : ndarray of int, shape (N, 2)
-        The poses at which each stretch begins and ends.
-    """
+    """Errors of N stretches; `pairs` (N, 2) are the poses at which each begins and ends."""
 
     pairs: IntArray
 
@@ -37,7 +31,7 @@ def rpe(
     *,
     tolerance: float = 0.1,
 ) -> RelativeErrors:
-    """The relative pose error [1]_, over every stretch of a given length.
+    """Relative pose error [1]_, one per stretch of a given length.
 
     The error of the stretch from i to j is that of the estimate's ``T_i_j`` against the
     reference's. No alignment is needed, and an early mistake is counted where it is made.
@@ -47,13 +41,12 @@ def rpe(
     estimate, reference : array_like, shape (K, 3)
         Rows (x [m], y [m], θ [rad]); row k of one belongs to row k of the other.
     delta : float
-        How long a stretch is: a whole number of steps, or metres of the reference's path.
+        Length of a stretch: a whole number of steps, or metres of the reference's path.
     unit : {"steps", "metres"}
         With "steps", every i is paired with i + delta. With "metres", every i is paired
         with the later pose whose distance along the path is nearest to delta.
     tolerance : float
-        With "metres": the fraction of delta by which a stretch may be longer or shorter;
-        what differs by more is left out.
+        With "metres": the fraction of delta by which a stretch may be longer or shorter.
 
     Returns
     -------
@@ -62,17 +55,14 @@ def rpe(
 
     Raises
     ------
-    InvalidPointsError
-        For rows that are not three finite numbers, or unequal lengths.
     InvalidParameterError
         For a `delta`, `unit` or `tolerance` out of range.
 
     Notes
     -----
     Stretches overlap, and the reference's path measures them, so that all estimates of
-    one run are compared over the same pairs. `evo` measures the estimate's path and lets
-    stretches follow one another unless told ``all_pairs=True, pairs_from_reference=True``;
-    then the two select the same pairs.
+    one run are compared over the same pairs; `evo` selects the same with ``all_pairs=True,
+    pairs_from_reference=True``.
 
     References
     ----------
@@ -97,8 +87,47 @@ def rpe(
         raise InvalidParameterError(f'must be "steps" or "metres", got {unit!r}', parameter="unit")
     T, T_true = from_xytheta(x), from_xytheta(x_reference)
     i, j = pairs.T
-    translation, rotation = pose_differences(relative(T_true[i], T_true[j]), relative(T[i], T[j]))
-    return RelativeErrors(translation_errors=translation, rotation_errors=rotation, pairs=pairs)
+    errors = pose_differences(relative(T_true[i], T_true[j]), relative(T[i], T[j]))
+    return RelativeErrors(*errors, pairs)
+
+
+def compare(
+    trajectories: Mapping[str, ArrayLike], reference: ArrayLike, stretch: float = 10.0
+) -> dict[str, PoseErrors]:
+    """Errors of trajectories against a reference: per step, over a stretch, and absolute.
+
+    Parameters
+    ----------
+    trajectories : mapping of str to array_like, shape (K, 3)
+        Rows (x [m], y [m], θ [rad]) by the name of the method that estimated them.
+    reference : array_like, shape (K, 3)
+        The same instants.
+    stretch : float
+        Metres of the errors over a stretch.
+
+    Returns
+    -------
+    dict of str to PoseErrors
+        By the names of trajectory and error; one kind of error after the other.
+
+    Examples
+    --------
+    >>> wheels, truth = [[0, 0, 0], [0.9, 0, 0]], [[0, 0, 0], [1, 0, 0]]
+    >>> errors = compare({"wheels": wheels}, truth)
+    >>> list(errors), round(errors["wheels, RPE a step"].translation.max, 3)
+    (['wheels, RPE a step', 'wheels, RPE over 10 m', 'wheels, ATE'], 0.1)
+    """
+    names = trajectories.keys()
+    errors: dict[str, PoseErrors] = {
+        f"{name}, RPE a step": rpe(trajectories[name], reference) for name in names
+    }
+    for name in names:
+        over = rpe(trajectories[name], reference, stretch, "metres")
+        errors[f"{name}, RPE over {stretch:g} m"] = over
+    for name in names:
+        kind, absolute = absolute_errors(trajectories[name], reference)
+        errors[f"{name}, {kind}"] = absolute
+    return errors
 
 
 def _pairs_by_steps(length: int, delta: float) -> IntArray:

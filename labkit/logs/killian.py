@@ -9,11 +9,11 @@ from labkit.errors import LogError
 from labkit.extras import MissingExtraError
 
 KILLIAN = "killian"
-"""The name by which `labkit.logs.read_log` knows the built-in run."""
+"""Name of the built-in run for `labkit.logs.read_log`."""
 
 
 def killian_archive() -> Path:
-    """Where ``killian.g2o.zip`` lies in this Python environment.
+    """Path of ``killian.g2o.zip`` in this Python environment.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The two lines that carry a scan, ``FLASER`` and ``ROBOTLASER1``: one parser for all logs.
+"""CARMEN logs and g2o graphs: text with laser lines ``FLASER`` and ``ROBOTLASER1``.
 
 ::
 
@@ -8,100 +8,156 @@
                 laser_x laser_y laser_th robot_x robot_y robot_th
                 tv rv forward_safety side_safety turn_axis timestamp host logger_timestamp
 
+    VERTEX_SE2 id x y theta            (g2o: the pose of the ROBOTLASER1 line below it)
+
 An ``FLASER`` line says nothing of its beams. By convention the first one looks to −90°,
 and the step is π/n for an even count, π/(n − 1) for an odd one (180 or 181 beams).
+Every scan brings its own pose, so ``ODOM`` and all other first words are passed over unread.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
 
 import numpy as np
 
 from labkit.arrays import FloatArray
-from labkit.logs.lines import DamagedLine, count, expect_fields, finite, numbers, pose, time
-from labkit.logs.no_return import Beams, declared_maximum
+from labkit.errors import LogError
+from labkit.logs.lines import (
+    DamagedLine,
+    DamageReport,
+    expect_fields,
+    parse_count,
+    parse_finite,
+    parse_numbers,
+    parse_pose,
+    parse_time,
+)
+from labkit.logs.no_return import declared_maximum
+from labkit.logs.sweeps import Pose, Sweep, remark_far
+from labkit.scan import scanner_poses
+from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
 
-LASER_WORDS = frozenset({"FLASER", "ROBOTLASER1"})
+G2O_WORDS = frozenset({"VERTEX_SE2", "EDGE_SE2"})
+CARMEN_WORDS = frozenset({"FLASER", "ROBOTLASER1", "ODOM", "PARAM", "NEFF", "TRUEPOS", "RAWLASER1"})
 
-Pose = tuple[float, float, float]
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class LaserLine:
-    """What one laser line says: the sweep, and the poses (x, y, θ) of laser and robot."""
-
-    beams: Beams
-    laser: Pose
-    robot: Pose
+SAME_PLACE = 0.1  # [m, rad]: largest difference of two lines that tell one mounting
+PRINTED = 1e-4  # [m, rad]: difference of two poses by their printed decimals alone
 
 
-def parse_laser_line(fields: Sequence[str]) -> LaserLine:
-    """Read the fields of an ``FLASER`` or ``ROBOTLASER1`` line, first word included.
+def read_laser_lines(
+    lines: Iterable[tuple[int, str]], report: DamageReport, *, graph: bool
+) -> Iterator[Sweep]:
+    """Yield a sweep for each laser line; in a graph, only where a vertex stands above it."""
+    vertex: Pose | None = None
+    for number, text in lines:
+        word = text[:16].split(maxsplit=1)[:1]
+        try:
+            if word == ["VERTEX_SE2"]:
+                vertex = None
+                fields = text.split()
+                expect_fields(fields, 5, "VERTEX_SE2")
+                vertex = parse_pose(fields[2:5], "the vertex")
+            elif word == ["FLASER"] and not graph:
+                yield _parse_flaser(number, text.split())
+            elif word == ["ROBOTLASER1"]:
+                if graph and vertex is None:
+                    raise DamagedLine("a scan of no vertex, expected a VERTEX_SE2 line above it")
+                above, vertex = vertex, None
+                yield _parse_robotlaser(number, text.split(), above)
+        except DamagedLine as damage:
+            report.skip(number, damage)
 
-    Raises
-    ------
-    DamagedLine
-        If a count does not match, or a field is not the number it should be.
+
+def scanner_trajectories(
+    sweeps: Sequence[Sweep], laser_offset: FloatArray, report: DamageReport
+) -> tuple[FloatArray | None, FloatArray | None]:
+    """Choose odometry and reference from the poses of the lines, as poses of the scanner.
+
+    The laser's triple T_w_laser and the robot's T_w_robot of a line tell the mounting
+    T_robot_laser. Where it is one for the whole log, the laser's triple is the odometry;
+    where it is zero, the log does not say it, and `laser_offset` is composed on. Where it
+    changes along the run, the laser's triple is a corrected pose: it becomes the reference,
+    and the odometry is the robot's triple with `laser_offset`. In a graph the vertices are the
+    reference, and a robot's triple that merely repeats its vertex is no odometry.
     """
-    return _flaser(fields) if fields[0] == "FLASER" else _robotlaser(fields)
+    laser = np.array([sweep.laser for sweep in sweeps])
+    robot = np.array([sweep.robot for sweep in sweeps])
+    numbers = [sweep.line for sweep in sweeps]
+    remark_far(robot, numbers, "the robot's pose", report)
+    mounts = to_xytheta(relative(from_xytheta(robot), from_xytheta(laser)))
+    mount = _median(mounts)
+    off = np.abs(to_xytheta(relative(from_xytheta(mount), from_xytheta(mounts)))).max(axis=1)
+    rigid = _most(off) <= SAME_PLACE
+    declared = rigid and bool(np.abs(mount).max() > PRINTED)
+    if rigid and (odd := np.flatnonzero(off > SAME_PLACE)).size:
+        report.remark(
+            f"the laser does not sit {_text(mount)} on the robot in {len(odd)} of {len(sweeps)} "
+            f"lines, first in line {numbers[odd[0]]}: {_text(mounts[odd[0]])}"
+        )
+    if declared and laser_offset.any():
+        raise LogError(
+            f"{report.file}: the log itself says where the scanner sits on the robot "
+            f"{_text(mount)}, and `laser_offset` is {tuple(laser_offset.tolist())}; leave "
+            f"`laser_offset` out"
+        )
+    offset = mount if declared else laser_offset
+    vertices = np.array([sweep.vertex for sweep in sweeps if sweep.vertex is not None])
+    if len(vertices):
+        remark_far(vertices, numbers, "the vertex", report)
+        gaps = np.abs(robot - vertices)
+        gaps[:, 2] = np.abs(wrap(gaps[:, 2]))
+        repeated = _most(gaps.max(axis=1)) <= PRINTED
+        return None if repeated else scanner_poses(robot, offset), scanner_poses(vertices, offset)
+    laser = np.column_stack([laser[:, :2], wrap(laser[:, 2])])
+    if declared:
+        return laser, None
+    return scanner_poses(robot, offset), None if rigid else laser
 
 
-def _flaser(fields: Sequence[str]) -> LaserLine:
-    n = count(fields, 1, "beams", at_least=2)
+def _parse_flaser(number: int, fields: Sequence[str]) -> Sweep:
+    n = parse_count(fields, 1, "beams", at_least=2)
     expect_fields(fields, n + 11, f"FLASER with {n} beams")
     step = math.pi / (n if n % 2 == 0 else n - 1)
-    beams = Beams(
-        ranges=np.array(numbers(fields[2 : n + 2], "range")),
+    return Sweep(
+        line=number,
+        ranges=np.array(parse_numbers(fields[2 : n + 2], "range")),
         angles=beam_angles(-math.pi / 2, step, n),
-        stamp=_stamp(*fields[n + 8 :]),
+        stamp=_parse_stamp(*fields[n + 8 :]),
+        laser=parse_pose(fields[n + 2 : n + 5], "the laser pose"),
+        robot=parse_pose(fields[n + 5 : n + 8], "the robot pose"),
     )
-    laser = pose(fields[n + 2 : n + 5], "the laser pose")
-    return LaserLine(beams=beams, laser=laser, robot=pose(fields[n + 5 : n + 8], "the robot pose"))
 
 
-def _robotlaser(fields: Sequence[str]) -> LaserLine:
-    n = count(fields, 8, "beams", at_least=1)
-    m = count(fields, n + 9, "remissions", at_least=0)
+def _parse_robotlaser(number: int, fields: Sequence[str], vertex: Pose | None) -> Sweep:
+    n = parse_count(fields, 8, "beams", at_least=1)
+    m = parse_count(fields, n + 9, "remissions", at_least=0)
     expect_fields(fields, n + m + 24, f"ROBOTLASER1 with {n} beams and {m} remissions")
-    start, fov, step, declared = (
-        finite(field, name)
-        for field, name in zip(
-            fields[2:6],
-            ("start angle", "field of view", "angular step", "maximum range"),
-            strict=True,
-        )
-    )
+    names = ("start angle", "field of view", "angular step", "maximum range")
+    start, fov, step, declared = map(parse_finite, fields[2:6], names)
     if not (abs(start) <= 2.0 * math.pi and 0.0 < step <= 2.0 * math.pi):
         raise DamagedLine(
             f"beams from {start:g} in steps of {step:g}, expected radians and a positive step"
         )
     if declared <= 0.0:
         raise DamagedLine(f"the maximum range is {declared:g}, expected a positive number")
-    beams = Beams(
-        ranges=np.array(numbers(fields[9 : n + 9], "range")),
-        angles=beam_angles(start, _refine(step, fov, n), n),
-        stamp=_stamp(*fields[-3:]),
-        range_max=declared_maximum(declared),
+    # 0.017453 is short of one degree by 3e-7 rad, which 179 steps make 5e-5 rad.
+    exact = (
+        fraction for fraction in (fov / n, fov / max(n - 1, 1)) if abs(fraction - step) <= 1e-6
     )
     first = n + m + 10
-    laser = pose(fields[first : first + 3], "the laser pose")
-    robot = pose(fields[first + 3 : first + 6], "the robot pose")
-    return LaserLine(beams=beams, laser=laser, robot=robot)
-
-
-def _refine(step: float, fov: float, n: int) -> float:
-    """The step as a fraction of the field of view, where that agrees with its six decimals.
-
-    0.017453 is short of one degree by 3e-7 rad, which 179 steps make 5e-5 rad.
-    """
-    for exact in (fov / n, fov / max(n - 1, 1)):
-        if abs(exact - step) <= 1e-6:
-            return exact
-    return step
+    return Sweep(
+        line=number,
+        ranges=np.array(parse_numbers(fields[9 : n + 9], "range")),
+        angles=beam_angles(start, next(exact, step), n),
+        stamp=_parse_stamp(*fields[-3:]),
+        range_max=declared_maximum(declared),
+        laser=parse_pose(fields[first : first + 3], "the laser pose"),
+        robot=parse_pose(fields[first + 3 : first + 6], "the robot pose"),
+        vertex=vertex,
+    )
 
 
 @lru_cache(maxsize=64)
@@ -112,8 +168,26 @@ def beam_angles(start: float, step: float, n: int) -> FloatArray:
     return angles
 
 
-def _stamp(ipc: str, host: str, logger: str) -> float:
-    """The time of the message [s]; the logger's clock where the message has none (0)."""
-    ipc_stamp = time(ipc, f"the timestamp beside host {host[:30]!r}")
-    logger_stamp = time(logger, f"the logger timestamp beside host {host[:30]!r}")
+def _parse_stamp(ipc: str, host: str, logger: str) -> float:
+    """Time of the message [s]; the logger's clock if the message has none (0)."""
+    ipc_stamp = parse_time(ipc, f"the timestamp beside host {host[:30]!r}")
+    logger_stamp = parse_time(logger, f"the logger timestamp beside host {host[:30]!r}")
     return ipc_stamp or logger_stamp
+
+
+def _median(mounts: FloatArray) -> FloatArray:
+    """Median of each number; that of θ about the mean direction, where ±π are one."""
+    x, y, theta = mounts.T
+    mean = np.arctan2(np.sin(theta).mean(), np.cos(theta).mean())
+    return np.array([np.median(x), np.median(y), wrap(mean + np.median(wrap(theta - mean)))])
+
+
+def _most(gaps: FloatArray) -> float:
+    """The gap that all but a tenth of the lines, of three at least one, do not exceed."""
+    few = max(min(1, len(gaps) // 3), len(gaps) // 10)
+    return float(np.sort(gaps)[-1 - few])
+
+
+def _text(mount: FloatArray) -> str:
+    x, y, theta = np.round(mount, 4) + 0.0  # without the sign of a zero
+    return f"({x:.3f} m, {y:.3f} m, {theta:.4f} rad)"

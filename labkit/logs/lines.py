@@ -1,77 +1,64 @@
-"""Fields of a line and what to do with a damaged one: count it, or stop at it."""
+"""Lines of a text file, plain, in gzip or in zip; their fields; and the damage found in them."""
 
 from __future__ import annotations
 
+import gzip
+import io
 import math
-from collections.abc import Sequence
+import os
+import stat
+import zipfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import BinaryIO, cast
 
 from labkit.arrays import FARTHEST
 from labkit.errors import LogError
 from labkit.logs.log import SkippedLine
 
-MOST_TURNED = 1e6
-"""No robot turns further [rad], even one whose heading is never wrapped."""
-
-LATEST = 1e20
-"""No clock shows more [s], not even one that counts nanoseconds."""
-
-LONGEST_REASON = 180
-"""Characters of a reason: with the file's name it stays a message that a terminal shows."""
+MAX_BYTES = 512 << 20  # of a file, unpacked: a small packed one must not fill the memory
+MAX_LINES = 10_000_000  # more take minutes
+MAX_LINE_BYTES = 4 << 20  # a longer line is damaged
+MAX_TURN = 1e6  # [rad]: no heading is larger, even if it is never wrapped
+MAX_TIME = 1e20  # [s]: no clock shows more, even one that counts nanoseconds
+MAX_REASON = 180  # characters: with the file's name it stays a message that a terminal shows
 
 
 class DamagedLine(Exception):
-    """What one line holds instead of what its format asks for."""
+    """The defect of one line: what was found, and what its format asks for."""
 
 
 class DamageReport:
-    """Collects what is wrong or odd with one file; under `strict` the first damage raises.
-
-    Parameters
-    ----------
-    file : str
-        The file's name for the messages.
-    strict : bool
-        Whether a damaged line raises `LogError` instead of being collected.
-    """
+    """Damage and oddities of one file; under `strict` the first damage raises `LogError`."""
 
     def __init__(self, file: str, *, strict: bool) -> None:
         self.file = file
         self.strict = strict
-        self._skipped: list[SkippedLine] = []
-        self._remarks: list[str] = []
-
-    @property
-    def skipped(self) -> tuple[SkippedLine, ...]:
-        """The lines left out so far, in the order of the file."""
-        return tuple(sorted(self._skipped, key=lambda skipped: skipped.line))
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """What is odd about the file, but no damage."""
-        return tuple(self._remarks)
+        self.skipped: list[SkippedLine] = []
+        self.remarks: list[str] = []
 
     def skip(self, line: int, reason: object) -> None:
         """Leave out a line for a reason, or raise `LogError` ``FILE:LINE: reason``."""
         skipped = SkippedLine(file=self.file, line=line, reason=shorten(str(reason)))
         if self.strict:
             raise LogError(str(skipped))
-        self._skipped.append(skipped)
+        self.skipped.append(skipped)
 
     def remark(self, text: str) -> None:
-        """Take down what a reader of the log should know."""
-        self._remarks.append(text)
+        """Note an oddity for the reader of the log."""
+        self.remarks.append(text)
 
     def summary(self) -> str:
-        """The tail of a message about a file of which nothing was left."""
-        if not self._skipped:
+        """Tail of the message about a file without any good line."""
+        if not self.skipped:
             return ""
-        count, first = len(self._skipped), self._skipped[0]
+        count, first = len(self.skipped), self.skipped[0]
         lines = "line was" if count == 1 else "lines were"
         return f"; {count} damaged {lines} skipped, the first is {first.line}: {first.reason}"
 
 
-def shorten(text: str, longest: int = LONGEST_REASON) -> str:
-    """The text on one line, its end cut where it is too long for a message.
+def shorten(text: str, longest: int = MAX_REASON) -> str:
+    """Put a text on one line, and cut its end if it is too long for a message.
 
     >>> shorten("a very long story", 12)
     'a very lo...'
@@ -80,66 +67,136 @@ def shorten(text: str, longest: int = LONGEST_REASON) -> str:
     return line if len(line) <= longest else line[: longest - 3] + "..."
 
 
-def numbers(fields: Sequence[str], what: str) -> list[float]:
-    """The fields as floats, NaN and infinity included, or `DamagedLine` naming the bad one."""
+def read_lines(report: DamageReport, max_bytes: int = MAX_BYTES) -> Iterator[tuple[int, str]]:
+    """Yield the lines of the report's file with their numbers from 1, as they are read.
+
+    gzip and zip are told by their first bytes, never by the suffix. Bytes that are not UTF-8
+    become U+FFFD and harm their line only. A line that is too long is damaged.
+
+    Raises
+    ------
+    LogError
+        If the file is missing, unreadable, empty or too large, if it is no regular file, or
+        if it is an archive that is damaged or does not hold exactly one log.
+    """
+    seen = number = 0
+    at_line_start = empty = True
+    with _open(report.file) as stream:
+        while piece := stream.readline(MAX_LINE_BYTES):
+            seen += len(piece)
+            if seen > max_bytes:
+                raise LogError(
+                    f"{report.file}: more than {max_bytes:,} bytes, unpacked; if it is what you "
+                    f"expect, raise `max_bytes` of `read_log`"
+                )
+            complete = piece.endswith(b"\n")
+            if at_line_start:
+                number += 1
+                if number > MAX_LINES:
+                    raise LogError(
+                        f"{report.file}: more than {MAX_LINES:,} lines; cut it in pieces"
+                    )
+                if complete or len(piece) < MAX_LINE_BYTES:
+                    text = piece.decode("utf-8", "replace").removeprefix("\ufeff").rstrip("\r\n")
+                    empty = empty and not text.strip()
+                    yield number, text
+                else:
+                    empty = False
+                    report.skip(number, f"a line of more than {MAX_LINE_BYTES:,} bytes")
+            at_line_start = complete
+    if empty:
+        raise LogError(f"{report.file}: the file is empty")
+
+
+@contextmanager
+def _open(file: str) -> Iterator[BinaryIO]:
+    """Open a file, unpacked; raise `LogError` for all that goes wrong with it until the end."""
+    packed = False
+    try:
+        mode = os.stat(file).st_mode
+        if not stat.S_ISREG(mode):
+            kind = "a directory" if stat.S_ISDIR(mode) else "a pipe or a device"
+            raise LogError(f"{file}: is {kind}, expected a file")
+        with open(file, "rb") as raw:
+            magic = raw.peek(4)[:4]
+            packed = magic.startswith((b"\x1f\x8b", b"PK\x03\x04", b"PK\x05\x06"))
+            if not packed:
+                yield raw
+            elif magic.startswith(b"PK"):
+                with zipfile.ZipFile(raw) as archive, archive.open(_member(archive)) as unpacked:
+                    yield cast(BinaryIO, io.BufferedReader(cast(io.RawIOBase, unpacked)))
+            else:
+                with gzip.open(raw) as unpacked:
+                    yield cast(BinaryIO, unpacked)
+    except LogError as error:
+        raise LogError(str(error) if file in str(error) else f"{file}: {error}") from None
+    except FileNotFoundError:
+        raise LogError(f"{file}: no such file") from None
+    except PermissionError:
+        raise LogError(f"{file}: no permission to read it") from None
+    except Exception as error:  # a damaged archive raises errors of many kinds
+        reason = shorten(getattr(error, "strerror", None) or str(error) or type(error).__name__)
+        problem = "the archive cannot be unpacked" if packed else "cannot be read"
+        way_out = "; get it again, or unpack it and name the log" if packed else ""
+        raise LogError(f"{file}: {problem}: {reason}{way_out}") from None
+
+
+def _member(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
+    """The one file in the archive, beside those that a Mac adds."""
+    members = [
+        each
+        for each in archive.infolist()
+        if not (each.filename.startswith("__MACOSX/") or each.is_dir())
+    ]
+    if len(members) != 1:
+        names = shorten(", ".join(each.filename for each in members[:5]), 100) or "none"
+        raise LogError(
+            f"a zip archive must hold exactly one log, got {len(members)} ({names}); unpack it "
+            f"and name one file"
+        )
+    return members[0]
+
+
+def parse_numbers(fields: Sequence[str], what: str) -> list[float]:
+    """Convert fields to floats, NaN and infinity included; `DamagedLine` names a bad one."""
     try:
         values = [float(field) for field in fields]
-        spelled = is_spelled("".join(fields))
+        if _is_plain("".join(fields)):
+            return values
     except ValueError:
-        spelled = False
-    if spelled:
-        return values
+        pass
     index = next(k for k, field in enumerate(fields) if not _is_number(field))
     raise DamagedLine(f"{what} {index + 1} is {_quoted(fields[index])}, expected a number")
 
 
-def is_spelled(field: str) -> bool:
-    """Whether what Python takes for a number is one in a log: ASCII digits, none grouped."""
-    return field.isascii() and "_" not in field
-
-
-def finite(field: str, what: str) -> float:
-    """One field as a finite float, or `DamagedLine` naming it."""
+def parse_finite(field: str, what: str) -> float:
+    """Convert a field to a finite float; `DamagedLine` names a bad one."""
     value = float(field) if _is_number(field) else math.nan
     if not math.isfinite(value):
         raise DamagedLine(f"{what} is {_quoted(field)}, expected a finite number")
     return value
 
 
-def time(field: str, what: str) -> float:
-    """One field as a time [s], or `DamagedLine` naming it."""
-    value = finite(field, what)
-    if abs(value) > LATEST:
-        raise DamagedLine(f"{what} is {_quoted(field)}, expected at most {LATEST:g} s")
+def parse_time(field: str, what: str) -> float:
+    """Convert a field to a time [s]; `DamagedLine` names a bad one."""
+    value = parse_finite(field, what)
+    if abs(value) > MAX_TIME:
+        raise DamagedLine(f"{what} is {_quoted(field)}, expected at most {MAX_TIME:g} s")
     return value
 
 
-def pose(fields: Sequence[str], what: str) -> tuple[float, float, float]:
-    """Three fields as a finite pose (x, y, θ), or `DamagedLine`."""
-    try:
-        x, y, theta = map(float, fields)
-        good = math.isfinite(x) and math.isfinite(y) and math.isfinite(theta)
-    except ValueError:
-        good = False
-    if not (good and is_spelled("".join(fields))):  # name the field
-        x, y, theta = (
-            finite(field, f"{name} of {what}")
-            for name, field in zip(("x", "y", "theta"), fields, strict=True)
-        )
+def parse_pose(fields: Sequence[str], what: str) -> tuple[float, float, float]:
+    """Convert three fields to a pose (x, y, θ); `DamagedLine` names a bad one."""
+    names = (f"{name} of {what}" for name in ("x", "y", "theta"))
+    x, y, theta = map(parse_finite, fields, names)
     expect_near(x, y, what)
-    if abs(theta) > MOST_TURNED:
-        raise DamagedLine(f"theta of {what} is {theta:g}, expected at most {MOST_TURNED:g} rad")
+    if abs(theta) > MAX_TURN:
+        raise DamagedLine(f"theta of {what} is {theta:g}, expected at most {MAX_TURN:g} rad")
     return x, y, theta
 
 
-def expect_near(x: float, y: float, what: str) -> None:
-    """Raise `DamagedLine` for a place beyond `FARTHEST`."""
-    if max(abs(x), abs(y)) > FARTHEST:
-        raise DamagedLine(f"{what} is ({x:g}, {y:g}), expected to lie within {FARTHEST:g} m")
-
-
-def count(fields: Sequence[str], index: int, what: str, at_least: int) -> int:
-    """The count written at `index`, or `DamagedLine` if there is none or it is too small."""
+def parse_count(fields: Sequence[str], index: int, what: str, at_least: int) -> int:
+    """Convert the field at `index` to a count; `DamagedLine` if there is none, or too small."""
     if index >= len(fields):
         raise DamagedLine(f"{len(fields)} fields, the line ends before the number of {what}")
     field = fields[index]
@@ -148,6 +205,12 @@ def count(fields: Sequence[str], index: int, what: str, at_least: int) -> int:
             f"the number of {what} is {_quoted(field)}, expected an integer ≥ {at_least}"
         )
     return int(field)
+
+
+def expect_near(x: float, y: float, what: str) -> None:
+    """Raise `DamagedLine` for a place beyond `FARTHEST`."""
+    if max(abs(x), abs(y)) > FARTHEST:
+        raise DamagedLine(f"{what} is ({x:g}, {y:g}), expected to lie within {FARTHEST:g} m")
 
 
 def expect_fields(fields: Sequence[str], expected: int, what: str) -> None:
@@ -161,7 +224,12 @@ def _is_number(field: str) -> bool:
         float(field)
     except ValueError:
         return False
-    return is_spelled(field)
+    return _is_plain(field)
+
+
+def _is_plain(text: str) -> bool:
+    """Tell ASCII digits from others that Python takes for numbers: foreign ones, and 1_000."""
+    return text.isascii() and "_" not in text
 
 
 def _quoted(field: str) -> str:

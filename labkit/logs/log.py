@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from itertools import islice
 
 import numpy as np
 
@@ -15,16 +13,16 @@ from labkit.scan import Scan
 
 @dataclass(frozen=True, kw_only=True)
 class SkippedLine:
-    """A line of a log that could not be used: where it stands and what is wrong with it.
+    """A damaged line that was left out.
 
     Attributes
     ----------
     file : str
         The file as the caller named it.
     line : int
-        Its line number from 1; in a ROS bag, the number of the message.
+        Line number from 1; in a ROS bag, the number of the message.
     reason : str
-        What was found and what was expected.
+        The text found and the text expected.
     """
 
     file: str
@@ -36,81 +34,6 @@ class SkippedLine:
         return f"{self.file}:{self.line}: {self.reason}"
 
 
-class ScanStream:
-    """Scans that are read from their file whenever they are gone through, never all at once.
-
-    Parameters
-    ----------
-    count : int
-        How many there are.
-    read : callable
-        Opens the file and yields them in the order of the file.
-    """
-
-    def __init__(self, count: int, read: Callable[[], Iterator[Scan]]) -> None:
-        self._count = count
-        self._read = read
-
-    def __len__(self) -> int:
-        """How many scans there are."""
-        return self._count
-
-    def __iter__(self) -> Iterator[Scan]:
-        """Read the file again, from its beginning."""
-        return self._read()
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class LogStream:
-    """A log whose scans stay in the file: the poses and times of all, the scans one by one.
-
-    Attributes
-    ----------
-    scans : ScanStream, length K
-        What the scanner saw, each in its own frame; each loop over them reads the file anew.
-    stamps : ndarray, shape (K,)
-        The times of the scans [s]; NaN where the file has none.
-    odometry, reference, name, format, skipped, remarks
-        As in `Log`.
-    """
-
-    scans: ScanStream
-    stamps: FloatArray
-    odometry: FloatArray | None = None
-    reference: FloatArray | None = None
-    name: str
-    format: str
-    skipped: tuple[SkippedLine, ...] = ()
-    remarks: tuple[str, ...] = ()
-
-    def __len__(self) -> int:
-        """How many scans the log has."""
-        return len(self.scans)
-
-    def head(self, count: int) -> LogStream:
-        """The first scans, and the poses and times that belong to them."""
-        scans = self.scans
-        return replace(
-            self,
-            scans=ScanStream(min(count, len(scans)), lambda: islice(scans, count)),
-            stamps=self.stamps[:count],
-            odometry=None if self.odometry is None else self.odometry[:count],
-            reference=None if self.reference is None else self.reference[:count],
-        )
-
-    def load(self) -> Log:
-        """Read all scans into memory."""
-        return Log(
-            scans=tuple(self.scans),
-            odometry=self.odometry,
-            reference=self.reference,
-            name=self.name,
-            format=self.format,
-            skipped=self.skipped,
-            remarks=self.remarks,
-        )
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Log:
     """K scans in the order of the file, and the poses of the scanner at each of them.
@@ -118,21 +41,21 @@ class Log:
     Attributes
     ----------
     scans : tuple of Scan, length K
-        What the scanner saw, each in its own frame.
+        The scans, each in its own frame.
     odometry : ndarray, shape (K, 3), or None
-        The scanner's pose by raw wheel odometry, rows (x [m], y [m], θ [rad]) with θ in
-        (−π, π]; None where the file has none.
+        Poses of the scanner by raw wheel odometry, rows (x [m], y [m], θ [rad]) with θ in
+        (−π, π]; None if the file has none.
     reference : ndarray, shape (K, 3), or None
-        The scanner's pose by somebody's better estimate (an optimised pose graph, a
-        corrected log), rows as above; None where the file has none.
+        Poses of the scanner by a better estimate (an optimised pose graph, a corrected
+        log), rows as above; None if the file has none.
     name : str
-        The run's name: the file's, without its suffixes.
+        Name of the run: the file's, without its suffixes.
     format : str
-        ``"carmen"``, ``"g2o"``, ``"ros"`` or ``"points"``.
+        ``"carmen"``, ``"g2o"``, ``"ros"``, ``"points"`` or ``"ranges"``.
     skipped : tuple of SkippedLine
         The damaged lines that were left out.
     remarks : tuple of str
-        What is odd but no damage: codes taken for "no return", stamps that run backwards,
+        Oddities that are no damage: codes taken for "no return", stamps that run backwards,
         an odometry that falls silent, places beyond 100 km, numbers that look like millimetres.
 
     Raises
@@ -159,8 +82,15 @@ class Log:
                 )
 
     def __len__(self) -> int:
-        """How many scans the log has."""
+        """Number of scans."""
         return len(self.scans)
+
+    def __repr__(self) -> str:
+        """One line: name, format, number of scans, and which poses there are."""
+        poses = [name for name in ("odometry", "reference") if getattr(self, name) is not None]
+        return (
+            f"Log({self.name}: {len(self)} scans, {self.format}, {', '.join(poses) or 'no poses'})"
+        )
 
     def head(self, count: int) -> Log:
         """The first scans, and the poses that belong to them."""
@@ -173,5 +103,5 @@ class Log:
 
     @property
     def stamps(self) -> FloatArray:
-        """The times of the scans [s], shape (K,); NaN where the file has none."""
+        """Times of the scans [s], shape (K,); NaN where the file has none."""
         return np.array([scan.stamp for scan in self.scans], dtype=np.float64)

@@ -3,34 +3,36 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
+from itertools import chain, islice
 from pathlib import Path
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, check_range
-from labkit.errors import LogError
-from labkit.logs.carmen import CARMEN_WORDS, read_carmen
-from labkit.logs.g2o import G2O_WORDS, read_g2o
+from labkit.arrays import FloatArray, as_floats
+from labkit.errors import InvalidParameterError, LogError
 from labkit.logs.killian import KILLIAN, killian_archive
-from labkit.logs.laser_scans import LaserScans
-from labkit.logs.lines import DamageReport
-from labkit.logs.log import Log, LogStream
-from labkit.logs.no_return import ScanSettings, as_codes
-from labkit.logs.points import is_points, parse_points
-from labkit.logs.poses import as_offset
+from labkit.logs.laser_lines import CARMEN_WORDS, G2O_WORDS, read_laser_lines, scanner_trajectories
+from labkit.logs.lines import MAX_BYTES, DamageReport, read_lines
+from labkit.logs.log import Log
+from labkit.logs.points import read_points_table, read_ranges_table, table_kind
 from labkit.logs.rosbag import is_bag, read_bag
-from labkit.logs.source import Progress, ReadLimits, TextSource
+from labkit.logs.sweeps import Sweep, make_scans
+from labkit.scan import Scan
 
 FORMATS = (
-    "CARMEN text (FLASER, ROBOTLASER1), g2o with ROBOTLASER1, ROS 1 and ROS 2 bags, "
-    "points as rows `x,y` or `scan,x,y`"
+    "CARMEN text (FLASER, ROBOTLASER1), g2o with ROBOTLASER1, ROS 1 and ROS 2 bags, points as "
+    "rows `x,y` or `scan,x,y`, and ranges, one scan a row; for others `Scan.from_ranges` makes "
+    "scans of arrays"
 )
-HEAD = 1000
-"""So many lines tell the format of a file, where they are not all of another's words."""
-
-STREAMED = ReadLimits(max_bytes=64 << 30)
-"""A stream needs no memory for what it reads, only time."""
-
+HEAD = 1000  # lines that tell the format
+EXPECTED = {
+    "carmen": "FLASER or ROBOTLASER1 lines",
+    "g2o": "a ROBOTLASER1 line below each VERTEX_SE2",
+    "points": "rows `x,y` or `scan,x,y`",
+    "ranges": "rows of ranges",
+}
 SUFFIXES = frozenset({".gz", ".zip", ".log", ".clf", ".g2o", ".csv", ".txt", ".bag"})
 
 
@@ -41,15 +43,15 @@ def read_log(
     range_max: float | None = None,
     no_return: ArrayLike | None = None,
     laser_offset: ArrayLike = (0.0, 0.0, 0.0),
+    angles: ArrayLike | None = None,
     topic: str | None = None,
     odometry_topic: str | None = None,
-    limits: ReadLimits | None = None,
-    progress: Progress | None = None,
+    max_bytes: int = MAX_BYTES,
 ) -> Log:
     r"""Read a log of 2D laser scans in any format that labkit knows.
 
-    The formats are CARMEN text, g2o with ``ROBOTLASER1`` lines and tables of points (each
-    plain, in gzip or in zip), and ROS 1 and ROS 2 bags.
+    The formats are CARMEN text, g2o with ``ROBOTLASER1`` lines, tables of points and of ranges
+    (each plain, in gzip or in zip), and ROS 1 and ROS 2 bags.
 
     Parameters
     ----------
@@ -60,41 +62,37 @@ def read_log(
         Raise at the first damaged line instead of skipping it into `Log.skipped`.
     range_max : float, optional
         Beams at or beyond it [m] make no point, whatever the log declares. By default the
-        declared maximum counts, and what `no_return` says.
+        declared maximum counts, and `no_return`.
     no_return : array_like, optional
         Ranges [m] that mean "nothing came back" though they lie below the maximum, to 1.5 mm;
-        ``()`` for none. By default they are told by how the log's ranges are spread: a value
+        ``()`` for none. By default they are found by the spread of the log's ranges: a value
         that repeats at the top of the range where a wall would be spread. `Log.remarks` says
         which were found. A `range_max` takes the place of these.
     laser_offset : array_like, shape (3,)
-        The scanner's place on the robot, ``T_robot_laser`` as (x [m], y [m], θ [rad]), for
+        Pose of the scanner on the robot, ``T_robot_laser`` as (x [m], y [m], θ [rad]), for
         a log that does not declare it itself: ``T_w_laser = T_w_robot @ T_robot_laser``.
+    angles : array_like, shape (2,), optional
+        Directions [rad] of the first and the last beam; needed for a table of ranges, and
+        used for nothing else.
     topic, odometry_topic : str, optional
-        In a bag: the topic of the scans and of the odometry, where there are several. No
-        other log has topics, and is refused if one is given.
-    limits : ReadLimits, optional
-        How long a text file and its lines may be, unpacked (512 MiB and 4 MiB).
-    progress : callable, optional
-        Called with the bytes read and the bytes of the file, as a text log is read.
+        In a bag: the topic of the scans and of the odometry, where there are several.
+    max_bytes : int
+        Largest text file, unpacked.
 
     Returns
     -------
     Log
-        `odometry` and `reference` are poses of the *scanner*. In a CARMEN log the odometry
-        is the laser's triple of each line, with `laser_offset` where laser and robot
-        coincide; where the laser's triple drifts away from the robot's, it is a corrected
-        pose: then it is the reference, and the robot's triple the odometry. In a g2o graph
-        the vertices are the reference. A line whose poses contradict almost all others
-        (at least 98 %) is damaged.
+        `odometry` and `reference` are poses of the *scanner*; in a g2o graph the vertices are
+        the reference, in a CARMEN log whose laser poses were corrected these are.
 
     Raises
     ------
     LogError
-        If there is nothing to read at `path`, its format is not known, it holds no scan or
-        more than its limits allow, it does not have the topic, or (under `strict`) a line is
-        damaged; the message names file and line.
+        If there is nothing to read at `path`, its format is not known, it holds no scan, it
+        does not have the topic, or (under `strict`) a line is damaged; the message names file
+        and line.
     InvalidParameterError
-        If `range_max`, `no_return` or `laser_offset` makes no sense.
+        If `range_max`, `no_return`, `laser_offset` or `angles` makes no sense.
 
     Examples
     --------
@@ -106,141 +104,52 @@ def read_log(
     >>> log.format, len(log), log.scans[0].points.tolist(), log.skipped[0].line
     ('points', 1, [[1.0, 0.0], [0.0, 1.0]], 4)
     """
-    door = _Door(path, strict=strict, limits=limits or ReadLimits(), progress=progress)
-    return door.read(
-        _settings(range_max, no_return, keep=True),
-        laser_offset=as_offset(laser_offset),
-        topic=topic,
-        odometry_topic=odometry_topic,
-    ).load()
-
-
-def stream_log(
-    path: str | os.PathLike[str],
-    *,
-    strict: bool = False,
-    range_max: float | None = None,
-    no_return: ArrayLike | None = None,
-    laser_offset: ArrayLike = (0.0, 0.0, 0.0),
-    topic: str | None = None,
-    odometry_topic: str | None = None,
-    limits: ReadLimits = STREAMED,
-    progress: Progress | None = None,
-) -> LogStream:
-    r"""Open a log of any length: its poses now, its scans one by one, at constant memory.
-
-    The file is read once for what only all of it can tell: format, poses, mounting, codes for
-    no return. That takes 80 bytes a scan. Each loop over `LogStream.scans` reads it again.
-
-    Parameters, errors and what is read are those of `read_log`, but the file may hold 64 GiB.
-
-    Returns
-    -------
-    LogStream
-        With the same scans, poses, skipped lines and remarks as `read_log` gives.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> with TemporaryDirectory() as folder:
-    ...     table = Path(folder) / "corners.csv"
-    ...     _ = table.write_text("scan,x,y\n0,1.0,0.0\n1,0.9,0.0\n1,0.8,0.5\n")
-    ...     log = stream_log(table)
-    ...     len(log), [len(scan) for scan in log.scans]
-    (2, [1, 2])
-    """
-    door = _Door(path, strict=strict, limits=limits, progress=progress)
-    return door.read(
-        _settings(range_max, no_return, keep=False),
-        laser_offset=as_offset(laser_offset),
-        topic=topic,
-        odometry_topic=odometry_topic,
-    )
-
-
-def _settings(range_max: float | None, no_return: ArrayLike | None, *, keep: bool) -> ScanSettings:
-    if range_max is not None:
-        check_range(range_max, "range_max", above=0.0, unit="m")
-    codes = None if no_return is None else as_codes(no_return)
-    return ScanSettings(range_max=range_max, no_return=codes, keep=keep)
-
-
-class _Door:
-    """One file, before its format is known."""
-
-    def __init__(
-        self,
-        path: str | os.PathLike[str],
-        *,
-        strict: bool,
-        limits: ReadLimits,
-        progress: Progress | None,
-    ) -> None:
-        self.path = killian_archive() if path == KILLIAN else Path(path)
-        self.report = DamageReport(os.fspath(self.path), strict=strict)
-        self.limits = limits
-        self.progress = progress
-
-    def read(
-        self,
-        settings: ScanSettings,
-        *,
-        laser_offset: FloatArray,
-        topic: str | None,
-        odometry_topic: str | None,
-    ) -> LogStream:
-        """Tell the format and read it."""
-        report, name = self.report, _run_name(self.path)
-        if is_bag(self.path):
-            return read_bag(
-                self.path,
-                report,
-                settings,
-                name=name,
-                laser_offset=laser_offset,
-                topic=topic,
-                odometry_topic=odometry_topic,
-            )
-        source = TextSource(self.path, self.limits, self.progress)
-        _refuse_topics(report.file, topic=topic, odometry_topic=odometry_topic)
-        if report.strict:
-            source.verify(report)
-        format = _format(source)
-        if format == "points":
-            return parse_points(source, report, name=name, keep=settings.keep)
-        reader = read_g2o if format == "g2o" else read_carmen
-        return reader(source, report, LaserScans(settings), name=name, laser_offset=laser_offset)
-
-
-def _format(source: TextSource) -> str:
-    """The format by the first words of the lines, or by rows of points; else a `LogError`."""
-    head: list[str] = []
-    carmen_since = 0
-    for number, text in source.lines():
-        if len(head) < HEAD:
-            head.append(text)
-        words = text.split(maxsplit=1)[:1]
-        if words and words[0] in G2O_WORDS:
-            return "g2o"
-        if not carmen_since and words and words[0] in CARMEN_WORDS:
-            carmen_since = number
-        if carmen_since and number - carmen_since > HEAD:
-            return "carmen"
-        if not carmen_since and number > HEAD and is_points(head):
-            return "points"
-    if carmen_since:
-        return "carmen"
-    if is_points(head):
-        return "points"
-    if not head:
-        raise LogError(
-            f"{source.file}: no line of up to {source.limits.max_line_bytes:,} bytes; if it is "
-            f"what you expect, raise `max_line_bytes`"
+    offset = _numbers(laser_offset, "laser_offset", 3, "x, y, θ")
+    beams = None if angles is None else _numbers(angles, "angles", 2, "first and last [rad]")
+    file = killian_archive() if path == KILLIAN else Path(path)
+    report = DamageReport(os.fspath(file), strict=strict)
+    scans: tuple[Scan, ...] = ()
+    sweeps: Sequence[Sweep] = ()
+    odometry = reference = None
+    if is_bag(file):
+        format = "ros"
+        sweeps, odometry = read_bag(
+            file, report, laser_offset=offset, topic=topic, odometry_topic=odometry_topic
         )
-    binary = any(not line.replace("\t", " ").isprintable() for line in head[:5])
-    found = "binary data" if binary else f"{head[0][:40]!r}"
-    raise LogError(
-        f"{source.file}: unknown format, the file begins with {found}; labkit reads {FORMATS}"
+    else:
+        for name, wanted in (("topic", topic), ("odometry_topic", odometry_topic)):
+            if wanted is not None:
+                raise LogError(
+                    f"{file}: `{name}` is {wanted!r}, but the file is no ROS bag; leave it out"
+                )
+        lines = read_lines(report, max_bytes)
+        head = list(islice(lines, HEAD))
+        lines = chain(head, lines)
+        format = _format([text for _, text in head], report.file)
+        if format == "points":
+            scans = read_points_table(lines, report)
+        elif format == "ranges":
+            sweeps = list(read_ranges_table(lines, report, beams))
+        else:
+            sweeps = list(read_laser_lines(lines, report, graph=format == "g2o"))
+    if format in ("carmen", "g2o") and sweeps:
+        odometry, reference = scanner_trajectories(sweeps, offset, report)
+    if sweeps:
+        sick = format == "carmen" and any(np.isinf(sweep.range_max) for sweep in sweeps)
+        scans = make_scans(sweeps, report, range_max=range_max, no_return=no_return, sick=sick)
+    if not scans:
+        expected = EXPECTED.get(format, "scans")
+        raise LogError(
+            f"{report.file}: a {format} log without any scan, expected {expected}{report.summary()}"
+        )
+    return Log(
+        scans=scans,
+        odometry=odometry,
+        reference=reference,
+        name=_run_name(file),
+        format=format,
+        skipped=tuple(report.skipped),
+        remarks=tuple(report.remarks),
     )
 
 
@@ -249,22 +158,31 @@ def read_killian() -> Log:
 
     3,873 scans of 180 beams (−90° … +89°, up to 50 m) over 1.9 km, with the vertices of an
     optimised pose graph as `Log.reference`. It holds no raw odometry.
-
-    Raises
-    ------
-    LogError
-        If the package rtb-data is not installed: ``pip install "labkit[killian]"``.
     """
     return read_log(KILLIAN)
 
 
-def _refuse_topics(file: str, **topics: str | None) -> None:
-    for parameter, wanted in topics.items():
-        if wanted is not None:
-            raise LogError(
-                f"{file}: `{parameter}` is {wanted!r}, but the file is no ROS bag and has no "
-                f"topics; leave it out"
-            )
+def _format(head: Sequence[str], file: str) -> str:
+    """The format by the first words of the first lines; `LogError` if none is known."""
+    words = {word for text in head for word in text[:16].split(maxsplit=1)[:1]}
+    if words & G2O_WORDS:
+        return "g2o"
+    if words & CARMEN_WORDS:
+        return "carmen"
+    if kind := table_kind(head):
+        return kind
+    binary = any(not line.replace("\t", " ").isprintable() for line in head[:5])
+    found = "binary data" if binary else repr("".join(head[:1])[:40])
+    raise LogError(f"{file}: unknown format, the file begins with {found}; labkit reads {FORMATS}")
+
+
+def _numbers(values: ArrayLike, name: str, count: int, what: str) -> FloatArray:
+    checked = as_floats(values, name, hint=f"give {what}")
+    if checked.shape != (count,) or not np.isfinite(checked).all():
+        raise InvalidParameterError(
+            f"must be {count} finite numbers, {what}, got {values!r}", parameter=name
+        )
+    return checked
 
 
 def _run_name(source: Path) -> str:

@@ -6,10 +6,8 @@ The package `rosbags` reads the bag; it is optional and imported only when a bag
 from __future__ import annotations
 
 import math
-from array import array
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,44 +16,27 @@ import numpy as np
 from labkit.arrays import FARTHEST, FloatArray
 from labkit.errors import LogError
 from labkit.extras import need
+from labkit.logs.interpolation import MAX_EXTRAPOLATION, interpolate_poses, seconds_outside
 from labkit.logs.laser_lines import beam_angles
 from labkit.logs.lines import DamagedLine, DamageReport, shorten
-from labkit.logs.log import LogStream, ScanStream
-from labkit.logs.no_return import Beams, RangeCounts, ScanSettings, declared_maximum, settle
-from labkit.logs.poses import move_to_scanner
-from labkit.logs.remarks import tell_places, tell_silence, tell_stamps
-from labkit.scan import Scan
-from labkit.se2 import wrap
+from labkit.logs.no_return import declared_maximum
+from labkit.logs.sweeps import Sweep, remark_far
+from labkit.scan import scanner_poses
 
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
 ODOMETRY = "nav_msgs/msg/Odometry"
-
 ROS1_MAGIC = b"#ROSBAG V"
 ROS2_MAGICS = (b"SQLite format 3\0", b"\x89MCAP0\r\n")
+UNIT = 1e-3  # a quaternion's length differs from 1 by its digits, no more
+MOST_TILTED = 15.0  # [degrees]; a robot that leans further does not drive, or it is damage
+LARGEST_METADATA = 1 << 23  # bytes of a metadata.yaml: reading more takes minutes
+SILENCE = 1.0  # [s]: between two messages farther apart nobody knows the way
 
-UNIT = 1e-3
-"""The length of a quaternion differs from 1 by no more than its digits."""
-
-MOST_TILTED = 15.0
-"""A robot that leans further [degrees] does not drive, or its odometry is damaged."""
-
-LARGEST_METADATA = 1 << 23
-"""Bytes of a metadata.yaml: reading more takes minutes."""
-
-MAX_EXTRAPOLATION = 0.1
-"""How long the odometry is held before its first and after its last message [s]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class OpenBag:
-    """An open bag of either kind: its reader, and how its messages are decoded."""
-
-    reader: Any
-    decode: Callable[[bytes, str], Any]
+Bag = tuple[Any, Callable[[bytes, str], Any]]  # the reader, and the decoder of its messages
 
 
 def is_bag(path: Path) -> bool:
-    """Whether a file begins like a bag, or a directory holds a ROS 2 bag's metadata."""
+    """Recognise a bag by its first bytes, a ROS 2 directory by its metadata."""
     try:
         if path.is_dir():
             return (path / "metadata.yaml").is_file()
@@ -67,73 +48,42 @@ def is_bag(path: Path) -> bool:
 def read_bag(
     path: Path,
     report: DamageReport,
-    settings: ScanSettings,
     *,
-    name: str,
     laser_offset: FloatArray,
     topic: str | None,
     odometry_topic: str | None,
-) -> LogStream:
-    """Read a bag; see `labkit.logs.read_log` for the parameters.
+) -> tuple[list[Sweep], FloatArray | None]:
+    """Read the sweeps of a bag, and the scanner's odometry (K, 3) at their times.
 
-    The odometry is interpolated at the time of each scan: x and y linearly, θ along the
-    shorter arc, between the two messages around it. A scan that lies more than 0.1 s
-    outside the odometry has no pose, and is skipped.
+    A scan that lies more than 0.1 s outside the odometry has no pose, and is skipped.
     """
-    counts = RangeCounts()
-    kept: dict[int, Beams] = {}
-    times: dict[int, float] = {}
-    track: FloatArray | None = None
     with _open(path, report.file) as bag:
-        topics = _topics(bag, LASER_SCAN)
+        topics, wheels = _topics(bag, LASER_SCAN), _topics(bag, ODOMETRY)
         if not topics:
             raise LogError(f"{report.file}: a bag without any scan, expected {LASER_SCAN} messages")
         chosen = _choose(topics, topic, "topic", report.file)
-        odometry_topics = _topics(bag, ODOMETRY)
-        if odometry_topics or odometry_topic is not None:
-            wheels = _choose(odometry_topics, odometry_topic, "odometry_topic", report.file)
-        for number, beams in _sweeps(bag, chosen, report):
-            counts.add(beams)
-            times[number] = beams.stamp
-            if settings.keep:
-                kept[number] = beams
-        if odometry_topics:
-            track = _track(bag, wheels, report)
-    numbers = [n for n, t in times.items() if track is None or _is_covered(n, t, track, report)]
-    if not numbers:
+        if not wheels and odometry_topic is None:
+            return list(_sweeps(bag, chosen, report)), None
+        wheel = _choose(wheels, odometry_topic, "odometry_topic", report.file)
+        sweeps = list(_sweeps(bag, chosen, report))
+        track = _track(bag, wheel, report)
+    gaps = seconds_outside(np.array([sweep.stamp for sweep in sweeps]), track[:, 0])
+    for sweep, gap in zip(sweeps, gaps, strict=True):
+        if gap > MAX_EXTRAPOLATION:
+            outside = f"a scan {gap:.3f} s outside the odometry"
+            report.skip(sweep.line, f"{outside}, expected at most {MAX_EXTRAPOLATION:g} s")
+    kept = [sweep for sweep, gap in zip(sweeps, gaps, strict=True) if gap <= MAX_EXTRAPOLATION]
+    if not kept:
         raise LogError(f"{report.file}: no usable scan in the bag{report.summary()}")
-    stamps = np.array([times[number] for number in numbers])
-    odometry = None
-    if track is not None:
-        odometry = move_to_scanner(_interpolate(track, stamps), laser_offset)
-        tell_silence(report, track[:, 0], stamps)
-        tell_places(report, odometry, np.array(numbers), "the robot's pose")
-    tell_stamps(report, stamps, np.array(numbers))
-    no_returns = settle(counts, settings, report, sick=False)
-
-    def scans() -> Iterator[Scan]:
-        if kept:
-            yield from (no_returns.scan(kept[number]) for number in numbers)
-            return
-        wanted = set(numbers)
-        with _open(path, report.file) as again:
-            for number, beams in _sweeps(again, chosen, None):
-                if number in wanted:
-                    yield no_returns.scan(beams)
-
-    return LogStream(
-        scans=ScanStream(len(numbers), scans),
-        stamps=stamps,
-        odometry=odometry,
-        name=name,
-        format="ros",
-        skipped=report.skipped,
-        remarks=report.remarks,
-    )
+    stamps = np.array([sweep.stamp for sweep in kept])
+    _remark_silence(track[:, 0], stamps, report)
+    odometry = scanner_poses(interpolate_poses(stamps, track[:, 0], track[:, 1:]), laser_offset)
+    remark_far(odometry, [sweep.line for sweep in kept], "the robot's pose", report)
+    return kept, odometry
 
 
 @contextmanager
-def _open(path: Path, file: str) -> Iterator[OpenBag]:
+def _open(path: Path, file: str) -> Iterator[Bag]:
     need("rosbags", purpose=f"{file}: reading a ROS bag", extra="ros")
     from rosbags import rosbag1, rosbag2  # noqa: PLC0415
     from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
@@ -153,7 +103,7 @@ def _open(path: Path, file: str) -> Iterator[OpenBag]:
         reason = shorten(str(error)) or type(error).__name__
         raise LogError(f"{file}: the bag cannot be opened: {reason}") from error
     try:
-        yield OpenBag(reader=opened, decode=decode)
+        yield opened, decode
     finally:
         opened.close()
 
@@ -165,9 +115,9 @@ def _first_bytes(path: Path) -> bytes:
         return file.read(16)
 
 
-def _topics(bag: OpenBag, msgtype: str) -> list[str]:
-    """The topics of one type; in a damaged bag, those whose name is a text."""
-    topics = {c.topic for c in bag.reader.connections if c.msgtype == msgtype}
+def _topics(bag: Bag, msgtype: str) -> list[str]:
+    """Topics of one type; in a damaged bag, those whose name is a text."""
+    topics = {c.topic for c in bag[0].connections if c.msgtype == msgtype}
     return sorted(topic for topic in topics if isinstance(topic, str))
 
 
@@ -184,68 +134,65 @@ def _choose(topics: Sequence[str], wanted: str | None, parameter: str, file: str
 
 
 def _messages(
-    bag: OpenBag, topic: str, msgtype: str, report: DamageReport | None
+    bag: Bag, topic: str, msgtype: str, report: DamageReport
 ) -> Iterator[tuple[int, float, Any]]:
-    """Number, time of the header [s] (of the bag, where that is 0) and message of a topic."""
-    connections = [c for c in bag.reader.connections if (c.topic, c.msgtype) == (topic, msgtype)]
-    stream = bag.reader.messages(connections=connections)
+    """Number, time of the header [s] (of the bag, if that is 0) and message of a topic."""
+    reader, decode = bag
+    connections = [c for c in reader.connections if (c.topic, c.msgtype) == (topic, msgtype)]
+    stream = reader.messages(connections=connections)
     number = 0
     while True:
         number += 1
         try:
             _, nanoseconds, raw = next(stream)
-            message = bag.decode(raw, msgtype)
+            message = decode(raw, msgtype)
             header = message.header.stamp
             stamp = header.sec + 1e-9 * header.nanosec or 1e-9 * nanoseconds
         except StopIteration:
             return
         except Exception as error:  # rosbags again: the stream cannot go on behind it
-            if report is not None:
-                reason = str(error) or type(error).__name__
-                report.skip(number, f"the bag breaks off at this {msgtype} message: {reason}")
+            reason = str(error) or type(error).__name__
+            report.skip(number, f"the bag breaks off at this {msgtype} message: {reason}")
             return
         yield number, stamp, message
 
 
-def _sweeps(bag: OpenBag, topic: str, report: DamageReport | None) -> Iterator[tuple[int, Beams]]:
-    """Number and sweep of each good scan message, counter-clockwise from `angle_min`."""
+def _sweeps(bag: Bag, topic: str, report: DamageReport) -> Iterator[Sweep]:
+    """Yield the good scan messages, counter-clockwise from `angle_min`."""
     for number, stamp, message in _messages(bag, topic, LASER_SCAN, report):
         start, step = float(message.angle_min), float(message.angle_increment)
         if not (math.isfinite(start) and math.isfinite(step)):
-            if report is not None:
-                report.skip(
-                    number, f"a damaged {LASER_SCAN} message: beams from {start:g} by {step:g} rad"
-                )
+            report.skip(
+                number, f"a damaged {LASER_SCAN} message: beams from {start:g} by {step:g} rad"
+            )
             continue
         with np.errstate(invalid="ignore", over="ignore"):  # what is not finite makes no point
             ranges = np.asarray(message.ranges, dtype=np.float64)
-        beams = Beams(
+        yield Sweep(
+            line=number,
             ranges=ranges,
             angles=beam_angles(start, step, len(ranges)),
             stamp=stamp,
             range_min=float(message.range_min),
             range_max=declared_maximum(float(message.range_max)),
         )
-        yield number, beams
 
 
-def _track(bag: OpenBag, topic: str, report: DamageReport) -> FloatArray:
-    """The odometry messages as rows (t, x, y, θ) in the order of time, the usable ones only."""
-    rows = array("d")
+def _track(bag: Bag, topic: str, report: DamageReport) -> FloatArray:
+    """The usable odometry messages as rows (t, x, y, θ) in the order of time."""
+    rows = []
     for number, stamp, message in _messages(bag, topic, ODOMETRY, report):
         try:
-            rows.extend((stamp, *_planar_pose(message.pose.pose)))
+            rows.append((stamp, *_planar_pose(message.pose.pose)))
         except DamagedLine as damage:
             report.skip(number, f"a damaged {ODOMETRY} message: {damage}")
     if not rows:
         raise LogError(f"{report.file}: no usable {ODOMETRY} message on {topic}{report.summary()}")
-    track = np.array(rows).reshape(-1, 4)
-    ordered: FloatArray = track[np.argsort(track[:, 0], kind="stable")]
-    return ordered
+    return np.array(sorted(rows, key=lambda row: row[0]))
 
 
 def _planar_pose(pose: Any) -> tuple[float, float, float]:
-    """The pose (x, y, θ) of a robot that stands on the floor, or `DamagedLine`."""
+    """Pose (x, y, θ) of a robot on the floor; `DamagedLine` if it is none."""
     x, y, q = pose.position.x, pose.position.y, pose.orientation
     if not (abs(x) <= FARTHEST and abs(y) <= FARTHEST):
         raise DamagedLine(f"its pose is not within {FARTHEST:g} m")
@@ -260,15 +207,15 @@ def _planar_pose(pose: Any) -> tuple[float, float, float]:
     return x, y, math.atan2(sine, cosine)
 
 
-def _is_covered(number: int, stamp: float, track: FloatArray, report: DamageReport) -> bool:
-    gap = max(track[0, 0] - stamp, stamp - track[-1, 0])
-    if gap <= MAX_EXTRAPOLATION:
-        return True
-    report.skip(number, f"a scan {gap:.3f} s outside the odometry, expected at most 0.1 s")
-    return False
-
-
-def _interpolate(track: FloatArray, stamps: FloatArray) -> FloatArray:
-    times, theta = track[:, 0], np.unwrap(track[:, 3])
-    x, y = (np.interp(stamps, times, track[:, axis]) for axis in (1, 2))
-    return np.column_stack([x, y, wrap(np.interp(stamps, times, theta))])
+def _remark_silence(times: FloatArray, stamps: FloatArray, report: DamageReport) -> None:
+    """Note gaps of the odometry so long that its poses are only interpolated."""
+    gaps = np.diff(times)
+    long = np.flatnonzero(gaps > max(SILENCE, 10.0 * float(np.median(gaps)) if len(gaps) else 0.0))
+    if len(long):
+        k = long[np.argmax(gaps[long])]
+        before = np.searchsorted(times, stamps, side="right") - 1
+        inside = np.count_nonzero(np.isin(before, long) & (stamps != times[before]))
+        report.remark(
+            f"the odometry is silent {len(long)} times, for {gaps[k]:.1f} s at the longest, "
+            f"from {times[k]:.10g} s on; the poses of {inside} scans in it are interpolated"
+        )

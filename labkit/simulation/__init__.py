@@ -2,7 +2,10 @@
 
 There are two ways to make a scan. `lesson_experiment` repeats the lesson's own point sampler,
 number for number. `cast` and `scan_along` look into a world of walls as a real scanner
-does: beam by beam, and the nearest wall hides what is behind it.
+does: beam by beam, and the nearest wall hides those behind it.
+
+Arguments out of range raise `InvalidParameterError`, arrays of another shape or not finite
+`InvalidPointsError`; the message carries the value received.
 """
 
 from labkit.simulation.lesson import (
@@ -14,7 +17,7 @@ from labkit.simulation.lesson import (
 from labkit.simulation.lidar import Lidar, cast, scan_along
 from labkit.simulation.wheels import WheelNoise, wheel_increments
 from labkit.simulation.world import MovingObject, World
-from labkit.simulation.worlds import corner, corridor, crowd, room, room_with_door, two_rooms
+from labkit.simulation.worlds import corner, corridor, crowd, room, two_rooms
 
 __all__ = [
     "LessonExperiment",
@@ -29,7 +32,6 @@ __all__ = [
     "lesson_experiment",
     "lesson_world",
     "room",
-    "room_with_door",
     "sample_scan",
     "scan_along",
     "two_rooms",

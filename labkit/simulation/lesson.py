@@ -77,11 +77,6 @@ def lesson_world(count: int, rng: np.random.Generator | int) -> FloatArray:
     -------
     ndarray, shape (N, 2)
         World points in metres; N is `count` where 4 divides it.
-
-    Raises
-    ------
-    InvalidParameterError
-        For a `count` that is not a whole number of at least 4.
     """
     check_count(count, "count", at_least=4)
     rng = np.random.default_rng(rng)
@@ -109,7 +104,7 @@ def sample_scan(
     world : array_like, shape (N, 2)
         World points in metres.
     T_world_scanner : array_like, shape (3, 3)
-        Where the scanner stands.
+        Pose of the scanner.
     rng : numpy.random.Generator or int
         A generator, or the seed of one.
     noise_std : float
@@ -124,11 +119,6 @@ def sample_scan(
     Scan
         Bare points in the order of `world`; one spurious return for every forty points,
         at least five, comes after them.
-
-    Raises
-    ------
-    InvalidPointsError, InvalidParameterError
-        For points, a transform or a parameter that cannot be meant.
     """
     points = as_points(world, "world")
     T = as_transform(T_world_scanner, "T_world_scanner")

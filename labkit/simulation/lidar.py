@@ -35,22 +35,18 @@ class Lidar:
     Attributes
     ----------
     beam_count : int
-        How many beams a sweep has.
+        Number of beams of a sweep.
     field_of_view : float
         Angle in radians in (0, 2π] from the first beam to the last, half of it to either
         side of straight ahead. At 2π the last beam stops one step short of the first.
     range_min, range_max : float
-        Metres. A measurement that is not strictly between them is a no-return, and what
-        is nearer than `range_min` still hides what lies behind it.
+        Metres. A measurement that is not strictly between them is a no-return; an object
+        nearer than `range_min` still hides those behind it.
     noise_std : float
         Standard deviation in metres of the Gaussian noise along the beam.
     dropout_ratio : float
         The fraction in [0, 1] of beams that never come back.
 
-    Raises
-    ------
-    InvalidParameterError
-        For a value outside its range; the message carries it.
 
     Examples
     --------
@@ -100,11 +96,11 @@ def cast(
     Parameters
     ----------
     world : World
-        What there is to see.
+        Walls and moving objects.
     T_world_scanner : array_like, shape (3, 3)
-        Where the scanner stands.
+        Pose of the scanner.
     lidar : Lidar
-        Its properties.
+        Properties of the scanner.
     rng : numpy.random.Generator or int
         A generator, or the seed of one. How much is drawn from it depends only on the
         number of beams, never on the world.
@@ -116,12 +112,6 @@ def cast(
     Scan
         With all beams' `ranges` (infinity for a no-return) and `angles`.
 
-    Raises
-    ------
-    InvalidPointsError
-        For a pose that is no rigid transform.
-    InvalidParameterError
-        For a stamp that is not finite.
 
     Examples
     --------
@@ -151,11 +141,11 @@ def scan_along(
     Parameters
     ----------
     world : World
-        What there is to see.
+        Walls and moving objects.
     poses : array_like, shape (K, 3)
         Rows (x [m], y [m], θ [rad]) of the scanner in the world frame.
     lidar : Lidar
-        What it can do.
+        Properties of the scanner.
     rng : numpy.random.Generator or int
         A generator, or the seed of one.
     stamps : array_like, shape (K,), optional
@@ -165,11 +155,6 @@ def scan_along(
     -------
     list of Scan
         K scans, the oldest first.
-
-    Raises
-    ------
-    InvalidPointsError
-        For poses that are not finite rows of three, or another number of stamps.
     """
     checked = as_poses(poses, "poses")
     times = (
@@ -199,7 +184,7 @@ def first_hits(segments: FloatArray, T_world_scanner: FloatArray, angles: FloatA
     segments : ndarray, shape (M, 2, 2)
         End points in metres in the world frame.
     T_world_scanner : ndarray, shape (3, 3)
-        Where the scanner stands.
+        Pose of the scanner.
     angles : ndarray, shape (B,)
         Directions of the beams in the scanner's frame in radians.
 

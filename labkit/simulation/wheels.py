@@ -13,7 +13,7 @@ from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
 
 @dataclass(frozen=True, kw_only=True)
 class WheelNoise:
-    """How far wheels err, per metre travelled and per radian turned.
+    """Errors of wheels, per metre travelled and per radian turned.
 
     The defaults suit a differential drive on a hard floor. Every one is the standard
     deviation of the error of one step, over the length or the turn of that step.
@@ -28,11 +28,6 @@ class WheelNoise:
         Error of the heading from turning, radians per radian.
     drift : float
         Error of the heading from travelling, radians per metre.
-
-    Raises
-    ------
-    InvalidParameterError
-        For a negative value; the message carries it.
     """
 
     along: float = 0.05
@@ -69,7 +64,7 @@ def wheel_increments(
     poses : array_like, shape (K, 3)
         The true rows (x [m], y [m], θ [rad]), K ≥ 2.
     noise : WheelNoise
-        How far the wheels err.
+        Errors of the wheels.
     rng : numpy.random.Generator or int
         A generator, or the seed of one.
 
@@ -79,10 +74,6 @@ def wheel_increments(
         Row k is (Δx [m], Δy [m], Δθ [rad]) of pose k + 1 in the frame of pose k, with
         Δθ in (−π, π]: the prior for the scan k + 1 → scan k transform.
 
-    Raises
-    ------
-    InvalidPointsError
-        For fewer than two poses, or rows that are not three finite numbers.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""A world to look at: walls as line segments, and things that move between them."""
+"""A world for the scanner: walls as line segments, and objects that move between them."""
 
 from __future__ import annotations
 
@@ -22,11 +22,6 @@ class MovingObject:
         The end points in metres in the world frame, where they are at time 0.
     velocity : ndarray, shape (2,)
         Metres per second in the world frame.
-
-    Raises
-    ------
-    InvalidPointsError
-        For another shape, or a number that is not finite.
     """
 
     segments: FloatArray
@@ -55,12 +50,8 @@ class World:
     segments : ndarray, shape (M, 2, 2)
         The walls: M pairs of end points in metres in the world frame.
     moving : tuple of MovingObject
-        What moves; nothing by default.
+        Moving objects; none by default.
 
-    Raises
-    ------
-    InvalidPointsError
-        For segments of another shape, or not finite.
 
     Examples
     --------
@@ -76,7 +67,7 @@ class World:
         object.__setattr__(self, "segments", as_segments(self.segments, "segments"))
 
     def at(self, stamp: float) -> FloatArray:
-        """Everything there is to see at time `stamp` [s]: segments [m], shape (M, 2, 2)."""
+        """All segments [m] at time `stamp` [s], shape (M, 2, 2)."""
         if not math.isfinite(stamp):
             raise InvalidParameterError(
                 f"must be a finite time in s, got {stamp!r}", parameter="stamp"

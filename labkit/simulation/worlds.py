@@ -8,11 +8,9 @@ import numpy as np
 
 from labkit.arrays import FloatArray, check_count, check_range, is_number
 from labkit.errors import InvalidParameterError
-from labkit.se2 import rotation
 from labkit.simulation.world import MovingObject, World, circle, polyline
 
 WIDTH, DEPTH = 8.0, 6.0  # m, along x and along y
-DOOR_WIDTH = 0.9  # m
 
 
 def room(width: float = WIDTH, depth: float = DEPTH) -> World:
@@ -27,19 +25,20 @@ def room(width: float = WIDTH, depth: float = DEPTH) -> World:
     width, depth : float
         Extent along x and along y in metres.
 
-    Raises
-    ------
-    InvalidParameterError
-        For an extent that is not positive.
-
     Examples
     --------
     >>> room().segments.shape
     (13, 2, 2)
     """
     _check_lengths(width=width, depth=depth)
-    outline = polyline(_outline(width, depth), closed=True)
-    return World(segments=np.concatenate([outline, _pillar(width, depth)]))
+    x, y = width / 2.0, depth / 2.0
+    outline = [  # counter-clockwise from the south-east
+        *([x, -y], [x, 0.4 * y], [0.6 * x, y]),  # with the cut corner
+        *([-0.1 * x, y], [-0.1 * x, 1.25 * y], [-0.5 * x, 1.25 * y], [-0.5 * x, y]),  # the alcove
+        *([-x, y], [-x, -y]),
+    ]
+    pillar = _box(-0.3 * width, -0.3 * depth, 0.05 * min(width, depth))
+    return World(segments=np.concatenate([polyline(outline, closed=True), pillar]))
 
 
 def corner(width: float = WIDTH, depth: float = DEPTH) -> World:
@@ -49,11 +48,6 @@ def corner(width: float = WIDTH, depth: float = DEPTH) -> World:
     ----------
     width, depth : float
         Lengths in metres of the wall along x and of the wall along y.
-
-    Raises
-    ------
-    InvalidParameterError
-        For a length that is not positive.
     """
     _check_lengths(width=width, depth=depth)
     return World(segments=polyline([[width, 0.0], [0.0, 0.0], [0.0, depth]]))
@@ -69,11 +63,6 @@ def corridor(width: float = 2.0, length: float = 200.0) -> World:
     ----------
     width, length : float
         Metres.
-
-    Raises
-    ------
-    InvalidParameterError
-        For a length that is not positive.
     """
     _check_lengths(width=width, length=length)
     x, y = length / 2.0, width / 2.0
@@ -98,7 +87,7 @@ def crowd(
     Parameters
     ----------
     count : int
-        How many people.
+        Number of people.
     rng : numpy.random.Generator or int
         A generator, or the seed of one: it places people and sets their directions.
     speed : float
@@ -109,11 +98,6 @@ def crowd(
         Metres around the origin that stay free at time 0.
     width, depth : float
         Extent of the room in metres.
-
-    Raises
-    ------
-    InvalidParameterError
-        For a parameter out of range, or people who do not fit between clearance and wall.
     """
     _check_lengths(width=width, depth=depth)
     check_count(count, "count", at_least=0)
@@ -132,34 +116,6 @@ def crowd(
     return World(segments=room(width, depth).segments, moving=people)
 
 
-def room_with_door(opening: float, width: float = WIDTH, depth: float = DEPTH) -> World:
-    """The room with a door in its south wall and a passage 1.5 m wide behind it.
-
-    Two scans with different openings disagree on the leaf, and on what stands behind it.
-
-    Parameters
-    ----------
-    opening : float
-        Angle in radians in [0, π] by which the leaf has swung into the room; 0 is shut.
-    width, depth : float
-        Extent of the room in metres; the door needs a width of at least 2 m.
-
-    Raises
-    ------
-    InvalidParameterError
-        For a parameter out of range.
-    """
-    check_range(opening, "opening", at_least=0.0, at_most=math.pi, unit="rad")
-    check_range(width, "width", at_least=2.0, unit="m")
-    _check_lengths(width=width, depth=depth)
-    y = -depth / 2.0
-    hinge, latch = np.array([0.0, y]), np.array([DOOR_WIDTH, y])
-    walls = polyline(np.vstack([latch, _outline(width, depth), hinge]))
-    leaf = polyline([hinge, hinge + rotation(opening) @ (latch - hinge)])
-    passage = polyline([[-width / 2.0, y - 1.5], [width / 2.0, y - 1.5]])
-    return World(segments=np.concatenate([walls, _pillar(width, depth), leaf, passage]))
-
-
 def two_rooms(doorway: float = 1.2, width: float = 5.0, depth: float = DEPTH) -> World:
     """Two rooms side by side, joined by a doorway at the origin.
 
@@ -172,11 +128,6 @@ def two_rooms(doorway: float = 1.2, width: float = 5.0, depth: float = DEPTH) ->
         Width in metres of the opening in the wall x = 0; less than `depth`.
     width, depth : float
         Extent in metres of each room along x and along y.
-
-    Raises
-    ------
-    InvalidParameterError
-        For a parameter out of range.
     """
     _check_lengths(width=width, depth=depth)
     if not (is_number(doorway) and 0.0 < doorway < depth):
@@ -190,28 +141,6 @@ def two_rooms(doorway: float = 1.2, width: float = 5.0, depth: float = DEPTH) ->
     wall = np.array([[[0.0, -y], [0.0, -jamb]], [[0.0, jamb], [0.0, y]]])
     shelf = _box(0.4 * width, -0.7 * y, 0.1 * width)
     return World(segments=np.concatenate([outline, wall, shelf]))
-
-
-def _outline(width: float, depth: float) -> FloatArray:
-    """The room's walls counter-clockwise from the south-east; the south wall closes them."""
-    x, y = width / 2.0, depth / 2.0
-    return np.array(
-        [
-            [x, -y],
-            [x, 0.4 * y],  # the cut corner
-            [0.6 * x, y],
-            [-0.1 * x, y],  # the alcove
-            [-0.1 * x, 1.25 * y],
-            [-0.5 * x, 1.25 * y],
-            [-0.5 * x, y],
-            [-x, y],
-            [-x, -y],
-        ]
-    )
-
-
-def _pillar(width: float, depth: float) -> FloatArray:
-    return _box(-0.3 * width, -0.3 * depth, 0.05 * min(width, depth))
 
 
 def _box(x: float, y: float, half: float) -> FloatArray:

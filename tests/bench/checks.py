@@ -32,6 +32,7 @@ from typing import Any
 
 import numpy as np
 
+from data import room_with_door
 from labkit import Scan, Target, apply, from_xytheta, icp, invert, read_log, to_xytheta, transform
 from labkit.arrays import BoolArray, FloatArray
 from labkit.cli.odometry import SIMULATED_WHEELS
@@ -50,7 +51,6 @@ from labkit.simulation import (
     corridor,
     crowd,
     room,
-    room_with_door,
     two_rooms,
     wheel_increments,
 )

@@ -14,7 +14,7 @@ from itertools import islice
 
 import numpy as np
 
-from labkit import Scan, from_xytheta, transform
+from labkit import Scan, apply, from_xytheta, transform
 from labkit.arrays import FloatArray
 from labkit.simulation import (
     Lidar,
@@ -23,7 +23,6 @@ from labkit.simulation import (
     lesson_experiment,
     lesson_world,
     room,
-    room_with_door,
     sample_scan,
     two_rooms,
 )
@@ -144,6 +143,18 @@ def _place(rng: np.random.Generator) -> tuple[World, FloatArray]:
     if kind == 2:
         x, y = x + 0.4 * width, abs(y)  # the middle of the east room, clear of its shelf
     return world, transform(x, y, rng.uniform(-math.pi, math.pi))
+
+
+def room_with_door(opening: float, width: float = 8.0, depth: float = 6.0) -> World:
+    """The room with a door in its south wall, `opening` [rad], and a passage behind it."""
+    *walls, south = room(width, depth).segments[:9]
+    pillar = room(width, depth).segments[9:]
+    (west, y), (east, _) = south
+    hinge, latch = np.array([0.0, y]), np.array([0.9, y])
+    swung = apply(transform(0.0, 0.0, opening), [latch - hinge])[0]
+    door = [[latch, [east, y]], [[west, y], hinge], [hinge, hinge + swung]]
+    passage = [[[west, y - 1.5], [east, y - 1.5]]]
+    return World(segments=np.concatenate([walls, pillar, door, passage]))
 
 
 def _shuffled(pair: Pair, rng: np.random.Generator) -> Pair:

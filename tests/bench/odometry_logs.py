@@ -30,7 +30,7 @@ import numpy as np
 from labkit import from_xytheta, read_log
 from labkit.arrays import BoolArray, FloatArray
 from labkit.cli.odometry import SIMULATED_WHEELS
-from labkit.evaluation import associate, ate, read_relations, relation_errors, rpe
+from labkit.evaluation import associate, ate, rpe
 from labkit.logs import Log, read_tum
 from labkit.odometry import (
     OdometryParameters,
@@ -40,6 +40,7 @@ from labkit.odometry import (
 )
 from labkit.se2 import relative, to_xytheta
 from labkit.simulation import wheel_increments
+from relations import read_relations, relation_errors
 
 STRETCH = 10.0  # m
 WRONG = 0.2, np.radians(5.0)
@@ -117,8 +118,8 @@ def row(
             f"wrong {100 * wrong.mean():5.2f} % lost {100 * lost.mean():5.2f} %",
         ]
     if relations:
-        errors = relation_errors(read_relations(relations), result.poses, log.stamps)
-        gap = np.diff(errors.pairs)[:, 0]
+        errors, pairs = relation_errors(read_relations(relations), result.poses, log.stamps)
+        gap = np.diff(pairs)[:, 0]
         for name, chosen in (("next", gap == 1), ("far", gap > 1)):
             words.append(
                 f"{name} {1e3 * np.median(errors.translation_errors[chosen]):5.0f} mm"

@@ -11,13 +11,12 @@ from data import GATE, Pair, PairSet, split_rng
 from labkit import from_xytheta, read_log
 from labkit.arrays import FloatArray, IntArray
 from labkit.cli.odometry import SIMULATED_WHEELS
-from labkit.evaluation import Relations, read_relations
-from labkit.evaluation.association import nearest
 from labkit.evaluation.pose_errors import pose_differences
 from labkit.logs import Log
 from labkit.odometry import increments_between
 from labkit.se2 import relative
 from labkit.simulation import wheel_increments
+from relations import read_relations
 
 STRETCH = 50  # so many consecutive pairs go to one split, the next ones to the other
 MIN_POINTS = 30  # a scan with fewer returns is left out
@@ -68,7 +67,7 @@ def surveyed_pairs(
     if run.odometry is None:
         raise ValueError(f"{run.name} holds no odometry to start from")
     survey = read_relations(relations)
-    i, j = _scan_indices(run, survey).T
+    i, j = survey.scan_indices(run.stamps).T
     T_world = from_xytheta(run.odometry)
     priors, surveyed = relative(T_world[i], T_world[j]), from_xytheta(survey.increments)
     translation, rotation = pose_differences(surveyed, priors)
@@ -98,10 +97,3 @@ def _consecutive(log: Log, k: int, T_init: FloatArray, T_reference: FloatArray) 
 def _in_split(number: IntArray, split: str) -> np.ndarray:
     """Even numbers are for tuning, odd ones for reporting."""
     return number % 2 == (split == "reporting")
-
-
-def _scan_indices(log: Log, survey: Relations) -> IntArray:
-    """The scans (N, 2) that relations join, found by their times where these are given."""
-    if not survey.by_stamp:
-        return survey.ends.astype(np.intp)
-    return nearest(log.stamps, survey.ends.reshape(-1)).reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""``labkit evaluate``: a trajectory against a reference or a survey."""
+"""``labkit evaluate``: a trajectory against a reference."""
 
 import json
 
@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from labkit.logs import write_tum
-from labkit.odometry import increments_between
 
 
 @pytest.fixture
@@ -51,17 +50,6 @@ def test_a_robot_that_stays_in_its_place_has_errors(run, tmp_path, turn):
     assert errors["ATE, first poses aligned"]["translation_m"]["max"] < 1e-12
 
 
-def test_against_relations(run, trajectories, tmp_path):
-    steps = increments_between(trajectories)
-    rows = [f"{k},{k + 1}," + ",".join(map(repr, steps[k].tolist())) for k in (3, 49, 70)]
-    (tmp_path / "survey.csv").write_text("i,j,dx,dy,dtheta\n" + "\n".join(rows) + "\n")
-    _, out, _ = run("evaluate", "estimate.tum", "--relations", "survey.csv", "--json")
-    survey = json.loads(out)["relations"]
-    assert survey["count"] == 3
-    assert survey["translation_m"]["max"] == pytest.approx(0.5)
-    assert survey["translation_m"]["median"] == pytest.approx(0.0, abs=1e-12)
-
-
 @pytest.mark.parametrize(
     ("file", "content", "message"),
     [
@@ -75,10 +63,3 @@ def test_files_that_do_not_fit(run, trajectories, tmp_path, file, content, messa
     status, out, err = run("evaluate", "estimate.tum", "--reference", "reference.tum")
     assert (status, out) == (1, "")
     assert message in err
-
-
-def test_relations_of_another_log(run, trajectories, tmp_path):
-    (tmp_path / "survey.csv").write_text("i,j,dx,dy,dtheta\n500,501,0,0,0\n")
-    status, _, err = run("evaluate", "estimate.tum", "--relations", "survey.csv")
-    assert status == 1
-    assert "none of the 1 relations of survey.csv joins two poses" in err

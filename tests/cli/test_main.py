@@ -6,9 +6,9 @@ import subprocess
 import sys
 from importlib.metadata import version
 
+import numpy as np
 import pytest
 
-import labkit
 from labkit.cli.main import build_parser
 
 COMMANDS = ("demo", "odometry", "match", "evaluate")
@@ -21,11 +21,16 @@ def test_every_command_explains_itself(run, command):
     assert "usage: labkit " + command in out
 
 
-def test_the_version_is_that_of_the_installed_package(run):
-    status, out, _ = run("--version")
-    assert status == 0
-    assert out.startswith(f"labkit {labkit.__version__} (Python ")
-    assert labkit.__version__ == version("labkit")
+def test_the_version_names_the_packages_without_loading_numba():
+    program = "import sys, labkit_command\ntry: labkit_command.main()\nexcept SystemExit: "
+    program += "print(sorted({'numba', 'llvmlite'} & sys.modules.keys()))"
+    command = [sys.executable, "-c", program, "--version"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    line, loaded = done.stdout.splitlines()
+    assert line.startswith(f"labkit {version('labkit')} (Python ")
+    assert f", numpy {np.__version__}, scipy " in line
+    assert ", numba " in line or ", without numba" in line
+    assert loaded == "[]"
 
 
 def test_the_help_names_every_command(run):
@@ -39,19 +44,17 @@ def test_the_help_names_every_command(run):
     [
         ((), "required: COMMAND"),
         (("mach",), "invalid choice: 'mach'"),
-        (("demo", "--gate", "wide"), "argument --gate/--max-correspondence-distance: invalid"),
-        (("demo", "--gate", "0"), "--max-correspondence-distance must be in (0, inf] m, got 0.0"),
-        (("demo", "--overlap", "1.3"), "--overlap-ratio must be in (0, 1], got 1.3"),
-        (("demo", "--overlap", "nan"), "--overlap-ratio must be in (0, 1], got nan"),
-        (("demo", "--huber-delta", "-1"), "--huber-delta must be in (0, inf] m, got -1.0"),
+        (("demo", "--gate", "wide"), "argument --gate: invalid number value: 'wide'"),
+        (("demo", "--gate", "0"), "--gate must be in (0, inf] m, got 0.0"),
+        (("demo", "--overlap", "nan"), "--overlap must be in (0, 1], got nan"),
+        (("demo", "--huber", "-1"), "--huber must be in (0, inf] m, got -1.0"),
         (("demo", "--metric", "point_to_plane"), "argument --metric: invalid choice"),
         (("match", "a.csv"), "the following arguments are required: SOURCE"),
-        (("evaluate", "a.tum"), "one of the arguments --reference --relations is required"),
+        (("evaluate", "a.tum"), "the following arguments are required: --reference"),
         (("evaluate", "a", "--reference", "b", "--stretch", "nan"), "--stretch must be in (0, 1e"),
-        (("evaluate", "a", "--reference", "b", "--stretch", "-1"), "(0, 1e+09] m, got -1.0"),
-        (("evaluate", "a", "--relations", "b", "--stretch", "0"), "--stretch must be in (0, 1e"),
         (("odometry", "killian", "--scans", "1"), "--scans must be a whole number of at least 2"),
-        (("odometry", "killian", "--seed", "-1"), "--seed must be a whole number of at least 0"),
+        (("odometry", "killian", "--angles", "nan", "1"), "--angles must be 2 finite numbers"),
+        (("odometry", "killian", "--plot", "m.xyz", "--scans", "2"), "--plot must end in .png"),
     ],
 )
 def test_a_wrong_command_line_ends_with_2(run, arguments, message):
@@ -61,13 +64,13 @@ def test_a_wrong_command_line_ends_with_2(run, arguments, message):
     assert "Traceback" not in err
 
 
-@pytest.mark.parametrize("number", ["-1e-3", "-.5E+2", "-1.", "-0.1", "-7"])
+@pytest.mark.parametrize("number", ["-1e-3", "-.5E+2", "-1.", "-7"])
 def test_a_negative_number_is_no_option(number):
     parser = build_parser()
     for start in (["match", "a.csv", "b.csv", "--initial"], ["odometry", "LOG", "--laser-offset"]):
         args = parser.parse_args([*start, "0.1", number, "0"])
         assert [0.1, float(number), 0.0] in vars(args).values()
-    assert parser.parse_args(["demo", "--huber-delta", number]).huber_delta == float(number)
+    assert parser.parse_args(["demo", "--huber", number]).huber_delta == float(number)
 
 
 def test_the_module_runs_as_the_command_does():
@@ -77,44 +80,30 @@ def test_the_module_runs_as_the_command_does():
     assert "theta = 6.011 deg" in done.stdout
 
 
-@pytest.mark.parametrize("encoding", ["ascii", "cp1250", "gbk"])
-def test_a_code_page_without_a_sign_ends_no_run(tmp_path, scan_files, encoding):
+def test_a_code_page_without_a_sign_ends_no_run(tmp_path, scan_files):
     """As where output goes to a file on Windows: a sign it does not know becomes a `?`."""
-    for arguments, sign in ((["match", *scan_files[:2]], "m?"), (["demo", "--help"], "[m?]")):
-        done = subprocess.run(
-            [sys.executable, "-m", "labkit", *arguments],
-            cwd=tmp_path,
-            env=os.environ | {"PYTHONIOENCODING": encoding},
-            capture_output=True,
-            check=False,
-        )
-        assert (done.returncode, done.stderr) == (0, b"")
-        assert sign in done.stdout.decode("ascii")
-
-
-@pytest.mark.parametrize("arguments", ["demo", "demo --help"])
-@pytest.mark.parametrize("to", ["| true", ">&-", "2>&-", ">&- 2>&-"])
-def test_a_reader_that_stops_early_or_none_is_no_error(arguments, to):
-    shell = f"{sys.executable} -m labkit {arguments} {to}"
-    environment = os.environ | {"PYTHONUNBUFFERED": ""}
     done = subprocess.run(
-        ["sh", "-c", shell], env=environment, capture_output=True, text=True, check=True
+        [sys.executable, "-m", "labkit", "match", *scan_files[:2]],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONIOENCODING": "gbk"},
+        capture_output=True,
+        check=False,
     )
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b" m?" in done.stdout
+
+
+def test_a_reader_that_stops_early_is_no_error():
+    shell = f"{sys.executable} -m labkit demo --help | true"
+    done = subprocess.run(["sh", "-c", shell], capture_output=True, text=True, check=True)
     assert done.stderr == ""
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs Linux's device of no room")
-@pytest.mark.parametrize("unbuffered", ["", "1"])
-def test_a_full_disk_is_said_in_one_line(unbuffered):
+def test_a_full_disk_is_said_in_one_line():
     with open("/dev/full", "w") as full:
-        done = subprocess.run(
-            [sys.executable, "-m", "labkit", "demo"],
-            env=os.environ | {"PYTHONUNBUFFERED": unbuffered},
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            check=False,
-        )
+        command = [sys.executable, "-m", "labkit", "demo"]
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr == (
         "labkit: the output cannot be written: No space left on device; send it elsewhere\n"
@@ -132,9 +121,7 @@ if hasattr(os, "geteuid") and os.geteuid() == 0:
     ("arguments", "message"),
     [
         (("odometry", "{log}"), "cannot write room-odometry.tum: the directory "),
-        (("odometry", "{log}", "--plot", "mine.png"), "cannot write room-odometry.tum: "),
         (("odometry", "{log}", "--out", "../t", "--plot", "mine.png"), "cannot write room-q"),
-        (("odometry", "{log}", "--out", "../shut/t"), "cannot write ../shut/t: the directory "),
         (("odometry", "{log}", "--out", "../shut/in/t"), "cannot write ../shut/in/t: Permission"),
         (("report", "../shut/r.md"), "cannot write ../shut/r.html: the directory"),
         (("grade", "../shut/class"), "../shut/class: cannot be read: Permission denied"),
@@ -170,27 +157,12 @@ AS_A_COMMAND = "sys.exit(labkit_command.main())"
 AS_A_MODULE = "runpy.run_module('labkit', run_name='__main__')"  # what `python -m labkit` does
 
 
-def test_without_numba_python_matches_and_one_line_says_so():
-    program = (
-        'import sys; sys.modules["numba"] = None\n'
-        "from labkit.cli import main; sys.exit(main(sys.argv[1:]))"
-    )
-    command = [sys.executable, "-c", program, "demo"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert "converged" in done.stdout
-    (line,) = done.stderr.splitlines()
-    assert line.startswith("Python runs the matcher, slowly: ")
-
-
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for a child alone")
 @pytest.mark.parametrize(
     ("start", "module"),
     [
         (AS_A_COMMAND, "numpy"),
-        (AS_A_COMMAND, "labkit.cli.main"),
-        (AS_A_COMMAND, "labkit.icp"),
         (AS_A_MODULE, "labkit.cli.main"),  # Python has imported labkit itself before it
-        (AS_A_MODULE, "labkit.course.grading"),
     ],
 )
 def test_ctrl_c_while_the_command_loads_prints_no_traceback(start, module):
@@ -206,13 +178,6 @@ def test_ctrl_c_while_the_command_loads_prints_no_traceback(start, module):
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (130, "")
     assert done.stderr == "\nlabkit: interrupted; no file is left half-written\n"
-
-
-def test_the_command_is_the_module():
-    program = "import sys, labkit_command; sys.exit(labkit_command.main())"
-    command = [sys.executable, "-c", program, "--version"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert done.stdout.startswith(f"labkit {labkit.__version__} (Python ")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for a child alone")

@@ -44,6 +44,8 @@ def test_no_match_is_status_1_and_null(run, scan_files):
         ("1.0,2.0\nnan,3.0\n", "source.csv:2: "),
         ("1.0,2.0\n3.0\n", "source.csv:2: "),
         ("1.0,2.0\n3.0,mud\n", "source.csv:2: "),
+        ("scan,x,y\n0,1.0,2.0\n1,1.0,2.0\n", "source.csv: 2 scans, expected one"),
+        ("PARAM a 1\nFLASER 2 1 1 0 0 0 0 0 0 1 host 2\n", "source.csv: not a table of points"),
     ],
 )
 def test_a_bad_file_is_named_with_its_line(run, scan_files, tmp_path, content, message):

@@ -1,6 +1,5 @@
 """``labkit report``: files, messages, exit status."""
 
-import builtins
 import sys
 
 import pytest
@@ -32,15 +31,9 @@ def test_without_a_browser_the_page_is_there_and_the_way_out_is_named(report, ca
 
 
 def test_more_than_two_pages_are_too_many(report, capsys, monkeypatch):
-    monkeypatch.setattr("labkit.cli.report.write_pdf", lambda html, path: (3, []))
+    monkeypatch.setattr("labkit.cli.report.write_pdf", lambda html, path: 3)
     assert main(["report", str(report)]) == 1
     assert "more than 2 pages" in capsys.readouterr().out
-
-
-def test_what_the_pdf_cuts_off_is_named(report, capsys, monkeypatch):
-    monkeypatch.setattr("labkit.cli.report.write_pdf", lambda html, path: (1, ["a+b+c"]))
-    assert main(["report", str(report)]) == 0
-    assert "'a+b+c' is wider than the page and cut off" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -50,8 +43,6 @@ def test_what_the_pdf_cuts_off_is_named(report, capsys, monkeypatch):
         (["a.txt"], "a report is a notebook"),
         (["a.md", "--out", "no/such/folder/a"], "cannot write no/such/folder/a.html"),
         (["a.md", "--out", "."], "cannot write .: it is a directory; name a file in it"),
-        (["a.md", "--out", ".."], "cannot write ..: it is a directory"),
-        (["a.md", "--out", "/"], "cannot write /: it is a directory"),
         (["."], "labkit report: .: is a directory; name a notebook or Markdown in it"),
     ],
 )
@@ -61,15 +52,6 @@ def test_a_mistake_is_named_without_a_traceback(arguments, message, capsys):
 
 
 def test_what_must_be_installed_is_named(report, capsys, monkeypatch):
-    real = builtins.__import__
-
-    def without(name, *args, **more):
-        if name.startswith(("nbconvert", "nbformat")):
-            raise ImportError(f"No module named {name!r}")
-        return real(name, *args, **more)
-
-    for name in [each for each in sys.modules if each.startswith(("nbconvert", "nbformat"))]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setattr("importlib.import_module", without)
+    monkeypatch.setitem(sys.modules, "nbformat", None)
     assert main(["report", str(report)]) == 1
     assert 'pip install "labkit[report]"' in capsys.readouterr().err

@@ -23,21 +23,6 @@ def test_a_match_and_its_inverse_undo_one_another(increments):
     assert errors.rotation.max < 1e-12
 
 
-@given(pose, pose)
-def test_the_gap_is_the_same_from_either_end(forward, backward):
-    """T_f @ T_b and T_b @ T_f are inverse up to a change of frame: same angle."""
-    gap, swapped = forward_backward([forward], [backward]), forward_backward([backward], [forward])
-    assert np.isclose(gap.rotation.max, swapped.rotation.max, atol=1e-12)
-
-
-def test_the_gap_is_that_of_the_product():
-    forward, backward = [0.5, 0.1, 0.3], [-0.4, 0.2, -0.1]
-    x, y, psi = to_xytheta(from_xytheta(forward) @ from_xytheta(backward))
-    errors = forward_backward([forward], [backward])
-    assert np.allclose(errors.translation_errors, np.hypot(x, y))
-    assert np.allclose(errors.rotation_errors, abs(psi))
-
-
 @given(pose, pose, pose)
 def test_disagreement_does_not_depend_on_the_frame(frame, increment, prior):
     moved = [to_xytheta(from_xytheta(frame) @ from_xytheta(each)) for each in (increment, prior)]

@@ -9,9 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit.errors import InvalidPointsError
-from labkit.evaluation import ErrorSummary, PoseErrors
-from labkit.evaluation.pose_errors import pose_differences
-from labkit.se2 import from_xytheta
+from labkit.evaluation import ErrorSummary
 
 
 @given(st.lists(st.floats(0.0, 1e3), min_size=1, max_size=50))
@@ -51,18 +49,3 @@ def test_nothing_has_no_number():
 def test_errors_that_are_none(errors, message):
     with pytest.raises(InvalidPointsError, match=message):
         ErrorSummary.of(errors)
-
-
-def test_translation_and_rotation_are_summed_up_apart():
-    errors = PoseErrors(
-        translation_errors=np.array([1.0, 3.0]), rotation_errors=np.array([0.1, 0.2])
-    )
-    assert len(errors) == 2
-    assert errors.translation == ErrorSummary.of([1.0, 3.0])
-    assert errors.rotation == ErrorSummary.of([0.1, 0.2])
-
-
-def test_a_difference_is_the_same_from_either_side():
-    rng = np.random.default_rng(0)
-    A, B = (from_xytheta(rng.uniform(-4.0, 4.0, (50, 3))) for _ in range(2))
-    np.testing.assert_allclose(pose_differences(A, B), pose_differences(B, A), atol=1e-14)

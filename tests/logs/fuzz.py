@@ -3,7 +3,7 @@
 ``python tests/logs/fuzz.py [--files 100000] [--seed 0]`` writes good logs of every format (CARMEN,
 g2o, tables of points, trajectories, ROS bags, plain and packed), damages a copy in one to six
 places (bytes flipped, cut out, repeated; numbers and words put in the place of others) and reads
-it by `read_log`, `stream_log`, `read_points` or `read_tum`. A file is either refused by a
+it by `read_log` or `read_tum`. A file is either refused by a
 `LogError` of at most 300 characters, or what it gives is finite and whole. Anything else, a
 warning too, stops the run and names the file's number: ``--only NUMBER`` tries that one again.
 """
@@ -26,7 +26,7 @@ from test_read_log import zipped
 from test_rosbag import Bag
 
 from labkit.errors import LogError
-from labkit.logs import read_log, read_points, read_tum, stream_log
+from labkit.logs import read_log, read_tum
 
 LONGEST_MESSAGE = 300  # characters
 SLOW = 10.0  # s
@@ -40,9 +40,7 @@ WORDS = (
     "\r\n", "\0", ",", ";", "\t", "x,y", ",x,y", "x,y,z", "scan,x,y", "timestamp", "é", "\ufeff",
 )  # fmt: skip
 READERS = {
-    "read": lambda path, strict: read_log(path, strict=strict),
-    "stream": lambda path, strict: stream_log(path, strict=strict),
-    "points": lambda path, strict: read_points(path),
+    "read": lambda path, strict: read_log(path, strict=strict, angles=(-1.5, 1.5)),
     "tum": lambda path, strict: read_tum(path),
 }
 
@@ -67,7 +65,8 @@ def good_texts() -> dict[str, str]:
     scans = "".join(f"{n // 10},{x},{y}\n" for n, (x, y) in enumerate(points))
     tum = "# t x y z q\n" + "".join(f"{k}.5 {k} 0.1 0 0 0 0 1\n" for k in range(8))
     return {"carmen": carmen, "robotlaser": robotlaser, "g2o": graph, "tum": tum,
-            "rows": rows, "xy": "x,y\n" + rows, "scans": "scan,x,y\n" + scans}  # fmt: skip
+            "rows": rows, "xy": "x,y\n" + rows, "scans": "scan,x,y\n" + scans,
+            "ranges": "".join(",".join(map(str, row)) + "\n" for row in ranges)}  # fmt: skip
 
 
 def good_files(folder: Path) -> dict[str, dict[str, bytes]]:
@@ -162,9 +161,9 @@ class Fuzz:
         for name, data in files.items():
             (place / name).write_bytes(data)
         path = place if len(files) > 1 else place / next(iter(files))
-        by = rng.choice(("read", "stream"))
-        if kind in ("tum", "rows", "xy") and rng.random() < 0.5:
-            by = "tum" if kind == "tum" else "points"
+        by = "read"
+        if kind == "tum" and rng.random() < 0.5:
+            by = "tum"
         start = time.perf_counter()
         try:
             check(READERS[by](path, rng.random() < 0.2))

@@ -116,6 +116,28 @@ def test_the_caller_has_the_last_word(save, flaser):
         read_log(path, no_return="all")
 
 
+@pytest.mark.parametrize("code", [12.0, 30.0])
+@pytest.mark.parametrize("share", [0.02, 0.4])
+def test_a_code_that_jitters_by_millimetres_is_a_code(save, flaser, code, share):
+    rows = sweeps(0.9 * code)
+    rng = np.random.default_rng(2)
+    missed = rng.random(rows.shape) < share
+    rows[missed] = (code + rng.normal(0.0, 0.002, np.count_nonzero(missed))).round(3)
+    log = read_log(saved(save, flaser, rows))
+    for scan, row in zip(log.scans, missed, strict=True):
+        assert scan.beams.tolist() == np.flatnonzero(~row).tolist()
+
+
+def test_a_round_tank_is_no_code_and_no_remark_counts_twice(save, flaser):
+    """In a tank all walls are equally far, as codes would be."""
+    tank = read_log(saved(save, flaser, np.full((20, 180), 5.0)))
+    assert all(len(scan) == 180 for scan in tank.scans)
+    assert not any("no return" in remark for remark in tank.remarks)
+    rows = sweeps(8.0, (8.187, 8.191, 8.183, 8.1795), share=0.5)
+    remark = read_log(saved(save, flaser, rows)).remarks[0]
+    assert 45.0 < float(remark.partition("(")[2].partition(" %")[0]) < 55.0
+
+
 @pytest.mark.parametrize("line", ["flaser", "robotlaser"])
 def test_millimetres_are_suspected_by_name(save, request, line):
     rows = 1000.0 * sweeps(9.0)

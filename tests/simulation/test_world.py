@@ -33,11 +33,6 @@ def test_objects_move_and_walls_stay():
     )
 
 
-def test_lists_become_arrays():
-    world = World(segments=[[[0, 0], [1, 0]]])
-    assert world.segments.dtype == np.float64
-
-
 @pytest.mark.parametrize(
     ("segments", "message"),
     [

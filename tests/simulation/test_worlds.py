@@ -14,7 +14,6 @@ from labkit.simulation import (
     corridor,
     crowd,
     room,
-    room_with_door,
     two_rooms,
 )
 from labkit.simulation.lidar import first_hits
@@ -99,25 +98,6 @@ def test_people_hide_walls():
     assert np.mean(crowded < empty - 0.1) > 0.2
 
 
-def test_a_shut_door_is_wall():
-    np.testing.assert_allclose(ranges(room_with_door(0.0), 0.3), ranges(room(), 0.3), rtol=1e-12)
-
-
-def test_an_open_door_shows_the_passage():
-    shut, open_ = (ranges(room_with_door(angle), 0.45) for angle in (0.0, math.pi / 2.0))
-    beyond = open_ > shut + 1.0
-    assert beyond.any()
-    south = AROUND.angles[beyond]
-    assert (np.abs(south + math.pi / 2.0) < math.radians(20.0)).all()
-    assert open_[np.argmin(np.abs(AROUND.angles + math.pi / 2.0))] == pytest.approx(4.5)
-
-
-def test_the_leaf_swings_into_the_room():
-    ajar = room_with_door(math.pi / 2.0).segments
-    beam = first_hits(ajar, transform(-1.0, -2.5, 0.0), np.zeros(1))
-    np.testing.assert_allclose(beam, [1.0])
-
-
 def test_two_rooms_overlap_in_part():
     """Each pose sees its own room for the most part, and both see some of it."""
     poses = transform(-1.5, 0.0, 0.0), transform(0.5, 0.0, 0.0)
@@ -128,7 +108,7 @@ def test_two_rooms_overlap_in_part():
     assert np.mean(east[:, 0] > -0.01) > 0.6
 
 
-@pytest.mark.parametrize("world", [room(), two_rooms(), room_with_door(0.0)])
+@pytest.mark.parametrize("world", [room(), two_rooms()])
 def test_a_closed_place_returns_every_beam(world):
     lidar = Lidar(beam_count=720, field_of_view=2.0 * math.pi, range_max=20.0)
     for x, y in [(0.5, 0.5), (2.0, -1.0), (0.7, 2.0)]:
@@ -146,8 +126,6 @@ def test_a_closed_place_returns_every_beam(world):
         (lambda: crowd(rng=0, radius=3), r"`radius` must be in \(0, 1.5\] m, got 3"),
         (lambda: crowd(rng=0, radius=0.0), r"`radius` must be in \(0, 1.5\] m, got 0.0"),
         (lambda: crowd(rng=0, speed=-1.0), r"`speed` must be in \[0, 100\] m/s, got -1.0"),
-        (lambda: room_with_door(4.0), r"`opening` must be in \[0, 3.14159\] rad, got 4.0"),
-        (lambda: room_with_door(0.0, width=1.0), r"`width` must be in \[2, inf\] m, got 1.0"),
         (lambda: two_rooms(doorway=6.0), r"`doorway` must be in \(0, depth = 6\) m, got 6.0"),
         (lambda: two_rooms(doorway="1"), r"`doorway` must be in \(0, depth = 6\) m, got '1'"),
     ],

@@ -17,7 +17,7 @@ from labkit.errors import InvalidParameterError
 from labkit.evaluation import ErrorSummary, compare
 from labkit.odometry import Decision, StepRecord
 
-UNANSWERED = "**why?**"  # of a value that was changed, where no reason is given
+UNANSWERED = "**why?**"  # reason of a changed value, if none is given
 
 
 class Table(str):
@@ -31,8 +31,6 @@ class Table(str):
     @classmethod
     def of(cls, header: Sequence[str], rows: Sequence[Sequence[object]]) -> Table:
         """Lay out rows under a header; the first column is text, the others align right.
-
-        A bar or a line's end within a cell is written so that it ends no cell.
 
         Examples
         --------
@@ -56,46 +54,34 @@ class Table(str):
 def error_table(
     trajectories: Mapping[str, ArrayLike], reference: ArrayLike, stretch: float = 10.0
 ) -> Table:
-    """Errors of trajectories against a reference: per step, over a stretch, and absolute.
+    """Median, 95th percentile and maximum of the errors of `labkit.evaluation.compare`.
 
     Parameters
     ----------
     trajectories : mapping of str to array_like, shape (K, 3)
-        Rows (x [m], y [m], θ [rad]) by the name of what estimated them.
+        Rows (x [m], y [m], θ [rad]) by the name of the method that estimated them.
     reference : array_like, shape (K, 3)
         The same instants.
     stretch : float
         Metres of the middle rows.
-
-    Returns
-    -------
-    Table
-        Median, 95th percentile and maximum.
-
-    Raises
-    ------
-    InvalidParameterError
-        For a `stretch` that is not positive, or longer than 1e9 m.
     """
     check_range(stretch, "stretch", above=0.0, at_most=FARTHEST, unit="m")
-    errors = compare(trajectories, reference, stretch)
-    rows = [[title, *_three(each.translation, each.rotation)] for title, each in errors.items()]
+
+    def three(errors: ErrorSummary, scale: float, form: str) -> str:
+        if errors.count == 0:
+            return "none"
+        values = (errors.median, errors.p95, errors.max)
+        return ", ".join(f"{scale * value:{form}}" for value in values)
+
+    rows = [
+        [name, three(each.translation, 1.0, ".3f"), three(each.rotation, math.degrees(1.0), ".2f")]
+        for name, each in compare(trajectories, reference, stretch).items()
+    ]
     return Table.of(["error (median, 95 %, max)", "translation [m]", "rotation [°]"], rows)
 
 
 def quality_table(records: Sequence[StepRecord]) -> Table:
-    """What the matches say about themselves, over a run.
-
-    Parameters
-    ----------
-    records : sequence of StepRecord
-        Of an `OdometryResult`; the first scan's is passed over.
-
-    Returns
-    -------
-    Table
-        Where the steps came from; RMSE beside the number of inliers that it is taken over.
-    """
+    """Signals of the matches over a run: RMSE beside the number of inliers it is taken over."""
     steps = [record for record in records if record.decision is not Decision.START]
     if not steps:
         raise InvalidParameterError("must hold at least one step, got none", parameter="records")
@@ -104,18 +90,17 @@ def quality_table(records: Sequence[StepRecord]) -> Table:
         decision: sum(record.decision is decision for record in steps) for decision in Decision
     }
     decisions = ", ".join(f"{count:,} {kind.value}" for kind, count in counts.items() if count)
-    rows: list[list[object]] = [
-        ["steps", f"{len(steps):,}: {decisions}", ""],
-        ["degenerate", f"{sum(record.degenerate for record in steps):,}", ""],
-        ["ambiguous", f"{sum(record.ambiguous for record in steps):,}", ""],
-    ]
+    rows: list[list[object]] = [["steps", f"{len(steps):,}: {decisions}", ""]]
+    for flag in ("degenerate", "ambiguous"):
+        rows.append([flag, f"{sum(getattr(record, flag) for record in steps):,}", ""])
     signals = {
-        "inliers": ([record.inlier_count for record in matched], ".0f"),
-        "inlier ratio [–]": ([record.inlier_ratio for record in matched], ".2f"),
-        "inlier RMSE [m]": ([record.rmse for record in matched], ".3f"),
-        "information [–]": ([record.information for record in matched], ".3f"),
+        "inliers": ("inlier_count", ".0f"),
+        "inlier ratio [–]": ("inlier_ratio", ".2f"),
+        "inlier RMSE [m]": ("rmse", ".3f"),
+        "information [–]": ("information", ".3f"),
     }
-    for name, (values, form) in signals.items():
+    for name, (field, form) in signals.items():
+        values = [getattr(record, field) for record in matched]
         finite = np.array(values, dtype=np.float64)
         finite = finite[np.isfinite(finite)]
         if finite.size:
@@ -132,18 +117,8 @@ def _cell(value: object) -> str:
     return "".join(re.sub(r"(?<!\\)\|", bars[k % 2], part) for k, part in enumerate(parts))
 
 
-def _three(translation: ErrorSummary, rotation: ErrorSummary) -> list[str]:
-    def line(errors: ErrorSummary, scale: float, form: str) -> str:
-        if errors.count == 0:
-            return "none"
-        values = (errors.median, errors.p95, errors.max)
-        return ", ".join(f"{scale * value:{form}}" for value in values)
-
-    return [line(translation, 1.0, ".3f"), line(rotation, math.degrees(1.0), ".2f")]
-
-
 def parameter_table(parameters: object, reasons: Mapping[str, str] | None = None) -> Table:
-    """Every parameter that was chosen, with the reason for it.
+    """Parameters that differ from their default, and those with a reason.
 
     Parameters
     ----------
@@ -151,17 +126,7 @@ def parameter_table(parameters: object, reasons: Mapping[str, str] | None = None
         Such as `labkit.IcpParameters` or `labkit.odometry.OdometryParameters`; parameters
         within parameters are listed, too.
     reasons : mapping of str to str, optional
-        Why each has its value. One that has neither its default nor a reason is asked "why?".
-
-    Returns
-    -------
-    Table
-        Those that differ from their default, and those with a reason.
-
-    Raises
-    ------
-    InvalidParameterError
-        For a reason for a parameter that there is not.
+        Reason for each value, by name. A changed value without a reason is asked "why?".
 
     Examples
     --------

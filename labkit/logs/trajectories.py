@@ -1,4 +1,4 @@
-"""Trajectories in the TUM format, which `evo` reads: ``timestamp tx ty tz qx qy qz qw``."""
+"""Trajectories and pose graphs as text: TUM, which `evo` reads, and g2o."""
 
 from __future__ import annotations
 
@@ -17,11 +17,13 @@ from labkit.logs.lines import (
     DamageReport,
     expect_fields,
     expect_near,
-    finite,
-    time,
+    parse_finite,
+    parse_time,
+    read_lines,
 )
-from labkit.logs.source import TextSource
 from labkit.se2 import wrap
+
+TUM = "timestamp tx ty tz qx qy qz qw"
 
 
 def write_tum(path: str | os.PathLike[str], stamps: ArrayLike, poses: ArrayLike) -> None:
@@ -61,13 +63,13 @@ def write_tum(path: str | os.PathLike[str], stamps: ArrayLike, poses: ArrayLike)
     half = wrap(rows[:, 2]) / 2.0
     table = np.column_stack([times, rows[:, :2], np.sin(half), np.cos(half)])
     with atomic_write(path) as file:
-        file.write("# timestamp tx ty tz qx qy qz qw\n")
+        file.write(f"# {TUM}\n")
         for t, x, y, qz, qw in table.tolist():
             file.write(f"{t!r} {x!r} {y!r} 0.0 0.0 0.0 {qz!r} {qw!r}\n")
 
 
 def read_tum(path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
-    """Read a planar trajectory.
+    """Read a planar trajectory, plain, in gzip or in zip.
 
     The height tz is dropped. Blank lines and ``#`` comments are passed over; a trajectory
     with a damaged line is refused as a whole, since a gap in it would go unseen.
@@ -85,35 +87,27 @@ def read_tum(path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
         If the file cannot be read, holds no pose, or has a damaged line, a time beyond
         1e20 s, a position beyond 1e9 m or a rotation out of the plane; the message names the line.
     """
-    source = TextSource(path)
-    report = DamageReport(source.file, strict=True)
-    source.verify(report)
+    report = DamageReport(os.fspath(path), strict=True)
     rows = []
-    for number, line in source.lines(report):
+    for number, line in read_lines(report):
         fields = line.split()
         if not fields or fields[0].startswith("#"):
             continue
         try:
-            rows.append(_parse_pose(fields))
+            rows.append(_parse_tum(fields))
         except DamagedLine as damage:
             report.skip(number, damage)
     if not rows:
-        raise LogError(
-            f"{source.file}: a trajectory without any pose, expected lines "
-            f"`timestamp tx ty tz qx qy qz qw`"
-        )
+        raise LogError(f"{path}: a trajectory without any pose, expected lines `{TUM}`")
     table = np.array(rows)
     return table[:, 0], table[:, 1:]
 
 
-def _parse_pose(fields: Sequence[str]) -> tuple[float, float, float, float]:
+def _parse_tum(fields: Sequence[str]) -> tuple[float, float, float, float]:
     """Time and x, y, θ of one line; the angle of a rotation about z is 2·atan2(qz, qw)."""
-    expect_fields(fields, 8, "`timestamp tx ty tz qx qy qz qw`")
-    names = ("tx", "ty", "tz", "qx", "qy", "qz", "qw")
-    t = time(fields[0], "timestamp")
-    x, y, _, qx, qy, qz, qw = (
-        finite(field, name) for field, name in zip(fields[1:], names, strict=True)
-    )
+    expect_fields(fields, 8, f"`{TUM}`")
+    t = parse_time(fields[0], "timestamp")
+    x, y, _, qx, qy, qz, qw = map(parse_finite, fields[1:], TUM.split()[1:])
     expect_near(x, y, "the position")
     norm = math.hypot(qx, qy, qz, qw)
     if abs(norm - 1.0) > 1e-3:
@@ -123,3 +117,36 @@ def _parse_pose(fields: Sequence[str]) -> tuple[float, float, float, float]:
             f"a rotation out of the plane, qx = {qx:g} and qy = {qy:g}, expected 0 and 0"
         )
     return t, x, y, float(wrap(2.0 * math.atan2(qz, qw)))
+
+
+def write_g2o(path: str | os.PathLike[str], poses: ArrayLike, increments: ArrayLike) -> None:
+    """Write a pose graph: a ``VERTEX_SE2`` per pose, an ``EDGE_SE2`` from each to the next.
+
+    Parameters
+    ----------
+    path : path-like
+        The file, written whole or not at all.
+    poses : array_like, shape (K, 3)
+        Vertices in the world, rows (x [m], y [m], θ [rad]).
+    increments : array_like, shape (K − 1, 3)
+        Edges: the pose of vertex k + 1 in the frame of vertex k. All have the identity for
+        information matrix.
+
+    Raises
+    ------
+    InvalidPointsError
+        If shapes do not fit together, or a number is not finite.
+    WriteError
+        If the file cannot be written.
+    """
+    vertices, edges = as_poses(poses, "poses"), as_poses(increments, "increments", minimum=0)
+    if len(edges) != len(vertices) - 1:
+        raise InvalidPointsError(
+            f"`increments` must have one row fewer than `poses`, got {len(edges)} and "
+            f"{len(vertices)}"
+        )
+    with atomic_write(path) as file:
+        for k, (x, y, theta) in enumerate(vertices.tolist()):
+            file.write(f"VERTEX_SE2 {k} {x!r} {y!r} {theta!r}\n")
+        for k, (x, y, theta) in enumerate(edges.tolist()):
+            file.write(f"EDGE_SE2 {k} {k + 1} {x!r} {y!r} {theta!r} 1 0 0 1 0 1\n")
