@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Callable, Iterable
 from functools import partial
 
 import numpy as np
@@ -17,20 +16,16 @@ from labkit.cli.outputs import add_output_options, choose_outputs
 from labkit.cli.summary import decision_text, error_text
 from labkit.errors import InvalidPointsError
 from labkit.filters import Preprocessing
-from labkit.logs import Log, LogStream, ScanStream
+from labkit.logs import Log, LogStream
 from labkit.odometry import (
     MapParameters,
     OdometryParameters,
-    OdometryResult,
     SanityLimits,
-    ScanMatchingOdometry,
-    available_cores,
     estimate_odometry,
     increments_between,
-    integrate,
+    warm,
 )
 from labkit.parameters import IcpParameters
-from labkit.scan import Scan
 from labkit.simulation import WheelNoise, wheel_increments
 
 DESCRIPTION = """\
@@ -45,12 +40,11 @@ The prior is where a step's search begins, and what it falls back to:
   none       the motion of the step before
   auto       the first of these that the log allows (the default)
 
-A scan is matched against a map of the last key scans, one step after another. Matched
-against the scan before it (--against scan) and with a prior, no step needs another, and all
-cores share them (--jobs); the files are the same, byte for byte, for any number."""
+A scan is matched against a map of the last key scans, or against the scan before it
+(--against scan)."""
 
 SIMULATED_WHEELS = WheelNoise(along=0.10, across=0.05, turn=0.10, drift=0.05)
-FALLBACKS = "retry_gate", "retry_step", "search", "search_below", "search_starts", "on_skip"
+FALLBACKS = "search", "on_skip"
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -71,14 +65,11 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument(
         "--scans", type=int, metavar="N", help="use the first N scans only (default all)"
     )
-    parser.add_argument(
-        "--jobs", type=int, metavar="N", help="threads that share the steps (default: the cores)"
-    )
     add_log_options(parser)
     add_output_options(parser)
     defaults = OdometryParameters()
     add_icp_options(parser, defaults.icp)
-    add_options(parser, "map", defaults, names=("against", "engine"))
+    add_options(parser, "map", defaults, names=("against",))
     add_options(parser, "key scans", defaults.map)
     add_options(parser, "sanity checks", defaults.limits)
     add_options(parser, "fallbacks", defaults, names=FALLBACKS)
@@ -97,21 +88,15 @@ def run(args: argparse.Namespace) -> int:
         preprocessing=from_options(Preprocessing, args),
     )
     check_count(args.seed, "seed", at_least=0)
-    jobs = available_cores() if args.jobs is None else args.jobs
-    check_count(jobs, "jobs", at_least=1)
     log = _head(open_log(args), args.scans)
     outputs = choose_outputs(args, log.name)
     prior, source = choose_prior(log, args.prior, args.seed)
     print(f"{log.name}: {len(log)} scans, {parameters.icp.metric} metric, prior: {source}")
     start = np.zeros(3) if log.reference is None else log.reference[0]
+    warm()
     began = time.perf_counter()
     progress = partial(tqdm, unit="scan", desc="matching", disable=None)
-    if isinstance(log, LogStream):
-        result = _estimate_in_turn(log, prior, parameters, start, progress)
-    else:
-        result = estimate_odometry(
-            log.scans, prior, parameters, start=start, jobs=jobs, progress=progress
-        )
+    result = estimate_odometry(log.scans, prior, parameters, start=start, progress=progress)
     seconds = time.perf_counter() - began
     for path, write in outputs:
         write(path, log, result)
@@ -121,22 +106,6 @@ def run(args: argparse.Namespace) -> int:
     if log.reference is not None:
         print(error_text(log.reference, result, prior))
     return 0
-
-
-def _estimate_in_turn(
-    log: LogStream,
-    prior: FloatArray | None,
-    parameters: OdometryParameters,
-    start: FloatArray,
-    progress: Callable[[ScanStream], Iterable[Scan]],
-) -> OdometryResult:
-    """The same from a stream: one scan after the other, and no more in memory."""
-    odometry = ScanMatchingOdometry(parameters)
-    records = []
-    for k, scan in enumerate(progress(log.scans)):
-        records.append(odometry.update(scan, None if prior is None or k == 0 else prior[k - 1]))
-    steps = np.array([record.increment for record in records[1:]]).reshape(-1, 3)
-    return OdometryResult(poses=integrate(steps, start), records=tuple(records))
 
 
 def choose_prior(log: Log | LogStream, wanted: str, seed: int) -> tuple[FloatArray | None, str]:

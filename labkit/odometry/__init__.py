@@ -3,8 +3,8 @@
 from labkit.odometry.estimator import (
     OdometryResult,
     ScanMatchingOdometry,
-    available_cores,
     estimate_odometry,
+    warm,
 )
 from labkit.odometry.integration import increments_between, integrate, integrate_step
 from labkit.odometry.local_map import MapParameters
@@ -21,10 +21,10 @@ __all__ = [
     "SanityLimits",
     "ScanMatchingOdometry",
     "StepRecord",
-    "available_cores",
     "estimate_odometry",
     "estimate_step",
     "increments_between",
     "integrate",
     "integrate_step",
+    "warm",
 ]

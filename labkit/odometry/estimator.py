@@ -3,35 +3,24 @@
 from __future__ import annotations
 
 import math
-import os
-from collections import deque
-from collections.abc import Callable, Generator, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Sized
 from dataclasses import dataclass
+from itertools import chain, repeat
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_finite, as_floats, as_pose, check_count
+from labkit.arrays import FloatArray
 from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.odometry.expectation import REMEMBERED
-from labkit.odometry.integration import increments_between, integrate, integrate_step
+from labkit.odometry.integration import as_row, as_rows, increments_between, integrate_step
 from labkit.odometry.local_map import LastScan, LocalMap
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.record import Decision, StepRecord
-from labkit.odometry.step import STILL, estimate_step, estimate_steps
+from labkit.odometry.step import STILL, estimate_step
 from labkit.scan import Scan
-
-STRETCH = 64  # steps of a log that a thread does at a time
-
-
-def available_cores() -> int:
-    """How many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 class ScanMatchingOdometry:
@@ -59,7 +48,7 @@ class ScanMatchingOdometry:
         start: ArrayLike = (0.0, 0.0, 0.0),
     ) -> None:
         self.parameters = _as_parameters(parameters)
-        self.pose = as_pose(start, "start")
+        self.pose = as_row(start, "start")
         against_map = self.parameters.against == "map"
         self._seen = LocalMap(self.parameters.map) if against_map else LastScan()
         self._started = False
@@ -73,17 +62,18 @@ class ScanMatchingOdometry:
         ----------
         scan : Scan or array_like, shape (N, 2)
             The newest scan, in metres.
-        prior : array_like, shape (3,), optional
-            The increment (Δx, Δy, Δψ) that wheels or an IMU report since the scan before.
+        prior : array_like, shape (3,) or (3, 3), optional
+            The increment (Δx, Δy, Δψ), or its transform, that wheels or an IMU report since the
+            scan before.
 
         Returns
         -------
         StepRecord
             The decision; for the very first scan it is ``Decision.START``.
         """
+        expected = None if prior is None else as_row(prior, "prior")
         filtered = self.parameters.preprocessing(scan)
         if self._started:
-            expected = None if prior is None else as_pose(prior, "prior")
             record = estimate_step(
                 filtered,
                 self._seen.target,
@@ -106,7 +96,7 @@ class ScanMatchingOdometry:
         return record
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class OdometryResult:
     """A whole run: `poses` (K, 3) of x, y, ψ [m, m, rad] and the K records of the steps."""
 
@@ -117,31 +107,39 @@ class OdometryResult:
         """How many steps ended in one of `decisions`."""
         return sum(record.decision in decisions for record in self.records)
 
+    @property
+    def against_prior(self) -> int:
+        """How many matches were believed against a prior that nothing supported."""
+        return sum(record.against_prior for record in self.records)
+
+    def __repr__(self) -> str:
+        counts = Counter(record.decision.value for record in self.records)
+        words = ", ".join(f"{name} {count}" for name, count in counts.items())
+        against = f"; {self.against_prior} against the prior" if self.against_prior else ""
+        return f"OdometryResult({len(self.records)} scans: {words}{against})"
+
 
 def estimate_odometry(
-    scans: Sequence[Scan | ArrayLike],
+    scans: Iterable[Scan | ArrayLike],
     priors: ArrayLike | None = None,
     parameters: OdometryParameters | None = None,
     *,
     start: ArrayLike = (0.0, 0.0, 0.0),
-    jobs: int = 1,
     progress: Callable[[Iterable[Any]], Iterable[Any]] = iter,
 ) -> OdometryResult:
     """Estimate the motion of a whole log.
 
     Parameters
     ----------
-    scans : sequence of Scan or array_like, length K
-        In the order of time.
-    priors : array_like, shape (K, 3) or (K−1, 3), optional
-        Wheel odometry: K poses (x, y, ψ), or the K−1 increments between them.
+    scans : iterable of Scan or array_like, length K
+        In the order of time; they are gone through once.
+    priors : array_like, shape (K, 3) or (K−1, 3), or (K, 3, 3) or (K−1, 3, 3), optional
+        Wheel odometry: K poses, or the K−1 increments between them, as rows (x, y, ψ) or
+        as transforms.
     parameters : OdometryParameters, optional
         Matcher, limits and fallbacks.
-    start : array_like, shape (3,)
+    start : array_like, shape (3,) or (3, 3)
         Pose of the first scan.
-    jobs : int
-        Threads that share the steps; the result is the same, bit for bit. They can share
-        steps that do not need one another: scan against scan, from priors.
     progress : callable
         Wraps the scans while they are matched, e.g. ``tqdm.tqdm``.
 
@@ -153,66 +151,32 @@ def estimate_odometry(
     ------
     InvalidPointsError
         For `priors` or a `start` of another shape, or not finite.
-    InvalidParameterError
-        Unless `jobs` is a whole number of at least 1.
 
     Examples
     --------
     >>> import labkit
     >>> from labkit.simulation import Lidar, room, scan_along
     >>> path = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.02], [0.2, 0.0, 0.04]]
-    >>> run = estimate_odometry(scan_along(room(), path, Lidar(), rng=0), priors=path)
-    >>> run.count(Decision.ICP)
-    2
+    >>> estimate_odometry(scan_along(room(), path, Lidar(), rng=0), priors=path)
+    OdometryResult(3 scans: start 1, icp 2)
     """
-    check_count(jobs, "jobs", at_least=1)
-    parameters = _as_parameters(parameters)
-    first = as_pose(start, "start")
-    increments = None if priors is None else _as_increments(priors, len(scans))
-    if increments is None or parameters.against == "map":
-        records = _steps_in_turn(scans, increments, parameters)
-    else:
-        records = _independent_steps(scans, increments, parameters, jobs)
-    with closing(records):  # ends the threads, whatever happens to `progress`
-        done = [record for _, record in zip(progress(scans), records, strict=True)]
-    steps = np.array([record.increment for record in done[1:]]).reshape(-1, 3)
-    poses = integrate(steps, first)[: len(done)]
-    return OdometryResult(poses=poses, records=tuple(done))
+    odometry = ScanMatchingOdometry(parameters, start)
+    expected: Iterable[FloatArray | None] = repeat(None)
+    if priors is not None:
+        scans = scans if isinstance(scans, Sized) else list(scans)
+        expected = chain([None], _as_increments(priors, len(scans)))
+    poses, records = list[FloatArray](), list[StepRecord]()
+    for scan, prior in zip(progress(scans), expected, strict=False):
+        records.append(odometry.update(scan, prior))
+        poses.append(odometry.pose)
+    return OdometryResult(poses=np.array(poses).reshape(-1, 3), records=tuple(records))
 
 
-def _steps_in_turn(
-    scans: Sequence[Scan | ArrayLike],
-    increments: FloatArray | None,
-    parameters: OdometryParameters,
-) -> Generator[StepRecord, None, None]:
-    """The record of each scan; every step starts from what the ones before it left."""
-    odometry = ScanMatchingOdometry(parameters)
-    for k, scan in enumerate(scans):
-        prior = None if increments is None or k == 0 else increments[k - 1]
-        yield odometry.update(scan, prior)
-
-
-def _independent_steps(
-    scans: Sequence[Scan | ArrayLike],
-    increments: FloatArray,
-    parameters: OdometryParameters,
-    jobs: int,
-) -> Generator[StepRecord, None, None]:
-    """The record of each scan; the steps are cut into stretches that may be done anywhere."""
-
-    def match_from(begin: int) -> list[StepRecord]:
-        end = min(begin + STRETCH, len(increments))
-        filtered = [parameters.preprocessing(scan) for scan in scans[begin : end + 1]]
-        return estimate_steps(filtered, increments[begin:end], parameters)
-
-    if len(scans):
-        yield StepRecord(increment=STILL, decision=Decision.START)
-    pool = ThreadPoolExecutor(jobs)
-    try:
-        for stretch in pool.map(match_from, range(0, len(increments), STRETCH)):
-            yield from stretch
-    finally:  # whatever happens to the one who reads them
-        pool.shutdown(cancel_futures=True)
+def warm() -> None:
+    """Compile what the odometry needs, or find it on disk: no step waits for it afterwards."""
+    wall = np.linspace(0.0, 4.0, 41)[:, None] * [[1.0, 0.0]] - [[1.0, 2.0]]
+    corner = Scan.from_points(np.vstack([wall, wall[:, ::-1]]))
+    estimate_odometry([corner] * 3)
 
 
 def _as_parameters(parameters: OdometryParameters | None) -> OdometryParameters:
@@ -228,11 +192,10 @@ def _as_parameters(parameters: OdometryParameters | None) -> OdometryParameters:
 
 
 def _as_increments(priors: ArrayLike, scan_count: int) -> FloatArray:
-    rows = as_floats(priors, "priors", hint="give rows (x, y, ψ) or (Δx, Δy, Δψ)")
-    if rows.shape not in ((scan_count, 3), (scan_count - 1, 3)):
+    rows = as_rows(priors, "priors")
+    if len(rows) not in (scan_count, scan_count - 1):
         raise InvalidPointsError(
             f"`priors` must have shape ({scan_count}, 3), a pose a scan, or "
-            f"({scan_count - 1}, 3), an increment a step, got {rows.shape}"
+            f"({scan_count - 1}, 3), an increment a step, got {np.shape(priors)}"
         )
-    finite = as_finite(rows, "priors")
-    return increments_between(finite) if len(finite) == scan_count else finite
+    return increments_between(rows) if len(rows) == scan_count else rows

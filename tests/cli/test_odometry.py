@@ -168,20 +168,6 @@ def start(folder, *arguments, threads="1", before=""):
     )
 
 
-@pytest.mark.slow
-def test_neither_jobs_nor_threads_change_a_byte(killian, tmp_path):
-    """Matched scan to scan, for steps against a map are shared among nobody."""
-    ways = {"alone": (1, "1"), "shared": (2, "2")}
-    for name, (jobs, threads) in ways.items():
-        (tmp_path / name).mkdir()
-        options = ("--scans", 600, "--against", "scan", "--jobs", jobs, "--plot", "none")
-        with start(tmp_path / name, *options, threads=threads) as process:
-            _, err = process.communicate(timeout=120)
-            assert (process.returncode, err) == (0, "")
-    for file in ("killian-odometry.tum", "killian-quality.csv"):
-        assert len({(tmp_path / name / file).read_bytes() for name in ways}) == 1
-
-
 def living(group):
     """The processes of a group that still run."""
     listed = subprocess.run(["ps", "-eo", "pgid,stat"], capture_output=True, text=True, check=True)
@@ -196,7 +182,7 @@ def test_a_run_that_is_stopped_leaves_no_process_and_no_file(
     killian, tmp_path, against, ends, status
 ):
     """Ctrl-C, which every process of the terminal gets, and a kill that one of them gets."""
-    with start(tmp_path, "--jobs", 3, "--against", against, before=SLOWLY) as process:
+    with start(tmp_path, "--against", against, before=SLOWLY) as process:
         assert "killian: 3873 scans" in process.stdout.readline()
         if ends == "SIGINT":
             os.killpg(process.pid, signal.SIGINT)
@@ -211,20 +197,6 @@ def test_a_run_that_is_stopped_leaves_no_process_and_no_file(
     if ends == "SIGINT":
         assert err.strip() == "labkit odometry: interrupted; no file is left half-written"
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("jobs", "message"),
-    [
-        ("0", "labkit odometry: --jobs must be a whole number of at least 1, got 0"),
-        ("-3", "labkit odometry: --jobs must be a whole number of at least 1, got -3"),
-        ("two", "argument --jobs: invalid int value: 'two'"),
-    ],
-)
-def test_jobs_that_make_no_sense(run, carmen_log, files, jobs, message):
-    status, out, err = run("odometry", carmen_log[0], "--jobs", jobs)
-    assert (status, out, files()) == (2, "", [])
-    assert message in err
 
 
 def test_an_unknown_kind_of_figure_is_refused_before_the_work(run, carmen_log, files):

@@ -73,9 +73,9 @@ def test_the_unit_of_a_field_is_that_of_its_check(defaults):
 
 def test_only_the_fields_that_are_named_get_options():
     parser = argparse.ArgumentParser()
-    add_options(parser, "some", OdometryParameters(), names=("retry_gate", "on_skip"))
+    add_options(parser, "some", OdometryParameters(), names=("against", "on_skip"))
     args = parser.parse_args(["--on-skip", "stand"])
-    assert vars(args) == {"retry_gate": 0.5, "on_skip": "stand"}
+    assert vars(args) == {"against": "map", "on_skip": "stand"}
 
 
 def test_off_is_infinity():
