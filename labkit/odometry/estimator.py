@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray
-from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.arrays import FloatArray, check_kind
+from labkit.errors import InvalidPointsError
 from labkit.odometry.expectation import REMEMBERED
 from labkit.odometry.integration import as_row, as_rows, increments_between, integrate_step
 from labkit.odometry.local_map import LastScan, LocalMap
@@ -47,7 +47,8 @@ class ScanMatchingOdometry:
         parameters: OdometryParameters | None = None,
         start: ArrayLike = (0.0, 0.0, 0.0),
     ) -> None:
-        self.parameters = _as_parameters(parameters)
+        self.parameters = OdometryParameters() if parameters is None else parameters
+        check_kind(self.parameters, "parameters", OdometryParameters)
         self.pose = as_row(start, "start")
         against_map = self.parameters.against == "map"
         self._seen = LocalMap(self.parameters.map) if against_map else LastScan()
@@ -177,18 +178,6 @@ def warm() -> None:
     wall = np.linspace(0.0, 4.0, 41)[:, None] * [[1.0, 0.0]] - [[1.0, 2.0]]
     corner = Scan.from_points(np.vstack([wall, wall[:, ::-1]]))
     estimate_odometry([corner] * 3)
-
-
-def _as_parameters(parameters: OdometryParameters | None) -> OdometryParameters:
-    if parameters is None:
-        return OdometryParameters()
-    if not isinstance(parameters, OdometryParameters):
-        raise InvalidParameterError(
-            f"must be OdometryParameters, got {type(parameters).__name__}; those of "
-            f"the matcher go in as OdometryParameters(icp=...)",
-            parameter="parameters",
-        )
-    return parameters
 
 
 def _as_increments(priors: ArrayLike, scan_count: int) -> FloatArray:

@@ -1,33 +1,28 @@
 """One step of odometry: the lesson's second flow chart, with its fallbacks in a stated order.
 
-=====  ==============================================================================
-A      `_Step.match`: ICP, from the prior or from the last motion
-B      `_Step.judged`: the increment (Δx, Δy, Δψ) in the frame of scan k
-C      `labkit.odometry.integration`: the pose
-D      `_Step.judged`: the sanity checks; `_choose`: which match is the best, and alone
-E      `_published`: the match is the odometry
-F      `_Step.fall_back`: reduced steps, then a search; `_published`: the prior, or skip
-=====  ==============================================================================
+A  `_Step.match`      ICP from the prior, or from the last motion where there is none
+B  `_Step.judged`     the increment (Δx, Δy, Δψ) in the frame of scan k
+C  `integrate_step`   the pose, in `labkit.odometry.integration`
+D  `_Step.judged`     the sanity checks; `_choose`: the best of several matches
+E  `_published`       the match that is believed
+F  `_Step.fall_back`  reduced steps, or a search; `_published`: the prior, or skip
 
-1. ICP from the prior, or from the last motion where there is none.
-2. Where a sanity check fails: ICP once more, with a reduced gate and reduced steps.
-3. Where there is no prior, or the match is not believed or doubtful: a search, and ICP from
-   its best starts.
-4. Where no match passes near the prior: the same as if there were no wheels. A match that
-   is alone and well supported is believed against a prior that nothing supports.
-5. The prior; without one, skip the update: hold the last motion, or stand still where there
+1. ICP from the prior, or from the last motion.
+2. Where there is no prior, or the match is not believed or doubtful: a search, and ICP from
+   its best starts. Without the search, the lesson's chain: a failed match is tried once more
+   with a reduced gate and reduced steps.
+3. Where no match passes near the prior: a search as if there were no wheels. A match that is
+   alone and well supported is believed against a prior that nothing supports.
+4. The prior; without one, skip the update: hold the last motion, or stand still where there
    is none to hold (a motion is held once) or `on_skip` says so.
 
 Of several matches, the checks judge the one that agrees best with the target and deviates
-least from the expected motion (`labkit.odometry.expectation`). A worse match is not believed
-just because it passes the checks: if the best match lies half a metre beyond a limit, another
-match within the limit is no better. If a scan fits in several places within the limits, the
-match is not a measurement: the prior is taken, and without one the place nearest to the
-expected motion. Motions that no wall fixes, such as the way along a corridor, are taken from
-the prior or the expected motion.
-
-Without the search, 1, 2 and 5 are the lesson's chain: the first match that passes is taken,
-and without a prior a step with a free direction is not believed.
+least from the expected motion (`labkit.odometry.expectation`). If the best one lies half a
+metre beyond a limit, a worse one within the limit is no better. If a scan fits in several
+places within the limits, the match is not a measurement: the prior is taken, and without one
+the place nearest to the expected motion. Motions that no wall fixes, such as the way along a
+corridor, are taken from the prior or, with the search, from the last motions; without either
+the step is not believed.
 """
 
 from __future__ import annotations
@@ -44,14 +39,14 @@ from labkit.correspondences import MIN_PAIRS
 from labkit.degeneracy import spread_ratio
 from labkit.icp import icp
 from labkit.odometry.agreement import THROUGH, beams_of, look_through, misfit
-from labkit.odometry.expectation import Expectation
+from labkit.odometry.expectation import completed, unlikeliness
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.sanity import motion_complaints, quality_complaints
 from labkit.odometry.search import STARTS, alike, apart, field_of, search
 from labkit.result import IcpResult
 from labkit.scan import Scan
-from labkit.se2 import invert, to_xytheta
+from labkit.se2 import from_xytheta, invert, to_xytheta
 from labkit.target import Target
 
 STILL = np.zeros(3)
@@ -91,10 +86,6 @@ def estimate_step(
         Where scan k was taken in the target's frame; the identity where it is the target.
     earlier_motions : ndarray, shape (K, 3)
         Increments of steps before, the newest first, for a search without a prior.
-
-    Returns
-    -------
-    StepRecord
     """
     skipped = last_motion if parameters.on_skip == "hold" else STILL
     guess, last_resort = prior, Decision.PRIOR
@@ -105,22 +96,23 @@ def estimate_step(
         which = "older" if target is None else "newer"
         return replace(resort, reason=f"the {which} scan has fewer than {MIN_PAIRS} points")
 
-    before = np.vstack([skipped, earlier_motions])
-    expected = Expectation(before if prior is None else guess[None], T_target_last)
+    likely = np.vstack([skipped, earlier_motions]) if prior is None else guess[None]
+    expected = T_target_last @ from_xytheta(likely)
     step = _Step(source, target, T_target_last, prior, expected, parameters)
-    tried = [step.match(step.expected.poses[0], Decision.ICP)]
+    tried = [step.match(expected[0], Decision.ICP)]
     if tried[0].complaints or step.is_doubtful(tried[0]):
         step.fall_back(tried)
     choice = _choose(tried, step)
     if choice.best.complaints and prior is not None and parameters.search:
-        alone = replace(step, prior=None, expected=Expectation(before, T_target_last))
-        tried = [alone.judged(each.result, each.decision) for each in tried]
-        alone.search(tried)
-        witness = _choose(tried, alone)
-        if witness.believed and not witness.ambiguous and witness.best.measures_all:
-            reasons = [choice.reason, "believed against the prior: alone, and well supported"]
-            choice = replace(witness, reason="; ".join(reasons), against_prior=True)
-    return _published(choice, step, resort)
+        likely = np.vstack([skipped, earlier_motions])
+        alone = replace(step, prior=None, expected=T_target_last @ from_xytheta(likely))
+        again = [alone.judged(each.result, each.decision) for each in tried]
+        alone.fall_back(again)
+        witness = _choose(again, alone)
+        if witness.measures_all:
+            why = f"{choice.reason}; believed against the prior: alone, and well supported"
+            choice = replace(witness, reason=why, against_prior=True)
+    return _published(choice, source, resort)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,11 +134,6 @@ class _Match:
     def T_target_source(self) -> FloatArray:
         return self.result.T_target_source
 
-    @property
-    def measures_all(self) -> bool:
-        """Whether it is well supported in every direction."""
-        return self.agreement >= DOUBTFUL and not self.degenerate
-
 
 @dataclass(frozen=True, eq=False)
 class _Choice:
@@ -159,16 +146,22 @@ class _Choice:
     reason: str
     against_prior: bool = False
 
+    @property
+    def measures_all(self) -> bool:
+        """Whether it is alone, and well supported in every direction."""
+        supported = self.best.agreement >= DOUBTFUL and not self.best.degenerate
+        return self.believed and supported and not self.ambiguous
+
 
 @dataclass(frozen=True, eq=False)
 class _Step:
-    """What all matches of a step have in common."""
+    """What all matches of a step have in common; `expected` are poses, the likeliest first."""
 
     source: Scan
     target: Target
     T_target_last: FloatArray
     prior: FloatArray | None
-    expected: Expectation
+    expected: FloatArray
     parameters: OdometryParameters
 
     def match(self, T_guess: FloatArray, decision: Decision) -> _Match:
@@ -179,17 +172,17 @@ class _Step:
         # From a prior, a free direction stays there; from elsewhere it is put where expected.
         from_prior = self.prior is not None and decision is not Decision.SEARCH
         if seen is not None and seen.degenerate and not from_prior and self._completes:
-            T_expected = self.expected.completed(result.T_target_source, seen)
-            result = icp(self.source, self.target, T_expected, told)
+            T_guess = completed(result.T_target_source, seen, self.expected)
+            result = icp(self.source, self.target, T_guess, told)
         return self.judged(result, decision)
 
     def judged(self, result: IcpResult, decision: Decision) -> _Match:
         """The motion of a match (B), and every sanity check that it fails (D)."""
-        increment = to_xytheta(self._T_last_target @ result.T_target_source)
+        T, told, limits = result.T_target_source, result.parameters, self.parameters.limits
+        increment = to_xytheta(self._T_last_target @ T)
         if result.termination.failed:
             return _Match(decision, result, increment, [result.message])
-        T, told, pairs = result.T_target_source, result.parameters, result.correspondences
-        limits, seen = self.parameters.limits, result.observability
+        pairs, seen = result.correspondences, result.observability
         gate = told.max_correspondence_distance
         gate = close_gate(gate, told.huber_delta) if told.approach else gate
         through = look_through(*self._beams, self._walls, np.array(T))
@@ -203,43 +196,28 @@ class _Step:
         stays = told.metric == "point_to_line" and (self.prior is not None or self._completes)
         if degenerate and not stays:
             complaints.append(f"degenerate: information {information:.3f}")
-        return _Match(
-            decision,
-            result,
-            increment,
-            complaints,
-            agreement=agreement,
-            score=agreement - SURPRISE * self.expected.unlikeliness(T),
-            rmse=rmse,
-            through=through,
-            information=information,
-            degenerate=degenerate,
-        )
+        score = agreement - SURPRISE * unlikeliness(T, self.expected)
+        numbers = agreement, score, rmse, through, information
+        return _Match(decision, result, increment, complaints, *numbers, degenerate)
 
     def is_doubtful(self, match: _Match) -> bool:
         """Whether a search should say if there is a better match than one that passes."""
         return self.parameters.search and (self.prior is None or match.agreement < DOUBTFUL)
 
     def fall_back(self, tried: list[_Match]) -> None:
-        """Add the match with reduced steps, and those of a search (F)."""
-        if tried[0].complaints:
-            tried.append(self.match(self.expected.poses[0], Decision.RETRY))
-        if self.parameters.search:
-            self.search(tried)
-
-    def search(self, tried: list[_Match]) -> None:
-        """Add the matches from the motions of before, and from the best starts of a search.
+        """Add a match with reduced steps, or those from the best starts of a search (F).
 
         A start is passed over that lies where another match has ended.
         """
-        limits = self.parameters.limits
+        limits, middle = self.parameters.limits, self.expected[0]
+        window = limits.max_prior_translation, limits.max_prior_rotation
+        if not self.parameters.search:
+            tried.append(self.match(middle, Decision.RETRY))
+            return
         if self.prior is None:
             middle, window = self.T_target_last, (limits.max_translation, limits.max_rotation)
-        else:
-            middle = self.expected.poses[0]
-            window = limits.max_prior_translation, limits.max_prior_rotation
         found = search(self.source, field_of(self.target), middle, window)
-        for T_guess in [*apart(self.expected.poses, STARTS // 2), *found]:
+        for T_guess in [*apart(self.expected, STARTS // 2), *found]:
             if not any(alike(T_guess, each.T_target_source) for each in tried):
                 tried.append(self.match(T_guess, Decision.SEARCH))
 
@@ -263,29 +241,20 @@ class _Step:
 
 def _choose(tried: list[_Match], step: _Step) -> _Choice:
     """Choose the best match, and compare it with those that ended elsewhere (D)."""
-    if step.parameters.search:
-        best = _best(tried)
-    else:
-        best = next((each for each in tried if not each.complaints), tried[-1])
+    good = [each for each in tried if not each.complaints]
+    best = _best(tried) if step.parameters.search else (good or tried)[-1]
     others = [
-        each.agreement
-        for each in tried
-        if not each.complaints and not alike(each.T_target_source, best.T_target_source)
+        each.agreement for each in good if not alike(each.T_target_source, best.T_target_source)
     ]
     margin = best.agreement - max(others) if others else math.nan
     ambiguous = step.parameters.search and not best.complaints and margin < ALIKE
     reasons = [
-        f"{each.decision.value}: {', '.join(each.complaints)}" for each in tried if each.complaints
+        f"{bad.decision.value}: {', '.join(bad.complaints)}" for bad in tried if bad.complaints
     ]
     if ambiguous:
         reasons.append(f"ambiguous: it fits elsewhere, too ({margin:+.3f})")
-    return _Choice(
-        best=best,
-        margin=margin,
-        ambiguous=ambiguous,
-        believed=not best.complaints and not (ambiguous and step.prior is not None),
-        reason="; ".join(reasons),
-    )
+    believed = not best.complaints and not (ambiguous and step.prior is not None)
+    return _Choice(best, margin, ambiguous, believed, "; ".join(reasons))
 
 
 def _best(tried: list[_Match]) -> _Match:
@@ -294,14 +263,14 @@ def _best(tried: list[_Match]) -> _Match:
     Or one that is about as good and passes the checks; or an earlier one that ended there.
     """
     best = max(tried, key=lambda each: each.score)
+    good = [each for each in tried if not each.complaints]
     if best.complaints:
-        good = [each for each in tried if not each.complaints]
         return next((each for each in good if each.score > best.score - ALIKE), best)
-    there = [each for each in tried if alike(each.T_target_source, best.T_target_source)]
-    return next(each for each in there if each.score > best.score - SAME and not each.complaints)
+    there = [each for each in good if alike(each.T_target_source, best.T_target_source)]
+    return next(each for each in there if each.score > best.score - SAME)
 
 
-def _published(choice: _Choice, step: _Step, resort: StepRecord) -> StepRecord:
+def _published(choice: _Choice, source: Scan, resort: StepRecord) -> StepRecord:
     """The record of the match that is believed (E), or of the last resort (F)."""
     best, result = choice.best, choice.best.result
     x, y, turn = best.increment.tolist()
@@ -322,7 +291,7 @@ def _published(choice: _Choice, step: _Step, resort: StepRecord) -> StepRecord:
         against_prior=choice.against_prior,
         rotation=abs(turn),
         information=best.information,
-        spread=math.nan if result.termination.failed else spread_ratio(step.source, from_the_end),
+        spread=math.nan if result.termination.failed else spread_ratio(source, from_the_end),
         iterations=result.iterations,
         degenerate=best.degenerate,
         termination=result.termination,

@@ -34,7 +34,6 @@ from labkit import Target, apply, from_xytheta, invert, to_xytheta
 from labkit.arrays import BoolArray, FloatArray
 from labkit.logs import Log
 from labkit.odometry import Decision, OdometryParameters, estimate_step, increments_between
-from labkit.odometry.expectation import Expectation
 from labkit.odometry.step import _Step
 from labkit.result import IcpResult
 from labkit.se2 import relative
@@ -98,12 +97,12 @@ def rows(log: Log, reference: Reference, stride: int) -> Iterator[Row]:
         for kind in GUESSES:
             prior = guess_of(motions[k], wheels[i], kind, rng)
             guess = STILL if prior is None else prior
-            expected = Expectation(guess[None], np.eye(3))
+            expected = from_xytheta(guess[None])
             step = _Step(source, target, np.eye(3), prior, expected, parameters)
-            match = step.match(expected.poses[0], Decision.ICP)
+            match = step.match(expected[0], Decision.ICP)
             record = estimate_step(source, target, prior, STILL, parameters)
             off = relative(from_xytheta(motions[k]), from_xytheta(record.increment))
-            shift, turn = lengths(relative(expected.poses[0], match.T_target_source))
+            shift, turn = lengths(relative(expected[0], match.T_target_source))
             failed = match.result.termination.failed
             yield {
                 "log": log.name,

@@ -209,7 +209,7 @@ def test_a_run_takes_bare_points():
 
 
 def test_the_matchers_parameters_are_not_the_odometrys():
-    message = r"`parameters` must be OdometryParameters, got IcpParameters; .*\(icp=\.\.\.\)"
+    message = "`parameters` must be .*OdometryParameters, got IcpParameters"
     with pytest.raises(InvalidParameterError, match=message):
         ScanMatchingOdometry(IcpParameters())
     with pytest.raises(InvalidParameterError, match=message):
