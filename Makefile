@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
 BENCH := .venv-bench
-WARM = $(BIN)/python -c 'from labkit.engine import warm; warm()'  # compiles the engine where it is new
+WARM = $(BIN)/python -m labkit.warm  # compiles the stages where they are new
 MUTANTS := .venv-mutants
 
 .DEFAULT_GOAL := help
@@ -24,6 +24,7 @@ pdf: book ## the same as one PDF, _build/book.pdf; needs Chromium
 	$(BIN)/python book/_ext/print_book.py
 
 student: $(READY) ## write what students get: the lab and its book without solutions
+	@$(WARM)
 	@$(BIN)/python book/_ext/browser_files.py
 	$(BIN)/python book/_ext/students_edition.py
 

@@ -22,17 +22,20 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import EPSILON, FloatArray, as_pairs
+from labkit.arrays import FloatArray, as_pairs
+from labkit.compiled import compiled
 from labkit.errors import DegenerateAlignmentError
-from labkit.se2 import rotation, transform
 
 # A sum of n products carries a rounding error of about n·ε; a hundred thousand pairs
 # stay well below this, and a real scan's spread stays well above it.
 RELATIVE_RESOLUTION = 1e-10
+EPSILON = 2.0**-52
+# What `closed_form` found wrong with the pairs.
+SOLVED, NO_WEIGHT, SOURCE_COINCIDES, TARGET_COINCIDES, ANY_ROTATION = range(5)
 
 
 def align(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None) -> FloatArray:
-    """The rigid transform that best maps `source` onto `target`, in closed form.
+    """Find the rigid transform that best maps `source` onto `target`, in closed form.
 
     Parameters
     ----------
@@ -59,14 +62,10 @@ def align(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None
     >>> np.round(T, 12).tolist()
     [[0.0, -1.0, 2.0], [1.0, 0.0, 3.0], [0.0, 0.0, 1.0]]
     """
-    p, q, w = _weighted(source, target, weights)
-    p_mean, q_mean, x, y, scale = _center(p, q, w)
-    a = float(w @ (x * y).sum(axis=1))  # (2.5)  Σ w (x·y)
-    b = float(w @ (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]))  # (2.6)  Σ w (x × y)
-    _require_rotation(math.hypot(a, b), scale, len(w))
-    theta = math.atan2(b, a)  # (2.7)
-    t = q_mean - rotation(theta) @ p_mean  # (2.3)
-    return transform(t[0], t[1], theta)
+    p, q, w = as_pairs(source, target, weights)
+    T, problem = closed_form(p, q, w)
+    _require_solved(problem, len(w))
+    return T
 
 
 def align_svd(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None) -> FloatArray:
@@ -76,66 +75,87 @@ def align_svd(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = 
     R = V diag(1, det(V Uᵀ)) Uᵀ; without the determinant a mirrored scene would yield a
     reflection, which no robot can drive.
     """
-    p, q, w = _weighted(source, target, weights)
-    p_mean, q_mean, x, y, scale = _center(p, q, w)
-    H = (w[:, None] * x).T @ y  # (2.4)
-    U, singular_values, Vt = np.linalg.svd(H)
-    sign = np.sign(np.linalg.det(Vt.T @ U.T))
-    _require_rotation(float(singular_values[0] + sign * singular_values[1]), scale, len(w))
-    R = Vt.T @ np.diag([1.0, sign]) @ U.T  # (2.8)
+    p, q, w = as_pairs(source, target, weights)
+    _require_solved(closed_form(p, q, w)[1], len(w))
+    p, q, w = p[w > 0.0], q[w > 0.0], w[w > 0.0]
+    p_mean, q_mean = w @ p / w.sum(), w @ q / w.sum()  # (2.2)
+    H = (w[:, None] * (p - p_mean)).T @ (q - q_mean)  # (2.4)
+    U, _, Vt = np.linalg.svd(H)
+    R = Vt.T @ np.diag([1.0, np.sign(np.linalg.det(Vt.T @ U.T))]) @ U.T  # (2.8)
     T = np.eye(3)
     T[:2, :2] = R
     T[:2, 2] = q_mean - R @ p_mean  # (2.3)
     return T
 
 
-def _weighted(
-    source: ArrayLike, target: ArrayLike, weights: ArrayLike | None
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The pairs that have a weight: those of weight 0 say nothing, wherever they lie."""
-    p, q, w = as_pairs(source, target, weights)
-    counted = w > 0.0
-    if not counted.any():
-        raise DegenerateAlignmentError(
-            f"all {len(w)} weights are zero, so no pair says anything; "
-            f"relax the gate or the weights"
-        )
-    return p[counted], q[counted], w[counted]
+@compiled
+def closed_form(p: FloatArray, q: FloatArray, w: FloatArray) -> tuple[FloatArray, int]:
+    """Align pairs p, q (N, 2) [m] of weight w (N,): T, and `SOLVED` or what is wrong.
 
-
-def _center(
-    p: FloatArray, q: FloatArray, w: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, float]:
-    """Weighted centroids, the pairs seen from them (2.2), and their scale [m²].
-
-    That is the weight times the root mean square distance from the centroid, of both.
-    Raise where all points coincide.
+    Pairs of weight 0 say nothing, wherever they lie.
     """
-    total = w.sum()
-    p_mean, q_mean = w @ p / total, w @ q / total
-    x, y, scale = p - p_mean, q - q_mean, float(total)
-    for name, points, centered in (("source", p, x), ("target", q, y)):
-        spread = math.sqrt(float(w @ (centered * centered).sum(axis=1) / total))
-        rounding = 64.0 * EPSILON * np.abs(points).max()
-        if spread <= max(rounding, RELATIVE_RESOLUTION * np.abs(centered).max()):
-            raise DegenerateAlignmentError(
-                f"the weighted {name} points coincide (spread {spread:.3g} m over {len(w)} "
-                f"pairs), so the rotation is undetermined; at least 2 distinct pairs with "
-                f"weight are needed"
+    p_mean, q_mean = centroid(p, w), centroid(q, w)  # (2.2)
+    a, b, p_spread, q_spread, p_arm, q_arm, p_far, q_far = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(len(p)):
+        if w[i] > 0.0:
+            x, y = p[i, 0] - p_mean[0], p[i, 1] - p_mean[1]
+            u, v = q[i, 0] - q_mean[0], q[i, 1] - q_mean[1]
+            a += w[i] * (x * u + y * v)  # (2.5)
+            b += w[i] * (x * v - y * u)  # (2.6)
+            p_spread, p_arm = p_spread + w[i] * (x * x + y * y), max(p_arm, abs(x), abs(y))
+            q_spread, q_arm = q_spread + w[i] * (u * u + v * v), max(q_arm, abs(u), abs(v))
+            p_far, q_far = (
+                max(p_far, abs(p[i, 0]), abs(p[i, 1])),
+                max(q_far, abs(q[i, 0]), abs(q[i, 1])),
             )
-        scale *= spread
-    return p_mean, q_mean, x, y, scale
+    theta = math.atan2(b, a)  # (2.7)
+    T = turn_about(p_mean, theta, q_mean[0] - p_mean[0], q_mean[1] - p_mean[1])  # (2.3)
+    total = w.sum()
+    if not total > 0.0:
+        return T, NO_WEIGHT
+    p_spread, q_spread = math.sqrt(p_spread / total), math.sqrt(q_spread / total)
+    if p_spread <= max(64.0 * EPSILON * p_far, RELATIVE_RESOLUTION * p_arm):
+        return T, SOURCE_COINCIDES
+    if q_spread <= max(64.0 * EPSILON * q_far, RELATIVE_RESOLUTION * q_arm):
+        return T, TARGET_COINCIDES
+    if math.hypot(a, b) <= RELATIVE_RESOLUTION * total * p_spread * q_spread:
+        return T, ANY_ROTATION  # √(a² + b²) is the height of the cosine that θ maximises
+    return T, SOLVED
 
 
-def _require_rotation(strength: float, scale: float, count: int) -> None:
-    """Raise unless the pairs fix the angle.
+@compiled
+def centroid(points: FloatArray, weights: FloatArray) -> tuple[float, float]:
+    """Weighted mean of points (N, 2) [m]; (0, 0) where no point has weight."""
+    x, y, total = 0.0, 0.0, 0.0
+    for i in range(len(points)):
+        x += weights[i] * points[i, 0]
+        y += weights[i] * points[i, 1]
+        total += weights[i]
+    return (x / total, y / total) if total > 0.0 else (0.0, 0.0)
 
-    `strength` is √(a² + b²) = σ₁ ± σ₂, the height of the cosine that the angle maximises:
-    zero means that every angle is as good. It is compared with the data's own scale.
-    """
-    if strength <= RELATIVE_RESOLUTION * scale:
+
+@compiled
+def turn_about(center: tuple[float, float], theta: float, dx: float, dy: float) -> FloatArray:
+    """The motion (3, 3) that turns by θ [rad] about `center` and then moves by (dx, dy) [m]."""
+    c, s, (x, y) = math.cos(theta), math.sin(theta), center
+    return np.array(
+        [[c, -s, x + dx - (c * x - s * y)], [s, c, y + dy - (s * x + c * y)], [0.0, 0.0, 1.0]]
+    )
+
+
+def _require_solved(problem: int, count: int) -> None:
+    if problem == NO_WEIGHT:
+        raise DegenerateAlignmentError(
+            f"all {count} weights are zero, so no pair says anything; relax the gate or the weights"
+        )
+    if problem in (SOURCE_COINCIDES, TARGET_COINCIDES):
+        which = "source" if problem == SOURCE_COINCIDES else "target"
+        raise DegenerateAlignmentError(
+            f"the weighted {which} points of {count} pairs coincide, so the rotation is "
+            f"undetermined; at least 2 distinct pairs with weight are needed"
+        )
+    if problem == ANY_ROTATION:
         raise DegenerateAlignmentError(
             f"every rotation fits these {count} pairs equally well (a = b = 0 within "
-            f"{RELATIVE_RESOLUTION:g} of their scale {scale:.3g} m²); "
-            f"is the target a mirror image of the source?"
+            f"{RELATIVE_RESOLUTION:g} of their scale); is the target a mirror image of the source?"
         )

@@ -19,7 +19,6 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 Values = TypeVar("Values", bound=NDArray[Any])
-EPSILON = float(np.finfo(float).eps)
 FARTHEST = 1e9  # [m]: no robot drives or sees farther, so a number beyond it is damaged
 
 
@@ -27,7 +26,7 @@ def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:
     """Return a copy of `values` as float64, or raise an error that says what they are.
 
     It is a copy because the caller may overwrite the array later. Its rows lie one after the
-    other in memory, the one layout that the engine is compiled for. A masked entry is not a
+    other in memory, the one layout that the stages are compiled for. A masked entry is not a
     number.
     """
     if np.ma.is_masked(values):

@@ -4,8 +4,8 @@ Each stage of the lesson's flow chart is one function. Their result is `Correspo
 
 =============  =================================================================
 D  associate   the nearest target point of each source point
-E  reject      `distance_gate` (A) and `overlap` (B)
-E  weigh       `huber_weights` (C)
+E  reject      the gate (A) and `closest` (B), the overlap
+E  weigh       `huber` (C)
 =============  =================================================================
 
 Residuals, gate and delta are distances in metres, never squares.
@@ -20,25 +20,202 @@ References
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.approach import Settings, point_share, settings_of, wide_delta
-from labkit.arrays import BoolArray, FloatArray, IntArray, check_range
+from labkit.arrays import BoolArray, FloatArray, IntArray, as_floats, check_range, read_only
+from labkit.compiled import compiled
+from labkit.errors import InvalidPointsError
+from labkit.neighbors import nearest, select
 from labkit.parameters import IcpParameters
-from labkit.se2 import apply
-from labkit.target import Target
+from labkit.schedule import Stage, stage_of
+from labkit.target import Target, TargetArrays
 
 MIN_PAIRS = 3  # the fewest pairs a step is computed from, as in the lesson
+
+
+class Pairs(NamedTuple):
+    """One association, as the loop passes it on; entry i is the i-th source point matched."""
+
+    source: FloatArray  # (N, 2) in the target's frame [m]
+    target: FloatArray  # (N, 2), the partner of each [m]
+    normals: FloatArray  # (N, 2), of the target there, NaN for none; without rows for points
+    rows: IntArray  # (N,), of the partner in the target; −1 for none
+    distances: FloatArray  # (N,) [m]; inf where the search ended before a partner
+    residuals: FloatArray  # (N,) [m], what the metric minimises; NaN without a normal
+    weights: FloatArray  # (N,), 0 for a rejected pair
+    huber_delta: float  # δ [m] of these weights
+    point_share: float  # share of the point-to-point metric in a step to lines
+
+
+@compiled
+def associate(
+    source: FloatArray,
+    target: TargetArrays,
+    T: FloatArray,
+    stage: Stage,
+    reach: float,
+    partners: IntArray,
+) -> Pairs:
+    """(D) Pair each source point (N, 2), moved by T, with its nearest target point.
+
+    The search begins at the row that `partners`, (N,), names for each point, and writes what it
+    finds there: −1 for a point without a partner within `reach` [m].
+    """
+    count = (len(source) - 1) // stage.stride + 1
+    moved, target_points, normals = np.empty((count, 2)), np.empty((count, 2)), np.empty((0, 2))
+    for i in range(count):
+        x, y = source[i * stage.stride, 0], source[i * stage.stride, 1]
+        moved[i, 0] = T[0, 0] * x + T[0, 1] * y + T[0, 2]
+        moved[i, 1] = T[1, 0] * x + T[1, 1] * y + T[1, 2]
+    guess = partners[:: stage.stride]
+    index, distances = nearest(moved, target.points, target.grid, reach * (1.0 + 1e-9), guess)
+    for i in range(count):
+        guess[i] = index[i]
+        target_points[i, 0] = target.points[index[i], 0]
+        target_points[i, 1] = target.points[index[i], 1]
+    residuals = distances.copy()
+    if stage.on_lines:
+        normals = np.empty((count, 2))
+        for i in range(count):
+            nx, ny = target.normals[index[i], 0], target.normals[index[i], 1]
+            dx, dy = moved[i, 0] - target_points[i, 0], moved[i, 1] - target_points[i, 1]
+            normals[i, 0], normals[i, 1] = nx, ny
+            residuals[i] = abs(nx * dx + ny * dy)  # |n·(p − q)|
+    weights = np.ones(count)
+    return Pairs(
+        moved,
+        target_points,
+        normals,
+        index,
+        distances,
+        residuals,
+        weights,
+        stage.huber_delta,
+        0.0,
+    )
+
+
+@compiled
+def reject_and_weigh(pairs: Pairs, stage: Stage) -> Pairs:
+    """(E) The same pairs, weighted: 0 beyond the gate or the overlap, else Huber's weight."""
+    kept = closest(pairs.distances, stage.overlap_ratio)  # (B)
+    for i in range(len(kept)):
+        within_gate = pairs.distances[i] <= stage.gate  # (A)
+        kept[i] = kept[i] and within_gate and math.isfinite(pairs.residuals[i])
+    delta = widened(pairs.residuals, kept, stage)
+    share = 0.0
+    if stage.point_share > 0.0:
+        share = min(1.0, stage.point_share * (delta / stage.huber_delta) ** 2)
+    weights = huber(pairs.residuals, delta)  # (C)
+    for i in range(len(kept)):
+        if not kept[i]:
+            weights[i] = 0.0
+    return Pairs(
+        pairs.source,
+        pairs.target,
+        pairs.normals,
+        pairs.rows,
+        pairs.distances,
+        pairs.residuals,
+        weights,
+        delta,
+        share,
+    )
+
+
+@compiled
+def closest(distances: FloatArray, overlap_ratio: float) -> BoolArray:
+    """(B) Which pairs are among the ⌊ρN⌋ closest, at least 3; of equally close ones the first."""
+    count = overlap_count(len(distances), overlap_ratio)
+    kept = np.ones(len(distances), np.bool_)
+    if count == len(distances):
+        return kept
+    largest, room = select(distances, count - 1), count
+    for i in range(len(distances)):
+        kept[i] = distances[i] < largest
+        room -= kept[i]
+    for i in range(len(distances)):
+        if room > 0 and distances[i] == largest:
+            kept[i] = True
+            room -= 1
+    return kept
+
+
+@compiled
+def overlap_count(source_points: int, overlap_ratio: float) -> int:
+    """How many pairs the overlap keeps: ⌊ρN⌋, but at least 3 where there are as many.
+
+    The product ρN is a double, so that ⌊0.29 · 100⌋ is 28.
+    """
+    return min(source_points, max(MIN_PAIRS, int(overlap_ratio * source_points)))
+
+
+@compiled
+def huber(residuals: FloatArray, huber_delta: float) -> FloatArray:
+    """(C) Huber's weight of each residual [m]: 1 up to δ, δ/r beyond."""
+    weights = np.ones(len(residuals))
+    for i in range(len(residuals)):
+        if residuals[i] > huber_delta:
+            weights[i] = huber_delta / residuals[i]
+    return weights
+
+
+@compiled
+def widened(residuals: FloatArray, kept: BoolArray, stage: Stage) -> float:
+    """δ [m] of this iteration: from afar as wide as the median of the kept residuals asks."""
+    count, some = 0, np.empty(len(residuals))
+    for i in range(len(residuals)):
+        if kept[i]:
+            some[count] = residuals[i]
+            count += 1
+    if stage.widening == 0.0 or count == 0:
+        return stage.huber_delta
+    return max(stage.huber_delta, stage.widening * select(some[:count], count // 2))
+
+
+@compiled
+def cost(pairs: Pairs, stage: Stage) -> float:
+    """The truncated Huber cost J [m²] of the ⌊ρN⌋ closest pairs, over N (4.1).
+
+    A pair outside the gate counts as if it lay at the gate; one without a normal, by its
+    distance.
+    """
+    counted, total = closest(pairs.distances, stage.overlap_ratio), 0.0
+    for i in range(len(counted)):
+        if counted[i]:
+            r = min(pairs.distances[i], stage.gate)
+            if pairs.distances[i] <= stage.gate and math.isfinite(pairs.residuals[i]):
+                r = pairs.residuals[i]
+            total += loss(r, pairs.huber_delta)
+    return total / len(counted)
+
+
+@compiled
+def loss(residual: float, huber_delta: float) -> float:
+    """Huber's loss [m²] of a residual [m]: r² up to δ, 2δr − δ² beyond."""
+    capped = min(residual, huber_delta)
+    return capped * (2.0 * residual - capped)
+
+
+@compiled
+def inlier_count(pairs: Pairs) -> int:
+    """How many pairs were kept."""
+    count = 0
+    for weight in pairs.weights:
+        if weight > 0.0:
+            count += 1
+    return count
 
 
 def distance_gate(distances: ArrayLike, max_correspondence_distance: float) -> BoolArray:
     """(A) Which pairs lie within the gate: ``d <= max_correspondence_distance`` [m]."""
     check_range(max_correspondence_distance, "max_correspondence_distance", above=0.0, unit="m")
-    return np.asarray(distances, dtype=np.float64) <= max_correspondence_distance
+    return _as_residuals(distances, "distances") <= max_correspondence_distance
 
 
 def overlap(distances: ArrayLike, overlap_ratio: float) -> BoolArray:
@@ -47,39 +224,22 @@ def overlap(distances: ArrayLike, overlap_ratio: float) -> BoolArray:
     Parameters
     ----------
     distances : array_like, shape (N,)
-        Residuals of *all* N source points, gated or not, in metres.
+        Distances of *all* N source points, gated or not, in metres.
     overlap_ratio : float
         The fraction ρ in (0, 1] that is kept.
 
     Returns
     -------
     ndarray of bool, shape (N,)
-        True for the pairs kept; of equal residuals the first ones.
+        True for the pairs kept; of equal distances the first ones.
 
     Notes
     -----
-    Because it looks at all N residuals, the result does not depend on whether the gate
+    Because it looks at all N distances, the result does not depend on whether the gate
     came first, and ρ keeps its meaning (the share of the source that has a partner).
     """
     check_range(overlap_ratio, "overlap_ratio", above=0.0, at_most=1.0)
-    d = np.asarray(distances, dtype=np.float64)
-    count = overlap_count(len(d), overlap_ratio)
-    if count == len(d):
-        return np.ones(count, dtype=bool)
-    largest = np.partition(d, count - 1)[count - 1]
-    kept: BoolArray = d <= largest
-    surplus = np.count_nonzero(kept) - count
-    if surplus:  # residuals equal to the largest one: the last of them go
-        kept[np.flatnonzero(d == largest)[-surplus:]] = False
-    return kept
-
-
-def overlap_count(source_points: int, overlap_ratio: float) -> int:
-    """How many pairs `overlap` keeps: ⌊ρN⌋, but at least 3 where there are as many.
-
-    The product ρN is a double, so that ⌊0.29 · 100⌋ is 28.
-    """
-    return min(source_points, max(MIN_PAIRS, int(overlap_ratio * source_points)))
+    return closest(_as_residuals(distances, "distances"), float(overlap_ratio))
 
 
 def huber_weights(residuals: ArrayLike, huber_delta: float) -> FloatArray:
@@ -97,27 +257,35 @@ def huber_weights(residuals: ArrayLike, huber_delta: float) -> FloatArray:
     ndarray, shape (N,), in (0, 1]
     """
     check_range(huber_delta, "huber_delta", above=0.0, unit="m")
-    r = np.asarray(residuals, dtype=np.float64)
-    if huber_delta == math.inf:
-        return np.ones_like(r)
-    weights: FloatArray = huber_delta / np.maximum(r, huber_delta)
-    return weights
+    r = _as_residuals(residuals, "residuals")
+    return huber(r.ravel(), float(huber_delta)).reshape(r.shape)
 
 
 def huber_loss(residuals: ArrayLike, huber_delta: float) -> FloatArray:
     """Huber's loss [m²] whose weights those are: r² up to δ, 2δr − δ² beyond."""
     check_range(huber_delta, "huber_delta", above=0.0, unit="m")
-    r = np.asarray(residuals, dtype=np.float64)
-    capped = np.minimum(r, huber_delta)
-    loss: FloatArray = capped * (2.0 * r - capped)
-    return loss
+    r = _as_residuals(residuals, "residuals")
+    return np.reshape([loss(each, float(huber_delta)) for each in r.ravel()], r.shape)
+
+
+def _as_residuals(values: ArrayLike, name: str) -> FloatArray:
+    """Check distances [m]: none is negative or NaN."""
+    checked = as_floats(values, name, hint="give distances in metres")
+    wrong = np.argwhere(~(checked >= 0.0))
+    if wrong.size:
+        where = tuple(wrong[0].tolist())
+        raise InvalidPointsError(
+            f"`{name}` must be distances, not negative, got {checked[where]} at index "
+            f"{', '.join(map(str, where)) or 0}"
+        )
+    return checked
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Correspondences:
     """The pairs of one association, and what each stage decided about them.
 
-    Entry i is source point i; from afar, that of ``source[::every]`` (see `labkit.approach`).
+    Entry i is source point i; from afar, that of ``source[::stride]`` (see `labkit.schedule`).
 
     Attributes
     ----------
@@ -140,10 +308,12 @@ class Correspondences:
         Huber's weight of a kept pair, 0 for a rejected one.
     gate, overlap_ratio, huber_delta : float
         The d_max [m], ρ and δ [m] that were used.
-    every : int
-        The stride: only the points ``source[::every]`` were matched.
+    cost : float
+        The truncated Huber cost J [m²]; see `labkit.icp`.
+    stride : int
+        Only the points ``source[::stride]`` were matched.
     point_share : float
-        Share of the point-to-point metric in the step of line pairs; see `labkit.approach`.
+        Share of the point-to-point metric in the step of line pairs; see `labkit.schedule`.
     """
 
     source: FloatArray
@@ -157,7 +327,8 @@ class Correspondences:
     gate: float = math.inf
     overlap_ratio: float = 1.0
     huber_delta: float = math.inf
-    every: int = 1
+    cost: float = math.nan
+    stride: int = 1
     point_share: float = 0.0
 
     @property
@@ -188,90 +359,52 @@ class Correspondences:
         return math.sqrt(np.mean(self.distances[self.kept] ** 2))
 
     @cached_property
-    def cost(self) -> float:
-        """The truncated Huber cost J [m²] of the ⌊ρN⌋ closest pairs, over N; see `labkit.icp`.
-
-        A pair outside the gate counts as if it lay at the gate. One without a normal counts by
-        its distance.
-        """
-        charged = np.minimum(self.distances, self.gate)
-        usable = self.within_gate & np.isfinite(self.residuals)
-        charged[usable] = self.residuals[usable]
-        loss = huber_loss(charged[self.within_overlap], self.huber_delta)
-        return float(loss.sum() / len(charged))
-
-
-def associate(
-    source: FloatArray, target: Target, T_target_source: FloatArray, settings: Settings
-) -> Correspondences:
-    """Pair each source point with its nearest target point: box D.
-
-    Parameters
-    ----------
-    source : ndarray, shape (N, 2)
-        The newer scan's points [m].
-    target : Target
-        The older scan.
-    T_target_source : ndarray, shape (3, 3)
-        The pose.
-    settings : Settings
-        Metric and stride of this iteration.
-
-    Returns
-    -------
-    Correspondences
-        Every pair that has a residual is kept, with weight 1.
-    """
-    moved = apply(T_target_source, source[:: settings.every])
-    index, distances = target.search.query(moved)
-    nearest, normals, residuals = target.points[index], None, distances
-    if settings.metric == "point_to_line":
-        normals = target.normals[index]
-        residuals = np.abs((normals * (moved - nearest)).sum(axis=1))  # |n·(p − q)|
-    kept = np.isfinite(residuals)
-    return Correspondences(
-        source=moved,
-        target=nearest,
-        target_index=index,
-        distances=distances,
-        normals=normals,
-        residuals=residuals,
-        kept=kept,
-        weights=kept.astype(np.float64),
-        every=settings.every,
-    )
-
-
-def reject_and_weigh(pairs: Correspondences, settings: Settings) -> Correspondences:
-    """The same pairs with gate (A), overlap (B) and Huber's weights (C) applied: box E."""
-    within_gate = distance_gate(pairs.distances, settings.gate)  # (A)
-    within_overlap = overlap(pairs.distances, settings.overlap_ratio)  # (B)
-    kept = pairs.kept & within_gate & within_overlap
-    delta, share = settings.huber_delta, 0.0
-    if settings.far:
-        delta = wide_delta(pairs.residuals[kept], settings.huber_delta)
-        share = point_share(delta, settings.huber_delta)
-    weights = np.zeros(len(kept))
-    weights[kept] = huber_weights(pairs.residuals[kept], delta)  # (C)
-    return replace(
-        pairs,
-        kept=kept,
-        weights=weights,
-        gate=settings.gate,
-        overlap_ratio=settings.overlap_ratio,
-        huber_delta=delta,
-        point_share=share,
-    )
+    def as_pairs(self) -> Pairs:
+        """The same, as the loop's stages read it."""
+        return Pairs(
+            np.array(self.source),
+            np.array(self.target),
+            np.empty((0, 2)) if self.normals is None else np.array(self.normals),
+            np.array(self.target_index),
+            np.array(self.distances),
+            np.array(self.residuals),
+            np.array(self.weights),
+            self.huber_delta,
+            self.point_share,
+        )
 
 
 def pairs_at(
     source: FloatArray,
     target: Target,
-    T_target_source: FloatArray,
+    T_target_source: ArrayLike,
     parameters: IcpParameters,
     *,
     far: bool = False,
 ) -> Correspondences:
-    """Boxes D and E together, at a pose that is `far` from the answer or near it."""
-    settings = settings_of(parameters, len(source), far=far)
-    return reject_and_weigh(associate(source, target, T_target_source, settings), settings)
+    """Boxes D and E together, at a pose that is `far` from the answer or near it.
+
+    All partners are looked for, however far; the arrays are read-only.
+    """
+    stage = stage_of(parameters.for_loop, len(source), far, True)
+    arrays = target.arrays(on_lines=stage.on_lines)
+    points, T = read_only(np.array(source)), np.array(T_target_source, dtype=np.float64)
+    pairs = associate(points, arrays, T, stage, math.inf, np.full(len(points), -1))
+    pairs = reject_and_weigh(pairs, stage)
+    J = cost(pairs, stage)
+    return Correspondences(
+        source=read_only(pairs.source),
+        target=read_only(pairs.target),
+        target_index=read_only(pairs.rows),
+        distances=read_only(pairs.distances),
+        normals=read_only(pairs.normals) if stage.on_lines else None,
+        residuals=read_only(pairs.residuals),
+        kept=read_only(pairs.weights > 0.0),
+        weights=read_only(pairs.weights),
+        gate=stage.gate,
+        overlap_ratio=stage.overlap_ratio,
+        huber_delta=pairs.huber_delta,
+        cost=J,
+        stride=stage.stride,
+        point_share=pairs.point_share,
+    )

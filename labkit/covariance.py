@@ -204,7 +204,7 @@ def _seen_and_free(result: IcpResult) -> tuple[FloatArray, FloatArray, FloatArra
     mean sin² of the angle between the two scans' normals is not told from noise.
     """
     pairs, T = result.correspondences, result.T_target_source
-    normals = estimate_normals(result.source)[:: pairs.every] @ T[:2, :2].T
+    normals = estimate_normals(result.source)[:: pairs.stride] @ T[:2, :2].T
     information = observability(pairs, result.target, normals)
     if information is None:
         raise DegenerateAlignmentError("no covariance: no pair lies on a surface")

@@ -50,6 +50,8 @@ def observability(
     if source_normals is not None:
         used &= np.isfinite(source_normals[:, 0])
         others = source_normals[used]
+    if not used.any():
+        return None
     try:
         return line_information(pairs.source[used], normals[used], pairs.weights[used], others)
     except DegenerateAlignmentError:

@@ -2,27 +2,36 @@
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+import math
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.alignment import align
-from labkit.approach import is_far, settings_of
-from labkit.arrays import FloatArray, as_transform, check_kind
-from labkit.correspondences import MIN_PAIRS, Correspondences, associate, reject_and_weigh
-from labkit.engine import is_available
-from labkit.errors import DegenerateAlignmentError, InvalidParameterError
-from labkit.line_alignment import align_to_lines
-from labkit.parameters import IcpParameters
-from labkit.result import IcpResult, Iteration, Termination, step_length
+from labkit.alignment import SOLVED, closed_form, turn_about
+from labkit.arrays import FloatArray, as_transform, check_kind, read_only
+from labkit.compiled import compiled
+from labkit.correspondences import (
+    MIN_PAIRS,
+    Correspondences,
+    Pairs,
+    associate,
+    closest,
+    cost,
+    inlier_count,
+    reject_and_weigh,
+)
+from labkit.errors import DegenerateAlignmentError
+from labkit.line_alignment import line_step
+from labkit.parameters import IcpParameters, LoopParameters
+from labkit.result import IcpResult, Termination, step_length
 from labkit.scan import Scan, as_scan
-from labkit.se2 import compose, from_xytheta, to_xytheta, transform
-from labkit.target import Target, as_target
+from labkit.schedule import Stage, schedule, stage_of
+from labkit.target import Target, TargetArrays, as_target
 
-Engine = Literal["auto", "textbook", "compiled"]
-ENGINES = get_args(Engine)
 DEFAULTS = IcpParameters()
+# How the loop ended: the place of its `Termination` among the five.
+CONVERGED_POSE, CONVERGED_COST, BUDGET_SPENT, TOO_FEW_CORRESPONDENCES, DEGENERATE = range(5)
+GOES_ON = -1
 
 
 def icp(
@@ -30,8 +39,6 @@ def icp(
     target: Target | Scan | ArrayLike,
     T_init: ArrayLike | None = None,
     parameters: IcpParameters = DEFAULTS,
-    *,
-    engine: Engine = "auto",
 ) -> IcpResult:
     """Estimate the transform that maps the newer scan onto the older one.
 
@@ -45,9 +52,6 @@ def icp(
         Initial guess of ``T_target_source`` (wheels, IMU); the identity by default.
     parameters : IcpParameters
         Gate, overlap, Huber delta, budget, tolerances and metric.
-    engine : {"auto", "textbook", "compiled"}
-        What runs the loop: the functions of this module, or `labkit.engine`, which is the
-        same algorithm compiled. "auto" takes the engine if numba is installed.
 
     Returns
     -------
@@ -59,7 +63,7 @@ def icp(
     InvalidPointsError
         For an empty scan, a wrong shape, or points that are not finite.
     InvalidParameterError
-        For parameters of another type, or an engine that is not there.
+        For parameters of another type.
 
     Notes
     -----
@@ -85,126 +89,127 @@ def icp(
     check_kind(parameters, "parameters", IcpParameters)
     source, target = as_scan(source, "source", minimum=1), as_target(target)
     T = np.eye(3) if T_init is None else as_transform(T_init, "T_init")
-    if compiled(engine):
-        from labkit.engine import match  # noqa: PLC0415 (nobody else waits for numba)
-
-        return match(source, target, T, parameters)
-    return run(source, target, T, parameters)
-
-
-def compiled(engine: Engine) -> bool:
-    """Whether `engine` asks for `labkit.engine`, as the caller wishes or as numba is there."""
-    if engine not in ENGINES:
-        raise InvalidParameterError(
-            f"must be one of {', '.join(ENGINES)}, got {engine!r}", parameter="engine"
-        )
-    if engine == "textbook":
-        return False
-    if engine == "compiled" and not is_available():
-        raise InvalidParameterError(
-            '"compiled" needs numba, which is not installed: pip install numba, or take "textbook"',
-            parameter="engine",
-        )
-    return is_available()
-
-
-def run(source: Scan, target: Target, T: FloatArray, parameters: IcpParameters) -> IcpResult:
-    """The loop, from the guess T; the letters are the boxes of the flow chart."""
-    poses, history, far = [T], list[Iteration](), parameters.approach
-    while True:
-        settings = settings_of(parameters, len(source), far=far)
-        pairs = associate(source.points, target, T, settings)  # D
-        pairs = reject_and_weigh(pairs, settings)  # E
-        history.append(iteration(T, pairs, history, far=far))
-        termination = check(history, parameters)  # H
-        if termination is not None:
-            break
-        try:
-            dT = minimise(pairs, parameters.step_fraction)  # F
-        except DegenerateAlignmentError:
-            termination = Termination.DEGENERATE
-            break
-        T = dT @ T  # G: the update composes on the left
-        poses.append(T)
-        far = far and is_far(source.points, poses, parameters.huber_delta)
-    return IcpResult.of_history(history, termination, source, target, parameters)  # I
-
-
-def iteration(
-    T: FloatArray, pairs: Correspondences, history: list[Iteration], *, far: bool
-) -> Iteration:
-    """The record of the pose T and its pairs, after those of `history`."""
-    if not history:
-        return Iteration(T_target_source=T, correspondences=pairs, far=far)
-    moved, turned = step_length(history[-1].T_target_source, T)
-    return Iteration(
-        T_target_source=T,
-        correspondences=pairs,
-        translation_step=moved,
-        rotation_step=turned,
-        far=far,
+    numbers = parameters.for_loop
+    arrays = target.arrays(on_lines=numbers.on_lines)
+    poses, far, ending = run(source.points, arrays, T, numbers)
+    return IcpResult(
+        poses=read_only(poses),
+        far=read_only(np.arange(len(poses)) < far),
+        termination=list(Termination)[ending],
+        source=source,
+        target=target,
+        parameters=parameters,
     )
 
 
-def minimise(pairs: Correspondences, step_fraction: float = 1.0) -> FloatArray:
-    """The step dT that best moves the kept pairs together under their metric: box F.
+@compiled
+def run(
+    source: FloatArray, target: TargetArrays, T_init: FloatArray, parameters: LoopParameters
+) -> tuple[FloatArray, int, int]:
+    """The loop; the letters are the boxes of the flow chart.
+
+    Returns the poses of all iterations, how many of them were far, and how the run ended.
+    """
+    poses, costs, far = [T_init], [math.inf], 0
+    partners = np.full(len(source), -1)  # of each source point, in the target
+    stage = stage_of(parameters, len(source), parameters.approach, False)
+    while True:
+        pairs = associate(source, target, poses[-1], stage, stage.gate, partners)  # D
+        pairs = reject_and_weigh(pairs, stage)  # E
+        costs.append(cost(pairs, stage))
+        far += stage.far
+        ending = check(poses, costs, pairs, stage, parameters)  # H
+        if ending == GOES_ON:
+            dT, ending = minimise(pairs, parameters.step_fraction)  # F
+        if ending != GOES_ON:
+            return stacked(poses), far, ending  # I
+        poses.append(dT @ poses[-1])  # G: the update composes on the left
+        stage = schedule(stage, poses, source, parameters)
+
+
+@compiled
+def minimise(pairs: Pairs, step_fraction: float) -> tuple[FloatArray, int]:
+    """(F) The step dT that best moves the kept pairs together, and whether the run goes on."""
+    if len(pairs.normals) > 0:
+        dT, solved = line_step(
+            pairs.source, pairs.target, pairs.normals, pairs.weights, pairs.point_share
+        )
+    else:
+        dT, problem = closed_form(pairs.source, pairs.target, pairs.weights)
+        solved = problem == SOLVED
+    if step_fraction < 1.0:
+        dT = shorten(dT, pairs, step_fraction)
+    return dT, GOES_ON if solved else DEGENERATE
+
+
+@compiled
+def shorten(dT: FloatArray, pairs: Pairs, fraction: float) -> FloatArray:
+    """The same motion, seen from the kept points' centroid, but less far."""
+    x, y, count = 0.0, 0.0, 0
+    for i in range(len(pairs.source)):
+        if pairs.weights[i] > 0.0:
+            x, y, count = x + pairs.source[i, 0], y + pairs.source[i, 1], count + 1
+    x, y = x / count, y / count
+    dx = dT[0, 0] * x + dT[0, 1] * y + dT[0, 2] - x
+    dy = dT[1, 0] * x + dT[1, 1] * y + dT[1, 2] - y
+    theta = math.atan2(dT[1, 0], dT[0, 0])
+    return turn_about((x, y), fraction * theta, fraction * dx, fraction * dy)
+
+
+@compiled
+def check(
+    poses: list[FloatArray],
+    costs: list[float],
+    pairs: Pairs,
+    stage: Stage,
+    parameters: LoopParameters,
+) -> int:
+    """(H) Whether to stop, and why; `GOES_ON` if not.
+
+    The two pose tests hold together: a scan that turns about its own centre has Δt ≈ 0
+    from the first step on, and under "any of them" it would stop there. The run never
+    stops as converged right after a step of the far phase, however short.
+    """
+    ending = BUDGET_SPENT if len(poses) > parameters.max_iterations else GOES_ON
+    if len(poses) > 1 and stage.may_converge:
+        moved, turned = step_length(poses[-2], poses[-1])
+        if moved < parameters.translation_tolerance and turned < parameters.rotation_tolerance:
+            return CONVERGED_POSE  # first, since it needs no pairs
+        if abs(costs[-1] - costs[-2]) < parameters.cost_tolerance:
+            ending = CONVERGED_COST
+    return ending if inlier_count(pairs) >= MIN_PAIRS else why_none(pairs, stage)
+
+
+@compiled
+def why_none(pairs: Pairs, stage: Stage) -> int:
+    """Why no step can come from pairs of which fewer than 3 were kept."""
+    near, matched = closest(pairs.distances, stage.overlap_ratio), 0
+    for i in range(len(near)):
+        if near[i] and pairs.distances[i] <= stage.gate:
+            matched += 1
+    return DEGENERATE if matched >= MIN_PAIRS else TOO_FEW_CORRESPONDENCES  # on no surface
+
+
+@compiled
+def stacked(poses: list[FloatArray]) -> FloatArray:
+    """The poses as one array, shape (K, 3, 3)."""
+    stack = np.empty((len(poses), 3, 3))
+    for k in range(len(poses)):
+        for row in range(3):
+            for column in range(3):
+                stack[k, row, column] = poses[k][row, column]
+    return stack
+
+
+def best_step(correspondences: Correspondences) -> FloatArray:
+    """The step dT, (3, 3), that best moves the kept pairs together: box F.
 
     Raises
     ------
     DegenerateAlignmentError
         Where the pairs leave the motion undetermined.
     """
-    p, q, w = (each[pairs.kept] for each in (pairs.source, pairs.target, pairs.weights))
-    if pairs.normals is None:
-        dT = align(p, q, w)
-    else:
-        dT = align_to_lines(p, q, pairs.normals[pairs.kept], w, pairs.point_share)
-    return dT if step_fraction == 1.0 else shorten(dT, p, step_fraction)
-
-
-def shorten(dT: FloatArray, points: FloatArray, fraction: float) -> FloatArray:
-    """The same motion, seen from the points' centroid, but less far."""
-    x, y = points.mean(axis=0)
-    T_center = transform(-x, -y, 0.0)
-    T_back = transform(x, y, 0.0)
-    motion = to_xytheta(compose(T_center, dT, T_back))
-    return compose(T_back, from_xytheta(fraction * motion), T_center)
-
-
-def check(history: list[Iteration], parameters: IcpParameters) -> Termination | None:
-    """Whether to stop after ``history[-1]``, and why; None to go on: box H.
-
-    The pose tests come first, since they need no pairs.
-    """
-    termination = check_convergence(history, parameters)
-    if termination is Termination.CONVERGED_POSE:
-        return termination
-    return check_pairs(history[-1].correspondences) or termination
-
-
-def check_pairs(pairs: Correspondences) -> Termination | None:
-    """Why no step can come from `pairs`; None where one can."""
-    if pairs.inlier_count >= MIN_PAIRS:
-        return None
-    if (pairs.within_gate & pairs.within_overlap).sum() >= MIN_PAIRS:
-        return Termination.DEGENERATE  # matched, but to points that lie on no surface
-    return Termination.TOO_FEW_CORRESPONDENCES
-
-
-def check_convergence(history: list[Iteration], parameters: IcpParameters) -> Termination | None:
-    """Whether the last step was short enough, or the budget is spent.
-
-    The two pose tests hold together: a scan that turns about its own centre has Δt ≈ 0
-    from the first step on, and under "any of them" it would stop there. The run never
-    stops as converged right after a step of the far phase, however short.
-    """
-    if len(history) > 1 and not history[-2].far:
-        before, now = history[-2:]
-        if (
-            now.translation_step < parameters.translation_tolerance
-            and now.rotation_step < parameters.rotation_tolerance
-        ):
-            return Termination.CONVERGED_POSE
-        if abs(now.cost - before.cost) < parameters.cost_tolerance:
-            return Termination.CONVERGED_COST
-    return Termination.BUDGET_SPENT if len(history) > parameters.max_iterations else None
+    dT, ending = minimise(correspondences.as_pairs, 1.0)
+    if ending == DEGENERATE:
+        raise DegenerateAlignmentError(Termination.DEGENERATE.value)
+    return dT

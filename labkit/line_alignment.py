@@ -11,7 +11,7 @@ surface fixes only part of the motion (a corridor, a single wall), only that par
 solved for; the rest stays zero.
 
 Under the point-to-point metric J has two rows a pair, (I, a⊥), and its A is the identity
-times the total weight, so that a share τ of it is (1 − τ) A + τ W I (see `labkit.approach`).
+times the total weight, so that a share τ of it is (1 − τ) A + τ W I (see `labkit.schedule`).
 
 References
 ----------
@@ -28,10 +28,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from labkit.arrays import EPSILON, FloatArray
+from labkit.alignment import EPSILON, centroid, turn_about
+from labkit.arrays import FloatArray, as_pairs, as_points
+from labkit.compiled import compiled
 from labkit.errors import DegenerateAlignmentError
-from labkit.se2 import compose, transform
 
 # A direction of motion is free when the residuals answer it, on average, by less than
 # this share of what they answer straight motion into a wall: √0.02 is a mean angle of 8°
@@ -78,20 +80,20 @@ class Information:
 
 
 def line_information(
-    points: FloatArray,
-    normals: FloatArray,
-    weights: FloatArray | None = None,
-    other_normals: FloatArray | None = None,
+    points: ArrayLike,
+    normals: ArrayLike,
+    weights: ArrayLike | None = None,
+    other_normals: ArrayLike | None = None,
 ) -> Information:
     """Information that surface points carry about a small rigid motion.
 
     Parameters
     ----------
-    points, normals : ndarray, shape (N, 2)
+    points, normals : array_like, shape (N, 2)
         Points [m] on surfaces, and the unit normals there.
-    weights : ndarray, shape (N,), optional
+    weights : array_like, shape (N,), optional
         Weight of each, ≥ 0; all equal by default.
-    other_normals : ndarray, shape (N, 2), optional
+    other_normals : array_like, shape (N, 2), optional
         The same normals, measured independently: their noise averages out of J'ᵀWJ.
 
     Raises
@@ -99,33 +101,28 @@ def line_information(
     DegenerateAlignmentError
         Where there is no point with weight, or all of them coincide.
     """
-    w = np.ones(len(points)) if weights is None else weights
-    center, length = center_and_length(points, w)
-    arm = (points - center) / length
-    J = np.column_stack([normals, lever(normals, arm)])
-    other = J
-    if other_normals is not None:
-        same_side = np.copysign(1.0, (normals * other_normals).sum(axis=1))[:, None]
-        other = same_side * np.column_stack([other_normals, lever(other_normals, arm)])
-    A = J.T @ (w[:, None] * other) / w.sum()
-    values, vectors = np.linalg.eigh(0.5 * (A + A.T))
-    return Information(center=center, length=length, values=values, vectors=vectors)
+    p, n, w = as_pairs(points, normals, weights)
+    other = n if other_normals is None else as_points(other_normals, "other_normals")
+    center, length = center_and_length(p, w)
+    _require_spread(length, len(p))
+    values, vectors = np.linalg.eigh(information_matrix(p, n, other, w, center, length))
+    return Information(center=np.array(center), length=length, values=values, vectors=vectors)
 
 
 def align_to_lines(
-    source: FloatArray,
-    target: FloatArray,
-    normals: FloatArray,
-    weights: FloatArray,
+    source: ArrayLike,
+    target: ArrayLike,
+    normals: ArrayLike,
+    weights: ArrayLike,
     point_share: float = 0.0,
 ) -> FloatArray:
     """One Gauss-Newton step of the point-to-line metric.
 
     Parameters
     ----------
-    source, target, normals : ndarray, shape (N, 2)
+    source, target, normals : array_like, shape (N, 2)
         Matched points [m] and the unit normals of the target's surface.
-    weights : ndarray, shape (N,)
+    weights : array_like, shape (N,)
         Weight of each pair, ≥ 0.
     point_share : float
         τ in [0, 1]: how much of the cost is that of the point-to-point metric.
@@ -140,50 +137,100 @@ def align_to_lines(
     DegenerateAlignmentError
         Where there is no pair with weight, or all of them coincide.
     """
-    center, length = center_and_length(source, weights)
-    offset, arm, total = source - target, (source - center) / length, weights.sum()
-    J = np.column_stack([normals, lever(normals, arm)])  # (6.1)
-    e = (normals * offset).sum(axis=1)
-    A = J.T @ (weights[:, None] * J)
-    g = J.T @ (weights * e)
-    if point_share > 0.0:
-        turning = arm[:, 0] * offset[:, 1] - arm[:, 1] * offset[:, 0]  # a⊥·(p − q)
-        pull = np.column_stack([offset, turning]).T @ weights
-        A = (1.0 - point_share) * A + point_share * total * np.eye(3)
-        g = (1.0 - point_share) * g + point_share * pull
-    dx, dy, turn = solve_constrained(A, g, total * least_information(point_share))
-    (x, y), step = center, transform(dx, dy, turn / length)
-    return compose(transform(x, y, 0.0), step, transform(-x, -y, 0.0))  # about the centroid
+    p, q, w = as_pairs(source, target, weights)
+    dT, solved = line_step(p, q, as_points(normals, "normals"), w, float(point_share))
+    if not solved:
+        _require_spread(0.0, int(np.count_nonzero(w)))
+    return dT
 
 
+@compiled
+def line_step(
+    p: FloatArray, q: FloatArray, n: FloatArray, w: FloatArray, share: float
+) -> tuple[FloatArray, bool]:
+    """Step dT of pairs p, q with normals n (N, 2) and weights w (N,), and whether there is one."""
+    c, length = center_and_length(p, w)
+    if not length > 0.0:
+        return np.eye(3), False
+    total, A, g = w.sum(), np.zeros((3, 3)), np.zeros(3)
+    for i in range(len(p)):
+        if w[i] > 0.0:
+            ax, ay = (p[i, 0] - c[0]) / length, (p[i, 1] - c[1]) / length
+            dx, dy = p[i, 0] - q[i, 0], p[i, 1] - q[i, 1]
+            J = (n[i, 0], n[i, 1], n[i, 1] * ax - n[i, 0] * ay)  # (6.1)
+            e = n[i, 0] * dx + n[i, 1] * dy
+            pull = (dx, dy, ax * dy - ay * dx)  # of the point-to-point metric
+            for row in range(3):
+                g[row] += w[i] * ((1.0 - share) * J[row] * e + share * pull[row])
+                for column in range(3):
+                    A[row, column] += w[i] * (1.0 - share) * J[row] * J[column]
+    for k in range(3):
+        A[k, k] += share * total
+    x = solve_constrained(A, g, total * least_information(share))
+    return turn_about(c, x[2] / length, x[0], x[1]), True
+
+
+@compiled
+def solve_constrained(A: FloatArray, g: FloatArray, minimum: float) -> FloatArray:
+    """Solve A x = −g, in the directions alone whose eigenvalue reaches `minimum`."""
+    values, vectors = np.linalg.eigh(A)
+    x = np.zeros(3)
+    for k in range(3):
+        if values[k] >= minimum:
+            v = vectors[:, k]
+            x -= v * (v[0] * g[0] + v[1] * g[1] + v[2] * g[2]) / values[k]
+    return x
+
+
+@compiled
 def least_information(point_share: float) -> float:
     """The eigenvalue, per unit of weight, from which on a direction is solved for."""
     least = MIN_INFORMATION if point_share < STEADY_SHARE else STEADY_INFORMATION
     return ((1.0 - point_share) * least + point_share) * BUT_FOR_ROUNDING
 
 
-def solve_constrained(A: FloatArray, g: FloatArray, minimum: float) -> FloatArray:
-    """Solve A x = −g, in the directions alone whose eigenvalue reaches `minimum`."""
-    eigenvalues, eigenvectors = np.linalg.eigh(A)
-    constrained = eigenvalues >= minimum
-    V = eigenvectors[:, constrained]
-    x: FloatArray = -V @ ((V.T @ g) / eigenvalues[constrained])
-    return x
+@compiled
+def information_matrix(
+    p: FloatArray,
+    n: FloatArray,
+    other: FloatArray,
+    w: FloatArray,
+    center: tuple[float, float],
+    length: float,
+) -> FloatArray:
+    """J'ᵀWJ per unit of weight, (3, 3), symmetric; J' is made of the other normals."""
+    A, total = np.zeros((3, 3)), w.sum()
+    for i in range(len(p)):
+        ax, ay = (p[i, 0] - center[0]) / length, (p[i, 1] - center[1]) / length
+        ux, uy, vx, vy = n[i, 0], n[i, 1], other[i, 0], other[i, 1]
+        if ux * vx + uy * vy < 0.0:
+            vx, vy = -vx, -vy  # the same side of the surface
+        J, K = (ux, uy, uy * ax - ux * ay), (vx, vy, vy * ax - vx * ay)
+        for row in range(3):
+            for column in range(3):
+                A[row, column] += 0.5 * w[i] * (J[row] * K[column] + K[row] * J[column]) / total
+    return A
 
 
-def lever(normals: FloatArray, arm: FloatArray) -> FloatArray:
-    """n·a⊥ of each row: how far a unit turn moves the point along its normal, shape (N,)."""
-    turned: FloatArray = normals[:, 1] * arm[:, 0] - normals[:, 0] * arm[:, 1]
-    return turned
+@compiled
+def center_and_length(points: FloatArray, weights: FloatArray) -> tuple[tuple[float, float], float]:
+    """The weighted centroid c [m] and the root mean square distance ℓ [m] from it.
+
+    ℓ is 0 where no point has weight, or where all of them coincide.
+    """
+    center, square, total, most = centroid(points, weights), 0.0, 0.0, 0.0
+    for i in range(len(points)):
+        if weights[i] > 0.0:
+            x, y = points[i, 0] - center[0], points[i, 1] - center[1]
+            square, total = square + weights[i] * (x * x + y * y), total + weights[i]
+            most = max(most, abs(points[i, 0]), abs(points[i, 1]))
+    length = math.sqrt(square / total) if total > 0.0 else 0.0
+    return center, length if length > 64.0 * EPSILON * most else 0.0
 
 
-def center_and_length(points: FloatArray, weights: FloatArray) -> tuple[FloatArray, float]:
-    """The weighted centroid c [m] and the root mean square distance ℓ [m] from it."""
-    total = weights.sum()
-    if total <= 0.0:
-        raise DegenerateAlignmentError(f"none of {len(weights)} pairs has weight on a surface")
-    center = weights @ points / total
-    length = math.sqrt(weights @ ((points - center) ** 2).sum(axis=1) / total)
-    if length <= 64.0 * EPSILON * np.abs(points).max():
-        raise DegenerateAlignmentError(f"all {len(weights)} surface points coincide")
-    return center, length
+def _require_spread(length: float, count: int) -> None:
+    if not length > 0.0:
+        raise DegenerateAlignmentError(
+            f"{count} surface points with weight lie in one place or are none; "
+            f"a line needs two that lie apart"
+        )

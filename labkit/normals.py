@@ -15,9 +15,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import scipy  # its parts are loaded when they are used
 
-from labkit.arrays import EPSILON, FloatArray, IntArray
+from labkit.arrays import FloatArray, IntArray
+from labkit.compiled import compiled
+from labkit.neighbors import Grid, build_grid, neighbors_of
 from labkit.scan import Scan
 
 HALF_WIDTH = 0.25  # [m]: how far a window along the sweep reaches to either side
@@ -28,15 +29,18 @@ GAP_RATIO = 4.0  # a step this much longer than its shorter neighbour leaves the
 GAP_FLOOR = 0.05  # [m]: a step this short never does
 LINEARITY = 0.5  # largest ratio of the spreads across and along that still is a line
 MIN_ON_LINE = 3  # points that a line needs
+EPSILON = 2.0**-52
 
 
-def estimate_normals(scan: Scan) -> FloatArray:
+def estimate_normals(scan: Scan, grid: Grid | None = None) -> FloatArray:
     """Find the direction of the surface at every point.
 
     Parameters
     ----------
     scan : Scan
         N points; in beam order where ``scan.beams`` is set.
+    grid : Grid, optional
+        The points' own grid, where there is one already.
 
     Returns
     -------
@@ -50,81 +54,113 @@ def estimate_normals(scan: Scan) -> FloatArray:
     >>> np.round(estimate_normals(wall)[1], 12).tolist()
     [-1.0, 0.0]
     """
+    points = np.array(scan.points)
     if len(scan) < MIN_ON_LINE:
         return np.full((len(scan), 2), np.nan)
-    if scan.beams is None:
-        neighbors = neighbors_in_space(scan.points)
-        count = (neighbors >= 0).sum(axis=1)
-        M = moments_of_neighbors(scan.points, neighbors)
-        rounding = 0.0
-    else:
-        start, stop = windows_along_sweep(scan.points)
-        count = stop - start
-        M, rounding = moments_of_windows(scan.points, start, stop)
-    values, vectors = np.linalg.eigh(M)
-    normals = vectors[:, :, 0]  # to the smaller eigenvalue
-    straight = values[:, 0] < LINEARITY**2 * values[:, 1]
-    normals[(count < MIN_ON_LINE) | ~straight | (values[:, 1] <= rounding)] = np.nan
-    away = (normals * scan.points).sum(axis=1) > 0.0
-    normals[away] = 0.0 - normals[away]  # towards the scanner
+    if scan.beams is not None:
+        return normals_along_sweep(points)
+    return normals_in_space(points, build_grid(points) if grid is None else grid)
+
+
+@compiled
+def normals_along_sweep(points: FloatArray) -> FloatArray:
+    """Normals from a window of beams around each point, shape (N, 2).
+
+    The moments of a window are differences of running sums, so that wide ones cost no more.
+    """
+    count, middle = len(points), points[len(points) // 2]  # running sums round by their size
+    sums = np.zeros((count + 1, 5))
+    for i in range(count):
+        x, y = points[i, 0] - middle[0], points[i, 1] - middle[1]
+        add(sums[i + 1], sums[i], x, y)
+    start, stop = windows_along_sweep(points)
+    rounding = 64.0 * EPSILON * (sums[count, 2] + sums[count, 4])
+    normals, moments = np.empty((count, 2)), np.empty(5)
+    for i in range(count):
+        for k in range(5):
+            moments[k] = sums[stop[i], k] - sums[start[i], k]
+        set_normal(normals[i], points[i], moments, stop[i] - start[i], rounding)
     return normals
 
 
-def neighbors_in_space(points: FloatArray) -> IntArray:
-    """The rows of the nearest `NEIGHBORS` within `REACH` of each point; −1 for a missing one."""
-    tree = scipy.spatial.cKDTree(points)
-    beyond = math.nextafter(REACH, math.inf)  # the search finds what is nearer than this
-    count = min(NEIGHBORS, len(points))
-    distance, neighbors = tree.query(points, k=count, distance_upper_bound=beyond)
-    return np.where(np.isfinite(distance), neighbors, -1)
+@compiled
+def normals_in_space(points: FloatArray, grid: Grid) -> FloatArray:
+    """Normals from the nearest `NEIGHBORS` within `REACH` of each point, shape (N, 2)."""
+    normals, moments = np.empty((len(points), 2)), np.empty(5)
+    rows, squares = np.empty(NEIGHBORS, np.intp), np.empty(NEIGHBORS)
+    for i in range(len(points)):
+        found = neighbors_of(points[i, 0], points[i, 1], grid, REACH, rows, squares)
+        for k in range(5):
+            moments[k] = 0.0
+        for row in rows[:found]:
+            x, y = points[row, 0] - points[i, 0], points[row, 1] - points[i, 1]
+            add(moments, moments, x, y)
+        set_normal(normals[i], points[i], moments, found, 0.0)
+    return normals
 
 
-def moments_of_neighbors(points: FloatArray, neighbors: IntArray) -> FloatArray:
-    """The moment matrix of the neighbours of each point, shape (N, 2, 2)."""
-    there = (neighbors >= 0)[:, :, None]
-    offset = np.where(there, points[neighbors] - points[:, None], 0.0)
-    count = there.sum(axis=1)
-    mean = offset.sum(axis=1) / count
-    spread = offset.mT @ offset / count[:, :, None]
-    moments: FloatArray = spread - mean[:, :, None] * mean[:, None, :]
-    return moments
+@compiled
+def add(moments: FloatArray, before: FloatArray, x: float, y: float) -> None:
+    """Add a point to the sums of x, y, x², xy, y² that stand in `before`."""
+    moments[0] = before[0] + x
+    moments[1] = before[1] + y
+    moments[2] = before[2] + x * x
+    moments[3] = before[3] + x * y
+    moments[4] = before[4] + y * y
 
 
+@compiled
+def set_normal(
+    normal: FloatArray, point: FloatArray, moments: FloatArray, count: int, rounding: float
+) -> None:
+    """Set the normal of the line through `count` points with these sums, towards the scanner.
+
+    NaN where they lie on no line, or where their spread [m²] is `rounding` alone.
+    """
+    normal[0] = normal[1] = math.nan
+    if count < MIN_ON_LINE:
+        return
+    x, y = moments[0] / count, moments[1] / count
+    xx, xy, yy = moments[2] / count - x * x, moments[3] / count - x * y, moments[4] / count - y * y
+    half = math.hypot(0.5 * (xx - yy), xy)
+    least, most = 0.5 * (xx + yy) - half, 0.5 * (xx + yy) + half  # eigenvalues of M
+    if not least < LINEARITY**2 * most or most <= rounding:
+        return
+    along = 0.5 * math.atan2(2.0 * xy, xx - yy)  # direction of the line
+    normal[0], normal[1] = -math.sin(along), math.cos(along)
+    if normal[0] * point[0] + normal[1] * point[1] > 0.0:
+        normal[0], normal[1] = 0.0 - normal[0], 0.0 - normal[1]
+
+
+@compiled
 def windows_along_sweep(points: FloatArray) -> tuple[IntArray, IntArray]:
     """The first point of each point's window along the sweep, and the one after its last.
 
     A window reaches `HALF_WIDTH` to either side, at least `HALF_BEAMS` beams, and ends
     with the surface.
     """
-    step = np.hypot(*np.diff(points, axis=0).T)  # from each point to the next [m]
-    before, after = np.r_[step[0], step], np.r_[step, step[-1]]
-    shorter = np.minimum(before[:-1], after[1:])  # of the two steps beside each step
-    gap = step > np.clip(GAP_RATIO * shorter, GAP_FLOOR, REACH)
-    edges = np.r_[0, np.flatnonzero(gap) + 1, len(points)]
-    surface = np.repeat(np.arange(len(edges) - 1), np.diff(edges))
-    spacing = np.maximum(np.minimum(before, after), 1e-3 * HALF_WIDTH)
-    beams = np.maximum(HALF_WIDTH / spacing, HALF_BEAMS).astype(np.intp)
-    here = np.arange(len(points))
-    start = np.maximum(here - beams, edges[surface])
-    stop = np.minimum(here + beams + 1, edges[surface + 1])
+    count = len(points)
+    step = np.empty(count + 1)  # before each point [m]; at both ends that of the neighbour
+    for i in range(1, count):
+        step[i] = math.hypot(points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1])
+    step[0], step[count] = step[1], step[count - 1]
+    start, stop, edge = np.empty(count, np.intp), np.empty(count, np.intp), 0
+    for i in range(count):
+        if leaves_surface(step, i):
+            edge = i
+        spacing = max(min(step[i], step[i + 1]), 1e-3 * HALF_WIDTH)
+        beams = int(max(HALF_WIDTH / spacing, HALF_BEAMS))
+        start[i], stop[i] = max(i - beams, edge), i + beams + 1
+    edge = count
+    for i in range(count - 1, -1, -1):
+        stop[i] = min(stop[i], edge)
+        if leaves_surface(step, i):
+            edge = i
     return start, stop
 
 
-def moments_of_windows(
-    points: FloatArray, start: IntArray, stop: IntArray
-) -> tuple[FloatArray, float]:
-    """The moment matrix of ``points[start:stop]`` for each window, and how far it is rounded.
-
-    Sums over windows are differences of running sums, so that wide windows cost no more.
-    """
-    p = points - points[len(points) // 2]  # running sums round by their size
-    squares = p[:, :, None] * p[:, None, :]
-    sums, square_sums = (
-        np.concatenate((np.zeros((1, *each.shape[1:])), np.cumsum(each, axis=0)))
-        for each in (p, squares)
-    )
-    count = (stop - start)[:, None]
-    mean = (sums[stop] - sums[start]) / count
-    spread = (square_sums[stop] - square_sums[start]) / count[:, :, None]
-    rounding = 64.0 * EPSILON * float(np.trace(square_sums[-1]))
-    return spread - mean[:, :, None] * mean[:, None, :], rounding
+@compiled
+def leaves_surface(step: FloatArray, i: int) -> bool:
+    """Whether the step before point i is a gap between two surfaces."""
+    shorter = min(step[i - 1], step[i + 1])
+    return i > 0 and step[i] > min(max(GAP_RATIO * shorter, GAP_FLOOR), REACH)

@@ -3,12 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal, get_args
+from functools import cached_property
+from typing import Literal, NamedTuple, get_args
 
 from labkit.arrays import check_count, check_range
 from labkit.errors import InvalidParameterError
 
 Metric = Literal["point_to_point", "point_to_line"]
+
+
+class LoopParameters(NamedTuple):
+    """`IcpParameters` as the compiled loop reads them, under the same names."""
+
+    on_lines: bool
+    approach: bool
+    max_correspondence_distance: float
+    overlap_ratio: float
+    huber_delta: float
+    max_iterations: int
+    translation_tolerance: float
+    rotation_tolerance: float
+    cost_tolerance: float
+    step_fraction: float
 
 
 @dataclass(frozen=True)
@@ -35,7 +51,7 @@ class IcpParameters:
     step_fraction : float
         The share of each step that is taken, in (0, 1]; below 1 calms a run that swings.
     approach : bool
-        Whether to begin with a wide δ and to end with a gate of 8 δ; see `labkit.approach`.
+        Whether to begin with a wide δ and to end with a gate of 8 δ; see `labkit.schedule`.
 
     Examples
     --------
@@ -114,3 +130,19 @@ class IcpParameters:
             raise InvalidParameterError(
                 f"must be True or False, got {self.approach!r}", parameter="approach"
             )
+
+    @cached_property
+    def for_loop(self) -> LoopParameters:
+        """The same numbers, each of the one type that the loop is compiled for."""
+        return LoopParameters(
+            on_lines=self.metric == "point_to_line",
+            approach=self.approach,
+            max_correspondence_distance=float(self.max_correspondence_distance),
+            overlap_ratio=float(self.overlap_ratio),
+            huber_delta=float(self.huber_delta),
+            max_iterations=int(self.max_iterations),
+            translation_tolerance=float(self.translation_tolerance),
+            rotation_tolerance=float(self.rotation_tolerance),
+            cost_tolerance=float(self.cost_tolerance),
+            step_fraction=float(self.step_fraction),
+        )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
@@ -12,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from labkit.arrays import BoolArray, FloatArray, read_only
+from labkit.compiled import compiled
 from labkit.correspondences import Correspondences, pairs_at
 from labkit.degeneracy import free_motions, observability
 from labkit.line_alignment import Information
@@ -57,7 +57,7 @@ class Iteration:
     translation_step, rotation_step : float
         How far the pose moved to get here, [m] and [rad]; NaN at number 0.
     far : bool
-        Whether it counts as far from the answer; see `labkit.approach`.
+        Whether it counts as far from the answer; see `labkit.schedule`.
     """
 
     T_target_source: FloatArray
@@ -82,16 +82,15 @@ class Iteration:
         return self.correspondences.inlier_rmse
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class IcpResult:
     """The outcome of one registration.
 
-    The textbook's stages compute the pairs and the history at `poses`, whichever engine found them.
+    The pairs and the history are computed by the loop's own stages, once, when they are asked
+    for.
 
     Attributes
     ----------
-    T_target_source : ndarray, shape (3, 3)
-        The estimate; NaN if the run failed (``poses[-1]`` holds the last pose).
     termination : Termination
         How the run ended.
     source : Scan
@@ -103,66 +102,37 @@ class IcpResult:
     poses : ndarray, shape (K+1, 3, 3)
         ``T_target_source`` from the initial guess (number 0) to the last step.
     far : ndarray of bool, shape (K+1,)
-        Which of them counted as far from the answer; see `labkit.approach`.
-    inlier_count : int
-        How many pairs were kept at the last pose.
-    fitness : float
-        Kept pairs over source points, in [0, 1].
-    inlier_rmse : float
-        Root mean square distance [m] of the kept pairs; NaN where none was kept.
-    cost : float
-        The truncated Huber cost J [m²] there.
-    information : Information or None
-        What the last pairs say about the motion, if the engine computed it; use `observability`.
+        Which of them counted as far from the answer; see `labkit.schedule`.
     """
 
-    T_target_source: FloatArray
     termination: Termination
     source: Scan
     target: Target
     parameters: IcpParameters
     poses: FloatArray
     far: BoolArray
-    inlier_count: int
-    fitness: float
-    inlier_rmse: float
-    cost: float
-    information: Information | None = None
 
-    @classmethod
-    def of_history(
-        cls,
-        history: Sequence[Iteration],
-        termination: Termination,
-        source: Scan,
-        target: Target,
-        parameters: IcpParameters,
-    ) -> IcpResult:
-        """The outcome of the iterations that a loop went through."""
-        last = history[-1]
-        poses = read_only(np.array([each.T_target_source for each in history]))
-        return cls(
-            T_target_source=FAILED if termination.failed else poses[-1],
-            termination=termination,
-            source=source,
-            target=target,
-            parameters=parameters,
-            poses=poses,
-            far=read_only(np.array([each.far for each in history])),
-            inlier_count=last.inlier_count,
-            fitness=last.correspondences.fitness,
-            inlier_rmse=last.inlier_rmse,
-            cost=last.cost,
+    def __repr__(self) -> str:
+        """How the run ended and what it kept, in one line."""
+        return (
+            f"<IcpResult: {self.termination.value}; {self.iterations} iterations, "
+            f"{self.inlier_count} of {len(self.correspondences.kept)} pairs kept>"
         )
+
+    @property
+    def T_target_source(self) -> FloatArray:
+        """The estimate, (3, 3); NaN if the run failed (``poses[-1]`` holds the last pose)."""
+        return FAILED if self.termination.failed else self.poses[-1]
 
     @cached_property
     def history(self) -> tuple[Iteration, ...]:
         """Every iteration, from the initial guess (number 0) to the last step."""
         steps = [(math.nan, math.nan), *(step_length(*each) for each in pairwise(self.poses))]
+        pairs = [*map(self._pairs_at, range(self.iterations)), self.correspondences]
         return tuple(
             Iteration(
                 T_target_source=T,
-                correspondences=self._pairs_at(k),
+                correspondences=pairs[k],
                 translation_step=moved,
                 rotation_step=turned,
                 far=bool(self.far[k]),
@@ -173,11 +143,31 @@ class IcpResult:
     @cached_property
     def correspondences(self) -> Correspondences:
         """The last association, at the final pose."""
-        return self._pairs_at(-1)
+        return self._pairs_at(self.iterations)
 
     def _pairs_at(self, k: int) -> Correspondences:
         T, far = self.poses[k], bool(self.far[k])
         return pairs_at(self.source.points, self.target, T, self.parameters, far=far)
+
+    @property
+    def inlier_count(self) -> int:
+        """How many pairs were kept at the last pose."""
+        return self.correspondences.inlier_count
+
+    @property
+    def fitness(self) -> float:
+        """Kept pairs over source points, in [0, 1]."""
+        return self.correspondences.fitness
+
+    @property
+    def inlier_rmse(self) -> float:
+        """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
+        return self.correspondences.inlier_rmse
+
+    @property
+    def cost(self) -> float:
+        """The truncated Huber cost J [m²] at the last pose; see `labkit.icp`."""
+        return self.correspondences.cost
 
     @property
     def converged(self) -> bool:
@@ -199,7 +189,7 @@ class IcpResult:
         """
         if self.termination.failed:
             return None
-        return self.information or observability(self.correspondences, self.target)
+        return observability(self.correspondences, self.target)
 
     @property
     def unobservable(self) -> tuple[str, ...]:
@@ -225,8 +215,10 @@ class IcpResult:
         return abs(math.atan2(self.T_target_source[1, 0], self.T_target_source[0, 0]))
 
 
+@compiled
 def step_length(T_before: FloatArray, T: FloatArray) -> tuple[float, float]:
     """How far a pose moved, |Δt| [m], and turned, |Δψ| [rad]."""
     moved = math.hypot(T[0, 2] - T_before[0, 2], T[1, 2] - T_before[1, 2])
-    R = T_before[:2, :2].T @ T[:2, :2]
-    return moved, abs(math.atan2(R[1, 0], R[0, 0]))
+    c = T_before[0, 0] * T[0, 0] + T_before[1, 0] * T[1, 0]
+    s = T_before[0, 1] * T[0, 0] + T_before[1, 1] * T[1, 0]
+    return moved, abs(math.atan2(s, c))

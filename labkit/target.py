@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, as_floats, read_only
 from labkit.errors import InvalidPointsError
-from labkit.neighbors import NearestNeighbors
+from labkit.neighbors import Grid, NearestNeighbors
 from labkit.normals import estimate_normals
 from labkit.scan import Scan, as_scan
 
 
+class TargetArrays(NamedTuple):
+    """A target as the loop reads it: its points [m], their normals, and the grid they lie in."""
+
+    points: FloatArray  # (M, 2)
+    normals: FloatArray  # (M, 2), NaN where there is none; without rows for points alone
+    grid: Grid
+
+
 class Target:
-    """A scan with its search tree and its normals, each computed when it is first needed.
+    """A scan with its grid and its normals, each computed when it is first needed.
 
     Parameters
     ----------
@@ -34,8 +42,11 @@ class Target:
 
     def __init__(self, scan: Scan | ArrayLike, normals: ArrayLike | None = None) -> None:
         self.scan = as_scan(scan, "target", minimum=1)
-        self.given_normals = None if normals is None else _as_normals(normals, len(self.scan))
-        self.kept: dict[bool, Any] = {}  # what `labkit.engine` has prepared, by whether on lines
+        self._given = None if normals is None else _as_normals(normals, len(self.scan))
+
+    def __repr__(self) -> str:
+        """What it is, and of how many points."""
+        return f"<Target of {len(self.scan)} points>"
 
     @property
     def points(self) -> FloatArray:
@@ -44,15 +55,27 @@ class Target:
 
     @cached_property
     def search(self) -> NearestNeighbors:
-        """The search tree of the points."""
+        """The nearest-neighbour search among the points."""
         return NearestNeighbors(self.points)
 
     @cached_property
     def normals(self) -> FloatArray:
         """Unit normals, shape (M, 2); NaN where a point lies on no line."""
-        if self.given_normals is not None:
-            return self.given_normals
-        return read_only(estimate_normals(self.scan))
+        if self._given is not None:
+            return self._given
+        return read_only(estimate_normals(self.scan, self.search.grid))
+
+    def arrays(self, *, on_lines: bool) -> TargetArrays:
+        """What the loop reads, with normals or without."""
+        return self._with_normals if on_lines else self._points_alone
+
+    @cached_property
+    def _with_normals(self) -> TargetArrays:
+        return TargetArrays(self.search.target, np.array(self.normals), self.search.grid)
+
+    @cached_property
+    def _points_alone(self) -> TargetArrays:
+        return TargetArrays(self.search.target, np.empty((0, 2)), self.search.grid)
 
 
 def _as_normals(normals: ArrayLike, count: int) -> FloatArray:

@@ -175,9 +175,9 @@ def test_two_pairs_are_enough(solve):
 def test_coinciding_points_are_refused_wherever_they_lie(solve, place, count):
     """Their mean may round: the rest is no direction to turn to."""
     spot, spread = np.tile(place, (count, 1)), np.arange(2.0 * count).reshape(count, 2)
-    with pytest.raises(DegenerateAlignmentError, match="weighted source points coincide"):
+    with pytest.raises(DegenerateAlignmentError, match="weighted source points"):
         solve(spot, spread, np.linspace(0.5, 1.0, count))
-    with pytest.raises(DegenerateAlignmentError, match="weighted target points coincide"):
+    with pytest.raises(DegenerateAlignmentError, match="weighted target points"):
         solve(spread, spot)
 
 
@@ -200,14 +200,19 @@ SQUARE = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
 @pytest.mark.parametrize(
     ("source", "target", "weights", "message"),
     [
-        (LINE[:1], LINE[:1], None, r"weighted source points coincide \(spread 0 m over 1 pairs\)"),
-        (SPOT, LINE, None, r"weighted source points coincide .* over 4 pairs\), so the rotation"),
-        (LINE, SPOT, None, r"weighted target points coincide .* at least 2 distinct pairs"),
-        (1e6 + SPOT, LINE, None, r"weighted source points coincide"),
-        (LINE, LINE, [0, 0, 3, 0], r"weighted source points coincide \(spread 0 m over 1 pairs"),
+        (LINE[:1], LINE[:1], None, r"weighted source points of 1 pairs coincide"),
+        (SPOT, LINE, None, r"weighted source points of 4 pairs coincide, so the rotation"),
+        (
+            LINE,
+            SPOT,
+            None,
+            r"target points of 4 pairs coincide.* at least 2 distinct pairs",
+        ),
+        (1e6 + SPOT, LINE, None, r"weighted source points of 4 pairs coincide"),
+        (LINE, LINE, [0, 0, 3, 0], r"weighted source points of 4 pairs coincide"),
         (LINE, LINE, [0, 0, 0, 0], r"all 4 weights are zero, so no pair says anything; relax"),
         (SQUARE, SQUARE * [1, -1], None, r"every rotation fits these 4 pairs .* mirror image"),
-        (SQUARE + 9, SQUARE * [1, -1], None, r"\(a = b = 0 within 1e-10 of their scale 8 m²\)"),
+        (SQUARE + 9, SQUARE * [1, -1], None, r"\(a = b = 0 within 1e-10 of their scale\)"),
     ],
 )
 def test_pairs_that_leave_the_rotation_open(solve, source, target, weights, message):

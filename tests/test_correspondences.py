@@ -1,7 +1,6 @@
 """Matching, rejecting, weighting: each against the plainest way to say the same."""
 
 import math
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -10,10 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from labkit.approach import CLOSE_GATE, FEW, settings_of
 from labkit.correspondences import (
     MIN_PAIRS,
-    associate,
     distance_gate,
     huber_loss,
     huber_weights,
@@ -21,8 +18,9 @@ from labkit.correspondences import (
     overlap_count,
     pairs_at,
 )
-from labkit.errors import InvalidParameterError
+from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.parameters import IcpParameters
+from labkit.schedule import CLOSE_GATE, FEW
 from labkit.se2 import apply, transform
 from labkit.target import Target
 
@@ -116,21 +114,25 @@ def test_bad_gate(gate):
         distance_gate([0.1], gate)
 
 
-@pytest.mark.parametrize("every", [1, 4])
-def test_each_so_many_points_are_paired_and_weigh_one(every):
+@pytest.mark.parametrize("function", [huber_weights, huber_loss, overlap, distance_gate])
+@pytest.mark.parametrize("wrong", [-0.1, math.nan])
+def test_a_residual_is_a_distance(function, wrong):
+    with pytest.raises(InvalidPointsError, match=f"must be distances, .*got {wrong} at index 1"):
+        function([0.1, wrong], 0.5)
+
+
+def test_each_point_is_paired_with_the_nearest():
     rng = np.random.default_rng(0)
     source, target = rng.uniform(-4.0, 4.0, (2, 50, 2))
     T = transform(0.1, -0.2, 0.3)
-    told = replace(settings_of(IcpParameters(), len(source), far=False), every=every)
-    pairs = associate(source, Target(target), T, told)
-    moved = apply(T, source[::every])
+    pairs = pairs_at(source, Target(target), T, IcpParameters())
+    moved = apply(T, source)
     index = np.hypot(*(moved[:, None] - target).transpose(2, 0, 1)).argmin(axis=1)
-    np.testing.assert_array_equal(pairs.source, moved)
+    np.testing.assert_allclose(pairs.source, moved, atol=1e-14)
     np.testing.assert_array_equal(pairs.target, target[index])
     np.testing.assert_array_equal(pairs.target_index, index)
-    np.testing.assert_array_equal(pairs.weights, np.ones(len(moved)))
-    assert pairs.weights.dtype == np.float64
-    assert pairs.every == every
+    with pytest.raises(ValueError, match="read-only"):
+        pairs.kept[:] = False
 
 
 def test_pairs_are_those_near_the_answer_unless_told():
@@ -140,5 +142,5 @@ def test_pairs_are_those_near_the_answer_unless_told():
     near, far = (
         pairs_at(source, Target(target), np.eye(3), told, **of) for of in ({}, {"far": True})
     )
-    assert (near.every, far.every) == (1, 500 // FEW)
+    assert (near.stride, far.stride) == (1, 500 // FEW)
     assert near.distances[near.kept].max() <= CLOSE_GATE * 0.02 < far.distances[far.kept].max()

@@ -256,14 +256,14 @@ def test_a_ring_leaves_its_turn_free():
 def test_coinciding_points_are_refused_wherever_they_lie(place, count):
     """Their mean may round: the rest is no lever arm to turn about."""
     points, normals = np.tile(place, (count, 1)), np.tile([0.0, 1.0], (count, 1))
-    with pytest.raises(DegenerateAlignmentError, match=f"all {count} surface points coincide"):
+    with pytest.raises(DegenerateAlignmentError, match=f"{count} surface points"):
         line_information(points, normals, np.ones(count))
-    with pytest.raises(DegenerateAlignmentError, match=f"all {count} surface points coincide"):
+    with pytest.raises(DegenerateAlignmentError, match=f"{count} surface points"):
         align_to_lines(points, points + 0.1, normals, np.linspace(0.5, 1.0, count))
 
 
-@pytest.mark.parametrize("count", [0, 4])
+@pytest.mark.parametrize("count", [1, 4])
 def test_pairs_without_weight_are_refused(count):
     points, normals, _ = surface(2, count)
-    with pytest.raises(DegenerateAlignmentError, match=f"none of {count} pairs has weight"):
+    with pytest.raises(DegenerateAlignmentError, match="in one place or are none"):
         line_information(points, normals, np.zeros(count))

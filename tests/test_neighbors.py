@@ -1,4 +1,4 @@
-"""Nearest neighbours: the tree held against all distances."""
+"""Nearest neighbours: the grid held against all distances."""
 
 import math
 
@@ -9,8 +9,15 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.distance import cdist
 
-from labkit.errors import InvalidParameterError, InvalidPointsError
-from labkit.neighbors import NearestNeighbors, nearest_by_brute_force
+from labkit.errors import InvalidPointsError
+from labkit.neighbors import (
+    NearestNeighbors,
+    build_grid,
+    nearest,
+    nearest_by_brute_force,
+    neighbors_of,
+    select,
+)
 
 # On a coarse lattice ties and duplicates are the rule.
 lattice = arrays(
@@ -21,12 +28,64 @@ lattice = arrays(
 clouds = arrays(float, st.tuples(st.integers(1, 40), st.just(2)), elements=st.floats(-1e3, 1e3))
 
 
-@given(st.one_of(lattice, clouds), st.one_of(lattice, clouds))
-def test_tree_and_brute_force_agree_bit_for_bit(points, target):
-    by_tree = NearestNeighbors(target, method="tree").query(points)
-    by_force = NearestNeighbors(target, method="brute").query(points)
-    np.testing.assert_array_equal(by_tree[0], by_force[0])
-    assert by_tree[1].tobytes() == by_force[1].tobytes()
+# Walls with a few returns far off, as a scanner sees them: most cells of the grid are empty.
+walls = st.builds(
+    lambda seed, count: np.vstack(
+        [
+            np.column_stack([np.linspace(-5.0, 5.0, count), np.full(count, 2.0)]),
+            np.random.default_rng(seed).normal(0.0, 80.0, (3, 2)),
+        ]
+    ),
+    st.integers(0, 2**32 - 1),
+    st.integers(1, 300),
+)
+
+
+def table(points, target):
+    """All squared distances, by the same sums as everywhere."""
+    dx, dy = (points[:, None] - target).transpose(2, 0, 1)
+    return dx * dx + dy * dy
+
+
+@given(st.one_of(lattice, clouds, walls), st.one_of(lattice, clouds, walls))
+def test_grid_and_brute_force_agree_bit_for_bit(points, target):
+    index, distance = NearestNeighbors(target).query(points)
+    np.testing.assert_array_equal(index, nearest_by_brute_force(points, target))
+    np.testing.assert_array_equal(distance, np.sqrt(table(points, target).min(axis=1)))
+
+
+@given(
+    st.one_of(lattice, clouds, walls),
+    st.one_of(lattice, clouds, walls),
+    st.sampled_from([0.1, 0.5, 3.0, 1e4]),
+    st.integers(0, 2**32 - 1),
+)
+def test_a_search_ends_at_its_reach_wherever_it_begins(points, target, reach, seed):
+    guess = np.random.default_rng(seed).integers(-1, len(target), len(points))
+    index, distance = nearest(points, target, build_grid(target), reach, guess)
+    squares = table(points, target)
+    there = squares.min(axis=1) <= reach**2
+    np.testing.assert_array_equal(index[there], squares.argmin(axis=1)[there])
+    assert (index[~there] == -1).all()
+    assert np.isposinf(distance[~there]).all()
+
+
+@given(st.one_of(lattice, clouds, walls), st.sampled_from([0.1, 0.5, 1e4]))
+def test_the_nearest_few_are_found_in_order(target, reach):
+    grid, rows, squares = build_grid(target), np.empty(7, np.intp), np.empty(7)
+    for x, y in target[:10] + 0.01:
+        found = neighbors_of(x, y, grid, reach, rows, squares)
+        every = table(np.array([[x, y]]), target)[0]
+        order = np.lexsort([np.arange(len(target)), every])
+        expected = [k for k in order if every[k] <= reach**2][:7]
+        np.testing.assert_array_equal(rows[:found], expected)
+        np.testing.assert_array_equal(squares[:found], every[expected])
+
+
+@given(st.lists(st.integers(0, 9), min_size=1), st.data())
+def test_a_selected_value_is_that_of_its_rank(values, data):
+    rank = data.draw(st.integers(0, len(values) - 1))
+    assert select(np.array(values, dtype=float), rank) == sorted(values)[rank]
 
 
 @given(lattice, lattice)
@@ -37,20 +96,8 @@ def test_of_equally_near_points_the_first_is_taken(points, target):
     np.testing.assert_array_equal(distance, np.sqrt(table.min(axis=1)))
 
 
-@given(st.integers(0, 2**32 - 1), st.integers(1, 20))
-def test_a_tree_of_points_that_are_there_many_times(seed, times):
-    """Ties among fewer points than the tree is asked for, among as many, and among more."""
-    rng = np.random.default_rng(seed)
-    once = rng.normal(size=(30, 2))
-    target = rng.permutation(np.tile(once, (times, 1)))
-    points = once[:9] + rng.normal(0.0, 0.3, (9, 2)) * rng.integers(0, 2, (9, 1))
-    index, _ = NearestNeighbors(target, "tree").query(points)
-    np.testing.assert_array_equal(index, nearest_by_brute_force(points, target))
-
-
-@pytest.mark.parametrize("method", ["tree", "brute"])
-def test_distances_are_metres(method):
-    index, distance = NearestNeighbors([[0.0, 0.0], [9.0, 9.0]], method).query([[3.0, 4.0]])
+def test_distances_are_metres():
+    index, distance = NearestNeighbors([[0.0, 0.0], [9.0, 9.0]]).query([[3.0, 4.0]])
     assert (index[0], distance[0]) == (0, 5.0)
 
 
@@ -74,9 +121,3 @@ def test_brute_force_works_through_its_blocks():
 def test_bad_points(target, points, message):
     with pytest.raises(InvalidPointsError, match=message):
         NearestNeighbors(target).query(points)
-
-
-def test_unknown_method():
-    message = "`method` must be one of tree, brute, got 'kd'"
-    with pytest.raises(InvalidParameterError, match=message):
-        NearestNeighbors([[0, 0]], "kd")

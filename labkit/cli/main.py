@@ -12,12 +12,9 @@ from typing import Any
 
 from labkit.cli import autograder, demo, evaluate, grade, match, odometry, report
 from labkit.cli.versions import ShowVersions
-from labkit.engine import is_available
 from labkit.errors import InvalidParameterError, LabkitError
 
 BAD_INPUT, USAGE, INTERRUPTED = 1, 2, 130
-MATCHING = ("demo", "odometry", "match")
-BY_THE_TEXTBOOK = "numba is not installed, so the textbook matches, slower; pip install numba"
 
 DESCRIPTION = """\
 ICP-based motion estimation from 2D LiDAR scans.
@@ -62,8 +59,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(args: argparse.Namespace) -> int:
     """Run the command; a mistake is told in one line."""
-    if args.command in MATCHING and not is_available():
-        print(f"labkit {args.command}: {BY_THE_TEXTBOOK}", file=sys.stderr)
     try:
         status: int = args.run(args)
     except InvalidParameterError as error:

@@ -23,10 +23,10 @@ from labkit.odometry import (
     SanityLimits,
     estimate_odometry,
     increments_between,
-    warm,
 )
 from labkit.parameters import IcpParameters
 from labkit.simulation import WheelNoise, wheel_increments
+from labkit.warm import warm
 
 DESCRIPTION = """\
 Estimate the motion of a robot from its laser scans, step by step, with sanity checks and

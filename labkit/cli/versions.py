@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 import platform
 from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
 from typing import Any
 
 from labkit import __version__
-from labkit.engine import is_available
 
 
 class ShowVersions(argparse.Action):
@@ -32,7 +32,7 @@ class ShowVersions(argparse.Action):
 def describe_versions() -> str:
     """All versions on one line; no package is imported to learn its own."""
     parts = [f"Python {platform.python_version()}", _described("numpy"), _described("scipy")]
-    parts.append(_described("numba") if is_available() else "without numba")
+    parts.append(_described("numba") if find_spec("numba") else "without numba")
     return f"labkit {__version__} ({', '.join(parts)})"
 
 

@@ -4,7 +4,6 @@ from labkit.odometry.estimator import (
     OdometryResult,
     ScanMatchingOdometry,
     estimate_odometry,
-    warm,
 )
 from labkit.odometry.integration import increments_between, integrate, integrate_step
 from labkit.odometry.local_map import MapParameters
@@ -26,5 +25,4 @@ __all__ = [
     "increments_between",
     "integrate",
     "integrate_step",
-    "warm",
 ]

@@ -173,13 +173,6 @@ def estimate_odometry(
     return OdometryResult(poses=np.array(poses).reshape(-1, 3), records=tuple(records))
 
 
-def warm() -> None:
-    """Compile what the odometry needs, or find it on disk: no step waits for it afterwards."""
-    wall = np.linspace(0.0, 4.0, 41)[:, None] * [[1.0, 0.0]] - [[1.0, 2.0]]
-    corner = Scan.from_points(np.vstack([wall, wall[:, ::-1]]))
-    estimate_odometry([corner] * 3)
-
-
 def _as_increments(priors: ArrayLike, scan_count: int) -> FloatArray:
     rows = as_rows(priors, "priors")
     if len(rows) not in (scan_count, scan_count - 1):

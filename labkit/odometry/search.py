@@ -184,7 +184,7 @@ def apart(poses: Iterable[FloatArray], count: int) -> list[FloatArray]:
 
 def alike(T: FloatArray, other: FloatArray) -> bool:
     """Whether two poses are so near to each other that they count as one."""
-    moved, turned = step_length(other, T)
+    moved, turned = step_length(np.array(other), np.array(T))
     return moved < APART[0] and turned < APART[1]
 
 

@@ -33,7 +33,6 @@ from functools import cached_property
 
 import numpy as np
 
-from labkit.approach import close_gate
 from labkit.arrays import FloatArray
 from labkit.correspondences import MIN_PAIRS
 from labkit.degeneracy import spread_ratio
@@ -46,6 +45,7 @@ from labkit.odometry.sanity import motion_complaints, quality_complaints
 from labkit.odometry.search import STARTS, alike, apart, field_of, search
 from labkit.result import IcpResult
 from labkit.scan import Scan
+from labkit.schedule import CLOSE_GATE
 from labkit.se2 import from_xytheta, invert, to_xytheta
 from labkit.target import Target
 
@@ -183,10 +183,10 @@ class _Step:
         if result.termination.failed:
             return _Match(decision, result, increment, [result.message])
         pairs, seen = result.correspondences, result.observability
-        gate = told.max_correspondence_distance
-        gate = close_gate(gate, told.huber_delta) if told.approach else gate
+        gate, delta = told.max_correspondence_distance, told.huber_delta
+        gate = min(gate, CLOSE_GATE * delta) if told.approach else gate
         through = look_through(*self._beams, self._walls, np.array(T))
-        agreement = 1.0 - misfit(pairs.distances, pairs.residuals, gate, told.huber_delta)
+        agreement = 1.0 - misfit(np.array(pairs.distances), np.array(pairs.residuals), gate, delta)
         agreement -= THROUGH * (0.0 if math.isnan(through) else through)
         rmse = math.sqrt(np.mean(pairs.residuals[pairs.kept] ** 2))
         information = 0.0 if seen is None else float(seen.values[0])

@@ -40,10 +40,10 @@ from labkit.odometry import (
     OdometryResult,
     estimate_odometry,
     increments_between,
-    warm,
 )
 from labkit.se2 import relative, to_xytheta
 from labkit.simulation import wheel_increments
+from labkit.warm import warm
 
 STRETCH = 10.0  # m
 WRONG = 0.2, np.radians(5.0)

@@ -35,8 +35,7 @@ INTRO = """\
 How fast and how exact is the lab's matcher, compared with those that people use? Every matcher
 below got the same pairs of scans, the same guess, the same gate and one thread. The matchers took
 turns of twenty pairs each, so the machine was the same for all of them. The time includes search
-trees and normals, and ends with the pose. `labkit` runs its compiled engine. Its time includes the
-figures of the final pairs, too (inliers, RMSE, cost, information).
+trees and normals, and ends with the pose.
 `make bench` repeats the measurement and writes this page again. You can also download the numbers
 {download}`as JSON <_static/benchmark.json>`."""
 

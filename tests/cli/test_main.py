@@ -170,7 +170,7 @@ AS_A_COMMAND = "sys.exit(labkit_command.main())"
 AS_A_MODULE = "runpy.run_module('labkit', run_name='__main__')"  # what `python -m labkit` does
 
 
-def test_without_numba_the_textbook_matches_and_one_line_says_so():
+def test_without_numba_python_matches_and_one_line_says_so():
     program = (
         'import sys; sys.modules["numba"] = None\n'
         "from labkit.cli import main; sys.exit(main(sys.argv[1:]))"
@@ -178,9 +178,8 @@ def test_without_numba_the_textbook_matches_and_one_line_says_so():
     command = [sys.executable, "-c", program, "demo"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "converged" in done.stdout
-    assert done.stderr == (
-        "labkit demo: numba is not installed, so the textbook matches, slower; pip install numba\n"
-    )
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("Python runs the matcher, slowly: ")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for a child alone")

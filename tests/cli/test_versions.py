@@ -4,12 +4,12 @@ import importlib
 import subprocess
 import sys
 from importlib.metadata import PackageNotFoundError
+from importlib.util import find_spec
 
 import pytest
 
 import labkit
 from labkit.cli import versions
-from labkit.engine import is_available
 
 
 def own_version(package):
@@ -20,7 +20,7 @@ def own_version(package):
 def test_every_version_is_the_one_that_runs(run):
     command = [sys.executable, "--version"]
     python = subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
-    numba = f"numba {own_version('numba')}" if is_available() else "without numba"
+    numba = f"numba {own_version('numba')}" if find_spec("numba") else "without numba"
     status, out, err = run("--version")
     assert (status, err) == (0, "")
     assert out == (
@@ -48,7 +48,7 @@ def test_a_package_without_metadata_ends_no_report(run, monkeypatch):
     assert "numpy of unknown version, scipy of unknown version, " in out
 
 
-@pytest.mark.skipif(not is_available(), reason="numba is not there to be imported")
+@pytest.mark.skipif(not find_spec("numba"), reason="numba is not there to be imported")
 def test_numba_is_not_imported_to_learn_its_version():
     program = (
         "import sys, labkit_command\n"

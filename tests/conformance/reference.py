@@ -13,7 +13,6 @@ import numpy as np
 from cases import Content
 from labkit import IcpParameters, IcpResult, align, from_xytheta, icp, to_xytheta
 from labkit.errors import DegenerateAlignmentError
-from labkit.icp import Engine
 from labkit.odometry import integrate
 
 Files = Mapping[str, Content]
@@ -33,20 +32,20 @@ def read_content(path: str, text: str) -> Content:
     return [list(map(float, line.split(","))) for line in text.splitlines()]
 
 
-def answer(command: list[str], files: Files, engine: Engine = "textbook") -> dict[str, Any]:
-    """The answer to one command, as JSON has it; `engine` runs the loop."""
+def answer(command: list[str], files: Files) -> dict[str, Any]:
+    """The answer to one command, as JSON has it."""
     verb, *arguments = command
     if verb == "match":
-        return _match(run(command, files, engine))
+        return _match(run(command, files))
     return {"align": _align, "integrate": _integrate}[verb](files, *arguments)
 
 
-def run(command: list[str], files: Files, engine: Engine = "textbook") -> IcpResult:
+def run(command: list[str], files: Files) -> IcpResult:
     """The ICP run of a ``match`` command, with its history."""
     target, source, parameters = (files[path] for path in command[1:])
     told = {key: math.inf if value is None else value for key, value in dict(parameters).items()}
     guess = [told.pop(f"initial_{axis}", 0.0) for axis in ("x", "y", "theta")]
-    return icp(source, target, from_xytheta(guess), IcpParameters(**told), engine=engine)
+    return icp(source, target, from_xytheta(guess), IcpParameters(**told))
 
 
 def pairs(files: Files, path: str) -> tuple[Any, Any, Any]:

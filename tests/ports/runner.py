@@ -19,8 +19,6 @@ from typing import Any
 sys.path.insert(1, str(Path(__file__).parents[1] / "conformance"))
 
 from compare import disagreement
-from labkit.engine import is_available
-from labkit.icp import Engine
 from ports import PORTS, BuildError, Port, execute
 from reference import answer, read_files
 
@@ -82,11 +80,11 @@ def _no_json(word: str) -> float:
     raise ValueError(f"{word} is no number in JSON")
 
 
-def labkit_reasons(engine: Engine = "textbook") -> Reasons:
-    """What labkit answers today by its textbook or its engine, against what it wrote."""
+def labkit_reasons() -> Reasons:
+    """What labkit answers today, against what it wrote."""
     return {
         vector["name"]: disagreement(
-            answer(vector["command"], FILES, engine), vector["expected"], LABKIT_TOLERANCE
+            answer(vector["command"], FILES), vector["expected"], LABKIT_TOLERANCE
         )
         for vector in VECTORS
     }
@@ -121,10 +119,7 @@ def main(names: Sequence[str]) -> int:
     if unknown:
         sys.exit(f"no port is named {', '.join(sorted(unknown))}")
     chosen = [port for port in PORTS if not names or port.name in names]
-    columns: dict[str, Reasons | str] = {
-        "textbook": labkit_reasons("textbook"),
-        "engine": labkit_reasons("compiled") if is_available() else "missing",
-    }
+    columns: dict[str, Reasons | str] = {"labkit": labkit_reasons()}
     notes = []
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor() as pool:
         running = {

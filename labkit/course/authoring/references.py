@@ -20,9 +20,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -32,12 +31,9 @@ from labkit.correspondences import distance_gate, huber_weights, overlap
 from labkit.course.grading.assignment.questions import Answer
 from labkit.course.grading.contract import Value
 from labkit.course.grading.judging.kinds import read
-from labkit.icp import check_convergence
 from labkit.neighbors import nearest_by_brute_force
 from labkit.odometry import SanityLimits, integrate
 from labkit.odometry.sanity import motion_complaints, quality_complaints
-from labkit.parameters import IcpParameters
-from labkit.result import Iteration
 from labkit.se2 import rotation, wrap
 
 Keep = Callable[[FloatArray, float, float], BoolArray]
@@ -131,22 +127,6 @@ def _inlier_rmse(distances: FloatArray, kept: BoolArray) -> Value:
     return math.sqrt(float(d @ d) / len(d)) if len(d) else math.nan
 
 
-@dataclass(frozen=True)
-class _Step:
-    """What a convergence test looks at in an `Iteration`."""
-
-    cost: float
-    translation_step: float = math.inf
-    rotation_step: float = math.inf
-    far: bool = False
-
-
-def _history(dT: FloatArray, cost_change: float, iteration: int) -> list[Iteration]:
-    dx, dy, turn = labkit.to_xytheta(dT)
-    last = _Step(cost_change, math.hypot(dx, dy), abs(float(turn)))
-    return cast(list[Iteration], [_Step(0.0)] * iteration + [last])
-
-
 def _has_converged(
     dT: FloatArray,
     cost_change: float,
@@ -156,13 +136,10 @@ def _has_converged(
     cost_tolerance: float,
     max_iterations: int,
 ) -> Value:
-    parameters = IcpParameters(
-        translation_tolerance=translation_tolerance,
-        rotation_tolerance=rotation_tolerance,
-        cost_tolerance=cost_tolerance,
-        max_iterations=max_iterations,
-    )
-    return check_convergence(_history(dT, cost_change, iteration), parameters) is not None
+    dx, dy, turn = labkit.to_xytheta(dT)
+    still = math.hypot(dx, dy) < translation_tolerance and abs(turn) < rotation_tolerance
+    spent = iteration >= max_iterations
+    return bool(spent or (iteration > 0 and (still or abs(cost_change) < cost_tolerance)))
 
 
 def _is_plausible(

@@ -45,6 +45,13 @@ PATIENCE = 10.0  # [s] for a cluster to answer
 LOST_TWICE = "the process that graded it ended, twice; look at its code before you try --again"
 
 
+def available_cores() -> int:
+    """How many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 @dataclass(frozen=True, kw_only=True)
 class Graded:
     """What came of one submission: a verdict, or why there is none.

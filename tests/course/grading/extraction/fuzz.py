@@ -3,9 +3,9 @@
 ``python tests/course/grading/extraction/fuzz.py [--files 20000] [--seed 0]`` makes files of
 repeated pieces of Python (what a parser or a slicer may choke on), of Python that is cut and
 mixed, and of the solved assignment with bytes changed. They are of all lengths up to the longest
-that is read (as `cost_of` counts them), as many between 2 and 4 kB as between 128 and 256; those that are
-slowest for their length are read again at full length. Nothing but an `Extraction` may come of
-any. The times are processor time; the last line is the worst one.
+that is read (as `cost_of` counts them), as many between 2 and 4 kB as between 128 and
+256; those that are slowest for their length are read again at full length. Nothing but an
+`Extraction` may come of any. The times are processor time; the last line is the worst one.
 """
 
 from __future__ import annotations

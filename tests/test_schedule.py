@@ -8,62 +8,26 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
 from labkit import IcpParameters, Termination, icp
-from labkit.approach import (
-    CLOSE_GATE,
-    FEW,
-    LONG,
-    WIDTH,
-    close_gate,
-    displacement,
-    is_far,
-    point_share,
-    thinning,
-    wide_delta,
-)
 from labkit.correspondences import pairs_at
 from labkit.covariance import censi_covariance
 from labkit.degeneracy import observability
-from labkit.odometry import OdometryParameters
+from labkit.schedule import CLOSE_GATE, FEW, LONG, WIDTH, close_gate, displacement
 from labkit.se2 import apply, invert, to_xytheta, transform
 from labkit.simulation import Lidar, cast, room
 from labkit.target import Target
 
-PARAMETERS = OdometryParameters().icp
+PARAMETERS = IcpParameters(
+    metric="point_to_line",
+    approach=True,
+    overlap_ratio=1.0,
+    huber_delta=0.02,
+    translation_tolerance=3e-3,
+    rotation_tolerance=7.5e-4,
+    cost_tolerance=0.0,
+)
 GUESS = transform(0.5, 0.4, math.radians(24.0))
-
-residuals = arrays(float, st.integers(1, 40), elements=st.floats(0.0, 10.0))
-
-
-@given(residuals, st.floats(1e-3, 1.0))
-def test_half_the_pairs_weigh_in_full(r, delta):
-    wide = wide_delta(r, delta)
-    assert wide >= delta
-    assert np.count_nonzero(r <= wide) >= len(r) / 2
-    assert wide == delta or wide == WIDTH * np.sort(r)[len(r) // 2]
-
-
-def test_without_a_pair_delta_stays():
-    assert wide_delta(np.empty(0), 0.02) == 0.02
-
-
-@given(st.floats(1e-3, 1.0), st.floats(1.0, 1e6))
-def test_the_share_grows_with_delta_and_is_a_share(delta, ratio):
-    share = point_share(ratio * delta, delta)
-    assert 0.0 < share <= 1.0
-    assert share == pytest.approx(min(1.0, point_share(delta, delta) * ratio**2))
-
-
-def test_without_a_delta_there_is_nothing_to_widen():
-    assert point_share(math.inf, math.inf) == 0.0
-    assert close_gate(0.5, math.inf) == 0.5
-    assert not is_far(np.ones((3, 2)), [np.eye(3), transform(1e6, 0.0, 0.0)], math.inf)
-
-
-def test_with_next_to_no_delta_all_is_point_to_point():
-    assert point_share(1.0, 1e-300) == 1.0
 
 
 def test_the_close_gate_is_never_wider_than_the_gate():
@@ -81,23 +45,6 @@ def test_a_motion_is_that_of_the_points(seed, T_before, way, turn):
     motion = apply(T, points) - apply(T_before, points)
     moved = math.sqrt(np.mean((motion**2).sum(axis=1)))
     assert displacement(points, T_before, T) == pytest.approx(moved, rel=1e-7, abs=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("motion", "before", "expected"),
-    [(0.3, 0.0, 0.3), (0.3, 0.2, 0.3), (0.3, 0.3, 0.3), (0.3, 0.6, 0.15), (0.0, 0.3, 0.0)],
-)
-def test_the_next_motion_is_expected_to_shrink_as_the_last_did(motion, before, expected):
-    points = np.array([[1.0, 2.0], [-3.0, 0.5]])
-    poses = [transform(x, 0.0, 0.0) for x in (0.0, before, before + motion)]
-    assert is_far(points, poses, 0.999 * expected / LONG + 1e-9) == (expected > 0.0)
-    assert not is_far(points, poses, 1.001 * expected / LONG + 1e-9)
-    if before == 0.0:  # the same where there was no step before
-        assert is_far(points, poses[1:], 0.999 * expected / LONG + 1e-9)
-
-
-def test_a_guess_is_far_from_the_answer():
-    assert is_far(np.ones((3, 2)), [np.eye(3)], 1e6)
 
 
 # ---------------------------------------------------------------- in the loop
@@ -164,8 +111,8 @@ def test_a_run_that_ends_far_is_judged_by_what_it_looked_at(rooms):
     assert result.termination is Termination.BUDGET_SPENT
     pairs = result.correspondences
     assert result.history[-1].far
-    assert pairs.every == len(source) // FEW > 1
-    assert len(pairs.kept) == len(source.points[:: pairs.every])
+    assert pairs.stride == len(source) // FEW > 1
+    assert len(pairs.kept) == len(source.points[:: pairs.stride])
     seen = observability(pairs, target)
     np.testing.assert_allclose(seen.values, result.observability.values, rtol=1e-9)
     # So far off, the normals of the two scans contradict each other: nothing is promised.
@@ -184,23 +131,40 @@ def test_the_way_is_on_record(rooms):
         pairs = step.correspondences
         if step.far:
             assert pairs.gate == PARAMETERS.max_correspondence_distance
-            assert pairs.huber_delta == wide_delta(pairs.residuals[pairs.kept], 0.02)
-            assert pairs.point_share == point_share(pairs.huber_delta, 0.02)
+            kept = np.sort(pairs.residuals[pairs.kept])
+            assert pairs.huber_delta == max(0.02, WIDTH * kept[len(kept) // 2])
+            share = min(1.0, (pairs.huber_delta / 0.02) ** 2 / 4000.0)
+            assert pairs.point_share == pytest.approx(share, rel=1e-12)
+            assert np.count_nonzero(pairs.weights == 1.0) >= len(kept) / 2
         else:
             assert pairs.gate == CLOSE_GATE * 0.02
             assert (pairs.huber_delta, pairs.point_share) == (0.02, 0.0)
-    poses = [step.T_target_source for step in history]
-    for k, (before, now) in enumerate(pairwise(history)):
-        assert now.far == (before.far and is_far(source.points, poses[: k + 2], 0.02))
+    motions = [
+        displacement(source.points, before.T_target_source, now.T_target_source)
+        for before, now in pairwise(history)
+    ]
+    for k, motion in enumerate(motions):  # the next is expected to shrink as the last one did
+        shrinks = min(1.0, motion / motions[k - 1]) if k else 1.0
+        assert far[k + 1] == (far[k] and shrinks * motion > LONG * 0.02)
+
+
+def test_without_a_delta_nothing_is_widened_and_no_gate_closes(rooms):
+    source, target, T = rooms[0]
+    open_wide = replace(PARAMETERS, huber_delta=math.inf)
+    history = icp(source, target, GUESS @ T, open_wide).history
+    assert [step.far for step in history[:2]] == [True, False]
+    for step in history:
+        pairs = step.correspondences
+        assert (pairs.huber_delta, pairs.point_share) == (math.inf, 0.0)
+        assert pairs.gate == PARAMETERS.max_correspondence_distance
 
 
 @pytest.mark.parametrize(("count", "every"), [(1, 1), (239, 1), (240, 2), (1000, 8)])
 def test_from_afar_a_large_scan_is_thinned(count, every):
-    assert thinning(count) == every
     rng = np.random.default_rng(0)
     source, target = rng.uniform(-3.0, 3.0, (count, 2)), Target(rng.uniform(-3.0, 3.0, (50, 2)))
     near, far = (pairs_at(source, target, np.eye(3), PARAMETERS, far=far) for far in (False, True))
-    assert (near.every, far.every) == (1, every)
+    assert (near.stride, far.stride) == (1, every)
     np.testing.assert_array_equal(far.source, near.source[::every])
     np.testing.assert_array_equal(far.target_index, near.target_index[::every])
 

@@ -1,0 +1,31 @@
+"""``python -m labkit.warm``: compile all stages now, where they are new, not in a first cell."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from labkit import IcpParameters, Scan, covariance, icp
+from labkit.correspondences import distance_gate, huber_loss, huber_weights, overlap
+from labkit.icp import best_step
+from labkit.odometry import estimate_odometry
+
+
+def warm() -> None:
+    """Call every stage that Python calls, on a room of a few points."""
+    angles = np.linspace(-2.0, 2.0, 90)
+    room = Scan.from_ranges(2.0 / np.maximum(abs(np.cos(angles)), abs(np.sin(angles))), angles)
+    for scan in (room, room.points):
+        for metric in ("point_to_point", "point_to_line"):
+            result = icp(scan, scan, None, IcpParameters(metric=metric, step_fraction=0.9))
+            best_step(result.history[0].correspondences)
+            _ = result.observability
+    covariance.censi_covariance(result, 0.01)
+    distances = result.correspondences.distances
+    distance_gate(distances, 0.5), overlap(distances, 0.9)
+    huber_weights(distances, 0.1), huber_loss(distances, 0.1)
+    for priors in (None, np.zeros((4, 3))):
+        estimate_odometry([room, room, Scan.from_points(room.points + 5.0), room], priors)
+
+
+if __name__ == "__main__":
+    warm()
