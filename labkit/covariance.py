@@ -8,12 +8,17 @@ gradient ∂J/∂x vanishes, the implicit function theorem tells how x follows z
 J is the point-to-line cost Σ wᵢ rᵢ², rᵢ = nᵢ·(R pᵢ + t − qᵢ), with the correspondences,
 normals and weights of the last association held fixed. Three things are added to [1]:
 
-- A free direction of the motion has no finite variance, or that of the prior.
+- A free direction of the motion carries no information.
 - Surfaces are rougher than the ranges' noise alone: where the residuals are larger than
   cov(z) explains, cov(z) grows with them.
 - The point-to-point metric pulls along the surfaces as well. These pulls do not hold the
   scan, because the pairs change when it slides. So they count as noise, the same for all
   pairs of a surface.
+
+The formula knows one minimum, and cannot know whether it is the right one. If the points lie
+closer together than the noise is wide, the noise chooses the partners, and the standard
+deviations are too small (by a fifth at 541 beams with 30 mm of noise). Those of a
+point-to-point match are too small by a factor of 1.2 to 1.7.
 
 References
 ----------
@@ -25,26 +30,24 @@ References
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, IntArray, as_floats, check_range
+from labkit.arrays import FloatArray, as_floats, as_pose, check_range
 from labkit.degeneracy import observability
 from labkit.errors import DegenerateAlignmentError, InvalidPointsError
 from labkit.line_alignment import MIN_INFORMATION
 from labkit.normals import estimate_normals
 from labkit.result import IcpResult
-from labkit.se2 import apply
+from labkit.se2 import to_xytheta
 
 ALONG_AN_AXIS = 0.05  # share of a free direction below which an axis is not part of it
 ONE_SURFACE = math.cos(math.radians(20.0)), 0.5  # turn and gap [m] that end a surface
+SHARED = 3.0  # normals of neighbours that have their noise in common
 
 
-def censi_covariance(
-    result: IcpResult, range_std: float, prior_covariance: ArrayLike | None = None
-) -> FloatArray:
+def censi_covariance(result: IcpResult, range_std: float) -> FloatArray:
     """Covariance of an estimated motion, from the noise of the ranges.
 
     Parameters
@@ -54,43 +57,20 @@ def censi_covariance(
     range_std : float
         Standard deviation of one range of either scan [m]. It is a lower bound: the
         residuals may show more noise.
-    prior_covariance : array_like, shape (3, 3), optional
-        Covariance of the prior from which the match began: wheels, or an IMU. Where the
-        ranges say nothing, the estimate is the prior's; elsewhere the two are fused.
 
     Returns
     -------
     ndarray, shape (3, 3)
-        Covariance of (Δx, Δy, Δψ), in m², m rad and rad². Without a prior it is infinite
-        along free directions: there the ranges say nothing, however small the formula's
-        number. An axis that leans towards a free direction by more than 3° counts as free.
+        Covariance of (Δx, Δy, Δψ), in m², m rad and rad². It is infinite along free
+        directions, and for an axis that leans towards one by more than 3°: `censi_information`
+        tells the direction itself.
 
     Raises
     ------
-    InvalidPointsError
-        For a prior's covariance that is not symmetric and positive definite.
     DegenerateAlignmentError
         Where the match failed, or no pair lies on a surface.
-
-    Notes
-    -----
-    The formula knows one minimum, and cannot know whether it is the right one. If the points
-    lie closer together than the noise is wide, the noise chooses the partners, and the
-    covariance is too small (by a fifth in the standard deviation at 541 beams with
-    30 mm of noise).
     """
-    check_range(range_std, "range_std", above=0.0, unit="m")
-    if result.termination.failed:
-        raise DegenerateAlignmentError(f"no covariance without an estimate: {result.message}")
-    seen, free = _seen_and_free(result)
-    pairs = _Pairs.of(result)
-    noise = range_std**2 * max(1.0, pairs.roughness(range_std)) * pairs.gradient_noise()
-    if result.parameters.metric == "point_to_point":
-        noise += pairs.slip()
-    gain = seen @ np.linalg.inv(seen.T @ pairs.stiffness() @ seen) @ seen.T  # A⁻¹ where seen
-    covariance: FloatArray = gain @ noise @ gain.T
-    if prior_covariance is not None:
-        return _fused(covariance, seen, free, _as_covariance(prior_covariance))
+    covariance, _, free, _ = _measured(result, range_std)
     for direction in free.T:
         moved = np.where(np.abs(direction) > ALONG_AN_AXIS, np.sign(direction), 0.0)
         along = np.outer(moved, moved)
@@ -98,144 +78,147 @@ def censi_covariance(
     return covariance
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class _Pairs:
-    """The kept pairs that lie on surfaces, in the target's frame.
+def censi_information(result: IcpResult, range_std: float) -> FloatArray:
+    """Information of an estimated motion: the inverse of its covariance, 0 along free directions.
 
-    Attributes
-    ----------
-    target_index : ndarray, shape (P,)
-        Which target point each has; several may share one.
-    w, r : ndarray, shape (P,)
-        Weight, and residual across the surface [m].
-    q, n : ndarray, shape (P, 2)
-        Target point [m] and its normal.
-    turned, offset : ndarray, shape (P, 2)
-        R p, and R p + t − q [m].
+    Returns
+    -------
+    ndarray, shape (3, 3)
+        Of (Δx, Δy, Δψ), in 1/m², 1/(m rad) and 1/rad²: a free direction v has ``Ω @ v == 0``.
+        Parameters and errors are those of `censi_covariance`.
     """
-
-    target_index: IntArray
-    w: FloatArray
-    r: FloatArray
-    q: FloatArray
-    n: FloatArray
-    turned: FloatArray
-    offset: FloatArray
-
-    @classmethod
-    def of(cls, result: IcpResult) -> _Pairs:
-        target, pairs, T = result.target, result.correspondences, result.T_target_source
-        used = pairs.kept & np.isfinite(target.normals[pairs.target_index, 0])
-        index = pairs.target_index[used]
-        p = result.source.points[:: pairs.stride][used]
-        q, n = target.points[index], target.normals[index]
-        offset = apply(T, p) - q
-        return cls(
-            target_index=index,
-            w=pairs.weights[used],
-            r=_dot(n, offset),
-            q=q,
-            n=n,
-            turned=p @ T[:2, :2].T,
-            offset=offset,
-        )
-
-    @property
-    def rays(self) -> tuple[FloatArray, FloatArray]:
-        """The beams' directions u at the source points (p = ρ u) and at the target points."""
-        return self.turned / _ranges(self.turned), self.q / _ranges(self.q)
-
-    def slope(self, direction: FloatArray) -> FloatArray:
-        """How far a motion (Δx, Δy, Δψ) moves each source point along `direction`, (P, 3)."""
-        return np.column_stack([direction, _dot(direction, _perpendicular(self.turned))])
-
-    def stiffness(self) -> FloatArray:
-        """A = ∂²J/∂x², (3, 3)."""
-        slope = self.slope(self.n)
-        A: FloatArray = 2.0 * (slope * self.w[:, None]).T @ slope
-        A[2, 2] -= 2.0 * np.sum(self.w * self.r * _dot(self.n, self.turned))  # ∂²r/∂ψ² = −n·R p
-        return A
-
-    def gradient_noise(self) -> FloatArray:
-        """B Bᵀ, (3, 3): how the gradient of J spreads with ranges of unit noise."""
-        ray, target_ray = self.rays
-        slope = self.slope(self.n)
-        B_source = slope * _dot(self.n, ray)[:, None]
-        B_source[:, 2] += self.r * _dot(self.n, _perpendicular(ray))
-        B_pairs = -slope * _dot(self.n, target_ray)[:, None]
-        B_target = np.zeros((int(self.target_index.max()) + 1, 3))
-        # one range may serve many pairs
-        np.add.at(B_target, self.target_index, self.w[:, None] * B_pairs)
-        B = 2.0 * np.vstack([self.w[:, None] * B_source, B_target])
-        spread: FloatArray = B.T @ B
-        return spread
-
-    def roughness(self, range_std: float) -> float:
-        """Mean square of the residuals over that which ranges of this noise would leave."""
-        ray, target_ray = self.rays
-        of_noise = _dot(self.n, ray) ** 2 + _dot(self.n, target_ray) ** 2
-        expected = range_std**2 * float(self.w @ of_noise)
-        return float(self.w @ self.r**2) / expected if expected > 0.0 else math.inf
-
-    def slip(self) -> FloatArray:
-        """How the gradient spreads with what pulls along the surfaces, (3, 3).
-
-        Neighbours on a surface are pulled alike, so a surface's pulls are added up first.
-        """
-        along = _perpendicular(self.n)
-        pull = 2.0 * self.slope(along) * (self.w * _dot(along, self.offset))[:, None]
-        straight, gap = ONE_SURFACE
-        bent = np.abs(_dot(self.n[1:], self.n[:-1])) < straight
-        apart = np.hypot(*np.diff(self.q, axis=0).T) > gap
-        surface = np.concatenate([[0], np.cumsum(bent | apart)])
-        of_surface = np.zeros((surface[-1] + 1, 3))
-        np.add.at(of_surface, surface, pull)
-        spread: FloatArray = of_surface.T @ of_surface
-        return spread
+    return _information(*_measured(result, range_std)[:3])
 
 
-def _seen_and_free(result: IcpResult) -> tuple[FloatArray, FloatArray]:
-    """Bases of the motions (Δx, Δy, Δψ) that the pairs see and of those left free, (3, ·).
+def fuse(
+    result: IcpResult, range_std: float, prior: ArrayLike, prior_covariance: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """Fuse a match with the prior that it began from: the most likely motion, and its covariance.
+
+    Informations add, and the mean is weighted by them. Along a free direction, where the match
+    stayed at its guess, the prior alone counts. That direction leans by the noise of the
+    normals, and what the prior does not know along it spreads across it by as much.
+
+    Parameters
+    ----------
+    result : IcpResult
+        What `labkit.icp` returned.
+    range_std : float
+        Standard deviation of one range [m].
+    prior : array_like, shape (3,)
+        (Δx, Δy, Δψ) by wheels or an IMU.
+    prior_covariance : array_like, shape (3, 3)
+        Its covariance.
+
+    Returns
+    -------
+    tuple of ndarray
+        (Δx, Δy, Δψ), shape (3,), and its covariance, shape (3, 3).
+
+    Raises
+    ------
+    InvalidPointsError
+        For a prior's covariance that is not symmetric and positive definite.
+    """
+    P = _as_covariance(prior_covariance)
+    covariance, seen, free, lean = _measured(result, range_std)
+    for v in free.T:
+        covariance += (v @ P @ v) * lean
+    information = _information(covariance, seen, free)
+    covariance = np.linalg.inv(information + np.linalg.inv(P))
+    believed = as_pose(prior, "prior")
+    off = to_xytheta(result.T_target_source) - believed
+    off[2] = math.remainder(off[2], math.tau)
+    return believed + covariance @ information @ off, covariance
+
+
+def _information(covariance: FloatArray, seen: FloatArray, free: FloatArray) -> FloatArray:
+    """The inverse where the pairs see, whatever a motion does along the free directions."""
+    coordinates = np.linalg.inv(np.column_stack([seen, free]))[: seen.shape[1]]
+    measured = coordinates @ covariance @ coordinates.T
+    information: FloatArray = coordinates.T @ np.linalg.solve(measured, coordinates)
+    return information
+
+
+def _measured(
+    result: IcpResult, range_std: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """(6.4) where the pairs see, and what `_seen_and_free` says."""
+    check_range(range_std, "range_std", above=0.0, unit="m")
+    if result.termination.failed:
+        raise DegenerateAlignmentError(f"no covariance without an estimate: {result.message}")
+    seen, free, lean = _seen_and_free(result)
+    T, pairs = result.T_target_source, result.correspondences
+    normals = result.target.normals[pairs.target_index]
+    used = pairs.kept & np.isfinite(normals[:, 0])
+    w, n, q = pairs.weights[used], normals[used], pairs.target[used]
+    turned, offset = pairs.source[used] - T[:2, 2], pairs.source[used] - q  # R p, R p + t − q
+    r, slope = _dot(n, offset), _slope(n, turned)  # ∂r/∂x
+    ray, target_ray = turned / _ranges(turned), q / _ranges(q)
+
+    A: FloatArray = 2.0 * (slope * w[:, None]).T @ slope
+    A[2, 2] -= 2.0 * np.sum(w * r * _dot(n, turned))  # ∂²r/∂ψ² = −n·R p
+    B_source = slope * _dot(n, ray)[:, None]
+    B_source[:, 2] += r * _dot(n, _perpendicular(ray))
+    B_target = np.zeros((len(result.target.points), 3))  # one range may serve many pairs
+    B_pairs = slope * _dot(n, target_ray)[:, None]
+    np.add.at(B_target, pairs.target_index[used], -w[:, None] * B_pairs)
+    B = 2.0 * np.vstack([w[:, None] * B_source, B_target])
+
+    expected = range_std**2 * (w @ (_dot(n, ray) ** 2 + _dot(n, target_ray) ** 2))
+    roughness = (w @ r**2) / expected if expected > 0.0 else math.inf
+    noise = range_std**2 * max(1.0, roughness) * B.T @ B
+    if result.parameters.metric == "point_to_point":
+        noise += _slip(w, n, q, turned, offset)
+    gain = seen @ np.linalg.inv(seen.T @ A @ seen) @ seen.T  # A⁻¹ where seen
+    return gain @ noise @ gain.T, seen, free, lean
+
+
+def _slip(
+    w: FloatArray, n: FloatArray, q: FloatArray, turned: FloatArray, offset: FloatArray
+) -> FloatArray:
+    """How the gradient spreads with what pulls along the surfaces, (3, 3).
+
+    Neighbours on a surface are pulled alike, so a surface's pulls are added up first.
+    """
+    along = _perpendicular(n)
+    pull = 2.0 * _slope(along, turned) * (w * _dot(along, offset))[:, None]
+    straight, gap = ONE_SURFACE
+    bent = np.abs(_dot(n[1:], n[:-1])) < straight
+    apart = np.hypot(*np.diff(q, axis=0).T) > gap
+    surface = np.concatenate([[0], np.cumsum(bent | apart)])
+    of_surface = np.zeros((surface[-1] + 1, 3))
+    np.add.at(of_surface, surface, pull)
+    spread: FloatArray = of_surface.T @ of_surface
+    return spread
+
+
+def _seen_and_free(result: IcpResult) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Bases (3, ·) of the motions that the pairs see and leave free, and how far these lean.
+
+    How far: the covariance (3, 3) of a free motion of length 1.
 
     A free motion changes no residual; seen are those that leave the free ones at rest in the
     units of `labkit.line_alignment.Information`, where a turn counts by how far it moves.
+    Normals stagger with the noise, and pairs are chosen by it, so that structure below the
+    mean sin² of the angle between the two scans' normals is not told from noise.
     """
     pairs, T = result.correspondences, result.T_target_source
     normals = estimate_normals(result.source)[:: pairs.stride] @ T[:2, :2].T
     information = observability(pairs, result.target, normals)
     if information is None:
         raise DegenerateAlignmentError("no covariance: no pair lies on a surface")
-    x, y = information.center - T[:2, 2]
-    to_motion = np.array([[1.0, 0.0, y], [0.0, 1.0, -x], [0.0, 0.0, 1.0]])
-    motions = to_motion @ (information.vectors / [[1.0], [1.0], [information.length]])
-    is_free = information.values < MIN_INFORMATION + _stagger(result, normals)
-    free = motions[:, is_free]
-    return motions[:, ~is_free], free / np.linalg.norm(free, axis=0)
-
-
-def _stagger(result: IcpResult, normals: FloatArray) -> float:
-    """Mean sin² of the normals' own noise: half of that between the two scans' normals.
-
-    Structure below it is not told from noise: pairs are chosen by noise as well, so that
-    their normals are not quite independent.
-    """
-    pairs = result.correspondences
     cosines = _dot(normals, result.target.normals[pairs.target_index])
     used = pairs.kept & np.isfinite(cosines)
-    w = pairs.weights[used]
-    return float(w @ (1.0 - cosines[used] ** 2) / w.sum()) / 2.0
-
-
-def _fused(
-    covariance: FloatArray, seen: FloatArray, free: FloatArray, prior: FloatArray
-) -> FloatArray:
-    """What match and prior say together: their information adds, the match's where it sees."""
-    basis = np.column_stack([seen, free])
-    coordinates = np.linalg.inv(basis)[: seen.shape[1]]  # of a motion along the seen ones
-    measured = coordinates @ covariance @ coordinates.T
-    information = coordinates.T @ np.linalg.solve(measured, coordinates) + np.linalg.inv(prior)
-    fused: FloatArray = np.linalg.inv(information)
-    return fused
+    stagger = np.average(1.0 - cosines[used] ** 2, weights=pairs.weights[used])
+    x, y = information.center - T[:2, 2]
+    to_motion = np.array([[1.0, 0.0, y], [0.0, 1.0, -x], [0.0, 0.0, 1.0]])
+    to_motion[:, 2] /= information.length
+    motions = to_motion @ information.vectors
+    is_free = information.values < MIN_INFORMATION + stagger
+    free = motions[:, is_free]
+    lean = SHARED * stagger / np.count_nonzero(used) * to_motion @ to_motion.T
+    return motions[:, ~is_free], free / np.linalg.norm(free, axis=0), lean
 
 
 def _as_covariance(values: ArrayLike) -> FloatArray:
@@ -250,6 +233,11 @@ def _as_covariance(values: ArrayLike) -> FloatArray:
             f"`prior_covariance` must be symmetric and positive definite, got {C.tolist()}"
         )
     return C
+
+
+def _slope(direction: FloatArray, turned: FloatArray) -> FloatArray:
+    """How far a motion (Δx, Δy, Δψ) moves each source point along `direction`, (P, 3)."""
+    return np.column_stack([direction, _dot(direction, _perpendicular(turned))])
 
 
 def _ranges(points: FloatArray) -> FloatArray:

@@ -32,7 +32,7 @@ def report(results, folder):
 def results(tmp_path_factory):
     """A run of two pairs, as JSON, and what it printed."""
     file = tmp_path_factory.mktemp("bench") / "results.json"
-    parts = ("--sets", "rays-180", "--no-basin", "--no-growth", "--no-whole-log")
+    parts = ("--sets", "rays-180", "--no-basin", "--no-growth")
     names = ("--matchers", "labkit", "lesson")
     done = python(BENCH / "run.py", "--quick", "--pairs", 2, *parts, *names, "--out", file)
     assert done.returncode == 0, done.stderr

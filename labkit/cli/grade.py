@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
@@ -20,7 +21,6 @@ from labkit.course.grading.assignment.files import folder_of
 from labkit.course.grading.assignment.questions import Assignment
 from labkit.course.grading.class_run import (
     Graded,
-    available_cores,
     cluster_executors,
     grade_class,
     local_pools,
@@ -104,7 +104,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 def run(args: argparse.Namespace) -> int:
     """Grade what has no verdict yet; status 1 where a submission could not be graded."""
-    workers = available_cores() if args.jobs is None else args.jobs
+    workers = _cores() if args.jobs is None else args.jobs
     check_count(workers, "jobs", at_least=1)
     if not args.cluster:
         prepare()
@@ -119,6 +119,13 @@ def run(args: argparse.Namespace) -> int:
         print(f"labkit grade: {PUBLIC}", file=sys.stderr)
     with _where(min(workers, len(submissions)), args.cluster) as where:
         return _grade(args, submissions, assignment, where)
+
+
+def _cores() -> int:
+    """How many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def _grade(

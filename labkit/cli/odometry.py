@@ -30,6 +30,7 @@ from labkit.odometry import (
     integrate,
 )
 from labkit.simulation import WheelNoise, wheel_increments
+from labkit.warm import warm
 
 DESCRIPTION = """\
 Estimate the motion of a robot from its laser scans, step by step, with sanity checks and
@@ -120,6 +121,7 @@ def run(args: argparse.Namespace) -> int:
     prior, source = choose_prior(log, args.prior)
     print(f"{log.name}: {len(log)} scans, {parameters.icp.metric} metric, prior: {source}")
     start = np.zeros(3) if log.reference is None else log.reference[0]
+    warm()  # compiling is no time of a step
     began = time.perf_counter()
     progress = partial(tqdm, unit="scan", desc="matching", disable=None)
     result = estimate_odometry(log.scans, prior, parameters, start=start, progress=progress)

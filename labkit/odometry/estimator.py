@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Sized
 from dataclasses import dataclass
+from itertools import chain, repeat
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_finite, as_floats, as_pose
-from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.arrays import FloatArray, check_kind
+from labkit.errors import InvalidPointsError
 from labkit.odometry.expectation import REMEMBERED
-from labkit.odometry.integration import increments_between, integrate, integrate_step
+from labkit.odometry.integration import as_row, as_rows, increments_between, integrate_step
 from labkit.odometry.local_map import LastScan, LocalMap
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.record import Decision, StepRecord
@@ -46,8 +47,9 @@ class ScanMatchingOdometry:
         parameters: OdometryParameters | None = None,
         start: ArrayLike = (0.0, 0.0, 0.0),
     ) -> None:
-        self.parameters = _as_parameters(parameters)
-        self.pose = as_pose(start, "start")
+        self.parameters = OdometryParameters() if parameters is None else parameters
+        check_kind(self.parameters, "parameters", OdometryParameters)
+        self.pose = as_row(start, "start")
         against_map = self.parameters.against == "map"
         self._seen = LocalMap(self.parameters.map) if against_map else LastScan()
         self._started = False
@@ -61,17 +63,18 @@ class ScanMatchingOdometry:
         ----------
         scan : Scan or array_like, shape (N, 2)
             The newest scan, in metres.
-        prior : array_like, shape (3,), optional
-            The increment (Δx, Δy, Δψ) that wheels or an IMU report since the scan before.
+        prior : array_like, shape (3,) or (3, 3), optional
+            The increment (Δx, Δy, Δψ), or its transform, that wheels or an IMU report since the
+            scan before.
 
         Returns
         -------
         StepRecord
             The decision; for the very first scan it is ``Decision.START``.
         """
+        expected = None if prior is None else as_row(prior, "prior")
         filtered = self.parameters.preprocessing(scan)
         if self._started:
-            expected = None if prior is None else as_pose(prior, "prior")
             record = estimate_step(
                 filtered,
                 self._seen.target,
@@ -94,7 +97,7 @@ class ScanMatchingOdometry:
         return record
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class OdometryResult:
     """A whole run: `poses` (K, 3) of x, y, ψ [m, m, rad] and the K records of the steps."""
 
@@ -105,9 +108,20 @@ class OdometryResult:
         """How many steps ended in one of `decisions`."""
         return sum(record.decision in decisions for record in self.records)
 
+    @property
+    def against_prior(self) -> int:
+        """How many matches were believed against a prior that nothing supported."""
+        return sum(record.against_prior for record in self.records)
+
+    def __repr__(self) -> str:
+        counts = Counter(record.decision.value for record in self.records)
+        words = ", ".join(f"{name} {count}" for name, count in counts.items())
+        against = f"; {self.against_prior} against the prior" if self.against_prior else ""
+        return f"OdometryResult({len(self.records)} scans: {words}{against})"
+
 
 def estimate_odometry(
-    scans: Sequence[Scan | ArrayLike],
+    scans: Iterable[Scan | ArrayLike],
     priors: ArrayLike | None = None,
     parameters: OdometryParameters | None = None,
     *,
@@ -118,13 +132,14 @@ def estimate_odometry(
 
     Parameters
     ----------
-    scans : sequence of Scan or array_like, length K
-        In the order of time.
-    priors : array_like, shape (K, 3) or (K−1, 3), optional
-        Wheel odometry: K poses (x, y, ψ), or the K−1 increments between them.
+    scans : iterable of Scan or array_like, length K
+        In the order of time; they are gone through once.
+    priors : array_like, shape (K, 3) or (K−1, 3), or (K, 3, 3) or (K−1, 3, 3), optional
+        Wheel odometry: K poses, or the K−1 increments between them, as rows (x, y, ψ) or
+        as transforms.
     parameters : OdometryParameters, optional
         Matcher, limits and fallbacks.
-    start : array_like, shape (3,)
+    start : array_like, shape (3,) or (3, 3)
         Pose of the first scan.
     progress : callable
         Wraps the scans while they are matched, e.g. ``tqdm.tqdm``.
@@ -143,39 +158,26 @@ def estimate_odometry(
     >>> import labkit
     >>> from labkit.simulation import Lidar, room, scan_along
     >>> path = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.02], [0.2, 0.0, 0.04]]
-    >>> run = estimate_odometry(scan_along(room(), path, Lidar(), rng=0), priors=path)
-    >>> run.count(Decision.ICP)
-    2
+    >>> estimate_odometry(scan_along(room(), path, Lidar(), rng=0), priors=path)
+    OdometryResult(3 scans: start 1, icp 2)
     """
-    parameters, scans = _as_parameters(parameters), list(scans)
-    first = as_pose(start, "start")
-    increments = None if priors is None else _as_increments(priors, len(scans))
-    odometry, records = ScanMatchingOdometry(parameters), list[StepRecord]()
-    for k, scan in enumerate(progress(scans)):
-        prior = None if increments is None or k == 0 else increments[k - 1]
+    odometry = ScanMatchingOdometry(parameters, start)
+    expected: Iterable[FloatArray | None] = repeat(None)
+    if priors is not None:
+        scans = scans if isinstance(scans, Sized) else list(scans)
+        expected = chain([None], _as_increments(priors, len(scans)))
+    poses, records = list[FloatArray](), list[StepRecord]()
+    for scan, prior in zip(progress(scans), expected, strict=False):
         records.append(odometry.update(scan, prior))
-    steps = np.array([record.increment for record in records[1:]]).reshape(-1, 3)
-    return OdometryResult(poses=integrate(steps, first)[: len(records)], records=tuple(records))
-
-
-def _as_parameters(parameters: OdometryParameters | None) -> OdometryParameters:
-    if parameters is None:
-        return OdometryParameters()
-    if not isinstance(parameters, OdometryParameters):
-        raise InvalidParameterError(
-            f"must be OdometryParameters, got {type(parameters).__name__}; those of "
-            f"the matcher go in as OdometryParameters(icp=...)",
-            parameter="parameters",
-        )
-    return parameters
+        poses.append(odometry.pose)
+    return OdometryResult(poses=np.array(poses).reshape(-1, 3), records=tuple(records))
 
 
 def _as_increments(priors: ArrayLike, scan_count: int) -> FloatArray:
-    rows = as_floats(priors, "priors", hint="give rows (x, y, ψ) or (Δx, Δy, Δψ)")
-    if rows.shape not in ((scan_count, 3), (scan_count - 1, 3)):
+    rows = as_rows(priors, "priors")
+    if len(rows) not in (scan_count, scan_count - 1):
         raise InvalidPointsError(
             f"`priors` must have shape ({scan_count}, 3), a pose a scan, or "
-            f"({scan_count - 1}, 3), an increment a step, got {rows.shape}"
+            f"({scan_count - 1}, 3), an increment a step, got {np.shape(priors)}"
         )
-    finite = as_finite(rows, "priors")
-    return increments_between(finite) if len(finite) == scan_count else finite
+    return increments_between(rows) if len(rows) == scan_count else rows

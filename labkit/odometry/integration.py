@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_finite, as_floats, as_pose, as_poses
+from labkit.arrays import FloatArray, as_finite, as_floats, as_pose, as_transform
 from labkit.errors import InvalidPointsError
 from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
 
@@ -32,19 +32,14 @@ def integrate_step(pose: ArrayLike, increment: ArrayLike) -> FloatArray:
     >>> np.round(integrate_step([1.0, 0.0, np.pi / 2], [0.5, 0.0, 0.1]), 3).tolist()
     [1.0, 0.5, 1.671]
     """
-    return np.array(
-        _moved(as_pose(pose, "pose").tolist(), as_pose(increment, "increment").tolist())
-    )
+    return np.array(_moved(as_row(pose, "pose").tolist(), as_row(increment, "increment").tolist()))
 
 
 def integrate(increments: ArrayLike, start: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
     """Poses (K+1, 3) from K increments (K, 3), each in the frame of the pose before it."""
-    steps = as_floats(increments, "increments", hint="give rows (Δx, Δy, Δψ)")
-    if steps.ndim != 2 or steps.shape[1] != 3:
-        raise InvalidPointsError(f"`increments` must have shape (K, 3), got {steps.shape}")
-    x, y, heading = as_pose(start, "start").tolist()
+    x, y, heading = as_row(start, "start").tolist()
     poses = [[x, y, float(wrap(heading))]]
-    for increment in as_finite(steps, "increments").tolist():
+    for increment in as_rows(increments, "increments").tolist():
         poses.append(_moved(poses[-1], increment))
     return np.array(poses)
 
@@ -59,6 +54,27 @@ def _moved(pose: list[float], increment: list[float]) -> list[float]:
 
 
 def increments_between(poses: ArrayLike) -> FloatArray:
-    """Increments (K−1, 3) that `integrate` turns back into the poses (K, 3)."""
-    T_world = from_xytheta(as_poses(poses, "poses", minimum=0))
+    """Increments (K−1, 3) that `integrate` turns back into the poses (K, 3) or (K, 3, 3)."""
+    T_world = from_xytheta(as_rows(poses, "poses"))
     return to_xytheta(relative(T_world[:-1], T_world[1:]))
+
+
+def as_row(pose: ArrayLike, name: str) -> FloatArray:
+    """Check one pose, (x, y, ψ) or a transform (3, 3): the row (3,)."""
+    given = as_floats(pose, name, hint="give three numbers: metres, metres, radians")
+    if given.shape == (3, 3):
+        return to_xytheta(as_transform(given, name))
+    return as_pose(given, name)
+
+
+def as_rows(poses: ArrayLike, name: str) -> FloatArray:
+    """Check poses, rows (K, 3) of x, y, ψ or transforms (K, 3, 3): the rows (K, 3)."""
+    given = as_floats(poses, name, hint="give rows (x, y, ψ) or (Δx, Δy, Δψ)")
+    if given.ndim == 3 and given.shape[1:] == (3, 3):
+        return to_xytheta([as_transform(T, name) for T in given])
+    if given.ndim != 2 or given.shape[1] != 3:
+        raise InvalidPointsError(
+            f"`{name}` must be rows (x, y, ψ), shape (K, 3), or transforms, shape (K, 3, 3), "
+            f"got shape {given.shape}"
+        )
+    return as_finite(given, name)

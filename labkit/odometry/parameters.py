@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
 
-from labkit.arrays import check_count, check_kind, check_range
+from labkit.arrays import check_kind
 from labkit.errors import InvalidParameterError
 from labkit.filters import Preprocessing
 from labkit.odometry.local_map import MapParameters
@@ -14,6 +14,7 @@ from labkit.parameters import IcpParameters
 
 OnSkip = Literal["hold", "stand"]
 Against = Literal["scan", "map"]
+RETRY = 0.5  # share of the gate and of each ICP step in the second attempt
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,16 +33,9 @@ class OdometryParameters:
         Which scans make up the map.
     preprocessing : Preprocessing
         Filters that every scan goes through first.
-    retry_gate, retry_step : float
-        The retry's share of the gate and of each ICP step, in (0, 1].
     search : bool
         Whether to search the window of possible motions where no match is believed, or the
         best one is doubtful; see `labkit.odometry.search`.
-    search_below : float
-        A match is doubtful if its share of inliers, less the share of the target that beams
-        look through, is below this.
-    search_starts : int
-        How many of the poses that were found are refined by ICP.
     on_skip : {"hold", "stand"}
         Without a match and without a prior: hold the last motion once and then stand
         still, or stand still at once. The same motion is ICP's initial guess where there
@@ -66,20 +60,8 @@ class OdometryParameters:
     )
     map: MapParameters = field(default_factory=MapParameters)
     preprocessing: Preprocessing = field(default_factory=Preprocessing)
-    retry_gate: float = field(
-        default=0.5, metadata={"help": "share of the gate in the second attempt"}
-    )
-    retry_step: float = field(
-        default=0.5, metadata={"help": "share of each step in the second attempt"}
-    )
     search: bool = field(
         default=True, metadata={"help": "search where a match is doubtful or not believed"}
-    )
-    search_below: float = field(
-        default=0.6, metadata={"help": "agreement with the target below which a match is doubtful"}
-    )
-    search_starts: int = field(
-        default=8, metadata={"help": "poses of a search that are refined by ICP"}
     )
     on_skip: OnSkip = field(
         default="hold",
@@ -91,11 +73,7 @@ class OdometryParameters:
         check_kind(self.limits, "limits", SanityLimits)
         check_kind(self.map, "map", MapParameters)
         check_kind(self.preprocessing, "preprocessing", Preprocessing)
-        check_range(self.retry_gate, "retry_gate", above=0.0, at_most=1.0)
-        check_range(self.retry_step, "retry_step", above=0.0, at_most=1.0)
         check_kind(self.search, "search", bool)
-        check_range(self.search_below, "search_below", at_least=-1.0, at_most=1.0)
-        check_count(self.search_starts, "search_starts", at_least=1)
         for name, choices in (("against", get_args(Against)), ("on_skip", get_args(OnSkip))):
             chosen = getattr(self, name)
             if chosen not in choices:
@@ -105,9 +83,9 @@ class OdometryParameters:
 
     @property
     def retry(self) -> IcpParameters:
-        """The matcher's parameters for the second attempt."""
+        """The matcher's parameters for the second attempt: a reduced gate, reduced steps."""
         return replace(
             self.icp,
-            max_correspondence_distance=self.retry_gate * self.icp.max_correspondence_distance,
-            step_fraction=self.retry_step * self.icp.step_fraction,
+            max_correspondence_distance=RETRY * self.icp.max_correspondence_distance,
+            step_fraction=RETRY * self.icp.step_fraction,
         )

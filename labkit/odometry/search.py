@@ -18,7 +18,7 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
@@ -26,6 +26,7 @@ import numpy as np
 import scipy  # its parts are loaded when they are used
 
 from labkit.arrays import FloatArray, IntArray
+from labkit.compiled import compiled
 from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, to_xytheta
@@ -39,9 +40,27 @@ FINE_TURNS = np.radians([-1.0, -0.5, 0.0, 0.5, 1.0])
 REACH = 20.0  # [m]: points farther away move too far in a coarse turn
 MOST_POINTS = 100  # of the source that are looked up
 PROMISING = 60  # coarse poses that are looked at finely
+STARTS = 16  # fine poses that are worth trying with ICP
 APART = 0.3, math.radians(6.0)  # starts nearer to each other than this are one
 
-LookUp = Callable[[FloatArray, IntArray, IntArray], FloatArray]
+
+@compiled
+def mean_values(table: FloatArray, cells: IntArray, shifts: IntArray) -> FloatArray:
+    """The mean of the table under cells (R, N, 2) moved by shifts (S, 2), shape (R, S).
+
+    A cell beyond the table counts as the nearest one on its border.
+    """
+    last_row, last_column = table.shape[0] - 1, table.shape[1] - 1
+    means = np.empty((len(cells), len(shifts)))
+    for r in range(len(cells)):
+        for s in range(len(shifts)):
+            down, right, total = shifts[s, 0], shifts[s, 1], 0.0
+            for n in range(cells.shape[1]):
+                i = min(max(cells[r, n, 0] + down, 0), last_row)
+                j = min(max(cells[r, n, 1] + right, 0), last_column)
+                total += table[i, j]
+            means[r, s] = total / cells.shape[1]
+    return means
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -71,31 +90,17 @@ class LikelihoodField:
         size = np.ceil((near.max(axis=0, initial=0.0) + margin - low) / CELL).astype(np.intp)
         cells = np.unique(np.floor((near - low) / CELL) @ [1j, 1.0])
         cells = np.column_stack([cells.imag, cells.real]).astype(np.intp)
+        offsets = _square(4)
+        values = np.exp(-0.5 * (np.hypot(*offsets.T) * CELL / SPREAD) ** 2)
         fine = np.zeros(size)
-        for value, i, j in _stamp():  # from the edge to the middle, so that the best remains
-            fine[cells[:, 0] + i, cells[:, 1] + j] = value
-        half = COARSE // 2
-        coarse = scipy.ndimage.maximum_filter(fine, size=2 * half + 1, mode="constant")
+        for k in np.argsort(values, kind="stable"):  # from the edge in, so that the best remains
+            fine[cells[:, 0] + offsets[k, 0], cells[:, 1] + offsets[k, 1]] = values[k]
+        coarse = scipy.ndimage.maximum_filter(fine, size=COARSE + 1, mode="constant")
         return cls(origin=low, fine=fine, coarse=coarse)
 
     def cells(self, points: FloatArray) -> IntArray:
         """The cells that points (..., 2) lie in."""
         return np.floor((points - self.origin) / CELL).astype(np.intp)
-
-
-def mean_values(table: FloatArray, cells: IntArray, shifts: IntArray) -> FloatArray:
-    """The mean of the table under cells (R, N, 2) moved by shifts (S, 2), shape (R, S).
-
-    A cell beyond the table counts as the nearest one on its border.
-    """
-    rows = cells[:, None, :, 0] + shifts[:, None, 0]
-    columns = cells[:, None, :, 1] + shifts[:, None, 1]
-    np.clip(rows, 0, table.shape[0] - 1, out=rows)
-    np.clip(columns, 0, table.shape[1] - 1, out=columns)
-    rows *= table.shape[1]
-    rows += columns
-    mean: FloatArray = table.ravel().take(rows).mean(axis=-1)
-    return mean
 
 
 _fields: WeakKeyDictionary[Target, LikelihoodField] = WeakKeyDictionary()
@@ -114,7 +119,7 @@ def search(
     T_target_source: FloatArray,
     window: tuple[float, float],
     *,
-    count: int,
+    count: int = STARTS,
 ) -> list[FloatArray]:
     """The best poses within a window, apart from each other, the best one first.
 
@@ -136,26 +141,22 @@ def search(
     list of ndarray, shape (3, 3)
         ``T_target_source`` of each: where ICP is worth trying.
     """
-    points = _looked_up(source)
+    points = source.points[np.hypot(source.points[:, 0], source.points[:, 1]) < REACH]
+    points = points[:: max(1, math.ceil(len(points) / MOST_POINTS))]
     if len(points) == 0:
         return []
     x, y, turn = to_xytheta(T_target_source).tolist()
-    steps = math.ceil(window[0] / (COARSE * CELL))
-    shifts = COARSE * _square(steps)
-    turns = turn + TURN * _steps(math.ceil(window[1] / TURN))
-    middle = np.array([x, y])
-    coarse = mean_values(field.coarse, field.cells(_turned(points, turns) + middle), shifts)
-    best = np.argsort(coarse, axis=None)[::-1][:PROMISING]
-    i, j = np.unravel_index(best, coarse.shape)
-    places = middle + CELL * shifts[j]
-    return apart(_finely(points, field, turns[i], places), count)
+    shifts = COARSE * _square(math.ceil(window[0] / (COARSE * CELL)))
+    most = math.ceil(window[1] / TURN)
+    turns, middle = turn + TURN * np.arange(-most, most + 1), np.array([x, y])
+    scores = mean_values(field.coarse, field.cells(_turned(points, turns) + middle), shifts)
+    best = np.argsort(scores, axis=None)[::-1][:PROMISING]
+    i, j = np.unravel_index(best, scores.shape)
+    return apart(_finely(points, field, turns[i], middle + CELL * shifts[j]), count)
 
 
 def _finely(
-    points: FloatArray,
-    field: LikelihoodField,
-    turns: FloatArray,
-    places: FloatArray,
+    points: FloatArray, field: LikelihoodField, turns: FloatArray, places: FloatArray
 ) -> FloatArray:
     """The best fine pose around each of the coarse ones (P,) and (P, 2), the best first."""
     shifts = _square(COARSE // 2)
@@ -183,14 +184,8 @@ def apart(poses: Iterable[FloatArray], count: int) -> list[FloatArray]:
 
 def alike(T: FloatArray, other: FloatArray) -> bool:
     """Whether two poses are so near to each other that they count as one."""
-    moved, turned = step_length(other, T)
+    moved, turned = step_length(np.array(other), np.array(T))
     return moved < APART[0] and turned < APART[1]
-
-
-def _looked_up(source: Scan) -> FloatArray:
-    """Points of the scan, evenly thinned, within reach."""
-    near = source.points[np.hypot(source.points[:, 0], source.points[:, 1]) < REACH]
-    return near[:: max(1, math.ceil(len(near) / MOST_POINTS))]
 
 
 def _turned(points: FloatArray, angles: FloatArray) -> FloatArray:
@@ -200,19 +195,8 @@ def _turned(points: FloatArray, angles: FloatArray) -> FloatArray:
     return np.stack([c * x - s * y, s * x + c * y], axis=-1)
 
 
-def _steps(most: int) -> IntArray:
-    return np.arange(-most, most + 1)
-
-
 def _square(most: int) -> IntArray:
     """All (i, j) with entries from −most to most, shape (S, 2)."""
-    i, j = np.meshgrid(_steps(most), _steps(most), indexing="ij")
+    steps = np.arange(-most, most + 1)
+    i, j = np.meshgrid(steps, steps, indexing="ij")
     return np.column_stack([i.ravel(), j.ravel()])
-
-
-def _stamp() -> list[tuple[float, int, int]]:
-    """What one point leaves in the cells around it: values and offsets, the least first."""
-    offsets = _square(4)
-    values = np.exp(-0.5 * (np.hypot(*offsets.T) * CELL / SPREAD) ** 2)
-    order = np.argsort(values, kind="stable")
-    return [(float(values[k]), int(offsets[k, 0]), int(offsets[k, 1])) for k in order]

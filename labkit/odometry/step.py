@@ -1,57 +1,58 @@
-"""One step of odometry: match, check, and fall back in a stated order (section 5).
+"""One step of odometry: the lesson's second flow chart, with its fallbacks in a stated order.
 
-1. ICP from the prior, or from the last motion where there is none.
-2. Where a sanity check fails: ICP once more, with a reduced gate and reduced steps.
-3. Where there is no prior, or the match is not believed or doubtful: a search, and ICP from
-   its best starts.
-4. Where no match passes the checks: the prior.
-5. Without a prior: skip the update, that is hold the last motion, or stand still where
-   there is none to hold (a motion is held once) or `on_skip` says so.
+A  `_Step.match`      ICP from the prior, or from the last motion where there is none
+B  `_Step.judged`     the increment (Δx, Δy, Δψ) in the frame of scan k
+C  `integrate_step`   the pose, in `labkit.odometry.integration`
+D  `_Step.judged`     the sanity checks; `_choose`: the best of several matches
+E  `_published`       the match that is believed
+F  `_Step.fall_back`  reduced steps, or a search; `_published`: the prior, or skip
+
+1. ICP from the prior, or from the last motion.
+2. Where there is no prior, or the match is not believed or doubtful: a search, and ICP from
+   its best starts. Without the search, the lesson's chain: a failed match is tried once more
+   with a reduced gate and reduced steps.
+3. Where no match passes near the prior: a search as if there were no wheels. A match that is
+   alone and well supported is believed against a prior that nothing supports.
+4. The prior; without one, skip the update: hold the last motion, or stand still where there
+   is none to hold (a motion is held once) or `on_skip` says so.
 
 Of several matches, the checks judge the one that agrees best with the target and deviates
-least from the expected motion (`labkit.odometry.expectation`). A worse match is not believed
-just because it passes the checks: if the best match lies half a metre beyond a limit, another
-match within the limit is no better. If a scan fits in several places within the limits, the
-match is not a measurement: the prior is taken, and without one the place nearest to the
-expected motion. Motions that no wall fixes, such as the way along a corridor, are taken from
-the prior or the expected motion.
-
-Without the search, steps 1, 2, 4 and 5 are the lesson's chain: the first match that passes is
-taken, and without a prior a step with a free direction is not believed.
-
-A step depends on nothing but its arguments. So steps with a prior that are matched to the
-scan before may run in any order.
+least from the expected motion (`labkit.odometry.expectation`). If the best one lies half a
+metre beyond a limit, a worse one within the limit is no better. If a scan fits in several
+places within the limits, the match is not a measurement: the prior is taken, and without one
+the place nearest to the expected motion. Motions that no wall fixes, such as the way along a
+corridor, are taken from the prior or, with the search, from the last motions; without either
+the step is not believed.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
 from labkit.arrays import FloatArray
-from labkit.correspondences import MIN_PAIRS, huber_loss, pairs_at
+from labkit.correspondences import MIN_PAIRS
 from labkit.degeneracy import spread_ratio
 from labkit.icp import icp
-from labkit.odometry.expectation import Expectation
-from labkit.odometry.free_space import seen_through
+from labkit.odometry.agreement import THROUGH, beams_of, look_through, misfit
+from labkit.odometry.expectation import completed, unlikeliness
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.sanity import motion_complaints, quality_complaints
-from labkit.odometry.search import alike, apart, field_of, search
-from labkit.parameters import IcpParameters
+from labkit.odometry.search import STARTS, alike, apart, field_of, search
 from labkit.result import IcpResult
 from labkit.scan import Scan
-from labkit.schedule import close_gate
+from labkit.schedule import CLOSE_GATE
 from labkit.se2 import from_xytheta, invert, to_xytheta
 from labkit.target import Target
 
 STILL = np.zeros(3)
 AT_TARGET = np.eye(3)
 NOTHING = np.empty((0, 3))
-THROUGH = 0.5  # what a beam that looks through a wall counts, beside a point without partner
+DOUBTFUL = 0.6  # agreement below which a search says if there is a better match
 SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
 SAME = 0.01  # scores of one place that differ by less: whichever was tried first
 ALIKE = 0.05  # agreements that differ by less do not tell which of two matches is right
@@ -85,84 +86,175 @@ def estimate_step(
         Where scan k was taken in the target's frame; the identity where it is the target.
     earlier_motions : ndarray, shape (K, 3)
         Increments of steps before, the newest first, for a search without a prior.
-
-    Returns
-    -------
-    StepRecord
     """
     skipped = last_motion if parameters.on_skip == "hold" else STILL
-    guess = skipped if prior is None else prior
-    if prior is not None:
-        last_resort = Decision.PRIOR
-    else:
-        last_resort = Decision.HOLD if skipped.any() else Decision.STAND
+    guess, last_resort = prior, Decision.PRIOR
+    if guess is None:
+        guess, last_resort = skipped, Decision.HOLD if skipped.any() else Decision.STAND
+    resort = StepRecord(increment=guess, decision=last_resort)
     if target is None or len(source) < MIN_PAIRS:
         which = "older" if target is None else "newer"
-        reason = f"the {which} scan has fewer than {MIN_PAIRS} points"
-        return StepRecord(increment=guess, decision=last_resort, reason=reason)
+        return replace(resort, reason=f"the {which} scan has fewer than {MIN_PAIRS} points")
 
-    motions = guess[None] if prior is not None else np.vstack([guess, earlier_motions])
-    pair = _Pair(source, target, T_target_last, prior, motions, parameters)
-    T_guess = T_target_last @ from_xytheta(guess)
-    first = pair.match(T_guess, Decision.ICP)
-    if not first.complaints and not _is_doubtful(first.agreement, prior, parameters):
-        return first.record
-
-    tried = [first]
-    if first.complaints:
-        tried.append(pair.match(T_guess, Decision.RETRY))
-    if parameters.search:
-        pair.search(tried)
-        best = _best(tried)
-    else:
-        best = next((each for each in tried if not each.complaints), tried[-1])
-    elsewhere = [each for each in tried if not alike(each.T_target_source, best.T_target_source)]
-    others = [each.agreement for each in elsewhere if not each.complaints]
-    margin = best.agreement - max(others, default=math.nan)
-    ambiguous = parameters.search and not best.complaints and margin < ALIKE
-    reasons = [each.reason for each in tried if each.complaints]
-    if ambiguous:
-        reasons.append(f"ambiguous: it fits elsewhere, too ({margin:+.3f})")
-    believed = not best.complaints and not (ambiguous and prior is not None)
-    return replace(
-        best.record,
-        increment=best.record.increment if believed else guess,
-        decision=best.record.decision if believed else last_resort,
-        margin=margin,
-        ambiguous=ambiguous,
-        reason="; ".join(reasons),
-    )
-
-
-def _is_doubtful(
-    agreement: float, prior: FloatArray | None, parameters: OdometryParameters
-) -> bool:
-    """Whether a search should say if there is a better match than one that passes the checks."""
-    return parameters.search and (prior is None or agreement < parameters.search_below)
+    likely = np.vstack([skipped, earlier_motions]) if prior is None else guess[None]
+    expected = T_target_last @ from_xytheta(likely)
+    step = _Step(source, target, T_target_last, prior, expected, parameters)
+    tried = [step.match(expected[0], Decision.ICP)]
+    if tried[0].complaints or step.is_doubtful(tried[0]):
+        step.fall_back(tried)
+    choice = _choose(tried, step)
+    if choice.best.complaints and prior is not None and parameters.search:
+        likely = np.vstack([skipped, earlier_motions])
+        alone = replace(step, prior=None, expected=T_target_last @ from_xytheta(likely))
+        again = [alone.judged(each.result, each.decision) for each in tried]
+        alone.fall_back(again)
+        witness = _choose(again, alone)
+        if witness.measures_all:
+            why = f"{choice.reason}; believed against the prior: alone, and well supported"
+            choice = replace(witness, reason=why, against_prior=True)
+    return _published(choice, source, resort)
 
 
 @dataclass(frozen=True, eq=False)
 class _Match:
-    """A match that was tried: its record, the checks that it fails, and where it ended.
+    """A match that was tried, where it ended, and the sanity checks that it fails."""
 
-    Its agreement is 1 where every point of the source lies on the target, 0 where none has a
-    partner there, and less where beams look through the target's walls.
-    """
-
-    record: StepRecord
+    decision: Decision
+    result: IcpResult
+    increment: FloatArray
     complaints: list[str]
-    T_target_source: FloatArray
-    agreement: float
-    pair: _Pair
-
-    @cached_property
-    def score(self) -> float:
-        """The agreement, less by how much the motion surprises."""
-        return self.agreement - SURPRISE * self.pair.expected.unlikeliness(self.T_target_source)
+    agreement: float = -math.inf
+    score: float = -math.inf  # the agreement, less by how much the motion surprises
+    rmse: float = math.nan
+    through: float = math.nan
+    information: float = math.nan
+    degenerate: bool = False
 
     @property
-    def reason(self) -> str:
-        return f"{self.record.decision.value}: {', '.join(self.complaints)}"
+    def T_target_source(self) -> FloatArray:
+        return self.result.T_target_source
+
+
+@dataclass(frozen=True, eq=False)
+class _Choice:
+    """The best of the matches that were tried, and whether it is believed."""
+
+    best: _Match
+    margin: float
+    ambiguous: bool
+    believed: bool
+    reason: str
+    against_prior: bool = False
+
+    @property
+    def measures_all(self) -> bool:
+        """Whether it is alone, and well supported in every direction."""
+        supported = self.best.agreement >= DOUBTFUL and not self.best.degenerate
+        return self.believed and supported and not self.ambiguous
+
+
+@dataclass(frozen=True, eq=False)
+class _Step:
+    """What all matches of a step have in common; `expected` are poses, the likeliest first."""
+
+    source: Scan
+    target: Target
+    T_target_last: FloatArray
+    prior: FloatArray | None
+    expected: FloatArray
+    parameters: OdometryParameters
+
+    def match(self, T_guess: FloatArray, decision: Decision) -> _Match:
+        """Match once (A), and judge the outcome."""
+        told = self.parameters.retry if decision is Decision.RETRY else self.parameters.icp
+        result = icp(self.source, self.target, T_guess, told)
+        seen = result.observability
+        # From a prior, a free direction stays there; from elsewhere it is put where expected.
+        from_prior = self.prior is not None and decision is not Decision.SEARCH
+        if seen is not None and seen.degenerate and not from_prior and self._completes:
+            T_guess = completed(result.T_target_source, seen, self.expected)
+            result = icp(self.source, self.target, T_guess, told)
+        return self.judged(result, decision)
+
+    def judged(self, result: IcpResult, decision: Decision) -> _Match:
+        """The motion of a match (B), and every sanity check that it fails (D)."""
+        T, told, limits = result.T_target_source, result.parameters, self.parameters.limits
+        increment = to_xytheta(self._T_last_target @ T)
+        if result.termination.failed:
+            return _Match(decision, result, increment, [result.message])
+        pairs, seen = result.correspondences, result.observability
+        gate, delta = told.max_correspondence_distance, told.huber_delta
+        gate = min(gate, CLOSE_GATE * delta) if told.approach else gate
+        through = look_through(*self._beams, self._walls, np.array(T))
+        agreement = 1.0 - misfit(np.array(pairs.distances), np.array(pairs.residuals), gate, delta)
+        agreement -= THROUGH * (0.0 if math.isnan(through) else through)
+        rmse = math.sqrt(np.mean(pairs.residuals[pairs.kept] ** 2))
+        information = 0.0 if seen is None else float(seen.values[0])
+        degenerate = seen is None or seen.degenerate
+        complaints = motion_complaints(increment, self.prior, limits)
+        complaints += quality_complaints(result.fitness, rmse, limits)
+        stays = told.metric == "point_to_line" and (self.prior is not None or self._completes)
+        if degenerate and not stays:
+            complaints.append(f"degenerate: information {information:.3f}")
+        score = agreement - SURPRISE * unlikeliness(T, self.expected)
+        numbers = agreement, score, rmse, through, information
+        return _Match(decision, result, increment, complaints, *numbers, degenerate)
+
+    def is_doubtful(self, match: _Match) -> bool:
+        """Whether a search should say if there is a better match than one that passes."""
+        return self.parameters.search and (self.prior is None or match.agreement < DOUBTFUL)
+
+    def fall_back(self, tried: list[_Match]) -> None:
+        """Add a match with reduced steps, or those from the best starts of a search (F).
+
+        A start is passed over that lies where another match has ended.
+        """
+        limits, middle = self.parameters.limits, self.expected[0]
+        window = limits.max_prior_translation, limits.max_prior_rotation
+        if not self.parameters.search:
+            tried.append(self.match(middle, Decision.RETRY))
+            return
+        if self.prior is None:
+            middle, window = self.T_target_last, (limits.max_translation, limits.max_rotation)
+        found = search(self.source, field_of(self.target), middle, window)
+        for T_guess in [*apart(self.expected, STARTS // 2), *found]:
+            if not any(alike(T_guess, each.T_target_source) for each in tried):
+                tried.append(self.match(T_guess, Decision.SEARCH))
+
+    @cached_property
+    def _T_last_target(self) -> FloatArray:
+        return invert(self.T_target_last)
+
+    @cached_property
+    def _beams(self) -> tuple[FloatArray, FloatArray]:
+        return beams_of(self.source)
+
+    @cached_property
+    def _walls(self) -> FloatArray:
+        return np.array(self.target.points)
+
+    @property
+    def _completes(self) -> bool:
+        """Whether a free direction is put where the last motions suggest."""
+        return self.parameters.search and self.parameters.icp.metric == "point_to_line"
+
+
+def _choose(tried: list[_Match], step: _Step) -> _Choice:
+    """Choose the best match, and compare it with those that ended elsewhere (D)."""
+    good = [each for each in tried if not each.complaints]
+    best = _best(tried) if step.parameters.search else (good or tried)[-1]
+    others = [
+        each.agreement for each in good if not alike(each.T_target_source, best.T_target_source)
+    ]
+    margin = best.agreement - max(others) if others else math.nan
+    ambiguous = step.parameters.search and not best.complaints and margin < ALIKE
+    reasons = [
+        f"{bad.decision.value}: {', '.join(bad.complaints)}" for bad in tried if bad.complaints
+    ]
+    if ambiguous:
+        reasons.append(f"ambiguous: it fits elsewhere, too ({margin:+.3f})")
+    believed = not best.complaints and not (ambiguous and step.prior is not None)
+    return _Choice(best, margin, ambiguous, believed, "; ".join(reasons))
 
 
 def _best(tried: list[_Match]) -> _Match:
@@ -171,144 +263,36 @@ def _best(tried: list[_Match]) -> _Match:
     Or one that is about as good and passes the checks; or an earlier one that ended there.
     """
     best = max(tried, key=lambda each: each.score)
+    good = [each for each in tried if not each.complaints]
     if best.complaints:
-        good = [each for each in tried if not each.complaints]
         return next((each for each in good if each.score > best.score - ALIKE), best)
-    there = [each for each in tried if alike(each.T_target_source, best.T_target_source)]
-    return next(each for each in there if each.score > best.score - SAME and not each.complaints)
+    there = [each for each in good if alike(each.T_target_source, best.T_target_source)]
+    return next(each for each in there if each.score > best.score - SAME)
 
 
-@dataclass(frozen=True, eq=False)
-class _Pair:
-    """What all matches of a step have in common."""
-
-    source: Scan
-    target: Target
-    T_target_last: FloatArray
-    prior: FloatArray | None
-    motions: FloatArray
-    parameters: OdometryParameters
-
-    @cached_property
-    def expected(self) -> Expectation:
-        return Expectation(self.motions, self.T_target_last)
-
-    @cached_property
-    def T_last_target(self) -> FloatArray:
-        return invert(self.T_target_last)
-
-    def search(self, tried: list[_Match]) -> None:
-        """Add the matches from the motions of before, and from the best starts of a search.
-
-        A start is passed over that lies where another match has ended.
-        """
-        limits, count = self.parameters.limits, self.parameters.search_starts
-        if self.prior is None:
-            middle, window = self.T_target_last, (limits.max_translation, limits.max_rotation)
-        else:
-            middle = self.expected.poses[0]
-            window = limits.max_prior_translation, limits.max_prior_rotation
-        field = field_of(self.target)
-        found = search(self.source, field, middle, window, count=count)
-        before = apart(self.expected.poses, (count + 1) // 2)
-        for T_guess in [*before, *found]:
-            if not any(alike(T_guess, each.T_target_source) for each in tried):
-                tried.append(self.match(T_guess, Decision.SEARCH))
-
-    def match(self, T_guess: FloatArray, decision: Decision) -> _Match:
-        """Match once; the record of it, and every sanity check that it fails."""
-        result = self._icp(T_guess, decision)
-        seen = result.observability
-        if seen is not None and seen.degenerate and self._completes(decision):
-            result = self._icp(self.expected.completed(result.T_target_source, seen), decision)
-        limits, T = self.parameters.limits, result.T_target_source
-        increment = to_xytheta(self.T_last_target @ T)
-        information, degenerate = math.nan, False
-        through, spread, agreement = math.nan, math.nan, -math.inf
-        if result.termination.failed:
-            complaints = [result.message]
-        else:
-            seen = result.observability
-            information = 0.0 if seen is None else float(seen.values[0])
-            degenerate = information < limits.min_information
-            through, spread = self._judge(T, increment)
-            agreement = _agreement(_near_cost(result), through, result.parameters)
-            complaints = motion_complaints(increment, self.prior, limits)
-            gate = _near_gate(result.parameters)
-            complaints += quality_complaints(result.fitness, result.inlier_rmse, limits, gate)
-        if degenerate and not self._leaves_free_what_is_free():
-            complaints.append(
-                f"degenerate: information {information:.3f} < {limits.min_information:.3f}"
-            )
-        record = StepRecord(
-            increment=increment,
-            decision=decision,
-            inlier_count=result.inlier_count,
-            inlier_ratio=result.fitness,
-            rmse=result.inlier_rmse,
-            cost=result.cost,
-            seen_through=through,
-            rotation=abs(float(increment[2])),
-            information=information,
-            spread=spread,
-            iterations=result.iterations,
-            degenerate=degenerate,
-            termination=result.termination,
-        )
-        return _Match(record, complaints, T, agreement, self)
-
-    def _judge(self, T: FloatArray, increment: FloatArray) -> tuple[float, float]:
-        """What the source looks through at the pose T, and the spread ratio of the motion."""
-        motion = _seen_from_the_end(increment)
-        through = seen_through(self.source, self.target.points, T)
-        return through, spread_ratio(self.source, motion)
-
-    def _icp(self, T_guess: FloatArray, decision: Decision) -> IcpResult:
-        told = self.parameters
-        matcher = told.retry if decision is Decision.RETRY else told.icp
-        return icp(self.source, self.target, T_guess, matcher)
-
-    def _completes(self, decision: Decision) -> bool:
-        """Whether a free direction has to be put where it is expected; from a prior it is."""
-        from_prior = self.prior is not None and decision is not Decision.SEARCH
-        return self.parameters.search and not from_prior and self._leaves_free_what_is_free()
-
-    def _leaves_free_what_is_free(self) -> bool:
-        """Whether a match stays, along a free direction, where it was begun on good grounds."""
-        grounds = self.prior is not None or self.parameters.search
-        return grounds and self.parameters.icp.metric == "point_to_line"
-
-
-def _agreement(cost: float, through: float, told: IcpParameters) -> float:
-    """1 less the cost J over that of a scan without any partner, and less what is seen through."""
-    return (
-        1.0 - cost / _cost_of_no_partner(told) - THROUGH * (0.0 if math.isnan(through) else through)
-    )
-
-
-def _near_cost(result: IcpResult) -> float:
-    """The cost J [m²] near the answer, also of a run whose last iteration was still far from it."""
-    if not result.far[-1]:
-        return result.cost
-    T, told = result.T_target_source, result.parameters
-    return pairs_at(result.source.points, result.target, T, told).cost
-
-
-@lru_cache(maxsize=64)
-def _cost_of_no_partner(told: IcpParameters) -> float:
-    """The cost J [m²] near the answer of a scan no point of which has a partner."""
-    return float(huber_loss(_near_gate(told), told.huber_delta))
-
-
-@lru_cache(maxsize=64)
-def _near_gate(told: IcpParameters) -> float:
-    """The gate near the answer [m]."""
-    gate = told.max_correspondence_distance
-    return close_gate(gate, told.huber_delta) if told.approach else gate
-
-
-def _seen_from_the_end(increment: FloatArray) -> FloatArray:
-    """The motion (Δx, Δy) in the frame of scan k+1, as the newer scan sees it."""
-    x, y, turn = increment.tolist()
+def _published(choice: _Choice, source: Scan, resort: StepRecord) -> StepRecord:
+    """The record of the match that is believed (E), or of the last resort (F)."""
+    best, result = choice.best, choice.best.result
+    x, y, turn = best.increment.tolist()
     c, s = math.cos(turn), math.sin(turn)
-    return np.array([c * x + s * y, c * y - s * x])
+    from_the_end = [c * x + s * y, c * y - s * x]  # the motion, as the newer scan sees it
+    return StepRecord(
+        increment=best.increment if choice.believed else resort.increment,
+        decision=best.decision if choice.believed else resort.decision,
+        reason=choice.reason,
+        inlier_count=result.inlier_count,
+        inlier_ratio=result.fitness,
+        rmse=best.rmse,
+        cost=result.cost,
+        seen_through=best.through,
+        agreement=best.agreement,
+        margin=choice.margin,
+        ambiguous=choice.ambiguous,
+        against_prior=choice.against_prior,
+        rotation=abs(turn),
+        information=best.information,
+        spread=math.nan if result.termination.failed else spread_ratio(source, from_the_end),
+        iterations=result.iterations,
+        degenerate=best.degenerate,
+        termination=result.termination,
+    )

@@ -12,8 +12,8 @@ from scipy.ndimage import median_filter
 
 from labkit.arrays import FloatArray, as_floats
 from labkit.errors import InvalidPointsError
-from labkit.odometry import Decision, StepRecord
-from labkit.odometry.sanity import SanityLimits
+from labkit.line_alignment import MIN_INFORMATION
+from labkit.odometry import Decision, SanityLimits, StepRecord
 from labkit.plotting.style import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, style_grid
 
 FALLBACKS = {  # decision: colour, marker
@@ -138,7 +138,7 @@ def _draw_limits(axes: Sequence[Axes], limits: SanityLimits) -> None:
         limits.max_rmse,
         limits.min_inlier_ratio,
         np.degrees(limits.max_rotation),
-        limits.min_information,
+        MIN_INFORMATION,
     )
     for ax, bound in zip(axes, bounds, strict=False):
         top = ax.get_ylim()[1]

@@ -1,14 +1,15 @@
-"""What the odometry makes of a whole log, against a reference: drift, wrong steps, time.
+"""What the odometry makes of whole logs, against a reference: drift, wrong steps, time.
 
-``python tests/bench/odometry_logs.py --log LOG.gz --reference REF.tum.gz`` runs the defaults,
-with the log's wheels and without; ``--prior none`` takes the wheels away, ``--set against=scan
-key_scans=15`` changes parameters by their names. `killian` needs no files. One line a run:
+``python tests/bench/odometry_logs.py FOLDER killian`` runs the defaults on each ``NAME.log.gz``
+of a folder, from the log's wheels and without, against the map and scan to scan;
+``--set key_scans=15 huber_delta=0.03`` changes parameters by their names. ``NAME.ref.tum.gz``
+beside a log holds better poses of its scans, ``NAME.relations.csv`` surveyed relations. Without
+a reference, the run with wheels against the map is the reference of the others. One line a run:
 
-- RPE over 10 m, median, and the ATE (RMSE), and the errors of surveyed relations;
-- steps that are off by more than 0.2 m or 5°, and by more than 0.5 m or 10°;
-- how the steps were decided, how many were ambiguous, and what a step took.
-
-Without a reference, the run with wheels is the reference of the run without.
+- RPE over 10 m, median, and ATE (RMSE), and the median error of relations between scans that
+  do not follow one another;
+- steps that are off by more than 0.2 m or 5° (wrong), and by more than 0.5 m or 10° (lost);
+- how the steps were decided, and the processor time of a step.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ import sys
 import time
 from collections import Counter
 from dataclasses import dataclass, fields, is_dataclass, replace
+from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -40,6 +43,7 @@ from labkit.odometry import (
 )
 from labkit.se2 import relative, to_xytheta
 from labkit.simulation import wheel_increments
+from labkit.warm import warm
 from relations import read_relations, relation_errors
 
 STRETCH = 10.0  # m
@@ -55,21 +59,27 @@ class Reference:
     poses: FloatArray
 
 
-def read_reference(log: Log, path: str | None) -> Reference | None:
-    """The poses of a TUM file at the log's stamps, or those that come with the log."""
-    if path is None:
-        if log.reference is None:
-            return None
-        return Reference(scans=np.arange(len(log)), poses=log.reference)
-    stamps, poses = read_tum(path)
-    ours, theirs = associate(log.stamps, stamps, tolerance=0.02).T
-    return Reference(scans=ours, poses=poses[theirs])
+def logs_in(names: list[str]) -> list[tuple[Log, Reference | None, Path | None]]:
+    """The logs of files and folders, each with its reference and its relations."""
+    found = []
+    for name in names:
+        paths = sorted(Path(name).glob("*.log.gz")) if Path(name).is_dir() else [name]
+        for path in map(str, paths):
+            log, stem = read_log(path), path.removesuffix(".log.gz")
+            relations = Path(f"{stem}.relations.csv")
+            reference = None
+            if log.reference is not None:
+                reference = Reference(scans=np.arange(len(log)), poses=log.reference)
+            elif Path(f"{stem}.ref.tum.gz").exists():
+                stamps, poses = read_tum(f"{stem}.ref.tum.gz")
+                ours, theirs = associate(log.stamps, stamps, tolerance=0.02).T
+                reference = Reference(scans=ours, poses=poses[theirs])
+            found.append((log, reference, relations if relations.exists() else None))
+    return found
 
 
-def priors_of(log: Log, wanted: str) -> FloatArray | None:
-    """The log's odometry, or wheels simulated from the reference; None without any."""
-    if wanted == "none":
-        return None
+def wheels_of(log: Log) -> FloatArray:
+    """The log's odometry, or wheels simulated from its reference: increments (K−1, 3)."""
     if log.odometry is not None:
         return increments_between(log.odometry)
     return wheel_increments(log.reference, SIMULATED_WHEELS, rng=0)
@@ -98,14 +108,13 @@ def changed(parameters: Any, names: dict[str, str]) -> Any:
 
 def row(
     log: Log,
-    prior: str,
     result: OdometryResult,
     reference: Reference | None,
+    relations: Path | None,
     seconds: float,
-    relations: str | None,
 ) -> str:
-    """One line about a run."""
-    words = [f"{log.name:14} {prior:4}"]
+    """What is said about a run."""
+    words = []
     if reference is not None:
         poses = result.poses[reference.scans]
         drift = rpe(poses, reference.poses, STRETCH, "metres")
@@ -117,44 +126,42 @@ def row(
             f"ATE {whole.translation.rmse:6.2f} m",
             f"wrong {100 * wrong.mean():5.2f} % lost {100 * lost.mean():5.2f} %",
         ]
-    if relations:
+    if relations is not None:
         errors, pairs = relation_errors(read_relations(relations), result.poses, log.stamps)
-        gap = np.diff(pairs)[:, 0]
-        for name, chosen in (("next", gap == 1), ("far", gap > 1)):
-            words.append(
-                f"{name} {1e3 * np.median(errors.translation_errors[chosen]):5.0f} mm"
-                f" {np.degrees(np.median(errors.rotation_errors[chosen])):5.2f}°"
-            )
+        far = np.diff(pairs)[:, 0] > 1
+        words.append(
+            f"far {1e3 * np.median(errors.translation_errors[far]):5.0f} mm"
+            f" {np.degrees(np.median(errors.rotation_errors[far])):5.2f}°"
+        )
     decisions = Counter(record.decision.value for record in result.records)
+    words.append(f"{1e3 * seconds / len(log):6.2f} ms")
     words.append(" ".join(f"{name}:{count}" for name, count in decisions.items()))
-    words.append(f"ambiguous:{sum(record.ambiguous for record in result.records)}")
-    words.append(f"{1e3 * seconds / len(log):.2f} ms")
+    words.append(f"against prior:{result.against_prior}")
     return "  ".join(words)
 
 
 def main() -> int:
-    """Run the odometry on one log, with and without wheels, and print a line for each."""
+    """Run the odometry on each log and print a line for each run."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--log", required=True)
-    parser.add_argument("--reference", metavar="REF.tum")
-    parser.add_argument("--relations", metavar="FILE")
-    parser.add_argument("--prior", choices=("log", "none"))
-    parser.add_argument("--scans", type=int, metavar="N")
+    parser.add_argument("logs", nargs="+", metavar="LOG|FOLDER")
+    parser.add_argument("--prior", choices=("log", "none"), action="append")
+    parser.add_argument("--against", choices=("map", "scan"), action="append")
     parser.add_argument("--set", nargs="*", default=[], metavar="NAME=VALUE")
-    parser.add_argument("--save", metavar="POSES")
     args = parser.parse_args()
-    log = read_log(args.log)
-    reference = read_reference(log, args.reference)
-    parameters = changed(OdometryParameters(), dict(text.split("=") for text in args.set))
-    for prior in [args.prior] if args.prior else ["log", "none"]:
-        priors, began = priors_of(log, prior), time.process_time()
-        result = estimate_odometry(log.scans, priors, parameters)
-        seconds = time.process_time() - began
-        print(row(log, prior, result, reference, seconds, args.relations), flush=True)
-        if reference is None:
-            reference = Reference(scans=np.arange(len(log)), poses=result.poses)
-        if args.save:
-            np.save(f"{args.save}-{prior}.npy", result.poses)
+    chosen = changed(OdometryParameters(), dict(text.split("=") for text in args.set))
+    ways = list(product(args.against or ["map", "scan"], args.prior or ["log", "none"]))
+    warm()
+    for log, better, relations in logs_in(args.logs):
+        reference = better
+        for against, prior in ways:
+            priors = wheels_of(log) if prior == "log" else None
+            began = time.process_time()
+            result = estimate_odometry(log.scans, priors, replace(chosen, against=against))
+            seconds = time.process_time() - began
+            words = row(log, result, reference, relations, seconds)
+            print(f"{log.name:14} {against:4} {prior:4}  {words}", flush=True)
+            if reference is None:
+                reference = Reference(scans=np.arange(len(log)), poses=result.poses)
     return 0
 
 

@@ -26,8 +26,6 @@ from tables import (
     growth_rows,
     markdown,
     score_rows,
-    whole_log_ideal,
-    whole_log_rows,
 )
 
 BOOK = Path(__file__).parents[2] / "book"
@@ -82,16 +80,6 @@ more than three seconds per pair is not tried on larger scans.
 SHUFFLED = """\
 The same points, shuffled, so that no matcher can lean on the order of the beams:"""
 
-WHOLE_LOG = """\
-## Whole logs
-
-With a prior, each pair of successive scans can be matched independently. So `labkit odometry
---against scan --no-search` shares the pairs of a log among the cores: {pairs:,} pairs of {log} at
-{match_ms:.2f} ms a match (median). Without loading and plotting, one thread takes {alone_s:.2f}
-s for all of them, and {cores} threads on as many cores take {shared_s:.2f} s. That is
-{ratio:.2f} times what the cores would need if every match took the median time and nothing else
-took any. The table shows where the time goes, in seconds and as a share of the first row:"""
-
 
 def main() -> int:
     """Write the page and its figures."""
@@ -128,14 +116,7 @@ def page(results: dict[str, Any]) -> str:
         parts += [GROWTH, markdown(header, growth_rows(results["growth"]["time_ms"]))]
         if shuffled := results["growth"].get("shuffled_ms"):
             parts += [SHUFFLED, markdown(header, growth_rows(shuffled))]
-    if "whole_log" in results:
-        parts += _whole_log(results["whole_log"])
     return "\n\n".join([*parts, f"## Conditions\n\n{_conditions(results)}"]) + "\n"
-
-
-def _whole_log(result: dict[str, Any]) -> list[str]:
-    words = WHOLE_LOG.format(**result, ratio=result["shared_s"] / whole_log_ideal(result))
-    return [words, markdown(["", "s", "share"], whole_log_rows(result))]
 
 
 def _set_section(result: dict[str, Any]) -> str:

@@ -20,9 +20,7 @@ import argparse
 import sys
 import warnings
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -33,14 +31,12 @@ from data import SPLITS, PairSet, lesson_pairs, ray_pairs
 from growth import SIZES, growth
 from labkit.cli.text import to_json
 from labkit.files import atomic_write
-from labkit.odometry import available_cores
 from machine import describe_machine, describe_versions, today
 from peers import Matcher, load_matchers
 from recorded import killian_pairs, surveyed_pairs
 from scoring import score
-from tables import basin_text, growth_text, set_text, whole_log_text
+from tables import basin_text, growth_text, set_text
 from timing import CLOCKS, measure
-from whole_log import whole_log
 
 SETS: dict[str, Callable[[str, int], PairSet]] = {
     "lesson": lesson_pairs,
@@ -85,10 +81,6 @@ def main() -> int:
     if args.growth:
         results["growth"] = growth(matchers, args.split, args.rounds, args.largest, args.clock)
         print(growth_text(results["growth"]), flush=True)
-    if args.whole_log:
-        with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as fresh:
-            results["whole_log"] = fresh.submit(whole_log, available_cores(), args.rounds).result()
-        print(whole_log_text(results["whole_log"]), flush=True)
     if args.out:
         with atomic_write(args.out) as file:
             file.write(to_json(results) + "\n")
@@ -138,7 +130,6 @@ def _parse() -> argparse.Namespace:
     )
     parser.add_argument("--no-basin", dest="basin", action="store_false")
     parser.add_argument("--no-growth", dest="growth", action="store_false")
-    parser.add_argument("--no-whole-log", dest="whole_log", action="store_false")
     parser.add_argument("--quick", action="store_true", help="few pairs, one round, to try it out")
     parser.add_argument("--out", type=Path, metavar="FILE", help="the results as JSON")
     args = parser.parse_args()

@@ -1,4 +1,4 @@
-"""Results as text: a table for each set, the basins, the growth and the whole log."""
+"""Results as text: a table for each set, the basins and the growth."""
 
 from __future__ import annotations
 
@@ -40,24 +40,6 @@ def growth_rows(column: dict[str, list[float | None]]) -> list[list[str]]:
     return [[name, *(number(value, ".2f") for value in times)] for name, times in column.items()]
 
 
-def whole_log_rows(result: dict[str, Any]) -> list[list[str]]:
-    """Where the time of a shared run goes: each part in seconds, and of the first one."""
-    cores, ideal = result["cores"], whole_log_ideal(result)
-    parts = {
-        "pairs × median match ÷ cores": ideal,
-        "+ matches that take longer than the median": result["matches_s"] / cores - ideal,
-        "+ checks, filters, integration": (result["alone_s"] - result["matches_s"]) / cores,
-        "+ sharing: start, transport, waiting": result["shared_s"] - result["alone_s"] / cores,
-        "= the run on all cores": result["shared_s"],
-    }
-    return [[name, f"{part:.2f}", f"{part / ideal:.2f}"] for name, part in parts.items()]
-
-
-def whole_log_ideal(result: dict[str, Any]) -> float:
-    """What a shared run would take [s] if it were median matches alone and nothing were lost."""
-    return result["pairs"] * result["match_ms"] / 1e3 / result["cores"]
-
-
 def set_text(result: dict[str, Any]) -> str:
     """One set for a terminal."""
     title = f"{result['title']}: {result['pairs']} pairs, gate {result['gate']} m"
@@ -79,16 +61,6 @@ def growth_text(growth: dict[str, Any]) -> str:
         f"growth with the number of points, {order}\n{table(header, growth_rows(growth[key]))}\n"
         for order, key in parts.items()
     )
-
-
-def whole_log_text(result: dict[str, Any]) -> str:
-    """The whole log for a terminal."""
-    title = (
-        f"{result['log']}: {result['pairs']} pairs, {result['match_ms']:.2f} ms a match (median); "
-        f"{result['alone_s']:.2f} s in one process, {result['shared_s']:.2f} s in "
-        f"{result['cores']}: {result['shared_s'] / whole_log_ideal(result):.2f} times the ideal"
-    )
-    return f"{title}\n{table(['', 's', 'of the first'], whole_log_rows(result))}\n"
 
 
 def number(value: float | None, form: str) -> str:

@@ -72,13 +72,13 @@ def test_no_poses_have_no_increments_between_them():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: integrate([1.0, 2.0, 3.0]), r"`increments` must have shape \(K, 3\), got \(3,\)"),
-        (lambda: integrate([[1.0, 2.0]]), r"`increments` must have shape \(K, 3\), got \(1, 2\)"),
+        (lambda: integrate([1.0, 2.0, 3.0]), r"`increments` must be rows .*, got shape \(3,\)"),
+        (lambda: integrate([[1.0, 2.0]]), r"`increments` must be rows .*, got shape \(1, 2\)"),
         (
             lambda: integrate([["a", 0, 0]]),
             r"`increments` must hold numbers, got \[\['a', 0, 0\]\]",
         ),
-        (lambda: integrate([[0, 0, 0], [1]]), r"`increments` .*give rows \(Δx, Δy, Δψ\)"),
+        (lambda: integrate([[0, 0, 0], [1]]), r"`increments` .*give rows"),
         (lambda: integrate([[math.nan, 0, 0]]), r"`increments` must be .* got \[nan, 0\.0, 0\.0\]"),
         (lambda: integrate([[0, 0, 0]], [0, 0]), r"`start` must be .*got \[0\.0, 0\.0\]"),
         (
@@ -86,7 +86,7 @@ def test_no_poses_have_no_increments_between_them():
             r"`pose` must be .*got \[0\.0, 0\.0, inf",
         ),
         (lambda: integrate_step([0, 0, 0], [[0, 0, 0]]), r"`increment` must be .*\[\[0\.0"),
-        (lambda: increments_between([0, 0, 0]), r"`poses` must have shape \(K, 3\), .*got \(3,\)"),
+        (lambda: increments_between([0, 0, 0]), r"`poses` must be rows .*, got shape \(3,\)"),
         (lambda: increments_between([[0, 0, math.nan]]), r"`poses` must be finite, .* at index 0"),
     ],
 )

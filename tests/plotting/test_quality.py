@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from labkit.errors import InvalidPointsError
+from labkit.line_alignment import MIN_INFORMATION
 from labkit.odometry import Decision, SanityLimits, StepRecord
 from labkit.plotting import book_figure, plot_quality
 from labkit.plotting.quality import FALLBACKS
@@ -95,7 +96,7 @@ def test_stamps_make_it_a_time_axis():
 def test_limits_are_dashed_lines():
     limits = SanityLimits(max_rmse=0.15, min_inlier_ratio=0.3)
     axes = plot_quality(book_figure(7.0), make_records(), limits=limits)
-    bounds = (0.15, 0.3, 90.0, limits.min_information)
+    bounds = (0.15, 0.3, 90.0, MIN_INFORMATION)
     for ax, bound in zip(axes, bounds, strict=False):
         line = ax.lines[-1]
         assert line.get_linestyle() == "--"

@@ -1,0 +1,100 @@
+"""How well a scan agrees with its target at a pose: its misfit, and what its beams look through.
+
+A wrong match may lay half of a scan on walls, and the residuals do not show it, since they
+know only pairs. But a beam that ended at 5 m has seen that nothing stands at 3 m. If a match
+puts a wall of the map there, either the wall is gone or the match is wrong.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from labkit.arrays import FloatArray
+from labkit.compiled import compiled
+from labkit.scan import Scan
+
+CLEARANCE = 0.3  # [m]: a beam must end this far behind a point to have looked through it
+GAP = math.radians(5.0)  # between two beams farther apart nobody knows what stands
+THROUGH = 0.5  # what a beam that looks through a wall counts, beside a point without partner
+
+
+@compiled
+def misfit(distance: FloatArray, residual: FloatArray, gate: float, delta: float) -> float:
+    """The truncated Huber cost J over that of a scan without any partner, in [0, 1] (4.1)."""
+    total = 0.0
+    for i in range(len(distance)):
+        r = min(distance[i], gate)
+        if distance[i] <= gate and residual[i] >= 0.0:  # NaN, without a surface, is not
+            r = residual[i]
+        capped = min(r, delta)
+        total += capped * (2.0 * r - capped)
+    worst = min(gate, delta)
+    return total / (len(distance) * worst * (2.0 * gate - worst))
+
+
+@compiled
+def look_through(bearing: FloatArray, end: FloatArray, target: FloatArray, T: FloatArray) -> float:
+    """Share of the target's points in view that beams look through, at the pose T.
+
+    The beams are sorted by their bearing [rad], and end [m] away; see `seen_through`.
+    """
+    through, hit, count = 0, 0, len(bearing)
+    for i in range(len(target)):
+        dx, dy = target[i, 0] - T[0, 2], target[i, 1] - T[1, 2]
+        x, y = T[0, 0] * dx + T[1, 0] * dy, T[0, 1] * dx + T[1, 1] * dy
+        angle, distance = math.atan2(y, x), math.hypot(x, y)
+        low, right = 0, count  # the first beam whose bearing is at least the angle
+        while low < right:
+            middle = (low + right) // 2
+            if bearing[middle] < angle:
+                low = middle + 1
+            else:
+                right = middle
+        if right in (0, count) or bearing[right] - bearing[right - 1] >= GAP:
+            continue
+        if distance < min(end[right], end[right - 1]) - CLEARANCE:
+            through += 1
+        elif distance < max(end[right], end[right - 1]) + CLEARANCE:
+            hit += 1
+    return through / (through + hit) if through + hit > 0 else math.nan
+
+
+def beams_of(source: Scan) -> tuple[FloatArray, FloatArray]:
+    """Bearings [rad], ascending, and ends [m] of the beams that returned."""
+    x, y = source.points.T
+    bearing, end = np.arctan2(y, x), np.hypot(x, y)
+    order = np.argsort(bearing, kind="stable")
+    return bearing[order], end[order]
+
+
+def seen_through(source: Scan, target_points: FloatArray, T_target_source: FloatArray) -> float:
+    """Share of the target's points in view that the source's beams look through.
+
+    Parameters
+    ----------
+    source : Scan
+        The newer scan, N points.
+    target_points : ndarray, shape (M, 2)
+        Points of the older scan or of the map, in its frame [m].
+    T_target_source : ndarray, shape (3, 3)
+        The pose to judge.
+
+    Returns
+    -------
+    float
+        0 where all beams that pass near a point end there, 1 where all pass it. Points
+        that lie hidden behind the beams' ends are not in view. NaN with nothing in view.
+
+    Examples
+    --------
+    >>> wall = Scan.from_points([[2.0, -0.1], [2.0, 0.0], [2.0, 0.1]])
+    >>> curtain = np.array([[1.0, 0.0], [2.0, 0.05], [4.0, 0.0]])
+    >>> seen_through(wall, curtain, np.eye(3))
+    0.5
+    """
+    share: float = look_through(
+        *beams_of(source), np.array(target_points), np.array(T_target_source)
+    )
+    return share
