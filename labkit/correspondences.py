@@ -88,15 +88,7 @@ def associate(
             residuals[i] = abs(nx * dx + ny * dy)  # |n·(p − q)|
     weights = np.ones(count)
     return Pairs(
-        moved,
-        target_points,
-        normals,
-        index,
-        distances,
-        residuals,
-        weights,
-        stage.huber_delta,
-        0.0,
+        moved, target_points, normals, index, distances, residuals, weights, stage.huber_delta, 0.0
     )
 
 
@@ -115,17 +107,8 @@ def reject_and_weigh(pairs: Pairs, stage: Stage) -> Pairs:
     for i in range(len(kept)):
         if not kept[i]:
             weights[i] = 0.0
-    return Pairs(
-        pairs.source,
-        pairs.target,
-        pairs.normals,
-        pairs.rows,
-        pairs.distances,
-        pairs.residuals,
-        weights,
-        delta,
-        share,
-    )
+    moved, partners, normals, rows, distances, residuals, _, _, _ = pairs
+    return Pairs(moved, partners, normals, rows, distances, residuals, weights, delta, share)
 
 
 @compiled
