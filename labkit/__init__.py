@@ -1,5 +1,7 @@
 """ICP-based motion estimation from 2D LiDAR scans."""
 
+from importlib import import_module
+
 from labkit.alignment import align, align_svd
 from labkit.errors import LabkitError
 from labkit.icp import icp
@@ -31,3 +33,12 @@ __all__ = [
 ]
 
 __version__ = "0.1.0"
+
+_LATER = ("covariance", "evaluation", "logs", "odometry", "plotting", "simulation")
+
+
+def __getattr__(name: str) -> object:
+    """The packages that are loaded when they are first asked for."""
+    if name not in _LATER:
+        raise AttributeError(f"module 'labkit' has no attribute {name!r}")
+    return import_module(f"labkit.{name}")

@@ -1,0 +1,109 @@
+"""Compiled stages: kept on disk, healed where the disk lied, and run by Python without numba."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from labkit.compiled import is_compiled
+from labkit.neighbors import select
+
+NEEDS_NUMBA = pytest.mark.skipif(not is_compiled(), reason="numba is not to be had")
+STAGE = "import numpy as np; from labkit.neighbors import select; "
+ASKED = STAGE + "print(select(np.array([3.0, 1.0, 2.0]), 1))"
+NO_FILES = (
+    "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
+    "resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0)); "
+)
+
+
+def answer(cache, program=ASKED):
+    """What a new process prints, and what it says beside."""
+    told = os.environ | {"LABKIT_CACHE": str(cache), "PYTHONWARNINGS": "error"}
+    done = subprocess.run(
+        [sys.executable, "-c", program], env=told, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "2.0\n"
+    return done.stderr
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory):
+    """A cache with one stage in it."""
+    folder = tmp_path_factory.mktemp("cache")
+    assert "compiling the matcher, this once" in answer(folder)
+    assert answer(folder) == ""
+    return folder
+
+
+DAMAGES = {
+    "cut": lambda content: content[: len(content) // 2],
+    "emptied": lambda content: b"",
+    "one bit": lambda content: content[:-99] + bytes([content[-99] ^ 1]) + content[-98:],
+}
+
+
+@NEEDS_NUMBA
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
+def test_a_damaged_file_is_compiled_anew(cache, damage):
+    files = {file: file.read_bytes() for file in cache.rglob("*.nb?")}
+    for file, whole in files.items():
+        file.write_bytes(damage(whole))
+    answer(cache)
+    for file, whole in files.items():
+        assert len(file.read_bytes()) == pytest.approx(len(whole), rel=0.1)
+
+
+@NEEDS_NUMBA
+def test_where_nothing_can_be_kept_each_process_compiles(tmp_path):
+    (tmp_path / "file").write_text("no folder")
+    said = answer(tmp_path / "file")
+    assert said.startswith("compiling the matcher in every process, 10 s or more: ")
+    assert said.count("\n") == 1
+
+
+@NEEDS_NUMBA
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no limit on the size of files")
+def test_a_full_disk_is_told_and_stops_nobody(tmp_path):
+    said = answer(tmp_path, NO_FILES + ASKED)
+    assert "the compiled matcher cannot be kept: " in said
+    assert not [file for file in tmp_path.rglob("*") if file.is_file() and file.stat().st_size]
+
+
+@NEEDS_NUMBA
+def test_the_cache_follows_only_files_with_stages(tmp_path, monkeypatch):
+    from labkit import code_cache  # noqa: PLC0415 (imports numba)
+
+    monkeypatch.setattr(code_cache, "PACKAGE", tmp_path)
+    stage, plain = tmp_path / "stage.py", tmp_path / "plain.py"
+    stage.write_text("\n@compiled\ndef f(): ...\n")
+    plain.write_text("# nothing\n")
+    before = code_cache.fingerprint()
+    plain.write_text("# another comment\n")
+    assert code_cache.fingerprint() == before
+    stage.write_text("\n@compiled\ndef g(): ...\n")
+    assert code_cache.fingerprint() != before
+
+
+@pytest.mark.parametrize("how", ["None", "Broken()"])
+def test_without_numba_python_runs_the_same_function(tmp_path, how):
+    broken = (
+        "import sys\n"
+        "class Broken:\n"
+        "    def __getattr__(self, name): raise ImportError('Numba needs NumPy 2.3 or less')\n"
+        f"sys.modules['numba'] = {how}\n"
+    )
+    said = answer(tmp_path, broken + ASKED)
+    assert said.startswith("Python runs the matcher, slowly: ")
+    assert said.count("\n") == 1
+
+
+def test_a_stage_is_the_function_that_is_read():
+    assert Path(select.__wrapped__.__code__.co_filename).name == "neighbors.py"
+    assert select.__doc__.startswith("The value of that rank")
+    v = np.array([5.0, 4.0])
+    assert select(v, 0) == select.__wrapped__(v, 0) == 4.0
