@@ -56,6 +56,7 @@ LAYERS = {
     "evaluation": DATA | {"alignment"},
     "logs": DATA | {"files", "extras"},
     "": MATHS,
+    "warm": MATHS | {""},
     "plotting": BELOW_PLOTTING,
     "course": set(),
     "course.grading": BELOW_PLOTTING - GRADED,
@@ -63,7 +64,7 @@ LAYERS = {
     "course.exercises": BELOW_PLOTTING | {"course.grading"},
     "course.report": BELOW_PLOTTING,
     "interactive": BELOW_PLOTTING | {"plotting", "course.grading"},
-    "cli": BELOW_PLOTTING | {"plotting", "course.grading", "course.report"},
+    "cli": BELOW_PLOTTING | {"plotting", "course.grading", "course.report", "warm"},
     "__main__": set(),
 }
 
