@@ -10,8 +10,9 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from labkit.cli import autograder, demo, evaluate, grade, match, odometry, report
+from labkit.cli import demo, evaluate, match, odometry, report
 from labkit.cli.versions import ShowVersions
+from labkit.course.grading.command import add_autograder, add_grade
 from labkit.engine import is_available
 from labkit.errors import InvalidParameterError, LabkitError
 
@@ -113,6 +114,10 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=ShowVersions)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for module in (demo, odometry, match, evaluate, report, grade, autograder):
-        module.add_command(commands)
+    for add in (
+        *(one.add_command for one in (demo, odometry, match, evaluate, report)),
+        add_grade,
+        add_autograder,
+    ):
+        add(commands)
     return parser
