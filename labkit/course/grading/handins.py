@@ -30,7 +30,7 @@ from labkit.errors import LabkitError
 
 MAX_TOGETHER = 48 * MEBIBYTE  # of all files of one student
 MAX_FILES = 200  # notebooks and scripts of one student
-FOLDERS = "folders"
+FOLDERS, NBGRADER = "folders", "nbgrader"
 LAYOUTS = {
     "canvas": re.compile(  # lovelaceada_LATE_4711_98765_answers.ipynb
         r"(?P<name>[^_/]+)_(?P<late>LATE_)?(?P<student>\d+)_(?P<upload>\d+)_(?P<file>[^/]+)$"
@@ -40,10 +40,10 @@ LAYOUTS = {
         r"(?P<file>.+)$"
     ),
     "gradescope": re.compile(  # submission_4711/answers.ipynb
-        r"(?P<student>submission_\d+)/(?P<file>.+)$"
+        r"submission_(?P<student>\d+)/(?P<file>.+)$"
     ),
-    "nbgrader": re.compile(  # submitted/ada/lab1/answers.ipynb
-        r"submitted/(?P<student>[^/]+)/(?P<assignment>[^/]+)/(?P<file>.+)$"
+    NBGRADER: re.compile(  # submitted/ada/lab1/answers.ipynb
+        r"(?:submitted/)?(?P<student>[^/]+)/(?P<assignment>[^/]+)/(?P<file>.+)$"
     ),
     FOLDERS: re.compile(  # ada/answers.ipynb, ada.ipynb, ada.zip
         r"(?P<student>[^/]+)/(?P<file>.+)$|(?P<alone>[^/]+?)(?P<suffix>(?:\.ipynb|\.py)?\.\w+)$"
@@ -148,17 +148,16 @@ def find_submissions(
         Where `path` cannot be read, or no layout or more than one fits.
     """
     path = Path(path)
-    if (path / "submitted").is_dir():
-        layout = layout or "nbgrader"
-    elif path.resolve().name == "submitted" or layout == "nbgrader":
-        layout, path = "nbgrader", path.resolve().parent
+    if (path / "submitted").is_dir() and layout in ("", NBGRADER):
+        path = path / "submitted"
+    if path.resolve().name == "submitted":
+        layout = layout or NBGRADER
     ours = [Path(one).resolve() for one in left_out]
     files = [
         file
         for file in list_files(path)
         if not any(file.path.resolve().is_relative_to(one) for one in ours)
         and PurePosixPath(file.name).name not in OTHERS
-        and (layout != "nbgrader" or file.name.startswith("submitted/"))
     ]
     if not files:
         raise LabkitError(
@@ -176,7 +175,7 @@ def find_submissions(
             remarks.append(f"{path}: {file.name} is nobody's work, and is passed over")
             continue
         by_student.setdefault(alone or found["student"], []).append((found, file))
-    if layout == "nbgrader":
+    if layout == NBGRADER:
         by_student = _one_assignment(path, by_student, within)
     submissions = [_submission(student, found) for student, found in by_student.items()]
     return sorted(submissions, key=lambda one: one.student), remarks
@@ -198,7 +197,9 @@ def _layout_of(path: Path, files: list[Handed]) -> tuple[str, list[Handed]]:
     """The one layout that fits all files, and the files, without a folder around all of them."""
     tops = {file.name.partition("/")[0] for file in files if "/" in file.name}
     inner = [file._replace(name=file.name.partition("/")[2]) for file in files]
-    names = [name for name in LAYOUTS if name != FOLDERS]
+    if tops == {"submitted"} and all("/" in file.name for file in files):
+        return NBGRADER, files
+    names = [name for name in LAYOUTS if name not in (FOLDERS, NBGRADER)]
     for listed in (files, inner if len(tops) == 1 else []):
         fits = {n: [bool(LAYOUTS[n].match(file.name)) for file in listed] for n in names}
         whole = [name for name, each in fits.items() if listed and all(each)]

@@ -49,11 +49,10 @@ def test_each_platform_is_known_by_its_names(platform, tmp_path):
     if platform not in ("folders", "nbgrader"):
         places.append(pack(tmp_path / "around.zip", [f"download/{name}" for name in names]))
     for place in places:
-        for layout in (platform, "" if place.suffix != ".zip" or platform != "nbgrader" else None):
-            if layout is not None:
-                found, remarks = find_submissions(place, layout=layout)
-                assert [one.student for one in found] == ["4711", "4712"]
-                assert not remarks
+        for layout in {platform, ""} if "around" not in place.name else {""}:
+            found, remarks = find_submissions(place, layout=layout)
+            assert [one.student for one in found] == ["4711", "4712"]
+            assert not remarks
 
 
 def test_what_a_canvas_student_calls_a_file_chooses_nothing(tmp_path):
@@ -100,14 +99,14 @@ def test_a_class_of_two_layouts_is_refused_with_the_way_out(tmp_path):
 
 def test_one_folder_around_all_is_not_taken_for_a_student(tmp_path):
     write(tmp_path / "class", ["lab 1/ada/a.py", "lab 1/emmy/a.py"])
-    with pytest.raises(LabkitError, match="all lies in one folder, lab 1: .*--student lab 1"):
+    with pytest.raises(LabkitError, match=r"all lies in one folder, lab 1: .*--student lab 1"):
         find_submissions(tmp_path / "class")
     assert len(find_submissions(tmp_path / "class/lab 1")[0]) == 2
 
 
 def test_nbgraders_assignments_are_told_apart(tmp_path):
     folder = write(tmp_path, ["submitted/ada/lab1/a.py", "submitted/ada/lab2/b.py", "source/x.py"])
-    with pytest.raises(LabkitError, match="the assignments are lab1, lab2, .*say --within lab1"):
+    with pytest.raises(LabkitError, match=r"the assignments are lab1, lab2, .*say --within lab1"):
         find_submissions(folder)
     for place in (folder, folder / "submitted"):
         (ada,), _ = find_submissions(place, within="lab2")
