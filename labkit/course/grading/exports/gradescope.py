@@ -93,6 +93,7 @@ def _hidden_case(number: str, question: QuestionVerdict, case: CaseVerdict) -> d
 HERE = Path(__file__).with_name("autograder")
 PACKAGE = HERE.parents[3]
 SCRIPTS = ("setup.sh", "run_autograder")
+READER = "ipython>=8.20"  # as the extra "grading" has it, which also draws pages
 COMMAND = "labkit_command.py"  # beside the package: what `python -m labkit` begins with
 EPOCH = (1980, 1, 1, 0, 0, 0)  # the same content gives the same bytes
 
@@ -111,12 +112,13 @@ def read_metadata(path: str | os.PathLike[str]) -> tuple[str, float]:
         due = told.get("assignment", {}).get("due_date")
         for user in told["users"]:  # an extension of their own
             due = user.get("assignment", {}).get("due_date") or due
-        late = datetime.fromisoformat(told["created_at"]) - datetime.fromisoformat(due or "9999")
+        times = [datetime.fromisoformat(time) for time in (told.get("created_at"), due) if time]
+        late = (times[0] - times[1]).total_seconds() if len(times) == 2 else 0.0
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise LabkitError(
             f"{path}: is not Gradescope's submission_metadata.json: {error}"
         ) from None
-    return ", ".join(users), max(0.0, late.total_seconds() / 86400.0)
+    return ", ".join(users), max(0.0, late / 86400.0)
 
 
 def write_autograder(
@@ -183,5 +185,4 @@ def _requirements() -> list[str]:
     declared = requires("labkit")
     if declared is None:
         raise LabkitError("labkit is not installed, so what it needs is not known; pip install it")
-    reader = [line.partition(";")[0] for line in declared if line.startswith("ipython")]
-    return [*(line for line in declared if not re.search(r";.*extra\s*==", line)), *reader]
+    return [*(line for line in declared if not re.search(r";.*extra\s*==", line)), READER]
