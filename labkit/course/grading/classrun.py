@@ -13,6 +13,7 @@ from labkit.course.grading.box import Wall
 from labkit.course.grading.contract import Limits
 from labkit.course.grading.grade import grade_submission
 from labkit.course.grading.handins import Submission
+from labkit.course.grading.inside import reading
 from labkit.course.grading.judging.verdict import SubmissionVerdict
 from labkit.course.grading.store import fingerprint
 from labkit.errors import LabkitError
@@ -52,7 +53,7 @@ class Graded:
     fingerprint : str
         What the verdict follows from.
     source : str
-        The code that was run.
+        All code that was handed in.
     failure : str
         Why it could not be graded: a fault of the grader's, never of the student's.
     """
@@ -75,7 +76,7 @@ def grade_one(submission: Submission, settings: Settings, known: str) -> Graded:
         mark = fingerprint(files, assignment, settings.limits, settings.wall.mode)
         if mark == known:
             return Graded(submission=submission, fingerprint=mark)
-        verdict, source = grade_submission(
+        verdict = grade_submission(
             files,
             settings.wall,
             settings.limits,
@@ -84,9 +85,23 @@ def grade_one(submission: Submission, settings: Settings, known: str) -> Graded:
             submission=submission.name,
             unread=unread,
         )
-        return Graded(submission=submission, verdict=verdict, fingerprint=mark, source=source)
+        return Graded(
+            submission=submission, verdict=verdict, fingerprint=mark, source=source_of(files)
+        )
     except Exception as error:
         return Graded(submission=submission, failure=f"{type(error).__name__}: {error}")
+
+
+def source_of(files: Mapping[str, bytes]) -> str:
+    """All code of a submission, for tools that look for copies; what cannot be read is left out."""
+    found = []
+    for name, content in files.items():
+        with contextlib.suppress(Exception):  # untrusted
+            if name.lower().endswith(reading.NOTEBOOK):
+                found += [cell.source for cell in reading.notebook_cells(name, content)]
+            else:
+                found.append(reading.decoded(content))
+    return "\n\n".join(found)
 
 
 def grade_class(

@@ -70,7 +70,6 @@ class Sitting:
         self.skipped: list[int] = []
         self.restarts = -1
         self.notes: list[str] = []
-        self.source = ""
         self.answers: dict[str, Answer] = {}
         self.broken: dict[str, str] = {}
         self.open()
@@ -101,7 +100,6 @@ class Sitting:
     def _note(self, said: Mapping[str, Any]) -> None:
         """Take in what the box says of the submission; none of it decides a mark."""
         self.notes = [shown(note) for note in _list(said.get("notes"))[:MAX_NOTES]]
-        self.source = str(said.get("source"))
         broken = said.get("broken")
         self.broken = {
             name: shown(why) for name, why in (broken if isinstance(broken, dict) else {}).items()
@@ -200,7 +198,7 @@ def grade_submission(
     *,
     submission: str = "",
     unread: Sequence[str] = (),
-) -> tuple[SubmissionVerdict, str]:
+) -> SubmissionVerdict:
     """Grade one submission.
 
     Parameters
@@ -218,10 +216,8 @@ def grade_submission(
 
     Returns
     -------
-    verdict : SubmissionVerdict
+    SubmissionVerdict
         Of the same submission always the same, but for `seconds`.
-    source : str
-        The code that was run.
     """
     start = time.perf_counter()
     sitting = Sitting(files, [one.function for one in assignment.questions], wall, limits)
@@ -234,7 +230,7 @@ def grade_submission(
     verdicts = tuple(found[one.id] for one in assignment.questions)
     if not files:
         verdicts = tuple(replace(one, message="Nothing was found to grade.") for one in verdicts)
-    verdict = SubmissionVerdict(
+    return SubmissionVerdict(
         student=student,
         submission=submission or student,
         mode=wall.mode,
@@ -245,7 +241,6 @@ def grade_submission(
         unread=tuple(unread),
         seconds=time.perf_counter() - start,
     )
-    return verdict, sitting.source
 
 
 def _first_round(

@@ -175,6 +175,8 @@ def find_submissions(
             remarks.append(f"{path}: {file.name} is nobody's work, and is passed over")
             continue
         by_student.setdefault(alone or found["student"], []).append((found, file))
+    if within and layout != NBGRADER:
+        raise LabkitError(f"--within {within} is for nbgrader's folders; these are {layout}'s")
     if layout == NBGRADER:
         by_student = _one_assignment(path, by_student, within)
     submissions = [_submission(student, found) for student, found in by_student.items()]

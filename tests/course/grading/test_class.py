@@ -61,7 +61,10 @@ def test_a_class_gets_scores_pages_and_code_for_its_owner_alone(grade, tmp_path,
     page = Path("grades/students/student00003.html").read_text(encoding="utf-8")
     assert "this is x squared" in page
     assert "4 marks" in Path("grades/index.html").read_text(encoding="utf-8")
-    assert Path("grades/code/student00003.py").read_text(encoding="utf-8").startswith(SQUARED)
+    assert (
+        Path("grades/code/student00003.py").read_text(encoding="utf-8")
+        == f"{SQUARED}# student00003\n"
+    )
     assert "def double" in Path("grades/handed_out.py").read_text(encoding="utf-8")
     for path in Path("grades").rglob("*"):
         assert path.stat().st_mode & 0o077 == 0, path

@@ -173,6 +173,17 @@ def test_a_slip_costs_its_own_points_alone(changed, lost, graded):
     assert "in place of yours: with yours it would get" in lent.message
 
 
+def test_nothing_is_lent_to_an_answer_that_only_hands_on(graded):
+    changed = {
+        "icp_step": STUB.format("icp_step"),
+        "icp": "def icp(source, target, T, gate, ratio, delta, budget):\n"
+        "    return icp_step(source, target, T, gate, ratio, delta)\n",
+    }
+    verdict = graded({"a.ipynb": answered(changed)}, ASSIGNMENT)
+    scores = {one.question: one.score for one in verdict.questions}
+    assert scores["icp_step"] == scores["icp"] == 0.0
+
+
 def test_a_whole_repository_is_graded_by_what_is_ones_own(graded, tmp_path):
     with zipfile.ZipFile(tmp_path / "repo.zip", "w") as archive:
         archive.writestr("lab/notebooks/assignment.ipynb", answered())

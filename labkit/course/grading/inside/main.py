@@ -29,7 +29,6 @@ import numpy as np
 from labkit.course.grading.inside import confine, data, reading, standins
 
 MAX_MESSAGE = 480
-MAX_SOURCE = 1 << 19
 MAX_RESULT = 1 << 20
 MODULE = "__main__"
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Import, ast.ImportFrom)
@@ -160,10 +159,8 @@ class Session:
                 }
             self.keep(place)
         self.states |= {("end", name): self.patched() for name in self.answers}
-        source = "\n\n".join(cell.source for cell in cells)
         self.tell(
             notes=notes[:60],
-            source=source[:MAX_SOURCE],
             answers=self.described(),
             broken=broken,
         )
