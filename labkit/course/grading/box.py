@@ -35,7 +35,7 @@ from typing import Any
 from labkit.course.grading.contract import Limits
 from labkit.course.grading.inside import data
 from labkit.errors import LabkitError
-from labkit.extras import need
+from labkit.extras import MissingExtraError
 
 MEBIBYTE = 1 << 20
 MEMORY = 1536 * MEBIBYTE
@@ -315,7 +315,8 @@ def bubblewrap(wall: Wall) -> list[str]:
 @cache
 def libraries() -> dict[str, str]:
     """What can be imported in a box besides Python's own library: the folder of each."""
-    need("IPython.core.inputtransformer2", purpose="grading", extra="grading")
+    if importlib.util.find_spec("IPython") is None:
+        raise MissingExtraError("grading", "IPython", "grading")
     found = {OWN: str(PACKAGE.parent / OWN)}
     for name in ("numpy", "scipy", "IPython"):
         spec = importlib.util.find_spec(name)

@@ -174,8 +174,9 @@ def grade(args: argparse.Namespace) -> int:
                 parameter="again",
             )
         failures = _grade(args, submissions, settings, store, late)
-        marks = make_marks(store, read_adjustments(args.out, assignment, names))
-        missing = {one: name for one, name in missing.items() if one not in store.students}
+        marks = make_marks(store, read_adjustments(args.out, assignment, names), assignment)
+        given = {mark.student for mark in marks}
+        missing = {one: name for one, name in missing.items() if one not in given}
         _write(args, assignment, submissions, marks, failures, missing)
     found = len(submissions)
     sys.stdout.write(
@@ -225,13 +226,14 @@ def _people(
     """All students and their names for a person, and those of the roster that are not found."""
     names = {student: store[student].submission for student in store.students}
     names |= {one.student: one.name for one in submissions}
-    roster = [({student}, name) for student, name in read_roster(args.out).items()]
+    roster = [([student], name) for student, name in read_roster(args.out).items()]
     if args.canvas:
         roster += gradebooks.students_of(args.canvas, canvas=True)
     if args.moodle:
         roster += gradebooks.students_of(args.moodle, canvas=False)
-    missing = {min(known): name for known, name in roster if not known & names.keys()}
-    return names | missing, missing
+    absent = [(known, name) for known, name in roster if not names.keys() & set(known)]
+    names |= {one: name for known, name in absent for one in known}
+    return names, {known[0]: name for known, name in absent}
 
 
 def _grade(

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from labkit.course.grading.assignment.questions import Assignment
-from labkit.course.grading.judging.verdict import SubmissionVerdict
+from labkit.course.grading.judging.verdict import QuestionVerdict, SubmissionVerdict
 from labkit.course.grading.store import VerdictStore
 from labkit.errors import LabkitError
 from labkit.files import atomic_write, read_table
@@ -126,8 +126,10 @@ class Adjustments:
         )
 
 
-def make_marks(store: VerdictStore, adjustments: Adjustments) -> list[SubmissionVerdict]:
-    """The marks of all who have a verdict or are in a group with one who has, by name.
+def make_marks(
+    store: VerdictStore, adjustments: Adjustments, assignment: Assignment
+) -> list[SubmissionVerdict]:
+    """The marks of all who have a verdict, share a group with one who has, or were given points.
 
     Of a group each gets the best that any of its submissions earns, all changes included.
     """
@@ -148,7 +150,35 @@ def make_marks(store: VerdictStore, adjustments: Adjustments) -> list[Submission
                 verdict = replace(verdict, student=student, notes=(note, *verdict.notes))
             found.append(adjustments.apply(verdict, store.late(owner), owner))
         marks.append(max(found, key=lambda verdict: verdict.score))
-    return marks
+    given = {student for student, what in adjustments.lines if what not in ("late", "extension")}
+    for student in given - owners.keys() - {CLASS}:
+        marks.append(adjustments.apply(_nothing(student, assignment), 0.0, student))
+    return sorted(marks, key=lambda mark: mark.student)
+
+
+def _nothing(student: str, assignment: Assignment) -> SubmissionVerdict:
+    """The verdict on one who handed in nothing."""
+    return SubmissionVerdict(
+        student=student,
+        submission="",
+        mode="",
+        questions=tuple(
+            QuestionVerdict(
+                question=one.id,
+                title=one.title,
+                points=one.points,
+                score=0.0,
+                cases=(),
+                misconception=None,
+                message="Nothing was handed in.",
+            )
+            for one in assignment.questions
+        ),
+        score=0.0,
+        points=assignment.points,
+        notes=(),
+        seconds=0.0,
+    )
 
 
 def read_adjustments(

@@ -51,17 +51,23 @@ def store(tmp_path):
         yield store
 
 
-def scores(store, adjustments):
-    return {mark.student: mark.score for mark in make_marks(store, adjustments)}
+@pytest.fixture
+def marks(store, small):
+    return lambda adjustments: make_marks(store, adjustments, load_assignment(small))
 
 
-def test_points_are_set_added_and_told(store, decide):
+@pytest.fixture
+def scores(marks):
+    return lambda adjustments: {mark.student: mark.score for mark in marks(adjustments)}
+
+
+def test_points_are_set_added_and_told(store, decide, marks):
     store.put(verdict("ada"), "1")
     adjustments = decide(
         "ada,double,1.5,you showed me the sheet", "Ada Lovelace,bonus,0.5,", "*,written,15,",
         "ada,written,12,well said",
     )  # fmt: skip
-    (mark,) = make_marks(store, adjustments)
+    (mark,) = marks(adjustments)
     assert (mark.score, mark.points) == (17.0, 20.0)
     assert mark.adjustments == (
         "double: set by your instructor to 1.5 of 2 points: you showed me the sheet.",
@@ -82,28 +88,28 @@ def test_points_are_set_added_and_told(store, decide):
         (["*,late_percent,90,"], 0.0),
     ],
 )
-def test_lateness_is_computed_when_marks_are(lines, score, store, decide):
+def test_lateness_is_computed_when_marks_are(lines, score, store, decide, scores):
     store.put(verdict("ada"), "1", late=3.0)
-    assert scores(store, decide(*lines)) == {"ada": score}
+    assert scores(decide(*lines)) == {"ada": score}
 
 
-def test_what_the_platform_says_later_counts(store, decide):
+def test_what_the_platform_says_later_counts(store, decide, scores):
     store.put(verdict("ada"), "1", late=3.0)
     store.set_late("ada", 0.0)
-    assert scores(store, decide("*,late_percent,10,")) == {"ada": 5.0}
+    assert scores(decide("*,late_percent,10,")) == {"ada": 5.0}
 
 
-def test_a_group_gets_the_best_that_is_left_of_its_submissions(store, decide):
+def test_a_group_gets_the_best_that_is_left_of_its_submissions(store, decide, scores, marks):
     """One member's is better but late: after lateness the other's is worth more."""
     store.put(verdict("ada"), "1", late=9.0)
     store.put(verdict("emmy", double=0.0), "1")
     group = ["ada,group,A,", "emmy,group,A,", "4711,group,A,"]
-    assert scores(store, decide(*group)) == {"ada": 5.0, "emmy": 5.0, "4711": 5.0}
+    assert scores(decide(*group)) == {"ada": 5.0, "emmy": 5.0, "4711": 5.0}
     late = decide(*group, "*,late_percent,10,")
-    assert scores(store, late) == {"ada": 3.0, "emmy": 3.0, "4711": 3.0}
-    assert make_marks(store, late)[0].notes == ("Handed in by emmy for A.",)
+    assert scores(late) == {"ada": 3.0, "emmy": 3.0, "4711": 3.0}
+    assert marks(late)[0].notes == ("Handed in by emmy for A.",)
     own = decide(*group, "ada,double,0,it was not yours")
-    assert scores(store, own) == {"ada": 3.0, "emmy": 5.0, "4711": 5.0}
+    assert scores(own) == {"ada": 3.0, "emmy": 5.0, "4711": 5.0}
 
 
 @pytest.mark.parametrize(
@@ -206,3 +212,9 @@ def test_another_wall_limit_or_file_is_another_verdict(small):
 
 def test_without_lines_a_verdict_stays_as_it_is():
     assert Adjustments().apply(verdict("ada"), 0.0, "ada") == verdict("ada")
+
+
+def test_points_for_one_who_handed_in_nothing_are_kept(store, decide, scores):
+    store.put(verdict("ada"), "1")
+    given = decide("emmy,double,1.5,by word of mouth", "4711,late,1,", "*,late_percent,10,")
+    assert scores(given) == {"ada": 5.0, "emmy": 1.5}

@@ -318,14 +318,14 @@ def _maxima(
     return [_maximum(row[column], f"{worksheet}: row {n}") for n, row in enumerate(rows, 2)]
 
 
-def students_of(gradebook: str | os.PathLike[str], *, canvas: bool) -> list[tuple[set[str], str]]:
-    """Who is in a gradebook: all names by which a student may be known, and the one to show."""
+def students_of(gradebook: str | os.PathLike[str], *, canvas: bool) -> list[tuple[list[str], str]]:
+    """Who is in a gradebook: the names by which a student may be known, and the one to show."""
     header, *rows = read_gradebook(gradebook, CANVAS_NEEDED if canvas else [])
     if not canvas:
-        return [({_NUMBER.sub(r"\1", row[0])}, row[1]) for row in rows]
+        return [([_NUMBER.sub(r"\1", row[0])], row[1]) for row in rows]
     keys = [header.index(name) for name in CANVAS_KEYS if name in header]
     people = [row for row in rows if row[header.index("ID")].strip().isdigit()]
-    return [({row[key].strip() for key in keys} - {""}, row[0]) for row in people]
+    return [([row[key].strip() for key in keys if row[key].strip()], row[0]) for row in people]
 
 
 def lateness_of(worksheet: str | os.PathLike[str]) -> dict[str, float]:

@@ -160,7 +160,7 @@ def write_class_page(
         median=statistics.median(scores),
         missing=missing,
         mistakes=sorted(mistakes, key=lambda row: (-row[0], row[1:])),
-        modes=Counter(verdict.mode for verdict in marks),
+        modes=Counter(verdict.mode for verdict in marks if verdict.mode),
         page_name=page_name,
         points=max((verdict.points for verdict in marks), default=0.0),
         questions=questions,

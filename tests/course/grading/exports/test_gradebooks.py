@@ -209,10 +209,10 @@ def test_the_plain_table_holds_no_formula(verdicts, tmp_path):
 
 def test_who_is_in_a_gradebook_is_known_by_all_names(written):
     assert students_of(written(CANVAS), canvas=True)[1] == (
-        {"99", "815", "emmy@x.org"},
+        ["99", "815", "emmy@x.org"],
         "Noether, Emmy",
     )
-    assert students_of(written(MOODLE), canvas=False)[2] == ({"12"}, "Grace Hopper")
+    assert students_of(written(MOODLE), canvas=False)[2] == (["12"], "Grace Hopper")
     assert lateness_of(written(MOODLE.replace("Submitted,,10.", "1 week 12 hours late,,10."))) == {
         "4711": 0.0, "815": 7.5, "12": 0.0,
     }  # fmt: skip
