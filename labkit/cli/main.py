@@ -13,8 +13,9 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from labkit import __version__
-from labkit.cli import autograder, demo, evaluate, grade, match, odometry, report
+from labkit.cli import demo, evaluate, match, odometry, report
 from labkit.cli.options import flag
+from labkit.course.grading.command import add_autograder, add_grade
 from labkit.errors import InvalidParameterError, LabkitError
 
 BAD_INPUT, USAGE, INTERRUPTED = 1, 2, 130
@@ -104,8 +105,12 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=_versions())
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for module in (demo, odometry, match, evaluate, report, grade, autograder):
-        module.add_command(commands)
+    for add in (
+        *(one.add_command for one in (demo, odometry, match, evaluate, report)),
+        add_grade,
+        add_autograder,
+    ):
+        add(commands)
     return parser
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -31,6 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise LabkitError(f"`--variants` must be at least 1, got {options.variants}")
         folder, secret = options.folder, b""
         if options.secret is not None:
+            os.umask(0o077)  # what is written is for its owner alone
             secret = read_secret(options.secret, make=True)
             if folder is None:
                 folder = cases_beside(options.secret)

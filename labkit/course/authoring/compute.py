@@ -27,8 +27,8 @@ from labkit.course.authoring.references import (
 )
 from labkit.course.grading.assignment.questions import Case, Question
 from labkit.course.grading.contract import Value
+from labkit.course.grading.inside.data import plain
 from labkit.course.grading.judging.compare import is_answer_of, is_right
-from labkit.course.grading.sandbox.inside.data import plain
 from labkit.errors import LabkitError
 
 TRIES = 200

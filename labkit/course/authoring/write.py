@@ -18,8 +18,9 @@ from typing import Any
 from labkit.course.authoring import solution
 from labkit.course.authoring.compute import hidden_cases, visible_cases
 from labkit.course.authoring.misconceptions import MISTAKES
-from labkit.course.grading.assignment.files import COURSE, FORMAT, salt_of, to_plain
+from labkit.course.grading.assignment.files import COURSE, FORMAT, salt_of
 from labkit.course.grading.assignment.questions import Answer, Case, Cases, Misconception, Question
+from labkit.course.grading.inside.data import to_json
 from labkit.files import atomic_write
 
 VARIANTS = 8
@@ -82,13 +83,11 @@ def write_assignment(
 
 def course_file(questions: Sequence[Question], secret: bytes = b"") -> str:
     """The text of `course.json`: stand-ins for wrong functions, and what the secret leads to."""
-    needed = {id for question in questions for id in question.builds_on}
-    functions = {one.id: one.function for one in questions if one.id in needed}
     content = {
         "format": FORMAT,
         "public": not secret,
         "salt": salt_of(secret),
-        "right": {id: stand_in(function) for id, function in functions.items()},
+        "right": {one.id: stand_in(one.function) for one in questions},
     }
     return json.dumps(content, ensure_ascii=False, indent=1) + "\n"
 
@@ -132,11 +131,11 @@ def _row(case: Case) -> Mapping[str, Any]:
     return {
         "id": case.id,
         "about": case.about,
-        "arguments": [to_plain(value) for value in case.arguments],
-        "expected": [to_plain(value) for value in case.expected],
+        "arguments": [to_json(value) for value in case.arguments],
+        "expected": [to_json(value) for value in case.expected],
         "tolerance": case.tolerance,
         "mistaken": {
-            id: [to_plain(value) for value in answers] for id, answers in case.mistaken.items()
+            id: [to_json(value) for value in answers] for id, answers in case.mistaken.items()
         },
     }
 

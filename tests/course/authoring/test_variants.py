@@ -1,6 +1,6 @@
 """Right submissions of different kinds: each gets full marks, whatever numbers come in."""
 
-import io
+import json
 import os
 import subprocess
 from pathlib import Path
@@ -11,8 +11,8 @@ import pytest
 from labkit.course.authoring import solution
 from labkit.course.grading.assignment import FOLDER
 from labkit.course.grading.contract import Outcome, OutcomeStatus
+from labkit.course.grading.inside.data import from_json, plain
 from labkit.course.grading.judging.compare import assess, is_right
-from labkit.course.grading.sandbox.inside.data import plain, receive
 
 WITHOUT_WHOLE_NUMBERS = {"rotation", "wrap", "fitness", "inlier_rmse", "icp_step", "icp"} | {
     "has_converged",
@@ -118,12 +118,12 @@ def test_a_right_submission_gets_full_marks_with_another_numpy(assignment, tmp_p
     script = Path(__file__).with_name("answers_elsewhere.py")
     package = FOLDER.parents[2]
     subprocess.run([OTHER_PYTHON, script, package, tmp_path], check=True, timeout=300)
-    answers = sorted(tmp_path.glob("*.frame"))
+    answers = sorted(tmp_path.glob("*.json"))
     assert len(answers) == 4 * (1 + len(assignment.variants))
     for file in answers:
         number = int(file.stem.partition("-")[2])
         cases = assignment.visible if number < 0 else assignment.variants[number]
-        given, _ = receive(io.BytesIO(file.read_bytes()).read, most=1 << 24)
+        given = from_json(json.loads(file.read_text(encoding="utf-8")))
         for question in assignment.questions:
             for case, value in zip(cases[question.id], given[question.id], strict=True):
                 assert is_right(question, case, value), (file.stem, question.id, case.about)

@@ -1,4 +1,4 @@
-"""The small assignment, written once a session."""
+"""The wall of this machine, and the small assignment, written once a session."""
 
 import sys
 from pathlib import Path
@@ -8,7 +8,38 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 from small import write_assignment
 
+from labkit.course.grading.box import Wall, open_wall
+from labkit.course.grading.contract import Limits
+from labkit.course.grading.grade import grade_submission
+from labkit.errors import LabkitError
+
 
 @pytest.fixture(scope="session")
 def small(tmp_path_factory):
     return write_assignment(tmp_path_factory.mktemp("assignment") / "small")
+
+
+@pytest.fixture(scope="session")
+def wall():
+    try:
+        return open_wall([])
+    except LabkitError:
+        return Wall(mode="none")
+
+
+@pytest.fixture(scope="session")
+def safe_wall(wall):
+    if wall.mode == "none":
+        pytest.skip("no isolation works here: install bubblewrap, or run as root on Linux")
+    return wall
+
+
+@pytest.fixture(scope="session")
+def graded(wall):
+    """A function that grades files by an assignment."""
+
+    def run(files, assignment, *, student="ada", seconds=3.0, **more):
+        limits = Limits(seconds=seconds)
+        return grade_submission(files, wall, limits, assignment, student, **more)
+
+    return run

@@ -12,7 +12,6 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from functools import cached_property
 
 from labkit.course.grading.contract import Value
 from labkit.errors import InvalidParameterError
@@ -209,21 +208,6 @@ class Assignment:
                 return question
         known = ", ".join(question.id for question in self.questions)
         raise InvalidParameterError(f"must be one of {known}, got {id!r}", parameter="question")
-
-    def below(self, question: str) -> frozenset[str]:
-        """The questions that a question builds on, and all that these build on."""
-        return self._below[question]
-
-    def depth(self, question: Question) -> int:
-        """How long the longest chain of questions is that a question builds on."""
-        return max((self.depth(self.question(id)) + 1 for id in question.builds_on), default=0)
-
-    @cached_property
-    def _below(self) -> dict[str, frozenset[str]]:
-        found: dict[str, frozenset[str]] = {}
-        for one in sorted(self.questions, key=self.depth):
-            found[one.id] = frozenset(one.builds_on).union(*(found[id] for id in one.builds_on))
-        return found
 
     def variant(self, student: str) -> int:
         """Which variant a student gets: always the same one for the same name."""

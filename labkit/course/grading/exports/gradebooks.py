@@ -18,8 +18,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from labkit.course.grading.feedback import number, score_text, summary_text
+from labkit.course.grading.handins import Submission
 from labkit.course.grading.judging.verdict import SubmissionVerdict
-from labkit.course.grading.submissions.submission import Submission
 from labkit.errors import LabkitError
 from labkit.files import atomic_write, read_table
 
@@ -125,30 +125,28 @@ def plain(text: str) -> str:
     return "'" + text if text.startswith(FORMULA) else text
 
 
-def write_scores(verdicts: Iterable[SubmissionVerdict], out: str | os.PathLike[str]) -> None:
-    """Write ``student, submission, score, points, late, isolation`` and each question's score."""
-    rows: list[list[str]] = []
-    questions: dict[str, None] = {}
-    scores: list[dict[str, str]] = []
-    for verdict in verdicts:
-        rows.append(
-            [
-                plain(verdict.student),
-                plain(verdict.submission),
-                number(verdict.score),
-                number(verdict.points),
-                f"{verdict.late:g}",
-                verdict.mode,
-            ]
-        )
-        scores.append({one.question: number(one.score) for one in verdict.questions})
-        questions |= dict.fromkeys(scores[-1])
-    header = ["student", "submission", "score", "points", "late", "isolation", *questions]
-    body = [
-        [*row, *(own.get(question, "") for question in questions)]
-        for row, own in zip(rows, scores, strict=True)
-    ]
-    write_gradebook(out, [header, *body])
+def write_scores(
+    marks: Iterable[SubmissionVerdict], missing: Mapping[str, str], out: str | os.PathLike[str]
+) -> None:
+    """Write a row for each student: score, days late and each question's score.
+
+    Parameters
+    ----------
+    marks : iterable of SubmissionVerdict
+        All marks.
+    missing : mapping of str to str
+        Those who handed in nothing, and their names: rows without a score.
+    out : path-like
+        The CSV.
+    """
+    header = ["student", "submission", "score", "points", "late", "isolation"]
+    rows: list[dict[str, str]] = [{"student": plain(one)} for one in missing]
+    for mark in marks:
+        own = (mark.student, mark.submission, number(mark.score), number(mark.points))
+        row = dict(zip(header, [*map(plain, own), f"{mark.late:.3g}", mark.mode], strict=True))
+        rows.append(row | {one.question: number(one.score) for one in mark.questions})
+    columns = list(dict.fromkeys([*header, *(name for row in rows for name in row)]))
+    write_gradebook(out, [columns, *([row.get(name, "") for name in columns] for row in rows)])
 
 
 def fill_canvas(
@@ -318,6 +316,38 @@ def _maxima(
         return [None] * len(rows)
     column = place["Maximum Grade"]
     return [_maximum(row[column], f"{worksheet}: row {n}") for n, row in enumerate(rows, 2)]
+
+
+def students_of(gradebook: str | os.PathLike[str], *, canvas: bool) -> list[tuple[list[str], str]]:
+    """Who is in a gradebook: the names by which a student may be known, and the one to show."""
+    header, *rows = read_gradebook(gradebook, CANVAS_NEEDED if canvas else [])
+    if not canvas:
+        return [([_NUMBER.sub(r"\1", row[0])], row[1]) for row in rows]
+    keys = [header.index(name) for name in CANVAS_KEYS if name in header]
+    people = [row for row in rows if row[header.index("ID")].strip().isdigit()]
+    return [([row[key].strip() for key in keys if row[key].strip()], row[0]) for row in people]
+
+
+def lateness_of(worksheet: str | os.PathLike[str]) -> dict[str, float]:
+    """How many days late Moodle's worksheet says that each student was; English ones alone.
+
+    >>> [_days(text) for text in ("Submitted for grading - 2 days 3 hours late", "No submission")]
+    [2.125, 0.0]
+    """
+    header, *rows = read_gradebook(worksheet, [])
+    if "Status" not in header:
+        return {}
+    column = header.index("Status")
+    return {_NUMBER.sub(r"\1", row[0]): _days(row[column]) for row in rows}
+
+
+def _days(status: str) -> float:
+    """The days in a status of Moodle's."""
+    if not re.search(r"\blate\b", status):
+        return 0.0
+    units = {"day": 1.0, "hour": 1 / 24, "min": 1 / 1440, "sec": 1 / 86400, "week": 7.0}
+    found = re.findall(r"(\d+) (day|hour|min|sec|week)", status)
+    return float(sum(int(count) * units[unit] for count, unit in found))
 
 
 def _maximum(text: str, where: str) -> float:

@@ -4,7 +4,13 @@ import csv
 
 import pytest
 
-from labkit.course.grading.exports.gradebooks import fill_canvas, fill_moodle, write_scores
+from labkit.course.grading.exports.gradebooks import (
+    fill_canvas,
+    fill_moodle,
+    lateness_of,
+    students_of,
+    write_scores,
+)
 from labkit.errors import LabkitError
 
 CANVAS = (
@@ -191,10 +197,22 @@ def test_a_gradebook_that_cannot_be_filled(verdicts, written, tmp_path, text, sa
 
 
 def test_the_plain_table_holds_no_formula(verdicts, tmp_path):
-    write_scores(verdicts, tmp_path / "scores.csv")
+    write_scores(verdicts, {"absent": "Nobody"}, tmp_path / "scores.csv")
     assert rows(tmp_path / "scores.csv") == [
         ["student", "submission", "score", "points", "late", "isolation", "gate", "huber"],
+        ["absent", *[""] * 7],
         ["4711", "4711.ipynb", "5", "5", "0", "landlock", "2", "3"],
         ["815", "815.ipynb", "0.5", "5", "0", "landlock", "0.5", "0"],
         ["'=cmd|x", "'=cmd|x.ipynb", "0", "2", "0", "landlock", "0", ""],
     ]
+
+
+def test_who_is_in_a_gradebook_is_known_by_all_names(written):
+    assert students_of(written(CANVAS), canvas=True)[1] == (
+        ["99", "815", "emmy@x.org"],
+        "Noether, Emmy",
+    )
+    assert students_of(written(MOODLE), canvas=False)[2] == (["12"], "Grace Hopper")
+    assert lateness_of(written(MOODLE.replace("Submitted,,10.", "1 week 12 hours late,,10."))) == {
+        "4711": 0.0, "815": 7.5, "12": 0.0,
+    }  # fmt: skip

@@ -127,7 +127,7 @@ SECRET = "3.14159 is the first input"
 )
 def test_a_students_own_text_is_shown_of_a_visible_case_alone(status):
     """An error text may hold the arguments: `raise ValueError(source)`."""
-    outcome = Outcome(id="1", status=status, message=SECRET, output=SECRET, error="ValueError")
+    outcome = Outcome(id="1", status=status, message=SECRET, error="ValueError")
     question = ASSIGNMENT.question("align")
     assert SECRET in judge(question, first("align", False), outcome).reason
     assert SECRET not in judge(question, first("align", True), outcome).reason

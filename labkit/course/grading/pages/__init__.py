@@ -1,1 +1,0 @@
-"""HTML pages: one for each student, one for the instructor. They need no network."""

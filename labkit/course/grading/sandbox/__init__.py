@@ -1,1 +1,0 @@
-"""Where students' code runs: `host` is the grader's side, `inside` all that a sandbox sees."""

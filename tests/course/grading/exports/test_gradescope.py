@@ -1,0 +1,133 @@
+"""Results say what verdicts say; the autograder grades as Gradescope calls it."""
+
+import json
+import subprocess
+import sys
+import sysconfig
+import zipfile
+
+import pytest
+from small import RIGHT, SQUARED
+
+from labkit.course.grading.exports.gradescope import (
+    gradescope_results,
+    read_metadata,
+    write_autograder,
+)
+from labkit.errors import LabkitError
+
+
+def test_gradescope_has_a_test_for_each_question_and_hides_the_hidden_cases(verdicts):
+    for verdict in verdicts:
+        results = json.loads(gradescope_results(verdict))
+        scored = [test for test in results["tests"] if "score" in test]
+        assert sum(test["score"] for test in scored) == pytest.approx(verdict.score)
+        assert results["score"] == pytest.approx(verdict.score)
+        assert {test["status"] for test in results["tests"]} <= {"passed", "failed"}
+        assert results["stdout_visibility"] == "hidden"
+        assert "landlock" in results["output"]
+        hidden = [test for test in results["tests"] if "score" not in test]
+        assert len(hidden) == len(verdict.questions)
+        assert {test["visibility"] for test in hidden} == {"hidden"}
+    visible = json.loads(gradescope_results(verdicts[1]))["tests"][0]
+    assert visible["output"] == (
+        "About gate.\n\nA wide gate: it returned a list.\n\n0 of 2 cases passed."
+    )
+
+
+@pytest.fixture
+def root(small, tmp_path):
+    """Gradescope's /autograder after ``setup.sh``, with this interpreter for its own.
+
+    It knows the installed packages, but of labkit only what the archive holds (``-S``).
+    """
+    rules = tmp_path / "adjustments.csv"
+    rules.write_text("student,what,value\n*,late_percent,10\nada,double,0\n", encoding="utf-8")
+    write_autograder(tmp_path / "autograder.zip", small, rules)
+    root = tmp_path / "autograder"
+    with zipfile.ZipFile(tmp_path / "autograder.zip") as archive:
+        archive.extractall(root / "source")
+    python = root / "source/venv/bin/python"
+    python.parent.mkdir(parents=True)
+    packages = sysconfig.get_path("purelib")
+    python.write_text(
+        f'#!/bin/sh\nPYTHONPATH="{packages}" exec "{sys.executable}" -S "$@"\n', encoding="utf-8"
+    )
+    python.chmod(0o755)
+    (root / "submission").mkdir()
+    return root
+
+
+def run_autograder(root):
+    script = root / "source/run_autograder"
+    subprocess.run(
+        ["bash", script], env={"AUTOGRADER": str(root), "PATH": "/usr/bin:/bin"}, check=True
+    )
+    return json.loads((root / "results/results.json").read_text(encoding="utf-8"))
+
+
+def test_a_submission_is_graded_under_its_owner_and_late(safe_wall, root):
+    users = [{"id": 7, "email": "emmy@x.org"}, {"id": 8, "email": "ada@x.org"}]
+    due = {"due_date": "2026-11-20T23:59:00.000000-08:00"}
+    metadata = {"users": users, "assignment": due, "created_at": "2026-11-22T23:59:00.0-08:00"}
+    (root / "submission_metadata.json").write_text(json.dumps(metadata), encoding="utf-8")
+    (root / "submission/answers.py").write_text(SQUARED, encoding="utf-8")
+    results = run_autograder(root)
+    assert results["score"] == 2.8  # of 3.5, two days late
+    assert results["tests"][0]["score"] == 0.5
+    assert "this is x squared" in results["tests"][0]["output"]
+
+
+@pytest.mark.parametrize(
+    ("told", "late"),
+    [
+        ({"users": [{"id": 7}]}, 0.0),
+        ({"users": [{"id": 7, "assignment": {"due_date": "2026-11-23T00:00:00+00:00"}}],
+          "assignment": {"due_date": "2026-11-20T00:00:00+00:00"}}, 0.5),
+        ({"users": [{"id": 7}], "assignment": {"due_date": None}}, 0.0),
+    ],
+)  # fmt: skip
+def test_an_extension_in_gradescope_counts(told, late, tmp_path):
+    path = tmp_path / "metadata.json"
+    path.write_text(json.dumps({"created_at": "2026-11-23T12:00:00+00:00"} | told))
+    assert read_metadata(path) == ("7", late)
+    path.write_text("[]")
+    with pytest.raises(LabkitError, match=r"metadata\.json: is not Gradescope's sub"):
+        read_metadata(path)
+
+
+def test_a_grader_that_fails_says_so_and_blames_nobody(root):
+    (root / "submission/answers.py").write_text(RIGHT, encoding="utf-8")
+    (root / "submission_metadata.json").write_text('{"users": []}', encoding="utf-8")
+    for file in (root / "source/labkit/course/grading/assignment").rglob("*.json"):
+        file.unlink()
+    results = run_autograder(root)
+    assert "it is not your fault" in results["output"]
+    assert results["tests"][0]["visibility"] == "hidden"
+    assert "name the folder of an assignment" in results["tests"][0]["output"]
+
+
+def test_the_same_assignment_gives_the_same_archive(small, tmp_path):
+    for name in ("a.zip", "b.zip"):
+        write_autograder(tmp_path / name, small)
+    assert (tmp_path / "a.zip").read_bytes() == (tmp_path / "b.zip").read_bytes()
+    with zipfile.ZipFile(tmp_path / "a.zip") as archive:
+        names = set(archive.namelist())
+        modes = {info.filename: info.external_attr >> 16 for info in archive.infolist()}
+        requirements = archive.read("requirements.txt").decode().split()
+    assert {"setup.sh", "run_autograder", "labkit/__main__.py"} <= names
+    assert {name for name in names if name.endswith("variant_1.json")} == {
+        "labkit/course/grading/assignment/hidden/variant_1.json"
+    }
+    assert modes["run_autograder"] == modes["setup.sh"] == 0o100755
+    assert any(line.startswith("numpy") for line in requirements)
+    assert any(line.startswith("ipython") for line in requirements)
+    assert not any("extra" in line for line in requirements)
+
+
+def test_the_students_edition_makes_no_autograder(small, tmp_path):
+    for name in ("questions.json", "visible.json"):
+        (tmp_path / name).write_bytes((small / name).read_bytes())
+    with pytest.raises(LabkitError, match="this is the students' edition"):
+        write_autograder(tmp_path / "a.zip", tmp_path)
+    assert not (tmp_path / "a.zip").exists()

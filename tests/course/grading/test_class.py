@@ -1,0 +1,261 @@
+"""`labkit grade` on a class: interrupted, resumed, corrected, exported."""
+
+import csv
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import zipfile
+from pathlib import Path
+
+import pytest
+from small import HANGS, RIGHT, SQUARED, hand_in
+from test_handins import zip64
+
+from labkit.cli import main
+from labkit.course.grading.assignment.files import FORMAT, cases_beside, read_secret, salt_of
+from labkit.course.grading.assignment.files import _load as load_assignment
+
+
+@pytest.fixture
+def grade(small, wall, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    where = ["--no-isolation"] if wall.mode == "none" else []
+
+    def run(*arguments):
+        command = ["grade", *map(str, arguments), "--assignment", str(small), "--seconds", "1"]
+        return main([*command, *where])
+
+    return run
+
+
+def rows(folder="grades"):
+    with Path(folder, "scores.csv").open(encoding="utf-8") as file:
+        return {row["student"]: row for row in csv.DictReader(file)}
+
+
+def scores(folder="grades"):
+    return {student: float(row["score"] or -1) for student, row in rows(folder).items()}
+
+
+def verdicts(folder="grades"):
+    """What is stored of each student, but for the time that it took."""
+    found = {}
+    for line in Path(folder, "verdicts.jsonl").read_text(encoding="utf-8").splitlines()[1:]:
+        entry = json.loads(line)
+        entry["verdict"].pop("seconds")
+        found[entry["student"]] = entry
+    return found
+
+
+def test_a_class_gets_scores_pages_and_code_for_its_owner_alone(grade, tmp_path, capsys):
+    expected = hand_in(tmp_path / "class", 4)
+    (tmp_path / "class/student00002.py").write_text(HANGS, encoding="utf-8")
+    expected["student00002"] = 3.0
+    assert grade("class") == 0
+    assert scores() == expected
+    assert "4 of 4 submissions have a verdict" in capsys.readouterr().out
+    page = Path("grades/students/student00003.html").read_text(encoding="utf-8")
+    assert "this is x squared" in page
+    assert "4 marks" in Path("grades/index.html").read_text(encoding="utf-8")
+    assert (
+        Path("grades/code/student00003.py").read_text(encoding="utf-8")
+        == f"{SQUARED}# student00003\n"
+    )
+    assert "def double" in Path("grades/handed_out.py").read_text(encoding="utf-8")
+    for path in Path("grades").rglob("*"):
+        assert path.stat().st_mode & 0o077 == 0, path
+
+
+def test_it_goes_on_where_it_was_and_keeps_what_people_decided(grade, tmp_path, capsys):
+    expected = hand_in(tmp_path / "class", 3)
+    assert grade("class") == 0
+    before = verdicts()
+    with Path("grades/adjustments.csv").open("a", encoding="utf-8") as file:
+        file.write("student00000,double,0,copied\n*,late_percent,10,\nstudent00002,late,2,\n")
+    Path("grades/roster.csv").write_text(
+        "student,name\nstudent00000,Ada\nabsent,Nobody N.\n", encoding="utf-8"
+    )
+    (tmp_path / "class/new.py").write_text(SQUARED, encoding="utf-8")
+    for again in ([], ["--again", "student00000"]):
+        assert grade("class", *again) == 0
+        decided = {**expected, "student00000": 3.0, "student00002": 4.0, "new": 3.5, "absent": -1}
+        assert scores() == decided
+        assert {name: entry for name, entry in verdicts().items() if name != "new"} == before
+        assert "1 of the roster handed in nothing: absent" in capsys.readouterr().err
+    assert "Nobody N." in Path("grades/index.html").read_text(encoding="utf-8")
+    with Path("grades/adjustments.csv").open("a", encoding="utf-8") as file:
+        file.write("ada,double,0,\n")
+    assert grade("class") == 1
+    assert "line 5: 'ada' is no student of this class" in capsys.readouterr().err
+
+
+def test_one_student_again_leaves_the_others_in_table_and_page(grade, tmp_path, capsys):
+    expected = hand_in(tmp_path / "class", 3)
+    assert grade("class") == 0
+    (tmp_path / "late.py").write_text(SQUARED, encoding="utf-8")
+    assert grade("late.py", "--student", "student00001") == 0
+    assert scores() == {**expected, "student00001": 3.5}
+    assert "3 marks" in Path("grades/index.html").read_text(encoding="utf-8")
+    assert grade("class", "--again", "ada") == 2
+    assert "must name students (student00000, " in capsys.readouterr().err
+
+
+def test_one_submission_that_cannot_be_read_costs_nobody_else(grade, tmp_path, monkeypatch, capsys):
+    """The archive that once ended the whole class's run, also where it came after a verdict."""
+    for name in ("ada", "mallory", "zoe"):
+        (tmp_path / "class" / name).mkdir(parents=True)
+        (tmp_path / "class" / name / "a.py").write_text(RIGHT, encoding="utf-8")
+    assert grade("class", "--no-html") == 0
+    (tmp_path / "class/mallory/a.py").unlink()
+    (tmp_path / "class/mallory/a.zip").write_bytes(zip64())
+    assert grade("class", "--no-html") == 0
+    assert scores() == {"ada": 5.0, "mallory": 0.0, "zoe": 5.0}
+    assert "mallory: a.zip cannot be read" in capsys.readouterr().err
+
+    def broken(one, *_):
+        raise OverflowError("beyond all")
+
+    monkeypatch.setattr("labkit.course.grading.handins.Submission.read", broken)
+    assert grade("class", "--no-html") == 1
+    err = capsys.readouterr().err
+    assert "zoe was not graded: OverflowError: beyond all" in err
+    assert scores() == {"ada": 5.0, "mallory": 0.0, "zoe": 5.0}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows knows no SIGKILL")
+def test_killed_in_the_middle_it_goes_on_to_equal_verdicts(grade, small, wall, tmp_path):
+    hand_in(tmp_path / "class", 8)
+    for number in (1, 3):
+        (tmp_path / f"class/student{number:05}.py").write_text(HANGS, encoding="utf-8")
+    where = ["--no-isolation"] if wall.mode == "none" else []
+    command = [sys.executable, "-m", "labkit", "grade", "class", "--no-html", "--jobs", "1"]
+    command += ["--assignment", str(small), "--seconds", "1", *where]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as run:
+        end = time.monotonic() + 60
+        store = Path("grades/verdicts.jsonl")
+        while not store.exists() or store.read_bytes().count(b"\n") < 4:
+            assert time.monotonic() < end
+            assert run.poll() is None
+            time.sleep(0.02)
+        run.send_signal(signal.SIGKILL)
+    assert len(verdicts()) < 8
+    assert grade("class", "--no-html") == 0
+    assert grade("class", "--no-html", "--out", "afresh") == 0
+    assert verdicts() == verdicts("afresh")
+    assert len(verdicts()) == 8
+
+
+def test_lateness_comes_from_the_platform(grade, tmp_path):
+    names = ["lovelaceada_LATE_4711_98765_a.py", "noetheremmy_4712_98766_a.py"]
+    for name in names:
+        (tmp_path / "class").mkdir(exist_ok=True)
+        (tmp_path / "class" / name).write_text(RIGHT, encoding="utf-8")
+    assert grade("class", "--no-html") == 0
+    with Path("grades/adjustments.csv").open("a", encoding="utf-8") as file:
+        file.write("*,late_percent,20,\n")
+    assert grade("class", "--no-html") == 0
+    assert scores() == {"4711": 4.0, "4712": 5.0}
+    os.rename(tmp_path / "class" / names[0], tmp_path / "class" / names[0].replace("_LATE", ""))
+    assert grade("class", "--no-html") == 0  # the same bytes; the teacher took the mark away
+    assert scores() == {"4711": 5.0, "4712": 5.0}
+    sheet = tmp_path / "sheet.csv"
+    sheet.write_text(
+        "Identifier,Full name,Status,Grade,Maximum Grade\n"
+        "Participant 4711,Ada L,Submitted for grading - 1 day 12 hours late,,5\n"
+        "Participant 4712,Emmy N,Submitted for grading,,5\n"
+        "Participant 4713,Zoe Z,No submission,,5\n",
+        encoding="utf-8",
+    )
+    assert grade("class", "--no-html", "--moodle", "sheet.csv") == 0
+    assert scores() == {"4711": 3.5, "4712": 5.0, "4713": -1}
+    assert grade("class", "--no-html", "--layout", "canvas") == 0
+
+
+def test_feedback_goes_back_under_the_names_that_came(grade, tmp_path):
+    """Moodle's importziplib.php and Canvas's infer_comment_context_from_filename read these."""
+    (tmp_path / "canvas").mkdir()
+    (tmp_path / "canvas/lovelaceada_LATE_4711_98765_a.py").write_text(RIGHT, encoding="utf-8")
+    (tmp_path / "canvas/noetheremmy_815_98766_a.py").write_text(RIGHT, encoding="utf-8")
+    folder = tmp_path / "moodle/Ada Lovelace_4711_assignsubmission_file_"
+    folder.mkdir(parents=True)
+    (folder / "a.py").write_text(RIGHT, encoding="utf-8")
+    for name, expected in {
+        "canvas": ["lovelaceada_4711_98765_feedback.html", "noetheremmy_815_98766_feedback.html"],
+        "moodle": ["Ada Lovelace_4711_assignsubmission_file_/feedback.html"],
+    }.items():
+        assert grade(name, "--feedback", f"{name}.zip", "--out", f"{name} grades") == 0
+        with zipfile.ZipFile(tmp_path / f"{name}.zip") as archive:
+            assert sorted(archive.namelist()) == expected
+            assert b"5 of 5 points" in archive.read(expected[0])
+
+
+def test_cases_of_a_secret_grade_and_go_into_the_archive(grade, small, tmp_path, capsys):
+    hand_in(tmp_path / "class", 1)
+    secret = read_secret(tmp_path / "course.secret", make=True)
+    folder = shutil.copytree(small, cases_beside(tmp_path / "course.secret"))
+    assert grade("class", "--no-html", "--secret", "course.secret") == 1
+    assert "was not drawn from course.secret; write them with" in capsys.readouterr().err
+    course = {"format": FORMAT, "public": False, "salt": salt_of(secret), "right": {}}
+    (folder / "hidden/course.json").write_text(json.dumps(course), encoding="utf-8")
+    load_assignment.cache_clear()
+    assert grade("class", "--no-html", "--secret", "course.secret") == 0
+    assert main(["autograder", "autograder.zip", "--secret", "course.secret"]) == 0
+    assert "which anybody can compute" not in capsys.readouterr().err
+    assert Path("autograder.zip").stat().st_mode & 0o077 == 0
+    with zipfile.ZipFile("autograder.zip") as archive:
+        held = archive.read("labkit/course/grading/assignment/hidden/course.json").decode()
+        assert json.loads(held) == course
+        assert secret not in b"".join(map(archive.read, archive.namelist()))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["missing"], "missing: no such file or folder"),
+        (["class", "--title", "Lab"], "--title and --canvas must be given together, got 'Lab'"),
+        (["class", "--gradescope", "r.json"], "--gradescope is for one submission, got 2"),
+        (["class", "--feedback", "f.zip", "--no-html"], "--feedback needs the pages"),
+        (["class", "--feedback", "none/f.zip"], "cannot write none/f.zip: the directory"),
+        (["class", "--jobs", "0"], "--jobs must be"),
+        (["class", "--canvas", "no.csv", "--title", "Lab"], "no.csv: cannot be read"),
+        (["class", "--secret", "no"], "cannot read no: "),
+    ],
+)
+def test_a_mistake_is_told_before_the_work(arguments, message, grade, tmp_path, capsys):
+    hand_in(tmp_path / "class", 2)
+    assert grade(*arguments) in (1, 2)
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "grades").exists()
+
+
+def test_run_among_the_submissions_none_of_them_is_imported(tmp_path):
+    """`python -m labkit` puts the folder that it runs in on the path."""
+    (tmp_path / "numpy.py").write_text("print('mine'); raise SystemExit(3)", encoding="utf-8")
+    command = [sys.executable, "-m", "labkit", "--version"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "mine" not in done.stdout + done.stderr
+    assert done.returncode == 0
+
+
+@pytest.mark.slow
+def test_a_cluster_gives_the_same_marks(grade, tmp_path):
+    """Takes some ten seconds; buys `--cluster`."""
+    distributed = pytest.importorskip("distributed")
+    expected = hand_in(tmp_path / "class", 3)
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
+    ) as cluster:
+        assert grade("class", "--no-html", "--cluster", cluster.scheduler_address) == 0
+    assert scores() == expected
+
+
+def test_a_cluster_that_is_not_there_is_named(grade, tmp_path, monkeypatch, capsys):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("labkit.course.grading.classrun.PATIENCE", 0.2)
+    hand_in(tmp_path / "class", 1)
+    assert grade("class", "--cluster", "tcp://127.0.0.1:9") == 1
+    assert "no Dask scheduler answers at 'tcp://127.0.0.1:9'" in capsys.readouterr().err

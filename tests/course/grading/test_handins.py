@@ -1,0 +1,203 @@
+"""Who handed in what: no name that a student chooses moves a file to another student."""
+
+import io
+import os
+import struct
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from labkit.course.grading.handins import find_submissions, one_submission
+from labkit.errors import LabkitError
+
+CLASSES = {
+    "canvas": [
+        "lovelaceada_4711_98765_answers.ipynb",
+        "noetheremmy_LATE_4712_98766_x.py",
+        "noetheremmy_LATE_4712_98767_x-1.py",
+    ],
+    "moodle": [
+        "Ada Lovelace_4711_assignsubmission_file_/answers.ipynb",
+        "Emmy Noether_4712_assignsubmission_file_a_1_assignsubmission_file_b.py",
+    ],
+    "gradescope": ["submission_4711/a.ipynb", "submission_4712/a/b.py"],
+    "nbgrader": ["submitted/4711/lab1/a.ipynb", "submitted/4712/lab1/b.py"],
+    "folders": ["4711/a.ipynb", "4712.py"],
+}
+
+
+def write(folder, names, text=b"k = 1\n"):
+    for name in names:
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(text)
+    return folder
+
+
+def pack(path, names):
+    with zipfile.ZipFile(path, "w") as archive:
+        for name in names:
+            archive.writestr(name, "k = 1\n")
+    return path
+
+
+@pytest.mark.parametrize("platform", CLASSES)
+def test_each_platform_is_known_by_its_names(platform, tmp_path):
+    names = CLASSES[platform]
+    places = [write(tmp_path / "class", names), pack(tmp_path / "class.zip", names)]
+    if platform not in ("folders", "nbgrader"):
+        places.append(pack(tmp_path / "around.zip", [f"download/{name}" for name in names]))
+    for place in places:
+        for layout in {platform, ""} if "around" not in place.name else {""}:
+            found, remarks = find_submissions(place, layout=layout)
+            assert [one.student for one in found] == ["4711", "4712"]
+            assert not remarks
+
+
+def test_what_a_canvas_student_calls_a_file_chooses_nothing(tmp_path):
+    """Names that once replaced another's submission, or shed the mark for being late."""
+    names = [
+        "victim_4712_98765_answers.ipynb",
+        "mallorym_4711_98768_x_4712_attempt_2099-01-01-00-00-00_answers.ipynb",
+        "mallorym_4711_98769_Victim_4712_assignsubmission_file_answers.ipynb",
+        "mallorym_LATE_4711_98770_x_4711_attempt_2026-01-01-00-00-00_answers.ipynb",
+        "mallorym_LATE_4711_98771_victim_4712_98799_answers.ipynb",
+    ]
+    found, _ = find_submissions(write(tmp_path / "class", names))
+    assert {one.student: (len(one.files), one.late) for one in found} == {
+        "4711": (4, 1.0),
+        "4712": (1, 0.0),
+    }
+    assert found[0].feedback_name == "mallorym_4711_98771_feedback.html"
+
+
+def test_a_moodle_student_stays_who_it_is(tmp_path):
+    names = ["Mallory M_4711_assignsubmission_file_Ada L_4712_assignsubmission_file_/a.ipynb"]
+    found, _ = find_submissions(write(tmp_path / "class", names))
+    assert [one.student for one in found] == ["4711"]
+    assert found[0].feedback_name == "Mallory M_4711_assignsubmission_file_/feedback.html"
+
+
+def test_of_two_uploads_with_one_name_the_newest_counts(tmp_path):
+    folder = write(tmp_path / "class", ["ada_1_12_a.py", "emmy_2_13_a.py"], b"new = 1\n")
+    write(folder, ["ada_1_9_a.py"], b"old = 1\n")
+    found, _ = find_submissions(folder)
+    assert found[0].read()[0] == {"a.py": b"new = 1\n"}
+
+
+def test_a_class_of_two_layouts_is_refused_with_the_way_out(tmp_path):
+    folder = write(tmp_path / "class", ["ada_4711_98765_a.py", "emmy.py"])
+    with pytest.raises(LabkitError, match=r"emmy\.py is not; say --layout canvas or --layout fold"):
+        find_submissions(folder)
+    found, remarks = find_submissions(folder, layout="canvas")
+    assert [one.student for one in found] == ["4711"]
+    assert remarks == [f"{folder}: emmy.py is nobody's work, and is passed over"]
+    found, _ = find_submissions(folder, layout="folders")
+    assert [one.student for one in found] == ["ada_4711_98765_a", "emmy"]
+
+
+def test_one_folder_around_all_is_not_taken_for_a_student(tmp_path):
+    write(tmp_path / "class", ["lab 1/ada/a.py", "lab 1/emmy/a.py"])
+    with pytest.raises(LabkitError, match=r"all lies in one folder, lab 1: .*--student lab 1"):
+        find_submissions(tmp_path / "class")
+    assert len(find_submissions(tmp_path / "class/lab 1")[0]) == 2
+
+
+def test_nbgraders_assignments_are_told_apart(tmp_path):
+    folder = write(tmp_path, ["submitted/ada/lab1/a.py", "submitted/ada/lab2/b.py", "source/x.py"])
+    with pytest.raises(LabkitError, match=r"the assignments are lab1, lab2, .*say --within lab1"):
+        find_submissions(folder)
+    for place in (folder, folder / "submitted"):
+        (ada,), _ = find_submissions(place, within="lab2")
+        assert [name for name, _ in ada.files] == ["b.py"]
+    with pytest.raises(LabkitError, match="the assignments are lab1, lab2, got lab3"):
+        find_submissions(folder, within="lab3")
+
+
+def test_marks_and_leftovers_are_nobodys_work(tmp_path):
+    folder = write(tmp_path, ["ada.py", "grades/code/ada.py", ".git/a.py", "emmy/__pycache__/x.py"])
+    write(folder, ["notes.txt"])
+    (folder / "link.py").symlink_to(folder / "ada.py")
+    found, remarks = find_submissions(folder, left_out=[folder / "grades"])
+    assert [one.student for one in found] == ["ada"]
+    assert remarks == [f"{folder}: notes.txt is nobody's work, and is passed over"]
+
+
+def zip64():
+    """An archive whose header claims to lie beyond 2⁶³."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        archive.writestr("a.py", "k = 1")
+    data = bytearray(buffer.getvalue())
+    place = data.rfind(b"PK\x01\x02")
+    name_length = struct.unpack("<H", data[place + 28 : place + 30])[0]
+    extra = struct.pack("<HHQ", 1, 8, 2**64 - 2)
+    data[place + 42 : place + 46] = b"\xff" * 4
+    data[place + 30 : place + 32] = struct.pack("<H", len(extra))
+    end = place + 46 + name_length
+    data[end:end] = extra
+    last = data.rfind(b"PK\x05\x06")
+    size = struct.unpack("<I", data[last + 12 : last + 16])[0]
+    data[last + 12 : last + 16] = struct.pack("<I", size + len(extra))
+    return bytes(data)
+
+
+def rarely_packed():
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_LZMA) as archive:
+        archive.writestr("a.py", "k = 1")
+    return buffer.getvalue()
+
+
+def crowded():
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for number in range(3000):
+            archive.writestr(f"{number}.txt", "")
+    return buffer.getvalue() + b"PK\1\2" * 90_000
+
+
+@pytest.mark.parametrize("data", [b"", b"PK\x03\x04", zip64(), rarely_packed(), crowded()])
+def test_a_damaged_archive_costs_itself_alone(data, tmp_path):
+    folder = write(tmp_path / "class", ["ada/a.py", "emmy/a.py"])
+    (folder / "ada/work.zip").write_bytes(data)
+    (ada, _), _ = find_submissions(folder)
+    files, unread = ada.read()
+    assert list(files) == ["a.py"]
+    assert len(unread) == 1
+    assert unread[0].startswith("work.zip cannot be read: ")
+
+
+def test_what_is_too_large_is_named_and_the_rest_is_read(tmp_path):
+    folder = write(tmp_path / "class", ["ada/a.py"])
+    with (folder / "ada/large.ipynb").open("wb") as file:
+        file.truncate(33 << 20)
+    with zipfile.ZipFile(folder / "ada/bomb.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("b.py", b" " * (64 << 20))
+    files, unread = one_submission(folder, "ada").read()
+    assert list(files) == ["ada/a.py"]
+    assert {line.partition(" ")[0] for line in unread} == {"ada/large.ipynb", "ada/bomb.zip"}
+
+
+def test_names_of_any_bytes_are_printable(tmp_path):
+    odd = os.fsencode(tmp_path) + b"/\xff\x1b[2J.py"
+    try:
+        Path(os.fsdecode(odd)).write_bytes(b"k = 1")
+    except OSError:
+        pytest.skip("this file system takes no such name")
+    (found,), _ = find_submissions(tmp_path)
+    assert found.student.isprintable()
+    assert found.read()[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [("missing", "no such file or folder"), ("text.txt", "is no folder and no zip archive"),
+     ("ada.py", "say whose it is: --student NAME"), ("empty", "nothing was handed in")],
+)  # fmt: skip
+def test_what_is_no_class_is_refused(name, message, tmp_path):
+    (tmp_path / "empty").mkdir()
+    write(tmp_path, ["text.txt", "ada.py"])
+    with pytest.raises(LabkitError, match=message):
+        find_submissions(tmp_path / name)

@@ -1,0 +1,282 @@
+"""Attacks on the box: none gains a mark, reads a secret, leaves something or hurts a neighbour."""
+
+import json
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small import RIGHT
+
+from labkit.course.grading.assignment import load_assignment
+from labkit.course.grading.assignment.files import FORMAT
+from labkit.course.grading.box import Box, BoxError, Wall, open_wall, unused_user, why_not
+from labkit.course.grading.contract import Limits, OutcomeStatus
+from labkit.course.grading.grade import outcome
+from labkit.errors import LabkitError
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no box")
+NEGATE = "def negate(x):\n    return -x\n"
+WORKER = """
+import gc, os, sys, threading, time, json
+def session():
+    return next(one for one in gc.get_objects() if type(one).__name__ == "Session")
+"""
+NESTED = "pass\n"
+for _ in range(19):
+    NESTED = "try:\n pass\nfinally:\n " + NESTED.replace("\n", "\n ").rstrip(" ")
+# Code of `double`, and what it may earn: 2 points would be the right function's.
+FORGING = {
+    "answers for itself, as it likes": WORKER + """
+def double(x):
+    for place in range(99):
+        session().tell(call=place, status="RETURNED", value=6.0)
+""",
+    "claims a verdict": WORKER + """
+def double(x):
+    session().tell(call=0, status="FULL_MARKS", score=100, value=1)
+""",
+    "writes to every descriptor": WORKER + """
+def double(x):
+    for number in range(64):
+        try:
+            os.write(number, b'{"score": 100}' * 9 + b"\\n")
+        except OSError:
+            pass
+    return 0
+""",
+    "says more than can be read": WORKER + """
+def double(x):
+    while True:
+        os.write(session().writing, b"[" * 65536)
+""",
+    "sends what chokes a reader": WORKER + """
+def double(x):
+    os.write(session().writing, b"[" * 200000 + b"]" * 200000 + b"\\n")
+""",
+    "answers from a thread, for ever": WORKER + """
+def forge(own):
+    while True:
+        own.tell(call=0, status="RETURNED", value=-3.0)
+def double(x):
+    threading.Thread(target=forge, args=(session(),), daemon=True).start()
+    return 0
+""",
+    "lies about its type": """
+import numpy as np
+class Liar(float):
+    def __float__(self): return 6.0
+    def __eq__(self, other): return True
+    def __class__(self): return np.ndarray
+    def __array__(self, *_): return np.array(6.0)
+def double(x):
+    return [Liar(1.0), Liar(2.0)]
+""",
+    "ends in a lie": "class Odd(Exception):\n    def __str__(self): raise self\n"
+    "def double(x):\n    raise Odd('hidden', x)\n",
+    "hangs in C": "def double(x):\n    return 10 ** 10 ** 9\n",
+    "fills the memory": "def double(x):\n    return ['a' * 2 ** 28 + str(k) for k in range(99)]\n",
+    "fills the disk": """
+def double(x):
+    for k in range(10 ** 6):
+        with open(f"/box/{k}", "wb") as file:
+            file.write(b"x" * 2 ** 24)
+""",
+    "catches its own end": """
+def double(x):
+    while True:
+        try:
+            while True: pass
+        except BaseException:
+            pass
+""",
+}  # fmt: skip
+# Each expression must come to nothing: an error, or a value that `double` does not return.
+PEEKING = {
+    "labkit": "__import__('labkit').alignment.align([[0, 0]], [[0, 0]]).R.sum()",
+    "the assignment": "len(open({hidden!r}).read())",
+    "another hand-in": "len(open({hidden!r} + '/../../ada.py').read())",
+    "passwords": "len(open('/etc/shadow').read())",
+    "the network": "__import__('socket').create_connection(('127.0.0.1', 1)) or 6.0",
+    "a process": "__import__('os').fork()",
+    "a program": "__import__('subprocess').run(['true']).returncode",
+    "an older call": "__import__('ctypes').CDLL(None).syscall(41, 2, 1, 0)",
+    "a namespace": "__import__('ctypes').CDLL(None).unshare(0x10000000) + 1",
+    "a neighbour": "__import__('os').kill(-1, 9) or 6.0",
+    "another user": "__import__('os').setuid(0) or 6.0",
+}
+
+
+@pytest.fixture
+def assignment(small):
+    return load_assignment(small)
+
+
+@pytest.mark.parametrize("name", FORGING)
+def test_nothing_is_gained_by_forging(name, graded, safe_wall, assignment):
+    start = time.monotonic()
+    verdict = graded({"a.py": f"{FORGING[name]}\n{NEGATE}".encode()}, assignment, seconds=0.5)
+    double, negate = verdict.questions
+    assert double.score == (2.0 if name.startswith("answers for itself") else 0.0)
+    assert negate.score in (0.0, 3.0)
+    assert verdict.score <= 5.0
+    assert time.monotonic() - start < 60.0
+    json.dumps(verdict.fields, default=vars, allow_nan=False).encode("ascii")
+
+
+def test_a_value_guessed_right_is_all_that_forging_can_send(graded, safe_wall, assignment):
+    """It sends 6.0, the answer of one variant's case; in the other variant that earns nothing."""
+    text = f"{FORGING['answers for itself, as it likes']}\n{NEGATE}".encode()
+    scores = {student: graded({"a.py": text}, assignment, student=student).questions[0].score
+              for student in ("ada", "emmy", "grace", "alan")}  # fmt: skip
+    assert {student: 2.0 * (assignment.variant(student) == 0) for student in scores} == scores
+
+
+@pytest.mark.parametrize("name", PEEKING)
+def test_nothing_outside_is_reached(name, graded, safe_wall, assignment, small):
+    attempt = PEEKING[name].format(hidden=str(small / "hidden/variant_0.json"))
+    text = f"def double(x):\n    return ('reached', {attempt})\n{NEGATE}"
+    verdict = graded({"a.py": text.encode()}, assignment)
+    shown = " ".join(case.reason for case in verdict.questions[0].cases) + (
+        verdict.questions[0].message
+    )
+    assert verdict.score == 3.0
+    if name in ("an older call", "a namespace"):  # -1, and -1 + 1
+        return
+    assert "raised" in shown or "stands in for" in shown, shown
+
+
+def test_nothing_is_left_of_a_box(safe_wall):
+    def running():
+        lines = (
+            path.joinpath("cmdline") for path in Path("/proc").iterdir() if path.name.isdigit()
+        )
+        found = []
+        for line in lines:
+            try:
+                found.append(b"inside.main" in line.read_bytes())
+            except OSError:
+                continue
+        return sum(found)
+
+    before = running()
+    code = b"import threading, time\nthreading.Thread(target=time.sleep, args=(99,)).start()\n"
+    with Box(safe_wall, Limits()) as box:
+        end = time.monotonic() + 30
+        box.read({"a.py": code + RIGHT.encode()}, ["double"], [], end)
+        while "answers" not in box.receive(end):
+            pass
+        assert running() > before
+    end = time.monotonic() + 10
+    while running() > before:
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+def test_visible_calls_know_no_hidden_input(graded, safe_wall, tmp_path):
+    """Whatever the code finds in memory while a visible case runs: no hidden input is there."""
+    from small import NEGATE as QUESTION  # noqa: PLC0415
+    from small import case, write  # noqa: PLC0415
+
+    (tmp_path / "hidden").mkdir()
+    fields = {**vars(QUESTION), "answer": "number", "builds_on": [], "misconceptions": []}
+    write(tmp_path / "questions.json", title="One", questions=[fields])
+    write(tmp_path / "visible.json", cases={"negate": [case("1", 1.5, -1.5)]})
+    secret = case("h", 8234.25, -8234.25)
+    write(tmp_path / "hidden/variant_0.json", cases={"negate": [secret]})
+    course = {"format": FORMAT, "public": False, "salt": "", "right": {}}
+    (tmp_path / "hidden/course.json").write_text(json.dumps(course), encoding="utf-8")
+    code = """
+import gc
+seen = set()
+def negate(x):
+    for one in gc.get_objects():
+        if isinstance(one, (list, tuple)):
+            seen.update(part for part in one if type(part) is float and part > 8000 < 9000)
+        elif isinstance(one, dict):
+            seen.update(part for part in one.values() if type(part) is float and part > 8000)
+    raise ValueError(str(sorted(seen)))
+"""
+    verdict = graded({"a.py": code.encode()}, load_assignment(tmp_path))
+    assert "8234" not in json.dumps(verdict.fields, default=vars)
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        NESTED,
+        (" " * 299 + "\n") * 870 + "%x\n",
+        "f(" * 5000 + ")" * 5000,
+        "x = " + "-" * 50000 + "1\n",
+        "import time\ntime.sleep(99)\n",
+        "import os\nos._exit(0)\n",
+    ],
+    ids=["finally", "blanks", "brackets", "minus", "sleeps", "exits"],
+)  # fmt: skip
+def test_a_hostile_cell_costs_itself_alone(code, graded, assignment):
+    cells = [{"cell_type": "code", "source": one} for one in (code, RIGHT)]
+    files = {f"{k}.ipynb": json.dumps({"cells": cells}).encode() for k in range(2)}
+    verdict = graded(files, assignment, seconds=1.0)
+    assert verdict.score == 5.0, verdict.notes
+
+
+def test_all_together_have_one_deadline(graded, assignment):
+    slow = "import time\ndef double(x):\n    time.sleep(99)\ndef negate(x):\n    time.sleep(99)\n"
+    start = time.monotonic()
+    verdict = graded({"a.py": slow.encode()}, assignment, seconds=0.5)
+    assert verdict.score == 0.0
+    assert "took too long" in verdict.questions[0].message
+    assert time.monotonic() - start < 60.0  # 5 s, on a machine that is not at its limit
+
+
+def test_what_the_box_says_is_checked_word_by_word():
+    for said in ({}, {"status": 3}, {"status": "RETURNED", "value": [1]},
+                 {"status": "RETURNED", "value": {"dtype": "object", "shape": [1], "data": [1]}},
+                 {"status": "RETURNED", "value": {"dtype": "int64", "shape": [9], "data": [1]}},
+                 {"status": "RETURNED", "value": {"dtype": "int64", "shape": [1], "data": [1e99]}},
+                 {"status": "RETURNED", "value": 1 << 64}):  # fmt: skip
+        with pytest.raises(BoxError):
+            outcome("1", said, 0.0)
+    told = outcome("1", {"status": "RAISED", "error": "a b", "message": "\x1b[2J\u202e" * 999}, 0.0)
+    assert told.status is OutcomeStatus.RAISED
+    assert told.error == ""
+    assert told.message.isprintable()
+    assert len(told.message) == 600
+
+
+def test_a_wall_with_a_hole_is_refused(tmp_path):
+    (tmp_path / "secret").write_text("x", encoding="utf-8")
+    reason = why_not(Wall(mode="none", hidden=(str(tmp_path / "secret"),)))
+    assert "it can read" in reason
+    assert "it can open sockets" in reason
+    assert "it can start processes" in reason
+
+
+def test_where_no_wall_holds_the_message_says_what_to_do(monkeypatch):
+    monkeypatch.setattr("labkit.course.grading.box.why_not", lambda wall: "not here")
+    with pytest.raises(LabkitError, match=r"bubblewrap: not here; user: not here.*--no-isolation"):
+        open_wall([])
+    assert open_wall([], isolation=False).mode == "none"
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="needs root")
+def test_a_box_takes_a_user_that_nobody_is(monkeypatch):
+    import pwd  # noqa: PLC0415
+
+    with unused_user() as one, unused_user() as other:
+        assert one != other
+        with pytest.raises(KeyError):
+            pwd.getpwuid(one)
+    monkeypatch.setattr("labkit.course.grading.box._owner", lambda path: 50_007)
+    monkeypatch.setattr("labkit.course.grading.box.USERS", range(50_007, 50_207))
+    for _ in range(20):
+        with unused_user() as user:
+            assert user != 50_007
+
+
+def test_numbers_of_every_kind_survive_the_wall(graded, assignment):
+    code = "import numpy as np\ndef double(x):\n    return np.float32(2) * np.float32(x)\n" + NEGATE
+    verdict = graded({"a.py": code.encode()}, assignment)
+    assert verdict.score == 5.0
+    assert np.isfinite(verdict.score)
