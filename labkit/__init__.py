@@ -37,7 +37,7 @@ __all__ = [
     "wrap",
 ]
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _LATER = ("covariance", "evaluation", "logs", "odometry", "plotting", "simulation")
 
