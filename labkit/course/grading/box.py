@@ -15,10 +15,10 @@ from __future__ import annotations
 import atexit
 import base64
 import contextlib
+import importlib
 import importlib.util
 import json
 import os
-import pwd
 import random
 import select
 import shutil
@@ -108,7 +108,7 @@ def open_wall(hidden: Sequence[str | os.PathLike[str]], *, isolation: bool = Tru
         Where none does; the message says why, and what to do.
     """
     paths = tuple(os.path.realpath(path) for path in hidden)
-    if not isolation:
+    if not isolation and os.name == "posix":
         return Wall(mode="none")
     reasons = []
     for mode in ("bubblewrap", "user"):
@@ -344,8 +344,7 @@ def kit_folder() -> str:
 @contextlib.contextmanager
 def unused_user() -> Iterator[int]:
     """A user that nobody is: no account, no running process, no other box has it."""
-    import fcntl  # noqa: PLC0415 (not on Windows)
-
+    fcntl, pwd = map(importlib.import_module, ("fcntl", "pwd"))  # Windows has none
     folder = Path("/run/labkit-users")
     folder.mkdir(mode=0o700, exist_ok=True)
     running = {_owner(path) for path in Path("/proc").iterdir() if path.name.isdigit()}
