@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import atexit
 import base64
+import compileall
 import contextlib
 import importlib
 import importlib.util
@@ -318,6 +319,7 @@ def libraries() -> dict[str, str]:
     if importlib.util.find_spec("IPython") is None:
         raise MissingExtraError("grading", "IPython", "grading")
     found = {OWN: str(PACKAGE.parent / OWN)}
+    compileall.compile_dir(found[OWN], quiet=2)  # once here, and not in each box
     for name in ("numpy", "scipy", "IPython"):
         spec = importlib.util.find_spec(name)
         for folder in (spec and spec.submodule_search_locations) or []:
@@ -334,7 +336,7 @@ def kit_folder() -> str:
     atexit.register(shutil.rmtree, kit, ignore_errors=True)
     for name, path in libraries().items():
         if name == OWN:
-            shutil.copytree(path, kit / name, ignore=shutil.ignore_patterns("__pycache__"))
+            shutil.copytree(path, kit / name)
         else:
             (kit / name).symlink_to(path)
     kit.chmod(0o755)
