@@ -14,11 +14,12 @@ from __future__ import annotations
 
 import atexit
 import base64
+import compileall
 import contextlib
+import importlib
 import importlib.util
 import json
 import os
-import pwd
 import random
 import select
 import shutil
@@ -108,7 +109,7 @@ def open_wall(hidden: Sequence[str | os.PathLike[str]], *, isolation: bool = Tru
         Where none does; the message says why, and what to do.
     """
     paths = tuple(os.path.realpath(path) for path in hidden)
-    if not isolation:
+    if not isolation and os.name == "posix":
         return Wall(mode="none")
     reasons = []
     for mode in ("bubblewrap", "user"):
@@ -318,6 +319,7 @@ def libraries() -> dict[str, str]:
     if importlib.util.find_spec("IPython") is None:
         raise MissingExtraError("grading", "IPython", "grading")
     found = {OWN: str(PACKAGE.parent / OWN)}
+    compileall.compile_dir(found[OWN], quiet=2)  # once here, and not in each box
     for name in ("numpy", "scipy", "IPython"):
         spec = importlib.util.find_spec(name)
         for folder in (spec and spec.submodule_search_locations) or []:
@@ -334,7 +336,7 @@ def kit_folder() -> str:
     atexit.register(shutil.rmtree, kit, ignore_errors=True)
     for name, path in libraries().items():
         if name == OWN:
-            shutil.copytree(path, kit / name, ignore=shutil.ignore_patterns("__pycache__"))
+            shutil.copytree(path, kit / name)
         else:
             (kit / name).symlink_to(path)
     kit.chmod(0o755)
@@ -344,8 +346,7 @@ def kit_folder() -> str:
 @contextlib.contextmanager
 def unused_user() -> Iterator[int]:
     """A user that nobody is: no account, no running process, no other box has it."""
-    import fcntl  # noqa: PLC0415 (not on Windows)
-
+    fcntl, pwd = map(importlib.import_module, ("fcntl", "pwd"))  # Windows has none
     folder = Path("/run/labkit-users")
     folder.mkdir(mode=0o700, exist_ok=True)
     running = {_owner(path) for path in Path("/proc").iterdir() if path.name.isdigit()}

@@ -146,7 +146,7 @@ def open_executor(workers: int | None, cluster: str | None) -> Iterator[Executor
         Where Dask is not installed, the address does not answer, or no worker is there.
     """
     if cluster is None:
-        jobs = workers or len(os.sched_getaffinity(0)) + 2  # a box that starts leaves cores idle
+        jobs = workers or (os.cpu_count() or 1) + 2  # a box that starts leaves cores idle
         executor = ThreadPoolExecutor(jobs)
         try:
             yield executor
