@@ -73,7 +73,7 @@ def test_nonsense_is_wrong_and_never_a_traceback(question, value):
             continue
         assert verdict.credit == 0.0
         assert verdict.reason.endswith((".", "?"))
-        assert len(verdict.reason) < 250
+        assert len(verdict.reason) < 800
 
 
 def is_the_number(value, case):
@@ -153,8 +153,8 @@ def test_the_texts_say_how_far_off():
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     assert "rotation is off by 90°" in reason("align", lambda T: T @ turn)
     shift = np.array([[0.0, 0.0, 0.3], [0.0, 0.0, 0.4], [0.0, 0.0, 0.0]])
-    assert reason("align", lambda T: T + shift).endswith(
-        "the rotation is right. The translation is off by 0.5 m."
+    assert "the rotation is right. The translation is off by 0.5 m. For" in reason(
+        "align", lambda T: T + shift
     )
     mirror = np.diag([1.0, -1.0, 1.0])
     assert "determinant is −1" in reason("align", lambda T: T @ mirror)
