@@ -107,7 +107,7 @@ class Question:
     low, high : float or None
         What the numbers of the result cannot go below or above.
     chance : float
-        The share of right answers that a constant gets; the score is corrected for it.
+        The share of right answers that a line without an idea gets; the score is corrected for it.
     builds_on : tuple of str
         The questions whose functions this one may call: where they are wrong, so is it.
     misconceptions : tuple of Misconception

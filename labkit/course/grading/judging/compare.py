@@ -60,10 +60,7 @@ def assess(
     share = sum(right[place] for place in counting) / len(counting)
     share = max(0.0, (share - question.chance) / (1.0 - question.chance))
     if known:
-        unanswered = sum(
-            outcome.status is not OutcomeStatus.RETURNED and known.id in case.mistaken
-            for case, outcome in (pairs[place] for place in counting)
-        )
+        unanswered = sum(outcomes[place].status is not OutcomeStatus.RETURNED for place in counting)
         share = max(share, known.credit * (1.0 - unanswered / len(counting)))
     verdicts = tuple(
         judge(question, case, outcome, known if not passes else None)
@@ -366,5 +363,5 @@ def _message(
     if passed and hidden:
         text += f" Points are for the hidden ones: {sum(hidden)} of {len(hidden)}."
     if question.chance and passed:
-        text += " A constant answer would pass half of them, so points begin beyond that."
+        text += " An answer without an idea would pass some of them: points begin beyond that."
     return text

@@ -41,20 +41,10 @@ class Unreadable(Exception):
 
 
 def read(answer: Answer, value: Value) -> FloatArray:
-    """The answer as a float array.
+    """The answer as a float array, whose length is not judged here.
 
-    Parameters
-    ----------
-    answer : Answer
-        What was asked for.
-    value : Value
-        What came.
-
-    Returns
-    -------
-    ndarray
-        MATRIX (n, n), VECTOR, NUMBERS and MASK (N,), TRANSFORM (3, 3), or (4, 4) in space,
-        MATCHES (N, 2), POSES (K, 3), NUMBER and FLAG (). Lengths are not judged here.
+    MATRIX gives (n, n), VECTOR, NUMBERS and MASK (N,), TRANSFORM (3, 3), or (4, 4) in space,
+    MATCHES (N, 2), POSES (K, 3), NUMBER and FLAG ().
 
     Raises
     ------
@@ -200,19 +190,7 @@ def _shown(value: object) -> str:
 
 
 def how_wrong(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> str:
-    """One or two sentences on a readable answer that is not the expected one.
-
-    Parameters
-    ----------
-    question, case
-        What was asked.
-    got, wanted : ndarray
-        Both as `read` returns them.
-
-    Returns
-    -------
-    str
-    """
+    """One or two sentences on an answer, as `read` returns it, that is not the wanted one."""
     if got.shape != wanted.shape:
         return _shape(question, case, got, wanted)
     if np.isnan(wanted).any():
