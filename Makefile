@@ -78,7 +78,7 @@ dist: $(READY) ## build the wheel and the sdist into dist/
 	$(BIN)/python -c 'from setuptools.build_meta import *; build_sdist("dist"); build_wheel("dist")'
 
 clean: ## remove all that these commands made, .venv included
-	rm -rf $(VENV) .venv-wolfram .venv-graders .venv-numpy1 .venv-lock $(BENCH) $(MUTANTS) mutants _build build dist
+	rm -rf $(VENV) .venv-wolfram .venv-graders .venv-lock $(BENCH) $(MUTANTS) mutants _build build dist
 	rm -rf book/_static/vendor *.egg-info
 	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -prune -exec rm -rf {} +

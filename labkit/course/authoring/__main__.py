@@ -13,6 +13,7 @@ from tqdm import tqdm
 from labkit.course.authoring.write import VARIANTS, write_assignment
 from labkit.course.grading.assignment import FOLDER
 from labkit.course.grading.assignment.files import cases_beside, read_secret
+from labkit.course.grading.assignment.questions import Cases
 from labkit.errors import LabkitError
 from labkit.extras import need
 from labkit.files import atomic_write, refuse_unwritable
@@ -88,8 +89,8 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _bar(variants: Iterable[int]) -> Iterable[int]:
-    bar: Iterable[int] = tqdm(variants, desc="variants", disable=None)
+def _bar(variants: Iterable[Cases]) -> Iterable[Cases]:
+    bar: Iterable[Cases] = tqdm(variants, desc="variants", disable=None)
     return bar
 
 

@@ -7,9 +7,8 @@ again from the same generator, so that a seed always leads to the same cases.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
-from itertools import permutations
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,14 +25,14 @@ from labkit.course.authoring.references import (
     tolerance,
 )
 from labkit.course.grading.assignment.questions import Case, Question
-from labkit.course.grading.contract import Value
+from labkit.course.grading.contract import Outcome, OutcomeStatus, Value
 from labkit.course.grading.inside.data import plain
-from labkit.course.grading.judging.compare import is_answer_of, is_right
+from labkit.course.grading.judging.compare import is_answer_of, is_right, recognise
 from labkit.errors import LabkitError
 
 TRIES = 200
-ALIKE = 8  # draws among which one as hard as another variant's is looked for
-STABLE_DRAWS = 2
+ALIKE = 3  # draws among which one as hard as another variant's is looked for
+STABLE_DRAWS = 1
 MOST_BYTES = 1 << 20
 DECIMALS = 12
 
@@ -56,19 +55,10 @@ def hidden_cases(
     secret: bytes = b"",
     like: Sequence[Case] = (),
 ) -> tuple[Case, ...]:
-    """The hidden cases of one variant.
+    """The hidden cases of one variant, drawn from the secret; without one anybody draws the same.
 
-    Parameters
-    ----------
-    question, variant
-        Whose cases.
-    visible : sequence of Case
-        The question's visible ones.
-    secret : bytes
-        What the draws hang on besides; without it anybody can draw the same.
-    like : sequence of Case
-        The cases of another variant: each is drawn again until the same known mistakes pass
-        it, so that the variants are equally hard.
+    Cases that are `like` those of another variant are passed by the same known mistakes, so that
+    the variants are equally hard.
 
     Raises
     ------
@@ -129,7 +119,7 @@ def draw_case(
         If no draw is stable.
     """
     for _ in range(TRIES):
-        arguments = rounded(recipe.draw(rng))
+        arguments = recipe.draw(rng) if recipe.exact else rounded(recipe.draw(rng))
         allowed = tolerance_of(question, recipe, arguments)
         if allowed > LARGEST:
             continue
@@ -142,7 +132,11 @@ def draw_case(
             tolerance=allowed,
             mistaken=mistaken(question, arguments),
         )
-        if recipe.exact or is_stable(question, case):
+        if recipe.exact:
+            return case
+        case = replace(case, mistaken=settled(question, case, np.random.default_rng(1)))
+        moved = REFERENCES[question.id](*perturbed(arguments, np.random.default_rng(2)))
+        if all(is_right(question, case, one) for one in moved):
             return case
     raise LabkitError(f"no draw of {question.id}, {recipe.about!r}, is stable; ease its recipe")
 
@@ -201,33 +195,42 @@ def _rounded(value: Value) -> Value:
     return value
 
 
-def is_stable(question: Question, case: Case) -> bool:
-    """Whether slightly other arguments give the same answers, the wrong ones too."""
-    rng = np.random.default_rng(1)
+def settled(
+    question: Question, case: Case, rng: np.random.Generator
+) -> dict[str, tuple[Value, ...]]:
+    """The answers of the mistakes that slightly other arguments do not change.
+
+    The others end where rounding leads them, somewhere else on each machine.
+    """
+    answers = dict(case.mistaken)
     for _ in range(STABLE_DRAWS):
         moved = mistaken(question, perturbed(case.arguments, rng))
-        if moved.keys() != case.mistaken.keys():
-            return False
-        for id, answers in moved.items():
-            if not all(is_answer_of(id, question, case, answer) for answer in answers):
-                return False
-    return True
+        for id in list(answers):
+            again = moved.get(id, ())
+            if not again or not all(is_answer_of(id, question, case, one) for one in again):
+                del answers[id]
+    return answers
 
 
 def confusion(question: Question, cases: Sequence[Case]) -> str:
-    """Which mistake passes for right, or for another one; empty where none does."""
+    """Which mistake is not called by its name on these cases; empty where each is."""
     for one in question.misconceptions:
-        if passes(cases, one.id, lambda case, answer: is_right(question, case, answer)):
-            return f"{one.id} passes for right"
-    for one, other in permutations(question.misconceptions, 2):
-        looks_like = partial(is_answer_of, other.id, question)
-        if passes(cases, one.id, looks_like):
-            return f"{one.id} passes for {other.id}"
+        for outcomes in outcomes_of(one.id, cases):
+            known = recognise(question, cases, outcomes)
+            if known is None or known.id != one.id:
+                return f"{one.id} is taken for {known.id if known else 'none'}"
     return ""
 
 
-def passes(cases: Sequence[Case], id: str, test: Callable[[Case, Value], bool]) -> bool:
-    """Whether a mistake's answers all pass a test, in one of the ways that it can come out."""
-    given = [case for case in cases if case.mistaken.get(id)]
-    ways = zip(*(case.mistaken[id] for case in given), strict=True)
-    return any(all(map(test, given, answers)) for answers in ways)
+def outcomes_of(id: str, cases: Sequence[Case]) -> list[list[Outcome]]:
+    """What a mistake brings, in each of the ways that it can come out."""
+    ways = max(len(case.mistaken.get(id, ())) for case in cases)
+    return [
+        [
+            Outcome(id=case.id, status=OutcomeStatus.RETURNED, value=case.mistaken[id][way])
+            if id in case.mistaken
+            else Outcome(id=case.id, status=OutcomeStatus.RAISED, error="ValueError")
+            for case in cases
+        ]
+        for way in range(ways)
+    ]

@@ -6,7 +6,7 @@ what each does wrong, what it earns, and where to read on.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,17 +22,10 @@ Function = Callable[..., Any]
 
 @dataclass(frozen=True)
 class Recipe:
-    """One case.
+    """One case: what it tries, in words that give no number away, and how its arguments are drawn.
 
-    Attributes
-    ----------
-    about : str
-        What it tries, in words that give no number away.
-    draw : callable
-        From a random generator to the function's arguments.
-    exact : bool
-        The arguments lie on a limit on purpose, in numbers that single precision holds
-        exactly; so they are not perturbed to find the tolerance.
+    The arguments of an `exact` one lie on a limit on purpose, in numbers that single precision
+    holds exactly; so they are not perturbed to find the tolerance.
     """
 
     about: str
@@ -85,21 +78,8 @@ class Several:
 
 @dataclass(frozen=True)
 class Mistake:
-    """A wrong implementation and what is said of it.
-
-    Attributes
-    ----------
-    question, id : str
-        Whose mistake it is.
-    says : str
-        Told to the student: what was done, and why it is wrong.
-    credit : float
-        The share of the points that it earns.
-    chapter : str
-        Where the book explains it; empty for the question's own chapter.
-    function : callable
-        Makes the mistake.
-    """
+    """A wrong function: what the student is told, the share of the points that it earns, and the
+    chapter that explains it (empty for the question's own)."""
 
     question: str
     id: str
@@ -112,18 +92,8 @@ class Mistake:
 MISTAKES: list[Mistake] = []
 
 
-def mistake(question: str, credit: float, chapter: str = "") -> Callable[[Function], Function]:
-    """Enter a function as a mistake: its docstring is what the student reads.
-
-    The function is named after question and mistake, ``align__transposed``; the id is the
-    second half.
-    """
-
-    def enter(function: Function) -> Function:
-        prefix, _, id = function.__name__.partition("__")
-        assert prefix == question
-        says = " ".join((function.__doc__ or "").split())
-        MISTAKES.append(Mistake(question, id, says, credit, chapter, function))
-        return function
-
-    return enter
+def mistakes(question: str, table: Mapping[str, tuple[Any, ...]]) -> None:
+    """Enter wrong functions by their id, each with its credit, what is said, and the chapter that
+    explains it where it is not the question's own."""
+    for id, (credit, says, function, *chapter) in table.items():
+        MISTAKES.append(Mistake(question, id, says, credit, "".join(chapter), function))

@@ -27,19 +27,8 @@ KERNEL = {
 
 
 def notebook_text(solutions: bool = False, *, stretch: bool = False) -> str:
-    """The notebook as JSON, the same bytes each time.
-
-    Parameters
-    ----------
-    solutions : bool
-        Whether to write the instructor's notebook.
-    stretch : bool
-        Whether the stretch task stands at the end.
-
-    Returns
-    -------
-    str
-    """
+    """The notebook as JSON, the same bytes each time: the students', or with `solutions` the
+    instructor's, and with the `stretch` task at the end."""
     title, questions = read_texts()
     cells = [
         new_markdown_cell(f"# Assignment: {title}\n\n{_opening(questions)}", id="title"),

@@ -38,12 +38,12 @@ from labkit.se2 import rotation, wrap
 
 Keep = Callable[[FloatArray, float, float], BoolArray]
 EPSILON = 2.0**-24
-DRAWS = 6
-MARGIN = 16.0
+DRAWS = 4
+MARGIN, STOP_MARGIN = 16.0, 2.0
 FLOOR = 64.0 * EPSILON
 STOP_BELOW = 1e-5  # m and rad; the question asks for 1e-6, but ten times that is no mistake
 SETTLED, FAR_FROM_STOPPING = 1e-9, 1e-3
-LOOP_FLOOR = 1e-4  # m and rad; the noise of the scans is 1 cm
+LOOP_FLOOR = 2e-5  # m and rad; the noise of the scans is 1 cm
 LARGEST = 1e-3  # beyond it a case is drawn anew: it says more about rounding than about skill
 
 Answers = Callable[..., tuple[Value, ...]]
@@ -96,7 +96,7 @@ def loop(
     T = T_init
     for _ in range(max_iterations):
         T_before, T = T, step(source, target, T, max_distance, overlap_ratio, delta, keep)
-        if np.abs(T - T_before).max() < 1e-14:
+        if np.abs(T - T_before).max() < 1e-13:
             break
     return T
 
@@ -185,22 +185,8 @@ REFERENCES: dict[str, Callable[..., tuple[Value, ...]]] = {
 
 
 def tolerance(answer: Answer, answers: Answers, arguments: tuple[Value, ...]) -> float:
-    """The tolerance of one case, rounded up to two digits.
-
-    Parameters
-    ----------
-    answer : Answer
-        How the answers are read.
-    answers : callable
-        The reference: from arguments to the right answers, one for each reading.
-    arguments : tuple of Value
-        The case.
-
-    Returns
-    -------
-    float
-        In the answer's units; ``inf`` where the smallest perturbation changes its shape.
-    """
+    """The tolerance of a case in the answer's units, rounded up to two digits; ``inf`` where the
+    smallest perturbation changes its shape."""
     right = [read(answer, value) for value in answers(*arguments)]
     scale = max(1.0, *(float(np.nan_to_num(np.abs(one)).max(initial=0.0)) for one in right))
     largest = 0.0
@@ -243,7 +229,7 @@ def stop_error(arguments: tuple[Any, ...]) -> float:
             continue
         stop = next(k for k, move in enumerate(moves) if move < STOP_BELOW)
         worst = max(worst, apart(path[stop + 1], path[-1]))
-    return MARGIN * worst
+    return STOP_MARGIN * worst
 
 
 def round_up(number: float) -> float:

@@ -11,7 +11,10 @@ import json
 import textwrap
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -25,30 +28,17 @@ from labkit.files import atomic_write
 
 VARIANTS = 8
 
-Progress = Callable[[Iterable[int]], Iterable[int]]
+Progress = Callable[[Iterable[Cases]], Iterable[Cases]]
 FOLDER = Path(__file__).with_name("questions")
 
 
 def write_assignment(
     folder: Path, variants: int = VARIANTS, progress: Progress = iter, *, secret: bytes = b""
 ) -> list[Path]:
-    """Compute the assignment and write its files.
+    """Compute the assignment and write its files into an existing folder; which ones, is returned.
 
-    Parameters
-    ----------
-    folder : Path
-        Must exist; `hidden/` is made in it.
-    variants : int
-        How many sets of hidden cases; students are spread over them.
-    progress : callable
-        Wraps the numbers of the variants, e.g. ``tqdm.tqdm``.
-    secret : bytes
-        What the hidden cases are drawn from; without it they are public.
-
-    Returns
-    -------
-    list of Path
-        What was written.
+    Students are spread over so many `variants` of the hidden cases, which are drawn from the
+    `secret`; without one they are public. `progress` wraps the variants as they come.
 
     Raises
     ------
@@ -62,16 +52,12 @@ def write_assignment(
         folder / "visible.json": cases_file(visible),
         folder / "hidden" / COURSE: course_file(questions, secret),
     }
-    first: Cases = {}
-    for variant in progress(range(variants)):
-        hidden = {
-            one.id: hidden_cases(
-                one, variant, visible[one.id], secret=secret, like=first.get(one.id, ())
-            )
-            for one in questions
-        }
-        first = first or hidden
-        files[folder / "hidden" / f"variant_{variant}.json"] = cases_file(hidden)
+    first = _hidden_of(0, visible, {}, secret)
+    others = partial(_hidden_of, visible=visible, like=first, secret=secret)
+    with ProcessPoolExecutor() as pool:
+        drawn = chain([first], pool.map(others, range(1, variants)))
+        for variant, hidden in enumerate(progress(drawn)):
+            files[folder / "hidden" / f"variant_{variant}.json"] = cases_file(hidden)
     (folder / "hidden").mkdir(exist_ok=True)
     for stale in set((folder / "hidden").glob("variant_*.json")) - files.keys():
         stale.unlink()
@@ -79,6 +65,16 @@ def write_assignment(
         with atomic_write(path) as file:
             file.write(text)
     return list(files)
+
+
+def _hidden_of(variant: int, visible: Cases, like: Cases, secret: bytes) -> Cases:
+    """The hidden cases of a variant; `like` is another one, as hard as which it is to be."""
+    return {
+        one.id: hidden_cases(
+            one, variant, visible[one.id], secret=secret, like=like.get(one.id, ())
+        )
+        for one in read_texts()[1]
+    }
 
 
 def course_file(questions: Sequence[Question], secret: bytes = b"") -> str:
@@ -165,20 +161,10 @@ def introduction() -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class ClosingCell:
-    """A cell after the questions.
+    """A cell after the questions: a text, given code, or (kind "answer") a text of the student's.
 
-    Attributes
-    ----------
-    id : str
-        Of the cell.
-    kind : {"markdown", "code", "answer"}
-        A text, given code, or a text that the student writes.
-    text : str
-        What stands in it.
-    stretch : bool
-        Whether it belongs to the stretch task, which an instructor may switch on.
-    alt : str
-        What the figure of a code cell shows, in words.
+    Cells of the `stretch` task stand there where an instructor wants them; `alt` says what the
+    figure of a code cell shows.
     """
 
     id: str

@@ -14,40 +14,23 @@ solution stands below it, in cells with the tag ``solution``, and ends in the sa
 `check`; the students' edition takes these cells away and keeps the stub. What follows and needs
 the function stands below ``if check(turn_about).passed:``.
 
-**To add an exercise**, write the cases of the function in the module of its chapter's topic here
-(a new module is found by itself)::
+**To add an exercise**, write a right function of the same name in the module of its chapter's
+topic here, what it is tried on, and the mistakes that it knows (a new module is found by itself)::
 
-    @exercise("Turn about a point")
-    def turn_about() -> Iterator[Case]:
-        theta, c = 0.7, np.array([2.0, -1.0])
-        yield Case(
-            "a turn by 0.7 rad about (2, −1)",
-            (c, theta),
-            right=...,
-            mistakes={"This turns about the origin: bring `c` there first.": rotated},
-        )
+    @exercise("Turn about a point", {
+        "a turn by 0.7 rad about (2, −1)": (np.array([2.0, -1.0]), 0.7),
+    }, {
+        "This turns about the origin: bring `c` there first.": lambda c, theta: ...,
+    })
+    def turn_about(c, theta):
+        ...  # by another way than the solution in the notebook, where there is one
 
-The generator has the name of the function that it checks; `check` finds it by that name, which is
-unique in the book. `right` and each mistake are *values*: a number, an array, or a tuple of them.
-Write `right` by another way than the solution where there is one. A mistake that happens to be
-right in a case is left out there. Sentences in ``mistakes`` say what was done and why it is wrong.
-The text of the exercise carries stars and minutes, and a hint that unfolds::
-
-    :::{exercise} Turn about a point · ★☆☆ · 10 min
-    :label: ex-se2-pivot
-
-    ... the question ...
-
-    ```{dropdown} Hint
-    ...
-    ```
-    :::
-
-``tests/course/exercises`` then holds that the empty stub does not pass, that the notebook's
-solution does, that every mistake is called by its name, and that stubs and cases match one to one.
+Each mistake is a wrong function, by the sentence that is said of it. A name is said only where its
+function gives all of the answers that came, the right ones among them; so a mistake may be right in
+some cases, and no two may agree in all. Relations to the right answer that need no idea of the
+question (the inverse, degrees, the order of two results) are known everywhere.
 """
 
-from labkit.course.exercises.check import check
-from labkit.course.exercises.exercise import Case, Exercise, exercise, exercises
+from labkit.course.exercises.exercise import check, exercise, exercises
 
-__all__ = ["Case", "Exercise", "check", "exercise", "exercises"]
+__all__ = ["check", "exercise", "exercises"]

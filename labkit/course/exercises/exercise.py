@@ -1,63 +1,148 @@
-"""What an exercise is tried on: cases with the right answer and the wrong ones that are known."""
+"""What an exercise is: the right function, what it is tried on, and its known mistakes."""
 
 from __future__ import annotations
 
+import copy
 import importlib
+import inspect
 import pkgutil
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 import labkit.course.exercises
+from labkit.course.grading.assignment.questions import Answer, Case, Misconception, Question
+from labkit.course.grading.check import Feedback, tried
+from labkit.course.grading.judging.kinds import read
+from labkit.errors import InvalidParameterError
 
-Cases = Callable[[], Iterator["Case"]]
-MACHINERY = {"check", "exercise"}  # modules here that hold no exercises
-
-
-@dataclass(frozen=True, eq=False)
-class Case:
-    """One call of the student's function.
-
-    Attributes
-    ----------
-    where : str
-        What is tried, in words that follow "for": "a turn by 0.7 rad about (2, −1)".
-    arguments : tuple
-        What the function is called with; it gets a copy.
-    right : number, array or tuple of them
-        What it should return.
-    mistakes : mapping of str to value
-        What it returns if it makes a known mistake, by the sentence that is said then.
-    tolerance : float
-        How far off an entry may be, relative to the largest one of `right` or to 1.
-    """
-
-    where: str
-    arguments: tuple[Any, ...]
-    right: Any
-    mistakes: Mapping[str, Any] = field(default_factory=dict)
-    tolerance: float = 1e-6
-
-
-@dataclass(frozen=True)
-class Exercise:
-    """A function that students write, by its name, and the cases that it is tried on."""
-
-    name: str
-    title: str
-    cases: Cases
-
-
+Function = Callable[..., Any]
+Arguments = Mapping[str, tuple[Any, ...]]
 _FOUND: dict[str, Exercise] = {}
 
 
-def exercise(title: str) -> Callable[[Cases], Cases]:
-    """Enter a generator of cases as the check of the function that it is named after."""
+@dataclass(frozen=True, eq=False)
+class Exercise:
+    """A function that students write.
 
-    def enter(cases: Cases) -> Cases:
-        assert cases.__name__ not in _FOUND, f"{cases.__name__} is checked twice"
-        _FOUND[cases.__name__] = Exercise(cases.__name__, title, cases)
-        return cases
+    Attributes
+    ----------
+    title : str
+    right : callable
+        A right one, of the same name.
+    arguments : callable
+        Makes what it is tried on, by words that say what is tried.
+    mistakes : mapping of str to callable
+        Wrong ones, by the sentence that is said of them.
+    tolerance : float
+        How far off an entry may be, relative to the largest one of its result or to 1.
+    view : callable, optional
+        What of the answer is compared, from the answer and the arguments.
+    """
+
+    title: str
+    right: Function
+    arguments: Callable[[], Arguments]
+    mistakes: Mapping[str, Function]
+    tolerance: float
+    view: Function | None
+
+    def seen(self, function: Function) -> Function:
+        """The function, through the view."""
+        view = self.view
+        return function if view is None else lambda *given: view(function(*given), *given)
+
+    @cached_property
+    def asked(self) -> tuple[Question, list[Case]]:
+        """The exercise as the judge knows it."""
+        cases = []
+        for number, (about, arguments) in enumerate(self.arguments().items(), start=1):
+            wanted = _data(self.seen(self.right)(*copy.deepcopy(arguments)))
+            answer = _kind(wanted)
+            sizes = np.abs(read(answer, wanted)) * (answer is not Answer.NUMBERS)
+            cases.append(
+                Case(
+                    id=str(number),
+                    hidden=False,
+                    about=f"for {about}",
+                    arguments=arguments,
+                    expected=(wanted,),
+                    tolerance=self.tolerance * sizes[np.isfinite(sizes)].max(initial=1.0),
+                    mistaken=_Answers(self, arguments),
+                )
+            )
+        known = (Misconception(id=one, says=one, chapter="", credit=0.0) for one in self.mistakes)
+        name, names = self.right.__name__, inspect.signature(self.right).parameters
+        question = Question(
+            id=name, title=self.title, chapter="", points=float(len(cases)), function=name,
+            signature=f"({', '.join(names)})", task="", docstring="", answer=answer, unit="",
+            low=None, high=None, chance=0.0, builds_on=(), misconceptions=tuple(known),
+        )  # fmt: skip
+        return question, cases
+
+
+class _Answers(Mapping[str, tuple[Any, ...]]):
+    """What the mistakes return, computed when a wrong answer is held against them."""
+
+    def __init__(self, exercise: Exercise, arguments: tuple[Any, ...]) -> None:
+        self._exercise, self._arguments = exercise, arguments
+        self._known: dict[str, tuple[Any, ...]] = {}
+
+    def __getitem__(self, says: str) -> tuple[Any, ...]:
+        if says not in self._known:
+            wrong = self._exercise.seen(self._exercise.mistakes[says])
+            try:
+                with np.errstate(all="ignore"):
+                    self._known[says] = (_data(wrong(*copy.deepcopy(self._arguments))),)
+            except (ArithmeticError, ValueError, IndexError):
+                self._known[says] = ()
+        if not self._known[says]:
+            raise KeyError(says)
+        return self._known[says]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._exercise.mistakes)
+
+    def __len__(self) -> int:
+        return len(self._exercise.mistakes)
+
+
+def _data(value: Any) -> Any:
+    return tuple(map(_data, value)) if isinstance(value, tuple) else np.asarray(value)
+
+
+def _kind(right: Any) -> Answer:
+    """How the answer is read, by the form of the right one."""
+    if isinstance(right, tuple):
+        return Answer.TRANSFORM if right[0].ndim == 2 else Answer.NUMBERS
+    if right.dtype == bool:
+        return Answer.MASK
+    if right.ndim < 2:
+        return Answer.VECTOR if right.ndim else Answer.NUMBER
+    if right.shape != (3, 3):
+        return Answer.POSES
+    return Answer.TRANSFORM if np.array_equal(right[2], (0.0, 0.0, 1.0)) else Answer.MATRIX
+
+
+def exercise(
+    title: str,
+    arguments: Arguments | Callable[[], Arguments],
+    mistakes: Mapping[str, Function],
+    *,
+    tolerance: float = 1e-6,
+    view: Function | None = None,
+) -> Callable[[Function], Function]:
+    """Enter a right function as the check of the students' function of the same name."""
+
+    def enter(right: Function) -> Function:
+        name = right.__name__
+        assert name not in _FOUND, f"{name} is checked twice"
+        made = arguments if callable(arguments) else lambda: arguments
+        _FOUND[name] = Exercise(title, right, made, mistakes, tolerance, view)
+        return right
 
     return enter
 
@@ -65,6 +150,46 @@ def exercise(title: str) -> Callable[[Cases], Cases]:
 def exercises() -> Mapping[str, Exercise]:
     """All exercises of the book, by the name of their function."""
     for module in pkgutil.iter_modules(labkit.course.exercises.__path__):
-        if module.name not in MACHINERY:
-            importlib.import_module(f"labkit.course.exercises.{module.name}")
+        importlib.import_module(f"labkit.course.exercises.{module.name}")
     return _FOUND
+
+
+def check(function: Function) -> Feedback:
+    """Try a function of an exercise, and say what is wrong with it.
+
+    Parameters
+    ----------
+    function : callable
+        The function itself, under the name that its stub has. It gets copies of its arguments.
+
+    Returns
+    -------
+    Feedback
+        Shows itself as the last line of a cell; ``passed`` tells whether every case is right.
+
+    Raises
+    ------
+    InvalidParameterError
+        For what is no function of an exercise.
+
+    Examples
+    --------
+    >>> def motion_between(T_w_k, T_w_k1):
+    ...     return T_w_k1 @ np.linalg.inv(T_w_k)
+    >>> print(check(motion_between).passed)
+    False
+    """
+    name = getattr(function, "__name__", None)
+    if not callable(function) or name is None:
+        raise InvalidParameterError(
+            f"`function` must be the function itself, as in check(turn_about), "
+            f"got {type(function).__name__}"
+        )
+    if name not in exercises():
+        raise InvalidParameterError(
+            f"no exercise asks for a function named {name!r}; leave the name as its stub has it"
+        )
+    verdict = tried(*_FOUND[name].asked, _FOUND[name].seen(function))
+    if verdict.passed:
+        verdict = replace(verdict, message="right in every case.")
+    return Feedback(verdict)

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import contextlib
 import copy
+import dis
 import sys
-import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from html import escape
+from types import CodeType
 from typing import Any
 
 from labkit.course.grading.assignment import load_assignment
@@ -21,22 +22,17 @@ from labkit.course.grading.contract import Outcome, OutcomeStatus
 from labkit.course.grading.feedback import to_html
 from labkit.course.grading.inside.data import NotDataError, TooMuchError, plain
 from labkit.course.grading.judging.compare import assess
-from labkit.course.grading.judging.verdict import CaseVerdict, QuestionVerdict
+from labkit.course.grading.judging.verdict import QuestionVerdict
 from labkit.errors import InvalidParameterError
 
 MOST_BYTES = 8 << 20
 LONGEST_ERROR = 500
+OUTSIDE = {"LOAD_GLOBAL", "LOAD_NAME", "IMPORT_NAME"}
 
 
 @dataclass(frozen=True)
 class Feedback:
-    """The verdict on a function, as a notebook shows it.
-
-    Attributes
-    ----------
-    verdict : QuestionVerdict
-        What is shown; its score counts the visible cases alone.
-    """
+    """The verdict on a function by its visible cases, as a notebook shows it."""
 
     verdict: QuestionVerdict
 
@@ -48,12 +44,11 @@ class Feedback:
     def __repr__(self) -> str:
         """Head line, message and one line for each case that failed."""
         lines = [f"{self._mark} {self.verdict.title}: {self.verdict.message}"]
-        lines += [f"  - {case.reason}" for case in self._failed]
-        return "\n".join(lines)
+        return "\n".join(lines + [f"  - {reason}" for reason in self._reasons])
 
     def _repr_html_(self) -> str:
         color = {"✓": "#2a7f3f", "✗": "#b3541e"}.get(self._mark, "#777777")
-        rows = "".join(f"<li>{to_html(case.reason)}</li>" for case in self._failed)
+        rows = "".join(f"<li>{to_html(reason)}</li>" for reason in self._reasons)
         reasons = f'<ul style="margin: 0.3em 0">{rows}</ul>' if rows else ""
         return (
             f'<div style="border-left: 4px solid {color}; padding: 0.3em 0.8em; margin: 0.3em 0">'
@@ -62,16 +57,13 @@ class Feedback:
         )
 
     @property
-    def _unwritten(self) -> bool:
-        return self.verdict.message.endswith("is not written yet.")
-
-    @property
     def _mark(self) -> str:
-        return "✓" if self.passed else "○" if self._unwritten else "✗"
+        unwritten = self.verdict.message.endswith("is not written yet.")
+        return "✓" if self.passed else "○" if unwritten else "✗"
 
     @property
-    def _failed(self) -> list[CaseVerdict]:
-        return [case for case in self.verdict.cases if case.reason and not self._unwritten]
+    def _reasons(self) -> list[str]:
+        return [case.reason for case in self.verdict.cases if case.reason and self._mark == "✗"]
 
 
 def check(question: str, function: Callable[..., Any]) -> Feedback:
@@ -92,7 +84,8 @@ def check(question: str, function: Callable[..., Any]) -> Feedback:
     Raises
     ------
     InvalidParameterError
-        For a question that does not exist, or what is no function of the student's.
+        For a question that does not exist, and for a function that is not the student's or that
+        uses labkit.
 
     Examples
     --------
@@ -102,26 +95,24 @@ def check(question: str, function: Callable[..., Any]) -> Feedback:
     strict
     """
     assignment = load_assignment(hidden=False)
-    return Feedback(_assessed(assignment.question(question), assignment.cases(question), function))
+    asked = assignment.question(question)
+    verdict = tried(asked, assignment.cases(question), own(asked, function))
+    if not verdict.passed:
+        used = used_by(function)
+        for one in assignment.questions:
+            other: Any = used.get(one.function)
+            mine = one is not asked and callable(other)
+            if mine and not tried(one, assignment.cases(one.id), other).passed:
+                cause = f"It uses your `{one.function}`, which fails its own check: mend that first"
+                return Feedback(replace(verdict, message=f"{cause}. {verdict.message}"))
+    return Feedback(verdict)
 
 
 def score(question: str, function: Callable[..., Any], student: str = "") -> float:
-    """The points of a function, by its hidden cases; for nbgrader's hidden tests.
+    """The points of a function, by a student's hidden cases; for nbgrader's hidden tests.
 
     nbgrader runs a student's code in the process that grades it. This cannot mend that:
     marks that have to hold come from ``labkit grade``.
-
-    Parameters
-    ----------
-    question, function
-        As for `check`.
-    student : str
-        Whose variant of the hidden cases is asked.
-
-    Returns
-    -------
-    float
-        In [0, points of the question].
 
     Raises
     ------
@@ -129,37 +120,67 @@ def score(question: str, function: Callable[..., Any], student: str = "") -> flo
         In the students' edition, which has no hidden cases.
     """
     assignment = load_assignment()
-    cases = assignment.cases(question, student)
-    return _assessed(assignment.question(question), cases, function).score
+    asked = assignment.question(question)
+    return tried(asked, assignment.cases(question, student), own(asked, function)).score
 
 
-def _assessed(
+def tried(
     question: Question, cases: Sequence[Case], function: Callable[..., Any]
 ) -> QuestionVerdict:
+    """The verdict on a function that is called here."""
+    return assess(question, cases, [_outcome(case, function) for case in cases])
+
+
+def own(question: Question, function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function, if it is one and needs no labkit, which the grading does not have."""
     if not callable(function):
         raise InvalidParameterError(
             f"must be the function itself, as in "
             f'check("{question.id}", {question.function}), got {type(function).__name__}',
             parameter="function",
         )
-    home = getattr(function, "__module__", None) or ""
-    if home.startswith("labkit.") and not home.startswith(
-        ("labkit.course.authoring", "labkit.course.grading")
-    ):
-        raise InvalidParameterError(
-            f"must be your own, got the one that was imported from {home}, which the "
-            f"grading does not have; run the cell that defines your `{question.function}` again",
-            parameter="function",
-        )
-    return assess(question, cases, [_outcome(case, function) for case in cases])
+    for name, used in ({question.function: function} | used_by(function)).items():
+        home = used if isinstance(used, str) else getattr(used, "__module__", None)
+        home = home or getattr(used, "__name__", None) or ""
+        if f"{home}.".startswith("labkit.") and not home.startswith("labkit.course.authoring"):
+            where = "it" if used is function else f"`{name}`"
+            raise InvalidParameterError(
+                f"must be your own, got one that takes {where} from {home}, which the grading does "
+                f"not have; write that part yourself, and run the cell that defines your "
+                f"`{question.function}` again",
+                parameter="function",
+            )
+    return function
+
+
+def used_by(function: Callable[..., Any]) -> dict[str, Any]:
+    """What a function, and those of its notebook that it calls, take from outside, by name."""
+    waiting, found = [function], dict[str, Any]()
+    while waiting:
+        one = waiting.pop()
+        known = getattr(one, "__globals__", {})
+        for name in _names(getattr(one, "__code__", None)):
+            if name not in found:
+                found[name] = known.get(name, name)
+                if getattr(found[name], "__globals__", None) is known:
+                    waiting.append(found[name])
+    return found
+
+
+def _names(code: CodeType | None) -> Iterator[str]:
+    """The global names and imports of a function and of those inside it."""
+    if code is not None:
+        yield from (i.argval for i in dis.get_instructions(code) if i.opname in OUTSIDE)
+        for constant in code.co_consts:
+            if isinstance(constant, CodeType):
+                yield from _names(constant)
 
 
 def _outcome(case: Case, function: Callable[..., Any]) -> Outcome:
-    start = time.perf_counter()
     status, value, message, error = OutcomeStatus.RETURNED, None, "", ""
     try:
         with contextlib.redirect_stderr(sys.stdout):  # a warning there costs nbgrader's points
-            value = plain(function(*map(_writable, case.arguments)), MOST_BYTES)
+            value = plain(function(*copy.deepcopy(case.arguments)), MOST_BYTES)
     except NotDataError as why:
         status, message = OutcomeStatus.NOT_DATA, str(why)
     except TooMuchError as why:
@@ -167,14 +188,7 @@ def _outcome(case: Case, function: Callable[..., Any]) -> Outcome:
     except (Exception, SystemExit) as why:  # the student's own, whatever it is
         status, error = OutcomeStatus.RAISED, type(why).__name__
         message = f"{error}: {_text_of(why)}"[:LONGEST_ERROR] + _line_of(why)
-    seconds = time.perf_counter() - start
-    return Outcome(
-        id=case.id, status=status, value=value, message=message, error=error, seconds=seconds
-    )
-
-
-def _writable(argument: Any) -> Any:
-    return copy.deepcopy(argument)
+    return Outcome(id=case.id, status=status, value=value, message=message, error=error)
 
 
 def _text_of(error: BaseException) -> str:
@@ -186,8 +200,5 @@ def _text_of(error: BaseException) -> str:
 
 def _line_of(error: BaseException) -> str:
     """Where in the student's function it was raised."""
-    trace = error.__traceback__
-    line = 0
-    while trace is not None and (trace := trace.tb_next) is not None:
-        line = line or trace.tb_lineno
-    return f" (line {line} of its cell)" if line else ""
+    trace = error.__traceback__.tb_next if error.__traceback__ else None
+    return f" (line {trace.tb_lineno} of its cell)" if trace else ""

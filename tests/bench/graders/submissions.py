@@ -93,14 +93,16 @@ def _source(source: str, name: str) -> str:
 
 
 def _plain_mistakes() -> list[Mistake]:
-    """Those that need numpy and nothing else."""
-    return [one for one in MISTAKES if _names_used(one.function) <= {"np"}]
+    """Those that are written out, and need numpy and nothing else."""
+    written = [one for one in MISTAKES if getattr(one.function, "__qualname__", "<").isidentifier()]
+    written = [one for one in written if inspect.isfunction(one.function)]
+    return [one for one in written if _names_used(one.function) <= {"np"}]
 
 
 def _names_used(function: Callable[..., Any]) -> set[str]:
     tree = ast.parse(inspect.getsource(function))
     names = {node.id for node in ast.walk(tree.body[0]) if isinstance(node, ast.Name)}
-    return (names & set(function.__globals__)) - {"mistake"}
+    return names & set(function.__globals__)
 
 
 @cache
@@ -110,5 +112,5 @@ def _renamed(mistake: Mistake) -> tuple[str, str]:
     source = inspect.getsource(mistake.function)
     (definition,) = ast.parse(source).body
     assert isinstance(definition, ast.FunctionDef)
-    definition.decorator_list, definition.name = [], name
+    definition.name = name
     return name, "import numpy as np\n" + ast.unparse(definition)

@@ -25,7 +25,7 @@ def transposed(theta):
 def test_a_right_function_passes():
     feedback = check("rotation", right.rotation)
     assert feedback.passed
-    assert repr(feedback) == "✓ Rotation: All cases pass."
+    assert repr(feedback) == "✓ Rotation: All visible cases pass; grading tries others."
     assert "<ul" not in feedback._repr_html_()
 
 
@@ -78,14 +78,44 @@ def test_only_visible_cases_are_asked_and_in_copies():
     assert np.array_equal(seen[0], seen[2])
 
 
-def test_no_expected_value_is_shown():
-    """The verdict on zeros must not spell out the answers."""
-    for question in load_assignment().questions:
-        text = repr(check(question.id, lambda *_: 0.123456789))
-        for case in load_assignment().visible[question.id]:
-            for value in np.ravel(np.asarray(case.expected[0], dtype=object)):
-                if isinstance(value, float) and value not in (0.0, 1.0) and value == value:
-                    assert f"{value:.4f}" not in text
+def test_an_unnamed_case_shows_what_went_in_what_came_out_and_what_should():
+    shown = repr(check("distance_gate", lambda distances, gate: distances < 100.0))
+    assert "it keeps 2 pairs that should go. For distances = [3.5, 1.7, 0.4, 2.2], max_d" in shown
+    assert "= 2: at [0] got True, expected False." in shown
+    assert "For" not in repr(check("distance_gate", lambda distances, gate: distances > gate))
+
+
+def namespace(source):
+    names = {"np": np, "labkit": labkit, "overlap": overlap}
+    exec(source, names)
+    return names
+
+
+def test_a_function_that_fails_by_an_earlier_one_says_which():
+    """Also where that one is called by a helper; never where the earlier one is right."""
+    source = (
+        "def rotation(a):\n    return np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]])\n"
+        "def turned(a, p):\n    return rotation(a) @ p\n"
+        "def integrate(increments, start):\n"
+        "    poses = [np.array(start, dtype=float)]\n"
+        "    for one in increments:\n"
+        "        poses.append(poses[-1] + np.append(turned(poses[-1][2], one[:2]), one[2]))\n"
+        "    return np.array(poses)\n"
+    )
+    cause = "It uses your `rotation`, which fails its own check: mend that first."
+    assert cause in repr(check("integrate", namespace(source)["integrate"]))
+    right = source.replace("np.sin(a)], [-np", "-np.sin(a)], [np").replace("one[2]))", "0.0))")
+    assert "It uses your" not in repr(check("integrate", namespace(right)["integrate"]))
+
+
+@pytest.mark.parametrize(
+    "body",
+    ["return labkit.align(p, q)", "import labkit.se2 as s\n    return s", "return overlap(p, q)"],
+)
+def test_a_function_that_uses_labkit_is_refused(body):
+    names = namespace(f"def helper(p, q):\n    {body}\ndef align(p, q):\n    return helper(p, q)\n")
+    with pytest.raises(InvalidParameterError, match=r"from labkit.*, which the grading does"):
+        check("align", names["align"])
 
 
 @pytest.mark.parametrize(
@@ -151,7 +181,7 @@ def test_labkits_own_function_is_no_answer(ask, question, function):
     """An import after the student's cell replaces it in the notebook; it does not in grading."""
     with pytest.raises(
         InvalidParameterError,
-        match=rf"must be your own, got the one that was imported from labkit\.\w+, which .* "
+        match=rf"must be your own, got one that takes it from labkit\.\w+, which .* "
         rf"defines your `{question}` again",
     ):
         ask(question, function)
@@ -198,7 +228,7 @@ def test_it_works_without_the_hidden_cases(tmp_path):
     )
     where, verdict, refusal = done.stdout.splitlines()
     assert Path(where).parent == edition
-    assert verdict == "✓ Rotation: All cases pass."
+    assert verdict == "✓ Rotation: All visible cases pass; grading tries others."
     assert "holds no hidden cases: this is the students' edition" in refusal
 
 

@@ -25,9 +25,14 @@ def _gated(count: int, low: float, high: float, gate: tuple[float, float]) -> Dr
     return lambda rng: (_distances(rng, count, low, high), uniform(rng, *gate))
 
 
-def _on_the_gate(rng: np.random.Generator) -> tuple[Value, ...]:
-    gate = float(rng.choice([0.25, 0.75, 1.5]))
-    return np.append(rng.permutation([gate / 4, gate / 2, 3 * gate]), [gate, 2 * gate]), gate
+def _on_the_gate(*shares: float) -> Draw:
+    """Distances that are such shares of the gate, one of them the gate itself."""
+
+    def draw(rng: np.random.Generator) -> tuple[Value, ...]:
+        gate = float(rng.choice([0.25, 0.75, 1.5]))
+        return gate * rng.permutation([*shares, 1.0]), gate
+
+    return draw
 
 
 def _trimmed(count: int, ratio: float) -> Draw:
@@ -37,6 +42,10 @@ def _trimmed(count: int, ratio: float) -> Draw:
 def _whole(low: int, high: int, count: int, limit: float) -> Draw:
     """Distinct whole numbers in no order, the smallest and the largest never first."""
     return lambda rng: (rng.permutation(np.arange(low, high))[:count].astype(np.int64), limit)
+
+
+def _whole_gate(rng: np.random.Generator) -> tuple[Value, ...]:
+    return rng.permutation(np.arange(8)).astype(np.int64), int(rng.choice([3, 4]))
 
 
 def _weighed(count: int, low: float, high: float, delta: float) -> Draw:
@@ -61,6 +70,13 @@ RECIPES = {
                     np.array([[2.0, 2.0], [5.0, 5.0], [0.0, 0.0], [-1.0, 3.0]]),
                 ),
             ),
+            Recipe(
+                "three points that share two",
+                lambda _: (
+                    np.array([[0.0, 0.5], [0.0, -0.25], [3.0, 2.0]]),
+                    np.array([[4.0, 2.0], [0.0, 0.0]]),
+                ),
+            ),
         ],
         hidden=[
             Recipe("more target points than source points", _clouds(10, 25)),
@@ -81,10 +97,11 @@ RECIPES = {
         hidden=[
             Recipe("a narrow gate", _gated(12, 0.03, 1.2, (0.3, 0.6))),
             Recipe("a wide gate", _gated(12, 0.2, 6.0, (1.7, 2.2))),
-            Recipe("a pair on the gate", _on_the_gate, exact=True),
+            Recipe("a pair on the gate", _on_the_gate(0.25, 0.5, 2.0, 3.0), exact=True),
+            Recipe("a gate that one pair reaches", _on_the_gate(1.5, 2.0, 4.0), exact=True),
+            Recipe("a gate that all pass", _on_the_gate(0.125, 0.5, 0.75), exact=True),
             Recipe("a gate that nothing passes", _gated(6, 0.6, 2.0, (0.2, 0.35))),
-            Recipe("a gate that all pass", _gated(6, 0.1, 0.8, (1.3, 1.6))),
-            Recipe("distances given as whole numbers", _whole(0, 9, 7, 3.5)),
+            Recipe("distances given as whole numbers", _whole_gate, exact=True),
         ],
     ),
     "overlap": Recipes(
@@ -97,6 +114,7 @@ RECIPES = {
                 ),
             ),
             Recipe("all", lambda _: (np.array([0.5, 0.1, 0.9]), 1.0)),
+            Recipe("at least three", lambda _: (np.array([0.5, 0.1, 0.9, 0.2, 0.4, 0.7]), 0.3)),
         ],
         hidden=[
             Recipe("a share that is rounded down much", _trimmed(11, 0.7)),

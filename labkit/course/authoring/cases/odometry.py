@@ -32,6 +32,11 @@ def _whole_increments(rng: np.random.Generator) -> tuple[Value, ...]:
     return steps.astype(np.int64), np.array([2, -1, 1])
 
 
+def _half_turn(rng: np.random.Generator) -> tuple[Value, ...]:
+    steps = np.array([[uniform(rng, 0.2, 0.8), 0.3, math.pi], [uniform(rng, 0.2, 0.8), -0.2, 0.4]])
+    return steps, np.array([uniform(rng, 1.0, 3.0), -2.0, 0.0])
+
+
 LIMITS = (0.5, 0.75, 0.375, 0.125)  # m, rad, ratio, m; exact in single precision
 
 
@@ -50,6 +55,7 @@ def _step(
 
 
 DIAGONAL = math.pi / 4
+ON_ALL_LIMITS = _step(length=0.5, turn=0.75, ratio=0.375, rmse=0.125, heading=0.0, exact=1.0)
 
 RECIPES = {
     "integrate": Recipes(
@@ -62,6 +68,7 @@ RECIPES = {
                 ),
             ),
             Recipe("a curve from another start", _increments(3, (0.2, 0.5))),
+            Recipe("a loop past half a turn", _increments(5, (0.8, 0.9))),
         ],
         hidden=[
             Recipe("a curve to the left", _increments(5, (0.1, 0.4))),
@@ -70,6 +77,7 @@ RECIPES = {
             Recipe("a loop to the right past half a turn", _increments(9, (-0.9, -0.6))),
             Recipe("one step", _increments(1, (0.2, 0.6))),
             Recipe("increments given as whole numbers", _whole_increments),
+            Recipe("half a turn on the way", _half_turn, exact=True),
         ],
     ),
     "is_plausible": Recipes(
@@ -78,6 +86,14 @@ RECIPES = {
             Recipe("a step too far", _step(length=0.9)),
             Recipe("too few inliers", _step(ratio=0.2)),
             Recipe("an ordinary turn", _step(length=0.05, turn=0.5)),
+            Recipe("an ordinary step back, turning right", _step(length=-0.3, turn=-0.5)),
+            Recipe("a step aside, too far", _step(length=0.8, heading=1.5)),
+            Recipe("a turn too far to the right", _step(turn=-1.1)),
+            Recipe("a step on all limits", ON_ALL_LIMITS, exact=True),
+            Recipe("a large residual", _step(rmse=0.2)),
+            Recipe("a match without a pair", _step(rmse=math.nan)),
+            Recipe("nearly no motion", _step(length=0.02, turn=-0.02)),
+            Recipe("a poor but sufficient match", _step(ratio=0.42, rmse=0.1)),
         ],
         hidden=[
             Recipe("an ordinary step ahead", _step()),
@@ -85,11 +101,7 @@ RECIPES = {
             Recipe("an ordinary turn to the right", _step(turn=-0.5)),
             Recipe("an ordinary turn on the spot", _step(length=0.0, turn=0.6)),
             Recipe("a poor but sufficient match", _step(ratio=0.45, rmse=0.11)),
-            Recipe(
-                "a step on all limits",
-                _step(length=0.5, turn=0.75, ratio=0.375, rmse=0.125, heading=0.0, exact=1.0),
-                exact=True,
-            ),
+            Recipe("a step on all limits", ON_ALL_LIMITS, exact=True),
             Recipe("an ordinary step to the left", _step(heading=1.5)),
             Recipe("nearly no motion", _step(length=0.01, turn=0.01)),
             Recipe("a step aslant, too far", _step(length=0.6, heading=DIAGONAL)),

@@ -83,6 +83,10 @@ RECIPES = {
         visible=[
             Recipe("three quarters of a turn", lambda _: (1.5 * math.pi,)),
             Recipe("a small angle", lambda _: (0.25,)),
+            Recipe("an obtuse angle", lambda _: (2.5,)),
+            Recipe("more than half a turn to the right", lambda _: (-4.0,)),
+            Recipe("two turns and some", lambda _: (14.0,)),
+            Recipe("half a turn", lambda _: (math.pi,), exact=True),
         ],
         hidden=[
             Recipe("an angle that needs no wrapping", _angle(-2.8, -0.4)),
@@ -91,6 +95,7 @@ RECIPES = {
             Recipe("two turns and some", _angle(13.0, 15.0)),
             Recipe("two turns to the right and some", _angle(-15.0, -13.0)),
             Recipe("an angle given as a whole number", lambda rng: (int(rng.choice([4, 5])),)),
+            Recipe("half a turn", lambda _: (math.pi,), exact=True),
         ],
     ),
 }

@@ -5,46 +5,10 @@ import itertools
 import numpy as np
 
 from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import Several, mistake
+from labkit.course.authoring.entries import Several, mistakes
 
 WEIGHTS = "chapter 2, “Weights, and one outlier”"
 DETERMINANT = "chapter 2, “What the determinant is for”"
-
-
-@mistake("best_translation", credit=0.4)
-def best_translation__not_turned(R, source, target):
-    """The source's centroid is not turned: t = q̄ − R p̄, and not q̄ − p̄."""
-    return target.mean(axis=0) - source.mean(axis=0)
-
-
-@mistake("best_translation", credit=0.5)
-def best_translation__transposed(R, source, target):
-    """The source's centroid is turned by R transposed: t = q̄ − R p̄."""
-    return target.mean(axis=0) - R.T @ source.mean(axis=0)
-
-
-@mistake("best_translation", credit=0.5)
-def best_translation__negative(R, source, target):
-    """The sign is the wrong way round: t = q̄ − R p̄ goes from source to target."""
-    return R @ source.mean(axis=0) - target.mean(axis=0)
-
-
-@mistake("best_translation", credit=0.4)
-def best_translation__difference_turned(R, source, target):
-    """The difference of the centroids is turned as a whole; R belongs to p̄ alone."""
-    return R @ (target.mean(axis=0) - source.mean(axis=0))
-
-
-@mistake("best_translation", credit=0.4)
-def best_translation__first_pair(R, source, target):
-    """Only the first pair is used; least squares takes the centroids of all of them."""
-    return target[0] - R @ source[0]
-
-
-@mistake("best_translation", credit=0.5)
-def best_translation__sums(R, source, target):
-    """These are sums over the points; the centroid divides them by their number."""
-    return target.sum(axis=0) - R @ source.sum(axis=0)
 
 
 def _aligned(source, target, angle=np.arctan2):
@@ -59,60 +23,22 @@ def _mapped(p_mean, q_mean, R):
     return R, q_mean - R @ p_mean
 
 
-@mistake("align", credit=0.5)
-def align__sign_of_b(source, target):
-    """The angle has the wrong sign: b = Σ (x v − y u), with (x, y) of the source."""
-    return _mapped(*_aligned(source, target, angle=lambda b, a: np.arctan2(-b, a)))
-
-
-@mistake("align", credit=0.5)
-def align__transposed(source, target):
-    """This is R transposed, next to the right t."""
+def _transposed(source, target):
     R, t = right.align(source, target)
     return R.T, t
 
 
-@mistake("align", credit=0.5)
-def align__swapped(source, target):
-    """Source and target are swapped: this maps the target onto the source."""
-    return right.align(target, source)
-
-
-@mistake("align", credit=0.5)
-def align__arctan_of_ratio(source, target):
-    """The angle is arctan(b / a), which cannot tell (a, b) from (−a, −b): take arctan2."""
-    return _mapped(*_aligned(source, target, angle=lambda b, a: np.arctan(b / a)))
-
-
-@mistake("align", credit=0.4)
-def align__arctan2_swapped(source, target):
-    """The arguments of arctan2 are swapped: it takes b first, then a."""
-    return _mapped(*_aligned(source, target, angle=lambda b, a: np.arctan2(a, b)))
-
-
-@mistake("align", credit=0.5)
-def align__degrees(source, target):
-    """The angle is turned into degrees before its sine and cosine are taken."""
-    return _mapped(*_aligned(source, target, angle=lambda b, a: np.rad2deg(np.arctan2(b, a))))
-
-
-@mistake("align", credit=0.3)
-def align__not_centred(source, target):
-    """The points are not centred: a and b are sums over the points less their centroids."""
+def _not_centred(source, target):
     _, _, R = _aligned(np.vstack([source, -source]), np.vstack([target, -target]))
     return _mapped(source.mean(axis=0), target.mean(axis=0), R)
 
 
-@mistake("align", credit=0.5, chapter="chapter 2, “The best translation”")
-def align__centroid_not_turned(source, target):
-    """The rotation is right, but t is q̄ − p̄: the centroid p̄ has to be turned, t = q̄ − R p̄."""
+def _centroid_not_turned(source, target):
     p_mean, q_mean, R = _aligned(source, target)
     return R, q_mean - p_mean
 
 
-@mistake("align", credit=0.5, chapter="chapter 2, “The best translation”")
-def align__translation_zero(source, target):
-    """The rotation is right, but the translation is left out."""
+def _translation_zero(source, target):
     R, _ = right.align(source, target)
     return R, np.zeros(2)
 
@@ -128,45 +54,7 @@ def _aligned_weighted(source, target, w_mean, w_sums):
     return R, q_mean - R @ p_mean
 
 
-@mistake("align_weighted", credit=0.4, chapter=WEIGHTS)
-def align_weighted__ignored(source, target, weights):
-    """The weights are not used: every pair counts alike."""
-    return right.align(source, target)
-
-
-@mistake("align_weighted", credit=0.6, chapter=WEIGHTS)
-def align_weighted__centroids_unweighted(source, target, weights):
-    """The centroids are plain means: they need the weights as much as the sums do."""
-    return _aligned_weighted(source, target, np.ones(len(source)), weights)
-
-
-@mistake("align_weighted", credit=0.6, chapter=WEIGHTS)
-def align_weighted__sums_unweighted(source, target, weights):
-    """The centroids are weighted, but the sums for the rotation are not."""
-    return _aligned_weighted(source, target, weights, np.ones(len(source)))
-
-
-@mistake("align_weighted", credit=0.6, chapter=WEIGHTS)
-def align_weighted__squared(source, target, weights):
-    """The weights enter squared: each belongs in every sum once."""
-    return right.align_weighted(source, target, weights**2)
-
-
-@mistake("align_weighted", credit=0.6, chapter=WEIGHTS)
-def align_weighted__rooted(source, target, weights):
-    """The weights enter by their square roots: each belongs in every sum as it is."""
-    return right.align_weighted(source, target, np.sqrt(weights))
-
-
-@mistake("align_weighted", credit=0.6, chapter=WEIGHTS)
-def align_weighted__twice_in_sums(source, target, weights):
-    """Both factors of the sums are weighted, so the weights count twice there."""
-    return _aligned_weighted(source, target, weights, weights**2)
-
-
-@mistake("align_weighted", credit=0.4, chapter=WEIGHTS)
-def align_weighted__divided_by_count(source, target, weights):
-    """The weighted centroid is divided by the number of pairs; divide by the sum of weights."""
+def _divided_by_count(source, target, weights):
     p_mean, q_mean = (weights @ points / len(points) for points in (source, target))
     x, y = source - p_mean, target - q_mean
     a = weights @ (x * y).sum(axis=1)
@@ -175,31 +63,19 @@ def align_weighted__divided_by_count(source, target, weights):
     return R, q_mean - R @ p_mean
 
 
-@mistake("align_weighted", credit=0.5)
-def align_weighted__sign_of_b(source, target, weights):
-    """The angle has the wrong sign: b = Σ w (x v − y u), with (x, y) of the source."""
+def _sign_of_b(source, target, weights):
     mirror = np.array([1.0, -1.0])
     R, _ = right.align_weighted(source * mirror, target * mirror, weights)
     p_mean, q_mean = (weights @ points / weights.sum() for points in (source, target))
     return R, q_mean - R @ p_mean
 
 
-@mistake("align_weighted", credit=0.5)
-def align_weighted__swapped(source, target, weights):
-    """Source and target are swapped: this maps the target onto the source."""
-    return right.align_weighted(target, source, weights)
-
-
-@mistake("align_weighted", credit=0.5)
-def align_weighted__transposed(source, target, weights):
-    """This is R transposed, next to the right t."""
+def _transposed_(source, target, weights):
     R, t = right.align_weighted(source, target, weights)
     return R.T, t
 
 
-@mistake("align_weighted", credit=0.5, chapter=WEIGHTS)
-def align_weighted__not_normalised(source, target, weights):
-    """The weighted sums are taken for means: divide Σ w p and Σ w q by Σ w."""
+def _not_normalised(source, target, weights):
     p_mean, q_mean = weights @ source, weights @ target
     x, y = source - p_mean, target - q_mean
     a = weights @ (x * y).sum(axis=1)
@@ -215,27 +91,7 @@ def _kabsch(source, target, fix):
     return _mapped(p_mean, q_mean, fix(U, Vt))
 
 
-@mistake("align_svd", credit=0.6, chapter=DETERMINANT)
-def align_svd__reflection_kept(source, target):
-    """A mirror image yields a reflection here: the determinant correction is missing."""
-    return _kabsch(source, target, lambda U, Vt: Vt.T @ U.T)
-
-
-@mistake("align_svd", credit=0.7, chapter=DETERMINANT)
-def align_svd__wrong_column(source, target):
-    """The wrong singular vector is turned round: the correction is for the smallest value."""
-    return _kabsch(source, target, lambda U, Vt: Vt.T @ np.diag([_sign(U, Vt), 1.0]) @ U.T)
-
-
-@mistake("align_svd", credit=0.5)
-def align_svd__transposed(source, target):
-    """This is R transposed: U and V are swapped, or H was made the other way round."""
-    return _kabsch(source, target, lambda U, Vt: U @ np.diag([1.0, _sign(U, Vt)]) @ Vt)
-
-
-@mistake("align_svd", credit=0.6)
-def align_svd__v_transposed(source, target):
-    """`np.linalg.svd` returns V transposed; R = V diag(1, s) Uᵀ needs V."""
+def _v_transposed(source, target):
     answers = []
     for signs in itertools.product([1.0, -1.0], repeat=2):  # the SVD may choose them
 
@@ -247,22 +103,12 @@ def align_svd__v_transposed(source, target):
     return Several(tuple(answers))
 
 
-@mistake("align_svd", credit=0.5)
-def align_svd__swapped(source, target):
-    """Source and target are swapped: this maps the target onto the source."""
-    return right.align(target, source)
-
-
-@mistake("align_svd", credit=0.3)
-def align_svd__not_centred(source, target):
-    """The points are not centred: H is a sum over the points less their centroids."""
+def _not_centred_(source, target):
     R, _ = right.align_svd(np.vstack([source, -source]), np.vstack([target, -target]))
     return _mapped(source.mean(axis=0), target.mean(axis=0), R)
 
 
-@mistake("align_svd", credit=0.5, chapter="chapter 2, “The best translation”")
-def align_svd__centroid_not_turned(source, target):
-    """The rotation is right, but t is q̄ − p̄: the centroid p̄ has to be turned, t = q̄ − R p̄."""
+def _centroid_not_turned_(source, target):
     R, _ = right.align_svd(source, target)
     return R, target.mean(axis=0) - source.mean(axis=0)
 
@@ -271,10 +117,7 @@ def _sign(U, Vt):
     return np.sign(np.linalg.det(Vt.T @ U.T))
 
 
-@mistake("align_svd", credit=0.6, chapter=DETERMINANT)
-def align_svd__column_of_r(source, target):
-    """Against the reflection a column of R is negated; the one to negate is V's last, before
-    R = V Uᵀ is formed."""
+def _column_of_r(source, target):
     p_mean, q_mean = source.mean(axis=0), target.mean(axis=0)
     U, _, Vt = np.linalg.svd((source - p_mean).T @ (target - q_mean))
     turns = []
@@ -284,3 +127,112 @@ def align_svd__column_of_r(source, target):
             R[:, column] *= -1
         turns.append((R, q_mean - R @ p_mean))
     return Several(tuple(turns))
+
+
+# fmt: off
+mistakes("best_translation", {
+    "not_turned": (0.1, "The source's centroid is not turned: t = q̄ − R p̄, and not q̄ − p̄.",
+        lambda R, source, target: target.mean(axis=0) - source.mean(axis=0)),
+    "transposed": (0.5, "The source's centroid is turned by R transposed: t = q̄ − R p̄.",
+        lambda R, source, target: target.mean(axis=0) - R.T @ source.mean(axis=0)),
+    "negative": (0.5, "The sign is the wrong way round: t = q̄ − R p̄ goes from source to target.",
+        lambda R, source, target: R @ source.mean(axis=0) - target.mean(axis=0)),
+    "difference_turned": (0.4,
+        "The difference of the centroids is turned as a whole; R belongs to p̄ alone.",
+        lambda R, source, target: R @ (target.mean(axis=0) - source.mean(axis=0))),
+    "first_pair": (0.4,
+        "Only the first pair is used; least squares takes the centroids of all of them.",
+        lambda R, source, target: target[0] - R @ source[0]),
+    "sums": (0.5, "These are sums over the points; the centroid divides them by their number.",
+        lambda R, source, target: target.sum(axis=0) - R @ source.sum(axis=0)),
+})
+mistakes("align", {
+    "sign_of_b": (0.5,
+        "The angle has the wrong sign: b = Σ (x v − y u), with (x, y) of the source.",
+        lambda source, target: _mapped(*_aligned(source, target, angle=lambda b, a: np.arctan2(-b,
+            a)))),
+    "transposed": (0.5, "This is R transposed, next to the right t.",
+        _transposed),
+    "swapped": (0.5, "Source and target are swapped: this maps the target onto the source.",
+        lambda source, target: right.align(target, source)),
+    "arctan_of_ratio": (0.6,
+        "The angle is arctan(b / a), which cannot tell (a, b) from (−a, −b): take arctan2.",
+        lambda source, target: _mapped(*_aligned(source, target, angle=lambda b, a: np.arctan(b /
+            a)))),
+    "arctan2_swapped": (0.4, "The arguments of arctan2 are swapped: it takes b first, then a.",
+        lambda source, target: _mapped(*_aligned(source, target, angle=lambda b, a: np.arctan2(a,
+            b)))),
+    "degrees": (0.5, "The angle is turned into degrees before its sine and cosine are taken.",
+        lambda source, target: _mapped(*_aligned(source, target, angle=lambda b, a:
+            np.rad2deg(np.arctan2(b, a))))),
+    "not_centred": (0.3,
+        "The points are not centred: a and b are sums over the points less their centroids.",
+        _not_centred),
+    "centroid_not_turned": (0.5,
+        "The rotation is right, but t is q̄ − p̄: the centroid p̄ has to be turned, t = q̄ − R "
+        "p̄.",
+        _centroid_not_turned, "chapter 2, “The best translation”"),
+    "translation_zero": (0.5, "The rotation is right, but the translation is left out.",
+        _translation_zero, "chapter 2, “The best translation”"),
+})
+mistakes("align_weighted", {
+    "ignored": (0.1, "The weights are not used: every pair counts alike.",
+        lambda source, target, weights: right.align(source, target), WEIGHTS),
+    "centroids_unweighted": (0.6,
+        "The centroids are plain means: they need the weights as much as the sums do.",
+        lambda source, target, weights: _aligned_weighted(source, target, np.ones(len(source)),
+            weights), WEIGHTS),
+    "sums_unweighted": (0.6, "The centroids are weighted, but the sums for the rotation are not.",
+        lambda source, target, weights: _aligned_weighted(source, target, weights,
+            np.ones(len(source))), WEIGHTS),
+    "squared": (0.6, "The weights enter squared: each belongs in every sum once.",
+        lambda source, target, weights: right.align_weighted(source, target, weights ** 2),
+            WEIGHTS),
+    "rooted": (0.6, "The weights enter by their square roots: each belongs in every sum as it is.",
+        lambda source, target, weights: right.align_weighted(source, target, np.sqrt(weights)),
+            WEIGHTS),
+    "twice_in_sums": (0.6,
+        "Both factors of the sums are weighted, so the weights count twice there.",
+        lambda source, target, weights: _aligned_weighted(source, target, weights, weights ** 2),
+            WEIGHTS),
+    "divided_by_count": (0.4,
+        "The weighted centroid is divided by the number of pairs; divide by the sum of weights.",
+        _divided_by_count, WEIGHTS),
+    "sign_of_b": (0.5,
+        "The angle has the wrong sign: b = Σ w (x v − y u), with (x, y) of the source.",
+        _sign_of_b),
+    "swapped": (0.5, "Source and target are swapped: this maps the target onto the source.",
+        lambda source, target, weights: right.align_weighted(target, source, weights)),
+    "transposed": (0.5, "This is R transposed, next to the right t.",
+        _transposed_),
+    "not_normalised": (0.5, "The weighted sums are taken for means: divide Σ w p and Σ w q by Σ w.",
+        _not_normalised, WEIGHTS),
+})
+mistakes("align_svd", {
+    "reflection_kept": (0.6,
+        "A mirror image yields a reflection here: the determinant correction is missing.",
+        lambda source, target: _kabsch(source, target, lambda U, Vt: Vt.T @ U.T), DETERMINANT),
+    "wrong_column": (0.7,
+        "The wrong singular vector is turned round: the correction is for the smallest value.",
+        lambda source, target: _kabsch(source, target, lambda U, Vt: Vt.T @ np.diag([_sign(U, Vt),
+            1.0]) @ U.T), DETERMINANT),
+    "transposed": (0.5,
+        "This is R transposed: U and V are swapped, or H was made the other way round.",
+        lambda source, target: _kabsch(source, target, lambda U, Vt: U @ np.diag([1.0, _sign(U,
+            Vt)]) @ Vt)),
+    "v_transposed": (0.6, "`np.linalg.svd` returns V transposed; R = V diag(1, s) Uᵀ needs V.",
+        _v_transposed),
+    "swapped": (0.5, "Source and target are swapped: this maps the target onto the source.",
+        lambda source, target: right.align(target, source)),
+    "not_centred": (0.3,
+        "The points are not centred: H is a sum over the points less their centroids.",
+        _not_centred_),
+    "centroid_not_turned": (0.5,
+        "The rotation is right, but t is q̄ − p̄: the centroid p̄ has to be turned, t = q̄ − R "
+        "p̄.",
+        _centroid_not_turned_, "chapter 2, “The best translation”"),
+    "column_of_r": (0.6,
+        "Against the reflection a column of R is negated; the one to negate is V's last, before "
+        "R = V Uᵀ is formed.",
+        _column_of_r, DETERMINANT),
+})

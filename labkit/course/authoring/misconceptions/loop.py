@@ -1,29 +1,18 @@
 """Mistakes in one step of ICP and in the whole loop, each in both readings of the trimming."""
 
-import functools
-
 import numpy as np
 
 from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import Several, mistake
+from labkit.course.authoring.entries import Several, mistakes
 from labkit.course.authoring.references import READINGS
 
 LEFT = "chapter 4, “The flow chart, line by line”"
 STAGES = "chapter 3, “Each stage by itself”"
 
 
-def either(question, credit, chapter=""):
-    """Enter a mistake in each reading of gate and trimming; the function itself stays."""
-
-    def entered(function):
-        @functools.wraps(function)
-        def answers(*arguments):
-            return Several(tuple(function(*arguments, keep=keep) for keep in READINGS))
-
-        mistake(question, credit, chapter)(answers)
-        return function
-
-    return entered
+def both(function):
+    """The mistake in each reading of gate and trimming."""
+    return lambda *arguments: Several(tuple(function(*arguments, keep=keep) for keep in READINGS))
 
 
 def left(dT, T):
@@ -49,11 +38,6 @@ def aligned(p, q, w):
     return T
 
 
-def _gate_on_squares(d, gate, ratio, keep):
-    """A gate on squared distances in either reading: the gate is its root, in metres."""
-    return keep(d, np.sqrt(gate), ratio)
-
-
 def _keep_worst(d, gate, ratio, keep):
     """Trim the closest pairs; of those within the gate, in either reading."""
     if keep is READINGS[0]:
@@ -69,51 +53,20 @@ def _add_translation(dT, T):
     return added
 
 
-_SEEN = {}
-
-
 def right_step(source, target, T, *settings, keep):
-    """The right step; many mistakes go the same way, so each step is computed once."""
-    key = (source.tobytes(), target.tobytes(), T.tobytes(), settings, keep)
-    if key not in _SEEN:
-        if len(_SEEN) > 20_000:
-            _SEEN.clear()
-        _SEEN[key] = step(source, target, T, *settings, keep)
-    return _SEEN[key]
+    """The right step, in one of the readings."""
+    return step(source, target, T, *settings, keep)
 
 
-@either("icp_step", credit=0.5, chapter=LEFT)
-def icp_step__update_on_the_right(*arguments, keep):
-    """The increment is composed on the right, T @ dT: it acts on points that T has moved
-    already, so it belongs on the left, dT @ T."""
-    return step(*arguments, keep, update=lambda dT, T: T @ dT)
-
-
-@either("icp_step", credit=0.5, chapter=LEFT)
-def icp_step__increment_alone(*arguments, keep):
-    """This is the increment dT alone; the new transform is dT @ T."""
-    return step(*arguments, keep, update=lambda dT, T: dT)
-
-
-@either("icp_step", credit=0.5, chapter=LEFT)
-def icp_step__translation_not_turned(*arguments, keep):
-    """The translations are added, t + Δt; the increment turns the old one: ΔR t + Δt."""
-    return step(*arguments, keep, update=_add_translation)
-
-
-@either("icp_step", credit=0.4, chapter=LEFT)
-def icp_step__unmoved_source(source, target, T, gate, ratio, delta, *, keep):
-    """The pairs are found at T, but the points that are aligned have not been moved by T."""
+def _unmoved(source, target, T, gate, ratio, delta, *, keep):
+    """The pairs at T, but the points as they came."""
     moved = source @ T[:2, :2].T + T[:2, 2]
     indices, d = right.nearest_neighbors(moved, target)
     kept = keep(d, gate, ratio)
     return aligned(source[kept], target[indices[kept]], huber(d[kept], delta)) @ T
 
 
-@either("icp_step", credit=0.5, chapter="chapter 2, “In the plane: one `atan2`”")
-def icp_step__sign_of_b(source, target, T, gate, ratio, delta, *, keep):
-    """The increment turns the wrong way: in b = Σ w (x v − y u) the sign is lost, or R is
-    transposed."""
+def _sign_of_b(source, target, T, gate, ratio, delta, *, keep):
     moved = source @ T[:2, :2].T + T[:2, 2]
     indices, d = right.nearest_neighbors(moved, target)
     kept = keep(d, gate, ratio)
@@ -124,80 +77,100 @@ def icp_step__sign_of_b(source, target, T, gate, ratio, delta, *, keep):
     return dT @ T
 
 
-@either("icp_step", credit=0.4)
-def icp_step__swapped(*arguments, keep):
-    """Source and target are swapped in the alignment: the step leads away from the target."""
-    return step(*arguments, keep, update=lambda dT, T: right.invert(dT) @ T)
+STEPS = {
+    "update_on_the_right": lambda *a, keep: step(*a, keep, update=lambda dT, T: T @ dT),
+    "no_weights": lambda *a, keep: step(*a, keep, weigh=lambda d, delta: np.ones(len(d))),
+    "weights_of_squares": lambda *a, keep: step(
+        *a, keep, weigh=lambda d, delta: huber(d**2, delta)
+    ),
+    "gate_on_squares": lambda *a, keep: step(
+        *a, lambda d, gate, ratio: keep(d, np.sqrt(gate), ratio)
+    ),
+    "no_gate": lambda *a, keep: step(*a, lambda d, gate, ratio: right.overlap(d, ratio)),
+    "no_trimming": lambda *a, keep: step(*a, lambda d, gate, ratio: d <= gate),
+}
 
 
-@either("icp_step", credit=0.6, chapter=STAGES)
-def icp_step__no_weights(*arguments, keep):
-    """Huber's weights are not used in the alignment."""
-    return step(*arguments, keep, weigh=lambda d, delta: np.ones(len(d)))
-
-
-@either("icp_step", credit=0.6, chapter=STAGES)
-def icp_step__weights_of_squares(*arguments, keep):
-    """Huber's weights are taken of squared distances; they take distances in metres."""
-    return step(*arguments, keep, weigh=lambda d, delta: huber(d**2, delta))
-
-
-@either("icp_step", credit=0.6, chapter=STAGES)
-def icp_step__gate_on_squares(*arguments, keep):
-    """The gate is held against squared distances; both are in metres."""
-    return step(*arguments, functools.partial(_gate_on_squares, keep=keep))
-
-
-@either("icp_step", credit=0.6, chapter=STAGES)
-def icp_step__no_gate(*arguments, keep):
-    """The distance gate is not applied."""
-    return step(*arguments, lambda d, gate, ratio: right.overlap(d, ratio))
-
-
-@either("icp_step", credit=0.6, chapter=STAGES)
-def icp_step__no_trimming(*arguments, keep):
-    """The trimming is not applied: all pairs within the gate are aligned."""
-    return step(*arguments, lambda d, gate, ratio: d <= gate)
-
-
-@either("icp_step", credit=0.4, chapter=STAGES)
-def icp_step__worst_kept(*arguments, keep):
-    """Trimming keeps the worst pairs; it should keep the closest ones."""
-    return step(*arguments, functools.partial(_keep_worst, keep=keep))
+# fmt: off
+mistakes("icp_step", {
+    "update_on_the_right": (0.5, "The increment is composed on the right, T @ dT: it acts on "
+        "points that T has moved already, so it belongs on the left, dT @ T.",
+        both(STEPS["update_on_the_right"]), LEFT),
+    "increment_alone": (0.5, "This is the increment dT alone; the new transform is dT @ T.",
+        both(lambda *a, keep: step(*a, keep, update=lambda dT, T: dT)), LEFT),
+    "translation_not_turned": (0.5,
+        "The translations are added, t + Δt; the increment turns the old one: ΔR t + Δt.",
+        both(lambda *a, keep: step(*a, keep, update=_add_translation)), LEFT),
+    "unmoved_source": (0.4,
+        "The pairs are found at T, but the points that are aligned have not been moved by T.",
+        both(_unmoved), LEFT),
+    "unmoved_pairs": (0.3, "The pairs are those of the unmoved points: move the source by T before "
+        "you look for its neighbours.",
+        both(lambda p, q, T, *rest, keep: step(p, q, np.eye(3), *rest, keep) @ T), LEFT),
+    "sign_of_b": (0.5, "The increment turns the wrong way: in b = Σ w (x v − y u) the sign is "
+        "lost, or R is transposed.", both(_sign_of_b), "chapter 2, “In the plane: one `atan2`”"),
+    "swapped": (0.4,
+        "Source and target are swapped in the alignment: the step leads away from the target.",
+        both(lambda *a, keep: step(*a, keep, update=lambda dT, T: right.invert(dT) @ T))),
+    "no_weights": (0.65, "Huber's weights are not used in the alignment.",
+        both(STEPS["no_weights"]), STAGES),
+    "weights_of_squares": (0.65,
+        "Huber's weights are taken of squared distances; they take distances in metres.",
+        both(STEPS["weights_of_squares"]), STAGES),
+    "gate_on_squares": (0.6, "The gate is held against squared distances; both are in metres.",
+        both(STEPS["gate_on_squares"]), STAGES),
+    "no_gate": (0.6, "The distance gate is not applied.", both(STEPS["no_gate"]), STAGES),
+    "strict_gate": (0.9, "A pair right on the gate is rejected: the gate is d <= d_max.",
+        both(lambda *a, keep: step(
+            *a, lambda d, gate, ratio: keep(d, np.nextafter(gate, 0.0), ratio))), STAGES),
+    "no_trimming": (0.9, "The trimming is not applied: all pairs within the gate are aligned.",
+        both(STEPS["no_trimming"]), STAGES),
+    "worst_kept": (0.65, "Trimming keeps the worst pairs; it should keep the closest ones.",
+        both(lambda *a, keep: step(*a, lambda *d: _keep_worst(*d, keep=keep))), STAGES),
+})
+# fmt: on
 
 
 def _loop(one_step, source, target, T, *rest, keep):
     *settings, iterations = rest
     for _ in range(iterations):
         T_before, T = T, one_step(source, target, T, *settings, keep=keep)
-        if np.abs(T - T_before).max() < 1e-14:
+        if np.abs(T - T_before).max() < 1e-13:
             break
     return T
 
 
-@either("icp", credit=0.4, chapter=LEFT)
-def icp__update_on_the_right(*arguments, keep):
-    """The increment is composed on the right, T @ dT: it acts on points that T has moved
-    already, so it belongs on the left, dT @ T."""
-    return _loop(icp_step__update_on_the_right, *arguments, keep=keep)
+def right_loop(*arguments, keep):
+    path = right_path(*arguments[:-1], keep=keep)
+    return path[min(arguments[-1], len(path) - 1)][0]
 
 
-@either("icp", credit=0.4)
-def icp__one_step(*arguments, keep):
-    """This is where one step leads; go on until the step is below the tolerances."""
-    return step(*arguments[:-1], keep)
+def right_path(source, target, T, *settings, keep):
+    """Each transform of the right loop with the distances at it, until nothing moves any more."""
+    key = (source.tobytes(), target.tobytes(), T.tobytes(), settings, keep)
+    if key not in PATHS:
+        if len(PATHS) > 4:
+            PATHS.clear()
+        path = []
+        for _ in range(500):
+            moved = source @ T[:2, :2].T + T[:2, 2]
+            path.append((T, right.nearest_neighbors(moved, target)[1]))
+            if len(path) > 1 and np.abs(T - path[-2][0]).max() < 1e-13:
+                break
+            T = right_step(source, target, T, *settings, keep=keep)
+        PATHS[key] = path
+    return PATHS[key]
 
 
-@either("icp", credit=0.4)
-def icp__last_increment(*arguments, keep):
-    """This is the last increment alone, next to the identity; the steps have to be chained."""
-    T = _loop(right_step, *arguments, keep=keep)
+PATHS = {}
+
+
+def _last_increment(*arguments, keep):
+    T = right_loop(*arguments, keep=keep)
     return step(*arguments[:2], T, *arguments[3:-1], keep, update=lambda dT, _: dT)
 
 
-@either("icp", credit=0.5)
-def icp__pairs_found_once(source, target, T, gate, ratio, delta, iterations, *, keep):
-    """The pairs are found once, before the loop; each iteration has to find them anew."""
+def _pairs_found_once(source, target, T, gate, ratio, delta, iterations, *, keep):
     moved = source @ T[:2, :2].T + T[:2, 2]
     indices, d = right.nearest_neighbors(moved, target)
     kept = keep(d, gate, ratio)
@@ -209,49 +182,40 @@ def icp__pairs_found_once(source, target, T, gate, ratio, delta, iterations, *, 
     return T
 
 
-@either("icp", credit=0.5, chapter="chapter 4, “The basin of convergence”")
-def icp__guess_ignored(source, target, T, *rest, keep):
-    """The initial guess is not used: the loop starts from no motion."""
-    return _loop(right_step, source, target, np.eye(3), *rest, keep=keep)
+def _steps(name):
+    return both(lambda *arguments, keep: _loop(STEPS[name], *arguments, keep=keep))
 
 
-@either("icp", credit=0.6)
-def icp__guess_lost(source, target, T, *rest, keep):
-    """The result is the motion since the initial guess; the guess is a part of the answer."""
-    return _loop(right_step, source, target, T, *rest, keep=keep) @ right.invert(T)
-
-
-@either("icp", credit=0.6)
-def icp__inverse(*arguments, keep):
-    """This is the inverse: it maps the target onto the source."""
-    return right.invert(_loop(right_step, *arguments, keep=keep))
-
-
-@either("icp", credit=0.6, chapter=STAGES)
-def icp__no_weights(*arguments, keep):
-    """Huber's weights are not used in the alignment."""
-    return _loop(icp_step__no_weights, *arguments, keep=keep)
-
-
-@either("icp", credit=0.6, chapter=STAGES)
-def icp__weights_of_squares(*arguments, keep):
-    """Huber's weights are taken of squared distances; they take distances in metres."""
-    return _loop(icp_step__weights_of_squares, *arguments, keep=keep)
-
-
-@either("icp", credit=0.6, chapter=STAGES)
-def icp__gate_on_squares(*arguments, keep):
-    """The gate is held against squared distances; both are in metres."""
-    return _loop(icp_step__gate_on_squares, *arguments, keep=keep)
-
-
-@either("icp", credit=0.6, chapter=STAGES)
-def icp__no_gate(*arguments, keep):
-    """The distance gate is not applied."""
-    return _loop(icp_step__no_gate, *arguments, keep=keep)
-
-
-@either("icp", credit=0.6, chapter=STAGES)
-def icp__no_trimming(*arguments, keep):
-    """The trimming is not applied: all pairs within the gate are aligned."""
-    return _loop(icp_step__no_trimming, *arguments, keep=keep)
+# fmt: off
+mistakes("icp", {
+    "update_on_the_right": (0.4, "The increment is composed on the right, T @ dT: it acts on "
+        "points that T has moved already, so it belongs on the left, dT @ T.",
+        _steps("update_on_the_right"), LEFT),
+    "one_step": (0.05,
+        "This is where one step leads; go on until the step is below the tolerances.",
+        both(lambda *a, keep: step(*a[:-1], keep))),
+    "last_increment": (0.4,
+        "This is the last increment alone, next to the identity; the steps have to be chained.",
+        both(_last_increment)),
+    "pairs_found_once": (0.5,
+        "The pairs are found once, before the loop; each iteration has to find them anew.",
+        both(_pairs_found_once)),
+    "guess_ignored": (0.5, "The initial guess is not used: the loop starts from no motion.",
+        both(lambda p, q, T, *a, keep: right_loop(p, q, np.eye(3), *a, keep=keep)),
+        "chapter 4, “The basin of convergence”"),
+    "guess_lost": (0.6,
+        "The result is the motion since the initial guess; the guess is a part of the answer.",
+        both(lambda p, q, T, *a, keep: right_loop(p, q, T, *a, keep=keep) @ right.invert(T))),
+    "inverse": (0.6, "This is the inverse: it maps the target onto the source.",
+        both(lambda *a, keep: right.invert(right_loop(*a, keep=keep)))),
+    "no_weights": (0.6, "Huber's weights are not used in the alignment.",
+        _steps("no_weights"), STAGES),
+    "weights_of_squares": (0.6,
+        "Huber's weights are taken of squared distances; they take distances in metres.",
+        _steps("weights_of_squares"), STAGES),
+    "gate_on_squares": (0.95, "The gate is held against squared distances; both are in metres.",
+        _steps("gate_on_squares"), STAGES),
+    "no_gate": (0.85, "The distance gate is not applied.", _steps("no_gate"), STAGES),
+    "no_trimming": (0.75, "The trimming is not applied: all pairs within the gate are aligned.",
+        _steps("no_trimming"), STAGES),
+})

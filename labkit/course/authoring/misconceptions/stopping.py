@@ -5,173 +5,80 @@ import math
 import numpy as np
 
 from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import Several, mistake
-from labkit.course.authoring.misconceptions.loop import LEFT, _loop, either, right_step
+from labkit.course.authoring.entries import Several, mistakes
+from labkit.course.authoring.misconceptions.loop import LEFT, right_path, right_step
 from labkit.course.authoring.references import READINGS
 
 ANY = "the errata, “Convergence: any test, or both?”"
+STOP = "chapter 4, “When to stop”"
 
 
-def _turn(dT):
-    return math.atan2(dT[1, 0], dT[0, 0])
+def _stops(pose=None, cost=None, budget=None):
+    """A convergence test of which one part is another."""
+    pose = pose or (lambda x, y, turn, e, a: math.hypot(x, y) < e and abs(turn) < a)
+    cost = cost or (lambda change, e: abs(change) < e)
+    budget = budget or (lambda k, most: k >= most)
+
+    def test(dT, change, k, eps_t, eps_psi, eps_cost, k_max):
+        turn = math.atan2(dT[1, 0], dT[0, 0])
+        still = pose(dT[0, 2], dT[1, 2], turn, eps_t, eps_psi)
+        return still or cost(change, eps_cost) or budget(k, k_max)
+
+    return test
 
 
-def _shift(dT):
-    return math.hypot(dT[0, 2], dT[1, 2])
+def _all(dT, change, *rest):
+    """Nothing but both tests together, or the budget, ends the loop."""
+    pose = _stops(cost=lambda *_: False, budget=lambda *_: False)(dT, change, *rest)
+    return (pose and abs(change) < rest[3]) or rest[0] >= rest[4]
 
 
-@mistake("has_converged", credit=0.5, chapter=ANY)
-def has_converged__any(dT, cost_change, iteration, step, turn, cost, budget):
-    """One of the two pose tests is enough here; a scan that turns on the spot would stop the
-    loop at once. Both must hold."""
-    pose = _shift(dT) < step or abs(_turn(dT)) < turn
-    return pose or abs(cost_change) < cost or iteration >= budget
+# fmt: off
+mistakes("has_converged", {
+    "any": (0.5, "One of the two pose tests is enough here; a scan that turns on the spot would "
+        "stop the loop at once. Both must hold.",
+        _stops(lambda x, y, turn, e, a: math.hypot(x, y) < e or abs(turn) < a), ANY),
+    "all": (0.5, "Pose and cost must both be still here; either of them ends the loop.", _all),
+    "signed_turn": (0.9,
+        "The angle keeps its sign, so that every turn to the right looks small: take |Δψ|.",
+        _stops(lambda x, y, turn, e, a: math.hypot(x, y) < e and turn < a)),
+    "signed_cost": (0.6,
+        "The change of the cost keeps its sign, so that every cost that falls ends the loop.",
+        _stops(cost=lambda change, e: change < e)),
+    "each_axis": (0.9, "Each axis is held against ε_t by itself; the test is on the length ‖Δt‖.",
+        _stops(lambda x, y, turn, e, a: max(abs(x), abs(y)) < e and abs(turn) < a)),
+    "squared_step": (0.7, "‖Δt‖² is held against ε_t; both are lengths in metres.",
+        _stops(lambda x, y, turn, e, a: x**2 + y**2 < e and abs(turn) < a)),
+    "degrees": (0.7, "The angle is in degrees here; ε_ψ is in radians.",
+        _stops(lambda x, y, turn, e, a: math.hypot(x, y) < e and abs(math.degrees(turn)) < a)),
+    "one_more": (0.9, "The budget is overdrawn by one: at k = k_max the loop ends.",
+        _stops(budget=lambda k, most: k > most)),
+    "one_less": (0.9, "The budget is cut by one: the loop ends at k = k_max, not before.",
+        _stops(budget=lambda k, most: k >= most - 1)),
+    "no_budget": (0.8, "The budget k_max is not looked at, so the loop may never end.",
+        _stops(budget=lambda *_: False)),
+    "budget_alone": (0.2, "Only the budget ends the loop: look at the step and the cost, too.",
+        _stops(lambda *_: False, lambda *_: False)),
+    "no_cost": (0.6, "The change of the cost is not looked at; a cost that stands still ends the "
+        "loop, too.", _stops(cost=lambda *_: False)),
+    "no_turn": (0.7, "The rotation is not looked at: a scan may turn on the spot.",
+        _stops(lambda x, y, turn, e, a: math.hypot(x, y) < e)),
+    "closed": (0.8,
+        "A step or a change right at its tolerance counts as small here; it has to be below it.",
+        _stops(lambda x, y, turn, e, a: math.hypot(x, y) <= e and abs(turn) <= a,
+               lambda change, e: abs(change) <= e)),
+    "sine": (0.9,
+        "The sine is taken for the angle: at half a turn it is zero as well. Use arctan2.",
+        _stops(lambda x, y, turn, e, a: math.hypot(x, y) < e and abs(math.sin(turn)) < a)),
+    "inverted": (0.0, "True and False are swapped: True means to stop.",
+        lambda *arguments: not right.has_converged(*arguments)),
+    "always": (0.0, "It says True whatever it is given.", lambda *arguments: True),
+    "never": (0.0, "It says False whatever it is given.", lambda *arguments: False),
+})
+# fmt: on
 
 
-@mistake("has_converged", credit=0.5)
-def has_converged__all(dT, cost_change, iteration, step, turn, cost, budget):
-    """Pose and cost must both be still here; either of them ends the loop."""
-    pose = _shift(dT) < step and abs(_turn(dT)) < turn
-    return (pose and abs(cost_change) < cost) or iteration >= budget
-
-
-@mistake("has_converged", credit=0.6)
-def has_converged__signed_turn(dT, cost_change, iteration, step, turn, cost, budget):
-    """The angle keeps its sign, so that every turn to the right looks small: take |Δψ|."""
-    pose = _shift(dT) < step and _turn(dT) < turn
-    return pose or abs(cost_change) < cost or iteration >= budget
-
-
-@mistake("has_converged", credit=0.6)
-def has_converged__signed_cost(dT, cost_change, iteration, step, turn, cost, budget):
-    """The change of the cost keeps its sign, so that every cost that falls ends the loop."""
-    pose = _shift(dT) < step and abs(_turn(dT)) < turn
-    return pose or cost_change < cost or iteration >= budget
-
-
-@mistake("has_converged", credit=0.7)
-def has_converged__each_axis(dT, cost_change, iteration, step, turn, cost, budget):
-    """Each axis is held against ε_t by itself; the test is on the length ‖Δt‖."""
-    still = max(abs(dT[0, 2]), abs(dT[1, 2])) < step and abs(_turn(dT)) < turn
-    return still or abs(cost_change) < cost or iteration >= budget
-
-
-@mistake("has_converged", credit=0.6)
-def has_converged__squared_step(dT, cost_change, iteration, step, turn, cost, budget):
-    """‖Δt‖² is held against ε_t; both are lengths in metres."""
-    pose = _shift(dT) ** 2 < step and abs(_turn(dT)) < turn
-    return pose or abs(cost_change) < cost or iteration >= budget
-
-
-@mistake("has_converged", credit=0.6)
-def has_converged__degrees(dT, cost_change, iteration, step, turn, cost, budget):
-    """The angle is in degrees here; ε_ψ is in radians."""
-    pose = _shift(dT) < step and abs(math.degrees(_turn(dT))) < turn
-    return pose or abs(cost_change) < cost or iteration >= budget
-
-
-@mistake("has_converged", credit=0.8)
-def has_converged__one_more(dT, cost_change, iteration, step, turn, cost, budget):
-    """The budget is overdrawn by one: at k = k_max the loop ends."""
-    pose = _shift(dT) < step and abs(_turn(dT)) < turn
-    return pose or abs(cost_change) < cost or iteration > budget
-
-
-@mistake("has_converged", credit=0.8)
-def has_converged__one_less(dT, cost_change, iteration, step, turn, cost, budget):
-    """The budget is cut by one: the loop ends at k = k_max, not before."""
-    pose = _shift(dT) < step and abs(_turn(dT)) < turn
-    return pose or abs(cost_change) < cost or iteration >= budget - 1
-
-
-@mistake("has_converged", credit=0.6)
-def has_converged__no_budget(dT, cost_change, iteration, step, turn, cost, budget):
-    """The budget k_max is not looked at, so the loop may never end."""
-    return (_shift(dT) < step and abs(_turn(dT)) < turn) or abs(cost_change) < cost
-
-
-@mistake("has_converged", credit=0.5)
-def has_converged__no_cost(dT, cost_change, iteration, step, turn, cost, budget):
-    """The change of the cost is not looked at; a cost that stands still ends the loop, too."""
-    return (_shift(dT) < step and abs(_turn(dT)) < turn) or iteration >= budget
-
-
-@mistake("has_converged", credit=0.4)
-def has_converged__no_turn(dT, cost_change, iteration, step, turn, cost, budget):
-    """The rotation is not looked at: a scan may turn on the spot."""
-    return _shift(dT) < step or abs(cost_change) < cost or iteration >= budget
-
-
-@mistake("has_converged", credit=0.8)
-def has_converged__sine(dT, cost_change, iteration, step, turn, cost, budget):
-    """The sine is taken for the angle: at half a turn it is zero as well. Use arctan2."""
-    pose = _shift(dT) < step and abs(dT[1, 0]) < turn
-    return pose or abs(cost_change) < cost or iteration >= budget
-
-
-@mistake("has_converged", credit=0.0)
-def has_converged__inverted(*arguments):
-    """True and False are swapped: True means to stop."""
-    return not right.has_converged(*arguments)
-
-
-@mistake("has_converged", credit=0.0)
-def has_converged__always(*arguments):
-    """It says True whatever it is given."""
-    return True
-
-
-@mistake("has_converged", credit=0.0)
-def has_converged__never(*arguments):
-    """It says False whatever it is given."""
-    return False
-
-
-@mistake("icp", credit=0.7)
-def icp__budget_ignored(*arguments):
-    """The budget is not what ends the loop: take at most `max_iterations` steps."""
-    return _in_both(arguments, 10, 20, 500)
-
-
-@mistake("icp", credit=0.8)
-def icp__one_less(*arguments):
-    """One step of the budget is lost, or the transform before the last step is returned."""
-    return _in_both(arguments, arguments[-1] - 1)
-
-
-@mistake("icp", credit=0.8)
-def icp__one_more(*arguments):
-    """The budget is overdrawn by one step."""
-    return _in_both(arguments, arguments[-1] + 1)
-
-
-@mistake("icp", credit=0.7, chapter="chapter 4, “When to stop”")
-def icp__stops_early(*arguments):
-    """The loop stops while it still moves: go on until a step is below 1e-6."""
-    return _ended(arguments, *(lambda d, a, e=e: d < e and a < e for e in (1e-3, 1e-2)))
-
-
-@mistake("icp", credit=0.7, chapter="chapter 4, “When to stop”")
-def icp__any(*arguments):
-    """The loop stops when the translation or the rotation is small: both have to be."""
-    return _ended(arguments, lambda d, a: d < 1e-6 or a < 1e-6)
-
-
-@either("icp", credit=0.7)
-def icp__gives_up(source, target, T, gate, ratio, delta, iterations, *, keep):
-    """The guess is returned where fewer than ten pairs are left; three are enough for a step."""
-    for _ in range(iterations):
-        moved = source @ T[:2, :2].T + T[:2, 2]
-        if keep(right.nearest_neighbors(moved, target)[1], gate, ratio).sum() < 10:
-            break
-        T = right_step(source, target, T, gate, ratio, delta, keep=keep)
-    return T
-
-
-@mistake("icp", credit=0.4, chapter=LEFT)
-def icp__composed_again(*arguments):
-    """The result of a step is composed with the transform once more; it is the new transform
-    already."""
+def _composed_again(*arguments):
     source, target, T_init, *settings, iterations = arguments
     answers = []
     for compose in (lambda new, T: new @ T, lambda new, T: T @ new):
@@ -185,26 +92,70 @@ def icp__composed_again(*arguments):
 
 def _in_both(arguments, *budgets):
     """The right loop with other budgets, in each reading of the trimming."""
+    paths = [right_path(*arguments[:-1], keep=keep) for keep in READINGS]
     return Several(
-        tuple(
-            _loop(right_step, *arguments[:-1], budget, keep=keep)
-            for budget in budgets
-            for keep in READINGS
-        )
+        tuple(path[min(budget, len(path) - 1)][0] for budget in budgets for path in paths)
     )
 
 
-def _ended(arguments, *rules):
-    """The right loop with other rules for its end, of the last step's shift and turn."""
-    source, target, T_init, *settings, iterations = arguments
-    answers = []
-    for ends in rules:
-        for keep in READINGS:
-            T = T_init
-            for _ in range(iterations):
-                before, T = T, right_step(source, target, T, *settings, keep=keep)
-                dT = T @ right.invert(before)
-                if ends(np.hypot(*dT[:2, 2]), abs(np.arctan2(dT[1, 0], dT[0, 0]))):
-                    break
-            answers.append(T)
-    return Several(tuple(answers))
+def _ended(*rules):
+    """The right loop with other rules for its end: of the step's shift and turn, of the change
+    of the RMSE over all points, and of how many pairs are kept."""
+
+    def answers(*arguments):
+        *begin, iterations = arguments
+        found = []
+        for ends in rules:
+            for keep in READINGS:
+                path = right_path(*begin, keep=keep)[: iterations + 1]
+                T, before, rmse = path[0][0], None, np.inf
+                for T, d in path:
+                    last, rmse = rmse, np.sqrt(np.mean(d**2))
+                    shift = turn = np.inf
+                    if before is not None:
+                        dT = T @ right.invert(before)
+                        shift, turn = np.hypot(*dT[:2, 2]), abs(np.arctan2(dT[1, 0], dT[0, 0]))
+                    if ends(shift, turn, abs(last - rmse), keep(d, *begin[3:5]).sum()):
+                        break
+                    before = T
+                found.append(T)
+        return Several(tuple(found))
+
+    return answers
+
+
+# fmt: off
+mistakes("icp", {
+    "budget_ignored": (0.85,
+        "The budget is not what ends the loop: take at most `max_iterations` steps.",
+        lambda *arguments: _in_both(arguments, 10, 20, 500)),
+    "one_less": (0.85,
+        "One step of the budget is lost, or the transform before the last step is returned.",
+        lambda *arguments: _in_both(arguments, arguments[-1] - 1)),
+    "one_more": (0.85, "The budget is overdrawn by one step.",
+        lambda *arguments: _in_both(arguments, arguments[-1] + 1)),
+    "stops_early": (0.85, "The loop stops while it still moves: go on until a step is below 1e-6.",
+        _ended(*(lambda d, a, *_, e=e: d < e and a < e for e in (1e-4, 1e-3, 1e-2))), STOP),
+    "loose_translation": (0.95,
+        "The loop stops while the translation still moves: its step, too, has to be below 1e-6.",
+        _ended(*(lambda d, a, *_, e=e: d < e and a < 1e-6 for e in (1e-3, 1e-2))), STOP),
+    "loose_rotation": (0.95,
+        "The loop stops while the rotation still moves: its step, too, has to be below 1e-6.",
+        _ended(*(lambda d, a, *_, e=e: d < 1e-6 and a < e for e in (1e-3, 1e-2))), STOP),
+    "no_rotation_test": (0.95,
+        "Only the translation is tested for the end: a scan may still turn on the spot.",
+        _ended(lambda d, a, *_: d < 1e-6), STOP),
+    "no_translation_test": (0.95,
+        "Only the rotation is tested for the end: a scan may still shift without a turn.",
+        _ended(lambda d, a, *_: a < 1e-6), STOP),
+    "rmse_change": (0.95,
+        "The loop stops where the RMSE hardly changes; the scan may still slide. Test the step.",
+        _ended(*(lambda d, a, rmse, _, e=e: rmse < e for e in (1e-6, 1e-5))), STOP),
+    "any": (0.85, "The loop stops when the translation or the rotation is small: both have to be.",
+        _ended(lambda d, a, *_: d < 1e-6 or a < 1e-6), STOP),
+    "gives_up": (0.95,
+        "The loop ends where fewer than a certain number of pairs is left; three are enough.",
+        _ended(*(lambda d, a, rmse, kept, n=n: kept < n for n in (6, 10)))),
+    "composed_again": (0.4, "The result of a step is composed with the transform once more; it is "
+        "the new transform already.", _composed_again, LEFT),
+})

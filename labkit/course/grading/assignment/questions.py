@@ -22,6 +22,7 @@ class Answer(Enum):
 
     MATRIX = "matrix"  # (2, 2) or (3, 3)
     VECTOR = "vector"  # (K,) of numbers with one unit
+    NUMBERS = "numbers"  # several numbers or arrays, each with a unit of its own
     TRANSFORM = "transform"  # (R, t), a (3, 3), or a dict that holds either
     MATCHES = "matches"  # (indices, distances)
     MASK = "mask"  # (N,) of bool
@@ -52,6 +53,32 @@ class Misconception:
     credit: float
 
 
+_RELATIONS = {
+    "inverse": "This is the inverse of what is asked: it maps the other way round. Are source and "
+    "target swapped, or two frames?",
+    "rotation_transposed": "R is transposed: it turns the other way.",
+    "translation_negated": "The sign of the translation is turned round.",
+    "translation_missing": "The rotation is right, but the translation is left out.",
+    "mask_inverted": "The mask is inverted: True is where False belongs.",
+    "order_of_results": "The results are right, but in the wrong order.",
+    "sign_turned": "This is minus the answer: the sign is turned round.",
+    "sign_lost": "The sign is lost: the size is right.",
+    "in_degrees": "This is 180/π times the answer: angles are in radians here, not in degrees.",
+    "squared": "This is the square of the answer: is a root missing?",
+    "rooted": "This is the square root of the answer.",
+    "doubled": "This is twice the answer.",
+    "halved": "This is half of the answer.",
+    "complement": "This is one minus the answer: the share of the others.",
+    "percent": "This is a hundred times the answer: a share is a number from 0 to 1.",
+    "reversed": "The numbers are right, but in reversed order.",
+    "headings_in_degrees": "The headings are in degrees here; all angles are in radians.",
+}
+GENERAL = tuple(
+    Misconception(id=id, says=says, chapter="", credit=0.0) for id, says in _RELATIONS.items()
+)
+"""Relations that a wrong answer may have to the right one, whatever the question."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Question:
     """One function that the student writes.
@@ -79,7 +106,7 @@ class Question:
     low, high : float or None
         What the numbers of the result cannot go below or above.
     chance : float
-        The share of right answers that a constant gets; the score is corrected for it.
+        The share of right answers that a line without an idea gets; the score is corrected for it.
     builds_on : tuple of str
         The questions whose functions this one may call: where they are wrong, so is it.
     misconceptions : tuple of Misconception
@@ -103,8 +130,8 @@ class Question:
     misconceptions: tuple[Misconception, ...]
 
     def misconception(self, id: str) -> Misconception:
-        """The misconception of that id."""
-        return next(known for known in self.misconceptions if known.id == id)
+        """The misconception of that id, of the question's own or of the general ones."""
+        return next(known for known in (*self.misconceptions, *GENERAL) if known.id == id)
 
     @property
     def stub(self) -> str:
@@ -140,7 +167,8 @@ class Case:
         conditioning is told in `labkit.course.authoring.references`.
     mistaken : mapping of str to tuple of Value
         The answers of each misconception: one, or several where the mistake leaves it open
-        (a sign that the SVD may choose, a reading of the lesson). One that fails here has none.
+        (a sign that the SVD may choose, a reading of the lesson). One that fails here, or ends
+        where rounding leads it, has none.
     """
 
     id: str

@@ -1,21 +1,27 @@
 """Judging outcomes: right or wrong, how far off, and which known mistake it was.
 
-The answers that are compared with were computed when the assignment was written. Nothing
-here computes one, so a student's code has nothing to reach for.
+The one judge of the course: the assignment's grader, its `check` and the chapters' `check` come
+here. The answers that are compared with are data; nothing here computes one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 from labkit.arrays import FloatArray
-from labkit.course.grading.assignment.questions import Answer, Case, Misconception, Question
+from labkit.course.grading.assignment.questions import (
+    GENERAL,
+    Answer,
+    Case,
+    Misconception,
+    Question,
+)
 from labkit.course.grading.contract import Outcome, OutcomeStatus, Value
-from labkit.course.grading.judging.kinds import Unreadable, how_wrong, read
+from labkit.course.grading.judging.kinds import Unreadable, difference, how_wrong, read
 from labkit.course.grading.judging.verdict import CaseVerdict, QuestionVerdict
 
 Known = tuple[FloatArray | str, ...]
@@ -34,51 +40,32 @@ ADVICE = {
 }
 
 
-def judge(question: Question, case: Case, outcome: Outcome) -> CaseVerdict:
-    """The verdict on one call.
-
-    Parameters
-    ----------
-    question, case
-        What was asked.
-    outcome : Outcome
-        What came.
-
-    Returns
-    -------
-    CaseVerdict
-        With the credit 1 where the answer agrees with an accepted one, else 0 and the reason.
-    """
-    text = _fault(question, case, outcome)
-    return CaseVerdict(
-        id=case.id,
-        hidden=case.hidden,
-        credit=0.0 if text else 1.0,
-        reason=f"{case.about[:1].upper()}{case.about[1:]}: {text}" if text else "",
-    )
-
-
 def assess(
     question: Question, cases: Sequence[Case], outcomes: Sequence[Outcome]
 ) -> QuestionVerdict:
     """The verdict on one question: its cases, the known mistake if there is one, the score.
 
     The score is the share of the hidden cases that pass, less what a constant answer would get.
-    A known mistake has a price instead, its credit, which is the same in every variant: for the
-    cases that it explains, since otherwise one wrong answer, learnt by heart, would be worth as
-    much as a function. Visible cases, whose answers are handed out, count where there are no
-    hidden ones.
+    A known mistake earns its credit where that is more: for the cases that it explains, since
+    otherwise one wrong answer, learnt by heart, would be worth as much as a function. Visible
+    cases, whose answers are handed out, count where there are no hidden ones.
     """
     pairs = list(zip(cases, outcomes, strict=True))
-    verdicts = tuple(judge(question, case, outcome) for case, outcome in pairs)
-    right = all(verdict.passed for verdict in verdicts)
-    known = None if right else recognise(question, cases, outcomes)
+    right = [
+        outcome.status is OutcomeStatus.RETURNED and is_right(question, case, outcome.value)
+        for case, outcome in pairs
+    ]
+    known = None if all(right) else recognise(question, cases, outcomes)
     counting = [place for place, case in enumerate(cases) if case.hidden] or range(len(cases))
-    passed = sum(verdicts[place].passed for place in counting) / len(counting)
-    share = max(0.0, (passed - question.chance) / (1.0 - question.chance))
+    share = sum(right[place] for place in counting) / len(counting)
+    share = max(0.0, (share - question.chance) / (1.0 - question.chance))
     if known:
-        share = known.credit * _explained(known, [pairs[place] for place in counting])
-        verdicts = tuple(_blame(verdict, known) for verdict in verdicts)
+        unanswered = sum(outcomes[place].status is not OutcomeStatus.RETURNED for place in counting)
+        share = max(share, known.credit * (1.0 - unanswered / len(counting)))
+    verdicts = tuple(
+        judge(question, case, outcome, known if not passes else None)
+        for (case, outcome), passes in zip(pairs, right, strict=True)
+    )
     return QuestionVerdict(
         question=question.id,
         title=question.title,
@@ -90,13 +77,18 @@ def assess(
     )
 
 
-def _explained(known: Misconception, asked: Sequence[tuple[Case, Outcome]]) -> float:
-    """The share of the cases that have an answer, or that the mistake answers no better."""
-    unanswered = sum(
-        outcome.status is not OutcomeStatus.RETURNED and known.id in case.mistaken
-        for case, outcome in asked
+def judge(
+    question: Question, case: Case, outcome: Outcome, known: Misconception | None = None
+) -> CaseVerdict:
+    """The verdict on one call: the credit 1, or 0 with the reason and the `known` mistake."""
+    text = _fault(question, case, outcome, shown=not (case.hidden or known))
+    return CaseVerdict(
+        id=case.id,
+        hidden=case.hidden,
+        credit=0.0 if text else 1.0,
+        reason=f"{case.about[:1].upper()}{case.about[1:]}: {text}" if text else "",
+        misconception=known.id if known else None,
     )
-    return 1.0 - unanswered / len(asked)
 
 
 def recognise(
@@ -104,24 +96,90 @@ def recognise(
 ) -> Misconception | None:
     """The one known mistake that gives all these answers, right and wrong ones; or None.
 
-    A call that brought no answer speaks neither for a mistake nor against it; but where all
-    answers that came are right, there is none to be named.
+    A call that brought no answer speaks neither for a mistake nor against it. A mistake without
+    an answer in a case fails there, or ends somewhere else on each machine: any wrong answer
+    fits. One that is not listed may still be a relation to the right answers that all mistaken
+    ones have, as the inverse has (`GENERAL`).
     """
     answers = [
         (case, _read(question.answer, outcome.value))
         for case, outcome in zip(cases, outcomes, strict=True)
         if outcome.status is OutcomeStatus.RETURNED
     ]
-    if all(_is_accepted(got, question, case) for case, got in answers):
+    wrong = [(case, got) for case, got in answers if not _is_accepted(got, question, case)]
+    if not wrong:
         return None
     explaining = [
         known
         for known in question.misconceptions
-        if all(
-            _is_mistake(got, _wrong(question.answer, case, known.id), case) for case, got in answers
+        if any(known.id in case.mistaken for case, _ in wrong)
+        and all(
+            _is_mistake(got, _wrong(question.answer, case, known.id), case)
+            if known.id in case.mistaken
+            else not _is_accepted(got, question, case)
+            for case, got in answers
         )
     ]
-    return explaining[0] if len(explaining) == 1 else None
+    if explaining:
+        return explaining[0] if len(explaining) == 1 else None
+    return _related(question, wrong)
+
+
+def _related(
+    question: Question, wrong: Sequence[tuple[Case, FloatArray | str]]
+) -> Misconception | None:
+    """The relation that all wrong answers have to the right ones, where these are not whole."""
+    for known in GENERAL:
+        kinds, relation = RELATIONS[known.id]
+        found = [
+            not isinstance(got, str)
+            and any(
+                not isinstance(wanted, str)
+                and got.shape == wanted.shape
+                and _close(got, related := relation(wanted), case.tolerance * _scale(related))
+                and (question.answer is Answer.MASK or (wanted != np.round(wanted)).any())
+                for wanted in _accepted(question.answer, case)
+            )
+            for case, got in wrong
+            if question.answer in kinds
+        ]
+        if found and all(found):
+            return replace(known, chapter=question.chapter)
+    return None
+
+
+def _of_rotation(change: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]):  # type: ignore[no-untyped-def]
+    def relation(T: FloatArray) -> FloatArray:
+        changed = T.copy()
+        if not np.array_equal(T[-1], np.eye(len(T))[-1]):
+            return changed.T
+        changed[:-1, :-1], changed[:-1, -1] = change(T[:-1, :-1], T[:-1, -1])
+        return changed
+
+    return relation
+
+
+NUMBERS = {Answer.NUMBER, Answer.VECTOR, Answer.NUMBERS}
+MOTIONS = {Answer.TRANSFORM, Answer.MATRIX}
+RELATIONS: dict[str, tuple[set[Answer], Callable[[FloatArray], FloatArray]]] = {
+    "inverse": (MOTIONS, _of_rotation(lambda R, t: (R.T, -R.T @ t))),
+    "rotation_transposed": (MOTIONS, _of_rotation(lambda R, t: (R.T, t))),
+    "translation_negated": (MOTIONS, _of_rotation(lambda R, t: (R, -t))),
+    "translation_missing": (MOTIONS, _of_rotation(lambda R, t: (R, 0.0 * t))),
+    "mask_inverted": ({Answer.MASK}, lambda kept: 1.0 - kept),
+    "order_of_results": ({Answer.NUMBERS}, lambda x: np.roll(x, len(x) // 2)),
+    "sign_turned": (NUMBERS, lambda x: -x),
+    "sign_lost": (NUMBERS, np.abs),
+    "in_degrees": (NUMBERS, np.rad2deg),
+    "squared": (NUMBERS, np.square),
+    "rooted": (NUMBERS, lambda x: np.sqrt(np.abs(x))),
+    "doubled": (NUMBERS, lambda x: 2.0 * x),
+    "halved": (NUMBERS, lambda x: 0.5 * x),
+    "complement": (NUMBERS, lambda x: 1.0 - x),
+    "percent": (NUMBERS, lambda x: 100.0 * x),
+    "reversed": ({Answer.VECTOR}, lambda x: x[::-1]),
+    "headings_in_degrees": ({Answer.POSES}, lambda x: x * (1.0, 1.0, 180.0 / np.pi)),
+}
 
 
 def is_right(question: Question, case: Case, value: Value) -> bool:
@@ -138,20 +196,23 @@ def is_answer_of(misconception: str, question: Question, case: Case, value: Valu
 
 def _is_accepted(got: FloatArray | str, question: Question, case: Case) -> bool:
     return not isinstance(got, str) and any(
-        _close(_untied(got, wanted, question, case), wanted, case.tolerance)
+        not isinstance(wanted, str)
+        and _close(_untied(got, wanted, question, case), wanted, _allowed(question, case, wanted))
         for wanted in _accepted(question.answer, case)
     )
 
 
-def _untied(
-    got: FloatArray, wanted: FloatArray | str, question: Question, case: Case
-) -> FloatArray:
+def _allowed(question: Question, case: Case, wanted: FloatArray) -> FloatArray | float:
+    """The tolerance; of numbers with units of their own each has one to its size."""
+    if question.answer is Answer.NUMBERS:
+        sizes: FloatArray = np.maximum(1.0, np.nan_to_num(np.abs(wanted), posinf=1.0))
+        return case.tolerance * sizes
+    return case.tolerance
+
+
+def _untied(got: FloatArray, wanted: FloatArray, question: Question, case: Case) -> FloatArray:
     """The answer with the wanted index wherever its own names a target point just as near."""
-    if (
-        question.answer is not Answer.MATCHES
-        or isinstance(wanted, str)
-        or got.shape != wanted.shape
-    ):
+    if question.answer is not Answer.MATCHES or got.shape != wanted.shape:
         return got
     source, target = (np.asarray(points, dtype=np.float64) for points in case.arguments[:2])
     index = got[:, 0]
@@ -163,12 +224,11 @@ def _untied(
 
 
 def _is_mistake(got: FloatArray | str, answers: Known, case: Case) -> bool:
-    if isinstance(got, str):
-        return any(isinstance(wrong, str) and got == wrong for wrong in answers)
     return any(
-        _close(got, wrong, case.tolerance * _scale(wrong))
+        isinstance(wrong, str) and got == wrong
+        if isinstance(got, str)
+        else not isinstance(wrong, str) and _close(got, wrong, case.tolerance * _scale(wrong))
         for wrong in answers
-        if not isinstance(wrong, str)
     )
 
 
@@ -190,16 +250,13 @@ def _wrong(answer: Answer, case: Case, misconception: str) -> Known:
     return tuple(_read(answer, value) for value in case.mistaken.get(misconception, ()))
 
 
-def _close(got: FloatArray, wanted: FloatArray | str, tolerance: float) -> bool:
+def _close(got: FloatArray, wanted: FloatArray, tolerance: FloatArray | float) -> bool:
     """Whether all entries agree, NaN with NaN and infinity with itself."""
-    if isinstance(wanted, str) or got.shape != wanted.shape:
+    if got.shape != wanted.shape:
         return False
     with np.errstate(all="ignore"):
-        apart = np.abs(got - wanted)
-        if (apart <= tolerance).all():
-            return True
         alike = (got == wanted) | (np.isnan(got) & np.isnan(wanted))
-        return bool((alike | (apart <= tolerance)).all())
+        return bool((alike | (np.abs(got - wanted) <= tolerance)).all())
 
 
 def _scale(wrong: FloatArray) -> float:
@@ -207,8 +264,8 @@ def _scale(wrong: FloatArray) -> float:
     return float(np.abs(wrong[np.isfinite(wrong)]).max(initial=1.0))
 
 
-def _fault(question: Question, case: Case, outcome: Outcome) -> str:
-    """Why an outcome is not right; empty where it is."""
+def _fault(question: Question, case: Case, outcome: Outcome, *, shown: bool) -> str:
+    """Why an outcome is not right; empty where it is. What is `shown` tells the numbers."""
     if outcome.status is not OutcomeStatus.RETURNED:
         return _no_value(question, case, outcome)
     got = _read(question.answer, outcome.value)
@@ -216,11 +273,11 @@ def _fault(question: Question, case: Case, outcome: Outcome) -> str:
         return f"{got}."
     if _is_accepted(got, question, case):
         return ""
-    accepted = [
-        wanted for wanted in _accepted(question.answer, case) if not isinstance(wanted, str)
-    ]
+    accepted = [one for one in _accepted(question.answer, case) if not isinstance(one, str)]
     wanted = min(accepted, key=lambda wanted: _gap(got, wanted))
-    return how_wrong(question, case, _untied(got, wanted, question, case), wanted)
+    untied = _untied(got, wanted, question, case)
+    text = how_wrong(question, case, untied, wanted)
+    return f"{text} {difference(question, case, untied, wanted)}" if shown else text
 
 
 def _gap(got: FloatArray, wanted: FloatArray) -> float:
@@ -256,16 +313,13 @@ def _said_once(
     """
     if is_unwritten(outcomes) or _in_every_case(verdicts):
         return tuple(replace(verdict, reason="") for verdict in verdicts)
-    told = 0
-    found = []
-    for verdict in verdicts:
-        if verdict.hidden and verdict.reason:
-            told += 1
-            if told > HIDDEN_REASONS:
-                about = verdict.reason.partition(":")[0]
-                verdict = replace(verdict, reason=f"{about}: this fails, too.")  # noqa: PLW2901
-        found.append(verdict)
-    return tuple(found)
+    told = [verdict.id for verdict in verdicts if verdict.hidden and verdict.reason]
+    return tuple(
+        replace(one, reason=f"{one.reason.partition(':')[0]}: this fails, too.")
+        if one.hidden and one.id in told[HIDDEN_REASONS:]
+        else one
+        for one in verdicts
+    )
 
 
 def _in_every_case(verdicts: Sequence[CaseVerdict]) -> str:
@@ -285,12 +339,6 @@ def is_unwritten(outcomes: Sequence[Outcome]) -> bool:
     return all(outcome.error == "NotImplementedError" for outcome in outcomes)
 
 
-def _blame(verdict: CaseVerdict, known: Misconception) -> CaseVerdict:
-    if verdict.passed:
-        return verdict
-    return replace(verdict, misconception=known.id)
-
-
 def _message(
     question: Question,
     verdicts: Sequence[CaseVerdict],
@@ -298,8 +346,9 @@ def _message(
     known: Misconception | None,
 ) -> str:
     passed = sum(verdict.passed for verdict in verdicts)
+    hidden = [verdict.passed for verdict in verdicts if verdict.hidden]
     if passed == len(verdicts):
-        return "All cases pass."
+        return "All cases pass." if hidden else "All visible cases pass; grading tries others."
     if is_unwritten(outcomes):
         return f"`{question.function}` is not written yet."
     always = _in_every_case(verdicts)
@@ -308,10 +357,11 @@ def _message(
     if always:
         return f"In every case {always}"
     if known:
-        return f"This looks like a known mistake: {known.says} See {known.chapter}."
+        read_on = f" See {known.chapter}." if known.chapter else ""
+        return f"This looks like a known mistake: {known.says}{read_on}"
     text = f"{passed} of {len(verdicts)} cases pass."
-    if passed and (hidden := [verdict.passed for verdict in verdicts if verdict.hidden]):
+    if passed and hidden:
         text += f" Points are for the hidden ones: {sum(hidden)} of {len(hidden)}."
     if question.chance and passed:
-        text += " A constant answer would pass half of them, so points begin beyond that."
+        text += " An answer without an idea would pass some of them: points begin beyond that."
     return text

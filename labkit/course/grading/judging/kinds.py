@@ -1,19 +1,18 @@
 """The kinds of answers: how each is read, whatever clothes it wears, and how far off it is.
 
 An answer may come as an array, as nested tuples, as whole numbers; a transform as (R, t),
-as a (3, 3) or as a dict of either. `read` brings all of them to one float array, and says
-in the student's words what it could not read. `how_wrong` says what is wrong with one that
-it could.
+as a homogeneous matrix or as a dict of either. `read` brings all of them to one float array, and
+says in the student's words what it could not read. `how_wrong` says what is wrong with one that
+it could, and `difference` shows of a visible case what went in, what came out and what should.
 
-The texts are built of fixed words and of differences with two digits. Of a hidden case
-they hold no input, no expected value, no shape and no digit: who returns zeros would read
-the answer off the difference. There they say the kind of the error and its power of ten.
+Of a hidden case no text holds an input, an expected value, a shape or a digit: who returns zeros
+would read the answer off the difference. There they say the kind of the error and its power of ten.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from labkit.course.grading.contract import Value
 EXPECTED = {
     Answer.MATRIX: "a square matrix of numbers",
     Answer.VECTOR: "a one-dimensional array of numbers",
+    Answer.NUMBERS: "the numbers that the docstring names, in their order",
     Answer.TRANSFORM: "(R, t) with shapes (2, 2) and (2,), or one (3, 3) matrix",
     Answer.MATCHES: "two arrays (indices, distances), one number each for every source point",
     Answer.MASK: "one True or False for every pair, an array of shape (N,)",
@@ -33,6 +33,7 @@ EXPECTED = {
 }
 LEAST_POWER, MOST_POWER = -6, 3  # beyond them a size could be made to spell out an input
 ANGLE = 1e-5  # rad; below it a rotation is called right in a text
+FEW = 9  # entries of an argument that are shown
 
 
 class Unreadable(Exception):
@@ -40,20 +41,10 @@ class Unreadable(Exception):
 
 
 def read(answer: Answer, value: Value) -> FloatArray:
-    """The answer as a float array.
+    """The answer as a float array, whose length is not judged here.
 
-    Parameters
-    ----------
-    answer : Answer
-        What was asked for.
-    value : Value
-        What came.
-
-    Returns
-    -------
-    ndarray
-        MATRIX (n, n), VECTOR and MASK (N,), TRANSFORM (3, 3), MATCHES (N, 2), POSES (K, 3),
-        NUMBER and FLAG (). Lengths are not judged here.
+    MATRIX gives (n, n), VECTOR, NUMBERS and MASK (N,), TRANSFORM (3, 3), or (4, 4) in space,
+    MATCHES (N, 2), POSES (K, 3), NUMBER and FLAG ().
 
     Raises
     ------
@@ -71,6 +62,9 @@ def read(answer: Answer, value: Value) -> FloatArray:
         return _read_transform(value)
     if answer is Answer.MATCHES:
         return _read_matches(value)
+    if answer is Answer.NUMBERS:
+        parts = value if isinstance(value, tuple) and value else (value,)
+        return np.concatenate([_floats(part, answer).ravel() for part in parts])
     array = _floats(value, answer)
     if answer in (Answer.NUMBER, Answer.FLAG):
         if array.size != 1:
@@ -90,29 +84,22 @@ def read(answer: Answer, value: Value) -> FloatArray:
 
 def _read_transform(value: Value) -> FloatArray:
     if isinstance(value, dict):
-        value = _of_dict(value)
+        if "T" not in value and not {"R", "t"} <= value.keys():
+            raise Unreadable('it returned a dict without "R" and "t", or "T"')
+        value = value["T"] if "T" in value else (value["R"], value["t"])
     if isinstance(value, tuple) and len(value) == 2:
         R, t = (_floats(part, Answer.TRANSFORM) for part in value)
-        if R.shape in ((2,), (2, 1), (1, 2)) and t.shape == (2, 2):
+        if R.size == len(t) and t.ndim == 2 and len(t) == t.shape[1]:
             raise Unreadable("it returned (t, R), expected (R, t)")
-        if R.shape == (2, 2) and t.shape in ((2,), (2, 1), (1, 2)):
-            T = np.eye(3)
-            T[:2, :2], T[:2, 2] = R, t.ravel()
+        if R.shape in ((2, 2), (3, 3)) and t.size == len(R):
+            T = np.eye(len(R) + 1)
+            T[:-1, :-1], T[:-1, -1] = R, t.ravel()
             return T
     else:
         T = _floats(value, Answer.TRANSFORM)
-        if T.shape == (3, 3):
+        if T.shape in ((3, 3), (4, 4)):
             return T
     raise Unreadable(f"it returned arrays of other shapes, expected {EXPECTED[Answer.TRANSFORM]}")
-
-
-def _of_dict(value: dict[str, Value]) -> Value:
-    """The transform in a dict like the lesson's: {"R": R, "t": t, ...} or {"T": T}."""
-    if "R" in value and "t" in value:
-        return (value["R"], value["t"])
-    if "T" in value:
-        return value["T"]
-    raise Unreadable('it returned a dict without "R" and "t", or "T"')
 
 
 def _read_matches(value: Value) -> FloatArray:
@@ -128,7 +115,7 @@ def _read_matches(value: Value) -> FloatArray:
 
 
 def _floats(value: Value, answer: Answer) -> FloatArray:
-    if isinstance(value, str | dict) or (isinstance(value, Sequence) and len(value) == 0):
+    if isinstance(value, str | dict) or (isinstance(value, tuple) and len(value) == 0):
         raise Unreadable(f"it returned {_kind(value)}, expected {EXPECTED[answer]}")
     try:
         if not _is_numeric(value):
@@ -159,32 +146,62 @@ def _kind(value: Value) -> str:
     return names.get(type(value), "a dict")
 
 
-def how_wrong(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> str:
-    """One or two sentences on a readable answer that is not the expected one.
+def difference(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> str:
+    """What went in and, at the first entry that is wrong, what came out and what should.
 
-    Parameters
-    ----------
-    question, case
-        What was asked.
-    got, wanted : ndarray
-        Both as `read` returns them.
-
-    Returns
-    -------
-    str
+    Examples
+    --------
+    >>> from labkit.course.grading.assignment import load_assignment
+    >>> assignment = load_assignment(hidden=False)
+    >>> case = assignment.cases("wrap")[0]
+    >>> difference(assignment.question("wrap"), case, np.array(4.712), np.array(-1.571))
+    'For angle = 4.712: got 4.712, expected -1.571.'
     """
+    names = [name.strip() for name in question.signature.strip("()").split(",")]
+    shown = ", ".join(map("{} = {}".format, names, map(_shown, case.arguments)))
+    place, numbers = "", (got, wanted)
+    if got.shape != wanted.shape:
+        return f"For {shown}: got shape {got.shape}, expected {wanted.shape}."
+    if got.ndim:
+        with np.errstate(all="ignore"):
+            off = ~(np.abs(got - wanted) <= case.tolerance) & ~((got == wanted) | np.isnan(wanted))
+        first = tuple(int(i) for i in np.argwhere(off)[0]) if off.any() else (0,) * got.ndim
+        place = f" at [{', '.join(map(str, first))}]"
+        numbers = got[first], wanted[first]
+    if question.answer in (Answer.FLAG, Answer.MASK):
+        texts = [str(bool(number)) for number in numbers]
+    else:
+        texts = [_shown(float(number)) for number in numbers]
+    return f"For {shown}:{place} got {texts[0]}, expected {texts[1]}."
+
+
+def _shown(value: object) -> str:
+    """A few numbers, or the shape of many."""
+    if isinstance(value, np.ndarray) and value.size > FEW:
+        return f"an array {value.shape}"
+    if isinstance(value, float | int):
+        return f"{value:.5g}"
+    if isinstance(value, np.ndarray):
+        text = np.array2string(np.asarray(value), precision=4, separator=", ", max_line_width=999)
+        return text.replace("\n", "").replace("  ", " ")
+    if isinstance(value, tuple | list) and all(isinstance(one, float | int) for one in value):
+        return f"({', '.join(map(_shown, value))})"
+    return f"a {type(value).__name__}"
+
+
+def how_wrong(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> str:
+    """One or two sentences on an answer, as `read` returns it, that is not the wanted one."""
     if got.shape != wanted.shape:
         return _shape(question, case, got, wanted)
     if np.isnan(wanted).any():
         return "where nothing is left there is no number: NaN is expected."
-    if not np.isfinite(got).all():
+    if (~np.isfinite(got) & np.isfinite(wanted)).any():
         return "the result holds NaN or infinity; look for a division by zero."
     with np.errstate(all="ignore"):  # 1e300 is an answer, too
         texts = _TEXTS[question.answer](question, case, got, wanted)
-        sentences = [*_out_of_range(question, case, got), *texts]
-    return " ".join(sentence[:1].lower() + sentence[1:] for sentence in sentences[:1]) + "".join(
-        f" {sentence[:1].upper()}{sentence[1:]}" for sentence in sentences[1:2]
-    )
+        sentences = [*_out_of_range(question, case, got), *texts][:2]
+    first = sentences[0][:1].lower() + sentences[0][1:]
+    return " ".join([first, *(sentence[:1].upper() + sentence[1:] for sentence in sentences[1:])])
 
 
 def _shape(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> str:
@@ -208,46 +225,39 @@ def _out_of_range(question: Question, case: Case, got: FloatArray) -> Iterator[s
 
 
 def _matrix(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
-    if len(got) == 3:
-        yield from _transform(question, case, got, wanted)
-    else:
+    size = len(wanted) - 1
+    if size > 1 and np.array_equal(wanted[-1], np.eye(size + 1)[-1]):
+        if not np.allclose(got[-1], wanted[-1]):
+            yield f"the last row of a transform is {'0, ' * size}1."
+            return
+        yield from _rotation(case, got[:size, :size], wanted[:size, :size])
+        shift = float(np.linalg.norm(got[:size, -1] - wanted[:size, -1]))
+        right = shift <= case.tolerance
+        off = "is right" if right else f"is off by {_size(shift, ' m', case)}"
+        yield f"the translation {off}."
+    elif np.allclose(wanted.T @ wanted, np.eye(size + 1), atol=1e-3):
         yield from _rotation(case, got, wanted)
-
-
-def _transform(
-    question: Question, case: Case, got: FloatArray, wanted: FloatArray
-) -> Iterator[str]:
-    if not np.allclose(got[2], (0.0, 0.0, 1.0)):
-        yield "the last row of a transform is 0, 0, 1."
-        return
-    shift = math.hypot(*(got[:2, 2] - wanted[:2, 2]))
-    yield from _rotation(case, got[:2, :2], wanted[:2, :2])
-    if shift <= case.tolerance:
-        yield "the translation is right."
     else:
-        yield f"the translation is off by {_size(shift, ' m', case)}."
+        yield from _vector(question, case, got, wanted)
 
 
 def _rotation(case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
-    gram = got.T @ got
-    if not np.allclose(gram, np.eye(2), atol=1e-3):
+    if not np.allclose(got.T @ got, np.eye(len(got)), atol=1e-3):
         yield "the matrix is no rotation: its columns are not orthonormal."
     elif np.linalg.det(got) < 0.0:
         yield "the matrix is a reflection, its determinant is −1; a rotation has +1."
     else:
-        turn = wanted.T @ got
-        angle = abs(math.atan2(turn[1, 0] - turn[0, 1], turn[0, 0] + turn[1, 1]))
-        if angle < ANGLE:
-            yield "the rotation is right."
-        else:
-            yield f"the rotation is off by {_size(math.degrees(angle), '°', case)}."
+        half = float(np.linalg.norm(got - wanted)) / math.sqrt(8.0)  # sin of half the angle
+        angle = 2.0 * math.asin(min(1.0, half))
+        off = "is right" if angle < ANGLE else f"is off by {_size(math.degrees(angle), '°', case)}"
+        yield f"the rotation {off}."
 
 
 def _vector(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
-    error = np.abs(got - wanted)
-    wrong = int(np.count_nonzero(error > 1e-5 * max(1.0, float(np.abs(wanted).max()))))
+    error = np.abs(got - wanted)[np.isfinite(wanted)]
+    wrong = int(np.count_nonzero(error > case.tolerance))
     unit = f" {question.unit}" if question.unit else ""
-    share, most = _share(wrong, error.size, case), _most(float(error.max()), unit, case)
+    share, most = _share(wrong, error.size, case), _most(float(error.max(initial=0)), unit, case)
     yield f"{share} of the numbers are off, by {most}."
 
 
@@ -256,7 +266,7 @@ def _matches(question: Question, case: Case, got: FloatArray, wanted: FloatArray
     if wrong:
         yield f"{_share(wrong, len(got), case)} of the indices are wrong."
     error = float(np.abs(got[:, 1] - wanted[:, 1]).max())
-    if error > 1e-5:
+    if error > ANGLE:
         yield f"the distances are off by {_most(error, ' m', case)}."
 
 
@@ -318,10 +328,11 @@ def _pairs(count: int, case: Case) -> str:
     return "some pairs" if case.hidden else f"{count} pair{'' if count == 1 else 's'}"
 
 
-_TEXTS = {
+_TEXTS: dict[Answer, Callable[[Question, Case, FloatArray, FloatArray], Iterator[str]]] = {
     Answer.MATRIX: _matrix,
     Answer.VECTOR: _vector,
-    Answer.TRANSFORM: _transform,
+    Answer.NUMBERS: _vector,
+    Answer.TRANSFORM: _matrix,
     Answer.MATCHES: _matches,
     Answer.MASK: _mask,
     Answer.POSES: _poses,

@@ -19,18 +19,9 @@ FORMAT = 2
 class CaseVerdict:
     """How one call of the student's function went.
 
-    Attributes
-    ----------
-    id : str
-        The case within its question.
-    hidden : bool
-        Whether the student may not see the case; its `reason` then tells no number of it.
-    credit : float
-        In [0, 1].
-    reason : str
-        One or two sentences for the student; empty where all is well.
-    misconception : str or None
-        The known mistake whose answer this was, by its id.
+    `id` is the case within its question; of a `hidden` one the `reason` tells no number. `credit`
+    is in [0, 1]; `reason` holds one or two sentences, or nothing where all is well, and
+    `misconception` the id of the known mistake whose answer this was.
     """
 
     id: str
@@ -49,21 +40,10 @@ class CaseVerdict:
 class QuestionVerdict:
     """How one question went.
 
-    Attributes
-    ----------
-    question, title : str
-        Its id, and its name for a person.
-    points, score : float
-        What it is worth, and what was earned, in [0, points].
-    cases : tuple of CaseVerdict
-        In the order of the assignment.
-    misconception : str or None
-        The known mistake that explains all wrong answers, by its id.
-    message : str
-        What to tell the student about the question as a whole.
-    replaced : tuple of str
-        Functions of earlier questions that are wrong, and that the right ones stood in for
-        when this question was graded once more: the score is the better of the two.
+    `misconception` is the id of the known mistake that explains all wrong answers, `message` what
+    to tell the student of the whole. `replaced` names the functions of earlier questions that are
+    wrong and that right ones stood in for when this question was graded once more: the score is
+    the better of the two.
     """
 
     question: str
@@ -90,26 +70,9 @@ class QuestionVerdict:
 class SubmissionVerdict:
     """How one submission went.
 
-    Attributes
-    ----------
-    student, submission : str
-        Who handed it in, and its name for a person.
-    mode : str
-        The isolation that it ran in, by the sandbox's name of it.
-    questions : tuple of QuestionVerdict
-        In the order of the assignment.
-    score, points : float
-        The sums over the questions.
-    notes : tuple of str
-        What else the student should know: cells that were skipped, how they were read.
-    unread : tuple of str
-        What of the submission was not read, and why; the instructor is told it, too.
-    late : float
-        Days; 1 where the platform says so and no more.
-    adjustments : tuple of str
-        What an instructor changed; see `labkit.course.grading.adjustments`.
-    seconds : float
-        Wall time of the grading; the only part that differs from run to run.
+    `mode` is the isolation that it ran in. `notes` say what else the student should know,
+    `unread` what was not read and why, `adjustments` what an instructor changed. `late` counts
+    days. `seconds` is the only part that differs from run to run.
 
     Examples
     --------

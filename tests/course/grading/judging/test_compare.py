@@ -73,7 +73,7 @@ def test_nonsense_is_wrong_and_never_a_traceback(question, value):
             continue
         assert verdict.credit == 0.0
         assert verdict.reason.endswith((".", "?"))
-        assert len(verdict.reason) < 250
+        assert len(verdict.reason) < 800
 
 
 def is_the_number(value, case):
@@ -153,8 +153,8 @@ def test_the_texts_say_how_far_off():
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     assert "rotation is off by 90°" in reason("align", lambda T: T @ turn)
     shift = np.array([[0.0, 0.0, 0.3], [0.0, 0.0, 0.4], [0.0, 0.0, 0.0]])
-    assert reason("align", lambda T: T + shift).endswith(
-        "the rotation is right. The translation is off by 0.5 m."
+    assert "the rotation is right. The translation is off by 0.5 m. For" in reason(
+        "align", lambda T: T + shift
     )
     mirror = np.diag([1.0, -1.0, 1.0])
     assert "determinant is −1" in reason("align", lambda T: T @ mirror)
@@ -183,12 +183,13 @@ def test_the_texts_say_how_far_off():
 @pytest.mark.parametrize("question", MEASURED, ids=lambda one: one.id)
 def test_how_far_off_a_hidden_case_is_gives_no_digit_away(question):
     """Who returns zeros would read the answer off the difference, digit by digit."""
+    change = shifted if question.answer is Answer.POSES else turned
     for case in ASSIGNMENT.cases(question.id, "ada"):
         right = case.expected[0]
         one_reading = len(case.expected) == 1
         if one_reading and (not isinstance(right, float) or not np.isnan(right)):
             near, far = (
-                judge(question, case, returned(case, turned(right, by))).reason
+                judge(question, case, returned(case, change(right, by))).reason
                 for by in (0.02, 0.05)
             )
             assert (near == far) == case.hidden, (near, far)
@@ -252,7 +253,7 @@ def test_the_score_is_the_share_of_the_cases_beyond_chance():
     verdict = assess(question, cases, [returned(*pair) for pair in zip(cases, values, strict=True)])
     assert verdict.cases_passed == len(cases) - 2
     assert verdict.score == round(question.points * (1 - 4 / len(hidden)), 2)
-    assert "18 of 20 cases pass. Points are for the hidden ones: 14 of 16." in verdict.message
+    assert "28 of 30 cases pass. Points are for the hidden ones: 18 of 20." in verdict.message
 
 
 @pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)

@@ -1,0 +1,400 @@
+"""What students hand in: typical wrong answers, each with a word of its name, and right ones.
+
+A wrong answer's word must stand in what is said, wherever it gets a name at all.
+"""
+
+# ruff: noqa: E501
+import numpy as np
+
+from labkit import IcpParameters, Target, align, apply, from_xytheta, icp, invert, to_xytheta, wrap
+from labkit import transform as T2
+from labkit.correspondences import huber_loss, huber_weights
+from labkit.odometry import integrate
+from labkit.se2 import relative, rotation
+
+
+def rounds(p, q, T, update, count=15, moves=True, gate=None):
+    target = Target(q)
+    for _ in range(count):
+        m = apply(T, p) if moves else p
+        i, d = target.search.query(m)
+        near = d <= (np.inf if gate is None else gate(d))
+        T = update(align(m[near], q[i[near]]), T)
+    return T
+
+
+def svd(p, q, chi=True, flip=False, center=True, t=lambda R, a, b: b - R @ a):
+    a, b = p.mean(0), q.mean(0)
+    H = (p - a).T @ (q - b) if center else p.T @ q
+    U, _, Vt = np.linalg.svd(H.T if flip else H)
+    R = Vt.T @ np.diag([1, 1, np.linalg.det(Vt.T @ U.T) if chi else 1]) @ U.T
+    return R, t(R, a, b)
+
+
+def robust(p, q, weigh, count=20, move=apply):
+    w = np.ones(len(p))
+    for _ in range(count):
+        T = align(p, q, w)
+        w = weigh(np.linalg.norm(move(T, p) - q, axis=1))
+    return T
+
+
+def gated(p, q, gate):
+    return icp(p, q, parameters=IcpParameters(max_correspondence_distance=gate))
+
+
+def through(p, q, T, gates):
+    for gate in gates:
+        T = icp(p, q, T, IcpParameters(max_correspondence_distance=gate)).T_target_source
+    return T
+
+
+def cost(d, gate, count, delta, by):
+    return huber_loss(np.minimum(np.sort(d)[:count], gate), delta).sum() / by
+
+
+def window(p, q, ok, none=-1):
+    s = ((p[:, None] - q) ** 2).sum(2)
+    s[~ok] = np.inf
+    i = s.argmin(1)
+    if none is not None:
+        i[~ok.any(1)] = none
+    return i
+
+
+def lines(p, n, w, c=None, length=None, by=None):
+    arm = p - (w @ p / w.sum() if c is None else c)
+    length = np.sqrt(w @ (arm**2).sum(1) / w.sum()) if length is None else length
+    a = np.column_stack([n, (arm[:, 0] * n[:, 1] - arm[:, 1] * n[:, 0]) / length])
+    return (a * w[:, None]).T @ a / (w.sum() if by is None else by)
+
+
+def seen(A, g, use, V=lambda V: V):
+    values, vectors = np.linalg.eigh(A)
+    return -V(vectors) @ (use(values) * (V(vectors).T @ g))
+
+
+def median_error(pairs, T, new, old, take=np.median, truth=True):
+    ends = [icp(new(a), old(b)).T_target_source for a, b in pairs]
+    return take([np.linalg.norm((relative(T, e) if truth else e)[:2, 2]) for e in ends])
+
+
+def works(p, q, T, errors, told, guess, test):
+    return np.array(
+        [
+            test(to_xytheta(relative(T, icp(p, q, guess(T, e), told).T_target_source))[2], e)
+            for e in errors
+        ]
+    )
+
+
+def share(a, b, tie=0.5):
+    return (a[:, None] > b).mean() + tie * (a[:, None] == b).mean()
+
+
+def stretches(e, r, n, frame=None, step=1):
+    moved = []
+    for path in (e, r):
+        F = from_xytheta(path if frame is None else frame)
+        moved.append((invert(F[:-n]) @ from_xytheta(path)[n:])[::step, :2, 2])
+    return np.linalg.norm(moved[0] - moved[1], axis=1)
+
+
+def edge(i, j, z, turn=None, wrapped=wrap):
+    d = rotation(-i[2] if turn is None else turn) @ (j[:2] - i[:2]) - z[:2]
+    return np.append(d, wrapped(j[2] - i[2] - z[2]))
+
+
+def bug(p, q, chain=lambda d, T: T @ d):
+    total = np.eye(3)
+    for _ in range(30):
+        d = align(p, q[Target(q).search.query(p)[0]])
+        p, total = apply(d, p), chain(d, total)
+    return total
+
+
+same, I3 = (lambda scan: scan), np.eye(3)
+Q, D = np.quantile, np.deg2rad
+
+# fmt: off
+WRONG = [
+    ("motion_between", "seen from the world", lambda a, b: b @ invert(a)),
+    ("motion_between", "way back", lambda a, b: np.linalg.inv(b) @ a),
+    ("motion_between", "inverse is missing", lambda a, b: a @ b),
+    ("motion_between", "inverse is missing", lambda a, b: b @ a),
+    ("motion_between", "transposed", lambda a, b: a.T @ b),
+    ("motion_between", "world", lambda a, b: T2(*(b - a)[:2, 2], to_xytheta(b)[2] - to_xytheta(a)[2])),
+    ("turn_about", "about the origin", lambda c, a: T2(0, 0, a)),
+    ("turn_about", "−c", lambda c, a: T2(*-c, 0) @ T2(0, 0, a) @ T2(*c, 0)),
+    ("turn_about", "then moved by `c`", lambda c, a: T2(*c, 0) @ T2(0, 0, a)),
+    ("turn_about", "not brought back", lambda c, a: T2(0, 0, a) @ T2(*-c, 0)),
+    ("turn_about", "degrees", lambda c, a: T2(*c, 0) @ T2(0, 0, D(a)) @ T2(*-c, 0)),
+    ("turn_about", "other way", lambda c, a: T2(*c, 0) @ T2(0, 0, -a) @ T2(*-c, 0)),
+    ("turn_about", "transposed", lambda c, a: T2(*c - rotation(a) @ c, -a)),
+    ("match_and_count", "does not reach", lambda p, q, g: (icp(p, q).inlier_count, icp(p, q).inlier_rmse)),
+    ("match_and_count", "fitness", lambda p, q, g: (gated(p, q, g).fitness, gated(p, q, g).inlier_rmse)),
+    ("match_and_count", "swapped", lambda p, q, g: (gated(q, p, g).inlier_count, gated(q, p, g).inlier_rmse)),
+    ("match_and_count", "order", lambda p, q, g: (gated(p, q, g).inlier_rmse, gated(p, q, g).inlier_count)),
+    ("match_and_count", "squared", lambda p, q, g: (gated(p, q, g * g).inlier_count, gated(p, q, g * g).inlier_rmse)),
+    ("match_and_count", "millimetres", lambda p, q, g: (gated(p, q, g).inlier_count, 1000.0 * gated(p, q, g).inlier_rmse)),
+    ("wrong_near_and_far", "counts", lambda o, r: ((o > 0.1)[r <= np.median(r)].sum(), (o > 0.1)[r > np.median(r)].sum())),
+    ("wrong_near_and_far", "mean", lambda o, r: ((o > 0.1)[r <= r.mean()].mean(), (o > 0.1)[r > r.mean()].mean())),
+    ("wrong_near_and_far", "exchanged", lambda o, r: ((o > 0.1)[r > np.median(r)].mean(), (o > 0.1)[r <= np.median(r)].mean())),
+    ("wrong_near_and_far", "of all points", lambda o, r: (((o > 0.1) & (r <= np.median(r))).mean(), ((o > 0.1) & (r > np.median(r))).mean())),
+    ("wrong_near_and_far", "exactly", lambda o, r: ((o >= 0.1)[r <= np.median(r)].mean(), (o >= 0.1)[r > np.median(r)].mean())),
+    ("icp_by_hand", "wrong side", lambda p, q, T: rounds(p, q, T, lambda d, T: T @ d)),
+    ("icp_by_hand", "last step", lambda p, q, T: rounds(p, q, T, lambda d, T: d)),
+    ("icp_by_hand", "unmoved", lambda p, q, T: rounds(p, q, T, lambda d, T: d @ T, moves=False)),
+    ("icp_by_hand", "guess", lambda p, q, T: rounds(p, q, I3, lambda d, T: d @ T)),
+    ("icp_by_hand", "swapped", lambda p, q, T: rounds(p, q, T, lambda d, T: invert(d) @ T)),
+    ("icp_by_hand", "one round", lambda p, q, T: rounds(p, q, T, lambda d, T: d @ T, count=1)),
+    ("icp_by_hand", "inverse", lambda p, q, T: invert(rounds(p, q, T, lambda d, T: d @ T))),
+    ("align_in_space", "transposed", lambda p, q: (svd(p, q)[0].T, svd(p, q)[1])),
+    ("align_in_space", "transposed", lambda p, q: svd(p, q, flip=True)),
+    ("align_in_space", "determinant", lambda p, q: svd(p, q, chi=False)),
+    ("align_in_space", "q̄ − p̄", lambda p, q: svd(p, q, t=lambda R, a, b: b - a)),
+    ("align_in_space", "centred", lambda p, q: svd(p, q, center=False)),
+    ("align_in_space", "sign", lambda p, q: svd(p, q, t=lambda R, a, b: R @ a - b)),
+    ("align_in_space", "swapped", lambda p, q: svd(q, p)),
+    ("align_in_space", "left out", lambda p, q: svd(p, q, t=lambda R, a, b: np.zeros(3))),
+    ("align_robustly", "least squares", lambda p, q, d: align(p, q)),
+    ("align_robustly", "small residuals", lambda p, q, d: robust(p, q, lambda r: d / r)),
+    ("align_robustly", "squared", lambda p, q, d: robust(p, q, lambda r: huber_weights(r * r, d))),
+    ("align_robustly", "unmoved", lambda p, q, d: robust(p, q, lambda r: huber_weights(r, d), move=lambda T, p: p)),
+    ("align_robustly", "root", lambda p, q, d: robust(p, q, lambda r: np.sqrt(huber_weights(r, d)))),
+    ("align_robustly", "convex", lambda p, q, d: robust(p, q, lambda r: huber_weights(r, d) ** 2)),
+    ("align_robustly", "swapped", lambda p, q, d: robust(q, p, lambda r: huber_weights(r, d))),
+    ("best_scale", "centred", lambda p, q: np.sum(q * (p @ align(p, q)[:2, :2].T)) / np.sum(p ** 2)),
+    ("best_scale", "ratio of the spreads", lambda p, q: np.sqrt(((q - q.mean(0)) ** 2).sum() / ((p - p.mean(0)) ** 2).sum())),
+    ("best_scale", "not turned", lambda p, q: ((p - p.mean(0)) * (q - q.mean(0))).sum() / ((p - p.mean(0)) ** 2).sum()),
+    ("best_scale", "wrong way", lambda p, q: ((q - q.mean(0)) * ((p - p.mean(0)) @ align(p, q)[:2, :2])).sum() / ((p - p.mean(0)) ** 2).sum()),
+    ("best_scale", "turned over", lambda p, q: ((q - q.mean(0)) ** 2).sum() / ((q - q.mean(0)) * ((p - p.mean(0)) @ align(p, q)[:2, :2].T)).sum()),
+    ("std_of_translation", "lever is missing", lambda p, s: (s / np.sqrt(len(p)), s / np.sqrt(len(p)))),
+    ("std_of_translation", "variances", lambda p, s: (s ** 2 / len(p), s ** 2 / len(p) * (1 + (p.mean(0) ** 2).sum() / p.var(0).sum()))),
+    ("std_of_translation", "from the *centroid*", lambda p, s: (s / 10, s / 10 * np.sqrt(1 + (p.mean(0) ** 2).sum() / (p ** 2).sum(1).mean()))),
+    ("std_of_translation", "order", lambda p, s: (s / 10 * np.sqrt(1 + (p.mean(0) ** 2).sum() / p.var(0).sum()), s / 10)),
+    ("std_of_translation", "root is missing", lambda p, s: (s / 10, s / 10 * (1 + (p.mean(0) ** 2).sum() / p.var(0).sum()))),
+    ("std_of_translation", "divided by N", lambda p, s: (s / 100, s / 100 * np.sqrt(1 + (p.mean(0) ** 2).sum() / p.var(0).sum()))),
+    ("truncated_square", "charged nothing", lambda r, d: (np.where(r <= d, r ** 2, 0), (r <= d) * 1.0)),
+    ("truncated_square", "not cut", lambda r, d: (r ** 2, r <= d)),
+    ("truncated_square", "Huber", lambda r, d: (np.minimum(r, d) ** 2, np.minimum(1, d / np.maximum(r, 1e-09)))),
+    ("truncated_square", "exactly on the gate", lambda r, d: (np.minimum(r, d) ** 2, r < d)),
+    ("truncated_square", "order", lambda r, d: (r <= d, np.minimum(r, d) ** 2)),
+    ("truncated_square", "not squared", lambda r, d: (np.minimum(r, d), r <= d)),
+    ("truncated_square", "square is held", lambda r, d: (np.minimum(r ** 2, d), r <= d)),
+    ("mutual_pairs", "*target*", lambda p, q: ((t := Target(q).search.query(p)[0]), (b := Target(p).search.query(q)[0]), t[b] == np.arange(len(q)))[2]),
+    ("mutual_pairs", "not its partner", lambda p, q: ((t := Target(q).search.query(p)[0]), Target(p).search.query(q)[0][t] == t)[1]),
+    ("mutual_pairs", "entry by entry", lambda p, q: Target(q).search.query(p)[0] == Target(p).search.query(q)[0]),
+    ("mutual_pairs", "indices", lambda p, q: ((t := Target(q).search.query(p)[0]), np.flatnonzero(Target(p).search.query(q)[0][t] == np.arange(len(p))))[1]),
+    ("mutual_pairs", "inverted", lambda p, q: ((t := Target(q).search.query(p)[0]), Target(p).search.query(q)[0][t] != np.arange(len(p)))[1]),
+    ("nearest_in_window", "rows", lambda p, q, a, b, w: window(p, q, abs(np.arange(20)[:, None] - np.arange(25)) <= w)),
+    ("nearest_in_window", "exactly", lambda p, q, a, b, w: window(p, q, abs(a[:, None] - b) < w)),
+    ("nearest_in_window", "−1", lambda p, q, a, b, w: window(p, q, abs(a[:, None] - b) <= w, None)),
+    ("nearest_in_window", "no effect", lambda p, q, a, b, w: Target(q).search.query(p)[0]),
+    ("nearest_in_window", "one side", lambda p, q, a, b, w: window(p, q, b - a[:, None] <= w)),
+    ("nearest_in_window", "half", lambda p, q, a, b, w: window(p, q, abs(a[:, None] - b) <= w // 2)),
+    ("match_by_median_gate", "wrong side", lambda p, q, T: rounds(p, q, T, lambda d, T: T @ d, 60, gate=lambda d: 3 * np.median(d))),
+    ("match_by_median_gate", "median itself", lambda p, q, T: rounds(p, q, T, lambda d, T: d @ T, 60, gate=np.median)),
+    ("match_by_median_gate", "*mean*", lambda p, q, T: rounds(p, q, T, lambda d, T: d @ T, 60, gate=lambda d: 3 * d.mean())),
+    ("match_by_median_gate", "No pair", lambda p, q, T: rounds(p, q, T, lambda d, T: d @ T, 60)),
+    ("match_by_median_gate", "last step", lambda p, q, T: rounds(p, q, T, lambda d, T: d, 60, gate=lambda d: 3 * np.median(d))),
+    ("typical_error", "older scan alone", lambda x, T, f: median_error(x, T, same, f)),
+    ("typical_error", "as they are", lambda x, T, f: median_error(x, T, same, same)),
+    ("typical_error", "mean", lambda x, T, f: median_error(x, T, f, f, np.mean)),
+    ("typical_error", "length of the motion", lambda x, T, f: median_error(x, T, f, f, truth=False)),
+    ("typical_error", "swapped", lambda x, T, f: median_error([(b, a) for a, b in x], T, f, f)),
+    ("cost_of", "kept pairs", lambda d, g, o, h: cost(d, g, int(o * len(d)), h, int(o * len(d)))),
+    ("cost_of", "charged nothing", lambda d, g, o, h: huber_loss((s := np.sort(d)[:int(o * len(d))])[s <= g], h).sum() / len(d)),
+    ("cost_of", "plain squares", lambda d, g, o, h: (np.minimum(np.sort(d)[:int(o * len(d))], g) ** 2).sum() / len(d)),
+    ("cost_of", "All pairs", lambda d, g, o, h: huber_loss(np.minimum(d, g), h).mean()),
+    ("cost_of", "rounded up", lambda d, g, o, h: cost(d, g, int(np.ceil(o * len(d))), h, len(d))),
+    ("cost_of", "nearest", lambda d, g, o, h: cost(d, g, round(o * len(d)), h, len(d))),
+    ("cost_of", "not sorted", lambda d, g, o, h: huber_loss(np.minimum(d[:int(o * len(d))], g), h).sum() / len(d)),
+    ("cost_of", "½", lambda d, g, o, h: cost(d, g, int(o * len(d)), h, 2 * len(d))),
+    ("cost_of", "after the gate", lambda d, g, o, h: huber_loss(np.sort(d[d <= g])[:int(o * (d <= g).sum())], h).sum() / len(d)),
+    ("colleagues_icp", "wrong order", bug),
+    ("colleagues_icp", "last step", lambda p, q: bug(p, q, lambda d, T: d)),
+    ("colleagues_icp", "inverse", lambda p, q: invert(bug(p, q, lambda d, T: d @ T))),
+    ("colleagues_icp", "inverted", lambda p, q: bug(p, q, lambda d, T: invert(d) @ T)),
+    ("first_stops", "exchanged", lambda t, r, e: (((t < e) & (r < e)).argmax(), ((t < e) | (r < e)).argmax())),
+    ("first_stops", "of each kind", lambda t, r, e: ((t < e).argmax(), (r < e).argmax())),
+    ("first_stops", "count from 1", lambda t, r, e: (((t < e) | (r < e)).argmax() + 1, ((t < e) & (r < e)).argmax() + 1)),
+    ("first_stops", "exactly", lambda t, r, e: (((t <= e) | (r <= e)).argmax(), ((t <= e) & (r <= e)).argmax())),
+    ("first_stops", "", lambda t, r, e: ((t < e).argmin(), (r < e).argmin())),
+    ("match_through_gates", "first guess again", lambda p, q, T, g: through(p, q, T, g[-1:])),
+    ("match_through_gates", "order", lambda p, q, T, g: through(p, q, T, g[::-1])),
+    ("match_through_gates", "first gate", lambda p, q, T, g: through(p, q, T, g[:1])),
+    ("match_through_gates", "not used", lambda p, q, T, g: through(p, q, I3, g)),
+    ("match_through_gates", "multiplied", lambda p, q, T, g: through(p, q, T, g) @ through(p, q, T, g[:1])),
+    ("headings_that_work", "from its guess", lambda p, q, T, e, s: works(p, q, T, e, s, lambda T, a: T @ T2(0, 0, a), lambda off, a: abs(wrap(off - a)) < D(2))),
+    ("headings_that_work", "as if it were in degrees", lambda p, q, T, e, s: works(p, q, T, e, s, lambda T, a: T @ T2(0, 0, a), lambda off, a: abs(off) < 2)),
+    ("headings_that_work", "*wrong*", lambda p, q, T, e, s: works(p, q, T, e, s, lambda T, a: T @ T2(0, 0, a), lambda off, a: abs(off) > D(2))),
+    ("headings_that_work", "keeps its sign", lambda p, q, T, e, s: works(p, q, T, e, s, lambda T, a: T @ T2(0, 0, a), lambda off, a: off < D(2))),
+    ("headings_that_work", "once more", lambda p, q, T, e, s: works(p, q, T, e, s, lambda T, a: T @ T2(0, 0, D(a)), lambda off, a: abs(off) < D(2))),
+    ("change_of_both", "signs", lambda a, b, g: ((a[a <= g] ** 2).mean() - (b[b <= g] ** 2).mean(), (np.minimum(a, g) ** 2).mean() - (np.minimum(b, g) ** 2).mean())),
+    ("change_of_both", "charges nothing", lambda a, b, g: ((b[b <= g] ** 2).mean() - (a[a <= g] ** 2).mean(), (np.where(b <= g, b, 0) ** 2).mean() - (np.where(a <= g, a, 0) ** 2).mean())),
+    ("change_of_both", "order", lambda a, b, g: ((np.minimum(b, g) ** 2).mean() - (np.minimum(a, g) ** 2).mean(), (b[b <= g] ** 2).mean() - (a[a <= g] ** 2).mean())),
+    ("change_of_both", "RMSE", lambda a, b, g: (np.sqrt((b[b <= g] ** 2).mean()) - np.sqrt((a[a <= g] ** 2).mean()), (np.minimum(b, g) ** 2).mean() - (np.minimum(a, g) ** 2).mean())),
+    ("change_of_both", "not cut", lambda a, b, g: ((b[b <= g] ** 2).mean() - (a[a <= g] ** 2).mean(), (b ** 2).mean() - (a ** 2).mean())),
+    ("lever_error", "arc", lambda r, e: r * abs(e)),
+    ("lever_error", "sin|ε|", lambda r, e: r * abs(np.sin(e))),
+    ("lever_error", "degrees", lambda r, e: 2 * r * np.sin(D(abs(e)) / 2)),
+    ("lever_error", "never negative", lambda r, e: 2 * r * np.sin(e / 2)),
+    ("lever_error", "half", lambda r, e: r * np.sin(abs(e) / 2)),
+    ("lever_error", "tan", lambda r, e: r * np.tan(abs(e))),
+    ("seen_from_first", "shifted", lambda p: np.column_stack([p[:, :2] - p[0, :2], wrap(p[:, 2] - p[0, 2])])),
+    ("seen_from_first", "wrong way", lambda p: np.column_stack([(p[:, :2] - p[0, :2]) @ rotation(p[0, 2]).T, wrap(p[:, 2] - p[0, 2])])),
+    ("seen_from_first", "still those in the world", lambda p: np.column_stack([(p[:, :2] - p[0, :2]) @ rotation(p[0, 2]), p[:, 2]])),
+    ("seen_from_first", "not wrapped", lambda p: np.column_stack([(p[:, :2] - p[0, :2]) @ rotation(p[0, 2]), p[:, 2] - p[0, 2]])),
+    ("seen_from_first", "[0, 2π)", lambda p: np.column_stack([(p[:, :2] - p[0, :2]) @ rotation(p[0, 2]), (p[:, 2] - p[0, 2]) % (2 * np.pi)])),
+    ("seen_from_first", "subtracted", lambda p: p - p[0]),
+    ("seen_from_first", "wrong order", lambda p: to_xytheta(from_xytheta(p) @ invert(from_xytheta(p[0])))),
+    ("guess_from_key", "left", lambda T, s: from_xytheta(s) @ T),
+    ("guess_from_key", "missing", lambda T, s: T),
+    ("guess_from_key", "other way round", lambda T, s: invert(T) @ from_xytheta(s)),
+    ("guess_from_key", "added", lambda T, s: from_xytheta(to_xytheta(T) + s)),
+    ("guess_from_key", "inverse", lambda T, s: invert(T @ from_xytheta(s))),
+    ("guess_from_key", "backwards", lambda T, s: T @ invert(from_xytheta(s))),
+    ("key_used_up", "negative", lambda T, r, a: max(np.hypot(*T[:2, 2]) / r, to_xytheta(T)[2] / a)),
+    ("key_used_up", "Δx", lambda T, r, a: max(T[0, 2] / r, abs(to_xytheta(T)[2]) / a)),
+    ("key_used_up", "not the sum", lambda T, r, a: np.hypot(*T[:2, 2]) / r + abs(to_xytheta(T)[2]) / a),
+    ("key_used_up", "smaller", lambda T, r, a: min(np.hypot(*T[:2, 2]) / r, abs(to_xytheta(T)[2]) / a)),
+    ("key_used_up", "degrees", lambda T, r, a: max(np.hypot(*T[:2, 2]) / r, abs(np.degrees(to_xytheta(T)[2])) / a)),
+    ("key_used_up", "mean", lambda T, r, a: (np.hypot(*T[:2, 2]) / r + abs(to_xytheta(T)[2]) / a) / 2),
+    ("line_errors", "distance", lambda p, q, n: np.linalg.norm(p - q, axis=1)),
+    ("line_errors", "sign is lost", lambda p, q, n: abs(((p - q) * n).sum(1))),
+    ("line_errors", "sign is turned", lambda p, q, n: ((q - p) * n).sum(1)),
+    ("line_errors", "entry by entry", lambda p, q, n: (p - q) * n),
+    ("line_errors", "along", lambda p, q, n: ((p - q) * np.column_stack([-n[:, 1], n[:, 0]])).sum(1)),
+    ("turning_column", "origin", lambda p, n: p[:, 0] * n[:, 1] - p[:, 1] * n[:, 0]),
+    ("turning_column", "minus", lambda p, n: (p - p.mean(0))[:, 1] * n[:, 0] - (p - p.mean(0))[:, 0] * n[:, 1]),
+    ("turning_column", "n·(p − c)", lambda p, n: ((p - p.mean(0)) * n).sum(1)),
+    ("turning_column", "(v, u)", lambda p, n: ((p - p.mean(0))[:, ::-1] * n).sum(1)),
+    ("line_matrix", "sum", lambda p, n, w: lines(p, n, w, by=1.0)),
+    ("line_matrix", "divided by N", lambda p, n, w: lines(p, n, w, by=len(w))),
+    ("line_matrix", "weights are missing", lambda p, n, w: lines(p, n, np.ones(len(w)))),
+    ("line_matrix", "divide it by ℓ", lambda p, n, w: lines(p, n, w, length=1.0)),
+    ("line_matrix", "weighted one", lambda p, n, w: lines(p, n, w, c=p.mean(0))),
+    ("line_matrix", "origin", lambda p, n, w: lines(p, n, w, c=np.zeros(2))),
+    ("seen_step", "gradient", lambda A, g, s: -seen(A, g, lambda v: (v >= s) / v)),
+    ("seen_step", "every direction", lambda A, g, s: -np.linalg.solve(A, g)),
+    ("seen_step", "*columns*", lambda A, g, s: seen(A, g, lambda v: (v >= s) / v, np.transpose)),
+    ("seen_step", "not divided", lambda A, g, s: seen(A, g, lambda v: v >= s)),
+    ("seen_step", "free", lambda A, g, s: seen(A, g, lambda v: (v < s) / v)),
+    ("seen_step", "multiplied", lambda A, g, s: seen(A, g, lambda v: (v >= s) * v)),
+    ("fuse", "mean", lambda x, A, y, B: 0.5 * (x + y)),
+    ("fuse", "exchanged", lambda x, A, y, B: np.linalg.solve(A + B, B @ x + A @ y)),
+    ("fuse", "not divided", lambda x, A, y, B: A @ x + B @ y),
+    ("fuse", "diagonal", lambda x, A, y, B: (A.diagonal() * x + B.diagonal() * y) / (A + B).diagonal()),
+    ("fuse", "scan alone", lambda x, A, y, B: x),
+    ("shared_view", "Behind", lambda t, f: max(0, f - abs(t)) / f),
+    ("shared_view", "negative", lambda t, f: (max(0, f - t) + max(0, f + t - 2 * np.pi)) / f),
+    ("shared_view", "*not* seen", lambda t, f: 1 - (max(0, f - abs(t)) + max(0, f + abs(t) - 2 * np.pi)) / f),
+    ("shared_view", "whole turn", lambda t, f: (max(0, f - abs(t)) + max(0, f + abs(t) - 2 * np.pi)) / (2 * np.pi)),
+    ("shared_view", "not less", lambda t, f: (f - abs(t)) / f),
+    ("apparent_step", "always ahead", lambda s, p: s % p),
+    ("apparent_step", "true step", lambda s, p: s),
+    ("apparent_step", "One period", lambda s, p: s - p),
+    ("apparent_step", "number of periods", lambda s, p: round(s / p)),
+    ("apparent_step", "sign is lost", lambda s, p: abs(s - p * round(s / p))),
+    ("fastest_speed", "whole period", lambda p, r: p * r),
+    ("fastest_speed", "1 / rate", lambda p, r: 0.5 * p / r),
+    ("fastest_speed", "longest step", lambda p, r: p / 2),
+    ("fastest_speed", "divided by the period", lambda p, r: r / p),
+    ("best_start", "smallest cost of all", lambda c, ok: c.argmin()),
+    ("best_start", "first that converged", lambda c, ok: ok.argmax() if ok.any() else -1),
+    ("best_start", "−1", lambda c, ok: np.where(ok, c, np.inf).argmin()),
+    ("best_start", "among those", lambda c, ok: c[ok].argmin() if ok.any() else -1),
+    ("best_start", "index of that run", lambda c, ok: c[ok].min() if ok.any() else -1),
+    ("looks_worse", "exchanged", lambda b, g: share(g, b)),
+    ("looks_worse", "draw", lambda b, g: share(b, g, 0.0)),
+    ("looks_worse", "whole", lambda b, g: share(b, g, 1.0)),
+    ("looks_worse", "pairwise", lambda b, g: np.mean([x > y for x, y in zip(b, g, strict=False)])),
+    ("looks_worse", "means", lambda b, g: b.mean() > g.mean()),
+    ("caught_share", "from the bad", lambda g, b, a: (Q(b, 1 - a), (b > Q(b, 1 - a)).mean())),
+    ("caught_share", "upper quantile", lambda g, b, a: (Q(g, a), (b > Q(g, a)).mean())),
+    ("caught_share", "all matches", lambda g, b, a: (Q(g, 1 - a), (np.append(g, b) > Q(g, 1 - a)).mean())),
+    ("caught_share", "*not* caught", lambda g, b, a: (Q(g, 1 - a), (b < Q(g, 1 - a)).mean())),
+    ("caught_share", "order", lambda g, b, a: ((b > Q(g, 1 - a)).mean(), Q(g, 1 - a))),
+    ("closing_gap", "same axes", lambda s: (np.hypot(*s.sum(0)[:2]), abs(wrap(s.sum(0)[2])))),
+    ("closing_gap", "full turn", lambda s: (np.hypot(*integrate(s, np.zeros(3))[-1, :2]), abs(s[:, 2].sum()))),
+    ("closing_gap", "degrees", lambda s: (np.hypot(*integrate(s, np.zeros(3))[-1, :2]), abs(np.degrees(wrap(s[:, 2].sum()))))),
+    ("closing_gap", "sign", lambda s: (np.hypot(*integrate(s, np.zeros(3))[-1, :2]), wrap(s[:, 2].sum()))),
+    ("closing_gap", "length of the way", lambda s: (np.hypot(*s[:, :2].T).sum(), abs(wrap(s[:, 2].sum())))),
+    ("closing_gap", "order", lambda s: (abs(wrap(s[:, 2].sum())), np.hypot(*integrate(s, np.zeros(3))[-1, :2]))),
+    ("stretch_errors", "world", lambda e, r, n: np.hypot(*(e[n:] - e[:-n] - (r[n:] - r[:-n]))[:, :2].T)),
+    ("stretch_errors", "absolute", lambda e, r, n: stretches(e, r, n, frame=r)),
+    ("stretch_errors", "lengths", lambda e, r, n: abs(np.hypot(*(e[n:] - e[:-n])[:, :2].T) - np.hypot(*(r[n:] - r[:-n])[:, :2].T))),
+    ("stretch_errors", "absolute", lambda e, r, n: np.hypot(*(e - r)[n:, :2].T)),
+    ("stretch_errors", "follow one another", lambda e, r, n: stretches(e, r, n, step=n)),
+    ("stretch_errors", "from pose to pose", lambda e, r, n: stretches(e, r, 1)),
+    ("edge_error", "world's axes", lambda i, j, z: edge(i, j, z, turn=0.0)),
+    ("edge_error", "wrong way", lambda i, j, z: edge(i, j, z, turn=i[2])),
+    ("edge_error", "wrap it", lambda i, j, z: edge(i, j, z, wrapped=lambda a: a)),
+    ("edge_error", "pose j", lambda i, j, z: edge(i, j, z, turn=-j[2])),
+    ("edge_error", "sign", lambda i, j, z: -edge(i, j, z)),
+    ("edge_error", "subtract what it measured", lambda i, j, z: edge(i, j, 0 * z)),
+]
+# fmt: on
+
+
+# fmt: off
+RIGHT = [
+    ("motion_between", lambda a, b: np.linalg.solve(a, b).tolist()),
+    ("turn_about", lambda c, a: [[np.cos(a), -np.sin(a), c[0] - np.cos(a) * c[0] + np.sin(a) * c[1]], [np.sin(a), np.cos(a), c[1] - np.sin(a) * c[0] - np.cos(a) * c[1]], [0, 0, 1]]),
+    ("turn_about", lambda c, a: (T2(*c, 0) @ T2(0, 0, a) @ T2(*-c, 0)).astype(np.float32)),
+    ("match_and_count", lambda p, q, g: np.array([gated(p, q, g).inlier_count, gated(p, q, g).inlier_rmse])),
+    ("wrong_near_and_far", lambda o, r: [np.mean(o[r < np.median(r)] > 0.1), np.mean(o[r > np.median(r)] > 0.1)]),
+    ("wrong_near_and_far", lambda o, r: np.array([(o[np.argsort(r)[:4]] > 0.1).sum() / 4, (o[np.argsort(r)[4:]] > 0.1).sum() / 4])),
+    ("icp_by_hand", lambda p, q, T: rounds(p, q, T, lambda d, T: d @ T, count=20)),
+    ("align_in_space", lambda p, q: list(svd(p, q))),
+    ("align_in_space", lambda p, q: np.block([[svd(p, q)[0], svd(p, q)[1][:, None]], [np.zeros((1, 3)), 1]])),
+    ("align_in_space", lambda p, q: {"R": svd(p, q)[0], "t": svd(p, q)[1]}),
+    ("align_robustly", lambda p, q, d: robust(p, q, lambda r: np.where(r > d, d / r, 1.0))),
+    ("best_scale", lambda p, q: np.array([np.sum((q - q.mean(0)) * ((p - p.mean(0)) @ align(p, q)[:2, :2].T)) / np.sum((p - p.mean(0)) ** 2)])),
+    ("std_of_translation", lambda p, s: np.array([s / 10, s / 10 * np.sqrt(1 + (p.mean(0) ** 2).sum() / p.var(0).sum())])),
+    ("truncated_square", lambda r, d: np.array([np.minimum(r, d) ** 2, (r <= d) * 1.0])),
+    ("truncated_square", lambda r, d: ([min(x, d) ** 2 for x in r], [x <= d for x in r])),
+    ("mutual_pairs", lambda p, q: [int(Target(p).search.query(q[j][None])[0][0] == i) for i, j in enumerate(Target(q).search.query(p)[0])]),
+    ("nearest_in_window", lambda p, q, a, b, w: window(p, q, abs(a[:, None] - b) <= w).astype(float)),
+    ("nearest_in_window", lambda p, q, a, b, w: window(p, q, abs(a[:, None] - b) <= w)[:, None]),
+    ("match_by_median_gate", lambda p, q, T: rounds(p, q, T, lambda d, T: d @ T, 60, gate=lambda d: 3 * sorted(d)[len(d) // 2])),
+    ("typical_error", lambda x, T, f: np.array([median_error(x, T, f, f)])),
+    ("cost_of", lambda d, g, o, h: np.float32(0) + cost(d, g, int(np.floor(o * len(d))), h, len(d))),
+    ("colleagues_icp", lambda p, q: bug(p, q, lambda d, T: d @ T)),
+    ("first_stops", lambda t, r, e: np.array([np.flatnonzero(np.minimum(t, r) < e)[0], np.flatnonzero(np.maximum(t, r) < e)[0]])),
+    ("match_through_gates", lambda p, q, T, g: through(p, q, T, list(g))),
+    ("headings_that_work", lambda p, q, T, e, s: works(p, q, T, e, s, lambda T, a: T @ T2(0, 0, a), lambda off, a: abs(off) < D(2)).tolist()),
+    ("change_of_both", lambda a, b, g: [np.mean(b[b <= g] ** 2) - np.mean(a[a <= g] ** 2), np.mean(np.minimum(b, g) ** 2) - np.mean(np.minimum(a, g) ** 2)]),
+    ("lever_error", lambda r, e: np.linalg.norm(r * (rotation(e) - np.eye(2)) @ [1, 0])),
+    ("seen_from_first", lambda p: to_xytheta(invert(from_xytheta(p[0])) @ from_xytheta(p)).tolist()),
+    ("guess_from_key", lambda T, s: T @ from_xytheta(s)),
+    ("key_used_up", lambda T, r, a: np.maximum(np.linalg.norm(T[:2, 2]) / r, abs(np.arctan2(T[1, 0], T[0, 0])) / a)),
+    ("line_errors", lambda p, q, n: np.einsum("ij,ij->i", p - q, n)[:, None]),
+    ("turning_column", lambda p, n: np.cross(np.c_[p - p.mean(0), 0 * p[:, 0]], np.c_[n, 0 * n[:, 0]])[:, 2]),
+    ("line_matrix", lambda p, n, w: lines(p, n, 7 * w)),
+    ("seen_step", lambda A, g, s: -np.linalg.pinv(A, rcond=s / np.linalg.eigvalsh(A)[-1]) @ g),
+    ("fuse", lambda x, A, y, B: np.linalg.inv(A + B) @ (A @ x + B @ y)),
+    ("shared_view", lambda t, f: (max(0, f - abs(t)) + max(0, f - (2 * np.pi - abs(t)))) / f),
+    ("apparent_step", lambda s, p: (s + p / 2) % p - p / 2),
+    ("fastest_speed", lambda p, r: p * r / 2),
+    ("best_start", lambda c, ok: float(np.flatnonzero(ok)[c[ok].argmin()]) if ok.any() else -1),
+    ("looks_worse", lambda b, g: np.mean(0.5 * (1 + np.sign(b[:, None] - g)))),
+    ("caught_share", lambda g, b, a: (Q(g, 1 - a, method="lower"), (b > Q(g, 1 - a, method="lower")).mean())),
+    ("caught_share", lambda g, b, a: np.array([Q(g, 1 - a, method="midpoint"), (b > Q(g, 1 - a, method="midpoint")).mean()])),
+    ("caught_share", lambda g, b, a: [np.sort(g)[-int(a * len(g)) - 1], (b > np.sort(g)[-int(a * len(g)) - 1]).mean()]),
+    ("closing_gap", lambda s: np.abs([np.hypot(*integrate(s, np.zeros(3))[-1, :2]), wrap(s[:, 2].sum())])),
+    ("stretch_errors", lambda e, r, n: stretches(e, r, n).tolist()),
+    ("edge_error", lambda i, j, z: edge(i, j, z).tolist()),
+]
+# fmt: on
+
+# Accepted once although wrong, each with a reason of its own.
+# fmt: off
+WRONG += [
+    ("edge_error", "", lambda i, j, z: np.append(edge(i, j, z)[:2], wrap(j[2] - i[2]) - z[2])),
+    ("match_by_median_gate", "wrong side", lambda p, q, T: rounds(p, q, T, lambda d, T: T @ d, 60, gate=lambda d: 3 * np.median(d))),
+    ("best_start", "smallest cost of all", lambda c, ok: c.argmin() if ok.any() else -1),
+    ("caught_share", "", lambda g, b, a: (1.05 * Q(g, 1 - a), (b > 1.05 * Q(g, 1 - a)).mean())),
+]
+# fmt: on
