@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import browser_files
+import killian_map
 from diagrams import MermaidDirective
 from docutils import nodes
 from excerpts import write_excerpts
@@ -18,6 +20,8 @@ from sphinx.config import Config
 from sphinx.errors import ExtensionError
 from terms import explain_terms
 
+from labkit.plotting.style import css_variables
+
 
 def provide_browser_files(app: Sphinx, config: Config) -> None:
     """Fetch what the pages load, or stop the build."""
@@ -25,6 +29,13 @@ def provide_browser_files(app: Sphinx, config: Config) -> None:
         browser_files.provide()
     except browser_files.BrowserFilesError as error:
         raise ExtensionError(str(error)) from error
+    killian_map.provide()
+
+
+def write_colors(app: Sphinx, error: Exception | None) -> None:
+    """Write labkit's colours as variables, and the classes of the words that wear them."""
+    if error is None and app.builder.name == "html":
+        Path(app.outdir, "_static", "colors.css").write_text(css_variables(), "utf-8")
 
 
 def declare_thebe_once(
@@ -60,10 +71,13 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("doctree-resolved", tell_status)
     app.connect("html-page-context", draw_formulas, priority=900)
     app.connect("html-page-context", declare_thebe_once, priority=900)
+    app.connect("build-finished", write_colors)
     app.connect("build-finished", write_excerpts)
     app.add_directive("mermaid", MermaidDirective)
+    app.add_css_file("colors.css")
     app.add_css_file("labbook.css")
     app.add_js_file("formulas.js", priority=900)  # after MathJax's own settings
     app.add_js_file("access.js")
+    app.add_js_file("map.js")
     app.add_js_file("predictions.js")
     return {"parallel_read_safe": True, "parallel_write_safe": True}

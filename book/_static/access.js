@@ -84,7 +84,7 @@
     [...fields].slice(1).forEach((node) => node.removeAttribute("id"));
     each("th", (node) => node.textContent.trim() || node.replaceWith(document.createElement("td")));
 
-    each("article figure:has(img)", (figure) => letEnlarge(figure.querySelector("img")));
+    each("article figure:has(img):not(.killian-map)", (figure) => letEnlarge(figure.querySelector("img")));
 
     // What scrolls sideways can be scrolled by keys. First all is read, then all is written: a
     // page is laid out once, not once for each.

@@ -90,7 +90,7 @@ function drawBasin(canvas, { outcomes, done, reach, guess, cursor, stale, colors
   context.fillText("y [m]", 3, 12);
   if (cursor !== null) {
     const [u, v] = at(cursor);
-    context.strokeStyle = colors.accent;
+    context.strokeStyle = colors.source;
     context.lineWidth = 3;
     context.strokeRect(u - side / 2, v - side / 2, side, side);
   }

@@ -1,6 +1,6 @@
 // Canvases that are as sharp as the screen, in colours from the style sheet, light or dark.
 
-const NAMES = ["ink", "soft", "grid", "paper", "target", "gated", "trimmed", "noline", "down", "kept", "accent"];
+const NAMES = ["ink", "soft", "grid", "paper", "target", "gated", "trimmed", "noline", "down", "kept", "source", "reference"];
 
 export function palette(root) {
   const style = getComputedStyle(root);

@@ -35,7 +35,7 @@ export function drawCost(canvas, { costs, shown, colors, title = "cost J [m²] o
   costs.forEach((cost, k) => context[k ? "lineTo" : "moveTo"](u(k), v(cost)));
   context.stroke();
   costs.forEach((cost, k) => disc(context, u(k), v(cost), 2.2));
-  context.strokeStyle = colors.accent;
+  context.strokeStyle = colors.source;
   context.lineWidth = 2.5;
   context.beginPath();
   context.arc(u(shown), v(costs[shown]), 6, 0, 2 * Math.PI);

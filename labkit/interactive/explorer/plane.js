@@ -5,7 +5,7 @@ import { FATES, fates } from "./correspondences.js";
 import { cross, diamond, dot, freshContext, square, triangle } from "./canvas.js";
 import { element } from "./controls.js";
 import { Frame } from "./frame.js";
-import { DEGREE, apply } from "./se2.js";
+import { DEGREE, toXYTheta, transform } from "./se2.js";
 
 const HANDLE = 50; // px from the scanner to the knob that turns it
 const REACH = 18; // px within which the knob is grasped
@@ -21,6 +21,24 @@ export const FATE_STYLES = [
   { color: "down", dash: [6, 2, 1, 2], marker: triangle },
   { color: "kept", dash: [], marker: dot },
 ];
+
+// The pose on the way from one to the next.
+export function between(A, B, share) {
+  const [a, b] = [toXYTheta(A), toXYTheta(B)], turn = Math.atan2(Math.sin(b[2] - a[2]), Math.cos(b[2] - a[2]));
+  return transform(a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * turn);
+}
+
+// Call `show` with how many of `count` steps are over, `pace` milliseconds each, frame by frame:
+// with whole numbers and the last one alone where the reader wants no motion.
+export function tween(count, show, { pace = 100, first = 0 } = {}) {
+  if (matchMedia("(prefers-reduced-motion: reduce)").matches || count <= first) return show(count), { stop() {} };
+  let begun = null, frame = requestAnimationFrame(function go(now) {
+    const at = Math.min(count, first + (now - (begun ??= now)) / pace);
+    frame = at < count ? requestAnimationFrame(go) : null;
+    show(at);
+  });
+  return { stop: () => cancelAnimationFrame(frame) };
+}
 
 export class Plane extends Frame {
   // `onPose` gets {x, y, theta} when the reader moves the source; `pose` tells where it is;
@@ -208,7 +226,7 @@ export class Plane extends Frame {
       context.moveTo(u, v - 9), context.lineTo(u, v + 9);
       context.stroke();
     }
-    context.strokeStyle = context.fillStyle = colors.accent;
+    context.strokeStyle = context.fillStyle = colors.source;
     context.lineWidth = 2;
     context.beginPath();
     path.forEach(({ x, y }, i) => context[i ? "lineTo" : "moveTo"](...this.pixel(x, y)));
@@ -225,7 +243,7 @@ export class Plane extends Frame {
     };
     const isGuess = path.length === 1; // hollow: nothing has been estimated yet
     ring(this.pixel(path[0].x, path[0].y), 5, colors.paper);
-    if (!isGuess) ring([u, v], 5, colors.accent);
+    if (!isGuess) ring([u, v], 5, colors.source);
     ring(tip, 7, colors.paper);
     if (this.bet) this.drawBet(context, colors);
   }
