@@ -26,6 +26,7 @@ const KINDS = {
   older: { path: points(speck), color: "target", sign: "▪", fill: 1 },
   newer: { path: points(ring), color: "source", sign: "○" },
   pair: { path: segments, color: "soft", sign: "—" },
+  pull: { path: segments, color: "gated", sign: "→", width: 3 },
   stray: { path: segments, color: "gated", sign: "- -", dash: [6, 4], width: 2 },
   after: { path: points(plus), color: "kept", sign: "+", width: 2 },
   before: { path: points(cross), color: "ink", sign: "×", width: 1.5 },

@@ -118,7 +118,7 @@ export class HandView {
     const colors = palette(this.root);
     this.plane.draw({ target: this.target.points, source: apply(T, this.source), pairs, path, answer: null, pose, colors });
     const title = "that distance [m], as you move";
-    drawCost(this.curve, { costs: this.trail, shown: this.trail.length - 1, colors, title });
+    drawCost(this.curve, { series: [this.trail], shown: this.trail.length - 1, colors, title });
     this.curve.setAttribute("aria-label", `${title}: now ${misfit.toFixed(3)} m`);
   }
 
