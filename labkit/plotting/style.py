@@ -32,8 +32,8 @@ COLORS = {  # what it stands for: on a light ground, on a dark one
     "target": (BLACK, "#FFFFFF"),
     "source": (BLUE, SKY),
     "kept": (BLUE, SKY),  # the fates of a pair: the source's hue and its neighbours
-    "down": ("#007F89", "#3CC6CF"),
-    "trimmed": ("#7A62B8", "#B3A1F0"),
+    "down": ("#00747D", "#3CC6CF"),
+    "trimmed": ("#6F57AE", "#B3A1F0"),
     "gated": ("#A0468C", "#E58FD0"),
     "noline": (GREY, "#9A9A9A"),
     "reference": ("#767676", "#A0A0A0"),  # dashed
