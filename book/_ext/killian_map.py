@@ -13,6 +13,7 @@ import base64
 import hashlib
 import io
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -56,11 +57,11 @@ def provide() -> None:
 
 
 def cells() -> list[str]:
-    """The code of chapter 10 up to the graph with all loops."""
+    """The code of chapter 10 up to the graph with all loops, without what speaks to Jupyter."""
     code = []
     for cell in nbformat.read(CHAPTER, as_version=4).cells:
-        if cell.cell_type == "code":
-            code.append("\n".join(row for row in cell.source.split("\n") if row[:1] != "%"))
+        if cell.cell_type == "code" and "%pip" not in cell.source:
+            code.append(re.sub(r"(?m)^%.*", "", cell.source))
             if f"{LAST} = " in code[-1]:
                 return code
     raise LookupError(f"no cell of {CHAPTER.name} sets '{LAST}', from which the map is drawn")
