@@ -105,16 +105,6 @@ def test_the_legend_counts(ax, lesson, first, labels):
     assert ax.get_title() == f"{first.inlier_count} of 597 pairs are inliers"
 
 
-def test_the_view_holds_everything(ax, lesson, first):
-    draw(ax, lesson, first)
-    ends = np.concatenate([segment for c in ax.collections for segment in c.get_segments()])
-    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
-    assert left < ends[:, 0].min() < ends[:, 0].max() < right
-    assert low < ends[:, 1].min() < ends[:, 1].max() < high
-    assert ax.get_aspect() == 1.0
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x [m]", "y [m]")
-
-
 def test_pairs_without_a_line_show_where_they_occur(ax, labels):
     grid = np.stack(np.meshgrid(np.arange(6.0), [0.0]), axis=-1).reshape(-1, 2)
     target = np.vstack([grid, [[40.0, 40.0]]])
