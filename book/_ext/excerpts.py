@@ -1,14 +1,14 @@
-"""What the search shows of its hits where the book is a folder: there no page may read another.
+"""What the search looks in: the sections of all pages, terms of the glossary, exercises.
 
-A web server's search reads each page that it found. For a folder the text of all pages stands in
-one script, which only the search loads (`access.js`).
+They stand in one script, which only the search loads (`search.js`), so that it finds the same
+where the book is a folder: there no page may read another.
 """
 
 from __future__ import annotations
 
-import html
 import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 from docutils import nodes
@@ -16,32 +16,53 @@ from sphinx.application import Sphinx
 
 FILE = "excerpts.js"
 UNREAD = (nodes.comment, nodes.raw, nodes.target, nodes.substitution_definition)
+UNREAD += (nodes.literal_block, nodes.math_block, nodes.math)
+Entry = tuple[str, str, str]  # anchor, title, text
 
 
 def write_excerpts(app: Sphinx, error: Exception | None) -> None:
-    """Write the script when the pages are built: a page's name → its text, in sections."""
+    """Write the script when the pages are built: page, its title, anchor, title and text."""
     if error is None and app.builder.name == "html":
-        texts = {
-            page: sections_of(app.env.get_doctree(page)) for page in sorted(app.env.found_docs)
-        }
-        told = json.dumps(texts, ensure_ascii=False, separators=(",", ":"))
-        Path(app.outdir, FILE).write_text(f"labbookExcerpts({told});\n", "utf-8")
+        told = []
+        for page in sorted(app.env.found_docs):
+            tree = app.env.get_doctree(page)
+            title = app.env.titles[page].astext() if page in app.env.titles else page
+            told += [[page, title, *entry] for entry in entries(tree)]
+        packed = json.dumps(told, ensure_ascii=False, separators=(",", ":"))
+        Path(app.outdir, FILE).write_text(f"labbookExcerpts({packed});\n", "utf-8")
 
 
-def sections_of(node: nodes.Element) -> str:
-    """The text below a node, as the little HTML in which the search looks for a section.
+def entries(tree: nodes.Element) -> Iterator[Entry]:
+    """The sections of a page, the terms that it explains and its exercises.
 
     Examples
     --------
-    >>> page = nodes.section("", nodes.title("", "Scans"), nodes.section("", ids=["a < b"]))
-    >>> sections_of(page)
-    'Scans <section id="a &lt; b"></section>'
+    >>> scans = nodes.section("", nodes.title("", "Scans"), nodes.paragraph("", "Many."), ids=["s"])
+    >>> list(entries(scans))
+    [('s', 'Scans', 'Many.')]
     """
-    parts = []
-    for child in node.children:
-        if isinstance(child, nodes.section):
-            name = html.escape((child["ids"] or [""])[0])
-            parts.append(f'<section id="{name}">{sections_of(child)}</section>')
-        elif not isinstance(child, UNREAD) and "cell_output" not in child.get("classes", ()):
-            parts.append(html.escape(re.sub(r"\s+", " ", child.astext()), quote=False))
-    return " ".join(parts)
+    for node in tree.findall(_is_entry):
+        target = next((each for each in node.findall(nodes.term)), node)
+        ids = target["ids"] or node["ids"] or [""]
+        name = _text(node[0]).strip() if len(node) else ""
+        if isinstance(node, nodes.Admonition):
+            name = name.removeprefix("Exercise").strip()
+        yield ids[-1], name or "Exercise", " ".join(" ".join(map(_text, node.children[1:])).split())
+
+
+def _is_entry(node: nodes.Node) -> bool:
+    if isinstance(node, nodes.section):
+        return "exercise-content" not in node["ids"]
+    if isinstance(node, nodes.definition_list_item):
+        return bool(node[0].get("ids"))
+    return isinstance(node, nodes.Admonition) and "exercise" in node.get("classes", ())
+
+
+def _text(node: nodes.Node) -> str:
+    """The words of a node, without code and without what is an entry of its own."""
+    if isinstance(node, nodes.Text):
+        return re.sub(r"\s+", " ", node.astext())
+    if isinstance(node, UNREAD) or _is_entry(node) or "cell_output" in node.get("classes", ()):
+        return ""
+    between = "" if isinstance(node, nodes.TextElement) else " "
+    return between.join(map(_text, node.children))

@@ -1,13 +1,16 @@
-"""Folded code in as few folds as can be.
+"""Folded code in as few folds as can be, and no traces of how exercises are made.
 
-A picture often takes a cell of numbers and a cell that draws them. JupyterLab folds each alone.
-In the book a folded cell that shows nothing goes into the fold of the folded cell below it.
-The cells of a solution go into the dropdown of its text, or into one of their own.
-On paper nothing unfolds: folded code is left out there, but for solutions, which get a class.
+A picture often takes cells of numbers and a cell that draws them. JupyterLab folds each alone.
+In the book a folded cell that shows nothing goes into the fold of the next one that shows
+something, or else of the last one before. The cells of a solution go into the dropdown of its
+text, or into one of their own. Marks of solutions, and what an unsolved exercise's check says,
+are left out. On paper nothing unfolds: folded code is left out there, but for solutions, which
+get a class.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from docutils import nodes
@@ -15,25 +18,54 @@ from sphinx.application import Sphinx
 from sphinx_design.shared import create_component
 
 BLANK = "\n\n\n"  # as two functions stand apart in a file
+MARK = re.compile(r"^[ \t]*### (?:BEGIN|END) SOLUTION[ \t]*\n?", re.MULTILINE)
+UNSOLVED = ("○", "✗")  # how a check begins what it says
 SOLUTION = "Solution"
 IN_CODE = "Solution in code"
 
 
 def join_folds(app: Sphinx, doctree: nodes.document) -> None:
-    """Join each folded cell without output with the folded cell that follows it."""
+    """Join each folded cell without output with one that has some, and gather the solutions."""
+    waiting: list[nodes.container] = []
+    shown: nodes.container | None = None
     for cell in list(doctree.findall(nodes.container)):
-        below = cell.next_node(descend=False, siblings=True)
         if _is_solution(cell):
             cell["classes"].append("solved")
             cell["prompt_show"] = cell["prompt_hide"] = IN_CODE
-        elif _is_folded(cell) and _is_folded(below) and len(cell) == 1:
-            above, code = _code(cell), _code(below)
-            joined = above.astext() + BLANK + code.astext()
-            code.rawsource, code.children = joined, []
-            code += nodes.Text(joined)
-            cell.parent.remove(cell)
+        elif _is_folded(cell) and len(cell) == 1:
+            waiting.append(cell)
+        elif _is_folded(cell):
+            _join([*waiting, cell], cell)
+            waiting, shown = [], cell
+        if "tag_stub" in cell["classes"]:
+            _silence(cell)
+    if shown and waiting:
+        _join([shown, *waiting], shown)
     for cells, dropdown in list(_solutions(doctree)):
         _put_into(dropdown, cells)
+    for code in doctree.findall(nodes.literal_block):
+        if MARK.search(code.astext()):
+            _write(code, MARK.sub("", code.astext()))
+
+
+def _join(cells: list[nodes.container], into: nodes.container) -> None:
+    """Put the code of all cells into one of them, in their order."""
+    _write(_code(into), BLANK.join(_code(each).astext() for each in cells))
+    for each in cells:
+        if each is not into:
+            each.parent.remove(each)
+
+
+def _write(code: nodes.literal_block, text: str) -> None:
+    code.rawsource, code.children = text, []
+    code += nodes.Text(text)
+
+
+def _silence(cell: nodes.container) -> None:
+    """Take out what the check of an exercise says that nobody has solved."""
+    for output in cell.children[1:]:
+        if output.astext().lstrip()[:1] in UNSOLVED:
+            cell.remove(output)
 
 
 def _solutions(

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+from html import escape
+from pathlib import Path
 from typing import Any
 
 import browser_files
+import killian_map
 from diagrams import MermaidDirective
 from docutils import nodes
 from excerpts import write_excerpts
 from figures import make_figures
 from folds import join_folds
 from formulas import draw_formulas, keep_tagged_formulas_whole
+from killian_map import PICTURE
 from launch import settle_buttons
+from lighter import ICONS, lighten
 from predictions import mark_all
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.errors import ExtensionError
 from terms import explain_terms
+
+from labkit.plotting.style import css_variables
 
 
 def provide_browser_files(app: Sphinx, config: Config) -> None:
@@ -25,6 +32,13 @@ def provide_browser_files(app: Sphinx, config: Config) -> None:
         browser_files.provide()
     except browser_files.BrowserFilesError as error:
         raise ExtensionError(str(error)) from error
+    killian_map.provide()
+
+
+def write_colors(app: Sphinx, error: Exception | None) -> None:
+    """Write labkit's colours as variables, and the classes of the words that wear them."""
+    if error is None and app.builder.name == "html":
+        Path(app.outdir, "_static", "colors.css").write_text(css_variables(), "utf-8")
 
 
 def declare_thebe_once(
@@ -48,6 +62,22 @@ def tell_status(app: Sphinx, doctree: nodes.document, page: str) -> None:
             text.parent.replace(text, nodes.Text(words[text]))
 
 
+def describe(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
+) -> None:
+    """Tell what a page is about to those who list or share it: its title and first paragraph."""
+    if doctree is not None:
+        first = next(iter(doctree.findall(nodes.paragraph)), None)
+        words = {"og:title": context.get("title", ""), "og:type": "article"}
+        words["og:description"] = " ".join(first.astext().split())[:200] if first else ""
+        if app.config.html_baseurl:
+            words["og:image"] = f"{app.config.html_baseurl.rstrip('/')}/_static/{PICTURE.name}"
+        told = [("name", "description", words["og:description"])]
+        told += [("property", name, text) for name, text in words.items()]
+        tags = [f'<meta {kind}="{name}" content="{escape(text)}" />' for kind, name, text in told]
+        context["metatags"] = "\n".join([context.get("metatags") or "", *tags])
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the steps above, the diagrams, and what the pages load."""
     app.connect("config-inited", provide_browser_files)
@@ -60,10 +90,17 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("doctree-resolved", tell_status)
     app.connect("html-page-context", draw_formulas, priority=900)
     app.connect("html-page-context", declare_thebe_once, priority=900)
+    app.connect("build-finished", write_colors)
     app.connect("build-finished", write_excerpts)
+    app.connect("build-finished", lighten)
+    app.connect("html-page-context", describe)
     app.add_directive("mermaid", MermaidDirective)
+    app.add_css_file("colors.css")
     app.add_css_file("labbook.css")
+    app.add_css_file(ICONS)
     app.add_js_file("formulas.js", priority=900)  # after MathJax's own settings
     app.add_js_file("access.js")
+    app.add_js_file("map.js")
+    app.add_js_file("search.js")
     app.add_js_file("predictions.js")
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -29,9 +29,8 @@ asked for:
   in the picture, or types the two numbers.
 - *Words*: anything else. The reader writes a sentence and compares.
 
-A cell that follows the box directly (nothing between them) is part of the answer: the page
-holds back what it shows, and its caption, until the reader has answered or has opened the
-dropdown. Put a sentence between the two where the picture may be seen at once.
+All that follows the box, to the next heading or the next box, may tell the answer: the page holds
+it back until the reader has answered or has opened the dropdown.
 
 In JupyterLab and on paper the same text is a box with a question, a list, and a dropdown
 to open; nothing is held back there. In the page all of it works by keyboard, and the

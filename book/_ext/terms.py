@@ -10,6 +10,14 @@ from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 
 GLOSSARY = "book/glossary"
+WORN = {
+    "gate": "gate",
+    "overlap": "overlap",
+    "trim": "overlap",
+    "huber": "delta",
+    "source": "source",
+    "target": "target",
+}
 
 
 def explain_terms(app: Sphinx, doctree: nodes.document, page: str) -> None:
@@ -20,6 +28,7 @@ def explain_terms(app: Sphinx, doctree: nodes.document, page: str) -> None:
         for link in links:
             target = link.get("refid") or link["refuri"].partition("#")[2]
             link["reftitle"] = meanings[target]
+            link["classes"] += [f"w-{WORN[each]}" for each in WORN if each in target.lower()][:1]
 
 
 def meanings_in(env: BuildEnvironment) -> dict[str, str]:

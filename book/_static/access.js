@@ -33,25 +33,6 @@
     show(false);
   };
 
-  // A page in a folder may not read another one. The search, which reads those that it found,
-  // gets their texts from one script.
-  if (location.protocol === "file:" && location.pathname.endsWith("/search.html")) {
-    let texts;
-    const load = () =>
-      new Promise((loaded) => {
-        window.labbookExcerpts = loaded;
-        const script = document.createElement("script");
-        script.src = `${root.dataset.content_root}excerpts.js`;
-        document.head.append(script);
-      });
-    window.fetch = async (page) => {
-      texts ??= load();
-      const name = page.slice(root.dataset.content_root.length).replace(/\.html.*/, "");
-      const text = (await texts)[name];
-      return { text: async () => text && `<div role="main">${text}</div>` };
-    };
-  }
-
   // Paper is light, whatever the screen is.
   let onScreen = null;
   addEventListener("beforeprint", () => {
@@ -84,7 +65,24 @@
     [...fields].slice(1).forEach((node) => node.removeAttribute("id"));
     each("th", (node) => node.textContent.trim() || node.replaceWith(document.createElement("td")));
 
-    each("article figure:has(img)", (figure) => letEnlarge(figure.querySelector("img")));
+    each("article figure:has(img):not(.killian-map)", (figure) => letEnlarge(figure.querySelector("img")));
+
+    // Anchors for exercises and equations; figures and headings have theirs.
+    each(".exercise.admonition[id] > .admonition-title, div.math[id] > .eqno", (node) => {
+      if (node.querySelector(".headerlink")) return;
+      const link = Object.assign(document.createElement("a"), { className: "headerlink", href: `#${node.parentElement.id}`, textContent: "#", title: "Link to this" });
+      link.setAttribute("aria-label", "Link to this");
+      node.append(link);
+    });
+
+    // Ways past all links to what moves under the hand.
+    const ways = document.createElement("p");
+    ways.className = "skip-ways";
+    each('.cell_output:has(script[type*="widget-view"], .widget-subarea)', (node, k) => {
+      Object.assign(node, { id: node.id || `widget-${k + 1}`, tabIndex: -1 });
+      ways.append(Object.assign(document.createElement("a"), { href: `#${node.id}`, textContent: `Skip to widget ${k + 1}` }));
+    });
+    if (ways.childElementCount) document.body.prepend(ways);
 
     // What scrolls sideways can be scrolled by keys. First all is read, then all is written: a
     // page is laid out once, not once for each.

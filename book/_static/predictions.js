@@ -31,13 +31,12 @@
     return `${location.pathname.split("/").pop()}#${hash}`;
   };
 
-  // What belongs to the answer: a cell right after the box, and its caption.
+  // What may tell the answer: all that follows, to the next heading or box.
   const heldBack = (box) => {
-    const cell = box.nextElementSibling;
-    if (!cell?.matches(".cell:has(.cell_output)")) return [];
-    const caption = cell.nextElementSibling;
-    const isCaption = caption?.matches("p") && caption.children.length === 1 && caption.firstElementChild.matches("em");
-    return isCaption ? [cell, caption] : [cell];
+    const held = [];
+    let next = box.nextElementSibling;
+    for (; next && !next.matches("section, .admonition, .prev-next-area, h1, h2, h3, h4"); next = next.nextElementSibling) held.push(next);
+    return held;
   };
 
   // The last picture before the box.

@@ -30,16 +30,8 @@ FOLDER = Path(__file__).parent
 class Flipbook(anywidget.AnyWidget):
     """A slider above one of several pictures; make one with `flipbook`.
 
-    Attributes
-    ----------
-    index : int
-        Which picture is shown.
-    label, readouts, alt : str, list of str, str
-        What the slider changes, its values in words, and what the pictures show.
-    pictures : list of str
-        One for each value: WebP as base64.
-    size : dict
-        Width and height of each in pixels.
+    `index` says which is shown, `readouts` are the slider's values in words, `pictures` are WebP as
+    base64 of the pixels in `size`.
     """
 
     _esm = joined([EXPLORER / "controls.js", FOLDER / "flipbook.js"])
@@ -88,12 +80,7 @@ def flipbook(
     start : int
         Index of the value shown first.
     height : float
-        Of the figure, in inches.
-
-    Returns
-    -------
-    Flipbook
-        The slider above its picture.
+        Of the figure [in].
 
     Raises
     ------

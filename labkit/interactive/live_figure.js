@@ -1,7 +1,8 @@
 // A live figure: sliders, the picture that a model draws of their values, and its numbers.
 
 import { freshContext, palette, watchTheme } from "./explorer/canvas.js";
-import { element, keepToItself, slider } from "./explorer/controls.js";
+import { button, element, keepToItself, slider } from "./explorer/controls.js";
+import { drawCost } from "./explorer/cost.js";
 import { Frame } from "./explorer/frame.js";
 import { PATIENCE, writeRows } from "./explorer/readouts.js";
 import { floats } from "./explorer/scene.js";
@@ -9,6 +10,8 @@ import { drawMark, signOf } from "./marks.js";
 import { MODELS } from "./models.js";
 
 const HIGHEST = 400; // px
+const TRAIL = 150; // numbers that the curve remembers
+const BEAT = 120; // ms that a value stands while one slider plays
 const SYNC = 120; // ms of rest before Python is told
 
 // What Python packed: arrays are base64, all else is as it is.
@@ -20,6 +23,7 @@ export function unpackedArrays(given) {
 class LiveFigure {
   constructor(model, signal) {
     Object.assign(this, { model, signal });
+    this.first = model.get("values");
     this.answer = MODELS[model.get("model_name")](unpackedArrays(model.get("given")));
     this.sliders = model.get("sliders").map(({ label, values }, k) => {
       const digits = Math.max(...values.map((each) => (String(each).split(".")[1] ?? "").length));
@@ -37,7 +41,9 @@ class LiveFigure {
       resized.disconnect();
       clearTimeout(this.syncing);
       clearTimeout(this.speaking);
+      clearInterval(this.playing);
     });
+    this.trail = [];
     this.draw();
   }
 
@@ -45,6 +51,11 @@ class LiveFigure {
     const part = (name, ...children) => element("div", { class: `icp-${name}` }, ...children);
     const { panels } = this.answer(...this.model.get("values"));
     this.canvases = panels.map(() => element("canvas", { class: "icp-panel", role: "img" }));
+    if (this.answer.drag) for (const canvas of this.canvases) this.letDrag(canvas);
+    this.curve = element("canvas", { class: "icp-cost", "aria-hidden": "true" }); // its numbers are told beside it
+    const reset = button("Reset", "As it was at first", () => ((this.trail = []), this.set(this.first)));
+    this.play = button("Play", "Move the slider to its end", () => this.togglePlay());
+    const tools = this.sliders.length === 1 ? [this.play, reset] : [reset];
     const figures = panels.map(({ name }, k) => part("named", ...(name ? [element("p", {}, name)] : []), this.canvases[k]));
     const labels = new Map(panels.flatMap(({ marks }) => marks.map(([kind, , label]) => [kind, label])));
     const entries = [...labels].map(([kind, label]) => {
@@ -58,16 +69,53 @@ class LiveFigure {
       part(
         panels.length > 1 ? "stack" : "frame",
         part("left", part("panels", ...figures), element("p", { class: "icp-legend" }, ...entries)),
-        part("right", part("sliders", ...this.sliders.map(({ node }) => node)), this.numbers, this.spoken),
+        part("right", part("sliders", ...this.sliders.map(({ node }) => node)), part("row", ...tools), this.numbers, this.curve, this.spoken),
       ),
     );
     keepToItself(this.root, this.signal);
   }
 
+  // Each slider's nearest value; what is dragged stays among those that can be chosen.
   set(values) {
-    this.model.set("values", values);
+    const nearest = ({ values }, wanted) => values.reduce((best, each) => (Math.abs(each - wanted) < Math.abs(best - wanted) ? each : best));
+    this.model.set("values", this.model.get("sliders").map((each, k) => nearest(each, values[k])));
     clearTimeout(this.syncing);
     this.syncing = setTimeout(() => this.model.save_changes(), SYNC);
+  }
+
+  // In the picture the thing itself is dragged; a finger elsewhere scrolls the page.
+  letDrag(canvas) {
+    let grip = null;
+    const listen = (type, listener) => canvas.addEventListener(type, listener, { signal: this.signal, passive: false });
+    const place = ({ offsetX, offsetY }) => this.view.place(offsetX, offsetY);
+    canvas.classList.add("icp-drag");
+    listen("touchstart", (event) => {
+      const { left, top } = canvas.getBoundingClientRect(), [{ clientX, clientY }] = event.touches;
+      if (this.isNear(clientX - left, clientY - top)) event.preventDefault();
+    });
+    listen("pointerdown", (event) => {
+      if (event.pointerType === "touch" && !this.isNear(event.offsetX, event.offsetY)) return;
+      event.preventDefault();
+      grip = { values: this.model.get("values"), from: place(event) };
+      canvas.setPointerCapture(event.pointerId);
+    });
+    listen("pointermove", (event) => grip && this.set(this.answer.drag(grip.values, grip.from, place(event))));
+    for (const type of ["pointerup", "pointercancel"]) listen(type, () => (grip = null));
+  }
+
+  isNear(u, v) {
+    const { marks } = this.answer(...this.model.get("values")).panels[0], held = ["newer", "query", "stray"];
+    const spots = marks.filter(([kind]) => held.includes(kind)).flatMap(([, data]) => Array.from({ length: data.length / 2 }, (_, i) => this.view.pixel(data[2 * i], data[2 * i + 1])));
+    return spots.some(([a, b]) => Math.hypot(a - u, b - v) < 24);
+  }
+
+  togglePlay() {
+    const [{ values }] = this.model.get("sliders"), stop = () => (clearInterval(this.playing), (this.playing = null), (this.play.textContent = "Play"));
+    if (this.playing) return stop();
+    let at = values.indexOf(this.model.get("values")[0]);
+    if (at === values.length - 1) at = -1;
+    this.play.textContent = "Pause";
+    this.playing = setInterval(() => (this.set([values[++at]]), at === values.length - 1 && stop()), BEAT);
   }
 
   request() {
@@ -78,10 +126,13 @@ class LiveFigure {
   }
 
   draw() {
-    const values = this.model.get("values"), { panels, numbers } = this.answer(...values);
+    const values = this.model.get("values"), { panels, numbers, curve } = this.answer(...values);
     this.sliders.forEach((each, k) => each.set(values[k]));
     writeRows(this.numbers, numbers);
     panels.forEach((panel, k) => this.drawPanel(this.canvases[k], panel));
+    const { title, trail, series, shown } = curve, last = this.trail.at(-1);
+    if (trail !== undefined && trail !== last) this.trail = [...this.trail, trail].slice(-TRAIL);
+    drawCost(this.curve, { series: series ?? [this.trail], shown: shown ?? this.trail.length - 1, title, colors: palette(this.root) });
     const said = numbers.map((each) => each.join(": ")).join("; ");
     const name = ({ name }) => [name, this.model.get("label")].filter(Boolean).join(": ");
     this.canvases.forEach((canvas, k) => canvas.setAttribute("aria-label", `${name(panels[k])}; ${said}`));
@@ -96,6 +147,7 @@ class LiveFigure {
     const { context, width, height } = fresh, colors = palette(this.root), frame = new Frame();
     const scale = Math.min(width / (right - left), height / (top - bottom));
     frame.look({ width, height, center: [(left + right) / 2, (bottom + top) / 2], scale });
+    this.view = frame;
     frame.drawGrid(context, colors);
     for (const mark of marks) drawMark(context, frame, colors, mark);
   }

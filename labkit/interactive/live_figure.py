@@ -26,7 +26,7 @@ FOLDER = Path(__file__).parent
 MODELS = ("turn", "outlier", "cuts", "race")
 MODULES = (
     *("se2", "neighbors", "correspondences", "alignment", "line_alignment", "icp", "scene"),
-    *("canvas", "controls", "frame", "readouts"),
+    *("canvas", "controls", "frame", "cost", "readouts"),
 )
 """Those of the explorer that a live figure needs."""
 
@@ -34,20 +34,8 @@ MODULES = (
 class LiveFigure(anywidget.AnyWidget):
     """Sliders beside a picture that the page computes; make one with `live_figure`.
 
-    Attributes
-    ----------
-    model_name : str
-        What computes the picture: a key of ``MODELS`` in ``models.js``.
-    label : str
-        What the picture shows.
-    sliders : list of dict
-        Label and values of each slider.
-    values : list of float
-        Where the sliders stand.
-    window : list of float
-        The part of the plane that is seen: left, right, bottom, top [m].
-    given : dict
-        What the model is about: arrays as base64 of their little-endian float64.
+    `values` say where the sliders stand, `window` is the part of the plane that is seen: left,
+    right, bottom, top [m].
     """
 
     _esm = joined(
@@ -93,8 +81,7 @@ def live_figure(
     model : str
         What computes it: "turn", "outlier", "cuts" or "race" of ``models.js``.
     sliders : mapping of str to iterable of float
-        What each slider changes, with its unit, and the values that it can take; in the order
-        in which the model takes them.
+        What each changes, with its unit, and its values; in the order of the model's arguments.
     label : str
         What the picture shows, for those who cannot see it; its numbers are added.
     start : sequence of float
@@ -104,23 +91,15 @@ def live_figure(
     **given : array_like or IcpParameters
         What the model is about, by the names that it knows.
 
-    Returns
-    -------
-    LiveFigure
-        The widget; its `values` follow the sliders where a kernel runs.
-
     Raises
     ------
     InvalidParameterError
-        For a model that there is not, a slider of fewer than two values, or a `start` of
-        another number of values than there are sliders.
+        For an unknown model, a slider of fewer than two values, or a `start` of another length.
 
     Examples
     --------
-    >>> square = [[0.0, 0.0], [4.0, 0.0], [0.0, 3.0], [4.0, 3.0]]
-    >>> choices = {"cuts": range(3), "query x [m]": [0.0, 1.0], "query y [m]": [0.0, 1.0]}
-    >>> cells = live_figure("cuts", choices, label="cells of a tree", start=(1, 0.0, 1.0),
-    ...                     xlim=(-1.0, 5.0), ylim=(-1.0, 4.0), target=square)
+    >>> cells = live_figure("cuts", {"cuts": range(3), "x": [0, 1], "y": [0, 1]}, label="cells",
+    ...                     start=(1, 0, 1), xlim=(-1, 5), ylim=(-1, 4), target=[[0, 0], [4, 3]])
     >>> cells.values
     [1.0, 0.0, 1.0]
     """

@@ -24,15 +24,16 @@ const circle = (context, frame, [x, y, radius]) => context.arc(...frame.pixel(x,
 // How each kind is drawn, and its sign in the legend; `fill` is how opaque its inside is.
 const KINDS = {
   older: { path: points(speck), color: "target", sign: "▪", fill: 1 },
-  newer: { path: points(ring), color: "gated", sign: "○" },
+  newer: { path: points(ring), color: "source", sign: "○" },
   pair: { path: segments, color: "soft", sign: "—" },
-  stray: { path: segments, color: "accent", sign: "- -", dash: [6, 4], width: 2 },
+  pull: { path: segments, color: "gated", sign: "→", width: 3 },
+  stray: { path: segments, color: "gated", sign: "- -", dash: [6, 4], width: 2 },
   after: { path: points(plus), color: "kept", sign: "+", width: 2 },
   before: { path: points(cross), color: "ink", sign: "×", width: 1.5 },
   cell: { path: cells, color: "soft", sign: "□" },
   open: { path: cells, color: "kept", sign: "▨", fill: 0.3, width: 1.5 },
   reach: { path: circle, color: "kept", sign: "◌", dash: [5, 3], width: 1.5 },
-  query: { path: points(diamond), color: "gated", sign: "◆", fill: 1 },
+  query: { path: points(diamond), color: "source", sign: "◆", fill: 1 },
 };
 
 export function drawMark(context, frame, colors, [kind, data]) {

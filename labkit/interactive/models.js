@@ -1,8 +1,9 @@
 // What the live figures compute: from the values of the sliders, panels of marks, and numbers.
 //
 // A model takes what Python gave and returns the function that its sliders ask. Points are flat
-// arrays x0, y0, x1, y1, ... in metres; the kinds of marks stand in marks.js. The tests hold all
-// of it to labkit.
+// arrays x0, y0, x1, y1, ... in metres; the kinds of marks stand in marks.js. `drag(values, from, to)`
+// gives the values after a drag from one place to another, `curve` what is drawn beside the picture.
+// The tests hold all of it to labkit.
 
 import { align } from "./explorer/alignment.js";
 import { icp, prepareTarget } from "./explorer/icp.js";
@@ -14,17 +15,21 @@ export const MODELS = {
   // The newer scan moved over the older one by hand.
   turn({ source, target }) {
     const search = new NearestNeighbors(target);
-    return (degrees, x, y) => {
-      const moved = apply(transform(x, y, degrees * DEGREE), source);
-      const distances = rows(moved).map(([x, y]) => distanceTo(target, search.nearest(x, y), x, y));
-      const marks = [["newer", moved, "newer scan, moved"], ["older", target, "older scan"]];
-      return { panels: [{ marks }], numbers: [["median distance", `${median(distances).toFixed(3)} m`]] };
+    const answer = (degrees, x, y) => {
+      const moved = apply(transform(x, y, degrees * DEGREE), source), nearest = rows(moved).map((at) => search.nearest(...at));
+      const distances = rows(moved).map(([x, y], i) => distanceTo(target, nearest[i], x, y)), found = median(distances);
+      const pairs = rows(moved).flatMap((at, i) => [...at, target[2 * nearest[i]], target[2 * nearest[i] + 1]]);
+      const marks = [["pair", pairs, "to the nearest point"], ["older", target, "older scan"], ["newer", moved, "newer scan, moved"]];
+      const curve = { title: "median distance [m], as you move", trail: found };
+      return { panels: [{ marks }], numbers: [["median distance", `${found.toFixed(3)} m`]], curve };
     };
+    answer.drag = ([degrees, x, y], from, to) => [degrees, x + to[0] - from[0], y + to[1] - from[1]];
+    return answer;
   },
 
   // Pairs, in one of which the target point was displaced, aligned with a weight for this one.
   outlier({ source, target, truth, row }) {
-    return (weight, metres) => {
+    const answer = (weight, metres) => {
       const spoilt = target.map((each, i) => (i === 2 * row ? each + metres : each));
       const weights = Float64Array.from(target.subarray(target.length / 2), (_, i) => (i === row ? weight : 1));
       const T = align({ source, target: spoilt, weights, kept: weights.map(() => 1) });
@@ -34,8 +39,9 @@ export const MODELS = {
       const marks = [
         ["pair", pairs.filter((_, i) => i !== row).flat(), "pair"],
         ["stray", pairs[row], "pair of the outlier"],
-        ["newer", moved, "source, moved"],
         ["older", spoilt, "target"],
+        ["newer", moved, "source, moved"],
+        ["pull", [...before, ...after.map((each, k) => before[k] + 5 * (each - before[k]))], "its pull on the centroid, 5 times"],
         ["after", after, "centroid of the target"],
         ["before", before, "where it was"],
       ];
@@ -43,14 +49,17 @@ export const MODELS = {
         ["centroid moves", `${Math.hypot(after[0] - before[0], after[1] - before[1]).toFixed(3)} m`],
         ["error of the motion", sayDifference(poseDifference(transform(...truth), T))],
       ];
-      return { panels: [{ marks }], numbers };
+      const curve = { title: "error of the motion [m], as you move", trail: poseDifference(transform(...truth), T)[0] };
+      return { panels: [{ marks }], numbers, curve };
     };
+    answer.drag = ([weight, metres], from, to) => [weight, metres + to[0] - from[0]];
+    return answer;
   },
 
   // The cells of a KD-tree, and those that a query opens.
   cuts({ target }) {
     const points = rows(target), search = new NearestNeighbors(target);
-    return (depth, x, y) => {
+    const answer = (depth, x, y) => {
       const radius = distanceTo(target, search.nearest(x, y), x, y);
       const cells = cut(points, box(points), depth);
       const open = cells.filter(({ low, high }) => gap([x, y], low, high) <= radius);
@@ -68,8 +77,10 @@ export const MODELS = {
         ["to open", `${open.length}`],
         ["points in them", `${looked} of ${points.length} (${Math.round((100 * looked) / points.length)} %)`],
       ];
-      return { panels: [{ marks }], numbers };
+      return { panels: [{ marks }], numbers, curve: { title: "points to look at, as you move", trail: looked } };
     };
+    answer.drag = ([depth], _, to) => [depth, ...to];
+    return answer;
   },
 
   // Two metrics on the same scans, after as many steps.
@@ -79,14 +90,16 @@ export const MODELS = {
       const { history } = icp(source, prepared, transform(0, 0, 0), { ...parameters, metric });
       return { name: metric.replaceAll("_", "-"), poses: history.map((each) => each.T_target_source) };
     });
+    const errors = runs.map(({ poses }) => poses.map((T) => poseDifference(transform(...truth), T)[0]));
     return (steps) => {
       const shown = runs.map(({ name, poses }) => ({ name, T: poses[Math.min(steps, poses.length - 1)], last: poses.length - 1 }));
       const panels = shown.map(({ name, T }) => ({
-        name, marks: [["newer", apply(T, source), "newer scan, moved"], ["older", target, "older scan"]],
+        name, marks: [["older", target, "older scan"], ["newer", apply(T, source), "newer scan, moved"]],
       }));
       const off = (T) => `${sayDifference(poseDifference(transform(...truth), T))} off the truth`;
       const after = (last) => (steps < last ? "" : `, the end after ${last} steps`);
-      return { panels, numbers: shown.map(({ name, T, last }) => [name, off(T) + after(last)]) };
+      const numbers = shown.map(({ name, T, last }) => [name, off(T) + after(last)]);
+      return { panels, numbers, curve: { title: "error [m] over the steps: — point-to-point, - - point-to-line", series: errors, shown: steps } };
     };
   },
 };

@@ -1,8 +1,9 @@
 """Pictures of what the lab computes: scans, pairs, convergence, trajectories, quality.
 
-A plotter draws on the `ax` that it is given and returns it; none touches pyplot. Lengths
-are in metres, axes are equal where they show the plane, and no figure leans on colour
-alone: markers, line styles and lightness tell things apart in grey too.
+A plotter draws on the `ax` that it is given, a matplotlib ``Axes``, and returns it; none touches
+pyplot. Scans are a `Scan` or an array of points (N, 2); what is no scan raises the
+`InvalidPointsError`. Lengths are in metres, axes are equal where they show the plane. What a colour
+means stands in `labkit.plotting.style`; no figure leans on colour alone.
 """
 
 from labkit.plotting.animation import animate_icp
@@ -11,7 +12,7 @@ from labkit.plotting.covariance import plot_covariance
 from labkit.plotting.observability import plot_observability
 from labkit.plotting.pairs import Fate, fates, plot_correspondences
 from labkit.plotting.quality import plot_quality
-from labkit.plotting.save import animation_html, save_animation, save_figure
+from labkit.plotting.save import save_animation, save_figure
 from labkit.plotting.scans import plot_scans
 from labkit.plotting.search_cells import plot_search_cells
 from labkit.plotting.style import book_figure
@@ -20,7 +21,6 @@ from labkit.plotting.trajectory import map_points, plot_trajectory
 __all__ = [
     "Fate",
     "animate_icp",
-    "animation_html",
     "book_figure",
     "fates",
     "map_points",

@@ -11,15 +11,15 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from labkit.arrays import FloatArray
-from labkit.plotting.style import BLACK, BLUE, GREEN, VERMILLION, legend_below, style_grid
+from labkit.plotting.style import METHODS, SOURCE, TARGET, legend_below, style_grid
 from labkit.result import IcpResult
 
 _TITLE_WIDTH = 66  # characters of a title across the book's page
 _FLOOR = 1e-7  # of the greatest value: what is smaller would only stretch the scale
 _STYLES: dict[str, dict[str, Any]] = {
-    "cost J": {"color": BLUE, "marker": "o", "linestyle": "-"},
-    "translation step": {"color": VERMILLION, "marker": "^", "linestyle": "--"},
-    "rotation step": {"color": GREEN, "marker": "s", "linestyle": ":", "markerfacecolor": "white"},
+    "cost J": {"color": SOURCE, "marker": "o"},
+    "translation step": {"color": METHODS[0], "marker": "^", "linestyle": "--"},
+    "rotation step": {"color": METHODS[1], "marker": "s", "linestyle": ":"},
 }
 
 
@@ -29,18 +29,10 @@ def plot_convergence(ax: Axes, result: IcpResult, step_ax: Axes | None = None) -
     Parameters
     ----------
     ax : Axes
-        Where to draw the cost J [m²], on a log scale. What is exactly 0, or less than
-        1e-7 of the greatest value, is marked at the foot of the scale.
-    result : IcpResult
-        The run, with its history.
+        For the cost J [m²], on a log scale; what is less than 1e-7 of its greatest value is
+        marked at the foot.
     step_ax : Axes, optional
-        Where to draw the steps, translation [m] and rotation [rad]; by default a second
-        y-axis at the right of `ax`.
-
-    Returns
-    -------
-    Axes
-        The `ax` given.
+        For the steps, [m] and [rad]; by default a second y-axis at the right of `ax`.
 
     Examples
     --------
@@ -97,5 +89,5 @@ def _draw(ax: Axes, what: str, curves: dict[str, FloatArray]) -> list[Line2D]:
         at = np.unique(np.concatenate(tiny))
         foot = np.full(len(at), floor)
         label = f"{what} below the scale"
-        entries += ax.plot(at, foot, "v", markersize=7.0, color=BLACK, label=label)
+        entries += ax.plot(at, foot, "v", markersize=7.0, color=TARGET, label=label)
     return entries

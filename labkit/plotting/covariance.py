@@ -27,8 +27,6 @@ def plot_covariance(
 
     Parameters
     ----------
-    ax : Axes
-        Where to draw.
     mean : array_like, shape (2,)
         The middle, in the axes' units.
     covariance : array_like, shape (2, 2)
@@ -37,18 +35,6 @@ def plot_covariance(
         The share inside, in (0, 1).
     **style
         Of the `matplotlib.patches.Ellipse`: ``edgecolor``, ``linestyle``, ``label``, ...
-
-    Returns
-    -------
-    Axes
-        The `ax` given.
-
-    Raises
-    ------
-    InvalidPointsError
-        For another shape, or a matrix that is no covariance.
-    InvalidParameterError
-        For a probability outside (0, 1).
 
     Notes
     -----

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 from labkit.arrays import FloatArray
 from labkit.line_alignment import Information
 from labkit.plotting.scans import draw_target, scan_points
-from labkit.plotting.style import BLUE, GREY, PURPLE, VERMILLION, legend_below, style_plane
+from labkit.plotting.style import GREY, METHODS, PURPLE, legend_below, style_plane
 from labkit.scan import Scan
 
 ARROWS = 24  # so many are drawn along the scan
-COLORS = (VERMILLION, BLUE, PURPLE)  # of the first, second and third free direction
+COLORS = (*METHODS, PURPLE)  # of the first, second and third free direction
 ARROW_SHARE = 0.1  # of the scan's longer side: the longest arrow
 NARROWEST = 0.15  # of the longer side is shown to either side of the middle
 
@@ -28,22 +28,10 @@ def plot_observability(ax: Axes, target: Scan | ArrayLike, information: Informat
 
     Parameters
     ----------
-    ax : Axes
-        Where to draw.
     target : Scan or array_like, shape (N, 2)
         The scan [m], in the frame of `information`.
     information : Information
         Of `labkit.degeneracy.observability` or `labkit.line_alignment.line_information`.
-
-    Returns
-    -------
-    Axes
-        The `ax` given.
-
-    Raises
-    ------
-    InvalidPointsError
-        For a scan that cannot be meant.
 
     Examples
     --------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,7 +15,7 @@ from labkit.arrays import FloatArray, as_floats
 from labkit.errors import InvalidPointsError
 from labkit.line_alignment import MIN_INFORMATION
 from labkit.odometry import Decision, SanityLimits, StepRecord
-from labkit.plotting.style import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, style_grid
+from labkit.plotting.style import GREEN, GREY, ORANGE, PURPLE, SKY, SOURCE, VERMILLION, style_grid
 
 FALLBACKS = {  # decision: colour, marker
     Decision.RETRY: (ORANGE, "^"),
@@ -57,11 +58,6 @@ def plot_quality(
     -------
     tuple of 5 Axes
         RMSE [m], inlier ratio, rotation [°], information, decisions.
-
-    Raises
-    ------
-    InvalidPointsError
-        For no records, or stamps that are not K finite numbers.
 
     Examples
     --------
@@ -114,19 +110,18 @@ def _draw_signal(
     known = np.isfinite(values)
     window = max(_MEDIAN_STEPS, len(values) // _MEDIAN_SHARE)
     if np.count_nonzero(known) > window:
-        ax.plot(at[known], median_filter(values[known], window, mode="nearest"), color=BLUE, lw=1.2)
+        ax.plot(
+            at[known], median_filter(values[known], window, mode="nearest"), color=SOURCE, lw=1.2
+        )
     for decision, (color, marker) in FALLBACKS.items():
         fell = np.array([each is decision for each in decisions]) & known
         if fell.any():
-            ax.plot(
-                at[fell],
-                values[fell],
-                marker,
-                color=color,
-                markersize=7.0,
-                markeredgecolor="white",
-                markeredgewidth=0.5,
-            )
+            look: dict[str, Any] = {
+                "color": color,
+                "markeredgecolor": "white",
+                "markeredgewidth": 0.5,
+            }
+            ax.plot(at[fell], values[fell], marker, markersize=7.0, **look)
     greatest = float(values[known].max(initial=0.0))
     _show_from_zero(ax, (1.0 + _MARGIN) * greatest or ax.get_ylim()[1])
     style_grid(ax)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, as_floats, as_points, as_transform
 from labkit.errors import InvalidPointsError
-from labkit.plotting.style import BLACK, VERMILLION, legend_below, style_plane
+from labkit.plotting.style import SOURCE, TARGET, legend_below, style_plane
 from labkit.scan import Scan
 from labkit.se2 import apply
 
@@ -24,8 +24,6 @@ def plot_scans(
 
     Parameters
     ----------
-    ax : Axes
-        Where to draw.
     source : Scan or array_like, shape (N, 2)
         The newer scan [m]: open circles.
     target : Scan or array_like, shape (M, 2)
@@ -33,11 +31,6 @@ def plot_scans(
     T_target_source : array_like, shape (3, 3), optional
         Where to put the source: the guess, or the estimate. By default it stays in its
         own coordinates, which is the picture before any registration.
-
-    Returns
-    -------
-    Axes
-        The `ax` given.
 
     Raises
     ------
@@ -67,10 +60,9 @@ def draw_target(ax: Axes, points: FloatArray) -> Line2D:
     """The older scan, shape (M, 2) [m], as black dots."""
     (line,) = ax.plot(
         *points.T,
-        linestyle="none",
-        marker=".",
+        ".",
         markersize=3.5,
-        color=BLACK,
+        color=TARGET,
         markeredgewidth=0.0,
         label=f"target ({len(points)} points)",
     )
@@ -81,11 +73,10 @@ def draw_source(ax: Axes, points: FloatArray, label: str) -> Line2D:
     """The newer scan, shape (N, 2) [m], as open circles that let the target show."""
     (line,) = ax.plot(
         *points.T,
-        linestyle="none",
-        marker="o",
+        "o",
         markersize=3.8,
         markerfacecolor="none",
-        markeredgecolor=VERMILLION,
+        color=SOURCE,
         markeredgewidth=0.8,
         label=label,
     )

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from labkit.arrays import FloatArray, check_count
 from labkit.plotting.scans import draw_target, scan_points, single_point
-from labkit.plotting.style import BLUE, GREY, SKY, VERMILLION, legend_below, style_plane
+from labkit.plotting.style import GREY, KEPT, SKY, SOURCE, legend_below, style_plane
 from labkit.scan import Scan
 
 Box = tuple[FloatArray, FloatArray]  # lower left and upper right corner [m]
@@ -31,24 +31,12 @@ def plot_search_cells(
 
     Parameters
     ----------
-    ax : Axes
-        Where to draw.
     target : Scan or array_like, shape (M, 2)
         The points searched [m].
     depth : int
         How often to cut, at least 0; a cell of one point is not cut.
     query : array_like, shape (2,), optional
         A point whose nearest neighbour is sought [m].
-
-    Returns
-    -------
-    Axes
-        The `ax` given.
-
-    Raises
-    ------
-    InvalidPointsError, InvalidParameterError
-        For points or a depth that cannot be meant.
 
     Examples
     --------
@@ -76,10 +64,10 @@ def plot_search_cells(
         )
     handles = [draw_target(ax, points)]
     if query is not None:
-        ax.add_patch(Circle((p[0], p[1]), radius, fill=False, color=BLUE, linestyle="--"))
-        handles += ax.plot(*p, "*", color=VERMILLION, markersize=11, label="query")
+        ax.add_patch(Circle((p[0], p[1]), radius, fill=False, color=KEPT, linestyle="--"))
+        handles += ax.plot(*p, "*", color=SOURCE, markersize=11, label="query")
         reach = "distance to its nearest point"
-        handles.append(Line2D([], [], color=BLUE, linestyle="--", label=reach))
+        handles.append(Line2D([], [], color=KEPT, linestyle="--", label=reach))
     ax.autoscale_view()
     ax.set_title(title)
     style_plane(ax)

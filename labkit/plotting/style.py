@@ -1,4 +1,7 @@
-"""The look that all figures share: colours, the book's width, legends below the axes."""
+"""The look that all figures share: one colour language, the book's width, legends below the axes.
+
+What a colour means stands here alone. `css_variables` tells it to the pages and the widgets.
+"""
 
 from __future__ import annotations
 
@@ -25,18 +28,48 @@ VERMILLION = "#D55E00"
 PURPLE = "#CC79A7"
 GREY = "#8C8C8C"
 
+COLORS = {  # what it stands for: on a light ground, on a dark one
+    "target": (BLACK, "#FFFFFF"),
+    "source": (BLUE, SKY),
+    "kept": (BLUE, SKY),  # the fates of a pair: the source's hue and its neighbours
+    "down": ("#00747D", "#3CC6CF"),
+    "trimmed": ("#6F57AE", "#B3A1F0"),
+    "gated": ("#A0468C", "#E58FD0"),
+    "noline": (GREY, "#9A9A9A"),
+    "reference": ("#767676", "#A0A0A0"),  # dashed
+    "method-1": (VERMILLION, "#FF8B3D"),
+    "method-2": (GREEN, "#35C79C"),
+}
+TARGET, SOURCE, KEPT, DOWN_WEIGHTED, TRIMMED, GATED, NO_LINE, REFERENCE, *METHODS = (
+    light for light, _ in COLORS.values()
+)
+_DARK = (  # how pages, JupyterLab, Colab and VS Code mark it
+    "html:is([data-theme=dark], [theme=dark]), body:is([data-jp-theme-light=false], .vscode-dark, "
+    ".vscode-high-contrast:not(.vscode-high-contrast-light))"
+)
+
 BOOK_WIDTH = 7.0  # inches: 700 px at 100 dpi
 BOOK_DPI = 100
 _BELOW_LABEL = 34.0  # points from the axes to a legend that clears ticks and label
 _ENTRY, _LETTER = 0.5, 0.065  # inches that an entry takes in a legend, and a letter of it
 
 
+def css_variables() -> str:
+    """The colours as variables of a style sheet, ``--icp-source`` and so on, light and dark."""
+    light, dark = (
+        " ".join(f"--icp-{name}: {pair[ground]};" for name, pair in COLORS.items())
+        for ground in (0, 1)
+    )
+    return f":root {{ {light} }}\n{_DARK} {{ {dark} }}\n"
+
+
 class BookFigure(Figure):
-    """A figure whose axes all look alike: a faint grid, no frame above and to the right."""
+    """A figure whose axes look alike: a faint grid, no frame above and to the right."""
 
     def add_subplot(self, *args: Any, **kwargs: Any) -> Axes:
         """As in matplotlib; `subplots` makes each of its axes by this."""
         ax: Axes = super().add_subplot(*args, **kwargs)
+        ax.set_prop_cycle(color=METHODS)
         style_grid(ax)
         return ax
 
@@ -88,7 +121,8 @@ def legend_below(ax: Axes, handles: Sequence[Artist] | None = None) -> Legend:
         bbox_to_anchor=(0.5, 0.0),
         bbox_transform=below,
         ncols=min(columns, max(1, len(found))),
-        frameon=False,
+        edgecolor="none",
+        framealpha=1.0,
         borderaxespad=0.0,
         columnspacing=1.6,
         handlelength=2.6,

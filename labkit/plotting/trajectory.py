@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, as_poses, check_range
 from labkit.errors import InvalidPointsError
-from labkit.plotting.style import BLACK, BLUE, GREEN, VERMILLION, legend_below, style_plane
+from labkit.plotting.style import BLACK, GREEN, REFERENCE, SOURCE, legend_below, style_plane
 from labkit.scan import Scan
 from labkit.se2 import rotation
 
@@ -34,8 +34,6 @@ def plot_trajectory(
 
     Parameters
     ----------
-    ax : Axes
-        Where to draw.
     poses : array_like, shape (K, 3)
         The trajectory, rows (x [m], y [m], θ [rad]).
     scans : sequence of Scan, length K, optional
@@ -46,16 +44,6 @@ def plot_trajectory(
         Their names in the legend.
     range_max : float
         The map leaves out points farther than this from their scanner [m].
-
-    Returns
-    -------
-    Axes
-        The `ax` given.
-
-    Raises
-    ------
-    InvalidPointsError
-        For rows of a wrong shape or not finite, or scans that are not one per pose.
 
     Examples
     --------
@@ -69,8 +57,8 @@ def plot_trajectory(
     if scans is not None:
         _draw_map(ax, map_points(rows, scans, range_max=range_max))
     if dashed is not None:
-        ax.plot(*dashed[:, :2].T, "--", color=VERMILLION, linewidth=1.2, label=reference_label)
-    ax.plot(*rows[:, :2].T, "-", color=BLUE, linewidth=1.0, label=label, zorder=2.1)
+        ax.plot(*dashed[:, :2].T, "--", color=REFERENCE, linewidth=1.2, label=reference_label)
+    ax.plot(*rows[:, :2].T, "-", color=SOURCE, linewidth=1.0, label=label, zorder=2.1)
     ring = {"markersize": 11.0, "markerfacecolor": "none", "markeredgewidth": 1.8}
     _mark(ax, rows[0], "start", "o", color=GREEN, **ring)  # seen round an end at the same place
     _mark(ax, rows[-1], "end", "s", color=BLACK, markersize=6.0, markeredgecolor="white")
@@ -85,15 +73,7 @@ def plot_trajectory(
 
 def _draw_map(ax: Axes, points: FloatArray) -> None:
     # Nearly transparent pixels: what is seen often grows dark, a stray return stays faint.
-    ax.plot(
-        *points.T,
-        linestyle="none",
-        marker=",",
-        color=MAP_GREY,
-        alpha=0.2,
-        rasterized=True,
-        zorder=1.5,
-    )
+    ax.plot(*points.T, ",", color=MAP_GREY, alpha=0.2, rasterized=True, zorder=1.5)
 
 
 def _mark(ax: Axes, pose: FloatArray, label: str, marker: str, **style: Any) -> None:
@@ -109,7 +89,7 @@ def _length(rows: FloatArray) -> str:
 def map_points(
     poses: ArrayLike, scans: Sequence[Scan], *, range_max: float = math.inf
 ) -> FloatArray:
-    """The points of all scans in the world's frame.
+    """The points of all scans in the world's frame, shape (P, 2) [m], in the order of the scans.
 
     Parameters
     ----------
@@ -120,16 +100,6 @@ def map_points(
     range_max : float
         Points farther than this from their scanner [m] are left out: a small error of
         the heading throws them far.
-
-    Returns
-    -------
-    ndarray, shape (P, 2)
-        World points [m], in the order of the scans.
-
-    Raises
-    ------
-    InvalidPointsError
-        For poses of a wrong shape, or not one for each scan.
 
     Examples
     --------

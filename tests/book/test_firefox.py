@@ -29,7 +29,7 @@ DRAWN = """async () => {
 READ = """async () => {
     await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
     const slider = document.querySelector("input[name=overlap_ratio]");
-    return [slider.ariaValueText, document.querySelector("[data-readout=inliers]").textContent];
+    return [slider.ariaValueText, document.querySelector(".icp-sentence").textContent];
 }"""
 THUMB = """() => {
     const slider = document.querySelector("input[name=overlap_ratio]");

@@ -24,27 +24,30 @@ def joined(*parts: nodes.Node) -> list[str]:
     return [each.astext() for each in document.findall(nodes.literal_block)]
 
 
-def test_cells_that_show_nothing_join_the_one_that_does():
-    assert joined(cell("a = 1"), cell("b = 2"), cell("a + b", output=True), cell("c = 3")) == [
-        "a = 1\n\n\nb = 2\n\n\na + b",
-        "c = 3",
-    ]
+def test_cells_that_show_nothing_join_the_next_that_does():
+    """Over text, too; what stands behind the last of them joins that."""
+    assert joined(
+        cell("a = 1"),
+        nodes.paragraph("", "So."),
+        cell("open", hide=""),
+        cell("a", output=True),
+        cell("c = 3"),
+    ) == ["open", "a = 1\n\n\na\n\n\nc = 3"]
 
 
-@pytest.mark.parametrize(
-    "between",
-    [[nodes.paragraph("", "So.")], [cell("open", hide="")], [cell("answer", hide="all")]],
-    ids=["text", "open code", "a solution"],
-)
-def test_what_stands_between_keeps_them_apart(between):
-    assert "a = 1" in joined(cell("a = 1"), *between, cell("b = 2", output=True))
-
-
-def test_a_solution_stays_alone():
-    solved = "### BEGIN SOLUTION\nx = 1\n### END SOLUTION"
-    one = cell(solved)
-    assert joined(cell("y"), one, cell("x", output=True)) == ["y", solved, "x"]
+def test_a_solution_stays_alone_and_does_not_show_its_marks():
+    one = cell("### BEGIN SOLUTION\nx = 1\n### END SOLUTION")
+    assert joined(cell("y"), one, cell("x", output=True)) == ["x = 1\n", "y\n\n\nx"]
     assert one["classes"] == ["solved"]
+
+
+@pytest.mark.parametrize(("said", "kept"), [("○ `f` is not written yet.", 1), ("12", 2)])
+def test_the_check_of_an_unsolved_exercise_is_silent(said, kept):
+    stub = cell("check(f)", hide="", output=True)
+    stub["classes"].append("tag_stub")
+    stub[1] += nodes.literal_block(said, said)
+    joined(stub)
+    assert len(stub) == kept
 
 
 def dropdown(title: str) -> nodes.container:

@@ -109,15 +109,6 @@ def without_a_prediction(notebook: NotebookNode) -> list[str]:
     return silent
 
 
-def notebook_of(*sources: str) -> NotebookNode:
-    cells = [nbformat.v4.new_code_cell(source) for source in sources]
-    return nbformat.v4.new_notebook(cells=cells)
-
-
-def test_there_are_notebooks():
-    assert len(NOTEBOOKS) >= 4
-
-
 @each_notebook
 def test_cells_are_short(name):
     opening, *others = code_cells(NOTEBOOKS[name])
@@ -217,16 +208,6 @@ def test_cells_have_names_of_their_own(name):
     assert [each for each in ids if re.fullmatch(r"[0-9a-f]{8}(-.*)?", each)] == []
 
 
-@pytest.mark.parametrize("name", [name for name in NOTEBOOKS if re.match(r"(0[1-8]|10)_", name)])
-def test_a_chapter_opens_with_what_it_is_for_and_ends_with_questions(name):
-    texts = [cell.source for cell in NOTEBOOKS[name].cells if cell.cell_type == "markdown"]
-    assert texts[0].startswith("# ")
-    assert "\n- " in "\n".join(texts[:2])  # a picture may stand between
-    text = "\n".join(texts)
-    assert text.index("\n## Check your understanding") < text.index("## Exercises")
-    assert text.count("{exercise}") >= 3
-
-
 @pytest.mark.parametrize("name", CHAPTERS)
 def test_a_chapter_opens_with_a_picture(name):
     """Below at most one paragraph and code that is folded, so that it is in the first screen."""
@@ -234,39 +215,3 @@ def test_a_chapter_opens_with_a_picture(name):
     title, *others = opening
     assert title.source.count("\n\n") == 1 or "\n\n![" in title.source
     assert all(FOLDED & tags(cell) for cell in others) or "\n\n![" in title.source
-
-
-def test_a_long_cell_is_found():
-    short, long = notebook_of(
-        "\n".join(["x = 1"] * MAX_LINES),
-        "def f():\n    '''Two\n    lines.'''\n" + "    x = 1\n" * MAX_LINES,
-    ).cells
-    assert (length(short), length(long)) == (MAX_LINES, MAX_LINES + 1)
-    assert too_long([short, long]) == [long.id]
-
-
-@pytest.mark.parametrize("second", ["def f(a):\n    return a", "def g(x):\n    return 2 * x"])
-def test_a_helper_that_comes_twice_is_found(second):
-    """By its name, or under another name by its body."""
-    first = notebook_of("def f(x):\n    return 2 * x", "def h(x):\n    return 3 * x")
-    assert len(defined_twice([first, notebook_of(second)])) == 2
-
-
-@pytest.mark.parametrize(
-    ("texts", "silent"),
-    [
-        (["## One", "flipbook(f, [1])"], ["1"]),
-        (["## One\n:class: predict", "flipbook(f, [1])"], []),
-        (["## One\n:class: predict", "flipbook(f, [1])", "flipbook(f, [2])"], ["2"]),
-        (["## One\n:class: predict\n## Two", "e = icp_explorer()"], ["1"]),
-        (["## One\n:class: predict", "## Two", "icp_sliders(a, b)"], ["2"]),
-        (["## One\n:class: predict", "Look.", "icp_sliders(a, b)"], []),
-    ],
-)
-def test_a_slider_without_a_prediction_is_found(texts, silent):
-    notebook = nbformat.v4.new_notebook()
-    for number, text in enumerate(texts):
-        is_text = text.startswith(("## ", "Look"))
-        make = nbformat.v4.new_markdown_cell if is_text else nbformat.v4.new_code_cell
-        notebook.cells.append(make(text, id=str(number)))
-    assert without_a_prediction(notebook) == silent

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -55,16 +56,11 @@ COPIED = """paragraph => {
     paragraph.dispatchEvent(new ClipboardEvent("copy", { clipboardData, bubbles: true }));
     return ["text/plain", "text/html"].map(kind => clipboardData.getData(kind));
 }"""
+IN_THE_DARK = [TOC["root"], "notebooks/04_icp_loop", "book/benchmark"]
 CUT_FORMULAS = """all => all
     .filter(f => f.scrollWidth > f.clientWidth && getComputedStyle(f).overflowX == "hidden")
     .map(f => f.textContent)
 """
-
-
-@pytest.fixture(params=["file", "http"])
-def base(request: pytest.FixtureRequest, html: Path) -> str:
-    """Where the pages lie: in a folder that is opened, or behind a web server."""
-    return html.as_uri() if request.param == "file" else request.getfixturevalue("server")
 
 
 @contextmanager
@@ -99,19 +95,15 @@ def axe() -> str:
 def test_a_page_needs_no_network_draws_all_it_holds_and_has_no_barrier(browser, html, axe, name):
     """Buys what only a browser tells; each page is opened once, from a folder."""
     with visit(browser, html.as_uri(), name) as page:
-        has_no_barrier(page, axe)
+        page.evaluate(ONE_OF_A_COLOUR)
+        page.evaluate(axe)
+        assert page.evaluate(BARRIERS, None) == []
+        if name in IN_THE_DARK:
+            page.emulate_media(color_scheme="dark", reduced_motion="reduce")
+            expect(page.locator("html")).to_have_attribute("data-theme", "dark")
+            assert page.evaluate(BARRIERS, OF_A_THEME) == []
         draws_all_it_holds(page)
         fits_a_telephone(page)
-
-
-def has_no_barrier(page: Page, axe: str) -> None:
-    """Contrast, names, landmarks, the order of headings: what a program can tell."""
-    page.evaluate(ONE_OF_A_COLOUR)
-    page.evaluate(axe)
-    for scheme, rules in (("light", None), ("dark", OF_A_THEME)):
-        page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
-        expect(page.locator("html")).to_have_attribute("data-theme", scheme)
-        assert page.evaluate(BARRIERS, rules) == []
 
 
 def draws_all_it_holds(page: Page) -> None:
@@ -136,77 +128,120 @@ def fits_a_telephone(page: Page) -> None:
     assert page.locator("div.math").evaluate_all(CUT_FORMULAS) == []
 
 
-@pytest.mark.parametrize("name", [TOC["root"], "notebooks/04_icp_loop"])
-def test_a_web_server_offers_the_same(browser, server, name):
-    """One page of words and one of code: a server has what a folder has, by other addresses."""
-    with visit(browser, server, name) as page:
-        draws_all_it_holds(page)
+# What readers ask, and where the answer stands; of the last one among the first three.
+QUESTIONS = {
+    "gate": "glossary.html#term-Gate",
+    "what is the gate": "glossary.html#term-Gate",
+    "Huber": "glossary.html#term-Huber",
+    "submit": "students.html#submit",
+    "how do I submit": "students.html#submit",
+    "atan2": "02_alignment.html#in-the-plane",
+    "covariance corridor": "06_line_metric.html",
+    "ATE": "glossary.html#term-ATE",
+    "basin of convergence": "04_icp_loop.html#the-basin",
+}
 
 
-def test_the_search_finds_pages_and_shows_where(browser, base):
-    """Without an error, also from a folder, where no page may read another one."""
-    with visit(browser, base, "search") as page:
-        page.goto(f"{page.url}?q=scan", wait_until="networkidle")
-        hit = page.locator("#search-results li").first
-        expect(hit).to_be_visible()
-        expect(hit.locator("p.context")).to_contain_text("scan", ignore_case=True)
+def test_the_search_finds_the_place_that_answers(browser, html):
+    """From a folder, where no page may read another one."""
+    with visit(browser, html.as_uri(), "search") as page:
+        links, address = page.locator("#search-results li a"), page.url
+        page.goto(f"{address}?q=gate")
+        for question, place in QUESTIONS.items():
+            page.locator("input[name=q]").last.fill(question)
+            expect(page.locator("#search-results h2")).to_contain_text(f"“{question}”")
+            assert place in links.first.get_attribute("href"), question
+        page.goto(f"{address}?q=why on the left")
+        links.first.wait_for()
+        found = [links.nth(k).get_attribute("href") for k in range(3)]
+        assert any("01_problem" in each or "04_icp_loop" in each for each in found)
         assert page.locator("[id=search-input]").count() == 1
 
 
+def test_a_web_server_offers_the_same(browser, server):
+    """It has what a folder has, by other addresses."""
+    with visit(browser, server, TOC["root"]) as page:
+        draws_all_it_holds(page)
+        page.locator(".icp-distance", has_text="m").wait_for()
+        page.locator(".map-live canvas").wait_for()
+        page.goto(f"{server}/search.html?q=scan", wait_until="networkidle")
+        expect(page.locator("#search-results p.context").first).to_contain_text("scan")
+
+
+SIZES = [(1366, 768), (1920, 1080), (390, 844)]
+
+
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_the_first_screen_holds_the_two_scans_whole(browser, html, width, height):
+    page = browser.new_page(viewport={"width": width, "height": height})
+    page.goto(f"{html.as_uri()}/{TOC['root']}.html")
+    page.locator(".icp-distance", has_text="m").wait_for()
+    for part in (".icp-by-hand .icp-plane", ".icp-verdict", ".icp-by-hand button >> nth=0"):
+        box = page.locator(part).bounding_box()
+        assert box["y"] + box["height"] < height, part
+    page.close()
+
+
+def test_the_map_unfolds_from_the_wheels_to_the_places_recognised(browser, html):
+    with visit(browser, html.as_uri(), TOC["root"]) as page:
+        slider, canvas = (
+            page.get_by_role("slider", name="Poses from"),
+            page.locator(".map-live canvas"),
+        )
+        expect(page.locator(".killian-map img")).to_be_hidden()
+        shown = set()
+        for key, off in (("Home", "89 m"), ("End", "1.6 m")):
+            slider.press(key)
+            expect(slider).to_have_attribute("aria-valuetext", re.compile(rf": {off} off"))
+            shown.add(canvas.evaluate("canvas => canvas.toDataURL()"))
+        assert len(shown) == 2
+        page.emulate_media(media="print")
+        expect(page.locator(".killian-map img")).to_be_visible()
+        expect(canvas).to_be_hidden()
+
+
 @pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
-def test_widgets_live_without_a_kernel(browser, base):
-    with visit(browser, base, "widgets") as page:
+def test_widgets_live_without_a_kernel(browser, html):
+    with visit(browser, html.as_uri(), "widgets") as page:
         page.locator(".widget-slider .noUi-handle").first.wait_for()
         page.locator(".widget-label mjx-container").wait_for()
         counter = page.locator("button.counter")
         counter.click()
         assert counter.inner_text() == "1"
 
-
-@pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
-def test_a_copied_formula_is_its_source(browser, base):
-    with visit(browser, base, "widgets") as page:
-        plain, formatted = page.locator("p", has_text="A slider for").evaluate(COPIED)
-        assert plain == r"A slider for the gate $d_{\max}$, one for a turn, and a small anywidget."
-        assert "<msub><mi>d</mi>" in formatted
-
-
-@pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
-def test_a_slider_says_its_name_and_its_value_not_an_index(browser, base):
-    with visit(browser, base, "widgets") as page:
-        slider = page.get_by_role("slider", name="turn [°]")
+        slider = page.get_by_role("slider", name="turn [°]")  # says its value, not an index
         expect(slider).to_have_attribute("aria-valuetext", "-5")
         slider.press("ArrowRight")
         expect(slider).to_have_attribute("aria-valuetext", "0")
         assert page.locator("[title=null]").count() == 0
 
+        plain, formatted = page.locator("p", has_text="A slider for").evaluate(COPIED)
+        assert plain == r"A slider for the gate $d_{\max}$, one for a turn, and a small anywidget."
+        assert "<msub><mi>d</mi>" in formatted
 
-@pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
-def test_a_flipbook_turns_its_pages(browser, base):
-    with visit(browser, base, "widgets") as page:
-        slider, picture = page.get_by_role("slider", name="bar"), page.locator(".flipbook img")
-        expect(slider).to_have_attribute("aria-valuetext", "1")
-        expect(picture).to_have_attribute("alt", "a bar; bar: 1")
-        first = picture.get_attribute("src")
+        slider, book = page.get_by_role("slider", name="bar"), page.locator(".flipbook img")
+        expect(book).to_have_attribute("alt", "a bar; bar: 1")
+        first = book.get_attribute("src")
         slider.press("ArrowRight")
-        expect(slider).to_have_attribute("aria-valuetext", "2")
-        expect(picture).to_have_attribute("alt", "a bar; bar: 2")
-        assert picture.get_attribute("src") != first
-        assert picture.evaluate("image => image.complete && image.naturalWidth")
-        page.set_viewport_size({"width": 390, "height": 844})
-        page.get_by_role("button", name="Enlarge").last.click()
-        assert picture.bounding_box()["width"] > 600
-        assert page.evaluate("() => document.documentElement.scrollWidth") <= 390
+        expect(book).to_have_attribute("alt", "a bar; bar: 2")
+        assert book.get_attribute("src") != first
+        assert book.evaluate("image => image.complete && image.naturalWidth")
+
+        page.keyboard.press("Control+Home")
+        page.locator("body").evaluate("body => { document.activeElement.blur(); scrollTo(0, 0); }")
+        page.keyboard.press("Tab")
+        expect(page.get_by_text("Skip to widget 1")).to_be_focused()
 
 
 @pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
-def test_a_prediction_holds_the_answer_back_until_the_reader_commits(browser, base):
-    with visit(browser, base, "widgets") as page:
+def test_a_prediction_holds_the_answer_back_until_the_reader_commits(browser, html):
+    with visit(browser, html.as_uri(), "widgets") as page:
         box = page.locator(".admonition.predict").first
         commit, answer = box.get_by_role("button", name="Commit"), page.get_by_text("[0, 1, 2, 3")
         expect(answer).to_be_hidden()
         assert answer.bounding_box()["width"] > 100  # what waits can be drawn, and printed
-        expect(page.get_by_text("Ten numbers.")).to_be_hidden()
+        for held in ("Ten numbers.", "And how long"):  # to the next heading or box
+            expect(page.get_by_text(held)).to_be_hidden()
         expect(box.get_by_text("The cell below")).to_be_hidden()
         expect(commit).to_be_disabled()
         choice = box.get_by_role("radio", name="Half of them")
@@ -228,8 +263,8 @@ def test_a_prediction_holds_the_answer_back_until_the_reader_commits(browser, ba
 
 
 @pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
-def test_a_prediction_takes_a_number_or_a_sentence(browser, base):
-    with visit(browser, base, "widgets") as page:
+def test_a_prediction_takes_a_number_or_a_sentence(browser, html):
+    with visit(browser, html.as_uri(), "widgets") as page:
         number, _, words = page.locator(".admonition.predict").all()[1:]
         field = number.get_by_label("Your number")
         field.fill("long")
@@ -245,8 +280,8 @@ def test_a_prediction_takes_a_number_or_a_sentence(browser, base):
 
 
 @pytest.mark.skipif("BOOK_HTML" in os.environ, reason="the widget page is built by the fixture")
-def test_a_prediction_takes_a_place_in_the_picture(browser, base):
-    with visit(browser, base, "widgets") as page:
+def test_a_prediction_takes_a_place_in_the_picture(browser, html):
+    with visit(browser, html.as_uri(), "widgets") as page:
         box = page.locator(".predict-place")
         picture, ring = page.locator(".predict-picture img"), page.locator(".predict-ring")
         left, bottom = box.get_by_role("spinbutton").all()

@@ -21,7 +21,6 @@ from labkit.interactive import Scene, default_scenes, icp_explorer, killian_scen
 from labkit.interactive.explorer.front_end import FOLDER, MODULES, front_end
 from labkit.result import Termination
 
-MAX_LINES = 400
 CORNER = Scan.from_points([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [0.0, 3.0]])
 
 
@@ -177,9 +176,3 @@ def test_the_page_knows_every_termination_and_its_message():
     text = FOLDER.joinpath("icp.js").read_text("utf-8")
     for termination in Termination:
         assert re.search(rf'{termination.name}:\s+"{re.escape(termination.value)}"', text)
-
-
-def test_a_front_end_file_holds_one_idea():
-    files = [*FOLDER.glob("*.js"), *FOLDER.glob("*.css")]
-    lines = {path.name: len(path.read_text("utf-8").splitlines()) for path in files}
-    assert not {name: count for name, count in lines.items() if count > MAX_LINES}

@@ -22,15 +22,6 @@ def test_the_curves_are_the_history(ax, lesson):
     assert (ax.get_yscale(), steps.get_yscale()) == ("log", "log")
 
 
-def test_labels_have_units_and_the_title_the_ending(ax, lesson):
-    plot_convergence(ax, lesson.result)
-    assert ax.get_xlabel() == "iteration"
-    assert ax.get_ylabel() == "cost J [m²]"
-    assert ax.figure.axes[1].get_ylabel() == "step [m] or [rad]"
-    ended = f"{lesson.result.iterations} iterations {lesson.result.message}"
-    assert " ".join(ax.get_title().split()) == ended
-
-
 def test_steps_go_to_an_axes_of_their_own(lesson, labels):
     figure = book_figure()
     upper, lower = figure.subplots(2, 1, sharex=True)
@@ -39,13 +30,6 @@ def test_steps_go_to_an_axes_of_their_own(lesson, labels):
     assert [line.get_label() for line in upper.lines] == ["cost J"]
     assert labels(lower)[:2] == ["translation step", "rotation step"]
     assert (upper.get_xlabel(), lower.get_xlabel()) == ("", "iteration")
-
-
-def test_curves_differ_without_their_colour(ax, lesson):
-    plot_convergence(ax, lesson.result)
-    lines = [ax.lines[0], *ax.figure.axes[1].lines[:2]]
-    assert len({line.get_marker() for line in lines}) == 3
-    assert len({line.get_linestyle() for line in lines}) == 3
 
 
 def test_what_is_as_good_as_zero_stands_at_the_foot(ax, labels):

@@ -8,7 +8,6 @@ from labkit.errors import InvalidPointsError
 from labkit.icp import icp
 from labkit.parameters import IcpParameters
 from labkit.plotting import Fate, fates, plot_correspondences
-from labkit.plotting.pairs import PairArtists
 from labkit.se2 import apply
 from labkit.simulation import lesson_experiment
 from labkit.target import Target
@@ -65,11 +64,6 @@ def test_the_two_kept_fates_are_the_inliers(gate, metric):
         assert not (fate == Fate.GATED).any()
 
 
-def test_labels_are_words():
-    words = ["gated", "trimmed", "no line", "down-weighted", "kept"]
-    assert [fate.label for fate in Fate] == words
-
-
 @pytest.fixture(scope="module")
 def first(lesson):
     """The association at the lesson's guess, where all four fates occur."""
@@ -98,18 +92,6 @@ def test_each_pair_is_one_line_of_its_fate(ax, lesson, first):
         np.testing.assert_array_equal(points.get_xydata(), moved[chosen])
 
 
-def test_from_afar_the_pairs_that_were_looked_at_are_drawn(ax, lesson):
-    experiment, parameters = lesson.experiment, lesson.parameters
-    points, target = experiment.source.points, Target(experiment.target)
-    pairs = pairs_at(points, target, experiment.T_init, parameters, far=True)
-    assert pairs.every == 4
-    draw(ax, lesson, pairs)
-    drawn = np.concatenate([line.get_xydata() for line in ax.lines[1:]])
-    expected = apply(experiment.T_init, points[::4])
-    np.testing.assert_array_equal(drawn[np.lexsort(drawn.T)], expected[np.lexsort(expected.T)])
-    assert ax.get_title() == f"{pairs.inlier_count} of 150 pairs are inliers"
-
-
 def test_the_legend_counts(ax, lesson, first, labels):
     draw(ax, lesson, first)
     assert labels(ax) == [
@@ -123,16 +105,6 @@ def test_the_legend_counts(ax, lesson, first, labels):
     assert ax.get_title() == f"{first.inlier_count} of 597 pairs are inliers"
 
 
-def test_the_view_holds_everything(ax, lesson, first):
-    draw(ax, lesson, first)
-    ends = np.concatenate([segment for c in ax.collections for segment in c.get_segments()])
-    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
-    assert left < ends[:, 0].min() < ends[:, 0].max() < right
-    assert low < ends[:, 1].min() < ends[:, 1].max() < high
-    assert ax.get_aspect() == 1.0
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x [m]", "y [m]")
-
-
 def test_pairs_without_a_line_show_where_they_occur(ax, labels):
     grid = np.stack(np.meshgrid(np.arange(6.0), [0.0]), axis=-1).reshape(-1, 2)
     target = np.vstack([grid, [[40.0, 40.0]]])
@@ -141,17 +113,6 @@ def test_pairs_without_a_line_show_where_they_occur(ax, labels):
     count = np.count_nonzero(fates(result.correspondences) == Fate.NO_LINE)
     assert count > 0
     assert f"no line: {count}" in labels(ax)
-
-
-def test_artists_can_be_set_again(ax, lesson, first):
-    artists = PairArtists(ax, list(Fate))
-    for pairs in (first, lesson.result.correspondences):
-        artists.update(pairs)
-        for fate in Fate:
-            count = np.count_nonzero(fates(pairs) == fate)
-            assert len(artists.lines[fate].get_segments()) == count
-            assert artists.points[fate].get_label() == f"{fate.label}: {count}"
-    assert len(ax.collections) == len(Fate)
 
 
 def test_a_target_that_cannot_be_meant(ax, first):

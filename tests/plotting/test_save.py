@@ -3,8 +3,10 @@
 import pytest
 from PIL import Image
 
-from labkit.errors import InvalidParameterError, LabkitError
-from labkit.plotting import book_figure, plot_scans, save_animation, save_figure
+from labkit.errors import InvalidParameterError
+from labkit.icp import icp
+from labkit.parameters import IcpParameters
+from labkit.plotting import animate_icp, book_figure, plot_scans, save_animation, save_figure
 
 SIGNATURES = {".png": b"\x89PNG\r\n\x1a\n", ".pdf": b"%PDF-", ".svg": b"<?xml", ".PNG": b"\x89PNG"}
 
@@ -16,65 +18,71 @@ def figure():
     return figure
 
 
+@pytest.fixture(scope="module")
+def run(lesson):
+    """Three iterations of the lesson's run."""
+    known = lesson.experiment
+    return icp(known.source, known.target, known.T_init, IcpParameters(max_iterations=3))
+
+
 @pytest.mark.parametrize(("suffix", "signature"), SIGNATURES.items())
 def test_the_suffix_says_the_format(figure, tmp_path, suffix, signature):
     path = tmp_path / f"figure{suffix}"
-    assert save_figure(figure, path) == path
+    save_figure(figure, path)
     assert path.read_bytes().startswith(signature)
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_png_has_the_dots_it_was_asked_for(figure, tmp_path):
-    sizes = []
-    for dpi in (50, 100):
-        with Image.open(save_figure(figure, tmp_path / "figure.png", dpi=dpi)) as image:
-            image.verify()
-            sizes.append(image.width)
-    assert sizes[1] == pytest.approx(2 * sizes[0], abs=2)
-
-
-@pytest.mark.parametrize("name", ["figure.bmp", "figure", "figure.png.gif", ".png"])
-def test_an_unknown_suffix(figure, tmp_path, name):
-    message = r"a figure's name must end in \.png, \.pdf or \.svg, got '.*"
-    with pytest.raises(InvalidParameterError, match=message + name):
-        save_figure(figure, tmp_path / name)
+@pytest.mark.parametrize(
+    ("save", "name", "known"),
+    [
+        (save_figure, "figure.bmp", r"a figure's name must end in \.png, \.pdf or \.svg"),
+        (save_figure, ".png", r"a figure's name"),
+        (save_animation, "run.mp4", r"an animation's name must end in \.gif or \.html"),
+    ],
+)
+def test_an_unknown_suffix(tmp_path, save, name, known):
+    with pytest.raises(InvalidParameterError, match=rf"{known}.* got '.*{name}'"):
+        save(None, tmp_path / name)
     assert not list(tmp_path.iterdir())
 
 
-def test_an_unknown_suffix_of_an_animation(tmp_path):
-    message = r"an animation's name must end in \.gif or \.html, got '.*run\.mp4'"
-    with pytest.raises(InvalidParameterError, match=message):
-        save_animation(None, tmp_path / "run.mp4")
-
-
-@pytest.mark.parametrize("dpi", [0.0, -1.0, float("nan"), 1e9])
-def test_dots_per_inch(figure, tmp_path, dpi):
-    with pytest.raises(InvalidParameterError, match=r"`dpi` must be in \(0, 2400\], got"):
-        save_figure(figure, tmp_path / "figure.png", dpi=dpi)
-
-
-def test_no_such_folder(figure, tmp_path):
-    path = tmp_path / "nowhere" / "figure.png"
-    with pytest.raises(LabkitError, match=r"cannot write .*figure\.png: the directory .* does not"):
-        save_figure(figure, path)
-
-
-def test_a_folder_in_the_way(figure, tmp_path):
-    (tmp_path / "figure.png").mkdir()
-    with pytest.raises(LabkitError, match="it is a directory; name a file in it"):
-        save_figure(figure, tmp_path / "figure.png")
-
-
-def test_what_fails_leaves_the_older_file(figure, tmp_path, monkeypatch):
-    path = save_figure(figure, tmp_path / "figure.png")
+def test_what_fails_leaves_the_older_file(figure, tmp_path):
+    path = tmp_path / "figure.png"
+    save_figure(figure, path)
     before = path.read_bytes()
-
-    def break_off(file, **_):
-        file.write(b"half")
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(figure, "savefig", break_off)
-    with pytest.raises(KeyboardInterrupt):
+    figure.axes[0].set_title(r"$\frac{broken$")
+    with pytest.raises(ValueError, match="broken"):
         save_figure(figure, path)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_each_frame_shows_the_source_at_its_iteration(run, tmp_path):
+    path = tmp_path / "run.gif"
+    shown = []
+    save_animation(animate_icp(run), path)
+    with Image.open(path) as image:
+        assert image.n_frames == run.iterations + 1 == 4
+        for k in range(image.n_frames):
+            image.seek(k)
+            shown.append(image.convert("RGB").tobytes())
+    assert len(set(shown)) == 4
+
+
+def test_html_has_every_frame_and_asks_nothing_of_the_network(run, tmp_path):
+    path = tmp_path / "run.html"
+    save_animation(animate_icp(run), path)
+    html = path.read_text(encoding="utf-8")
+    assert html.startswith("<!DOCTYPE html>")
+    assert html.count("data:image/png;base64") == 4
+    assert "http" not in html
+    assert "fa-" not in html
+    assert "▶" in html
+
+
+def test_a_run_that_failed_shows_its_guess(tmp_path):
+    failed = icp([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], [[90.0, 90.0]])
+    save_animation(animate_icp(failed), tmp_path / "failed.gif")
+    with Image.open(tmp_path / "failed.gif") as image:
+        assert getattr(image, "n_frames", 1) == 1

@@ -58,13 +58,6 @@ def test_the_nearest_point_lies_in_a_shaded_cell(ax, seed):
     assert circle.radius == pytest.approx(np.hypot(*(nearest - query)))
 
 
-def test_axes_and_legend(ax, labels):
-    assert plot_search_cells(ax, POINTS, 0) is ax
-    assert ax.get_title() == "1 cell"
-    assert (ax.get_xlabel(), ax.get_aspect()) == ("x [m]", 1.0)
-    assert labels(ax) == ["target (64 points)"]
-
-
 @pytest.mark.parametrize(
     ("points", "depth", "query", "error", "message"),
     [

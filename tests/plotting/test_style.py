@@ -11,7 +11,7 @@ from labkit.errors import InvalidParameterError
 from labkit.plotting import book_figure
 from labkit.plotting.pairs import STYLES
 from labkit.plotting.quality import FALLBACKS
-from labkit.plotting.style import legend_below, style_plane
+from labkit.plotting.style import COLORS, css_variables, legend_below
 
 
 def test_nothing_imports_pyplot():
@@ -28,12 +28,6 @@ def test_a_figure_is_as_wide_as_the_page():
 def test_a_figure_needs_a_height(height):
     with pytest.raises(InvalidParameterError, match=r"`height` must be in \(0, 50\] in, got"):
         book_figure(height)
-
-
-def test_a_plane_has_equal_axes_in_metres(ax):
-    style_plane(ax)
-    assert ax.get_aspect() == 1.0
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x [m]", "y [m]")
 
 
 @pytest.mark.parametrize("panels", [1, 2, 3])
@@ -56,9 +50,14 @@ def test_a_legend_stays_below_its_axes_and_inside_the_figure(panels):
 
 
 def test_fates_differ_without_their_colour():
-    styles = STYLES.values()
-    assert len({style.marker for style in styles}) == len(styles)
-    assert len({(style.dash, style.filled) for style in styles}) == len(styles)
+    assert len({marker for _, _, marker, _ in STYLES.values()}) == len(STYLES)
+
+
+def test_the_style_sheets_know_every_colour_on_either_ground():
+    light, dark = css_variables().strip().split("\n")
+    for name, (on_light, on_dark) in COLORS.items():
+        assert f"--icp-{name}: {on_light};" in light
+        assert f"--icp-{name}: {on_dark};" in dark
 
 
 def test_decisions_differ_without_their_colour():

@@ -1,18 +1,18 @@
-// Two scans and one number: the reader does by hand what ICP does, then lets ICP go on.
+// Two scans and one number: the reader does by hand what ICP does, then lets ICP finish.
 
+import { outcomeOf } from "./basin.js";
 import { palette, watchTheme } from "./canvas.js";
 import { button, element, keepToItself } from "./controls.js";
 import { drawCost } from "./cost.js";
-import { associate, icp } from "./icp.js";
-import { Plane } from "./plane.js";
+import { icp, pairsOnly } from "./icp.js";
+import { Plane, between, tween } from "./plane.js";
+import { sayDifference } from "./readouts.js";
 import { unpacked } from "./scene.js";
-import { apply, toXYTheta, transform } from "./se2.js";
+import { DEGREE, apply, poseDifference, toXYTheta, transform } from "./se2.js";
 
-const BEAT = 90; // ms that an iteration stands
 const TRAIL = 150; // numbers that the curve remembers
-const EVERY_PAIR = { metric: "point_to_point", max_correspondence_distance: null, overlap_ratio: 1, huber_delta: null };
-const TASK = "Drag the blue scan onto the black one; turn it by its knob.";
-const KEYS_BY_HAND = "Arrow keys move it by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
+const BY_TOUCH = "Drag the blue scan onto the black one; turn it by its knob.";
+const BY_KEYS = "Arrow keys move it by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
 
 export class HandView {
   constructor(model, signal) {
@@ -27,7 +27,7 @@ export class HandView {
     model.on("change:guess", moved);
     signal.addEventListener("abort", () => {
       model.off("change:guess", moved);
-      clearInterval(this.playing);
+      this.playing?.stop();
       clearTimeout(this.syncing);
     });
     watchTheme(changed, signal);
@@ -39,22 +39,19 @@ export class HandView {
 
   build() {
     this.plane = new Plane({
-      label: `Map of both scans. ${KEYS_BY_HAND}`, signal: this.signal, pose: () => this.pose(),
+      label: `Map of both scans. ${BY_KEYS}`, signal: this.signal, pose: () => this.pose(),
       onPose: ({ x, y, theta }) => this.move([...this.plane.onMap(x, y), theta]), onView: () => this.request(),
     });
-    this.distance = element("output", { class: "icp-distance" });
-    this.best = element("dd", { "data-readout": "best" });
-    this.found = element("dd", { "data-readout": "ICP" });
+    this.distance = element("span", { class: "icp-distance" });
+    this.verdict = element("p", { class: "icp-verdict" });
+    this.spoken = element("p", { class: "icp-spoken", role: "status" });
     this.curve = element("canvas", { class: "icp-cost", role: "img" });
-    this.go = button("Let ICP go on", "Run the loop from where the scan lies", () => this.run());
+    const run = button("Let ICP finish", "Run the loop from where the scan lies", () => this.run());
     const again = button("Start again", "Put the scan back", () => this.start());
-    const numbers = element(
-      "dl", { class: "icp-readouts" }, element("dt", {}, "your best"), this.best, element("dt", {}, "ICP"), this.found,
-    );
-    const mean = element("p", {}, this.distance, " from a point to the nearest of the older scan, on average");
+    const misfit = element("p", { class: "icp-misfit" }, this.distance, " between the scans, where they overlap");
     const part = (name, ...children) => element("div", { class: `icp-${name}` }, ...children);
-    const side = part("right", element("p", {}, TASK), mean, part("row", this.go, again), numbers, this.curve);
-    side.append(element("p", { class: "icp-status" }, KEYS_BY_HAND));
+    const help = element("p", { class: "icp-status icp-keys" }, BY_KEYS);
+    const side = part("right", misfit, this.verdict, part("row", run, again), this.curve, help, this.spoken);
     this.root = element(
       "div", { class: "icp-explorer icp-by-hand", role: "group", "aria-label": this.model.get("label") },
       part("frame", part("left", this.plane.canvas), side),
@@ -65,9 +62,8 @@ export class HandView {
   start() {
     const [scene] = this.model.get("scene_data");
     Object.assign(this, unpacked(scene));
-    this.lowest = Infinity;
+    this.parameters = { ...this.model.get("fixed_parameters"), ...this.model.get("first_parameters") };
     this.trail = [];
-    this.found.textContent = "not asked yet";
     this.plane.frame(Float64Array.of(0, 0, ...this.target.points, ...apply(transform(...scene.guess), this.source)));
     this.move(scene.guess);
   }
@@ -79,7 +75,7 @@ export class HandView {
 
   move([x, y, theta]) {
     this.stop();
-    this.path = null;
+    this.path = this.ended = null;
     this.model.set("guess", [x, y, Math.atan2(Math.sin(theta), Math.cos(theta))]);
     clearTimeout(this.syncing);
     this.syncing = setTimeout(() => this.model.save_changes(), 120);
@@ -89,25 +85,22 @@ export class HandView {
   // ICP from here, one iteration after the other; the next drag goes on from its end.
   run() {
     this.stop();
-    const { x, y, theta } = this.pose(), start = transform(x, y, theta);
-    const parameters = { ...this.model.get("fixed_parameters"), ...this.model.get("first_parameters") };
-    const { history, T_target_source: T } = icp(this.source, this.target, start, parameters);
-    this.path = history.map((each) => each.T_target_source);
+    const { x, y, theta } = this.pose();
+    this.ended = icp(this.source, this.target, transform(x, y, theta), this.parameters);
+    this.path = this.ended.history.map((each) => each.T_target_source);
     this.shown = 0;
-    const mean = T && meanDistance(this.pairsAt(T));
-    this.found.textContent = T ? `${mean.toFixed(3)} m after ${history.length - 1} iterations` : "too far off: it gives up";
-    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    if (still) this.shown = this.path.length - 1;
-    else
-      this.playing = setInterval(() => {
-        if (++this.shown >= this.path.length - 1) this.stop();
-        this.request();
-      }, BEAT);
     this.request();
+    this.playing = tween(this.path.length - 1, (at) => {
+      this.shown = Math.floor(at);
+      this.part = at - this.shown;
+      this.request();
+    });
   }
 
   stop() {
-    clearInterval(this.playing);
+    this.playing?.stop();
+    this.playing = null;
+    this.part = 0;
     if (this.path) this.shown = this.path.length - 1;
   }
 
@@ -118,25 +111,34 @@ export class HandView {
     });
   }
 
-  pairsAt(T) {
-    return associate(this.source, this.target, T, EVERY_PAIR);
-  }
-
   draw() {
-    const pose = this.pose(), T = transform(pose.x, pose.y, pose.theta), pairs = this.pairsAt(T);
-    const mean = meanDistance(pairs), byHand = this.path === null;
-    if (byHand) this.lowest = Math.min(this.lowest, mean);
-    if (mean !== this.trail.at(-1)) this.trail = [...this.trail, mean].slice(-TRAIL);
-    this.distance.textContent = `${mean.toFixed(3)} m`;
-    this.best.textContent = `${this.lowest.toFixed(3)} m`;
-    const colors = palette(this.root), path = byHand ? [T] : this.path.slice(0, this.shown + 1);
+    const at = this.pose(), path = this.path?.slice(0, this.shown + 1) ?? [transform(at.x, at.y, at.theta)];
+    const T = this.part ? between(path.at(-1), this.path[this.shown + 1], this.part) : path.at(-1);
+    const [x, y, theta] = toXYTheta(T), pose = { x, y, theta };
+    const { pairs, cost } = pairsOnly(this.source, this.target, T, this.parameters).history[0];
+    const misfit = Math.sqrt((cost * pairs.kept.length) / Math.max(1, pairs.kept.reduce((sum, each) => sum + each, 0)));
+    if (misfit !== this.trail.at(-1)) this.trail = [...this.trail, misfit].slice(-TRAIL);
+    this.distance.textContent = `${misfit.toFixed(3)} m`;
+    this.judge(T);
+    const colors = palette(this.root);
     this.plane.draw({ target: this.target.points, source: apply(T, this.source), pairs, path, answer: null, pose, colors });
     const title = "that distance [m], as you move";
-    drawCost(this.curve, { costs: this.trail, shown: this.trail.length - 1, colors, title });
-    this.curve.setAttribute("aria-label", `${title}: now ${mean.toFixed(3)} m, at best ${this.lowest.toFixed(3)} m`);
+    drawCost(this.curve, { series: [this.trail], shown: this.trail.length - 1, colors, title });
+    this.curve.setAttribute("aria-label", `${title}: now ${misfit.toFixed(3)} m`);
   }
-}
 
-function meanDistance({ distances }) {
-  return distances.reduce((sum, each) => sum + each, 0) / distances.length;
+  // Found, or stuck, and how far from the answer; on the way the number tells enough.
+  judge(T) {
+    const running = this.path && this.shown < this.path.length - 1, by = this.ended ? "ICP" : "you";
+    const outcome = outcomeOf(this.ended ?? { T_target_source: T, termination: "CONVERGED_POSE" }, this.known, this.model.get("found_within"));
+    const off = poseDifference(this.known, T), far = off[0] < 0.1 ? sayDifference(off) : `${off[0].toFixed(2)} m`;
+    const [x, y, theta] = toXYTheta(T), turn = (Math.abs(theta) / DEGREE).toFixed(1);
+    let said = this.ended ? "" : BY_TOUCH;
+    if (!running && outcome === 0) said = `Found${by === "you" ? " by hand" : ""}: the robot moved ${Math.hypot(x, y).toFixed(2)} m and turned ${turn}°.`;
+    else if (!running && this.ended) said = `${outcome === 2 ? "ICP gives up" : "Stuck"}, ${far} away: help it, drag the scan nearer.`;
+    this.root.classList.toggle("icp-found", !running && outcome === 0);
+    if (said === this.verdict.textContent) return;
+    this.verdict.textContent = said;
+    if (said && said !== BY_TOUCH) this.spoken.textContent = said;
+  }
 }

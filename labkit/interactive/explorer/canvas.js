@@ -1,6 +1,6 @@
 // Canvases that are as sharp as the screen, in colours from the style sheet, light or dark.
 
-const NAMES = ["ink", "soft", "grid", "paper", "target", "gated", "trimmed", "noline", "down", "kept", "accent"];
+const NAMES = ["ink", "soft", "grid", "paper", "target", "gated", "trimmed", "noline", "down", "kept", "source", "reference", "method-1", "method-2"];
 
 export function palette(root) {
   const style = getComputedStyle(root);
@@ -28,7 +28,7 @@ export function freshContext(canvas, heightFor) {
   canvas.style.height = `${height}px`;
   const context = canvas.getContext("2d");
   context.scale(dense, dense);
-  context.font = "12px system-ui, sans-serif";
+  context.font = `${Math.round(0.89 * parseFloat(getComputedStyle(canvas).fontSize))}px system-ui, sans-serif`;
   return { context, width, height };
 }
 

@@ -24,7 +24,7 @@ export function element(tag, attributes = {}, ...children) {
 // A slider over `values`, the last of which may be null: off.
 export function slider({ name, label, title = null, values, read, onValue }) {
   const id = freshId(name);
-  const output = element("output", { for: id });
+  const output = element("span", { class: "icp-value", "aria-hidden": "true" }); // the slider itself says it
   const input = element("input", {
     id, type: "range", name, min: 0, max: values.length - 1, step: 1,
     oninput: () => onValue(values[input.valueAsNumber]),
@@ -34,6 +34,7 @@ export function slider({ name, label, title = null, values, read, onValue }) {
     const index = value === null ? values.indexOf(null) : nearestIndex(values, distance);
     if (input.valueAsNumber !== index) input.value = index;
     const text = read(value);
+    if (text === output.textContent) return;
     output.textContent = text;
     input.setAttribute("aria-valuetext", text);
   };
@@ -41,7 +42,7 @@ export function slider({ name, label, title = null, values, read, onValue }) {
     values = others;
     input.max = values.length - 1;
   };
-  const node = element("div", { class: "icp-slider", title }, element("label", { for: id }, label), input, output);
+  const node = element("div", { class: "icp-slider", title }, element("label", { for: id, class: `icp-word-${name}` }, label), input, output);
   return { node, set, resize };
 }
 
@@ -116,14 +117,16 @@ export function keepToItself(root, signal) {
 export const SLIDERS = ["metric", "max_correspondence_distance", "overlap_ratio", "huber_delta", "approach"];
 
 const METRICS = [["point_to_point", "point to point"], ["point_to_line", "point to line"]];
+// Equal steps change equally much: distances are as on a log scale.
+const round = [0.01, 0.015, 0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.12, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1, 1.2, 1.5, 2];
 const VALUES = {
-  max_correspondence_distance: [...steps(0.05, 2, 0.05), null],
+  max_correspondence_distance: [...round.filter((each) => each >= 0.05), null],
   overlap_ratio: steps(0.2, 1, 0.01),
-  huber_delta: [...steps(0.01, 0.5, 0.01), null],
+  huber_delta: [...round.filter((each) => each <= 0.5), null],
 };
 
 // Two digits after the point where they tell all of it, else three.
-const digits = (value) => value.toFixed(Math.abs(100 * value - Math.round(100 * value)) < 1e-6 ? 2 : 3);
+export const digits = (value) => value.toFixed(Math.abs(100 * value - Math.round(100 * value)) < 1e-6 ? 2 : 3);
 
 // One control for each slider's name, and "scene"; `tell(name)` makes what takes its value, `words`
 // are the labels, units and explanations of labkit's IcpParameters, and `values` what a slider can

@@ -1,66 +1,75 @@
-// The cost over the iterations, or another positive quantity over what was done.
+// Positive numbers over what was done: the cost over the iterations, or what else falls.
 
 import { disc, freshContext, rule } from "./canvas.js";
 
-const LEFT = 46, RIGHT = 10, TOP = 18, BOTTOM = 20;
+const RIGHT = 12, TOP = 24, BOTTOM = 22, INSIDE = 9; // px; so much lie the curves within the frame
 
-// The costs on a log scale, with a mark at the one that is shown; `title` says of what.
-export function drawCost(canvas, { costs, shown, colors, title = "cost J [m²] over the iterations" }) {
-  const fresh = freshContext(canvas, (width) => Math.min(120, 0.4 * width));
+// The costs on a log scale, with a ring at the one that is shown. More than one series are two
+// methods'; `last` is the number at the right end.
+export function drawCost(canvas, { series, shown, colors, last = series[0].length - 1, title = "cost J [m²] over the iterations" }) {
+  const fresh = freshContext(canvas, (width) => Math.min(130, 0.42 * width));
   if (!fresh) return;
   const { context, width, height } = fresh;
-  const positive = costs.filter((each) => each > 0).map(Math.log10);
-  const low = Math.min(...positive, -1), high = Math.max(...positive, low + 0.1);
-  const margin = 0.08 * (high - low), last = Math.max(1, costs.length - 1);
-  const u = (k) => LEFT + (k / last) * (width - LEFT - RIGHT);
+  const positive = series.flat().filter((each) => each > 0).map(Math.log10);
+  let low = Math.min(...positive), high = Math.max(...positive);
+  if (!positive.length) [low, high] = [-1, 0];
+  if (high - low < 0.3) [low, high] = [(low + high) / 2 - 0.15, (low + high) / 2 + 0.15];
+  const room = Math.max(2, Math.floor((height - TOP - BOTTOM) / (1.6 * parseFloat(context.font))));
+  const ticks = logTicks(low, high, room), name = nameFor(ticks);
+  const left = 10 + Math.max(...ticks.map((tick) => context.measureText(name(tick)).width));
+  const u = (k) => left + INSIDE + (k / Math.max(1, last)) * (width - left - RIGHT - 2 * INSIDE);
   const v = (cost) => {
-    const share = cost > 0 ? (Math.log10(cost) - low + margin) / (high - low + 2 * margin) : 0;
-    return height - BOTTOM - share * (height - TOP - BOTTOM);
+    const share = cost > 0 ? (Math.log10(cost) - low) / (high - low) : 0;
+    return height - BOTTOM - INSIDE - share * (height - TOP - BOTTOM - 2 * INSIDE);
   };
 
-  drawFrame(context, width, height, colors);
+  rule(context, left, height - BOTTOM, width - RIGHT, height - BOTTOM, colors.soft);
+  rule(context, left, TOP, left, height - BOTTOM, colors.soft);
+  context.fillStyle = colors.soft;
   context.textAlign = "right";
-  for (const tick of logTicks(low - margin, high + margin)) {
-    context.fillText(tick < 1e-3 ? tick.toExponential(0) : String(tick), LEFT - 6, v(tick) + 4);
-    rule(context, LEFT, v(tick), width - RIGHT, v(tick), colors.grid);
+  for (const tick of ticks) {
+    context.fillText(name(tick), left - 5, v(tick) + 4);
+    rule(context, left, v(tick), width - RIGHT, v(tick), colors.grid);
   }
   context.textAlign = "center";
-  for (const k of countTicks(costs.length - 1)) context.fillText(k, u(k), height - BOTTOM + 14);
+  const step = [1, 2, 5, 10, 20, 50].find((each) => last / each <= 7) ?? 100;
+  for (let k = 0; k <= last; k += step) context.fillText(k, u(k), height - BOTTOM + 15);
   context.textAlign = "left";
-  context.fillText(title, 3, 12);
+  context.textBaseline = "top";
+  context.fillText(title, 3, 2);
 
-  context.strokeStyle = context.fillStyle = colors.kept;
-  context.lineWidth = 1.5;
-  context.beginPath();
-  costs.forEach((cost, k) => context[k ? "lineTo" : "moveTo"](u(k), v(cost)));
-  context.stroke();
-  costs.forEach((cost, k) => disc(context, u(k), v(cost), 2.2));
-  context.strokeStyle = colors.accent;
-  context.lineWidth = 2.5;
-  context.beginPath();
-  context.arc(u(shown), v(costs[shown]), 6, 0, 2 * Math.PI);
-  context.stroke();
+  series.forEach((costs, i) => {
+    context.strokeStyle = context.fillStyle = series.length > 1 ? colors[`method-${i + 1}`] : colors.source;
+    context.lineWidth = 1.5;
+    context.setLineDash(i ? [5, 3] : []);
+    context.beginPath();
+    costs.forEach((cost, k) => context[k ? "lineTo" : "moveTo"](u(k), v(cost)));
+    context.stroke();
+    context.setLineDash([]);
+    costs.forEach((cost, k) => disc(context, u(k), v(cost), 2));
+    const at = Math.min(shown, costs.length - 1);
+    context.lineWidth = 2.5;
+    context.beginPath();
+    context.arc(u(at), v(costs[at]), 5.5, 0, 2 * Math.PI);
+    context.stroke();
+  });
 }
 
-function drawFrame(context, width, height, colors) {
-  rule(context, LEFT, height - BOTTOM, width - RIGHT, height - BOTTOM, colors.soft);
-  rule(context, LEFT, TOP, LEFT, height - BOTTOM, colors.soft);
-  context.fillStyle = colors.soft;
+// Round numbers between two logarithms, two at least, or the two ends.
+function logTicks(low, high, room) {
+  for (const factors of [[1], [1, 2, 5], [1, 1.5, 2, 3, 4, 5, 6, 7, 8]]) {
+    const ticks = [];
+    for (let power = Math.floor(low); power <= high; power++)
+      for (const factor of factors) {
+        const tick = Number((factor * 10 ** power).toPrecision(2));
+        if (Math.log10(tick) >= low && Math.log10(tick) <= high) ticks.push(tick);
+      }
+    if (ticks.length > 1) return ticks.filter((_, i) => i % Math.ceil(ticks.length / room) === 0);
+  }
+  return [low, high].map((each) => Number((10 ** each).toPrecision(2)));
 }
 
-// 1, 2 and 5 times powers of ten between two logarithms; fewer where there are many.
-function logTicks(low, high) {
-  const factors = high - low > 1.5 ? [1] : high - low > 0.6 ? [1, 2, 5] : [1, 1.5, 2, 3, 4, 5, 6, 7, 8];
-  const ticks = [];
-  for (let power = Math.floor(low); power <= high; power++)
-    for (const factor of factors) {
-      const tick = Number((factor * 10 ** power).toPrecision(2));
-      if (Math.log10(tick) >= low && Math.log10(tick) <= high) ticks.push(tick);
-    }
-  return ticks;
-}
-
-function countTicks(last) {
-  const step = [1, 2, 5, 10, 20].find((each) => last / each <= 7) ?? 50;
-  return Array.from({ length: Math.floor(last / step) + 1 }, (_, i) => i * step);
+// One way to write all ticks.
+function nameFor(ticks) {
+  return Math.min(...ticks) < 1e-3 ? (tick) => tick.toExponential().replace("-", "−") : String;
 }

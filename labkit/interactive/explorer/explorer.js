@@ -2,23 +2,25 @@
 //
 // The model is the widget's state. In JupyterLab it is tied to Python, in a page to nothing.
 
-import { BasinPanel, outcomeOf } from "./basin.js";
+import { Basin, outcomeOf } from "./basin.js";
 import { storeBet, storedBet } from "./bets.js";
 import { HandView } from "./by_hand.js";
 import { palette, watchTheme } from "./canvas.js";
 import {
-  SLIDERS, button, element, guessFields, guessSliders, keepToItself, parameterControls, slider, steps, toggle,
+  SLIDERS, button, choice, element, guessFields, guessSliders, keepToItself, parameterControls, slider, steps, toggle,
 } from "./controls.js";
 import { drawCost } from "./cost.js";
 import { failed, icp, pairsOnly } from "./icp.js";
-import { Plane } from "./plane.js";
+import { Plane, between, tween } from "./plane.js";
 import { Readouts, outcome } from "./readouts.js";
 import { unpacked } from "./scene.js";
 import { apply, toXYTheta, transform } from "./se2.js";
 import { copyState, stateFromAddress } from "./state.js";
 import { Tasks } from "./tasks.js";
 
-const PLAY = 350; // ms that an iteration stands
+const PLAY = 350; // ms that an iteration takes at speed 1
+const MOVE = 100; // ms of them in which the scan moves
+const SPEEDS = [[1, "1×"], [3, "3×"], [10, "10×"]];
 const SYNC = 120; // ms of rest before Python is told
 const KEYS = "Arrow keys move the guess by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
 const HINT = "Drag the scan, or its knob to turn it.";
@@ -37,7 +39,7 @@ class ExplorerView {
     signal.addEventListener("abort", () => {
       model.off(watched, changed);
       model.off("change:scene", entered);
-      clearInterval(this.playing);
+      this.playing?.stop();
       clearTimeout(this.syncing);
     });
     watchTheme(() => this.request(), signal);
@@ -69,18 +71,22 @@ class ExplorerView {
       onPose: ({ x, y, theta }) => this.move([x, y, theta]), onBet: (place) => this.bet(place),
       onView: () => this.request(),
     });
+    this.speed = choice({ name: "speed", label: "speed", options: SPEEDS, onValue: (value) => (this.pace = PLAY / value) });
+    this.pace = PLAY;
     this.play = button("Play", "Show one iteration after the other", () => this.togglePlay());
     const read = (k) => `${k} of ${this.last()}`, onValue = (k) => this.show(k);
     this.scrubber = slider({ name: "iteration", label: "iteration", values: [0], read, onValue });
     this.cost = element("canvas", { class: "icp-cost", role: "img" });
     this.readouts = new Readouts(this.signal);
-    this.basin = new BasinPanel({
-      job: () => this.basinJob(), signal: this.signal, onComplete: () => this.request(),
-      onGuess: (dx, dy) => this.move([this.answer().x + dx, this.answer().y + dy, this.model.get("guess")[2]]),
-    });
+    this.basin = new Basin({ job: () => this.basinJob(), signal: this.signal, changed: () => this.request() });
     this.tasks = new Tasks(this.names());
     this.said = element("p", { class: "icp-status", role: "status" });
     this.assemble();
+  }
+
+  enlarge() {
+    if (document.fullscreenElement) document.exitFullscreen();
+    else this.root.requestFullscreen?.().catch(() => {});
   }
 
   names() {
@@ -91,7 +97,7 @@ class ExplorerView {
   assemble() {
     const { scene, metric, approach, ...sliders } = this.controls;
     this.start = button("Start", "Show the first guess", () => this.show(0));
-    this.step = button("Step", "Show the next iteration", () => this.show(this.number() + 1));
+    this.step = button("Step", "Show the next iteration", () => this.walk(this.number() + 1));
     this.end = button("End", "Show the result", () => this.show(this.last()));
     this.nearer = button("+", "Zoom in", () => this.plane.zoomBy(1.6));
     this.farther = button("−", "Zoom out", () => this.plane.zoomBy(1 / 1.6));
@@ -102,20 +108,25 @@ class ExplorerView {
       copyState(this.model, this.number()).then((said) => (this.said.textContent = said)));
     const shown = Object.keys(this.model.get("sliders") ?? sliders);
     const rows = shown.map((name) => sliders[name]?.node ?? this.guessSliders[name]);
-    const { numbers, legend, spoken } = this.readouts;
+    const full = button("Full screen", "Larger, for a lecture; the key F does the same", () => this.enlarge());
+    const { sentence, numbers, legend, ending, spoken } = this.readouts;
     const part = (name, ...children) => element("div", { class: `icp-${name}` }, ...children);
     const tools = [this.nearer, this.farther, this.modes.pan.node];
     if (this.compact) tools.push(reset);
-    else tools.push(this.modes.bet.node, reset, copy);
+    else tools.push(this.modes.bet.node, reset, copy, full);
     const map = part("left", this.plane.canvas, part("row", ...tools), legend, this.said);
-    const run = this.model.get("runs") ? [part("row", this.start, this.step, this.play, this.end), this.scrubber.node] : [];
-    const side = part("right", part("sliders", ...rows, ...(this.compact ? [] : [approach.node, this.guess.node])), part("run", ...run), numbers, spoken);
-    if (!this.compact) map.append(this.cost);
+    const playing = [this.start, this.step, this.play, this.end, ...(this.compact ? [] : [this.speed.node])];
+    const run = this.model.get("runs") ? [part("row", ...playing), this.scrubber.node] : [];
+    const more = this.compact ? [] : [approach.node, this.guess.node];
+    const side = part("right", part("sliders", ...rows, ...more), part("run", ...run), sentence, numbers, spoken);
+    if (!this.compact) side.append(this.cost), map.append(this.basin.node);
     const top = this.compact ? [] : [part("top", scene.node, metric.node)];
     this.root = element(
       "div", { class: `icp-explorer${this.compact ? " icp-compact" : ""}`, role: "group", "aria-label": this.model.get("label") },
-      part("frame", ...top, map, side), ...(this.compact ? [] : [this.basin.node, this.tasks.node]),
+      part("frame", ...top, map, side, ending), ...(this.compact ? [] : [this.tasks.node]),
     );
+    const key = ({ key, target, ctrlKey, metaKey }) => key === "f" && !ctrlKey && !metaKey && !target.matches("input[type=number]") && this.enlarge();
+    if (!this.compact) this.root.addEventListener("keydown", key, { signal: this.signal });
     keepToItself(this.root, this.signal);
   }
 
@@ -167,29 +178,40 @@ class ExplorerView {
   show(k) {
     this.stop();
     this.shown = k >= this.last() ? null : k;
+    if (k >= this.last()) this.told = true;
     if (k > 0) this.setMode("move");
     this.request();
+    this.readouts.speak({ result: this.result, told: this.told, ...this.reference() });
+  }
+
+  // Go on to an iteration, each in a short motion.
+  walk(end, pace = MOVE) {
+    this.stop();
+    this.setMode("move");
+    const first = this.number();
+    this.shown = first;
+    this.playing = tween(end, (at) => {
+      if (at >= end) return this.show(end);
+      this.shown = Math.floor(at);
+      this.part = Math.min(1, ((at - this.shown) * pace) / MOVE);
+      this.request();
+    }, { pace, first });
+    if (this.shown !== null && this.shown < end) this.play.textContent = "Pause";
+    else this.playing = null;
   }
 
   togglePlay() {
     if (this.playing) return this.stop();
-    if (matchMedia("(prefers-reduced-motion: reduce)").matches) return this.show(this.last());
     if (this.number() >= this.last()) this.shown = 0;
-    this.setMode("move");
-    this.play.textContent = "Pause";
-    this.playing = setInterval(() => {
-      const next = this.number() + 1;
-      if (next >= this.last()) this.show(next);
-      else this.shown = next;
-      this.request();
-    }, PLAY);
-    this.request();
+    this.walk(this.last(), this.pace);
   }
 
   stop() {
-    clearInterval(this.playing);
+    this.playing?.stop();
     this.playing = null;
+    this.part = 0;
     this.play.textContent = "Play";
+    this.request();
   }
 
   // ---- what there is to show
@@ -244,6 +266,7 @@ class ExplorerView {
     this.plane.frame(Float64Array.of(0, 0, ...this.target.points, ...there, ...here));
     const isRun = this.compact && Object.keys(this.model.get("sliders") ?? SLIDERS).length; // else it is watched
     this.shown = isRun ? null : 0;
+    this.told = this.compact; // the end of a run is told once it was seen
     this.basin.forget();
     this.request();
   }
@@ -263,7 +286,7 @@ class ExplorerView {
       this.result = (this.model.get("runs") ? icp : pairsOnly)(this.source, this.target, transform(...guess), parameters);
       this.basin.outdate(this.basinJob().key);
       this.set({ outcome: outcome(this.result) });
-      this.readouts.speak({ result: this.result, ...this.reference() });
+      this.readouts.speak({ result: this.result, told: this.told, ...this.reference() });
     }
     for (const name of [...SLIDERS, "scene"]) this.controls[name].set(this.model.get(name));
     this.guess.set(guess);
@@ -280,19 +303,25 @@ class ExplorerView {
   }
 
   draw() {
-    const colors = palette(this.root), k = this.number(), { history } = this.result;
+    const colors = palette(this.root), k = this.number(), { history } = this.result, parameters = this.parameters();
     const path = history.slice(0, k + 1).map((each) => each.T_target_source);
-    const { pairs } = history[k], source = apply(path[k], this.source);
-    const pose = this.pose(), answer = this.known;
-    this.plane.draw({ target: this.target.points, source, pairs, path, answer, pose, colors });
-    const bet = this.plane.bet;
-    this.readouts.write({ result: this.result, shown: k, bet, ...this.reference() });
+    let { pairs } = history[k], T = path[k];
+    if (this.part && k < this.last()) {
+      T = between(T, history[k + 1].T_target_source, this.part); // on the way to the next iteration
+      pairs = pairsOnly(this.source, this.target, T, parameters).history[0].pairs;
+      path.push(T);
+    }
+    const [x, y, theta] = this.part ? toXYTheta(T) : Object.values(this.pose()), answer = this.told ? this.known : null;
+    const below = (...where) => this.basin.draw(...where);
+    this.plane.draw({ target: this.target.points, source: apply(T, this.source), pairs, path, answer, pose: { x, y, theta }, colors, below });
+    this.readouts.write({ result: this.result, shown: k, told: this.told, bet: this.plane.bet, parameters, ...this.reference() });
     if (this.compact) return;
-    const costs = history.map((each) => each.cost);
-    drawCost(this.cost, { costs, shown: k, colors });
+    const costs = history.slice(0, this.told ? undefined : k + 1).map((each) => each.cost);
+    drawCost(this.cost, { series: [costs], shown: k, last: this.last(), colors });
     const [first, end] = [costs[0], costs.at(-1)].map((each) => each.toPrecision(3));
-    this.cost.setAttribute("aria-label", `Cost over ${this.last()} iterations: from ${first} to ${end} m²`);
-    this.basin.draw(colors);
+    this.cost.setAttribute("aria-label", `Cost over ${costs.length - 1} iterations: from ${first} to ${end} m²`);
+    const fate = k === 0 && this.basin.of(x, y);
+    if (fate) this.said.textContent = `A run from this guess ${fate}.`;
     this.notice();
   }
 

@@ -33,7 +33,11 @@ export class Frame {
       if (v > 34 && v < this.height - 18) context.fillText((k * step).toFixed(digits), 3, v - 3);
     }
     context.stroke();
-    context.fillText("y [m]", 3, 13);
-    context.fillText("x [m]", this.width - 34, this.height - 4);
+    context.textBaseline = "top";
+    context.fillText("y [m]", 3, 3);
+    context.textBaseline = "alphabetic";
+    context.textAlign = "right";
+    context.fillText("x [m]", this.width - 3, this.height - 4);
+    context.textAlign = "left";
   }
 }

@@ -6,6 +6,8 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
+from labkit.plotting.style import css_variables
+
 FOLDER = Path(__file__).parent
 MODULES = (
     "se2",
@@ -44,5 +46,5 @@ def front_end() -> str:
 
 
 def style() -> str:
-    """The explorer's style sheet."""
-    return FOLDER.joinpath("explorer.css").read_text("utf-8")
+    """The explorer's style sheet, below the colours."""
+    return css_variables() + FOLDER.joinpath("explorer.css").read_text("utf-8")

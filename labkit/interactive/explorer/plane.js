@@ -5,10 +5,11 @@ import { FATES, fates } from "./correspondences.js";
 import { cross, diamond, dot, freshContext, square, triangle } from "./canvas.js";
 import { element } from "./controls.js";
 import { Frame } from "./frame.js";
-import { DEGREE, apply } from "./se2.js";
+import { DEGREE, toXYTheta, transform } from "./se2.js";
 
 const HANDLE = 50; // px from the scanner to the knob that turns it
 const REACH = 18; // px within which the knob is grasped
+const NEAR = 24; // px from a scan point or the knob within which a finger grasps; elsewhere it scrolls
 const MARGIN = 0.06;
 const EDGE = 14; // px that the scanner stays within the map
 const MAX_ZOOM = 10;
@@ -22,6 +23,24 @@ export const FATE_STYLES = [
   { color: "kept", dash: [], marker: dot },
 ];
 
+// The pose on the way from one to the next.
+export function between(A, B, share) {
+  const [a, b] = [toXYTheta(A), toXYTheta(B)], turn = Math.atan2(Math.sin(b[2] - a[2]), Math.cos(b[2] - a[2]));
+  return transform(a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * turn);
+}
+
+// Call `show` with how many of `count` steps are over, `pace` milliseconds each, frame by frame:
+// with whole numbers and the last one alone where the reader wants no motion.
+export function tween(count, show, { pace = 100, first = 0 } = {}) {
+  if (matchMedia("(prefers-reduced-motion: reduce)").matches || count <= first) return show(count), { stop() {} };
+  let begun = null, frame = requestAnimationFrame(function go(now) {
+    const at = Math.min(count, first + (now - (begun ??= now)) / pace);
+    frame = at < count ? requestAnimationFrame(go) : null;
+    show(at);
+  });
+  return { stop: () => cancelAnimationFrame(frame) };
+}
+
 export class Plane extends Frame {
   // `onPose` gets {x, y, theta} when the reader moves the source; `pose` tells where it is;
   // `onBet` gets [x, y] when the bet is placed; `onView` is called when the view has changed.
@@ -34,10 +53,13 @@ export class Plane extends Frame {
     this.onView = onView;
     this.mode = "move"; // or "pan", or "bet"
     this.bet = null;
-    const listen = (type, listener) => this.canvas.addEventListener(type, listener, { signal });
+    this.fingers = new Map();
+    const listen = (type, listener) => this.canvas.addEventListener(type, listener, { signal, passive: false });
     listen("pointerdown", (event) => this.grasp(event));
     listen("pointermove", (event) => this.pull(event));
-    for (const type of ["pointerup", "pointercancel"]) listen(type, () => this.release());
+    for (const type of ["pointerup", "pointercancel"]) listen(type, (event) => this.release(event));
+    listen("wheel", (event) => this.roll(event));
+    listen("touchstart", (event) => this.touch(event));
     listen("keydown", (event) => this.press(event));
   }
 
@@ -50,6 +72,7 @@ export class Plane extends Frame {
       return [Math.max(sorted[0], low - more), Math.min(sorted.at(-1), high + more)];
     };
     this.bounds = [range(0), range(1)];
+    this.source = [];
     this.showAll();
   }
 
@@ -59,12 +82,33 @@ export class Plane extends Frame {
     this.onView();
   }
 
-  // Closer or farther, within bounds; from the whole map towards the scanner.
-  zoomBy(factor) {
+  // Closer or farther, within bounds, about a pixel; the middle by default.
+  zoomBy(factor, u = this.width / 2, v = this.height / 2) {
     if (factor * this.zoom <= 1) return this.showAll();
-    if (this.zoom === 1) this.center = [this.pose().x, this.pose().y];
-    this.zoom = Math.min(MAX_ZOOM, factor * this.zoom);
+    const [x, y] = this.place(u, v), zoom = Math.min(MAX_ZOOM, factor * this.zoom), change = zoom / this.zoom;
+    this.center = [x + (this.center[0] - x) / change, y + (this.center[1] - y) / change];
+    this.zoom = zoom;
     this.onView();
+  }
+
+  // The wheel zooms the map that was clicked, else it scrolls the page.
+  roll(event) {
+    if (!event.ctrlKey && document.activeElement !== this.canvas) return;
+    event.preventDefault();
+    this.zoomBy(Math.exp(-event.deltaY / 400), event.offsetX, event.offsetY);
+  }
+
+  // A finger far from the scan scrolls the page; two zoom.
+  touch(event) {
+    const { left, top } = this.canvas.getBoundingClientRect(), [{ clientX, clientY }] = event.touches;
+    if (event.touches.length > 1 || this.mode !== "move" || this.isNear(clientX - left, clientY - top)) event.preventDefault();
+  }
+
+  isNear(u, v) {
+    const { x, y, theta } = this.pose(), [u0, v0] = this.pixel(x, y);
+    const spots = [[u0, v0], [u0 + HANDLE * Math.cos(theta), v0 - HANDLE * Math.sin(theta)]];
+    for (let i = 0; i < this.source.length; i += 2) spots.push(this.pixel(this.source[i], this.source[i + 1]));
+    return spots.some(([a, b]) => Math.hypot(a - u, b - v) < NEAR);
   }
 
   limits() {
@@ -94,6 +138,9 @@ export class Plane extends Frame {
 
   grasp(event) {
     const { x, y, theta } = this.pose();
+    this.fingers.set(event.pointerId, [event.offsetX, event.offsetY]);
+    if (this.fingers.size > 1) return (this.grip = null);
+    if (event.pointerType === "touch" && this.mode === "move" && !this.isNear(event.offsetX, event.offsetY)) return;
     if (this.mode === "bet") {
       event.preventDefault();
       return this.onBet(this.place(event.offsetX, event.offsetY));
@@ -109,6 +156,7 @@ export class Plane extends Frame {
   }
 
   pull(event) {
+    if (this.fingers.size === 2 && this.fingers.has(event.pointerId)) return this.pinch(event);
     if (!this.grip) return;
     const { panning, turning, u, v, x, y, theta } = this.grip;
     const du = event.offsetX - u, dv = event.offsetY - v;
@@ -123,8 +171,18 @@ export class Plane extends Frame {
     this.onPose({ x, y, theta: theta + now - before });
   }
 
+  // Two fingers: as much closer as they part, about their middle.
+  pinch({ pointerId, offsetX, offsetY }) {
+    const apart = () => { const [[a, b], [c, d]] = this.fingers.values(); return [Math.hypot(a - c, b - d), (a + c) / 2, (b + d) / 2]; };
+    const [before] = apart();
+    this.fingers.set(pointerId, [offsetX, offsetY]);
+    const [now, u, v] = apart();
+    if (before > 0) this.zoomBy(now / before, u, v);
+  }
+
   // A scan that was dragged out of a zoomed view brings the view along.
-  release() {
+  release({ pointerId }) {
+    this.fingers.delete(pointerId);
     const dragged = this.grip && !this.grip.panning;
     this.grip = null;
     const { x, y } = this.pose(), [u, v] = this.pixel(x, y);
@@ -148,16 +206,17 @@ export class Plane extends Frame {
     this.onPose({ x: x + move[0], y: y + move[1], theta: theta + move[2] });
   }
 
-  draw({ target, source, pairs, path, answer, pose, colors }) {
+  draw({ target, source, pairs, path, answer, pose, colors, below = () => {} }) {
     const [[left, right], [bottom, top]] = this.bounds;
-    const shape = (top - bottom) / (right - left); // the map is as high as the scans, within bounds
-    const height = (width) => Math.min(370, width * Math.max(0.62, Math.min(shape + 0.06, width < 365 ? 0.66 : 0.95)));
-    const fresh = freshContext(this.canvas, height);
+    const full = document.fullscreenElement?.contains(this.canvas);
+    const fresh = freshContext(this.canvas, (width) => (full ? 0.64 * innerHeight : Math.min(370, (width < 365 ? 0.72 : 0.9) * width)));
     if (!fresh) return;
+    this.source = source;
     const { context } = fresh;
     this.whole = (1 - 2 * MARGIN) * Math.min(fresh.width / (right - left), fresh.height / (top - bottom));
     this.look({ ...fresh, center: this.center, scale: this.zoom * this.whole });
     this.drawGrid(context, colors);
+    below(context, this, colors);
 
     context.fillStyle = colors.target;
     for (let i = 0; i < target.length; i += 2) {
@@ -201,6 +260,7 @@ export class Plane extends Frame {
     context.lineWidth = 1.2;
     const [u0, v0] = this.pixel(0, 0);
     context.strokeRect(u0 - 5, v0 - 5, 10, 10);
+    context.setLineDash([3, 2]);
     if (answer) {
       const [u, v] = this.pixel(answer.x, answer.y);
       context.beginPath();
@@ -208,7 +268,8 @@ export class Plane extends Frame {
       context.moveTo(u, v - 9), context.lineTo(u, v + 9);
       context.stroke();
     }
-    context.strokeStyle = context.fillStyle = colors.accent;
+    context.setLineDash([]);
+    context.strokeStyle = context.fillStyle = colors.source;
     context.lineWidth = 2;
     context.beginPath();
     path.forEach(({ x, y }, i) => context[i ? "lineTo" : "moveTo"](...this.pixel(x, y)));
@@ -225,7 +286,7 @@ export class Plane extends Frame {
     };
     const isGuess = path.length === 1; // hollow: nothing has been estimated yet
     ring(this.pixel(path[0].x, path[0].y), 5, colors.paper);
-    if (!isGuess) ring([u, v], 5, colors.accent);
+    if (!isGuess) ring([u, v], 5, colors.source);
     ring(tip, 7, colors.paper);
     if (this.bet) this.drawBet(context, colors);
   }

@@ -1,6 +1,6 @@
 // What the explorer says in words and numbers about the iteration that is shown and the run.
 
-import { element } from "./controls.js";
+import { digits, element } from "./controls.js";
 import { FATES, fates, inlierCount, inlierRmse } from "./correspondences.js";
 import { TERMINATIONS, failed } from "./icp.js";
 import { unobservable } from "./line_alignment.js";
@@ -10,62 +10,80 @@ export const PATIENCE = 600; // ms of rest before a screen reader is told
 
 export class Readouts {
   constructor(signal) {
+    this.sentence = element("p", { class: "icp-sentence" });
     this.numbers = element("dl", { class: "icp-readouts" });
     this.legend = element("p", { class: "icp-legend" });
+    this.ending = element("p", { class: "icp-ending", "data-readout": "the run" });
     this.spoken = element("p", { class: "icp-spoken", role: "status" });
     signal.addEventListener("abort", () => clearTimeout(this.speaking));
   }
 
-  // Above, what is shown; below, how the run ends. `known` is the answer, or null; `reference`
-  // says what that answer is; `bet` is a place [x, y] or null.
-  write({ result, shown, known, reference, source, target, bet }) {
+  // What is shown; how the run ends is `told` once the reader has seen it. `known` is the answer, or
+  // null; `reference` says what that answer is; `bet` is a place [x, y] or null.
+  write({ result, shown, told, parameters, known, reference, source, target, bet }) {
     const { history } = result, last = history.length - 1;
     const { pairs, cost, T_target_source: T } = history[shown];
-    const count = inlierCount(pairs), points = pairs.kept.length;
-    const name = !result.termination ? "these pairs" : shown === 0 ? "the guess" : shown === last ? "the result" : "on the way";
-    const rows = [
-      ["shown", `${name}${result.termination ? `, iteration ${shown} of ${last}` : ""}`],
-      ["inliers", `${count} of ${points} (${Math.round((100 * count) / points)} %)`],
-      ["RMSE", count ? `${inlierRmse(pairs).toFixed(4)} m over ${count} inliers` : "none: no inliers"],
-      ["cost J", `${cost.toPrecision(4)} m²`],
-      ["pose", sayPose(T)],
-    ];
-    if (known) rows.push([`off the ${reference}`, sayDifference(poseDifference(known, T))]);
-    if (result.termination) rows.push(["the run", ending({ result, known, reference, target })]);
+    const count = inlierCount(pairs), rows = [];
+    if (result.termination) rows.push(["shown", `${shown === 0 ? "the guess, " : ""}iteration ${shown} of ${last}`]);
+    rows.push(["RMSE", count ? `${inlierRmse(pairs).toFixed(4)} m over ${count} inliers` : "none: no inliers"]);
+    rows.push(["cost J", `${cost.toPrecision(4)} m²`], ["pose", sayPose(T)]);
+    if (known && told) rows.push(["error", sayDifference(poseDifference(known, T))]);
+    this.ending.textContent = result.termination && told ? `The run: ${ending({ result, target })}.` : "";
     if (bet && shown === last && result.T_target_source)
       rows.push(["your bet", `${Math.hypot(bet[0] - T.x, bet[1] - T.y).toFixed(2)} m from the end`]);
     writeRows(this.numbers, rows);
-    this.explain({ pairs, known, reference, bet, sourcePoints: source.length / 2, targetPoints: target.points.length / 2 });
+    this.judge(pairs, parameters);
+    this.explain({ pairs, known: told && known, reference, bet, sourcePoints: source.length / 2, targetPoints: target.points.length / 2 });
   }
 
-  // Every mark of the map, with its count.
+  // One sentence on what the stages keep, its words in their colours.
+  judge(pairs, { max_correspondence_distance: gate, overlap_ratio: overlap, huber_delta: delta }) {
+    const word = (name, text) => element("b", { class: `icp-word-${name}` }, text);
+    const metres = (value) => (value === null ? "off" : `${digits(value)} m`);
+    const down = fates(pairs).filter((each) => each === 3).length;
+    const parts = [
+      "A ", word("max_correspondence_distance", `gate of ${metres(gate)}`), " and an ", word("overlap_ratio", `overlap of ${digits(overlap)}`),
+      ` keep ${inlierCount(pairs)} of ${pairs.kept.length} pairs; `, word("huber_delta", `δ = ${metres(delta)}`),
+      down ? ` weighs ${down} of them down.` : " weighs none down.",
+    ];
+    const said = parts.map((each) => each.textContent ?? each).join("");
+    if (said !== this.sentence.textContent) this.sentence.replaceChildren(...parts);
+  }
+
+  // The marks of the map that occur, with their counts.
   explain({ pairs, known, reference, bet, sourcePoints, targetPoints }) {
     const counts = new Array(FATES.length).fill(0);
     for (const fate of fates(pairs)) counts[fate]++;
-    const entry = (kind, text) => element("span", { class: `icp-mark-${kind}` }, text);
-    const shown = [4, 3, 2, 1, 0].filter((f) => counts[f] || FATES[f] !== "no line");
     const passed = sourcePoints - pairs.kept.length; // from afar not all are looked at
-    const marks = [entry("target", `target: ${targetPoints}`), ...shown.map((f) => entry(f, `${FATES[f]}: ${counts[f]}`))];
-    if (passed) marks.push(entry("passed", `not looked at: ${passed}`));
-    marks.push(entry("older", "older scanner"), entry("guess", "guess"), entry("now", "newer scanner, its way and knob"));
-    if (known) marks.push(entry("answer", reference));
-    if (bet) marks.push(entry("bet", "your bet"));
-    this.legend.replaceChildren(...marks);
+    const marks = [["target", `target: ${targetPoints}`]];
+    for (const f of [4, 3, 2, 1, 0]) if (counts[f]) marks.push([f, `${FATES[f]}: ${counts[f]}`]);
+    if (passed) marks.push(["passed", `not looked at: ${passed}`]);
+    marks.push(["older", "older scanner"], ["now", "newer scanner, its way and knob"]);
+    if (known) marks.push(["answer", reference]);
+    if (bet) marks.push(["bet", "your bet"]);
+    const said = JSON.stringify(marks);
+    if (said === this.explained) return;
+    this.explained = said;
+    this.legend.replaceChildren(...marks.map(([kind, text]) => element("span", { class: `icp-mark-${kind}` }, text)));
   }
 
   // One sentence about the whole run, once the sliders are at rest.
-  speak({ result, known, reference, target }) {
+  speak({ result, told, known, reference, target }) {
     clearTimeout(this.speaking);
     this.speaking = setTimeout(() => {
-      const count = inlierCount(result.history.at(-1).pairs);
-      const end = result.termination ? `${ending({ result, known, reference, target })}; ` : "";
-      this.spoken.textContent = `${end}${count} inliers.`;
+      const { T_target_source: T, termination, history } = result;
+      const off = T && known ? `; ends ${sayDifference(poseDifference(known, T))} off the ${reference}` : "";
+      const end = termination && told ? `${ending({ result, target })}${off}. ` : "";
+      this.spoken.textContent = `${end}${this.sentence.textContent}`;
     }, PATIENCE);
   }
 }
 
-// Put terms and what they stand for into a list.
+// Put terms and what they stand for into a list, unless that is what it says.
 export function writeRows(list, rows) {
+  const said = JSON.stringify(rows);
+  if (list.said === said) return;
+  list.said = said;
   const parts = rows.flatMap(([term, text]) => [element("dt", {}, term), element("dd", { "data-readout": term }, text)]);
   list.replaceChildren(...parts);
 }
@@ -79,17 +97,19 @@ export function outcome({ T_target_source: T, termination, history }) {
   };
 }
 
-// How the run ended, where, and what it could not see.
-function ending({ result: { T_target_source: T, termination, history }, known, reference, target }) {
+// How the run ended, and what it could not see.
+function ending({ result: { termination, history }, target }) {
   const unseen = failed(termination) ? [] : unobservable(history.at(-1).pairs, target);
   const blind = unseen.length ? `; unobservable: ${unseen.join(", ")}` : "";
-  const off = T && known ? `; ends ${sayDifference(poseDifference(known, T))} off the ${reference}` : "";
-  return `${history.length - 1} iterations, ${TERMINATIONS[termination]}${blind}${off}`;
+  return `${history.length - 1} iterations, ${TERMINATIONS[termination]}${blind}`;
 }
+
+// So many digits after the point, a true minus, and no negative zero.
+const fixed = (value, count) => (Math.round(value * 10 ** count) / 10 ** count || 0).toFixed(count).replace("-", "−");
 
 function sayPose(T) {
   const [x, y, theta] = toXYTheta(T);
-  return `(${x.toFixed(3)}, ${y.toFixed(3)}) m, ${(theta / DEGREE).toFixed(2)}°`;
+  return `(${fixed(x, 3)}, ${fixed(y, 3)}) m, ${fixed(theta / DEGREE, 2)}°`;
 }
 
 export function sayDifference([metres, radians]) {

@@ -32,23 +32,9 @@ MIN_POINTS = 3
 class Scene:
     """Two scans, a guess, and where known the answer.
 
-    Attributes
-    ----------
-    name : str
-        What the reader chooses it by.
-    source, target : Scan
-        The newer and the older scan, at least 3 points each [m].
-    T_init : ndarray, shape (3, 3)
-        The first guess of ``T_target_source``.
-    T_reference : ndarray, shape (3, 3), or None
-        The answer, to measure errors against.
-    reference : str
-        What that answer is: "truth" of a simulation, "reference" of a recording.
-
-    Raises
-    ------
-    InvalidPointsError
-        For a scan of fewer than 3 points, or a pose that is no rigid transform.
+    The newer and the older scan have at least 3 points each [m]; `T_init` is the first guess of
+    ``T_target_source``, `T_reference` the answer, the "truth" of a simulation or the "reference" of
+    a recording.
     """
 
     name: str
@@ -87,20 +73,7 @@ def default_scenes() -> list[Scene]:
 
 
 def killian_scene(scan: int, note: str = "") -> Scene:
-    """Scans `scan` − 1 and `scan` of Killian Court, from no guess.
-
-    Parameters
-    ----------
-    scan : int
-        Number of the newer scan, 1 to 3872.
-    note : str
-        What there is to see, for the name.
-
-    Raises
-    ------
-    InvalidParameterError
-        For a number that the run does not have.
-    """
+    """Scans `scan` − 1 and `scan` of Killian Court, from no guess."""
     log = read_log(KILLIAN)
     last = len(log.scans) - 1
     if not (isinstance(scan, (int, np.integer)) and 1 <= scan <= last):

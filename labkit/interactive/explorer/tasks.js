@@ -44,7 +44,7 @@ export class Tasks {
     this.tasks = TASKS.filter(({ scene }) => scenes.includes(scene)).map((task) => ({
       ...task, done: 0, item: element("li", {}, `${task.scene}: ${task.text}`),
     }));
-    this.summary = element("summary", { role: "status" });
+    this.summary = element("summary");
     const items = this.tasks.map(({ item }) => item);
     this.node = element("details", { class: "icp-more", hidden: !items.length }, this.summary, element("ul", { class: "icp-tasks" }, ...items));
     this.tell();

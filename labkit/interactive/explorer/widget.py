@@ -32,17 +32,9 @@ _SLIDERS = ("metric", "max_correspondence_distance", "overlap_ratio", "huber_del
 class Explorer(anywidget.AnyWidget):
     """An ICP run to play with; `icp_explorer`, `icp_sliders` and `align_by_hand` make one.
 
-    Attributes
-    ----------
-    scene : str
-        Name of the pair of scans that is shown.
-    metric, max_correspondence_distance, overlap_ratio, huber_delta, approach
-        As in `IcpParameters`; None where a gate or a delta is off.
-    guess : list of float
-        The initial guess (x [m], y [m], θ [rad]).
-    outcome : dict
-        What the page computed last: termination, iterations, pose, inlier_count,
-        inlier_rmse, cost. Empty until a page shows the widget.
+    `scene` names the scans that are shown, `guess` is (x [m], y [m], θ [rad]). Sliders are named
+    as in `IcpParameters`, None where a gate or a delta is off. `outcome` is what the page computed
+    last: termination, iterations, pose, inlier_count, inlier_rmse, cost.
     """
 
     _esm = front_end()
@@ -151,19 +143,7 @@ def icp_explorer(
     parameters : IcpParameters, optional
         Where the sliders stand at first, and what they do not change.
 
-    Returns
-    -------
-    Explorer
-
-    Raises
-    ------
-    InvalidParameterError
-        For no scenes, or two of one name.
-
-    Notes
-    -----
-    Google Colab shows widgets of this kind after
-    ``google.colab.output.enable_custom_widget_manager()``.
+    Google Colab shows it after ``google.colab.output.enable_custom_widget_manager()``.
 
     Examples
     --------
@@ -210,16 +190,6 @@ def icp_sliders(
         "max_correspondence_distance", "overlap_ratio" and "huber_delta", and of the guess "x",
         "y" [m] and "turn" [°]. An empty mapping leaves the iterations alone.
 
-    Returns
-    -------
-    Explorer
-        The widget; its `parameters` and `run` follow the sliders where a kernel runs.
-
-    Raises
-    ------
-    InvalidParameterError
-        For a slider of another name, or one of fewer than two values.
-
     Examples
     --------
     >>> from labkit.simulation import lesson_experiment
@@ -245,26 +215,9 @@ def icp_sliders(
 def align_by_hand(scene: Scene, parameters: IcpParameters = DEFAULTS) -> Explorer:
     """Two scans to lay over one another by mouse or keys, and how far apart they still are.
 
-    A button lets ICP go on from where the reader left the newer scan.
+    A button lets ICP go on from there, and a verdict says whether it found the answer.
 
-    Parameters
-    ----------
-    scene : Scene
-        The scans, and where the newer one lies first.
-    parameters : IcpParameters
-        What ICP is told.
-
-    Returns
-    -------
-    Explorer
-        The widget; its `guess` follows the scan where a kernel runs.
-
-    Examples
-    --------
-    >>> pair = align_by_hand(default_scenes()[0])
-    >>> pair.guess = [0.5, 0.0, 0.05]
-    >>> pair.run().converged
-    True
+    The newer one lies first at the scene's `T_init`.
     """
     return Explorer([scene], parameters, label="Two scans, to align by hand", form="by hand")
 

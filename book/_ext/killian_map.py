@@ -1,0 +1,129 @@
+"""The first page's map: the sweeps of Killian Court under three sets of poses.
+
+The poses are those of chapter 10: its cells are run up to the graph with all loops. What they
+give is kept beside the browser's files until these cells or labkit change. As a command this
+draws the map with the loops closed, as README shows it::
+
+    python book/_ext/killian_map.py
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import io
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import nbformat
+import numpy as np
+from PIL import Image
+
+import labkit
+from labkit.evaluation import ate
+from labkit.odometry import integrate
+from labkit.plotting import book_figure, map_points
+from labkit.plotting.style import SOURCE, TARGET
+
+BOOK = Path(__file__).parents[1]
+CHAPTER = BOOK.parent / "notebooks" / "10_closing.ipynb"
+DATA = BOOK / "_static" / "vendor" / "killian" / "map.js"
+PICTURE = BOOK / "_static" / "killian-closed.webp"
+EVERY, BEAMS, RANGE_MAX = (
+    6,
+    90,
+    15.0,
+)  # every so many-th scan, its beams, and how far they reach [m]
+LAST = "closed"  # what the last cell that is run sets
+STATES = {
+    "wheels": "What the wheels say",
+    "odometry": "What scan matching finds",
+    "closed": "…and once places are recognised",
+}
+
+
+def provide() -> None:
+    """Write the map's data as a script, unless the one that is there is of today's sources."""
+    code = cells()
+    core = [path.read_text("utf-8") for path in sorted(Path(labkit.__file__).parent.glob("*.py"))]
+    mark = hashlib.sha256("\n".join([*code, *core]).encode()).hexdigest()
+    if DATA.exists() and mark in DATA.read_text("utf-8")[:100]:
+        return
+    DATA.parent.mkdir(parents=True, exist_ok=True)
+    told = json.dumps(packed(chapter(code)), ensure_ascii=False)
+    DATA.write_text(f"// {mark}\nwindow.killianMap?.({told});\n", "utf-8")
+
+
+def cells() -> list[str]:
+    """The code of chapter 10 up to the graph with all loops, without what speaks to Jupyter."""
+    code = []
+    for cell in nbformat.read(CHAPTER, as_version=4).cells:
+        if cell.cell_type == "code" and "%pip" not in cell.source:
+            code.append(re.sub(r"(?m)^%.*", "", cell.source))
+            if f"{LAST} = " in code[-1]:
+                return code
+    raise LookupError(f"no cell of {CHAPTER.name} sets '{LAST}', from which the map is drawn")
+
+
+def chapter(code: list[str]) -> dict[str, Any]:
+    """What these cells set, by name."""
+    names: dict[str, Any] = {}
+    for cell in code:
+        exec(cell, names)
+    return names
+
+
+def packed(names: dict[str, Any]) -> dict[str, Any]:
+    """Ranges of every 6th scan as bytes, and three sets of poses with their errors."""
+    log = names["log"]
+    poses = {
+        "wheels": integrate(names["prior"], log.reference[0]),
+        "odometry": names["run"].poses,
+        "closed": names[LAST],
+    }
+    chosen = range(0, len(log.scans), EVERY)
+    ranges = np.zeros((len(chosen), BEAMS), dtype=np.uint8)
+    for row, k in enumerate(chosen):
+        x, y = log.scans[k].points.T
+        r, beam = np.hypot(x, y), np.rint((np.arctan2(y, x) / np.pi + 0.5) * BEAMS)
+        near = r < RANGE_MAX
+        ranges[row, np.clip(beam[near], 0, BEAMS - 1).astype(int)] = np.ceil(
+            r[near] * 255 / RANGE_MAX
+        )
+    states = [
+        {
+            "name": STATES[name],
+            "off": float(ate(rows, log.reference).translation.median),
+            "poses": _base64(rows[::EVERY].astype("<f4")),
+        }
+        for name, rows in poses.items()
+    ]
+    return {"beams": BEAMS, "reach": RANGE_MAX, "ranges": _base64(ranges), "states": states}
+
+
+def _base64(array: Any) -> str:
+    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
+
+
+def draw(names: dict[str, Any]) -> None:
+    """Draw the map with the loops closed, for readers without JavaScript, paper and README."""
+    log, poses = names["log"], names[LAST]
+    figure = book_figure(4.3)
+    ax = figure.subplots()
+    x, y = map_points(poses, log.scans, range_max=RANGE_MAX).T
+    ax.plot(-y, x, ",", color=TARGET, alpha=0.06)
+    ax.plot(-poses[:, 1], poses[:, 0], color=SOURCE, linewidth=0.5)
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+    left, bottom = ax.get_xlim()[0], ax.get_ylim()[0]
+    ax.plot([left, left + 50.0], [bottom, bottom], color=TARGET, linewidth=2.0)
+    ax.text(left + 25.0, bottom + 2.0, "50 m", ha="center", va="bottom")
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format="png", dpi=200)
+    Image.open(drawn).convert("RGB").quantize(64).convert("RGB").save(PICTURE, lossless=True)
+
+
+if __name__ == "__main__":
+    draw(chapter(cells()))

@@ -1,0 +1,117 @@
+// The first page's map: the same sweeps, drawn at three sets of poses and at what lies between.
+// killian_map.py writes the data; without it, without JavaScript and on paper stands a picture.
+(() => {
+  const vendor = new URL("vendor/killian/map.js", document.currentScript.src).href;
+  const MARGIN = 12, PLAY = 7000, ENDS = ["wheels", "places recognised"]; // m, ms
+  const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const make = (tag, attributes, ...children) => {
+    const node = Object.assign(document.createElement(tag), attributes);
+    node.append(...children);
+    return node;
+  };
+
+  // Poses as steps, each seen from the pose before: between two sets of poses the path unfolds.
+  const stepsOf = (poses) => {
+    const steps = new Float64Array(poses.length);
+    for (let k = 3; k < poses.length; k += 3) {
+      const c = Math.cos(poses[k - 1]), s = Math.sin(poses[k - 1]), dx = poses[k] - poses[k - 3], dy = poses[k + 1] - poses[k - 2];
+      const turn = poses[k + 2] - poses[k - 1];
+      steps.set([c * dx + s * dy, c * dy - s * dx, Math.atan2(Math.sin(turn), Math.cos(turn))], k);
+    }
+    steps.set(poses.subarray(0, 3));
+    return steps;
+  };
+
+  const enliven = (figure, { beams, reach, ranges, states }) => {
+    const seen = bytes(ranges), steps = states.map(({ poses }) => stepsOf(new Float32Array(bytes(poses).buffer)));
+    const count = steps[0].length / 3, path = new Float64Array(3 * count);
+    const rays = Array.from({ length: beams }, (_, j) => ((j / beams - 0.5) * Math.PI)).map((a) => [Math.cos(a), Math.sin(a)]);
+    const canvas = make("canvas", { role: "img" }), name = make("b", {}), off = make("span", {});
+    const slider = make("input", { type: "range", min: 0, max: 2, step: 0.01 });
+    slider.setAttribute("aria-label", "Poses from");
+    const play = make("button", { type: "button", textContent: "▶", title: "Play" });
+    play.setAttribute("aria-label", "Play");
+    const bar = make("div", { className: "map-bar" }, play, make("span", {}, ENDS[0]), slider, make("span", {}, ENDS[1]));
+    const live = make("div", { className: "map-live" }, make("p", {}, name, off), canvas, bar);
+    figure.prepend(live);
+
+    const walk = (at) => {
+      const i = Math.min(1, Math.floor(at)), w = at - i, [a, b] = [steps[i], steps[i + 1]];
+      let [x, y, turn] = a, low = [x, y], high = [x, y];
+      for (let k = 0; k < 3 * count; k += 3) {
+        if (k) {
+          const [dx, dy, dt] = [0, 1, 2].map((n) => a[k + n] + w * (b[k + n] - a[k + n]));
+          const c = Math.cos(turn), s = Math.sin(turn);
+          x += c * dx - s * dy, y += s * dx + c * dy, turn += dt;
+        }
+        path[k] = x, path[k + 1] = y, path[k + 2] = turn;
+        low = [Math.min(low[0], x), Math.min(low[1], y)], high = [Math.max(high[0], x), Math.max(high[1], y)];
+      }
+      return { low, high };
+    };
+
+    const draw = () => {
+      const at = slider.valueAsNumber, { low, high } = walk(at), state = states[Math.round(at)];
+      const width = canvas.clientWidth, dense = Math.min(2, devicePixelRatio || 1);
+      if (!width) return;
+      const W = (canvas.width = Math.round(width * dense)), H = (canvas.height = Math.round(canvas.clientHeight * dense));
+      const scale = Math.min(W / (high[1] - low[1] + 2 * MARGIN), H / (high[0] - low[0] + 2 * MARGIN));
+      const cx = (low[0] + high[0]) / 2, cy = (low[1] + high[1]) / 2, context = canvas.getContext("2d");
+      const image = context.createImageData(W, H), pixels = image.data;
+      const u = (y) => W / 2 - (y - cy) * scale, v = (x) => H / 2 - (x - cx) * scale;
+      for (let k = 0; k < count; k++) {
+        const [x, y, turn] = path.subarray(3 * k, 3 * k + 3), c = Math.cos(turn), s = Math.sin(turn);
+        for (let j = 0; j < beams; j++) {
+          const r = (seen[beams * k + j] * reach) / 255;
+          if (!r) continue;
+          const [p, q] = rays[j], left = u(y + r * (s * p + c * q)) | 0, top = v(x + r * (c * p - s * q)) | 0;
+          if (left < 0 || top < 0 || left > W - 2 || top > H - 2) continue;
+          for (const o of [4 * (top * W + left), 4 * (top * W + left + 1), 4 * (top * W + W + left)]) {
+            pixels[o] = pixels[o + 1] = pixels[o + 2] = 255;
+            pixels[o + 3] = Math.min(255, pixels[o + 3] + 60);
+          }
+        }
+      }
+      context.putImageData(image, 0, 0);
+      context.strokeStyle = getComputedStyle(live).getPropertyValue("--path");
+      context.lineWidth = 1.4 * dense;
+      context.beginPath();
+      for (let k = 0; k < 3 * count; k += 3) context.lineTo(u(path[k + 1]), v(path[k]));
+      context.stroke();
+      name.textContent = state.name;
+      off.textContent = `${state.off < 10 ? state.off.toFixed(1) : Math.round(state.off)} m off, in the median`;
+      slider.setAttribute("aria-valuetext", `${state.name}: ${off.textContent}`);
+      canvas.setAttribute("aria-label", `Map of the corridors and the path through them. ${state.name}: ${off.textContent}.`);
+    };
+
+    let playing = null;
+    const stop = () => (cancelAnimationFrame(playing), (playing = null));
+    const start = () => {
+      stop();
+      let before = performance.now(), at = slider.valueAsNumber >= 2 ? 0 : slider.valueAsNumber;
+      const go = (now) => {
+        at = Math.min(2, at + (2 * (now - before)) / PLAY), before = now;
+        slider.value = at;
+        draw();
+        playing = at < 2 ? requestAnimationFrame(go) : null;
+      };
+      playing = requestAnimationFrame(go);
+    };
+    slider.addEventListener("input", () => (stop(), draw()));
+    play.addEventListener("click", () => (playing ? stop() : start()));
+    new ResizeObserver(draw).observe(canvas);
+    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    slider.value = still ? 2 : 0;
+    draw();
+    if (still) return;
+    const once = new IntersectionObserver(([{ isIntersecting }]) => isIntersecting && (once.disconnect(), start()), { threshold: 0.7 });
+    once.observe(canvas);
+  };
+
+  document.addEventListener("DOMContentLoaded", () => {
+    const figure = document.querySelector("figure.killian-map");
+    if (!figure) return;
+    window.killianMap = (data) => enliven(figure, data);
+    document.head.append(Object.assign(document.createElement("script"), { src: vendor }));
+  });
+})();
