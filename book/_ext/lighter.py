@@ -15,10 +15,10 @@ from sphinx.application import Sphinx
 
 ICONS = "icons.css"
 FONTS = {"solid-900": ("Font Awesome 6 Free", 900), "brands-400": ("Font Awesome 6 Brands", 400)}
-BASE = """
+BASE = """/* The widgets bring an older font for the same classes, which is not to be loaded. */
 .fa-solid, .fas, .fa-brands, .fab { display: inline-block; line-height: 1; text-rendering: auto; }
-.fa-solid, .fas { font: 900 1em/1 "Font Awesome 6 Free"; }
-.fa-brands, .fab { font: 400 1em/1 "Font Awesome 6 Brands"; }
+.fa-solid, .fas { font-weight: 900; font-family: "Font Awesome 6 Free" !important; }
+.fa-brands, .fab { font-weight: 400; font-family: "Font Awesome 6 Brands"; }
 .fa-lg { font-size: 1.25em; line-height: 0.05em; vertical-align: -0.075em; }
 """
 
