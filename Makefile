@@ -50,7 +50,7 @@ fix: $(READY) ## format the code and mend what ruff can
 	$(BIN)/mypy
 
 lab: $(READY) ## open the notebooks in JupyterLab
-	$(BIN)/jupyter lab notebooks
+	$(BIN)/jupyter lab --ServerApp.root_dir=. --LabApp.default_url=/lab/tree/notebooks
 
 bench: ## time the lab's matcher beside others and write the book's page on it (half an hour)
 	@test -x $(BENCH)/bin/python || $(PYTHON) -m venv $(BENCH)
