@@ -48,11 +48,12 @@ def write_with_needed_code(path: Path, copy: Path) -> None:
 
 
 ALL = [path.relative_to(ROOT) for path in sorted((ROOT / "notebooks").glob("*.ipynb"))]
-# Two notebooks that hold all kinds between them: a kernel's start costs most of the time.
+# The fewest notebooks that hold all kinds between them: a kernel's start costs most of the time.
 RUN = next(
-    pair
-    for pair in combinations(ALL, 2)
-    if all(word in "".join(map(code_of, pair)) for word in WIDGETS)
+    some
+    for count in range(1, len(ALL) + 1)
+    for some in combinations(ALL, count)
+    if all(word in "".join(map(code_of, some)) for word in WIDGETS)
 )
 
 

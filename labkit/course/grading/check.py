@@ -86,13 +86,6 @@ def check(question: str, function: Callable[..., Any]) -> Feedback:
     InvalidParameterError
         For a question that does not exist, and for a function that is not the student's or that
         uses labkit.
-
-    Examples
-    --------
-    >>> def distance_gate(distances, max_distance):
-    ...     return distances < max_distance
-    >>> print(check("distance_gate", distance_gate).verdict.misconception)
-    strict
     """
     assignment = load_assignment(hidden=False)
     asked = assignment.question(question)

@@ -7,7 +7,7 @@ from labkit.course.authoring.entries import Several, mistakes
 from labkit.course.authoring.references import READINGS
 
 LEFT = "chapter 4, “The flow chart, line by line”"
-STAGES = "chapter 3, “Each stage by itself”"
+STAGES = "chapter 3, “Each remedy by itself”"
 
 
 def both(function):

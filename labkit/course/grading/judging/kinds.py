@@ -155,7 +155,7 @@ def difference(question: Question, case: Case, got: FloatArray, wanted: FloatArr
     >>> assignment = load_assignment(hidden=False)
     >>> case = assignment.cases("wrap")[0]
     >>> difference(assignment.question("wrap"), case, np.array(4.712), np.array(-1.571))
-    'For angle = 4.712: got 4.712, expected -1.571.'
+    'For angle = 4.7124: got 4.712, expected -1.571.'
     """
     names = [name.strip() for name in question.signature.strip("()").split(",")]
     shown = ", ".join(map("{} = {}".format, names, map(_shown, case.arguments)))
