@@ -33,7 +33,7 @@ def _whole_increments(rng: np.random.Generator) -> tuple[Value, ...]:
 
 
 def _half_turn(rng: np.random.Generator) -> tuple[Value, ...]:
-    steps = np.array([[uniform(rng, 0.2, 0.8), 0.3, -math.pi], [uniform(rng, 0.2, 0.8), -0.2, 0.4]])
+    steps = np.array([[uniform(rng, 0.2, 0.8), 0.3, math.pi], [uniform(rng, 0.2, 0.8), -0.2, 0.4]])
     return steps, np.array([uniform(rng, 1.0, 3.0), -2.0, 0.0])
 
 

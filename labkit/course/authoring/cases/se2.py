@@ -86,7 +86,7 @@ RECIPES = {
             Recipe("an obtuse angle", lambda _: (2.5,)),
             Recipe("more than half a turn to the right", lambda _: (-4.0,)),
             Recipe("two turns and some", lambda _: (14.0,)),
-            Recipe("half a turn", lambda _: (-math.pi,), exact=True),
+            Recipe("half a turn", lambda _: (math.pi,), exact=True),
         ],
         hidden=[
             Recipe("an angle that needs no wrapping", _angle(-2.8, -0.4)),
@@ -95,7 +95,7 @@ RECIPES = {
             Recipe("two turns and some", _angle(13.0, 15.0)),
             Recipe("two turns to the right and some", _angle(-15.0, -13.0)),
             Recipe("an angle given as a whole number", lambda rng: (int(rng.choice([4, 5])),)),
-            Recipe("half a turn", lambda _: (-math.pi,), exact=True),
+            Recipe("half a turn", lambda _: (math.pi,), exact=True),
         ],
     ),
 }
