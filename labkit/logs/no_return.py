@@ -34,11 +34,7 @@ MOST = 0.9  # largest share of the ranges that one repeated number may hold and 
 
 
 def declared_maximum(declared: float) -> float:
-    """Range [m] at which returns end: a maximum rounded up from a SICK's code is that code.
-
-    >>> [round(declared_maximum(declared), 2) for declared in (81.92, 8.2, 50.0, 8.3)]
-    [81.83, 8.18, 50.0, 8.3]
-    """
+    """Range [m] at which returns end: a maximum rounded up from a SICK's code is that code."""
     codes = (low for low, high in SICK if low < declared <= 1.002 * high)
     return next((low - SAME for low in codes), declared)
 
@@ -57,10 +53,7 @@ def median_range(counts: IntArray) -> float:
 
 
 def find_codes(counts: IntArray, *, sick: bool) -> tuple[Band, ...]:
-    """Bands of ranges [m] that are codes, the farthest first; they do not overlap.
-
-    `sick` tells a log that declares no maximum, and by convention comes from a SICK.
-    """
+    """Bands of ranges [m] that are codes, the farthest first; `sick`: none is declared."""
     left = counts.copy()
     left[-1] = 0
     bands: list[Band] = []
@@ -131,9 +124,8 @@ def describe(bands: Sequence[Band], counts: IntArray) -> str:
         dropped += int(found.sum())
         ends = dict.fromkeys((values[0], values[-1]))  # one, if they are equal
         texts.append(" to ".join(f"{value:g}" for value in ends) + " m")
-    total = counts.sum()
     return (
-        f"{dropped} of {total} ranges ({100.0 * dropped / total:.2g} %) read "
+        f"{dropped} of {counts.sum()} ranges ({100.0 * dropped / counts.sum():.2g} %) read "
         f"{', '.join(texts[:4])}: codes for no return, they make no point; `no_return` names "
         f"others, or none"
     )

@@ -16,39 +16,22 @@ from labkit.scan import Scan
 Pose = tuple[float, float, float]
 ORIGIN: Pose = (0.0, 0.0, 0.0)
 
-FAR = 1e5  # [m]: a place farther from the origin is hardly meant
 MILLIMETRES = 100.0  # [m]: ranges whose median is larger are hardly metres
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Sweep:
-    """One sweep as its file has it.
+    """One sweep as its file has it; ranges outside the declared band are no returns."""
 
-    Attributes
-    ----------
-    line : int
-        Line number in the file, or number of the message.
-    ranges, angles : ndarray, shape (B,)
-        All ranges [m] and the directions of the beams [rad].
-    stamp : float
-        Time [s].
-    range_min, range_max : float
-        The declared band [m]; ranges outside of it are no returns.
-    laser, robot : tuple
-        Poses (x [m], y [m], θ [rad]) of laser and robot in the line.
-    vertex : tuple or None
-        Pose of the vertex above it in a graph.
-    """
-
-    line: int
-    ranges: FloatArray
-    angles: FloatArray
-    stamp: float
+    line: int  # in the file, or the number of the message
+    ranges: FloatArray  # (B,) [m]
+    angles: FloatArray  # (B,) [rad]
+    stamp: float  # [s]
     range_min: float = 0.0
     range_max: float = np.inf
     laser: Pose = ORIGIN
     robot: Pose = ORIGIN
-    vertex: Pose | None = None
+    vertex: Pose | None = None  # above it, in a graph
 
 
 def make_scans(
@@ -74,12 +57,12 @@ def make_scans(
         )
         codes = find_codes(counts, sick=sick)
         if median_range(counts) > MILLIMETRES:
-            report.remark(
+            report.remarks.append(
                 f"half of the ranges lie beyond {MILLIMETRES:g} m: are they millimetres? labkit "
                 f"reads metres"
             )
         elif codes:
-            report.remark(describe(codes, counts))
+            report.remarks.append(describe(codes, counts))
     stamps = np.array([sweep.stamp for sweep in sweeps])
     if not stamps.any():  # a clock that stands at zero is none
         stamps[:] = np.nan
@@ -98,24 +81,13 @@ def make_scans(
     return tuple(scans)
 
 
-def remark_far(places: FloatArray, lines: Sequence[int], what: str, report: DamageReport) -> None:
-    """Note places (K, ≥ 2) beyond 100 km, and the line of the first one."""
-    far = np.flatnonzero(np.abs(places[:, :2]).max(axis=1) > FAR)
-    if len(far):
-        x, y = places[far[0], :2]
-        report.remark(
-            f"{what} lies beyond 100 km in {len(far)} of {len(places)} lines, the first is "
-            f"{lines[far[0]]}: ({x:g}, {y:g})"
-        )
-
-
 def _remark_clock(stamps: FloatArray, sweeps: Sequence[Sweep], report: DamageReport) -> None:
     """Note a clock that stands still or runs backwards."""
     steps = np.diff(stamps)
     for mask, what in ((steps < 0.0, "runs backwards"), (steps == 0.0, "stands still")):
         if mask.any():
             k = int(np.argmax(mask)) + 1
-            report.remark(
+            report.remarks.append(
                 f"the clock of the scans {what} {np.count_nonzero(mask)} times, first at line "
                 f"{sweeps[k].line}: {stamps[k]:.10g} s after {stamps[k - 1]:.10g} s"
             )

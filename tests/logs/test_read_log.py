@@ -67,8 +67,8 @@ UNREADABLE = [
     (b"PK\x03\x04", "f: the archive cannot be unpacked: File is not a zip file; get it again"),
     (b"\x7fELF\0\0\0", "f: unknown format, the file begins with binary data; labkit reads CARMEN"),
     (b"Dear reader,\n", r"f: unknown format, the file begins with 'Dear reader,'; .*from_ranges"),
-    (zipped({}), r"f: a zip archive must hold exactly one log, got 0 \(none\)"),
-    (zipped({"a": "x", "b": "y"}), r"exactly one log, got 2 \(a, b\); unpack it and name one file"),
+    (zipped({}), r"f: a zip archive must hold exactly one log, got 0"),
+    (zipped({"a": "x", "b": "y"}), r"exactly one log, got 2; unpack it and name one file"),
     (encrypted(), "f: the archive cannot be unpacked: .*encrypted"),
 ]
 
@@ -79,7 +79,7 @@ def test_a_file_that_is_no_log(save, content, message):
         read_log(save(content, "f"))
 
 
-def test_paths_with_nothing_to_read(tmp_path, save, monkeypatch):
+def test_paths_with_nothing_to_read(tmp_path, save):
     with pytest.raises(LogError, match=r"gone\.log: no such file"):
         read_log(tmp_path / "gone.log")
     with pytest.raises(LogError, match="is a directory, expected a file"):
@@ -88,9 +88,6 @@ def test_paths_with_nothing_to_read(tmp_path, save, monkeypatch):
         read_log(save("x") / "inside.log")
     with pytest.raises(LogError, match=r"cannot be read: .*null"):
         read_log("a\0b")
-    monkeypatch.setattr(os, "stat", lambda path: (_ for _ in ()).throw(PermissionError(13, "no")))
-    with pytest.raises(LogError, match=r"run\.log: no permission to read it"):
-        list(lines.read_lines(lines.DamageReport("run.log", strict=False)))
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs a pipe with a name")
@@ -110,8 +107,7 @@ def test_a_laser_offset_that_is_none(save, run, offset):
 
 @pytest.mark.parametrize("parameter", ["topic", "odometry_topic"])
 def test_topics_are_for_bags(save, run, parameter):
-    message = rf"run\.log: `{parameter}` is '/scan', but the file is no ROS bag; leave it out"
-    with pytest.raises(LogError, match=message):
+    with pytest.raises(LogError, match=rf"run\.log: is no ROS bag; leave .*`{parameter}`"):
         read_log(save(run), **{parameter: "/scan"})
 
 
@@ -177,12 +173,6 @@ def test_a_file_that_is_too_large_is_refused_with_the_way_out(save, run, packing
         read_log(path, max_bytes=size - 1)
 
 
-def test_a_file_of_too_many_lines_is_refused(save, run, monkeypatch):
-    monkeypatch.setattr(lines, "MAX_LINES", 6)
-    with pytest.raises(LogError, match="more than 6 lines"):
-        read_log(save(run))
-
-
 @pytest.mark.parametrize("content", [bytes(64 << 20), (b"# " + 1000 * b"x" + b"\n") * 20_000])
 def test_a_bomb_takes_little_memory(save, content):
     path = save(gzip.compress(content))
@@ -207,7 +197,7 @@ def test_digits_are_ascii_and_not_grouped(save, flaser, number):
 
 def test_a_message_stays_short(save, flaser):
     fields = flaser([1.0, 2.0]).split()
-    fields[-2:] = "h" * 3000, "9" * 3000
+    fields[-3:-1] = "9" * 3000, "h" * 3000
     assert len(read_log(save(flaser([1.0] * 2) + " ".join(fields))).skipped[0].reason) <= 180
 
 
