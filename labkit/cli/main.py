@@ -19,6 +19,13 @@ from labkit.course.grading.command import add_autograder, add_grade
 from labkit.errors import InvalidParameterError, LabkitError
 
 BAD_INPUT, USAGE, INTERRUPTED = 1, 2, 130
+COMMANDS: dict[str, Any] = {
+    "demo": demo,
+    "odometry": odometry,
+    "match": match,
+    "evaluate": evaluate,
+    "report": report,
+}
 
 DESCRIPTION = """\
 ICP-based motion estimation from 2D LiDAR scans.
@@ -62,7 +69,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(args: argparse.Namespace) -> int:
     """Run the command; a mistake is told in one line."""
     try:
-        status: int = args.run(args)
+        return int(args.run(args))
     except InvalidParameterError as error:
         known = error.parameter in vars(args)
         message = f"{flag(error.parameter)} {error.problem}" if known else str(error)
@@ -75,7 +82,6 @@ def _run(args: argparse.Namespace) -> int:
         told = "interrupted; no file is left half-written"
         print(f"\nlabkit {args.command}: {told}", file=sys.stderr)
         return INTERRUPTED
-    return status
 
 
 def _drop_output() -> None:
@@ -84,11 +90,7 @@ def _drop_output() -> None:
 
 
 class Parser(argparse.ArgumentParser):
-    """Parser, like those of its commands, that takes -1e-3 and -1. for numbers.
-
-    Before Python 3.14, argparse takes them for options that it does not know. This is how
-    3.14 tells a negative number; no option of ours begins with a digit.
-    """
+    """Parser that takes -1e-3 for a number and no option, as argparse does from 3.14 on."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
@@ -105,12 +107,17 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=_versions())
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for add in (
-        *(one.add_command for one in (demo, odometry, match, evaluate, report)),
-        add_grade,
-        add_autograder,
-    ):
-        add(commands)
+    for name, command in COMMANDS.items():
+        one = commands.add_parser(
+            name,
+            help=command.HELP,
+            description=command.DESCRIPTION,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        command.add_arguments(one)
+        one.set_defaults(run=command.run)
+    add_grade(commands)
+    add_autograder(commands)
     return parser
 
 

@@ -34,8 +34,6 @@ def ate(
 
     Raises
     ------
-    InvalidParameterError
-        For another `align`.
     DegenerateAlignmentError
         If "rigid" has no unique answer, as for a robot that never left its place.
 
@@ -72,17 +70,7 @@ def ate(
 
 
 def absolute_errors(estimate: ArrayLike, reference: ArrayLike) -> tuple[str, PoseErrors]:
-    """Absolute trajectory error and its name, which tells how the two were aligned.
-
-    "ATE" after rigid alignment; "ATE, first poses aligned" for a robot that stays in its
-    place, where no rigid alignment is the best one.
-
-    Examples
-    --------
-    >>> name, errors = absolute_errors([[0, 0, 0], [0, 0, 0.1]], [[5, 5, 0], [5, 5, 0.2]])
-    >>> name, round(errors.rotation.max, 3)
-    ('ATE, first poses aligned', 0.1)
-    """
+    """Absolute trajectory error, and its name: first poses aligned if the robot never moved."""
     try:
         return "ATE", ate(estimate, reference)
     except DegenerateAlignmentError:

@@ -16,21 +16,13 @@ from labkit.se2 import from_xytheta, invert
 
 
 def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
-    """Gap between a match and the inverse of the same match the other way round.
-
-    Leave out matches that failed, and say how many they are.
+    """Length [m] and angle [rad] of ``T_forward @ T_backward``, one per row.
 
     Parameters
     ----------
-    forward : array_like, shape (K, 3)
-        Rows (Δx [m], Δy [m], Δψ [rad]): the newer scan onto the older one.
-    backward : array_like, shape (K, 3)
-        The older scan onto the newer one.
-
-    Returns
-    -------
-    PoseErrors
-        Length [m] and angle [rad] of ``T_forward @ T_backward``, one per row.
+    forward, backward : array_like, shape (K, 3)
+        Rows (Δx [m], Δy [m], Δψ [rad]): the newer scan matched with the older one, and the
+        older with the newer. Leave out matches that failed, and say how many they are.
 
     Notes
     -----
@@ -47,17 +39,12 @@ def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
 
 
 def disagreement(increments: ArrayLike, prior: ArrayLike) -> PoseErrors:
-    """Distance of increments from those of the prior, or of any other source.
+    """Length [m] and angle [rad] of ``invert(T_prior) @ T``, for a prior or any other source.
 
     Parameters
     ----------
     increments, prior : array_like, shape (K, 3)
         Rows (Δx [m], Δy [m], Δψ [rad]).
-
-    Returns
-    -------
-    PoseErrors
-        Length [m] and angle [rad] of ``invert(T_prior) @ T``, one per row.
 
     Notes
     -----
@@ -80,13 +67,7 @@ def loop_closure(increments: ArrayLike, closing: ArrayLike = (0.0, 0.0, 0.0)) ->
     increments : array_like, shape (K, 3)
         The steps of the path, rows (Δx [m], Δy [m], Δψ [rad]).
     closing : array_like, shape (3,)
-        Pose of the last scan in the frame of the first. By default the two coincide, as after
-        a way there and back; else e.g. the match of the last scan with the first.
-
-    Returns
-    -------
-    PoseErrors
-        One length [m] and one angle [rad].
+        Pose of the last scan in the frame of the first, e.g. by matching the two.
 
     Notes
     -----

@@ -32,12 +32,6 @@ class ErrorSummary:
     def of(cls, errors: ArrayLike) -> ErrorSummary:
         """Summarise errors of shape (N,); N may be 0.
 
-        Raises
-        ------
-        InvalidPointsError
-            For another shape, or for an error that is NaN or infinite: leave such out, and
-            say how many they are.
-
         Examples
         --------
         >>> ErrorSummary.of([3.0, 4.0, 5.0]).median
@@ -64,15 +58,7 @@ class ErrorSummary:
 
 @dataclass(frozen=True, eq=False)
 class PoseErrors:
-    """One translation error and one rotation error per pose or pair.
-
-    Attributes
-    ----------
-    translation_errors : ndarray, shape (N,)
-        Metres, ≥ 0.
-    rotation_errors : ndarray, shape (N,)
-        Radians in [0, π].
-    """
+    """N translation errors [m] ≥ 0 and N rotation errors [rad] in [0, π], by pose or pair."""
 
     translation_errors: FloatArray
     rotation_errors: FloatArray

@@ -42,13 +42,7 @@ def room(width: float = WIDTH, depth: float = DEPTH) -> World:
 
 
 def corner(width: float = WIDTH, depth: float = DEPTH) -> World:
-    """The lesson's L as solid walls, from the origin along x and along y.
-
-    Parameters
-    ----------
-    width, depth : float
-        Lengths in metres of the wall along x and of the wall along y.
-    """
+    """The lesson's L as solid walls [m], from the origin along x and along y."""
     _check_lengths(width=width, depth=depth)
     return World(segments=polyline([[width, 0.0], [0.0, 0.0], [0.0, depth]]))
 
