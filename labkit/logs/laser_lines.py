@@ -34,8 +34,7 @@ from labkit.logs.lines import (
     parse_numbers,
     parse_pose,
 )
-from labkit.logs.no_return import declared_maximum
-from labkit.logs.sweeps import Pose, Sweep
+from labkit.logs.sweeps import Pose, Sweep, declared_maximum
 from labkit.scan import scanner_poses
 from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
 

@@ -16,7 +16,7 @@ from labkit.errors import LogError
 from labkit.logs.log import SkippedLine
 
 MAX_BYTES = 512 << 20  # of a file, unpacked: a small packed one must not fill the memory
-MAX_LINE_BYTES = 4 << 20  # a longer line is damaged
+MAX_LINE_BYTES = 4 << 20  # of a line
 MAX_REASON = 180  # characters: with the file's name it stays a message that a terminal shows
 
 
@@ -44,9 +44,8 @@ class DamageReport:
         """Tail of the message about a file without any good line."""
         if not self.skipped:
             return ""
-        count, first = len(self.skipped), self.skipped[0]
-        lines = "line was" if count == 1 else "lines were"
-        return f"; {count} damaged {lines} skipped, the first is {first.line}: {first.reason}"
+        first = self.skipped[0]
+        return f"; {len(self.skipped)} damaged, the first is {first.line}: {first.reason}"
 
 
 def shorten(text: str, longest: int = MAX_REASON) -> str:
@@ -59,29 +58,23 @@ def read_lines(report: DamageReport, max_bytes: int = MAX_BYTES) -> Iterator[tup
     """Yield the lines of the report's file with their numbers from 1, as they are read.
 
     gzip and zip are told by their first bytes, never by the suffix. Bytes that are not UTF-8
-    become U+FFFD and harm their line only. A line that is too long is damaged.
+    become U+FFFD and harm their line only.
     """
-    seen = number = 0
-    at_line_start = empty = True
+    seen = 0
+    empty = True
     with _open(report.file) as stream:
-        while piece := stream.readline(MAX_LINE_BYTES):
-            seen += len(piece)
+        for number, line in enumerate(iter(lambda: stream.readline(MAX_LINE_BYTES), b""), 1):
+            seen += len(line)
             if seen > max_bytes:
                 raise LogError(
                     f"{report.file}: more than {max_bytes:,} bytes, unpacked; if it is what you "
                     f"expect, raise `max_bytes` of `read_log`"
                 )
-            complete = piece.endswith(b"\n")
-            if at_line_start:
-                number += 1
-                if complete or len(piece) < MAX_LINE_BYTES:
-                    text = piece.decode("utf-8", "replace").removeprefix("\ufeff").rstrip("\r\n")
-                    empty = empty and not text.strip()
-                    yield number, text
-                else:
-                    empty = False
-                    report.skip(number, f"a line of more than {MAX_LINE_BYTES:,} bytes")
-            at_line_start = complete
+            if len(line) == MAX_LINE_BYTES:
+                raise LogError(f"{report.file}:{number}: more than {MAX_LINE_BYTES:,} bytes")
+            text = line.decode("utf-8", "replace").removeprefix("\ufeff").rstrip("\r\n")
+            empty = empty and not text.strip()
+            yield number, text
     if empty:
         raise LogError(f"{report.file}: the file is empty")
 
@@ -131,12 +124,9 @@ def _member(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
 def parse_numbers(fields: Sequence[str], what: str) -> list[float]:
     """Convert fields to floats, NaN and infinity included; `DamagedLine` names a bad one."""
     try:
-        values = [float(field) for field in fields]
-        if _is_plain("".join(fields)):
-            return values
+        return [float(field) for field in fields]
     except ValueError:
-        pass
-    index = next(k for k, field in enumerate(fields) if not is_number(field))
+        index = next(k for k, field in enumerate(fields) if not is_number(field))
     raise DamagedLine(f"{what} {index + 1} is {_quoted(fields[index])}, expected a number")
 
 
@@ -186,12 +176,7 @@ def is_number(field: str) -> bool:
         float(field)
     except ValueError:
         return False
-    return _is_plain(field)
-
-
-def _is_plain(text: str) -> bool:
-    """Tell ASCII digits from others that Python takes for numbers: foreign ones, and 1_000."""
-    return text.isascii() and "_" not in text
+    return True
 
 
 def _quoted(field: str) -> str:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,18 +28,9 @@ from labkit.logs.sweeps import MILLIMETRES, Sweep
 from labkit.scan import Scan
 
 CLOCKS = ("stamp", "time", "timestamp")
+POINT = ("x", "y")
 FEWEST_BEAMS = 4
 FRACTIONS = 0.02  # largest share of the rows whose scan number may be none, by damage alone
-
-
-@dataclass(frozen=True, kw_only=True)
-class Columns:
-    """Places of x, y and the scan's number in a row of `count` fields."""
-
-    count: int
-    x: int
-    y: int
-    scan: int | None = None
 
 
 def split_row(line: str) -> list[str]:
@@ -60,22 +50,22 @@ def table_kind(lines: Sequence[str]) -> str:
 
 def read_points_table(lines: Iterable[tuple[int, str]], report: DamageReport) -> tuple[Scan, ...]:
     """Read rows of points; scans come in the order in which their number is first met."""
-    columns: Columns | None = None
+    names: list[str] = []
     found: dict[float, array[float]] = {}
     good = fractions = 0
     for number, text in lines:
         row = split_row(text)
         if not row:
             continue
-        if columns is None:
-            columns = _columns(row)
-            if columns and not _is_number_row(row):
+        if not names:
+            names = _columns(row)
+            if names and not _is_number_row(row):
                 continue
         try:
-            known = columns or Columns(count=2, x=0, y=1)
-            expect_fields(row, known.count, "a row of points")
-            scan = 0.0 if known.scan is None else parse_finite(row[known.scan], "the scan number")
-            x, y = parse_finite(row[known.x], "x"), parse_finite(row[known.y], "y")
+            expect_fields(row, len(names) or 2, "a row of points")
+            named = dict(zip(names or POINT, row, strict=True))
+            scan = parse_finite(named.get("scan", "0"), "the scan number")
+            x, y = parse_finite(named["x"], "x"), parse_finite(named["y"], "y")
             expect_near(x, y, "the point")
             if not scan.is_integer():
                 fractions += 1
@@ -138,20 +128,14 @@ def read_ranges_table(
             report.skip(number, damage)
 
 
-def _columns(row: Sequence[str]) -> Columns | None:
-    """The columns that a header or a good row of points announces; None for any other row."""
+def _columns(row: Sequence[str]) -> list[str]:
+    """Names of the columns by a header or a good row of points; none by any other row."""
     names = [field.strip("\"' ").lower() for field in row]
     if names.count("x") == names.count("y") == 1 and names.count("scan") <= 1:
-        return Columns(
-            count=len(names),
-            x=names.index("x"),
-            y=names.index("y"),
-            scan=names.index("scan") if "scan" in names else None,
-        )
+        return names
     if len(row) in {2, 3} and _is_number_row(row):
-        last = len(row) - 1
-        return Columns(count=len(row), x=last - 1, y=last, scan=0 if last == 2 else None)
-    return None
+        return ["scan", *POINT][-len(row) :]
+    return []
 
 
 def _is_number_row(row: Sequence[str]) -> bool:

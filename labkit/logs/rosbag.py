@@ -19,8 +19,7 @@ from labkit.errors import LogError
 from labkit.extras import need
 from labkit.logs.laser_lines import beam_angles
 from labkit.logs.lines import DamagedLine, DamageReport, shorten
-from labkit.logs.no_return import declared_maximum
-from labkit.logs.sweeps import Sweep
+from labkit.logs.sweeps import Sweep, declared_maximum
 from labkit.logs.trajectories import MAX_EXTRAPOLATION, interpolate_poses, seconds_outside
 from labkit.scan import scanner_poses
 

@@ -129,7 +129,7 @@ def test_a_damaged_line_is_skipped_or_raised_by_its_number(save, request, word, 
     ("text", "message"),
     [
         ("ODOM 1 2 3 0 0 0 5.0 host 6.0\n", r"a carmen log without any scan, expected FLASER"),
-        ("PARAM x\nFLASER 180\n", r"1 damaged line was skipped, the first is 2: 2 fields"),
+        ("PARAM x\nFLASER 180\n", r"1 damaged, the first is 2: 2 fields"),
         ("VERTEX_SE2 0 0 0 0\n", "a g2o log without any scan, expected a ROBOTLASER1 line below"),
     ],
 )

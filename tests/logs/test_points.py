@@ -47,7 +47,6 @@ def test_several_scans_in_the_order_of_their_first_rows(save, header):
         ("1,2,3", "3 fields, expected 2 for a row of points"),
         ("1,", "y is '', expected a finite number"),
         ("one,2", "x is 'one', expected a finite number"),
-        ("1_0,2", "x is '1_0', expected a finite number"),
         ("1,nan", "y is 'nan', expected a finite number"),
         ("3.4028235e38,0", "the point is (3.40282e+38, 0), expected to lie within 1e+09 m"),
     ],
