@@ -19,13 +19,6 @@ from labkit.course.grading.command import add_autograder, add_grade
 from labkit.errors import InvalidParameterError, LabkitError
 
 BAD_INPUT, USAGE, INTERRUPTED = 1, 2, 130
-COMMANDS: dict[str, Any] = {
-    "demo": demo,
-    "odometry": odometry,
-    "match": match,
-    "evaluate": evaluate,
-    "report": report,
-}
 
 DESCRIPTION = """\
 ICP-based motion estimation from 2D LiDAR scans.
@@ -107,9 +100,9 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=_versions())
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for name, command in COMMANDS.items():
+    for command in (demo, odometry, match, evaluate, report):
         one = commands.add_parser(
-            name,
+            command.__name__.rpartition(".")[2],
             help=command.HELP,
             description=command.DESCRIPTION,
             formatter_class=argparse.RawDescriptionHelpFormatter,

@@ -48,7 +48,7 @@ def ate(
     >>> bool(errors.translation.max < 1e-12), round(errors.rotation.mean, 4)
     (True, 1.5708)
     """
-    x, x_reference = as_trajectories(estimate, reference)
+    x, x_reference = as_trajectories(estimate=estimate, reference=reference)
     T, T_true = from_xytheta(x), from_xytheta(x_reference)
     if align == "rigid":
         try:

@@ -32,7 +32,7 @@ def associate(stamps_a: ArrayLike, stamps_b: ArrayLike, tolerance: float) -> Int
     >>> associate([0.0, 1.0, 2.0], [1.02, 1.9, 2.01], tolerance=0.05).tolist()
     [[1, 0], [2, 2]]
     """
-    a, b = as_stamps(stamps_a, "stamps_a"), as_stamps(stamps_b, "stamps_b")
+    a, b = _as_stamps(stamps_a, "stamps_a"), _as_stamps(stamps_b, "stamps_b")
     check_range(tolerance, "tolerance", at_least=0.0, unit="s")
     if a.size == 0 or b.size == 0:
         return np.empty((0, 2), dtype=np.intp)
@@ -52,7 +52,7 @@ def nearest(stamps: FloatArray, queries: FloatArray) -> IntArray:
     return np.asarray(first[np.where(earlier, before, after)])
 
 
-def as_stamps(stamps: ArrayLike, name: str) -> FloatArray:
+def _as_stamps(stamps: ArrayLike, name: str) -> FloatArray:
     """Check times: shape (K,), seconds, finite, in any order."""
     checked = as_floats(stamps, name, hint="give seconds")
     if checked.ndim != 1:

@@ -9,9 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_pose, as_poses
-from labkit.errors import InvalidPointsError
-from labkit.evaluation.pose_errors import PoseErrors, pose_differences
+from labkit.arrays import as_pose, as_poses
+from labkit.evaluation.pose_errors import PoseErrors, as_trajectories, pose_differences
 from labkit.se2 import from_xytheta, invert
 
 
@@ -34,7 +33,7 @@ def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
     >>> [round(float(each[0]), 3) for each in (errors.translation_errors, errors.rotation_errors)]
     [0.1, 0.1]
     """
-    there, back = _rows(forward, "forward", backward, "backward")
+    there, back = map(from_xytheta, as_trajectories(forward=forward, backward=backward))
     return PoseErrors(*pose_differences(invert(there), back))
 
 
@@ -55,7 +54,7 @@ def disagreement(increments: ArrayLike, prior: ArrayLike) -> PoseErrors:
     >>> disagreement([[0.5, 0.0, 0.0]], [[0.5, 0.1, 0.0]]).translation.max
     0.1
     """
-    estimated, expected = _rows(increments, "increments", prior, "prior")
+    estimated, expected = map(from_xytheta, as_trajectories(increments=increments, prior=prior))
     return PoseErrors(*pose_differences(expected, estimated))
 
 
@@ -84,14 +83,3 @@ def loop_closure(increments: ArrayLike, closing: ArrayLike = (0.0, 0.0, 0.0)) ->
         T_first_last = T_first_last @ T
     expected = from_xytheta(as_pose(closing, "closing"))
     return PoseErrors(*pose_differences(expected[None], T_first_last[None]))
-
-
-def _rows(a: ArrayLike, a_name: str, b: ArrayLike, b_name: str) -> tuple[FloatArray, FloatArray]:
-    """The transforms of two lists of increments of one length."""
-    rows, others = as_poses(a, a_name), as_poses(b, b_name)
-    if len(rows) != len(others):
-        raise InvalidPointsError(
-            f"`{a_name}` and `{b_name}` must have the same length, "
-            f"got {len(rows)} and {len(others)} rows"
-        )
-    return from_xytheta(rows), from_xytheta(others)

@@ -66,7 +66,7 @@ def rpe(
     >>> rpe(estimate, reference).translation_errors.tolist()
     [0.0, 0.5]
     """
-    x, x_reference = as_trajectories(estimate, reference)
+    x, x_reference = as_trajectories(estimate=estimate, reference=reference)
     if unit == "steps":
         pairs = _pairs_by_steps(len(x), delta)
     elif unit == "metres":

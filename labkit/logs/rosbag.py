@@ -65,17 +65,23 @@ def read_bag(
         wheel = _choose(wheels, odometry_topic, "odometry_topic", report.file)
         sweeps = list(_sweeps(bag, chosen, report))
         track = _track(bag, wheel, report)
-    gaps = seconds_outside(np.array([sweep.stamp for sweep in sweeps]), track[:, 0])
+    times, kept = track[:, 0], []
+    gaps = seconds_outside(np.array([sweep.stamp for sweep in sweeps]), times)
     for sweep, gap in zip(sweeps, gaps, strict=True):
-        if gap > MAX_EXTRAPOLATION:
-            outside = f"a scan {gap:.3f} s outside the odometry"
-            report.skip(sweep.line, f"{outside}, expected at most {MAX_EXTRAPOLATION:g} s")
-    kept = [sweep for sweep, gap in zip(sweeps, gaps, strict=True) if gap <= MAX_EXTRAPOLATION]
+        if gap <= MAX_EXTRAPOLATION:
+            kept.append(sweep)
+        else:
+            report.skip(sweep.line, f"a scan {gap:.3f} s outside the odometry")
     if not kept:
         raise LogError(f"{report.file}: no usable scan in the bag{report.summary()}")
-    stamps = np.array([sweep.stamp for sweep in kept])
-    _remark_silence(track[:, 0], report)
-    robot = interpolate_poses(stamps, track[:, 0], track[:, 1:])
+    silent = np.diff(times)
+    if len(silent) and silent.max() > max(SILENCE, 10.0 * float(np.median(silent))):
+        k = int(np.argmax(silent))
+        report.remarks.append(
+            f"the odometry is silent for {silent[k]:.1f} s from {times[k]:.10g} s on; the poses "
+            f"of scans in it are interpolated"
+        )
+    robot = interpolate_poses([sweep.stamp for sweep in kept], times, track[:, 1:])
     return kept, scanner_poses(robot, laser_offset)
 
 
@@ -141,8 +147,7 @@ def _messages(
         except StopIteration:
             return
         except Exception as error:  # rosbags again: the stream cannot go on behind it
-            reason = str(error) or type(error).__name__
-            report.skip(number, f"the bag breaks off at this {msgtype} message: {reason}")
+            report.skip(number, f"the bag breaks off at this {msgtype} message: {error!r}")
             return
         yield number, stamp, message
 
@@ -152,9 +157,7 @@ def _sweeps(bag: Bag, topic: str, report: DamageReport) -> Iterator[Sweep]:
     for number, stamp, message in _messages(bag, topic, LASER_SCAN, report):
         start, step = float(message.angle_min), float(message.angle_increment)
         if not (math.isfinite(start) and math.isfinite(step)):
-            report.skip(
-                number, f"a damaged {LASER_SCAN} message: beams from {start:g} by {step:g} rad"
-            )
+            report.skip(number, f"a damaged {LASER_SCAN}: beams from {start:g} by {step:g} rad")
             continue
         with np.errstate(invalid="ignore", over="ignore"):  # what is not finite makes no point
             ranges = np.asarray(message.ranges, dtype=np.float64)
@@ -192,14 +195,3 @@ def _planar_pose(pose: Any) -> tuple[float, float, float]:
     sine = 2.0 * (q.w * q.z + q.x * q.y)
     cosine = 1.0 - 2.0 * (q.y * q.y + q.z * q.z)
     return x, y, math.atan2(sine, cosine)
-
-
-def _remark_silence(times: FloatArray, report: DamageReport) -> None:
-    """Note the longest gap of the odometry if nobody knows the way in it."""
-    gaps = np.diff(times)
-    if len(gaps) and gaps.max() > max(SILENCE, 10.0 * float(np.median(gaps))):
-        k = int(np.argmax(gaps))
-        report.remarks.append(
-            f"the odometry is silent for {gaps[k]:.1f} s from {times[k]:.10g} s on; the poses of "
-            f"scans in it are interpolated"
-        )

@@ -20,7 +20,7 @@ from labkit.logs.lines import DamageReport
 from labkit.scan import Scan
 
 Band = tuple[float, float]
-
+Pose = tuple[float, float, float]
 SICK: tuple[Band, ...] = tuple(
     (((1 << bits) - 9) * unit, ((1 << bits) - 1) * unit)
     for unit in (0.01, 0.001)
@@ -34,9 +34,6 @@ SAME = 0.0015  # [m]: difference of one number printed in two ways
 JITTER = 0.015  # [m]: spread of a code that is measured like a range
 FEWEST = 0.015  # smallest share of the ranges that is a jittering code: else a beam or two
 MOST = 0.9  # largest share of the ranges that one repeated number may hold and still be a code
-Pose = tuple[float, float, float]
-ORIGIN: Pose = (0.0, 0.0, 0.0)
-
 MILLIMETRES = 100.0  # [m]: ranges whose median is larger are hardly metres
 
 
@@ -50,8 +47,8 @@ class Sweep:
     stamp: float  # [s]
     range_min: float = 0.0
     range_max: float = np.inf
-    laser: Pose = ORIGIN
-    robot: Pose = ORIGIN
+    laser: Pose = (0.0, 0.0, 0.0)
+    robot: Pose = (0.0, 0.0, 0.0)
     vertex: Pose | None = None  # above it, in a graph
 
 
