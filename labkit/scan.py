@@ -93,7 +93,7 @@ class Scan:
 
     @classmethod
     def from_points(cls, points: ArrayLike, *, stamp: float = math.nan) -> Scan:
-        """A scan of bare points, shape (N, 2) [m], in no particular order; it copies them."""
+        """A scan of bare points, shape (N, 2) [m], in no particular order."""
         return cls(points=as_points(points, "points"), stamp=stamp)
 
     def __len__(self) -> int:

@@ -60,15 +60,13 @@ def _read(file: str) -> Scan:
 
 
 def _as_text(result: IcpResult) -> str:
-    lines = [result.message]
-    if not result.termination.failed:
-        lines.insert(0, pose_text(to_xytheta(result.T_target_source)))
-    lines.append(
+    found = pose_text(to_xytheta(result.T_target_source)) + "\n"
+    return (
+        f"{'' if result.termination.failed else found}{result.message}\n"
         f"{result.iterations} iterations, {result.inlier_count} inliers "
         f"(fitness {result.fitness:.3f}), inlier RMSE {result.inlier_rmse:.4f} m, "
         f"cost {result.cost:.3g} m²"
     )
-    return "\n".join(lines)
 
 
 def _as_dict(result: IcpResult) -> dict[str, object]:

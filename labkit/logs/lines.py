@@ -54,7 +54,7 @@ def shorten(text: str, longest: int = MAX_REASON) -> str:
     return line if len(line) <= longest else line[: longest - 3] + "..."
 
 
-def read_lines(report: DamageReport, max_bytes: int = MAX_BYTES) -> Iterator[tuple[int, str]]:
+def read_lines(report: DamageReport) -> Iterator[tuple[int, str]]:
     """Yield the lines of the report's file with their numbers from 1, as they are read.
 
     gzip and zip are told by their first bytes, never by the suffix. Bytes that are not UTF-8
@@ -65,10 +65,9 @@ def read_lines(report: DamageReport, max_bytes: int = MAX_BYTES) -> Iterator[tup
     with _open(report.file) as stream:
         for number, line in enumerate(iter(lambda: stream.readline(MAX_LINE_BYTES), b""), 1):
             seen += len(line)
-            if seen > max_bytes:
+            if seen > MAX_BYTES:
                 raise LogError(
-                    f"{report.file}: more than {max_bytes:,} bytes, unpacked; if it is what you "
-                    f"expect, raise `max_bytes` of `read_log`"
+                    f"{report.file}: more than {MAX_BYTES:,} bytes, unpacked; cut it in pieces"
                 )
             if len(line) == MAX_LINE_BYTES:
                 raise LogError(f"{report.file}:{number}: more than {MAX_LINE_BYTES:,} bytes")

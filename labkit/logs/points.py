@@ -69,10 +69,7 @@ def read_points_table(lines: Iterable[tuple[int, str]], report: DamageReport) ->
             expect_near(x, y, "the point")
             if not scan.is_integer():
                 fractions += 1
-                raise DamagedLine(
-                    f"the scan number is {scan:g}, expected a whole number; a header names "
-                    f"other columns, as `x,y,intensity`"
-                )
+                raise DamagedLine(f"the scan number is {scan:g}, expected a whole number")
         except DamagedLine as damage:
             report.skip(number, damage)
             continue

@@ -14,7 +14,7 @@ from labkit.arrays import FloatArray, as_floats
 from labkit.errors import InvalidParameterError, LogError
 from labkit.logs.killian import KILLIAN, killian_archive
 from labkit.logs.laser_lines import CARMEN_WORDS, G2O_WORDS, read_laser_lines, scanner_trajectories
-from labkit.logs.lines import MAX_BYTES, DamageReport, read_lines
+from labkit.logs.lines import DamageReport, read_lines
 from labkit.logs.log import Log
 from labkit.logs.points import read_points_table, read_ranges_table, table_kind
 from labkit.logs.rosbag import is_bag, read_bag
@@ -46,7 +46,6 @@ def read_log(
     angles: ArrayLike | None = None,
     topic: str | None = None,
     odometry_topic: str | None = None,
-    max_bytes: int = MAX_BYTES,
 ) -> Log:
     r"""Read a log of 2D laser scans in any format that labkit knows.
 
@@ -74,8 +73,6 @@ def read_log(
         used for nothing else.
     topic, odometry_topic : str, optional
         In a bag: the topic of the scans and of the odometry, where there are several.
-    max_bytes : int
-        Largest text file, unpacked.
 
     Returns
     -------
@@ -114,7 +111,7 @@ def read_log(
     else:
         if topic is not None or odometry_topic is not None:
             raise LogError(f"{file}: is no ROS bag; leave `topic` and `odometry_topic` out")
-        lines = read_lines(report, max_bytes)
+        lines = read_lines(report)
         head = list(islice(lines, HEAD))
         lines = chain(head, lines)
         format = _format([text for _, text in head], report.file)
@@ -130,10 +127,8 @@ def read_log(
         sick = format == "carmen" and any(np.isinf(sweep.range_max) for sweep in sweeps)
         scans = make_scans(sweeps, report, range_max=range_max, no_return=no_return, sick=sick)
     if not scans:
-        expected = EXPECTED.get(format, "scans")
-        raise LogError(
-            f"{report.file}: a {format} log without any scan, expected {expected}{report.summary()}"
-        )
+        lacking = f"a {format} log without any scan, expected {EXPECTED.get(format, 'scans')}"
+        raise LogError(f"{report.file}: {lacking}{report.summary()}")
     return Log(
         scans=scans,
         odometry=odometry,
