@@ -9,15 +9,7 @@ from labkit.errors import LabkitError
 
 
 class MissingExtraError(LabkitError, ImportError):
-    """A package that one of labkit's extras brings is not installed.
-
-    Examples
-    --------
-    >>> raise MissingExtraError("reading a ROS bag", "rosbags", "ros")
-    Traceback (most recent call last):
-    labkit.extras.MissingExtraError: reading a ROS bag needs rosbags, which is not \
-installed: python -m pip install "labkit[ros]"
-    """
+    """A package that one of labkit's extras brings is not installed."""
 
     def __init__(self, purpose: str, package: str, extra: str) -> None:
         super().__init__(
@@ -27,22 +19,7 @@ installed: python -m pip install "labkit[ros]"
 
 
 def need(module: str, *, purpose: str, extra: str) -> Any:
-    """Import a module that an extra brings.
-
-    Parameters
-    ----------
-    module : str
-        Its dotted name.
-    purpose : str
-        Its purpose; the message begins with it.
-    extra : str
-        The extra of labkit that brings it.
-
-    Raises
-    ------
-    MissingExtraError
-        If it, or a package that it needs itself, is not installed.
-    """
+    """Import a module that an extra of labkit brings; the message begins with the purpose."""
     try:
         return importlib.import_module(module)
     except ImportError as error:

@@ -17,36 +17,9 @@ from labkit.errors import LabkitError, WriteError
 def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "w") -> Iterator[IO[Any]]:
     """Open a file for writing that takes its name only when the block ends well.
 
-    The block writes to a temporary file beside `path`, which replaces it in one step
-    (`os.replace`). On an exception or Ctrl-C the temporary file is removed, and the file at
-    `path` stays as it was. A device or a pipe cannot be replaced: it is written to.
-
-    Parameters
-    ----------
-    path : path-like
-        The file to write; a symbolic link is followed.
-    mode : {"w", "wb"}
-        Text (UTF-8, with the line ends of Unix) or bytes.
-
-    Yields
-    ------
-    file object
-        Open for writing in `mode`.
-
-    Raises
-    ------
-    WriteError
-        If `path` cannot be written: the message names it and the way out.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> with TemporaryDirectory() as folder:
-    ...     target = Path(folder) / "note.txt"
-    ...     with atomic_write(target) as file:
-    ...         _ = file.write("whole")
-    ...     target.read_text()
-    'whole'
+    The block writes text in UTF-8, or bytes, to a temporary file beside `path`, which replaces
+    it in one step (`os.replace`). On an exception or Ctrl-C the temporary file is removed, and
+    the file at `path` stays as it was. Links are followed; a device or a pipe is written to.
     """
     target = _target(path)
     try:
@@ -71,13 +44,7 @@ def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "w") -
 
 
 def read_table(path: str | os.PathLike[str], way_out: str) -> str:
-    """Read the text of a table that people made, without its byte order mark.
-
-    Raises
-    ------
-    LabkitError
-        If it cannot be read, or is no UTF-8; then the message ends in `way_out`.
-    """
+    """Read the text of a table that people made, without its byte order mark."""
     try:
         return Path(path).read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:

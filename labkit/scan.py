@@ -12,6 +12,7 @@ from labkit.arrays import (
     BoolArray,
     FloatArray,
     IntArray,
+    as_finite,
     as_floats,
     as_points,
     as_pose,
@@ -41,8 +42,7 @@ class Scan:
 
     Notes
     -----
-    The arrays are the scan's own and read-only: several targets, matches and maps may share
-    one scan.
+    The arrays are the scan's own and read-only: targets, matches and maps may share one scan.
     """
 
     points: FloatArray
@@ -74,9 +74,8 @@ class Scan:
     ) -> Scan:
         """Points r·(cos α, sin α) of the beams with ``range_min < r < range_max``.
 
-        A range that is NaN, not strictly inside the band, or beyond 100 km (some drivers
-        write the largest number there is) is a no-return, as is one that is masked: it makes
-        no point. A scan in which no beam returned is legal and has no points.
+        All others (NaN, masked, beyond 100 km) are no-returns and make no point. A scan in
+        which no beam returned is legal and has no points.
 
         Examples
         --------
@@ -94,7 +93,7 @@ class Scan:
 
     @classmethod
     def from_points(cls, points: ArrayLike, *, stamp: float = math.nan) -> Scan:
-        """A scan of bare points, shape (N, 2) [m], in no particular order; it copies them."""
+        """A scan of bare points, shape (N, 2) [m], in no particular order."""
         return cls(points=as_points(points, "points"), stamp=stamp)
 
     def __len__(self) -> int:
@@ -102,11 +101,7 @@ class Scan:
         return len(self.points)
 
     def __repr__(self) -> str:
-        """One line: the numbers of points and of beams, and the time.
-
-        >>> Scan.from_ranges([1.0, np.inf], [0.0, 0.1], stamp=2.5)
-        Scan(1 points of 2 beams, 2.5 s)
-        """
+        """One line: the numbers of points and of beams, and the time."""
         beams = "" if self.ranges is None else f" of {len(self.ranges)} beams"
         stamp = "" if math.isnan(self.stamp) else f", {self.stamp:.10g} s"
         return f"Scan({len(self)} points{beams}{stamp})"
@@ -128,10 +123,7 @@ def _as_beam_values(values: ArrayLike, name: str) -> FloatArray:
     checked: FloatArray = values if is_fixed else read_only(as_floats(values, name))  # type: ignore[assignment]
     if checked.ndim != 1:
         raise InvalidPointsError(f"`{name}` must have shape (B,), got {checked.shape}")
-    if name == "angles" and not np.isfinite(checked).all():
-        index = int(np.flatnonzero(~np.isfinite(checked))[0])
-        raise InvalidPointsError(f"`angles` must be finite, got {checked[index]} at beam {index}")
-    return checked
+    return as_finite(checked, name) if name == "angles" else checked
 
 
 def _expect_alike(ranges: FloatArray, angles: FloatArray) -> None:
@@ -152,10 +144,7 @@ def _as_beams(beams: IntArray, count: int) -> IntArray:
 
 
 def as_scan(scan: Scan | ArrayLike, name: str = "points", minimum: int = 0) -> Scan:
-    """Return `scan` if it is one, else a scan of its points without an order.
-
-    Messages begin with `name`. A scan must have at least `minimum` points, bare points one.
-    """
+    """Return `scan` if it is one, of at least `minimum` points, else a scan of its points."""
     if not isinstance(scan, Scan):
         return Scan(points=as_points(scan, name))
     if len(scan) < minimum:
@@ -166,20 +155,12 @@ def as_scan(scan: Scan | ArrayLike, name: str = "points", minimum: int = 0) -> S
 def scanner_poses(poses: ArrayLike, laser_offset: ArrayLike) -> FloatArray:
     """Poses of the scanner from poses of the robot: ``T_w_laser = T_w_robot @ T_robot_laser``.
 
-    Odometry is about the robot's base, scan matching about the scanner. Where the two differ,
-    the odometry must be moved to the scanner before it serves as prior.
-
     Parameters
     ----------
     poses : array_like, shape (K, 3)
         Poses of the robot in the world, rows (x [m], y [m], θ [rad]).
     laser_offset : array_like, shape (3,)
         Pose of the scanner on the robot, ``T_robot_laser`` as (x [m], y [m], θ [rad]).
-
-    Returns
-    -------
-    ndarray, shape (K, 3)
-        θ in (−π, π]. Move them back by the offset's inverse.
 
     Examples
     --------

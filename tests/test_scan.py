@@ -126,7 +126,7 @@ def test_bad_points(points, message):
     [
         ([1.0, 2.0], [0.0], r"must have one shape \(B,\), got \(2,\) and \(1,\)"),
         ([[1.0]], [[0.0]], r"`ranges` must have shape \(B,\), got \(1, 1\)"),
-        ([1.0, 1.0], [0.0, NAN], r"`angles` must be finite, got nan at beam 1"),
+        ([1.0, 1.0], [0.0, NAN], r"`angles` must be finite, got nan at index 1"),
         (["far"], [0.0], r"`ranges` must hold numbers, got \['far'\]$"),
     ],
 )

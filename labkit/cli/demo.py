@@ -19,23 +19,17 @@ from labkit.simulation import LessonExperiment, lesson_experiment
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+HELP = "match the lesson's two simulated scans and compare with the truth"
 DESCRIPTION = """\
 Match two simulated scans of an L-shaped corner with scattered points: 600 world points,
 1 cm of noise, spurious returns, a guess that is 3 degrees and 18 cm off. Change a
 parameter and watch the estimate follow: `labkit demo --gate off --overlap 1`."""
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add ``demo`` to the command line."""
-    parser = commands.add_parser(
-        "demo",
-        help="match the lesson's two simulated scans and compare with the truth",
-        description=DESCRIPTION,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
     parser.add_argument("--plot", metavar="FILE", help="draw the scans before and after")
     add_options(parser, "matching", IcpParameters(), MATCHING)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -68,12 +62,8 @@ def _before_and_after(experiment: LessonExperiment, result: IcpResult) -> Figure
     from labkit.plotting import plot_scans  # noqa: PLC0415
 
     figure = Figure(figsize=(10.0, 5.0), layout="constrained")
-    for ax, title, T in zip(
-        figure.subplots(1, 2),
-        ("at the guess", "at the estimate"),
-        (experiment.T_init, result.T_target_source),
-        strict=True,
-    ):
+    poses = {"at the guess": experiment.T_init, "at the estimate": result.T_target_source}
+    for ax, (title, T) in zip(figure.subplots(1, 2), poses.items(), strict=True):
         plot_scans(ax, experiment.source, experiment.target, T)
         ax.set_title(title)
     return figure

@@ -10,6 +10,7 @@ from labkit.errors import InvalidPointsError
 from labkit.evaluation import absolute_errors, associate, rpe
 from labkit.logs import read_tum
 
+HELP = "measure a trajectory against a reference"
 DESCRIPTION = """\
 Compare a trajectory (TUM format) with a reference trajectory: absolute error after rigid
 alignment (ATE), relative error a step and over a stretch (RPE). Where the robot stays in
@@ -17,28 +18,15 @@ its place, no rigid alignment is the best one: the first poses are aligned, and 
 the error says so."""
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add ``evaluate`` to the command line."""
-    parser = commands.add_parser(
-        "evaluate",
-        help="measure a trajectory against a reference",
-        description=DESCRIPTION,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("estimate", metavar="ESTIMATE.tum", help="the trajectory to measure")
-    parser.add_argument("--reference", metavar="REF.tum", required=True, help="a better trajectory")
-    parser.add_argument(
-        "--stretch", type=float, default=10.0, metavar="M", help="RPE stretch [m] (default 10)"
-    )
-    parser.add_argument(
-        "--tolerance",
-        type=float,
-        default=0.02,
-        metavar="S",
-        help="how far two stamps of one moment may lie apart [s] (default 0.02)",
-    )
-    parser.add_argument("--json", action="store_true", help="print as JSON, metres and radians")
-    parser.set_defaults(run=run)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    add = parser.add_argument
+    add("estimate", metavar="ESTIMATE.tum", help="the trajectory to measure")
+    add("--reference", metavar="REF.tum", required=True, help="a better trajectory")
+    add("--stretch", type=float, default=10.0, metavar="M", help="RPE stretch [m] (default 10)")
+    far = "how far two stamps of one moment may lie apart [s] (default 0.02)"
+    add("--tolerance", type=float, default=0.02, metavar="S", help=far)
+    add("--json", action="store_true", help="print as JSON, metres and radians")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -62,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(args: argparse.Namespace) -> int:
     """Run the command; a mistake is told in one line."""
     try:
-        status: int = args.run(args)
+        return int(args.run(args))
     except InvalidParameterError as error:
         known = error.parameter in vars(args)
         message = f"{flag(error.parameter)} {error.problem}" if known else str(error)
@@ -75,7 +75,6 @@ def _run(args: argparse.Namespace) -> int:
         told = "interrupted; no file is left half-written"
         print(f"\nlabkit {args.command}: {told}", file=sys.stderr)
         return INTERRUPTED
-    return status
 
 
 def _drop_output() -> None:
@@ -84,11 +83,7 @@ def _drop_output() -> None:
 
 
 class Parser(argparse.ArgumentParser):
-    """Parser, like those of its commands, that takes -1e-3 and -1. for numbers.
-
-    Before Python 3.14, argparse takes them for options that it does not know. This is how
-    3.14 tells a negative number; no option of ours begins with a digit.
-    """
+    """Parser that takes -1e-3 for a number and no option, as argparse does from 3.14 on."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
@@ -105,12 +100,17 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=_versions())
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for add in (
-        *(one.add_command for one in (demo, odometry, match, evaluate, report)),
-        add_grade,
-        add_autograder,
-    ):
-        add(commands)
+    for command in (demo, odometry, match, evaluate, report):
+        one = commands.add_parser(
+            command.__name__.rpartition(".")[2],
+            help=command.HELP,
+            description=command.DESCRIPTION,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        command.add_arguments(one)
+        one.set_defaults(run=command.run)
+    add_grade(commands)
+    add_autograder(commands)
     return parser
 
 

@@ -16,32 +16,22 @@ from labkit.result import IcpResult
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, to_xytheta
 
+REPORTED = ("message", "iterations", "fitness", "inlier_count", "inlier_rmse", "cost")
+HELP = "match two scans of x,y in metres"
 DESCRIPTION = """\
 Find the rigid transform that maps the points of SOURCE (the newer scan) onto TARGET (the
 older one). Each file holds one point a line, `x,y` in metres."""
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add ``match`` to the command line."""
-    parser = commands.add_parser(
-        "match",
-        help="match two scans of x,y in metres",
-        description=DESCRIPTION,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("target", metavar="TARGET", help="the older scan, CSV")
-    parser.add_argument("source", metavar="SOURCE", help="the newer scan, CSV")
-    parser.add_argument(
-        "--initial",
-        nargs=3,
-        type=float,
-        default=(0.0, 0.0, 0.0),
-        metavar=("X", "Y", "THETA"),
-        help="initial guess in metres and radians (default 0 0 0)",
-    )
-    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    add, pose = parser.add_argument, ("X", "Y", "THETA")
+    guess = "initial guess in metres and radians (default 0 0 0)"
+    add("target", metavar="TARGET", help="the older scan, CSV")
+    add("source", metavar="SOURCE", help="the newer scan, CSV")
+    add("--initial", nargs=3, type=float, default=(0.0, 0.0, 0.0), metavar=pose, help=guess)
+    add("--json", action="store_true", help="print the result as JSON")
     add_options(parser, "matching", IcpParameters(), MATCHING)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -70,15 +60,13 @@ def _read(file: str) -> Scan:
 
 
 def _as_text(result: IcpResult) -> str:
-    lines = [result.message]
-    if not result.termination.failed:
-        lines.insert(0, pose_text(to_xytheta(result.T_target_source)))
-    lines.append(
+    found = pose_text(to_xytheta(result.T_target_source)) + "\n"
+    return (
+        f"{'' if result.termination.failed else found}{result.message}\n"
         f"{result.iterations} iterations, {result.inlier_count} inliers "
         f"(fitness {result.fitness:.3f}), inlier RMSE {result.inlier_rmse:.4f} m, "
         f"cost {result.cost:.3g} m²"
     )
-    return "\n".join(lines)
 
 
 def _as_dict(result: IcpResult) -> dict[str, object]:
@@ -90,10 +78,5 @@ def _as_dict(result: IcpResult) -> dict[str, object]:
         "T_target_source": result.T_target_source,
         "converged": result.converged,
         "termination": result.termination.name.lower(),
-        "message": result.message,
-        "iterations": result.iterations,
-        "fitness": result.fitness,
-        "inlier_count": result.inlier_count,
-        "inlier_rmse": result.inlier_rmse,
-        "cost": result.cost,
+        **{name: getattr(result, name) for name in REPORTED},
     }

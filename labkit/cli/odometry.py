@@ -32,6 +32,7 @@ from labkit.odometry import (
 from labkit.simulation import WheelNoise, wheel_increments
 from labkit.warm import warm
 
+HELP = "estimate the motion of a whole log"
 DESCRIPTION = """\
 Estimate the motion of a robot from its laser scans, step by step, with sanity checks and
 fallbacks. LOG is a CARMEN or g2o log, a ROS bag, a CSV of points or of ranges (the format is
@@ -51,16 +52,10 @@ SHOWN_DAMAGE = 5  # damaged lines that are named one by one
 Writer = Callable[[str, Log, OdometryResult], None]
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add ``odometry`` to the command line."""
-    parser = commands.add_parser(
-        "odometry",
-        help="estimate the motion of a whole log",
-        description=DESCRIPTION,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("log", metavar="LOG", help="a log file, or `killian`")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
     add = parser.add_argument
+    add("log", metavar="LOG", help="a log file, or `killian`")
     add("--prior", choices=("auto", "log", "simulated", "none"), default="auto", help="see above")
     add("--scans", type=int, metavar="N", help="use the first N scans only (default all)")
     _add_log_options(parser)
@@ -72,37 +67,20 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     group.add_argument("--out", metavar="FILE", help="trajectory, TUM or .g2o (LOG-odometry.tum)")
     group.add_argument("--quality", metavar="FILE", help="a CSV row a step (LOG-quality.csv)")
     group.add_argument("--plot", metavar="FILE", help="map and trajectory (LOG-map.png)")
-    parser.set_defaults(run=run)
 
 
 def _add_log_options(parser: argparse.ArgumentParser) -> None:
     """Add the parameters of `labkit.logs.read_log`."""
-    group = parser.add_argument_group("log")
-    group.add_argument(
-        "--laser-offset",
-        nargs=3,
-        type=float,
-        default=(0.0, 0.0, 0.0),
-        metavar=("X", "Y", "THETA"),
-        help="the scanner's place on the robot, where the log does not say it [m, m, rad]",
-    )
-    group.add_argument(
-        "--angles",
-        nargs=2,
-        type=float,
-        metavar=("FIRST", "LAST"),
-        help="directions of the first and the last beam, for a CSV of ranges [rad]",
-    )
-    group.add_argument(
-        "--no-return",
-        nargs="+",
-        type=number_or_off,
-        metavar="X",
-        help="ranges that mean nothing came back [m], or `off` (default: told by the log)",
-    )
-    group.add_argument("--topic", help="of the scans, in a bag with several")
-    group.add_argument("--odometry-topic", metavar="TOPIC", help="of the odometry, likewise")
-    group.add_argument("--strict", action="store_true", help="refuse a log with damaged lines")
+    add, pose = parser.add_argument_group("log").add_argument, ("X", "Y", "THETA")
+    place = "the scanner's place on the robot, where the log does not say it [m, m, rad]"
+    beams = "directions of the first and the last beam, for a CSV of ranges [rad]"
+    codes = "ranges that mean nothing came back [m], or `off` (default: told by the log)"
+    add("--laser-offset", nargs=3, type=float, default=(0.0,) * 3, metavar=pose, help=place)
+    add("--angles", nargs=2, type=float, metavar=("FIRST", "LAST"), help=beams)
+    add("--no-return", nargs="+", type=number_or_off, metavar="X", help=codes)
+    add("--topic", help="of the scans, in a bag with several")
+    add("--odometry-topic", metavar="TOPIC", help="of the odometry, likewise")
+    add("--strict", action="store_true", help="refuse a log with damaged lines")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -154,8 +132,7 @@ def _read(args: argparse.Namespace) -> Log:
     )
     for line in log.skipped[:SHOWN_DAMAGE]:
         print(f"skipped {line}", file=sys.stderr)
-    if len(log.skipped) > SHOWN_DAMAGE:
-        rest = len(log.skipped) - SHOWN_DAMAGE
+    if (rest := len(log.skipped) - SHOWN_DAMAGE) > 0:
         print(f"... and {rest} more damaged lines", file=sys.stderr)
     for remark in log.remarks:
         print(f"note: {remark}", file=sys.stderr)
@@ -165,10 +142,7 @@ def _read(args: argparse.Namespace) -> Log:
 
 
 def _choose_outputs(args: argparse.Namespace, name: str) -> list[tuple[str, Writer]]:
-    """Files to write, and their writers; raise where one cannot be written.
-
-    Called before the work begins: a typing mistake must not cost a long run.
-    """
+    """Files to write, and their writers; raise before the work where one cannot be written."""
     outputs: list[tuple[str, Writer]] = [
         (args.out or f"{name}-odometry.tum", write_trajectory),
         (args.quality or f"{name}-quality.csv", write_quality),
@@ -191,17 +165,15 @@ def choose_prior(log: Log, wanted: str) -> tuple[FloatArray | None, str]:
         wanted = next((name for name, poses in allowed.items() if poses is not None), "none")
     if wanted == "none":
         return None, "the last motion"
-    if wanted == "log":
-        if log.odometry is None:
-            raise InvalidPointsError(
-                f"{log.name} holds no odometry for `--prior log`; try `--prior none`"
-            )
-        return increments_between(log.odometry), "the log's odometry"
-    if log.reference is None:
+    poses = log.odometry if wanted == "log" else log.reference
+    if poses is None:
+        lacking = "odometry" if wanted == "log" else "reference"
         raise InvalidPointsError(
-            f"{log.name} holds no reference to simulate wheels from; try `--prior none`"
+            f"{log.name} holds no {lacking} for `--prior {wanted}`; try `--prior none`"
         )
-    increments = wheel_increments(log.reference, SIMULATED_WHEELS, rng=0)
+    if wanted == "log":
+        return increments_between(poses), "the log's odometry"
+    increments = wheel_increments(poses, SIMULATED_WHEELS, rng=0)
     return increments, "wheel odometry simulated from the reference, seed 0"
 
 

@@ -75,10 +75,8 @@ def refuse_picture(path: str) -> None:
     """Raise the error that `write_picture` would raise, before any work is done."""
     refuse_unwritable(path)
     if Path(path).suffix.lower() not in PICTURES:
-        raise InvalidParameterError(
-            f"must end in {', '.join(PICTURES[:-1])} or {PICTURES[-1]}, got {path!r}",
-            parameter="plot",
-        )
+        problem = f"must end in .png, .pdf or .svg, got {path!r}"
+        raise InvalidParameterError(problem, parameter="plot")
 
 
 def write_picture(path: str, figure: Figure) -> None:

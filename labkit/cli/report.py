@@ -10,6 +10,7 @@ from labkit.course.report import ReportError, read_report, render, write_pdf
 from labkit.errors import WriteError
 from labkit.files import atomic_write, refuse_unwritable
 
+HELP = "write a report as HTML and PDF"
 DESCRIPTION = """\
 Run a report from its first cell to its last, and write it as one page of HTML and as a PDF:
 text, tables, figures and formulas, without the code. REPORT is a notebook (.ipynb) or
@@ -19,19 +20,12 @@ network."""
 PAGES = 2  # what the lesson allows
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add ``report`` to the command line."""
-    parser = commands.add_parser(
-        "report",
-        help="write a report as HTML and PDF",
-        description=DESCRIPTION,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
     parser.add_argument("report", metavar="REPORT", help="a notebook or Markdown")
     parser.add_argument("--out", metavar="NAME", help="NAME.html and NAME.pdf (as REPORT's name)")
     parser.add_argument("--html-only", action="store_true", help="no PDF, which needs Chromium")
     parser.add_argument("--as-is", action="store_true", help="do not run the notebook first")
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -14,11 +14,7 @@ from labkit.evaluation import PoseErrors
 
 
 def pose_text(pose: FloatArray) -> str:
-    """Format a pose or increment (x, y, θ) on one line.
-
-    >>> pose_text(np.array([0.35, 0.1, np.pi / 30]))
-    't = (0.3500, 0.1000) m, theta = 6.000 deg'
-    """
+    """Format a pose or increment (x, y, θ) on one line."""
     return f"t = ({pose[0]:.4f}, {pose[1]:.4f}) m, theta = {math.degrees(pose[2]):.3f} deg"
 
 
@@ -27,10 +23,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     lines = [list(header), *map(list, rows)]
     widths = [max(len(line[i]) for line in lines) for i in range(len(header))]
     return "\n".join(
-        "  ".join(
-            cell.ljust(width) if i == 0 else cell.rjust(width)
-            for i, (cell, width) in enumerate(zip(line, widths, strict=True))
-        ).rstrip()
+        "  ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])]).rstrip()
         for line in lines
     )
 

@@ -34,8 +34,6 @@ def ate(
 
     Raises
     ------
-    InvalidParameterError
-        For another `align`.
     DegenerateAlignmentError
         If "rigid" has no unique answer, as for a robot that never left its place.
 
@@ -50,7 +48,7 @@ def ate(
     >>> bool(errors.translation.max < 1e-12), round(errors.rotation.mean, 4)
     (True, 1.5708)
     """
-    x, x_reference = as_trajectories(estimate, reference)
+    x, x_reference = as_trajectories(estimate=estimate, reference=reference)
     T, T_true = from_xytheta(x), from_xytheta(x_reference)
     if align == "rigid":
         try:
@@ -72,17 +70,7 @@ def ate(
 
 
 def absolute_errors(estimate: ArrayLike, reference: ArrayLike) -> tuple[str, PoseErrors]:
-    """Absolute trajectory error and its name, which tells how the two were aligned.
-
-    "ATE" after rigid alignment; "ATE, first poses aligned" for a robot that stays in its
-    place, where no rigid alignment is the best one.
-
-    Examples
-    --------
-    >>> name, errors = absolute_errors([[0, 0, 0], [0, 0, 0.1]], [[5, 5, 0], [5, 5, 0.2]])
-    >>> name, round(errors.rotation.max, 3)
-    ('ATE, first poses aligned', 0.1)
-    """
+    """Absolute trajectory error, and its name: first poses aligned if the robot never moved."""
     try:
         return "ATE", ate(estimate, reference)
     except DegenerateAlignmentError:

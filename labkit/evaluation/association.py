@@ -12,9 +12,8 @@ from labkit.errors import InvalidPointsError
 def associate(stamps_a: ArrayLike, stamps_b: ArrayLike, tolerance: float) -> IntArray:
     """Pair two sets of stamps one to one.
 
-    Two stamps make a pair where each is the other's nearest and they lie no further apart
-    than the tolerance. No stamp is used twice, and exchanging a and b changes nothing
-    but the columns.
+    Two stamps make a pair if each is the other's nearest and they lie no further apart
+    than the tolerance.
 
     Parameters
     ----------
@@ -28,19 +27,12 @@ def associate(stamps_a: ArrayLike, stamps_b: ArrayLike, tolerance: float) -> Int
     ndarray of int, shape (M, 2)
         Indices into `stamps_a` and `stamps_b`, in the order of `stamps_a`.
 
-    Raises
-    ------
-    InvalidPointsError
-        For stamps that are not finite or not in one row.
-    InvalidParameterError
-        For a negative tolerance.
-
     Examples
     --------
     >>> associate([0.0, 1.0, 2.0], [1.02, 1.9, 2.01], tolerance=0.05).tolist()
     [[1, 0], [2, 2]]
     """
-    a, b = as_stamps(stamps_a, "stamps_a"), as_stamps(stamps_b, "stamps_b")
+    a, b = _as_stamps(stamps_a, "stamps_a"), _as_stamps(stamps_b, "stamps_b")
     check_range(tolerance, "tolerance", at_least=0.0, unit="s")
     if a.size == 0 or b.size == 0:
         return np.empty((0, 2), dtype=np.intp)
@@ -48,24 +40,19 @@ def associate(stamps_a: ArrayLike, stamps_b: ArrayLike, tolerance: float) -> Int
     index = np.arange(len(a))
     mutual = a_of_b[b_of_a] == index
     near = np.abs(b[b_of_a] - a) <= tolerance
-    pairs: IntArray = np.column_stack([index, b_of_a])[mutual & near]
-    return pairs
+    return np.asarray(np.column_stack([index, b_of_a])[mutual & near])
 
 
 def nearest(stamps: FloatArray, queries: FloatArray) -> IntArray:
-    """Index of the stamp nearest to each query; at a tie, of the earlier one.
-
-    There must be a stamp. Of equal stamps the first is taken.
-    """
+    """Index of the stamp nearest to each query; at a tie the earlier, of equal ones the first."""
     values, first = np.unique(stamps, return_index=True)
     after = np.minimum(np.searchsorted(values, queries), len(values) - 1)
     before = np.maximum(after - 1, 0)
     earlier = np.abs(queries - values[before]) <= np.abs(values[after] - queries)
-    index: IntArray = first[np.where(earlier, before, after)]
-    return index
+    return np.asarray(first[np.where(earlier, before, after)])
 
 
-def as_stamps(stamps: ArrayLike, name: str) -> FloatArray:
+def _as_stamps(stamps: ArrayLike, name: str) -> FloatArray:
     """Check times: shape (K,), seconds, finite, in any order."""
     checked = as_floats(stamps, name, hint="give seconds")
     if checked.ndim != 1:

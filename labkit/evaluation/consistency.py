@@ -9,28 +9,19 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_pose, as_poses
-from labkit.errors import InvalidPointsError
-from labkit.evaluation.pose_errors import PoseErrors, pose_differences
+from labkit.arrays import as_pose, as_poses
+from labkit.evaluation.pose_errors import PoseErrors, as_trajectories, pose_differences
 from labkit.se2 import from_xytheta, invert
 
 
 def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
-    """Gap between a match and the inverse of the same match the other way round.
-
-    Leave out matches that failed, and say how many they are.
+    """Length [m] and angle [rad] of ``T_forward @ T_backward``, one per row.
 
     Parameters
     ----------
-    forward : array_like, shape (K, 3)
-        Rows (Δx [m], Δy [m], Δψ [rad]): the newer scan onto the older one.
-    backward : array_like, shape (K, 3)
-        The older scan onto the newer one.
-
-    Returns
-    -------
-    PoseErrors
-        Length [m] and angle [rad] of ``T_forward @ T_backward``, one per row.
+    forward, backward : array_like, shape (K, 3)
+        Rows (Δx [m], Δy [m], Δψ [rad]): the newer scan matched with the older one, and the
+        older with the newer. Leave out matches that failed, and say how many they are.
 
     Notes
     -----
@@ -42,22 +33,17 @@ def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
     >>> [round(float(each[0]), 3) for each in (errors.translation_errors, errors.rotation_errors)]
     [0.1, 0.1]
     """
-    there, back = _rows(forward, "forward", backward, "backward")
+    there, back = map(from_xytheta, as_trajectories(forward=forward, backward=backward))
     return PoseErrors(*pose_differences(invert(there), back))
 
 
 def disagreement(increments: ArrayLike, prior: ArrayLike) -> PoseErrors:
-    """Distance of increments from those of the prior, or of any other source.
+    """Length [m] and angle [rad] of ``invert(T_prior) @ T``, for a prior or any other source.
 
     Parameters
     ----------
     increments, prior : array_like, shape (K, 3)
         Rows (Δx [m], Δy [m], Δψ [rad]).
-
-    Returns
-    -------
-    PoseErrors
-        Length [m] and angle [rad] of ``invert(T_prior) @ T``, one per row.
 
     Notes
     -----
@@ -68,7 +54,7 @@ def disagreement(increments: ArrayLike, prior: ArrayLike) -> PoseErrors:
     >>> disagreement([[0.5, 0.0, 0.0]], [[0.5, 0.1, 0.0]]).translation.max
     0.1
     """
-    estimated, expected = _rows(increments, "increments", prior, "prior")
+    estimated, expected = map(from_xytheta, as_trajectories(increments=increments, prior=prior))
     return PoseErrors(*pose_differences(expected, estimated))
 
 
@@ -80,13 +66,7 @@ def loop_closure(increments: ArrayLike, closing: ArrayLike = (0.0, 0.0, 0.0)) ->
     increments : array_like, shape (K, 3)
         The steps of the path, rows (Δx [m], Δy [m], Δψ [rad]).
     closing : array_like, shape (3,)
-        Pose of the last scan in the frame of the first. By default the two coincide, as after
-        a way there and back; else e.g. the match of the last scan with the first.
-
-    Returns
-    -------
-    PoseErrors
-        One length [m] and one angle [rad].
+        Pose of the last scan in the frame of the first, e.g. by matching the two.
 
     Notes
     -----
@@ -103,14 +83,3 @@ def loop_closure(increments: ArrayLike, closing: ArrayLike = (0.0, 0.0, 0.0)) ->
         T_first_last = T_first_last @ T
     expected = from_xytheta(as_pose(closing, "closing"))
     return PoseErrors(*pose_differences(expected[None], T_first_last[None]))
-
-
-def _rows(a: ArrayLike, a_name: str, b: ArrayLike, b_name: str) -> tuple[FloatArray, FloatArray]:
-    """The transforms of two lists of increments of one length."""
-    rows, others = as_poses(a, a_name), as_poses(b, b_name)
-    if len(rows) != len(others):
-        raise InvalidPointsError(
-            f"`{a_name}` and `{b_name}` must have the same length, "
-            f"got {len(rows)} and {len(others)} rows"
-        )
-    return from_xytheta(rows), from_xytheta(others)

@@ -32,12 +32,6 @@ class ErrorSummary:
     def of(cls, errors: ArrayLike) -> ErrorSummary:
         """Summarise errors of shape (N,); N may be 0.
 
-        Raises
-        ------
-        InvalidPointsError
-            For another shape, or for an error that is NaN or infinite: leave such out, and
-            say how many they are.
-
         Examples
         --------
         >>> ErrorSummary.of([3.0, 4.0, 5.0]).median
@@ -64,15 +58,7 @@ class ErrorSummary:
 
 @dataclass(frozen=True, eq=False)
 class PoseErrors:
-    """One translation error and one rotation error per pose or pair.
-
-    Attributes
-    ----------
-    translation_errors : ndarray, shape (N,)
-        Metres, ≥ 0.
-    rotation_errors : ndarray, shape (N,)
-        Radians in [0, π].
-    """
+    """N translation errors [m] ≥ 0 and N rotation errors [rad] in [0, π], by pose or pair."""
 
     translation_errors: FloatArray
     rotation_errors: FloatArray
@@ -98,12 +84,12 @@ def pose_differences(T_true: FloatArray, T_estimated: FloatArray) -> tuple[Float
     return np.hypot(difference[:, 0], difference[:, 1]), np.abs(difference[:, 2])
 
 
-def as_trajectories(estimate: ArrayLike, reference: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Check two trajectories whose rows k belong to the same instant."""
-    x, x_reference = as_poses(estimate, "estimate"), as_poses(reference, "reference")
-    if len(x) != len(x_reference):
+def as_trajectories(**named: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Check two trajectories, or lists of increments, whose rows k belong to one instant."""
+    a, b = (as_poses(poses, name) for name, poses in named.items())
+    if len(a) != len(b):
         raise InvalidPointsError(
-            f"`estimate` and `reference` must have the same length, got {len(x)} and "
-            f"{len(x_reference)} poses; pair them by `associate` first"
+            f"`{'` and `'.join(named)}` must have the same length, got {len(a)} and {len(b)} "
+            f"rows; trajectories are paired by `associate`"
         )
-    return x, x_reference
+    return a, b

@@ -31,7 +31,7 @@ def rpe(
     *,
     tolerance: float = 0.1,
 ) -> RelativeErrors:
-    """Relative pose error [1]_, one per stretch of a given length.
+    """Relative pose error (Sturm et al., IROS 2012), one per stretch of a given length.
 
     The error of the stretch from i to j is that of the estimate's ``T_i_j`` against the
     reference's. No alignment is needed, and an early mistake is counted where it is made.
@@ -53,21 +53,11 @@ def rpe(
     RelativeErrors
         Without pairs, and its summaries NaN, where the trajectory is too short.
 
-    Raises
-    ------
-    InvalidParameterError
-        For a `delta`, `unit` or `tolerance` out of range.
-
     Notes
     -----
     Stretches overlap, and the reference's path measures them, so that all estimates of
     one run are compared over the same pairs; `evo` selects the same with ``all_pairs=True,
     pairs_from_reference=True``.
-
-    References
-    ----------
-    .. [1] Sturm, Engelhard, Endres, Burgard, Cremers, "A benchmark for the evaluation
-           of RGB-D SLAM systems", IROS 2012.
 
     Examples
     --------
@@ -76,7 +66,7 @@ def rpe(
     >>> rpe(estimate, reference).translation_errors.tolist()
     [0.0, 0.5]
     """
-    x, x_reference = as_trajectories(estimate, reference)
+    x, x_reference = as_trajectories(estimate=estimate, reference=reference)
     if unit == "steps":
         pairs = _pairs_by_steps(len(x), delta)
     elif unit == "metres":
@@ -104,11 +94,6 @@ def compare(
         The same instants.
     stretch : float
         Metres of the errors over a stretch.
-
-    Returns
-    -------
-    dict of str to PoseErrors
-        By the names of trajectory and error; one kind of error after the other.
 
     Examples
     --------

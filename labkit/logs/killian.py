@@ -5,7 +5,6 @@ from __future__ import annotations
 from importlib.util import find_spec
 from pathlib import Path
 
-from labkit.errors import LogError
 from labkit.extras import MissingExtraError
 
 KILLIAN = "killian"
@@ -13,24 +12,9 @@ KILLIAN = "killian"
 
 
 def killian_archive() -> Path:
-    """Path of ``killian.g2o.zip`` in this Python environment.
-
-    Raises
-    ------
-    MissingExtraError
-        If the package rtb-data is not installed.
-    LogError
-        If it came without the file.
-    """
+    """Path of ``killian.g2o.zip`` in this Python environment."""
     spec = find_spec("rtbdata")
-    folders = [] if spec is None else list(spec.submodule_search_locations or [])
-    for folder in folders:
-        archive = Path(folder) / "data" / "killian.g2o.zip"
-        if archive.is_file():
-            return archive
-    purpose = f'the built-in run "{KILLIAN}" (a file of that name is "./{KILLIAN}")'
-    if spec is None:
+    if spec is None or not spec.submodule_search_locations:
+        purpose = f'the built-in run "{KILLIAN}" (a file of that name is "./{KILLIAN}")'
         raise MissingExtraError(purpose, "rtb-data", "killian")
-    raise LogError(
-        f"{purpose} needs data/killian.g2o.zip of rtb-data, which came without it; install it anew"
-    )
+    return Path(spec.submodule_search_locations[0]) / "data" / "killian.g2o.zip"

@@ -33,10 +33,8 @@ from labkit.logs.lines import (
     parse_finite,
     parse_numbers,
     parse_pose,
-    parse_time,
 )
-from labkit.logs.no_return import declared_maximum
-from labkit.logs.sweeps import Pose, Sweep, remark_far
+from labkit.logs.sweeps import Pose, Sweep, declared_maximum
 from labkit.scan import scanner_poses
 from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
 
@@ -72,7 +70,7 @@ def read_laser_lines(
 
 
 def scanner_trajectories(
-    sweeps: Sequence[Sweep], laser_offset: FloatArray, report: DamageReport
+    sweeps: Sequence[Sweep], laser_offset: FloatArray, file: str
 ) -> tuple[FloatArray | None, FloatArray | None]:
     """Choose odometry and reference from the poses of the lines, as poses of the scanner.
 
@@ -85,28 +83,20 @@ def scanner_trajectories(
     """
     laser = np.array([sweep.laser for sweep in sweeps])
     robot = np.array([sweep.robot for sweep in sweeps])
-    numbers = [sweep.line for sweep in sweeps]
-    remark_far(robot, numbers, "the robot's pose", report)
     mounts = to_xytheta(relative(from_xytheta(robot), from_xytheta(laser)))
     mount = _median(mounts)
     off = np.abs(to_xytheta(relative(from_xytheta(mount), from_xytheta(mounts)))).max(axis=1)
     rigid = _most(off) <= SAME_PLACE
     declared = rigid and bool(np.abs(mount).max() > PRINTED)
-    if rigid and (odd := np.flatnonzero(off > SAME_PLACE)).size:
-        report.remark(
-            f"the laser does not sit {_text(mount)} on the robot in {len(odd)} of {len(sweeps)} "
-            f"lines, first in line {numbers[odd[0]]}: {_text(mounts[odd[0]])}"
-        )
     if declared and laser_offset.any():
+        x, y, theta = mount
         raise LogError(
-            f"{report.file}: the log itself says where the scanner sits on the robot "
-            f"{_text(mount)}, and `laser_offset` is {tuple(laser_offset.tolist())}; leave "
-            f"`laser_offset` out"
+            f"{file}: the log itself says where the scanner sits on the robot, "
+            f"({x:.3f} m, {y:.3f} m, {theta:.4f} rad); leave `laser_offset` out"
         )
     offset = mount if declared else laser_offset
     vertices = np.array([sweep.vertex for sweep in sweeps if sweep.vertex is not None])
     if len(vertices):
-        remark_far(vertices, numbers, "the vertex", report)
         gaps = np.abs(robot - vertices)
         gaps[:, 2] = np.abs(wrap(gaps[:, 2]))
         repeated = _most(gaps.max(axis=1)) <= PRINTED
@@ -125,7 +115,7 @@ def _parse_flaser(number: int, fields: Sequence[str]) -> Sweep:
         line=number,
         ranges=np.array(parse_numbers(fields[2 : n + 2], "range")),
         angles=beam_angles(-math.pi / 2, step, n),
-        stamp=_parse_stamp(*fields[n + 8 :]),
+        stamp=_parse_stamp(*fields[-3:]),
         laser=parse_pose(fields[n + 2 : n + 5], "the laser pose"),
         robot=parse_pose(fields[n + 5 : n + 8], "the robot pose"),
     )
@@ -144,9 +134,7 @@ def _parse_robotlaser(number: int, fields: Sequence[str], vertex: Pose | None) -
     if declared <= 0.0:
         raise DamagedLine(f"the maximum range is {declared:g}, expected a positive number")
     # 0.017453 is short of one degree by 3e-7 rad, which 179 steps make 5e-5 rad.
-    exact = (
-        fraction for fraction in (fov / n, fov / max(n - 1, 1)) if abs(fraction - step) <= 1e-6
-    )
+    exact = (each for each in (fov / n, fov / max(n - 1, 1)) if abs(each - step) <= 1e-6)
     first = n + m + 10
     return Sweep(
         line=number,
@@ -170,9 +158,8 @@ def beam_angles(start: float, step: float, n: int) -> FloatArray:
 
 def _parse_stamp(ipc: str, host: str, logger: str) -> float:
     """Time of the message [s]; the logger's clock if the message has none (0)."""
-    ipc_stamp = parse_time(ipc, f"the timestamp beside host {host[:30]!r}")
-    logger_stamp = parse_time(logger, f"the logger timestamp beside host {host[:30]!r}")
-    return ipc_stamp or logger_stamp
+    ipc_stamp = parse_finite(ipc, f"the timestamp beside host {host[:30]!r}")
+    return ipc_stamp or parse_finite(logger, f"the logger timestamp beside host {host[:30]!r}")
 
 
 def _median(mounts: FloatArray) -> FloatArray:
@@ -186,8 +173,3 @@ def _most(gaps: FloatArray) -> float:
     """The gap that all but a tenth of the lines, of three at least one, do not exceed."""
     few = max(min(1, len(gaps) // 3), len(gaps) // 10)
     return float(np.sort(gaps)[-1 - few])
-
-
-def _text(mount: FloatArray) -> str:
-    x, y, theta = np.round(mount, 4) + 0.0  # without the sign of a zero
-    return f"({x:.3f} m, {y:.3f} m, {theta:.4f} rad)"

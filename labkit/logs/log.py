@@ -13,17 +13,7 @@ from labkit.scan import Scan
 
 @dataclass(frozen=True, kw_only=True)
 class SkippedLine:
-    """A damaged line that was left out.
-
-    Attributes
-    ----------
-    file : str
-        The file as the caller named it.
-    line : int
-        Line number from 1; in a ROS bag, the number of the message.
-    reason : str
-        The text found and the text expected.
-    """
+    """A damaged line that was left out; in a ROS bag `line` is the number of the message."""
 
     file: str
     line: int
@@ -56,12 +46,7 @@ class Log:
         The damaged lines that were left out.
     remarks : tuple of str
         Oddities that are no damage: codes taken for "no return", stamps that run backwards,
-        an odometry that falls silent, places beyond 100 km, numbers that look like millimetres.
-
-    Raises
-    ------
-    InvalidPointsError
-        If `odometry` or `reference` does not have one row for each scan.
+        an odometry that falls silent, numbers that look like millimetres.
     """
 
     scans: tuple[Scan, ...]
@@ -88,9 +73,8 @@ class Log:
     def __repr__(self) -> str:
         """One line: name, format, number of scans, and which poses there are."""
         poses = [name for name in ("odometry", "reference") if getattr(self, name) is not None]
-        return (
-            f"Log({self.name}: {len(self)} scans, {self.format}, {', '.join(poses) or 'no poses'})"
-        )
+        told = ", ".join(poses) or "no poses"
+        return f"Log({self.name}: {len(self)} scans, {self.format}, {told})"
 
     def head(self, count: int) -> Log:
         """The first scans, and the poses that belong to them."""

@@ -7,9 +7,9 @@ left out. In a table of ranges it may name a column ``stamp``, ``time`` or ``tim
 
 from __future__ import annotations
 
+import math
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,27 +20,17 @@ from labkit.logs.lines import (
     DamageReport,
     expect_fields,
     expect_near,
+    is_number,
     parse_finite,
     parse_numbers,
-    parse_time,
 )
-from labkit.logs.sweeps import MILLIMETRES, Sweep, remark_far
+from labkit.logs.sweeps import MILLIMETRES, Sweep
 from labkit.scan import Scan
 
 CLOCKS = ("stamp", "time", "timestamp")
+POINT = ("x", "y")
 FEWEST_BEAMS = 4
 FRACTIONS = 0.02  # largest share of the rows whose scan number may be none, by damage alone
-
-
-@dataclass(frozen=True, kw_only=True)
-class Columns:
-    """Places of x, y and the scan's number in a row of `count` fields."""
-
-    count: int
-    x: int
-    y: int
-    scan: int | None = None
-    left_out: tuple[str, ...] = ()
 
 
 def split_row(line: str) -> list[str]:
@@ -60,51 +50,43 @@ def table_kind(lines: Sequence[str]) -> str:
 
 def read_points_table(lines: Iterable[tuple[int, str]], report: DamageReport) -> tuple[Scan, ...]:
     """Read rows of points; scans come in the order in which their number is first met."""
-    columns: Columns | None = None
+    names: list[str] = []
     found: dict[float, array[float]] = {}
-    places, numbers, fractions = array("d"), array("q"), 0  # 24 bytes a row, where lists take 200
+    good = fractions = 0
     for number, text in lines:
         row = split_row(text)
         if not row:
             continue
-        if columns is None:
-            columns = _columns(row)
-            if columns and not _is_number_row(row):
+        if not names:
+            names = _columns(row)
+            if names and not _is_number_row(row):
                 continue
         try:
-            known = columns or Columns(count=2, x=0, y=1)
-            expect_fields(row, known.count, "a row of points")
-            scan = 0.0 if known.scan is None else parse_finite(row[known.scan], "the scan number")
-            x, y = parse_finite(row[known.x], "x"), parse_finite(row[known.y], "y")
+            expect_fields(row, len(names) or 2, "a row of points")
+            named = dict(zip(names or POINT, row, strict=True))
+            scan = parse_finite(named.get("scan", "0"), "the scan number")
+            x, y = parse_finite(named["x"], "x"), parse_finite(named["y"], "y")
             expect_near(x, y, "the point")
             if not scan.is_integer():
                 fractions += 1
-                raise DamagedLine(
-                    f"the scan number is {scan:g}, expected a whole number; a header names "
-                    f"other columns, as `x,y,intensity`"
-                )
+                raise DamagedLine(f"the scan number is {scan:g}, expected a whole number")
         except DamagedLine as damage:
             report.skip(number, damage)
             continue
         found.setdefault(scan, array("d")).extend((x, y))
-        places.extend((x, y))
-        numbers.append(number)
-    if fractions > max(1.0, FRACTIONS * (fractions + len(numbers))):
+        good += 1
+    if fractions > max(1.0, FRACTIONS * (fractions + good)):
         raise LogError(
-            f"{report.file}: {fractions} of {fractions + len(numbers)} rows begin with no whole "
+            f"{report.file}: {fractions} of {fractions + good} rows begin with no whole "
             f"number, so that it is no scan's; name the columns in a header, as `x,y,intensity`"
         )
     if not found:
         return ()
-    if columns is not None and columns.left_out:
-        names = ", ".join(repr(name[:20]) for name in columns.left_out[:5])
-        report.remark(f"columns beside x, y and scan are left out: {names}")
-    remark_far(np.array(places).reshape(-1, 2), numbers, "the point", report)
     scans = tuple(Scan.from_points(np.array(points).reshape(-1, 2)) for points in found.values())
     first = scans[0].points
     extent = float(np.median(np.hypot(*(first - np.median(first, axis=0)).T)))
     if extent > MILLIMETRES:
-        report.remark(
+        report.remarks.append(
             f"half of the points lie more than {extent:.4g} m from their middle: are they "
             f"millimetres? labkit reads metres"
         )
@@ -136,41 +118,27 @@ def read_ranges_table(
             beams = np.linspace(angles[0], angles[1], count)
         try:
             expect_fields(row, len(beams) + (clock is not None), f"{len(beams)} beams")
-            stamp = np.nan if clock is None else parse_time(row.pop(clock), "the stamp")
+            stamp = np.nan if clock is None else parse_finite(row.pop(clock), "the stamp")
             ranges = parse_numbers([field or "nan" for field in row], "range")
             yield Sweep(line=number, ranges=np.array(ranges), angles=beams, stamp=stamp)
         except DamagedLine as damage:
             report.skip(number, damage)
 
 
-def _columns(row: Sequence[str]) -> Columns | None:
-    """The columns that a header or a good row of points announces; None for any other row."""
+def _columns(row: Sequence[str]) -> list[str]:
+    """Names of the columns by a header or a good row of points; none by any other row."""
     names = [field.strip("\"' ").lower() for field in row]
     if names.count("x") == names.count("y") == 1 and names.count("scan") <= 1:
-        return Columns(
-            count=len(names),
-            x=names.index("x"),
-            y=names.index("y"),
-            scan=names.index("scan") if "scan" in names else None,
-            left_out=tuple(name for name in names if name not in {"x", "y", "scan"}),
-        )
+        return names
     if len(row) in {2, 3} and _is_number_row(row):
-        last = len(row) - 1
-        return Columns(count=len(row), x=last - 1, y=last, scan=0 if last == 2 else None)
-    return None
+        return ["scan", *POINT][-len(row) :]
+    return []
 
 
 def _is_number_row(row: Sequence[str]) -> bool:
-    try:
-        return all(np.isfinite(parse_numbers(row, "field")))
-    except DamagedLine:
-        return False
+    return all(is_number(field) and math.isfinite(float(field)) for field in row)
 
 
 def _is_row_of_ranges(row: Sequence[str]) -> bool:
     """Recognise a row of ranges: four numbers or more, some of which may be missing."""
-    try:
-        parse_numbers([field or "nan" for field in row], "range")
-    except DamagedLine:
-        return False
-    return len(row) >= FEWEST_BEAMS
+    return len(row) >= FEWEST_BEAMS and all(is_number(field) for field in row if field)

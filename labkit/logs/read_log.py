@@ -14,7 +14,7 @@ from labkit.arrays import FloatArray, as_floats
 from labkit.errors import InvalidParameterError, LogError
 from labkit.logs.killian import KILLIAN, killian_archive
 from labkit.logs.laser_lines import CARMEN_WORDS, G2O_WORDS, read_laser_lines, scanner_trajectories
-from labkit.logs.lines import MAX_BYTES, DamageReport, read_lines
+from labkit.logs.lines import DamageReport, read_lines
 from labkit.logs.log import Log
 from labkit.logs.points import read_points_table, read_ranges_table, table_kind
 from labkit.logs.rosbag import is_bag, read_bag
@@ -46,12 +46,10 @@ def read_log(
     angles: ArrayLike | None = None,
     topic: str | None = None,
     odometry_topic: str | None = None,
-    max_bytes: int = MAX_BYTES,
 ) -> Log:
     r"""Read a log of 2D laser scans in any format that labkit knows.
 
-    The formats are CARMEN text, g2o with ``ROBOTLASER1`` lines, tables of points and of ranges
-    (each plain, in gzip or in zip), and ROS 1 and ROS 2 bags.
+    CARMEN, g2o with ``ROBOTLASER1``, tables of points and of ranges, ROS 1 and ROS 2 bags.
 
     Parameters
     ----------
@@ -64,10 +62,9 @@ def read_log(
         Beams at or beyond it [m] make no point, whatever the log declares. By default the
         declared maximum counts, and `no_return`.
     no_return : array_like, optional
-        Ranges [m] that mean "nothing came back" though they lie below the maximum, to 1.5 mm;
-        ``()`` for none. By default they are found by the spread of the log's ranges: a value
-        that repeats at the top of the range where a wall would be spread. `Log.remarks` says
-        which were found. A `range_max` takes the place of these.
+        Ranges [m] that mean "nothing came back", to 1.5 mm; ``()`` for none. By default they
+        are found by the spread of the log's ranges, and named in `Log.remarks`. A `range_max`
+        takes the place of these.
     laser_offset : array_like, shape (3,)
         Pose of the scanner on the robot, ``T_robot_laser`` as (x [m], y [m], θ [rad]), for
         a log that does not declare it itself: ``T_w_laser = T_w_robot @ T_robot_laser``.
@@ -76,8 +73,6 @@ def read_log(
         used for nothing else.
     topic, odometry_topic : str, optional
         In a bag: the topic of the scans and of the odometry, where there are several.
-    max_bytes : int
-        Largest text file, unpacked.
 
     Returns
     -------
@@ -88,11 +83,8 @@ def read_log(
     Raises
     ------
     LogError
-        If there is nothing to read at `path`, its format is not known, it holds no scan, it
-        does not have the topic, or (under `strict`) a line is damaged; the message names file
-        and line.
-    InvalidParameterError
-        If `range_max`, `no_return`, `laser_offset` or `angles` makes no sense.
+        If there is no scan to read, or (under `strict`) a line is damaged; the message names
+        file and line.
 
     Examples
     --------
@@ -117,12 +109,9 @@ def read_log(
             file, report, laser_offset=offset, topic=topic, odometry_topic=odometry_topic
         )
     else:
-        for name, wanted in (("topic", topic), ("odometry_topic", odometry_topic)):
-            if wanted is not None:
-                raise LogError(
-                    f"{file}: `{name}` is {wanted!r}, but the file is no ROS bag; leave it out"
-                )
-        lines = read_lines(report, max_bytes)
+        if topic is not None or odometry_topic is not None:
+            raise LogError(f"{file}: is no ROS bag; leave `topic` and `odometry_topic` out")
+        lines = read_lines(report)
         head = list(islice(lines, HEAD))
         lines = chain(head, lines)
         format = _format([text for _, text in head], report.file)
@@ -133,15 +122,13 @@ def read_log(
         else:
             sweeps = list(read_laser_lines(lines, report, graph=format == "g2o"))
     if format in ("carmen", "g2o") and sweeps:
-        odometry, reference = scanner_trajectories(sweeps, offset, report)
+        odometry, reference = scanner_trajectories(sweeps, offset, report.file)
     if sweeps:
         sick = format == "carmen" and any(np.isinf(sweep.range_max) for sweep in sweeps)
         scans = make_scans(sweeps, report, range_max=range_max, no_return=no_return, sick=sick)
     if not scans:
-        expected = EXPECTED.get(format, "scans")
-        raise LogError(
-            f"{report.file}: a {format} log without any scan, expected {expected}{report.summary()}"
-        )
+        lacking = f"a {format} log without any scan, expected {EXPECTED.get(format, 'scans')}"
+        raise LogError(f"{report.file}: {lacking}{report.summary()}")
     return Log(
         scans=scans,
         odometry=odometry,
@@ -154,11 +141,7 @@ def read_log(
 
 
 def read_killian() -> Log:
-    """Read the built-in run, MIT Killian Court: the same as ``read_log("killian")``.
-
-    3,873 scans of 180 beams (−90° … +89°, up to 50 m) over 1.9 km, with the vertices of an
-    optimised pose graph as `Log.reference`. It holds no raw odometry.
-    """
+    """Read the built-in run, MIT Killian Court: the same as ``read_log("killian")``."""
     return read_log(KILLIAN)
 
 

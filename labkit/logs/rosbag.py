@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,10 @@ import numpy as np
 from labkit.arrays import FARTHEST, FloatArray
 from labkit.errors import LogError
 from labkit.extras import need
-from labkit.logs.interpolation import MAX_EXTRAPOLATION, interpolate_poses, seconds_outside
 from labkit.logs.laser_lines import beam_angles
 from labkit.logs.lines import DamagedLine, DamageReport, shorten
-from labkit.logs.no_return import declared_maximum
-from labkit.logs.sweeps import Sweep, remark_far
+from labkit.logs.sweeps import Sweep, declared_maximum
+from labkit.logs.trajectories import MAX_EXTRAPOLATION, interpolate_poses, seconds_outside
 from labkit.scan import scanner_poses
 
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
@@ -28,8 +28,6 @@ ODOMETRY = "nav_msgs/msg/Odometry"
 ROS1_MAGIC = b"#ROSBAG V"
 ROS2_MAGICS = (b"SQLite format 3\0", b"\x89MCAP0\r\n")
 UNIT = 1e-3  # a quaternion's length differs from 1 by its digits, no more
-MOST_TILTED = 15.0  # [degrees]; a robot that leans further does not drive, or it is damage
-LARGEST_METADATA = 1 << 23  # bytes of a metadata.yaml: reading more takes minutes
 SILENCE = 1.0  # [s]: between two messages farther apart nobody knows the way
 
 Bag = tuple[Any, Callable[[bytes, str], Any]]  # the reader, and the decoder of its messages
@@ -67,19 +65,24 @@ def read_bag(
         wheel = _choose(wheels, odometry_topic, "odometry_topic", report.file)
         sweeps = list(_sweeps(bag, chosen, report))
         track = _track(bag, wheel, report)
-    gaps = seconds_outside(np.array([sweep.stamp for sweep in sweeps]), track[:, 0])
+    times, kept = track[:, 0], []
+    gaps = seconds_outside(np.array([sweep.stamp for sweep in sweeps]), times)
     for sweep, gap in zip(sweeps, gaps, strict=True):
-        if gap > MAX_EXTRAPOLATION:
-            outside = f"a scan {gap:.3f} s outside the odometry"
-            report.skip(sweep.line, f"{outside}, expected at most {MAX_EXTRAPOLATION:g} s")
-    kept = [sweep for sweep, gap in zip(sweeps, gaps, strict=True) if gap <= MAX_EXTRAPOLATION]
+        if gap <= MAX_EXTRAPOLATION:
+            kept.append(sweep)
+        else:
+            report.skip(sweep.line, f"a scan {gap:.3f} s outside the odometry")
     if not kept:
         raise LogError(f"{report.file}: no usable scan in the bag{report.summary()}")
-    stamps = np.array([sweep.stamp for sweep in kept])
-    _remark_silence(track[:, 0], stamps, report)
-    odometry = scanner_poses(interpolate_poses(stamps, track[:, 0], track[:, 1:]), laser_offset)
-    remark_far(odometry, [sweep.line for sweep in kept], "the robot's pose", report)
-    return kept, odometry
+    silent = np.diff(times)
+    if len(silent) and silent.max() > max(SILENCE, 10.0 * float(np.median(silent))):
+        k = int(np.argmax(silent))
+        report.remarks.append(
+            f"the odometry is silent for {silent[k]:.1f} s from {times[k]:.10g} s on; the poses "
+            f"of scans in it are interpolated"
+        )
+    robot = interpolate_poses([sweep.stamp for sweep in kept], times, track[:, 1:])
+    return kept, scanner_poses(robot, laser_offset)
 
 
 @contextmanager
@@ -88,9 +91,6 @@ def _open(path: Path, file: str) -> Iterator[Bag]:
     from rosbags import rosbag1, rosbag2  # noqa: PLC0415
     from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
 
-    metadata = path / "metadata.yaml"
-    if metadata.is_file() and metadata.stat().st_size > LARGEST_METADATA:
-        raise LogError(f"{file}: metadata.yaml has more than {LARGEST_METADATA:,} bytes")
     try:
         if _first_bytes(path).startswith(ROS1_MAGIC):
             opened: Any = rosbag1.Reader(path)
@@ -116,9 +116,7 @@ def _first_bytes(path: Path) -> bytes:
 
 
 def _topics(bag: Bag, msgtype: str) -> list[str]:
-    """Topics of one type; in a damaged bag, those whose name is a text."""
-    topics = {c.topic for c in bag[0].connections if c.msgtype == msgtype}
-    return sorted(topic for topic in topics if isinstance(topic, str))
+    return sorted({c.topic for c in bag[0].connections if c.msgtype == msgtype})
 
 
 def _choose(topics: Sequence[str], wanted: str | None, parameter: str, file: str) -> str:
@@ -140,9 +138,7 @@ def _messages(
     reader, decode = bag
     connections = [c for c in reader.connections if (c.topic, c.msgtype) == (topic, msgtype)]
     stream = reader.messages(connections=connections)
-    number = 0
-    while True:
-        number += 1
+    for number in count(1):
         try:
             _, nanoseconds, raw = next(stream)
             message = decode(raw, msgtype)
@@ -151,8 +147,7 @@ def _messages(
         except StopIteration:
             return
         except Exception as error:  # rosbags again: the stream cannot go on behind it
-            reason = str(error) or type(error).__name__
-            report.skip(number, f"the bag breaks off at this {msgtype} message: {reason}")
+            report.skip(number, f"the bag breaks off at this {msgtype} message: {error!r}")
             return
         yield number, stamp, message
 
@@ -162,9 +157,7 @@ def _sweeps(bag: Bag, topic: str, report: DamageReport) -> Iterator[Sweep]:
     for number, stamp, message in _messages(bag, topic, LASER_SCAN, report):
         start, step = float(message.angle_min), float(message.angle_increment)
         if not (math.isfinite(start) and math.isfinite(step)):
-            report.skip(
-                number, f"a damaged {LASER_SCAN} message: beams from {start:g} by {step:g} rad"
-            )
+            report.skip(number, f"a damaged {LASER_SCAN}: beams from {start:g} by {step:g} rad")
             continue
         with np.errstate(invalid="ignore", over="ignore"):  # what is not finite makes no point
             ranges = np.asarray(message.ranges, dtype=np.float64)
@@ -199,23 +192,6 @@ def _planar_pose(pose: Any) -> tuple[float, float, float]:
     norm = math.hypot(q.x, q.y, q.z, q.w)
     if not abs(norm - 1.0) <= UNIT:
         raise DamagedLine(f"its quaternion has length {norm:.4g}, expected 1")
-    tilt = math.degrees(math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (q.x * q.x + q.y * q.y)))))
-    if tilt > MOST_TILTED:
-        raise DamagedLine(f"it tilts the robot by {tilt:.3g}°, expected at most {MOST_TILTED:g}°")
     sine = 2.0 * (q.w * q.z + q.x * q.y)
     cosine = 1.0 - 2.0 * (q.y * q.y + q.z * q.z)
     return x, y, math.atan2(sine, cosine)
-
-
-def _remark_silence(times: FloatArray, stamps: FloatArray, report: DamageReport) -> None:
-    """Note gaps of the odometry so long that its poses are only interpolated."""
-    gaps = np.diff(times)
-    long = np.flatnonzero(gaps > max(SILENCE, 10.0 * float(np.median(gaps)) if len(gaps) else 0.0))
-    if len(long):
-        k = long[np.argmax(gaps[long])]
-        before = np.searchsorted(times, stamps, side="right") - 1
-        inside = np.count_nonzero(np.isin(before, long) & (stamps != times[before]))
-        report.remark(
-            f"the odometry is silent {len(long)} times, for {gaps[k]:.1f} s at the longest, "
-            f"from {times[k]:.10g} s on; the poses of {inside} scans in it are interpolated"
-        )

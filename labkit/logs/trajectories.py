@@ -1,4 +1,4 @@
-"""Trajectories and pose graphs as text: TUM, which `evo` reads, and g2o."""
+"""Trajectories and pose graphs: TUM, which `evo` reads, g2o, and poses between two stamps."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats, as_poses
+from labkit.arrays import FloatArray, as_finite, as_floats, as_poses
 from labkit.errors import InvalidPointsError, LogError
 from labkit.files import atomic_write
 from labkit.logs.lines import (
@@ -18,47 +18,31 @@ from labkit.logs.lines import (
     expect_fields,
     expect_near,
     parse_finite,
-    parse_time,
     read_lines,
 )
 from labkit.se2 import wrap
 
 TUM = "timestamp tx ty tz qx qy qz qw"
+MAX_EXTRAPOLATION = 0.1  # [s] for which the first and the last pose are held
 
 
 def write_tum(path: str | os.PathLike[str], stamps: ArrayLike, poses: ArrayLike) -> None:
     """Write a planar trajectory: z = 0 and the quaternion (0, 0, sin θ/2, cos θ/2).
 
-    Numbers are written with all their digits: times and positions come back from
-    `read_tum` bit for bit, θ (wrapped into (−π, π]) within a few 1e-16.
-
     Parameters
     ----------
     path : path-like
-        The file, written whole or not at all.
+        The file, written whole or not at all, numbers with all their digits.
     stamps : array_like, shape (K,)
-        Times in seconds; finite, so a run without times needs its indices here.
+        Times in seconds; a run without times needs its indices here.
     poses : array_like, shape (K, 3)
         Rows (x [m], y [m], θ [rad]).
-
-    Raises
-    ------
-    InvalidPointsError
-        If the shapes do not fit together, or a number is not finite.
-    WriteError
-        If the file cannot be written.
     """
     rows = as_poses(poses, "poses")
-    times = as_floats(stamps, "stamps", hint="give one time per pose")
+    times = as_finite(as_floats(stamps, "stamps"), "stamps", hint="or give indices for times")
     if times.shape != (len(rows),):
         raise InvalidPointsError(
             f"`stamps` must have shape ({len(rows)},), one per pose, got {times.shape}"
-        )
-    if not np.isfinite(times).all():
-        index = int(np.flatnonzero(~np.isfinite(times))[0])
-        raise InvalidPointsError(
-            f"`stamps` must be finite, got {times[index]} at index {index}; "
-            f"a run without times takes its indices, `np.arange({len(rows)})`"
         )
     half = wrap(rows[:, 2]) / 2.0
     table = np.column_stack([times, rows[:, :2], np.sin(half), np.cos(half)])
@@ -69,10 +53,9 @@ def write_tum(path: str | os.PathLike[str], stamps: ArrayLike, poses: ArrayLike)
 
 
 def read_tum(path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
-    """Read a planar trajectory, plain, in gzip or in zip.
+    """Read a planar trajectory, plain, in gzip or in zip; tz is dropped.
 
-    The height tz is dropped. Blank lines and ``#`` comments are passed over; a trajectory
-    with a damaged line is refused as a whole, since a gap in it would go unseen.
+    A trajectory with a damaged line is refused as a whole, since a gap in it would go unseen.
 
     Returns
     -------
@@ -84,8 +67,7 @@ def read_tum(path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
     Raises
     ------
     LogError
-        If the file cannot be read, holds no pose, or has a damaged line, a time beyond
-        1e20 s, a position beyond 1e9 m or a rotation out of the plane; the message names the line.
+        If the file cannot be read, holds no pose, or has a damaged line, which is named.
     """
     report = DamageReport(os.fspath(path), strict=True)
     rows = []
@@ -106,8 +88,7 @@ def read_tum(path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
 def _parse_tum(fields: Sequence[str]) -> tuple[float, float, float, float]:
     """Time and x, y, θ of one line; the angle of a rotation about z is 2·atan2(qz, qw)."""
     expect_fields(fields, 8, f"`{TUM}`")
-    t = parse_time(fields[0], "timestamp")
-    x, y, _, qx, qy, qz, qw = map(parse_finite, fields[1:], TUM.split()[1:])
+    t, x, y, _, qx, qy, qz, qw = map(parse_finite, fields, TUM.split())
     expect_near(x, y, "the position")
     norm = math.hypot(qx, qy, qz, qw)
     if abs(norm - 1.0) > 1e-3:
@@ -131,13 +112,6 @@ def write_g2o(path: str | os.PathLike[str], poses: ArrayLike, increments: ArrayL
     increments : array_like, shape (K − 1, 3)
         Edges: the pose of vertex k + 1 in the frame of vertex k. All have the identity for
         information matrix.
-
-    Raises
-    ------
-    InvalidPointsError
-        If shapes do not fit together, or a number is not finite.
-    WriteError
-        If the file cannot be written.
     """
     vertices, edges = as_poses(poses, "poses"), as_poses(increments, "increments", minimum=0)
     if len(edges) != len(vertices) - 1:
@@ -150,3 +124,46 @@ def write_g2o(path: str | os.PathLike[str], poses: ArrayLike, increments: ArrayL
             file.write(f"VERTEX_SE2 {k} {x!r} {y!r} {theta!r}\n")
         for k, (x, y, theta) in enumerate(edges.tolist()):
             file.write(f"EDGE_SE2 {k} {k + 1} {x!r} {y!r} {theta!r} 1 0 0 1 0 1\n")
+
+
+def interpolate_poses(stamps: ArrayLike, times: ArrayLike, poses: ArrayLike) -> FloatArray:
+    """Interpolate a trajectory at the times of scans: x and y linearly, θ along the shorter arc.
+
+    Parameters
+    ----------
+    stamps : array_like, shape (K,)
+        Times of the scans [s], at most 0.1 s before the first or after the last pose.
+    times : array_like, shape (M,)
+        Times of the poses [s], in any order.
+    poses : array_like, shape (M, 3)
+        Rows (x [m], y [m], θ [rad]).
+
+    Returns
+    -------
+    ndarray, shape (K, 3)
+        A pose for each scan, θ in (−π, π].
+    """
+    rows, t = as_poses(poses, "poses"), as_finite(as_floats(stamps, "stamps"), "stamps")
+    known = as_finite(as_floats(times, "times"), "times")
+    if t.ndim != 1 or known.shape != (len(rows),):
+        raise InvalidPointsError(
+            f"`stamps` must have shape (K,) and `times` ({len(rows)},), one per pose, "
+            f"got {t.shape} and {known.shape}"
+        )
+    order = np.argsort(known, kind="stable")
+    known, rows = known[order], rows[order]
+    outside = seconds_outside(t, known)
+    if (outside > MAX_EXTRAPOLATION).any():
+        k = int(np.argmax(outside))
+        raise InvalidPointsError(
+            f"`stamps` must lie within `times`, from {known[0]:.10g} to {known[-1]:.10g} s, got "
+            f"{t[k]:.10g} s at index {k}; drop such scans, or bring both to one clock"
+        )
+    theta = np.interp(t, known, np.unwrap(rows[:, 2]))
+    x, y = (np.interp(t, known, rows[:, axis]) for axis in (0, 1))
+    return np.column_stack([x, y, wrap(theta)])
+
+
+def seconds_outside(stamps: FloatArray, times: FloatArray) -> FloatArray:
+    """Time [s] from each stamp to the span of the sorted times; 0 or less inside it."""
+    return np.asarray(np.maximum(times[0] - stamps, stamps - times[-1]))

@@ -73,10 +73,6 @@ def lesson_world(count: int, rng: np.random.Generator | int) -> FloatArray:
     rng : numpy.random.Generator or int
         A generator, or the seed of one.
 
-    Returns
-    -------
-    ndarray, shape (N, 2)
-        World points in metres; N is `count` where 4 divides it.
     """
     check_count(count, "count", at_least=4)
     rng = np.random.default_rng(rng)

@@ -47,7 +47,6 @@ class Lidar:
     dropout_ratio : float
         The fraction in [0, 1] of beams that never come back.
 
-
     Examples
     --------
     >>> np.degrees(Lidar(beam_count=3, field_of_view=np.pi).angles).tolist()
@@ -112,7 +111,6 @@ def cast(
     Scan
         With all beams' `ranges` (infinity for a no-return) and `angles`.
 
-
     Examples
     --------
     >>> from labkit.simulation import room
@@ -140,21 +138,12 @@ def scan_along(
 
     Parameters
     ----------
-    world : World
-        Walls and moving objects.
+    world, lidar, rng
+        As for `cast`.
     poses : array_like, shape (K, 3)
         Rows (x [m], y [m], θ [rad]) of the scanner in the world frame.
-    lidar : Lidar
-        Properties of the scanner.
-    rng : numpy.random.Generator or int
-        A generator, or the seed of one.
     stamps : array_like, shape (K,), optional
         Times in seconds; ten scans per second from 0 on by default.
-
-    Returns
-    -------
-    list of Scan
-        K scans, the oldest first.
     """
     checked = as_poses(poses, "poses")
     times = (
@@ -179,26 +168,8 @@ def first_hits(segments: FloatArray, T_world_scanner: FloatArray, angles: FloatA
     beam crosses it where `across` has gone linearly to zero. One comparison per end
     point decides the side, so two segments that share an end leave no gap between them.
 
-    Parameters
-    ----------
-    segments : ndarray, shape (M, 2, 2)
-        End points in metres in the world frame.
-    T_world_scanner : ndarray, shape (3, 3)
-        Pose of the scanner.
-    angles : ndarray, shape (B,)
-        Directions of the beams in the scanner's frame in radians.
-
-    Returns
-    -------
-    ndarray, shape (B,)
-        Metres; infinity where a beam meets nothing. A segment seen exactly edge-on is
-        infinitely thin and returns nothing.
-
-    Examples
-    --------
-    >>> wall = np.array([[[2.0, -1.0], [2.0, 1.0]]])
-    >>> first_hits(wall, np.eye(3), np.array([0.0, np.pi])).tolist()
-    [2.0, inf]
+    The segments are (M, 2, 2) [m] in the world, the B angles [rad] in the scanner's frame. The
+    distance is infinite where a beam meets nothing, or a segment exactly edge-on.
     """
     x, y, heading = to_xytheta(T_world_scanner)
     beam_x, beam_y = np.cos(heading + angles)[:, None], np.sin(heading + angles)[:, None]

@@ -74,7 +74,6 @@ def wheel_increments(
         Row k is (Δx [m], Δy [m], Δθ [rad]) of pose k + 1 in the frame of pose k, with
         Δθ in (−π, π]: the prior for the scan k + 1 → scan k transform.
 
-
     References
     ----------
     .. [1] Thrun, Burgard, Fox, "Probabilistic Robotics", MIT Press, 2005, section 5.4.

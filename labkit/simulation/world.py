@@ -51,13 +51,6 @@ class World:
         The walls: M pairs of end points in metres in the world frame.
     moving : tuple of MovingObject
         Moving objects; none by default.
-
-
-    Examples
-    --------
-    >>> wall = World(segments=polyline([[1.0, -1.0], [1.0, 1.0]]))
-    >>> wall.at(0.0).shape
-    (1, 2, 2)
     """
 
     segments: FloatArray

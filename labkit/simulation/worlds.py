@@ -17,18 +17,8 @@ def room(width: float = WIDTH, depth: float = DEPTH) -> World:
     """A room around the origin that looks the same from no two places.
 
     An alcove, a cut corner and a pillar break the rectangle's symmetry, so a scan tells
-    where it was taken, and which way the scanner looked. The alcove lies beyond the depth,
-    by an eighth of it.
-
-    Parameters
-    ----------
-    width, depth : float
-        Extent along x and along y in metres.
-
-    Examples
-    --------
-    >>> room().segments.shape
-    (13, 2, 2)
+    where it was taken, and which way the scanner looked. The width [m] lies along
+    x, the depth [m] along y; the alcove reaches beyond it by an eighth.
     """
     _check_lengths(width=width, depth=depth)
     x, y = width / 2.0, depth / 2.0
@@ -42,27 +32,16 @@ def room(width: float = WIDTH, depth: float = DEPTH) -> World:
 
 
 def corner(width: float = WIDTH, depth: float = DEPTH) -> World:
-    """The lesson's L as solid walls, from the origin along x and along y.
-
-    Parameters
-    ----------
-    width, depth : float
-        Lengths in metres of the wall along x and of the wall along y.
-    """
+    """The lesson's L as solid walls [m], from the origin along x and along y."""
     _check_lengths(width=width, depth=depth)
     return World(segments=polyline([[width, 0.0], [0.0, 0.0], [0.0, depth]]))
 
 
 def corridor(width: float = 2.0, length: float = 200.0) -> World:
-    """Two parallel walls along x, centred at the origin, and nothing else.
+    """Two parallel walls along x [m], centred at the origin, and nothing else.
 
     As long as both ends are out of reach, every place along it looks the same: no scan
     tells how far the robot drove (problem 4 of the lesson).
-
-    Parameters
-    ----------
-    width, length : float
-        Metres.
     """
     _check_lengths(width=width, length=length)
     x, y = length / 2.0, width / 2.0

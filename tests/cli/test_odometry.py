@@ -117,7 +117,7 @@ def test_the_head_of_killian_against_its_reference(run, files):
         (("{log}", "--plot", "."), "cannot write .: it is a directory"),
         (("{log}", "--out", "a", "--quality", "./a"), "cannot write ./a: it is written by this"),
         (("{pair}", "--out", "pair.log"), "cannot write pair.log: it is the log itself"),
-        (("{log}", "--prior", "simulated"), "no reference to simulate wheels from"),
+        (("{log}", "--prior", "simulated"), "holds no reference for `--prior simulated`"),
         (("{pair}", "--prior", "log"), "holds no odometry for `--prior log`"),
         (("{points}", "--scans", "2"), "a single scan; a motion needs two"),
         (("{binary}",), "unknown format"),

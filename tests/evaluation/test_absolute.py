@@ -49,7 +49,7 @@ def test_a_robot_that_stays_has_no_rigid_alignment(poses):
 @pytest.mark.parametrize(
     ("estimate", "reference", "message"),
     [
-        (np.zeros((2, 3)), np.zeros((3, 3)), "same length, got 2 and 3 poses; pair them by"),
+        (np.zeros((2, 3)), np.zeros((3, 3)), "same length, got 2 and 3 rows"),
         (np.zeros((2, 2)), np.zeros((2, 3)), r"`estimate` must have shape \(K, 3\), .*\(2, 2\)"),
         (np.zeros((0, 3)), np.zeros((0, 3)), r"`estimate` needs at least 1 pose, got 0"),
         (np.zeros((1, 3)), [[0, math.nan, 0]], r"`reference` must be finite, got .* at index 0"),

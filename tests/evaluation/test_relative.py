@@ -59,5 +59,5 @@ def test_parameters_out_of_range(settings, message):
 
 
 def test_lengths_must_agree():
-    with pytest.raises(InvalidPointsError, match="same length, got 10 and 11 poses"):
+    with pytest.raises(InvalidPointsError, match="same length, got 10 and 11 rows"):
         rpe(STRAIGHT[1:], STRAIGHT)

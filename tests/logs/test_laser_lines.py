@@ -2,7 +2,6 @@
 
 import math
 import sys
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ import pytest
 from labkit.errors import InvalidParameterError, LogError
 from labkit.extras import MissingExtraError
 from labkit.logs import read_log
-from labkit.logs.killian import killian_archive
 from labkit.se2 import from_xytheta, relative, to_xytheta, transform, wrap
 
 FOUR = [1.0, 2.0, 3.0, 4.0]
@@ -99,9 +97,7 @@ FLASER_DAMAGE = [
     (lambda f: [*f[:3], "2..0", *f[4:]], "range 2 is '2..0', expected a number"),
     (lambda f: [*f[:8], "inf", *f[9:]], "theta of the laser pose is 'inf', expected a finite"),
     (lambda f: [*f[:9], "2e9", *f[10:]], "the robot pose is (2e+09, 0), expected to lie within"),
-    (lambda f: [*f[:8], "1e7", *f[9:]], "theta of the laser pose is 1e+07, expected at most 1e+06"),
     (lambda f: [*f[:12], "never", *f[13:]], "the timestamp beside host 'host' is 'never'"),
-    (lambda f: [*f[:12], "1e21", *f[13:]], "'host' is '1e21', expected at most 1e+20 s"),
 ]
 ROBOTLASER_DAMAGE = [
     (lambda f: f[:11], "the line ends before the number of remissions"),
@@ -133,7 +129,7 @@ def test_a_damaged_line_is_skipped_or_raised_by_its_number(save, request, word, 
     ("text", "message"),
     [
         ("ODOM 1 2 3 0 0 0 5.0 host 6.0\n", r"a carmen log without any scan, expected FLASER"),
-        ("PARAM x\nFLASER 180\n", r"1 damaged line was skipped, the first is 2: 2 fields"),
+        ("PARAM x\nFLASER 180\n", r"1 damaged, the first is 2: 2 fields"),
         ("VERTEX_SE2 0 0 0 0\n", "a g2o log without any scan, expected a ROBOTLASER1 line below"),
     ],
 )
@@ -195,14 +191,13 @@ def test_a_laser_pose_that_leaves_the_robot_is_a_correction(save, flaser, count)
 
 @pytest.mark.parametrize("mount", [(0.0, 0.0, 0.0), (0.092, 0.0, 0.0), (-0.2, 0.1, math.pi)])
 @pytest.mark.parametrize("field", range(6, 12))
-def test_one_damaged_pose_makes_no_correction_and_is_told(save, flaser, mount, field):
+def test_one_damaged_pose_makes_no_correction(save, flaser, mount, field):
     lines = carmen(flaser, mounted(mount).round(6), ROBOT.round(6)).splitlines(keepends=True)
     whole = read_log(save("".join(lines)))
     fields = lines[3].split()
     fields[field] = str(float(fields[field]) + 101.5)
     log = read_log(save("".join([*lines[:3], " ".join(fields) + "\n", *lines[4:]])))
     assert log.reference is None
-    assert "on the robot in 1 of 6 lines, first in line 4: (" in log.remarks[0]
     others = np.arange(6) != 3
     assert (log.odometry[others] == whole.odometry[others]).all()
 
@@ -256,16 +251,6 @@ def test_a_scan_whose_vertex_is_damaged_is_skipped_with_it(save, robotlaser):
     ]
 
 
-def test_poses_beyond_100_km_are_told(save, flaser, robotlaser):
-    path = save(flaser(FOUR, ipc=1.0) + flaser(FOUR, (4.5e6, 1.0, 0.0), ipc=2.0))
-    assert read_log(path).remarks == (
-        "the robot's pose lies beyond 100 km in 1 of 2 lines, the first is 2: (4.5e+06, 1)",
-    )
-    far = [(0.0, 0.0, 0.0), (0.0, 4.5e6, 0.0)]
-    remarks = read_log(save(graph(robotlaser, far, STRAIGHT))).remarks
-    assert "the vertex lies beyond 100 km in 1 of 2 lines, the first is 4: (0, 4.5e+06)" in remarks
-
-
 # The built-in run
 
 
@@ -300,10 +285,3 @@ def test_a_missing_package_is_named_with_its_remedy(monkeypatch):
     monkeypatch.setitem(sys.modules, "rtbdata", None)
     with pytest.raises(MissingExtraError, match=r'rtb-data, .* install "labkit\[killian\]"$'):
         read_log("killian")
-
-
-def test_a_package_without_the_file(monkeypatch, tmp_path):
-    spec = SimpleNamespace(submodule_search_locations=[tmp_path])
-    monkeypatch.setattr("labkit.logs.killian.find_spec", lambda name: spec)
-    with pytest.raises(LogError, match=r"data/killian\.g2o\.zip of rtb-data, which came without"):
-        killian_archive()

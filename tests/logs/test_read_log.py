@@ -67,8 +67,8 @@ UNREADABLE = [
     (b"PK\x03\x04", "f: the archive cannot be unpacked: File is not a zip file; get it again"),
     (b"\x7fELF\0\0\0", "f: unknown format, the file begins with binary data; labkit reads CARMEN"),
     (b"Dear reader,\n", r"f: unknown format, the file begins with 'Dear reader,'; .*from_ranges"),
-    (zipped({}), r"f: a zip archive must hold exactly one log, got 0 \(none\)"),
-    (zipped({"a": "x", "b": "y"}), r"exactly one log, got 2 \(a, b\); unpack it and name one file"),
+    (zipped({}), r"f: a zip archive must hold exactly one log, got 0"),
+    (zipped({"a": "x", "b": "y"}), r"exactly one log, got 2; unpack it and name one file"),
     (encrypted(), "f: the archive cannot be unpacked: .*encrypted"),
 ]
 
@@ -79,7 +79,7 @@ def test_a_file_that_is_no_log(save, content, message):
         read_log(save(content, "f"))
 
 
-def test_paths_with_nothing_to_read(tmp_path, save, monkeypatch):
+def test_paths_with_nothing_to_read(tmp_path, save):
     with pytest.raises(LogError, match=r"gone\.log: no such file"):
         read_log(tmp_path / "gone.log")
     with pytest.raises(LogError, match="is a directory, expected a file"):
@@ -88,9 +88,6 @@ def test_paths_with_nothing_to_read(tmp_path, save, monkeypatch):
         read_log(save("x") / "inside.log")
     with pytest.raises(LogError, match=r"cannot be read: .*null"):
         read_log("a\0b")
-    monkeypatch.setattr(os, "stat", lambda path: (_ for _ in ()).throw(PermissionError(13, "no")))
-    with pytest.raises(LogError, match=r"run\.log: no permission to read it"):
-        list(lines.read_lines(lines.DamageReport("run.log", strict=False)))
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs a pipe with a name")
@@ -110,8 +107,7 @@ def test_a_laser_offset_that_is_none(save, run, offset):
 
 @pytest.mark.parametrize("parameter", ["topic", "odometry_topic"])
 def test_topics_are_for_bags(save, run, parameter):
-    message = rf"run\.log: `{parameter}` is '/scan', but the file is no ROS bag; leave it out"
-    with pytest.raises(LogError, match=message):
+    with pytest.raises(LogError, match=rf"run\.log: is no ROS bag; leave .*`{parameter}`"):
         read_log(save(run), **{parameter: "/scan"})
 
 
@@ -156,58 +152,40 @@ def test_garbage_raises_nothing_but_log_errors(scratch, magic, garbage, strict):
     assert len(log) > 0
 
 
-@pytest.mark.parametrize("ends", ["\n", "\r\n", ""])
-def test_a_line_that_is_too_long_is_one_damaged_line(save, flaser, ends, monkeypatch):
+def test_a_line_that_is_too_long_is_refused(save, flaser, monkeypatch):
     monkeypatch.setattr(lines, "MAX_LINE_BYTES", 1000)
-    good = flaser([1.0, 2.0])
-    path = save(good + "9" * 5000 + ends + (good if ends else ""))
-    log = read_log(path)
-    assert len(log) == (2 if ends else 1)
-    assert [str(each) for each in log.skipped] == [f"{path}:2: a line of more than 1,000 bytes"]
-    with pytest.raises(LogError, match=r"run\.log:2: a line of more than 1,000 bytes"):
-        read_log(path, strict=True)
+    path = save(flaser([1.0, 2.0]) + "9" * 5000)
+    with pytest.raises(LogError, match=r"run\.log:2: more than 1,000 bytes"):
+        read_log(path)
 
 
 @pytest.mark.parametrize("packing", ["plain", "gzip", "zip"])
-def test_a_file_that_is_too_large_is_refused_with_the_way_out(save, run, packing):
+def test_a_file_that_is_too_large_is_refused_with_the_way_out(save, run, packing, monkeypatch):
     path = save(PACKINGS[packing](run))
     size = len(run.encode())
-    assert len(read_log(path, max_bytes=size)) == 5
-    with pytest.raises(LogError, match=rf"more than {size - 1} bytes, unpacked;.*`max_bytes`"):
-        read_log(path, max_bytes=size - 1)
-
-
-def test_a_file_of_too_many_lines_is_refused(save, run, monkeypatch):
-    monkeypatch.setattr(lines, "MAX_LINES", 6)
-    with pytest.raises(LogError, match="more than 6 lines"):
-        read_log(save(run))
+    monkeypatch.setattr(lines, "MAX_BYTES", size)
+    assert len(read_log(path)) == 5
+    monkeypatch.setattr(lines, "MAX_BYTES", size - 1)
+    with pytest.raises(LogError, match=rf"more than {size - 1} bytes, unpacked; cut it in pieces"):
+        read_log(path)
 
 
 @pytest.mark.parametrize("content", [bytes(64 << 20), (b"# " + 1000 * b"x" + b"\n") * 20_000])
-def test_a_bomb_takes_little_memory(save, content):
+def test_a_bomb_takes_little_memory(save, content, monkeypatch):
+    monkeypatch.setattr(lines, "MAX_BYTES", 32 << 20)
     path = save(gzip.compress(content))
     tracemalloc.start()
     try:
-        with pytest.raises(LogError, match=r"unknown format|more than 33,554,432 bytes"):
-            read_log(path, max_bytes=32 << 20)
+        with pytest.raises(LogError, match=r"unknown format|more than .* bytes"):
+            read_log(path)
         assert tracemalloc.get_traced_memory()[1] < 24 << 20
     finally:
         tracemalloc.stop()
 
 
-@pytest.mark.parametrize("number", ["1_000", "١٢", "１２", "1_0.5"])
-def test_digits_are_ascii_and_not_grouped(save, flaser, number):
-    for place in (3, 6, 12):
-        fields = flaser([1.0, 2.0, 3.0, 4.0]).split()
-        fields[place] = number
-        log = read_log(save(" ".join(fields) + "\n" + flaser([1.0, 2.0])))
-        assert [skipped.line for skipped in log.skipped] == [1]
-        assert repr(number) in log.skipped[0].reason
-
-
 def test_a_message_stays_short(save, flaser):
     fields = flaser([1.0, 2.0]).split()
-    fields[-2:] = "h" * 3000, "9" * 3000
+    fields[-3:-1] = "9" * 3000, "h" * 3000
     assert len(read_log(save(flaser([1.0] * 2) + " ".join(fields))).skipped[0].reason) <= 180
 
 

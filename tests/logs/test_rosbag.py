@@ -1,6 +1,4 @@
-import contextlib
 import math
-import sqlite3
 import sys
 
 import numpy as np
@@ -200,7 +198,7 @@ def test_bags_without_scans(bag):
 def test_bags_without_a_usable_scan_or_pose(bag):
     bag.scan(10.0)
     bag.odometry(90.0, 0.0, 0.0, 0.0)
-    with pytest.raises(LogError, match=r"no usable scan in the bag; 1 damaged line was skipped"):
+    with pytest.raises(LogError, match=r"no usable scan in the bag; 1 damaged, the"):
         read_log(bag.close())
 
 
@@ -261,11 +259,9 @@ def test_signalling_nan_and_huge_poses_pass_without_a_warning(bag):
         ((0.0, 0.0, 0.0, 0.0), "its quaternion has length 0, expected 1"),
         ((0.0, 0.0, 2.0, 2.0), "its quaternion has length 2.828, expected 1"),
         ((0.0, 0.0, math.nan, 1.0), "its quaternion has length nan, expected 1"),
-        ((1.0, 0.0, 0.0, 0.0), "it tilts the robot by 180°, expected at most 15°"),
-        ((0.0, math.sin(0.2), 0.0, math.cos(0.2)), "it tilts the robot by 22.9°"),
     ],
 )
-def test_a_quaternion_that_is_none_or_tilts_the_robot_is_damage(bag, orientation, reason):
+def test_a_quaternion_that_is_none_is_damage(bag, orientation, reason):
     bag.scan(10.0)
     bag.odometry(10.0, 5.0, 0.0, 0.0, orientation=dict(zip("xyzw", orientation, strict=True)))
     bag.odometry(10.0, 1.0, 0.0, 0.0)
@@ -282,29 +278,9 @@ def test_an_odometry_that_falls_silent_is_told(bag):
     for stamp in (10.0, 50.0, 60.0, 110.25):
         bag.scan(stamp)
     assert read_log(bag.close()).remarks == (
-        "the odometry is silent 1 times, for 100.0 s at the longest, from 10.2 s on; the poses "
-        "of 2 scans in it are interpolated",
+        "the odometry is silent for 100.0 s from 10.2 s on; the poses of scans in it are "
+        "interpolated",
     )
-
-
-def test_a_bag_whose_topic_is_no_text(tmp_path):
-    bag = Bag(tmp_path / "run", 2)
-    bag.scan(10.0)
-    (storage,) = bag.close().glob("*.db3")
-    with contextlib.closing(sqlite3.connect(storage)) as database, database:
-        database.execute("UPDATE topics SET name = x'ff00'")
-    with pytest.raises(LogError, match=r"run_?.*: "):
-        read_log(storage)
-
-
-def test_metadata_without_end(tmp_path):
-    bag = Bag(tmp_path / "run", 2)
-    bag.scan(10.0)
-    path = bag.close()
-    with (path / "metadata.yaml").open("a") as file:
-        file.write("# " + "x" * (1 << 23))
-    with pytest.raises(LogError, match=r"run: metadata\.yaml has more than 8,388,608 bytes"):
-        read_log(path)
 
 
 def test_a_bag_that_fails_without_a_word_names_the_error(any_bag, monkeypatch):

@@ -67,7 +67,6 @@ def test_comments_and_gzip(save):
         ("1 2 x 0 0 0 0 1", "ty is 'x', expected a finite number"),
         ("nan 2 3 0 0 0 0 1", "timestamp is 'nan', expected a finite number"),
         ("1 1e10 3 0 0 0 0 1", "the position is (1e+10, 3), expected to lie within 1e+09 m"),
-        ("-1e300 2 3 0 0 0 0 1", "timestamp is '-1e300', expected at most 1e+20 s"),
         ("1 2 3 0 0 0 0 0", "the quaternion has length 0, expected 1"),
         ("1 2 3 0 0 0 1 1", "the quaternion has length 1.414, expected 1"),
         (f"1 2 3 0 {HALF} 0 0 {HALF}", "a rotation out of the plane, qx = 0.707107 and qy = 0"),
