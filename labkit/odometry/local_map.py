@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -39,20 +39,11 @@ class MapParameters:
         A key scan keeps one point in each square of this size [m]; 0 keeps them all.
     """
 
-    key_scans: int = field(default=30, metadata={"help": "key scans that the map holds"})
-    key_distance: float = field(
-        default=0.3, metadata={"unit": "m", "help": "way after which a scan is a key scan"}
-    )
-    key_rotation: float = field(
-        default=math.radians(20.0),
-        metadata={"unit": "rad", "help": "turn after which a scan is a key scan"},
-    )
-    key_overlap: float = field(
-        default=0.5, metadata={"help": "share of inliers below which a scan is a key scan"}
-    )
-    map_cell: float = field(
-        default=0.05, metadata={"unit": "m", "help": "cell of which a key scan keeps one point"}
-    )
+    key_scans: int = 30
+    key_distance: float = 0.3
+    key_rotation: float = math.radians(20.0)
+    key_overlap: float = 0.5
+    map_cell: float = 0.05
 
     def __post_init__(self) -> None:
         check_count(self.key_scans, "key_scans", at_least=1)
@@ -77,12 +68,7 @@ class LastScan:
 class LocalMap:
     """The last key scans as one target, in the frame of the newest of them.
 
-    Attributes
-    ----------
-    target : Target or None
-        The map; None before the first scan that has points.
-    T_target_last : ndarray, shape (3, 3)
-        The pose of the scan before, from which the next one starts.
+    `T_target_last` is the pose of the scan before, from which the next one starts.
     """
 
     def __init__(self, parameters: MapParameters) -> None:
@@ -132,13 +118,7 @@ class LocalMap:
 
 
 def first_of_each_cell(points: FloatArray, cell: float) -> BoolArray:
-    """Which of the points (N, 2) come first in their square of side `cell` [m]; 0: all do.
-
-    Examples
-    --------
-    >>> first_of_each_cell(np.array([[0.01, 0.0], [0.02, 0.0], [0.06, 0.0]]), 0.05).tolist()
-    [True, False, True]
-    """
+    """Which of the points (N, 2) come first in their square of side `cell` [m]; 0: all do."""
     first = np.ones(len(points), dtype=np.bool_)
     if cell > 0.0:
         column, row = np.floor(points / cell).T

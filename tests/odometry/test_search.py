@@ -8,7 +8,7 @@ import pytest
 
 from labkit import Scan, Target
 from labkit.odometry import Decision, OdometryParameters, estimate_odometry, estimate_step
-from labkit.odometry.agreement import CLEARANCE, seen_through
+from labkit.odometry.agreement import CLEARANCE, beams_of, seen_through
 from labkit.odometry.search import SPREAD, LikelihoodField, alike, mean_values, search
 from labkit.odometry.step import ALIKE
 from labkit.se2 import apply, from_xytheta, relative, to_xytheta
@@ -100,17 +100,17 @@ def test_a_coarse_cell_promises_at_least_what_it_stands_for():
 def test_beams_look_through_a_wall_that_is_not_there():
     wall = np.column_stack([np.full(41, 4.0), np.linspace(-1.0, 1.0, 41)])
     curtain = wall * [0.5, 0.4]
-    source = Scan.from_points(wall)
-    assert seen_through(source, wall, np.eye(3)) == 0.0
-    assert seen_through(source, curtain, np.eye(3)) == 1.0
+    beams = beams_of(Scan.from_points(wall))
+    assert seen_through(*beams, wall, np.eye(3)) == 0.0
+    assert seen_through(*beams, curtain, np.eye(3)) == 1.0
     both = np.vstack([wall, curtain])
-    assert seen_through(source, both, np.eye(3)) == pytest.approx(0.5, abs=0.02)
+    assert seen_through(*beams, both, np.eye(3)) == pytest.approx(0.5, abs=0.02)
     hidden = apply(from_xytheta([9.0, 0.0, 0.0]), wall)
-    assert math.isnan(seen_through(source, hidden, np.eye(3)))
-    assert math.isnan(seen_through(source, -wall, np.eye(3)))  # behind the scanner
+    assert math.isnan(seen_through(*beams, hidden, np.eye(3)))
+    assert math.isnan(seen_through(*beams, -wall, np.eye(3)))  # behind the scanner
     back = from_xytheta([-2.0 * CLEARANCE, 0.0, 0.0])
-    assert seen_through(source, apply(back, wall), back) == 0.0  # the wall moved along
-    assert seen_through(source, apply(back, wall), np.eye(3)) > 0.9
+    assert seen_through(*beams, apply(back, wall), back) == 0.0  # the wall moved along
+    assert seen_through(*beams, apply(back, wall), np.eye(3)) > 0.9
 
 
 @pytest.mark.parametrize("motion", [degrees(motion) for motion in MOTIONS])
