@@ -115,8 +115,7 @@ def _information(covariance: FloatArray, seen: FloatArray, free: FloatArray) -> 
     """The inverse where the pairs see, whatever a motion does along the free directions."""
     coordinates = np.linalg.inv(np.column_stack([seen, free]))[: seen.shape[1]]
     measured = coordinates @ covariance @ coordinates.T
-    information: FloatArray = coordinates.T @ np.linalg.solve(measured, coordinates)
-    return information
+    return np.asarray(coordinates.T @ np.linalg.solve(measured, coordinates))
 
 
 def _measured(
@@ -165,8 +164,7 @@ def _slip(
     surface = np.concatenate([[0], np.cumsum(bent | apart)])
     of_surface = np.zeros((surface[-1] + 1, 3))
     np.add.at(of_surface, surface, pull)
-    spread: FloatArray = of_surface.T @ of_surface
-    return spread
+    return np.asarray(of_surface.T @ of_surface)
 
 
 def _seen_and_free(result: IcpResult) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -222,8 +220,7 @@ def _ranges(points: FloatArray) -> FloatArray:
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
     """Row by row a·b."""
-    product: FloatArray = (a * b).sum(axis=1)
-    return product
+    return np.asarray((a * b).sum(axis=1))
 
 
 def _perpendicular(v: FloatArray) -> FloatArray:

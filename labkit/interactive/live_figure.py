@@ -1,7 +1,6 @@
 """Figures that the page computes anew at each move of a slider, with a kernel or without one.
 
-What a figure computes is written in JavaScript, in ``models.js``, upon the explorer's modules.
-The tests hold it to labkit.
+What a figure computes is written in ``models.js``; the tests hold it to labkit.
 """
 
 from __future__ import annotations

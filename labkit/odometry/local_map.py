@@ -1,10 +1,8 @@
 """What the next scan is matched against: the scan before it, or a map of the last key scans.
 
-When each scan is matched to the one before, every step adds its own error to the pose. With
-a map, errors add up from one key scan to the next, and not from one scan to the next. The
-map consists of the points of the last key scans, moved to where those scans were taken. Each
-point keeps the normal from its own scan: if two views of a wall lie a centimetre apart, a
-line through the mixture could have any direction.
+Against a map, errors add up from one key scan to the next, and not from one scan to the next.
+Each point of the map keeps the normal from its own scan: if two views of a wall lie a
+centimetre apart, a line through the mixture could have any direction.
 """
 
 from __future__ import annotations
@@ -30,11 +28,9 @@ class MapParameters:
     ----------
     key_scans : int
         How many key scans the map holds: its memory, however long the robot drives.
-    key_distance, key_rotation : float
-        A scan becomes a key scan when it is this far from the last one [m] or turned by
-        this much [rad],
-    key_overlap : float
-        or when less than this share of its points found a partner in the map.
+    key_distance, key_rotation, key_overlap : float
+        A scan becomes a key scan when it is this far from the last one [m], or turned by
+        this much [rad], or when less than this share of its points has a partner in the map.
     map_cell : float
         A key scan keeps one point in each square of this size [m]; 0 keeps them all.
     """
@@ -54,14 +50,14 @@ class MapParameters:
 
 
 class LastScan:
-    """Scan to scan: the target is the scan before, wherever that was taken."""
+    """Scan to scan: the target is the scan before, however it was reached."""
 
     def __init__(self) -> None:
         self.target: Target | None = None
         self.T_target_last = np.eye(3)
 
     def add(self, scan: Scan, increment: FloatArray, overlap: float) -> None:
-        """Take the newest scan for the target; how it was reached does not matter."""
+        """Take the newest scan for the target."""
         self.target = Target(scan) if len(scan) >= MIN_PAIRS else None
 
 
@@ -78,11 +74,7 @@ class LocalMap:
         self._sizes: deque[int] = deque()  # points of each key scan, the oldest first
 
     def add(self, scan: Scan, increment: FloatArray, overlap: float) -> None:
-        """Note that the newest scan was taken one `increment` (Δx, Δy, Δψ) further on.
-
-        It becomes a key scan where it is far from the last one, or where less than
-        `key_overlap` of it is on the map, as its `overlap` says; NaN counts as nothing.
-        """
+        """Take the newest scan, one `increment` (Δx, Δy, Δψ) on; an `overlap` of NaN is none."""
         self.T_target_last = self.T_target_last @ from_xytheta(increment)
         if len(scan) < MIN_PAIRS:
             return

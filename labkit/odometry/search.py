@@ -103,22 +103,10 @@ class LikelihoodField:
 _fields: WeakKeyDictionary[Target, LikelihoodField] = WeakKeyDictionary()
 
 
-def field_of(target: Target) -> LikelihoodField:
-    """The field of a target's points, made when it is first asked for."""
-    if target not in _fields:
-        _fields[target] = LikelihoodField.of(target.points)
-    return _fields[target]
-
-
 def search(
-    source: Scan,
-    field: LikelihoodField,
-    T_target_source: FloatArray,
-    window: tuple[float, float],
-    *,
-    count: int = STARTS,
+    source: Scan, target: Target, T_target_source: FloatArray, window: tuple[float, float]
 ) -> list[FloatArray]:
-    """At most `count` poses where ICP is worth trying, the best first, apart from each other.
+    """At most `STARTS` poses where ICP is worth trying, the best first, apart from each other.
 
     The window reaches [m] along x and y, and [rad], to either side of `T_target_source`.
     """
@@ -126,6 +114,9 @@ def search(
     points = points[:: max(1, math.ceil(len(points) / MOST_POINTS))]
     if len(points) == 0:
         return []
+    if target not in _fields:
+        _fields[target] = LikelihoodField.of(target.points)
+    field = _fields[target]
     x, y, turn = to_xytheta(T_target_source).tolist()
     shifts = COARSE * _square(math.ceil(window[0] / (COARSE * CELL)))
     most = math.ceil(window[1] / TURN)
@@ -133,7 +124,7 @@ def search(
     scores = mean_values(field.coarse, field.cells(_turned(points, turns) + middle), shifts)
     best = np.argsort(scores, axis=None)[::-1][:PROMISING]
     i, j = np.unravel_index(best, scores.shape)
-    return apart(_finely(points, field, turns[i], middle + CELL * shifts[j]), count)
+    return apart(_finely(points, field, turns[i], middle + CELL * shifts[j]), STARTS)
 
 
 def _finely(
@@ -156,9 +147,7 @@ def apart(poses: Iterable[FloatArray], count: int) -> list[FloatArray]:
     """The first `count` poses that are not alike one before them."""
     chosen: list[FloatArray] = []
     for T in poses:
-        if len(chosen) == count:
-            break
-        if not any(alike(T, other) for other in chosen):
+        if len(chosen) < count and not any(alike(T, other) for other in chosen):
             chosen.append(T)
     return chosen
 
@@ -199,8 +188,7 @@ def _surprise(T: FloatArray, expected: FloatArray, free: FloatArray | None = Non
     turn = relative(T, expected)
     turned = np.arctan2(turn[:, 1, 0], turn[:, 0, 0]) / USUAL[1]
     moved = np.hypot(apart[:, 0], apart[:, 1]) / USUAL[0]
-    surprise: FloatArray = moved**2 + turned**2 + AGE * np.arange(len(expected))
-    return surprise
+    return np.asarray(moved**2 + turned**2 + AGE * np.arange(len(expected)))
 
 
 def _turned(points: FloatArray, angles: FloatArray) -> FloatArray:

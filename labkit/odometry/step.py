@@ -38,15 +38,7 @@ from labkit.icp import icp
 from labkit.odometry.agreement import THROUGH, beams_of, misfit, seen_through
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.sanity import motion_complaints, quality_complaints
-from labkit.odometry.search import (
-    STARTS,
-    alike,
-    apart,
-    completed,
-    field_of,
-    search,
-    unlikeliness,
-)
+from labkit.odometry.search import STARTS, alike, apart, completed, search, unlikeliness
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
 from labkit.schedule import CLOSE_GATE
@@ -54,8 +46,7 @@ from labkit.se2 import from_xytheta, invert, to_xytheta
 from labkit.target import Target
 
 STILL = np.zeros(3)
-AT_TARGET = np.eye(3)
-NOTHING = np.empty((0, 3))
+AT_TARGET, NOTHING = np.eye(3), np.empty((0, 3))
 DOUBTFUL = 0.6  # agreement below which a search says if there is a better match
 SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
 SAME = 0.01  # scores of one place that differ by less: whichever was tried first
@@ -92,10 +83,8 @@ class StepRecord:
 
     Attributes
     ----------
-    increment : ndarray, shape (3,)
-        (Δx, Δy, Δψ) taken, in the frame of scan k, [m, m, rad].
-    decision : Decision
-        Where it came from.
+    increment, decision : ndarray, shape (3,), and Decision
+        (Δx, Δy, Δψ) taken, in the frame of scan k, [m, m, rad], and where it came from.
     reason : str
         The checks that failed on the way; empty where the first match passed.
     inlier_count, inlier_ratio, rotation : float
@@ -107,12 +96,10 @@ class StepRecord:
     agreement : float
         1 where all of the scan lies on the target, 0 where none of it does, and less where
         its beams look through the target; −∞ where the match failed.
-    margin : float
+    margin, ambiguous : float, bool
         By how much the match agrees better than the best one that ended elsewhere and passes
-        the checks; NaN where there is none.
-    ambiguous : bool
-        Whether `margin` is too small to tell which match is right. Then the prior is taken;
-        without one, the match nearest to the expected motion.
+        the checks, NaN without one; and whether that is too little to tell which is right.
+        Then the prior is taken; without one, the match nearest to the expected motion.
     against_prior : bool
         Whether the match was believed although it lies beyond the limits around the prior.
     information, degenerate : float, bool
@@ -242,7 +229,7 @@ class _Step:
     def judged(self, result: IcpResult, decision: Decision) -> _Match:
         """The motion of a match (B), and every sanity check that it fails (D)."""
         T, told, limits = result.T_target_source, result.parameters, self.parameters.limits
-        increment = to_xytheta(self._T_last_target @ T)
+        increment = to_xytheta(invert(self.T_target_last) @ T)
         record = StepRecord(
             increment=increment,
             decision=decision,
@@ -259,7 +246,7 @@ class _Step:
         pairs, seen = result.correspondences, result.observability
         gate, delta = told.max_correspondence_distance, told.huber_delta
         gate = min(gate, CLOSE_GATE * delta) if told.approach else gate
-        through = seen_through(*self._beams, self._walls, np.array(T))
+        through = seen_through(*self._view, np.array(T))
         agreement = 1.0 - misfit(np.array(pairs.distances), np.array(pairs.residuals), gate, delta)
         agreement -= THROUGH * (0.0 if math.isnan(through) else through)
         record = replace(
@@ -291,22 +278,14 @@ class _Step:
             return
         if self.prior is None:
             middle, window = self.T_target_last, (limits.max_translation, limits.max_rotation)
-        found = search(self.source, field_of(self.target), middle, window)
+        found = search(self.source, self.target, middle, window)
         for T_guess in [*apart(self.expected, STARTS // 2), *found]:
             if not any(each.ends_at(T_guess) for each in tried):
                 tried.append(self.match(T_guess, Decision.SEARCH))
 
     @cached_property
-    def _T_last_target(self) -> FloatArray:
-        return invert(self.T_target_last)
-
-    @cached_property
-    def _beams(self) -> tuple[FloatArray, FloatArray]:
-        return beams_of(self.source)
-
-    @cached_property
-    def _walls(self) -> FloatArray:
-        return np.array(self.target.points)
+    def _view(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        return *beams_of(self.source), np.array(self.target.points)
 
     @property
     def _completes(self) -> bool:
@@ -319,15 +298,11 @@ def _choose(tried: list[_Match], step: _Step) -> tuple[_Match, bool]:
     good = [each for each in tried if not each.complaints]
     best = _best(tried) if step.parameters.search else (good or tried)[-1]
     T, agreement = best.result.T_target_source, best.record.agreement
-    margin = agreement - max(
-        (each.record.agreement for each in good if not each.ends_at(T)), default=math.nan
-    )
+    others = [each.record.agreement for each in good if not each.ends_at(T)]
+    margin = agreement - max(others, default=math.nan)
     ambiguous = step.parameters.search and not best.complaints and margin < ALIKE
-    reasons = [
-        f"{bad.record.decision.value}: {', '.join(bad.complaints)}"
-        for bad in tried
-        if bad.complaints
-    ]
+    bad = [each for each in tried if each.complaints]
+    reasons = [f"{each.record.decision.value}: {', '.join(each.complaints)}" for each in bad]
     if ambiguous:
         reasons.append(f"ambiguous: it fits elsewhere, too ({margin:+.3f})")
     told = replace(best.record, margin=margin, ambiguous=ambiguous, reason="; ".join(reasons))

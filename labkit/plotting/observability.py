@@ -73,8 +73,7 @@ def motion_field(information: Information, direction: FloatArray, points: FloatA
     """How points (N, 2) move, to first order, along (Δx, Δy, ℓ Δψ), shape (N, 2) [m]."""
     arm = points - information.center
     turned = np.column_stack([-arm[:, 1], arm[:, 0]])
-    field: FloatArray = direction[:2] + direction[2] / information.length * turned
-    return field
+    return np.asarray(direction[:2] + direction[2] / information.length * turned)
 
 
 def _spread_out(points: FloatArray) -> FloatArray:

@@ -50,8 +50,7 @@ def plot_quality(
     records : sequence of StepRecord, length K
         The steps of an `OdometryResult`.
     stamps : array_like, shape (K,), optional
-        Times of the scans [s]; then the abscissa is the time since the first of them
-        instead of the number of the step.
+        Times of the scans [s], to draw over the time since the first and not over the steps.
     limits : SanityLimits, optional
         The limits that the steps were held to: dashed lines.
 
@@ -89,8 +88,7 @@ def _abscissa(count: int, stamps: ArrayLike | None) -> FloatArray:
             f"`stamps` must be {count} finite times, one a step, got shape {t.shape} "
             f"with {np.count_nonzero(~np.isfinite(t))} not finite"
         )
-    since_first: FloatArray = t - t[0]
-    return since_first
+    return np.asarray(t - t[0])
 
 
 def _draw_signal(

@@ -25,9 +25,8 @@ def plot_search_cells(
 ) -> Axes:
     """Draw how a KD-tree cuts the plane in two, again and again.
 
-    Each cut goes through the median of a cell's points, across their longer extent, which
-    need not be the cell's longer side. A query need not open a cell that begins farther away
-    than the nearest point: those it has to open are shaded.
+    Each cut goes through the median of a cell's points, across their longer extent. A query
+    need not open a cell that begins farther away than the nearest point; the others are shaded.
 
     Parameters
     ----------

@@ -80,15 +80,8 @@ def map_points(
 ) -> FloatArray:
     """The points of all scans in the world's frame, shape (P, 2) [m], in the order of the scans.
 
-    Parameters
-    ----------
-    poses : array_like, shape (K, 3)
-        Where each scan was taken, rows (x [m], y [m], θ [rad]).
-    scans : sequence of Scan, length K
-        The scans; one without points adds none.
-    range_max : float
-        Points farther than this from their scanner [m] are left out: a small error of
-        the heading throws them far.
+    Parameters are those of `plot_trajectory`: a small error of the heading throws points far
+    that lie beyond `range_max`.
     """
     rows = as_poses(poses, "poses")
     check_range(range_max, "range_max", above=0.0, unit="m")
@@ -102,5 +95,4 @@ def map_points(
     near = np.hypot(*points.T) <= range_max
     points, k = points[near], k[near]
     R = rotation(rows[:, 2])
-    world: FloatArray = np.einsum("nij,nj->ni", R[k], points) + rows[k, :2]
-    return world
+    return np.asarray(np.einsum("nij,nj->ni", R[k], points) + rows[k, :2])
