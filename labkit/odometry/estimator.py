@@ -61,11 +61,6 @@ class ScanMatchingOdometry:
             The newest scan, in metres.
         prior : array_like, shape (3,) or (3, 3), optional
             The increment (Δx, Δy, Δψ), or its transform, that wheels or an IMU report.
-
-        Returns
-        -------
-        StepRecord
-            The decision; for the very first scan it is ``Decision.START``.
         """
         expected = None if prior is None else as_row(prior, "prior")
         filtered = self.parameters.preprocessing(scan)

@@ -2,12 +2,9 @@
 
 ICP finds the answer that is nearest to its guess. Without wheels the guess is often nearer to
 another one. So the search tries all poses of a window, from coarse to fine. A table, made once
-per target, says for each place how near the target's points are. Each source point looks up
-the place where the pose puts it; the mean over the points is the pose's score.
-
-A coarse pose stands for all fine ones around it. Its table holds the best value within half a
-coarse step, so its score is at least as high as that of any of them, as in branch and
-bound [2]_.
+per target, says for each place how near the target's points are; a pose's score is the mean
+over the source's points. The coarse table holds the best value within half a coarse step, so a
+coarse score is at least as high as that of any fine pose around it, as in branch and bound [2]_.
 
 Scans leave some motions open: along a corridor any motion fits, and where two places look
 alike, both fit. Wheels tell the right one; without wheels, one of the last few motions does.
