@@ -9,16 +9,13 @@ J is the point-to-line cost Σ wᵢ rᵢ², rᵢ = nᵢ·(R pᵢ + t − qᵢ), 
 normals and weights of the last association held fixed. Three things are added to [1]:
 
 - A free direction of the motion carries no information.
-- Surfaces are rougher than the ranges' noise alone: where the residuals are larger than
-  cov(z) explains, cov(z) grows with them.
+- Where the residuals are larger than cov(z) explains, cov(z) grows with them.
 - The point-to-point metric pulls along the surfaces as well. These pulls do not hold the
-  scan, because the pairs change when it slides. So they count as noise, the same for all
-  pairs of a surface.
+  scan, because the pairs change when it slides: they count as noise, one for each surface.
 
 The formula knows one minimum, and cannot know whether it is the right one. If the points lie
-closer together than the noise is wide, the noise chooses the partners, and the standard
-deviations are too small (by a fifth at 541 beams with 30 mm of noise). Those of a
-point-to-point match are too small by a factor of 1.2 to 1.7.
+closer together than the noise is wide, the standard deviations are too small (by a fifth at
+541 beams with 30 mm of noise); those of a point-to-point match by a factor of 1.2 to 1.7.
 
 References
 ----------
@@ -61,9 +58,8 @@ def censi_covariance(result: IcpResult, range_std: float) -> FloatArray:
     Returns
     -------
     ndarray, shape (3, 3)
-        Covariance of (Δx, Δy, Δψ), in m², m rad and rad². It is infinite along free
-        directions, and for an axis that leans towards one by more than 3°: `censi_information`
-        tells the direction itself.
+        Of (Δx, Δy, Δψ), in m², m rad and rad²: infinite along free directions, and for an
+        axis that leans towards one by more than 3°.
 
     Raises
     ------
@@ -79,14 +75,7 @@ def censi_covariance(result: IcpResult, range_std: float) -> FloatArray:
 
 
 def censi_information(result: IcpResult, range_std: float) -> FloatArray:
-    """Information of an estimated motion: the inverse of its covariance, 0 along free directions.
-
-    Returns
-    -------
-    ndarray, shape (3, 3)
-        Of (Δx, Δy, Δψ), in 1/m², 1/(m rad) and 1/rad²: a free direction v has ``Ω @ v == 0``.
-        Parameters and errors are those of `censi_covariance`.
-    """
+    """Information Ω, the inverse of `censi_covariance`: a free direction v has ``Ω @ v == 0``."""
     return _information(*_measured(result, range_std)[:3])
 
 
@@ -95,32 +84,22 @@ def fuse(
 ) -> tuple[FloatArray, FloatArray]:
     """Fuse a match with the prior that it began from: the most likely motion, and its covariance.
 
-    Informations add, and the mean is weighted by them. Along a free direction, where the match
-    stayed at its guess, the prior alone counts. That direction leans by the noise of the
-    normals, and what the prior does not know along it spreads across it by as much.
+    Informations add, and the mean is weighted by them. Along a free direction the prior alone
+    counts; as far as that direction leans, the prior's doubt along it spreads across it.
 
     Parameters
     ----------
-    result : IcpResult
-        What `labkit.icp` returned.
-    range_std : float
-        Standard deviation of one range [m].
-    prior : array_like, shape (3,)
-        (Δx, Δy, Δψ) by wheels or an IMU.
-    prior_covariance : array_like, shape (3, 3)
-        Its covariance.
+    result, range_std
+        As in `censi_covariance`.
+    prior, prior_covariance : array_like, shapes (3,) and (3, 3)
+        (Δx, Δy, Δψ) by wheels or an IMU, and its positive definite covariance.
 
     Returns
     -------
     tuple of ndarray
         (Δx, Δy, Δψ), shape (3,), and its covariance, shape (3, 3).
-
-    Raises
-    ------
-    InvalidPointsError
-        For a prior's covariance that is not symmetric and positive definite.
     """
-    P = _as_covariance(prior_covariance)
+    P = as_covariance(prior_covariance, "prior_covariance", 3, definite=True)
     covariance, seen, free, lean = _measured(result, range_std)
     for v in free.T:
         covariance += (v @ P @ v) * lean
@@ -136,8 +115,7 @@ def _information(covariance: FloatArray, seen: FloatArray, free: FloatArray) -> 
     """The inverse where the pairs see, whatever a motion does along the free directions."""
     coordinates = np.linalg.inv(np.column_stack([seen, free]))[: seen.shape[1]]
     measured = coordinates @ covariance @ coordinates.T
-    information: FloatArray = coordinates.T @ np.linalg.solve(measured, coordinates)
-    return information
+    return np.asarray(coordinates.T @ np.linalg.solve(measured, coordinates))
 
 
 def _measured(
@@ -177,10 +155,7 @@ def _measured(
 def _slip(
     w: FloatArray, n: FloatArray, q: FloatArray, turned: FloatArray, offset: FloatArray
 ) -> FloatArray:
-    """How the gradient spreads with what pulls along the surfaces, (3, 3).
-
-    Neighbours on a surface are pulled alike, so a surface's pulls are added up first.
-    """
+    """How the gradient spreads, (3, 3), with what pulls along the surfaces: on each, alike."""
     along = _perpendicular(n)
     pull = 2.0 * _slope(along, turned) * (w * _dot(along, offset))[:, None]
     straight, gap = ONE_SURFACE
@@ -189,19 +164,14 @@ def _slip(
     surface = np.concatenate([[0], np.cumsum(bent | apart)])
     of_surface = np.zeros((surface[-1] + 1, 3))
     np.add.at(of_surface, surface, pull)
-    spread: FloatArray = of_surface.T @ of_surface
-    return spread
+    return np.asarray(of_surface.T @ of_surface)
 
 
 def _seen_and_free(result: IcpResult) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Bases (3, ·) of the motions that the pairs see and leave free, and how far these lean.
 
-    How far: the covariance (3, 3) of a free motion of length 1.
-
-    A free motion changes no residual; seen are those that leave the free ones at rest in the
-    units of `labkit.line_alignment.Information`, where a turn counts by how far it moves.
-    Normals stagger with the noise, and pairs are chosen by it, so that structure below the
-    mean sin² of the angle between the two scans' normals is not told from noise.
+    How far they lean is the covariance (3, 3) of a free motion of length 1. Normals stagger
+    with the noise: structure below the mean sin² between the scans' normals is noise.
     """
     pairs, T = result.correspondences, result.T_target_source
     normals = estimate_normals(result.source)[:: pairs.stride] @ T[:2, :2].T
@@ -221,16 +191,19 @@ def _seen_and_free(result: IcpResult) -> tuple[FloatArray, FloatArray, FloatArra
     return motions[:, ~is_free], free / np.linalg.norm(free, axis=0), lean
 
 
-def _as_covariance(values: ArrayLike) -> FloatArray:
-    """Check a (3, 3) covariance."""
-    C = as_floats(values, "prior_covariance", hint="give a (3, 3) array")
-    if C.shape != (3, 3) or not np.isfinite(C).all():
+def as_covariance(values: ArrayLike, name: str, size: int, *, definite: bool = False) -> FloatArray:
+    """Check a covariance (size, size): symmetric, positive definite or else semi-definite."""
+    C = as_floats(values, name, hint=f"give a ({size}, {size}) array")
+    if C.shape != (size, size) or not np.isfinite(C).all():
         raise InvalidPointsError(
-            f"`prior_covariance` must be finite and of shape (3, 3), got shape {C.shape}"
+            f"`{name}` must be finite and of shape ({size}, {size}), got {C.tolist()}; "
+            "take a block of a larger one"
         )
-    if not np.allclose(C, C.T, rtol=1e-9, atol=0.0) or np.linalg.eigvalsh(C)[0] <= 0.0:
+    rounding, least = 1e-9 * np.abs(C).max(), np.linalg.eigvalsh(C)[0]
+    if np.abs(C - C.T).max() > rounding or (least <= 0.0 if definite else least < -rounding):
+        kind = "definite" if definite else "semi-definite"
         raise InvalidPointsError(
-            f"`prior_covariance` must be symmetric and positive definite, got {C.tolist()}"
+            f"`{name}` must be symmetric and positive {kind}, got {C.tolist()}"
         )
     return C
 
@@ -247,8 +220,7 @@ def _ranges(points: FloatArray) -> FloatArray:
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
     """Row by row a·b."""
-    product: FloatArray = (a * b).sum(axis=1)
-    return product
+    return np.asarray((a * b).sum(axis=1))
 
 
 def _perpendicular(v: FloatArray) -> FloatArray:

@@ -256,7 +256,7 @@ def test_rough_surfaces_count_as_noise():
 @pytest.mark.parametrize(
     ("prior", "message"),
     [
-        (np.eye(2), "must be finite and of shape (3, 3), got shape (2, 2)"),
+        (np.eye(2), "must be finite and of shape (3, 3), got [[1.0, 0.0], [0.0, 1.0]]"),
         (np.diag([1.0, 1.0, 0.0]), "must be symmetric and positive definite, got"),
         (np.eye(3) + np.eye(3, k=1), "must be symmetric and positive definite, got"),
     ],

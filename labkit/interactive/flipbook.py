@@ -30,8 +30,7 @@ FOLDER = Path(__file__).parent
 class Flipbook(anywidget.AnyWidget):
     """A slider above one of several pictures; make one with `flipbook`.
 
-    `index` says which is shown, `readouts` are the slider's values in words, `pictures` are WebP as
-    base64 of the pixels in `size`.
+    `index` says which is shown; `pictures` are WebP in base64, of `size` in pixels.
     """
 
     _esm = joined([EXPLORER / "controls.js", FOLDER / "flipbook.js"])
@@ -82,18 +81,11 @@ def flipbook(
     height : float
         Of the figure [in].
 
-    Raises
-    ------
-    InvalidParameterError
-        For fewer than two values, two that read alike, or a `start` outside them.
-
     Examples
     --------
     >>> def line(figure, slope):
     ...     figure.subplots().axline((0.0, 0.0), slope=slope)
     >>> book = flipbook(line, [0.0, 0.5, 1.0], label="slope", alt="a straight line")
-    >>> book.index, book.readouts
-    (0, ['0.0', '0.5', '1.0'])
     """
     values = list(values)  # a generator is spent after one pass
     readouts = [str(value) for value in values]

@@ -1,7 +1,6 @@
 """Figures that the page computes anew at each move of a slider, with a kernel or without one.
 
-What a figure computes is written in JavaScript, in ``models.js``, upon the explorer's modules.
-The tests hold it to labkit.
+What a figure computes is written in ``models.js``; the tests hold it to labkit.
 """
 
 from __future__ import annotations
@@ -34,8 +33,7 @@ MODULES = (
 class LiveFigure(anywidget.AnyWidget):
     """Sliders beside a picture that the page computes; make one with `live_figure`.
 
-    `values` say where the sliders stand, `window` is the part of the plane that is seen: left,
-    right, bottom, top [m].
+    `values` say where the sliders stand, `window` is (left, right, bottom, top) [m].
     """
 
     _esm = joined(
@@ -90,18 +88,6 @@ def live_figure(
         The part of the plane that is seen [m].
     **given : array_like or IcpParameters
         What the model is about, by the names that it knows.
-
-    Raises
-    ------
-    InvalidParameterError
-        For an unknown model, a slider of fewer than two values, or a `start` of another length.
-
-    Examples
-    --------
-    >>> cells = live_figure("cuts", {"cuts": range(3), "x": [0, 1], "y": [0, 1]}, label="cells",
-    ...                     start=(1, 0, 1), xlim=(-1, 5), ylim=(-1, 4), target=[[0, 0], [4, 3]])
-    >>> cells.values
-    [1.0, 0.0, 1.0]
     """
     if model not in MODELS:
         raise InvalidParameterError(

@@ -8,9 +8,8 @@ from labkit.odometry.estimator import (
 from labkit.odometry.integration import increments_between, integrate, integrate_step
 from labkit.odometry.local_map import MapParameters
 from labkit.odometry.parameters import OdometryParameters
-from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.sanity import SanityLimits
-from labkit.odometry.step import estimate_step
+from labkit.odometry.step import Decision, StepRecord, estimate_step
 
 __all__ = [
     "Decision",

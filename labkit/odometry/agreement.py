@@ -35,10 +35,11 @@ def misfit(distance: FloatArray, residual: FloatArray, gate: float, delta: float
 
 
 @compiled
-def look_through(bearing: FloatArray, end: FloatArray, target: FloatArray, T: FloatArray) -> float:
+def seen_through(bearing: FloatArray, end: FloatArray, target: FloatArray, T: FloatArray) -> float:
     """Share of the target's points in view that beams look through, at the pose T.
 
-    The beams are sorted by their bearing [rad], and end [m] away; see `seen_through`.
+    The beams, of `beams_of`, are sorted by their bearing [rad], and end [m] away. Points
+    hidden behind the beams' ends are not in view; NaN where none is.
     """
     through, hit, count = 0, 0, len(bearing)
     for i in range(len(target)):
@@ -67,34 +68,3 @@ def beams_of(source: Scan) -> tuple[FloatArray, FloatArray]:
     bearing, end = np.arctan2(y, x), np.hypot(x, y)
     order = np.argsort(bearing, kind="stable")
     return bearing[order], end[order]
-
-
-def seen_through(source: Scan, target_points: FloatArray, T_target_source: FloatArray) -> float:
-    """Share of the target's points in view that the source's beams look through.
-
-    Parameters
-    ----------
-    source : Scan
-        The newer scan, N points.
-    target_points : ndarray, shape (M, 2)
-        Points of the older scan or of the map, in its frame [m].
-    T_target_source : ndarray, shape (3, 3)
-        The pose to judge.
-
-    Returns
-    -------
-    float
-        0 where all beams that pass near a point end there, 1 where all pass it. Points
-        that lie hidden behind the beams' ends are not in view. NaN with nothing in view.
-
-    Examples
-    --------
-    >>> wall = Scan.from_points([[2.0, -0.1], [2.0, 0.0], [2.0, 0.1]])
-    >>> curtain = np.array([[1.0, 0.0], [2.0, 0.05], [4.0, 0.0]])
-    >>> seen_through(wall, curtain, np.eye(3))
-    0.5
-    """
-    share: float = look_through(
-        *beams_of(source), np.array(target_points), np.array(T_target_source)
-    )
-    return share

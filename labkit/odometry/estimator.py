@@ -14,21 +14,19 @@ from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, check_kind
 from labkit.errors import InvalidPointsError
-from labkit.odometry.expectation import REMEMBERED
 from labkit.odometry.integration import as_row, as_rows, increments_between, integrate_step
 from labkit.odometry.local_map import LastScan, LocalMap
 from labkit.odometry.parameters import OdometryParameters
-from labkit.odometry.record import Decision, StepRecord
-from labkit.odometry.step import STILL, estimate_step
+from labkit.odometry.search import REMEMBERED
+from labkit.odometry.step import STILL, Decision, StepRecord, estimate_step
 from labkit.scan import Scan
 
 
 class ScanMatchingOdometry:
     """Odometry one scan at a time, for a robot that is driving now.
 
-    Between calls it holds the map (or the scan before), the pose and the last motion, as the
-    lesson's Simulink block does in persistent variables. It never holds more, however long
-    the robot drives.
+    Between calls it holds the map (or the scan before), the pose and the last motions, as the
+    lesson's Simulink block does in persistent variables: never more, however long the drive.
 
     Examples
     --------
@@ -43,9 +41,7 @@ class ScanMatchingOdometry:
     """
 
     def __init__(
-        self,
-        parameters: OdometryParameters | None = None,
-        start: ArrayLike = (0.0, 0.0, 0.0),
+        self, parameters: OdometryParameters | None = None, start: ArrayLike = (0.0, 0.0, 0.0)
     ) -> None:
         self.parameters = OdometryParameters() if parameters is None else parameters
         check_kind(self.parameters, "parameters", OdometryParameters)
@@ -64,13 +60,7 @@ class ScanMatchingOdometry:
         scan : Scan or array_like, shape (N, 2)
             The newest scan, in metres.
         prior : array_like, shape (3,) or (3, 3), optional
-            The increment (Δx, Δy, Δψ), or its transform, that wheels or an IMU report since the
-            scan before.
-
-        Returns
-        -------
-        StepRecord
-            The decision; for the very first scan it is ``Decision.START``.
+            The increment (Δx, Δy, Δψ), or its transform, that wheels or an IMU report.
         """
         expected = None if prior is None else as_row(prior, "prior")
         filtered = self.parameters.preprocessing(scan)
@@ -135,8 +125,7 @@ def estimate_odometry(
     scans : iterable of Scan or array_like, length K
         In the order of time; they are gone through once.
     priors : array_like, shape (K, 3) or (K−1, 3), or (K, 3, 3) or (K−1, 3, 3), optional
-        Wheel odometry: K poses, or the K−1 increments between them, as rows (x, y, ψ) or
-        as transforms.
+        Wheel odometry: K poses, or the K−1 increments between them, as rows or transforms.
     parameters : OdometryParameters, optional
         Matcher, limits and fallbacks.
     start : array_like, shape (3,) or (3, 3)
@@ -144,18 +133,8 @@ def estimate_odometry(
     progress : callable
         Wraps the scans while they are matched, e.g. ``tqdm.tqdm``.
 
-    Returns
-    -------
-    OdometryResult
-
-    Raises
-    ------
-    InvalidPointsError
-        For `priors` or a `start` of another shape, or not finite.
-
     Examples
     --------
-    >>> import labkit
     >>> from labkit.simulation import Lidar, room, scan_along
     >>> path = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.02], [0.2, 0.0, 0.04]]
     >>> estimate_odometry(scan_along(room(), path, Lidar(), rng=0), priors=path)

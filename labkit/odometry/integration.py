@@ -13,19 +13,12 @@ from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
 
 
 def integrate_step(pose: ArrayLike, increment: ArrayLike) -> FloatArray:
-    """Move `pose` by an increment given in its own frame.
-
-    Parameters
-    ----------
-    pose : array_like, shape (3,)
-        (x, y, ψ) at scan k, in metres and radians.
-    increment : array_like, shape (3,)
-        (Δx, Δy, Δψ) in the frame of scan k: what ICP returns.
+    """Move the pose (x, y, ψ) of scan k by an increment (Δx, Δy, Δψ) in its own frame.
 
     Returns
     -------
     ndarray, shape (3,)
-        (x, y, ψ) at scan k+1, ψ in (−π, π].
+        (x, y, ψ) at scan k+1 [m, m, rad], ψ in (−π, π].
 
     Examples
     --------

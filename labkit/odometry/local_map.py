@@ -1,17 +1,15 @@
 """What the next scan is matched against: the scan before it, or a map of the last key scans.
 
-When each scan is matched to the one before, every step adds its own error to the pose. With
-a map, errors add up from one key scan to the next, and not from one scan to the next. The
-map consists of the points of the last key scans, moved to where those scans were taken. Each
-point keeps the normal from its own scan: if two views of a wall lie a centimetre apart, a
-line through the mixture could have any direction.
+Against a map, errors add up from one key scan to the next, and not from one scan to the next.
+Each point of the map keeps the normal from its own scan: if two views of a wall lie a
+centimetre apart, a line through the mixture could have any direction.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -30,29 +28,18 @@ class MapParameters:
     ----------
     key_scans : int
         How many key scans the map holds: its memory, however long the robot drives.
-    key_distance, key_rotation : float
-        A scan becomes a key scan when it is this far from the last one [m] or turned by
-        this much [rad],
-    key_overlap : float
-        or when less than this share of its points found a partner in the map.
+    key_distance, key_rotation, key_overlap : float
+        A scan becomes a key scan when it is this far from the last one [m], or turned by
+        this much [rad], or when less than this share of its points has a partner in the map.
     map_cell : float
         A key scan keeps one point in each square of this size [m]; 0 keeps them all.
     """
 
-    key_scans: int = field(default=30, metadata={"help": "key scans that the map holds"})
-    key_distance: float = field(
-        default=0.3, metadata={"unit": "m", "help": "way after which a scan is a key scan"}
-    )
-    key_rotation: float = field(
-        default=math.radians(20.0),
-        metadata={"unit": "rad", "help": "turn after which a scan is a key scan"},
-    )
-    key_overlap: float = field(
-        default=0.5, metadata={"help": "share of inliers below which a scan is a key scan"}
-    )
-    map_cell: float = field(
-        default=0.05, metadata={"unit": "m", "help": "cell of which a key scan keeps one point"}
-    )
+    key_scans: int = 30
+    key_distance: float = 0.3
+    key_rotation: float = math.radians(20.0)
+    key_overlap: float = 0.5
+    map_cell: float = 0.05
 
     def __post_init__(self) -> None:
         check_count(self.key_scans, "key_scans", at_least=1)
@@ -63,26 +50,21 @@ class MapParameters:
 
 
 class LastScan:
-    """Scan to scan: the target is the scan before, wherever that was taken."""
+    """Scan to scan: the target is the scan before, however it was reached."""
 
     def __init__(self) -> None:
         self.target: Target | None = None
         self.T_target_last = np.eye(3)
 
     def add(self, scan: Scan, increment: FloatArray, overlap: float) -> None:
-        """Take the newest scan for the target; how it was reached does not matter."""
+        """Take the newest scan for the target."""
         self.target = Target(scan) if len(scan) >= MIN_PAIRS else None
 
 
 class LocalMap:
     """The last key scans as one target, in the frame of the newest of them.
 
-    Attributes
-    ----------
-    target : Target or None
-        The map; None before the first scan that has points.
-    T_target_last : ndarray, shape (3, 3)
-        The pose of the scan before, from which the next one starts.
+    `T_target_last` is the pose of the scan before, from which the next one starts.
     """
 
     def __init__(self, parameters: MapParameters) -> None:
@@ -92,11 +74,7 @@ class LocalMap:
         self._sizes: deque[int] = deque()  # points of each key scan, the oldest first
 
     def add(self, scan: Scan, increment: FloatArray, overlap: float) -> None:
-        """Note that the newest scan was taken one `increment` (Δx, Δy, Δψ) further on.
-
-        It becomes a key scan where it is far from the last one, or where less than
-        `key_overlap` of it is on the map, as its `overlap` says; NaN counts as nothing.
-        """
+        """Take the newest scan, one `increment` (Δx, Δy, Δψ) on; an `overlap` of NaN is none."""
         self.T_target_last = self.T_target_last @ from_xytheta(increment)
         if len(scan) < MIN_PAIRS:
             return
@@ -132,13 +110,7 @@ class LocalMap:
 
 
 def first_of_each_cell(points: FloatArray, cell: float) -> BoolArray:
-    """Which of the points (N, 2) come first in their square of side `cell` [m]; 0: all do.
-
-    Examples
-    --------
-    >>> first_of_each_cell(np.array([[0.01, 0.0], [0.02, 0.0], [0.06, 0.0]]), 0.05).tolist()
-    [True, False, True]
-    """
+    """Which of the points (N, 2) come first in their square of side `cell` [m]; 0: all do."""
     first = np.ones(len(points), dtype=np.bool_)
     if cell > 0.0:
         column, row = np.floor(points / cell).T

@@ -15,6 +15,15 @@ from labkit.parameters import IcpParameters
 OnSkip = Literal["hold", "stand"]
 Against = Literal["scan", "map"]
 RETRY = 0.5  # share of the gate and of each ICP step in the second attempt
+MATCHER = IcpParameters(
+    metric="point_to_line",
+    overlap_ratio=1.0,
+    huber_delta=0.02,
+    translation_tolerance=3e-3,
+    rotation_tolerance=7.5e-4,
+    cost_tolerance=0.0,
+    approach=True,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,17 +51,7 @@ class OdometryParameters:
         is no prior.
     """
 
-    icp: IcpParameters = field(
-        default_factory=lambda: IcpParameters(
-            metric="point_to_line",
-            overlap_ratio=1.0,
-            huber_delta=0.02,
-            translation_tolerance=3e-3,
-            rotation_tolerance=7.5e-4,
-            cost_tolerance=0.0,
-            approach=True,
-        )
-    )
+    icp: IcpParameters = MATCHER
     limits: SanityLimits = field(default_factory=SanityLimits)
     against: Against = field(
         default="map",
@@ -60,20 +59,13 @@ class OdometryParameters:
     )
     map: MapParameters = field(default_factory=MapParameters)
     preprocessing: Preprocessing = field(default_factory=Preprocessing)
-    search: bool = field(
-        default=True, metadata={"help": "search where a match is doubtful or not believed"}
-    )
-    on_skip: OnSkip = field(
-        default="hold",
-        metadata={"help": "without match and prior: hold the last motion once, or stand still"},
-    )
+    search: bool = True
+    on_skip: OnSkip = "hold"
 
     def __post_init__(self) -> None:
-        check_kind(self.icp, "icp", IcpParameters)
-        check_kind(self.limits, "limits", SanityLimits)
-        check_kind(self.map, "map", MapParameters)
-        check_kind(self.preprocessing, "preprocessing", Preprocessing)
-        check_kind(self.search, "search", bool)
+        kinds = {"icp": IcpParameters, "limits": SanityLimits, "map": MapParameters}
+        for name, kind in (kinds | {"preprocessing": Preprocessing, "search": bool}).items():
+            check_kind(getattr(self, name), name, kind)
         for name, choices in (("against", get_args(Against)), ("on_skip", get_args(OnSkip))):
             chosen = getattr(self, name)
             if chosen not in choices:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 
 from labkit.arrays import FloatArray, check_range
 
@@ -28,28 +28,18 @@ class SanityLimits:
         the lines under point-to-line, so that the beams' spacing does not count.
     """
 
-    max_translation: float = field(
-        default=2.0, metadata={"unit": "m", "help": "farthest motion of a step"}
-    )
-    max_rotation: float = field(
-        default=math.radians(90.0), metadata={"unit": "rad", "help": "largest rotation of a step"}
-    )
-    max_prior_translation: float = field(
-        default=0.75, metadata={"unit": "m", "help": "farthest shift from the prior"}
-    )
-    max_prior_rotation: float = field(
-        default=math.radians(30.0),
-        metadata={"unit": "rad", "help": "largest rotation from the prior"},
-    )
-    min_inlier_ratio: float = field(default=0.25, metadata={"help": "smallest share of inliers"})
-    max_rmse: float = field(
-        default=0.2, metadata={"unit": "m", "help": "largest RMSE of the residuals"}
-    )
+    max_translation: float = 2.0
+    max_rotation: float = math.radians(90.0)
+    max_prior_translation: float = 0.75
+    max_prior_rotation: float = math.radians(30.0)
+    min_inlier_ratio: float = 0.25
+    max_rmse: float = 0.2
 
     def __post_init__(self) -> None:
-        for each in fields(self):
-            if unit := each.metadata.get("unit"):
-                check_range(getattr(self, each.name), each.name, above=0.0, unit=unit)
+        for name in ("max_translation", "max_prior_translation", "max_rmse"):
+            check_range(getattr(self, name), name, above=0.0, unit="m")
+        for name in ("max_rotation", "max_prior_rotation"):
+            check_range(getattr(self, name), name, above=0.0, unit="rad")
         check_range(self.min_inlier_ratio, "min_inlier_ratio", at_least=0.0, at_most=1.0)
 
 
@@ -68,11 +58,9 @@ def motion_complaints(
     prior_x, prior_y, prior_turn = prior.tolist()
     if not (apart := math.hypot(x - prior_x, y - prior_y)) <= limits.max_prior_translation:
         complaints.append(f"{apart:.2f} m from the prior > {limits.max_prior_translation:.2f} m")
-    turned = abs(math.remainder(turn - prior_turn, math.tau))
-    if not turned <= limits.max_prior_rotation:
-        complaints.append(
-            f"{_degrees(turned)} from the prior > {_degrees(limits.max_prior_rotation)}"
-        )
+    turned, most = abs(math.remainder(turn - prior_turn, math.tau)), limits.max_prior_rotation
+    if not turned <= most:
+        complaints.append(f"{_degrees(turned)} from the prior > {_degrees(most)}")
     return complaints
 
 

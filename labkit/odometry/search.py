@@ -2,12 +2,12 @@
 
 ICP finds the answer that is nearest to its guess. Without wheels the guess is often nearer to
 another one. So the search tries all poses of a window, from coarse to fine. A table, made once
-per target, says for each place how near the target's points are. Each source point looks up
-the place where the pose puts it; the mean over the points is the pose's score.
+per target, says for each place how near the target's points are; a pose's score is the mean
+over the source's points. The coarse table holds the best value within half a coarse step, so a
+coarse score is at least as high as that of any fine pose around it, as in branch and bound [2]_.
 
-A coarse pose stands for all fine ones around it. Its table holds the best value within half a
-coarse step, so its score is at least as high as that of any of them, as in branch and
-bound [2]_.
+Scans leave some motions open: along a corridor any motion fits, and where two places look
+alike, both fit. Wheels tell the right one; without wheels, one of the last few motions does.
 
 References
 ----------
@@ -27,9 +27,10 @@ import scipy  # its parts are loaded when they are used
 
 from labkit.arrays import FloatArray, IntArray
 from labkit.compiled import compiled
+from labkit.line_alignment import Information
 from labkit.result import step_length
 from labkit.scan import Scan
-from labkit.se2 import from_xytheta, to_xytheta
+from labkit.se2 import from_xytheta, relative, to_xytheta
 from labkit.target import Target
 
 CELL = 0.1  # [m], of the table
@@ -42,6 +43,9 @@ MOST_POINTS = 100  # of the source that are looked up
 PROMISING = 60  # coarse poses that are looked at finely
 STARTS = 16  # fine poses that are worth trying with ICP
 APART = 0.3, math.radians(6.0)  # starts nearer to each other than this are one
+REMEMBERED = 20  # motions
+USUAL = 0.5, math.radians(20.0)  # [m] and [rad]: motions that differ so much are unlike
+AGE = 0.05  # what each step since a motion adds to its surprise
 
 
 @compiled
@@ -65,21 +69,11 @@ def mean_values(table: FloatArray, cells: IntArray, shifts: IntArray) -> FloatAr
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LikelihoodField:
-    """How near a place is to the target's points, in [0, 1], cell by cell.
+    """How near a place is to the target's points, in [0, 1], cell by cell."""
 
-    Attributes
-    ----------
-    origin : ndarray, shape (2,)
-        The corner of the first cell [m].
-    fine : ndarray, shape (H, W)
-        exp(−½ (d/`SPREAD`)²) of the distance d to the nearest point; the margin is 0.
-    coarse : ndarray, shape (H, W)
-        Its largest value within half a coarse step.
-    """
-
-    origin: FloatArray
-    fine: FloatArray
-    coarse: FloatArray
+    origin: FloatArray  # (2,): the corner of the first cell [m]
+    fine: FloatArray  # (H, W): exp(−½ (d/SPREAD)²) of the distance d to the nearest point
+    coarse: FloatArray  # (H, W): its largest value within half a coarse step
 
     @classmethod
     def of(cls, points: FloatArray) -> LikelihoodField:
@@ -106,45 +100,20 @@ class LikelihoodField:
 _fields: WeakKeyDictionary[Target, LikelihoodField] = WeakKeyDictionary()
 
 
-def field_of(target: Target) -> LikelihoodField:
-    """The field of a target's points, made when it is first asked for."""
-    if target not in _fields:
-        _fields[target] = LikelihoodField.of(target.points)
-    return _fields[target]
-
-
 def search(
-    source: Scan,
-    field: LikelihoodField,
-    T_target_source: FloatArray,
-    window: tuple[float, float],
-    *,
-    count: int = STARTS,
+    source: Scan, target: Target, T_target_source: FloatArray, window: tuple[float, float]
 ) -> list[FloatArray]:
-    """The best poses within a window, apart from each other, the best one first.
+    """At most `STARTS` poses where ICP is worth trying, the best first, apart from each other.
 
-    Parameters
-    ----------
-    source : Scan
-        The newer scan.
-    field : LikelihoodField
-        That of the older scan, or of the map.
-    T_target_source : ndarray, shape (3, 3)
-        The middle of the window.
-    window : tuple of float
-        How far it reaches to either side, [m] along x and y, and [rad].
-    count : int
-        How many poses to return at the most.
-
-    Returns
-    -------
-    list of ndarray, shape (3, 3)
-        ``T_target_source`` of each: where ICP is worth trying.
+    The window reaches [m] along x and y, and [rad], to either side of `T_target_source`.
     """
     points = source.points[np.hypot(source.points[:, 0], source.points[:, 1]) < REACH]
     points = points[:: max(1, math.ceil(len(points) / MOST_POINTS))]
     if len(points) == 0:
         return []
+    if target not in _fields:
+        _fields[target] = LikelihoodField.of(target.points)
+    field = _fields[target]
     x, y, turn = to_xytheta(T_target_source).tolist()
     shifts = COARSE * _square(math.ceil(window[0] / (COARSE * CELL)))
     most = math.ceil(window[1] / TURN)
@@ -152,7 +121,7 @@ def search(
     scores = mean_values(field.coarse, field.cells(_turned(points, turns) + middle), shifts)
     best = np.argsort(scores, axis=None)[::-1][:PROMISING]
     i, j = np.unravel_index(best, scores.shape)
-    return apart(_finely(points, field, turns[i], middle + CELL * shifts[j]), count)
+    return apart(_finely(points, field, turns[i], middle + CELL * shifts[j]), STARTS)
 
 
 def _finely(
@@ -175,17 +144,48 @@ def apart(poses: Iterable[FloatArray], count: int) -> list[FloatArray]:
     """The first `count` poses that are not alike one before them."""
     chosen: list[FloatArray] = []
     for T in poses:
-        if len(chosen) == count:
-            break
-        if not any(alike(T, other) for other in chosen):
+        if len(chosen) < count and not any(alike(T, other) for other in chosen):
             chosen.append(T)
     return chosen
 
 
 def alike(T: FloatArray, other: FloatArray) -> bool:
     """Whether two poses are so near to each other that they count as one."""
-    moved, turned = step_length(np.array(other), np.array(T))
-    return moved < APART[0] and turned < APART[1]
+    if not math.hypot(T[0, 2] - other[0, 2], T[1, 2] - other[1, 2]) < APART[0]:
+        return False  # most pairs of poses end here
+    return step_length(np.array(other), np.array(T))[1] < APART[1]
+
+
+def unlikeliness(T: FloatArray, expected: FloatArray) -> float:
+    """0 where the pose T is the likeliest that is expected, 1 where it is unlike any."""
+    least = float(_surprise(T, expected).min())
+    return least / (1.0 + least)
+
+
+def completed(T: FloatArray, seen: Information, expected: FloatArray) -> FloatArray:
+    """The pose T, moved along what `seen` leaves free to the likeliest expected pose."""
+    shifts = [v[:2] / math.hypot(v[0], v[1]) for v in seen.free.T if math.hypot(*v[:2]) > abs(v[2])]
+    if not shifts:
+        return T
+    free = np.array(shifts)
+    likeliest = expected[int(_surprise(T, expected, free).argmin())]
+    moved = T.copy()
+    moved[:2, 2] += ((likeliest[:2, 2] - T[:2, 2]) @ free.T) @ free
+    return moved
+
+
+def _surprise(T: FloatArray, expected: FloatArray, free: FloatArray | None = None) -> FloatArray:
+    """How far T is from each pose of `expected` (K, 3, 3), the likeliest first, shape (K,).
+
+    Squared, in `USUAL` ways; the directions `free`, shape (F, 2), do not count.
+    """
+    apart = expected[:, :2, 2] - T[:2, 2]
+    if free is not None:
+        apart = apart - (apart @ free.T) @ free
+    turn = relative(T, expected)
+    turned = np.arctan2(turn[:, 1, 0], turn[:, 0, 0]) / USUAL[1]
+    moved = np.hypot(apart[:, 0], apart[:, 1]) / USUAL[0]
+    return np.asarray(moved**2 + turned**2 + AGE * np.arange(len(expected)))
 
 
 def _turned(points: FloatArray, angles: FloatArray) -> FloatArray:

@@ -9,26 +9,24 @@ F  `_Step.fall_back`  reduced steps, or a search; `_published`: the prior, or sk
 
 1. ICP from the prior, or from the last motion.
 2. Where there is no prior, or the match is not believed or doubtful: a search, and ICP from
-   its best starts. Without the search, the lesson's chain: a failed match is tried once more
-   with a reduced gate and reduced steps.
+   its best starts. Without the search: once more, with a reduced gate and reduced steps.
 3. Where no match passes near the prior: a search as if there were no wheels. A match that is
    alone and well supported is believed against a prior that nothing supports.
-4. The prior; without one, skip the update: hold the last motion, or stand still where there
-   is none to hold (a motion is held once) or `on_skip` says so.
+4. The prior; without one, skip the update: hold the last motion once, or stand still.
 
 Of several matches, the checks judge the one that agrees best with the target and deviates
-least from the expected motion (`labkit.odometry.expectation`). If the best one lies half a
-metre beyond a limit, a worse one within the limit is no better. If a scan fits in several
-places within the limits, the match is not a measurement: the prior is taken, and without one
-the place nearest to the expected motion. Motions that no wall fixes, such as the way along a
-corridor, are taken from the prior or, with the search, from the last motions; without either
-the step is not believed.
+least from the expected motion. If the best one lies half a metre beyond a limit, a worse one
+within the limit is no better. If a scan fits in several places within the limits, the match
+is not a measurement: the prior is taken, and without one the place nearest to the expected
+motion. Motions that no wall fixes, such as the way along a corridor, are taken from the prior
+or, with the search, from the last motions; without either the step is not believed.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import cached_property
 
 import numpy as np
@@ -37,25 +35,101 @@ from labkit.arrays import FloatArray
 from labkit.correspondences import MIN_PAIRS
 from labkit.degeneracy import spread_ratio
 from labkit.icp import icp
-from labkit.odometry.agreement import THROUGH, beams_of, look_through, misfit
-from labkit.odometry.expectation import completed, unlikeliness
+from labkit.odometry.agreement import THROUGH, beams_of, misfit, seen_through
 from labkit.odometry.parameters import OdometryParameters
-from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.sanity import motion_complaints, quality_complaints
-from labkit.odometry.search import STARTS, alike, apart, field_of, search
-from labkit.result import IcpResult
+from labkit.odometry.search import STARTS, alike, apart, completed, search, unlikeliness
+from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
 from labkit.schedule import CLOSE_GATE
 from labkit.se2 import from_xytheta, invert, to_xytheta
 from labkit.target import Target
 
 STILL = np.zeros(3)
-AT_TARGET = np.eye(3)
-NOTHING = np.empty((0, 3))
+AT_TARGET, NOTHING = np.eye(3), np.empty((0, 3))
 DOUBTFUL = 0.6  # agreement below which a search says if there is a better match
 SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
 SAME = 0.01  # scores of one place that differ by less: whichever was tried first
 ALIKE = 0.05  # agreements that differ by less do not tell which of two matches is right
+
+
+class Decision(Enum):
+    """Where a step's motion came from; STAND holds no motion at all."""
+
+    START = "start"
+    ICP = "icp"
+    RETRY = "retry"
+    SEARCH = "search"
+    PRIOR = "prior"
+    HOLD = "hold"
+    STAND = "stand"
+
+    @property
+    def matched(self) -> bool:
+        """Whether the motion came from matching the scans."""
+        return self in (Decision.ICP, Decision.RETRY, Decision.SEARCH)
+
+    @property
+    def skipped(self) -> bool:
+        """Whether the update was skipped."""
+        return self in (Decision.HOLD, Decision.STAND)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StepRecord:
+    """What one step decided, and why.
+
+    The numbers are those of the match that was judged best; NaN where there was none.
+
+    Attributes
+    ----------
+    increment, decision : ndarray, shape (3,), and Decision
+        (Δx, Δy, Δψ) taken, in the frame of scan k, [m, m, rad], and where it came from.
+    reason : str
+        The checks that failed on the way; empty where the first match passed.
+    inlier_count, inlier_ratio, rotation : float
+        Kept pairs, their share of the source, and the match's |Δψ| [rad].
+    rmse, cost : float
+        Root mean square of the kept pairs' residuals [m], and the truncated Huber cost J [m²].
+    seen_through : float
+        Share of the target's points in view that the scan's beams look through.
+    agreement : float
+        1 where all of the scan lies on the target, 0 where none of it does, and less where
+        its beams look through the target; −∞ where the match failed.
+    margin, ambiguous : float, bool
+        By how much the match agrees better than the best one that ended elsewhere and passes
+        the checks, NaN without one; and whether that is too little to tell which is right.
+        Then the prior is taken; without one, the match nearest to the expected motion.
+    against_prior : bool
+        Whether the match was believed although it lies beyond the limits around the prior.
+    information, degenerate : float, bool
+        Smallest eigenvalue of the information, near 0 where a direction is free, and whether
+        one is. The point-to-line metric leaves it at the prior, or with the search where the
+        last motions suggest; without either the step is not believed.
+    spread : float
+        The lesson's cheap corridor test; see `labkit.degeneracy.spread_ratio`.
+    iterations, termination : int, Termination or None
+        ICP steps of the match, and how it ended.
+    """
+
+    increment: FloatArray
+    decision: Decision
+    reason: str = ""
+    inlier_count: int = 0
+    inlier_ratio: float = math.nan
+    rmse: float = math.nan
+    cost: float = math.nan
+    seen_through: float = math.nan
+    agreement: float = math.nan
+    margin: float = math.nan
+    ambiguous: bool = False
+    against_prior: bool = False
+    rotation: float = math.nan
+    information: float = math.nan
+    spread: float = math.nan
+    iterations: int = 0
+    degenerate: bool = False
+    termination: Termination | None = None
 
 
 def estimate_step(
@@ -72,10 +146,8 @@ def estimate_step(
 
     Parameters
     ----------
-    source : Scan
-        The newer scan, filtered already.
-    target : Target or None
-        The older one, or the map; None where it has no points.
+    source, target : Scan, Target or None
+        The newer scan, filtered already, and the older one or the map; None without points.
     prior : ndarray, shape (3,), or None
         Expected increment from wheels or an IMU.
     last_motion : ndarray, shape (3,)
@@ -102,55 +174,33 @@ def estimate_step(
     tried = [step.match(expected[0], Decision.ICP)]
     if tried[0].complaints or step.is_doubtful(tried[0]):
         step.fall_back(tried)
-    choice = _choose(tried, step)
-    if choice.best.complaints and prior is not None and parameters.search:
+    best, believed = _choose(tried, step)
+    if best.complaints and prior is not None and parameters.search:
         likely = np.vstack([skipped, earlier_motions])
         alone = replace(step, prior=None, expected=T_target_last @ from_xytheta(likely))
-        again = [alone.judged(each.result, each.decision) for each in tried]
+        again = [alone.judged(each.result, each.record.decision) for each in tried]
         alone.fall_back(again)
-        witness = _choose(again, alone)
-        if witness.measures_all:
-            why = f"{choice.reason}; believed against the prior: alone, and well supported"
-            choice = replace(witness, reason=why, against_prior=True)
-    return _published(choice, source, resort)
+        witness, passes = _choose(again, alone)
+        seen = witness.record
+        if passes and seen.agreement >= DOUBTFUL and not (seen.degenerate or seen.ambiguous):
+            why = f"{best.record.reason}; believed against the prior: alone, and well supported"
+            told = replace(seen, reason=why, against_prior=True)
+            best, believed = replace(witness, record=told), True
+    return _published(best, source, best.record if believed else resort)
 
 
 @dataclass(frozen=True, eq=False)
 class _Match:
     """A match that was tried, where it ended, and the sanity checks that it fails."""
 
-    decision: Decision
+    record: StepRecord
     result: IcpResult
-    increment: FloatArray
     complaints: list[str]
-    agreement: float = -math.inf
     score: float = -math.inf  # the agreement, less by how much the motion surprises
-    rmse: float = math.nan
-    through: float = math.nan
-    information: float = math.nan
-    degenerate: bool = False
 
-    @property
-    def T_target_source(self) -> FloatArray:
-        return self.result.T_target_source
-
-
-@dataclass(frozen=True, eq=False)
-class _Choice:
-    """The best of the matches that were tried, and whether it is believed."""
-
-    best: _Match
-    margin: float
-    ambiguous: bool
-    believed: bool
-    reason: str
-    against_prior: bool = False
-
-    @property
-    def measures_all(self) -> bool:
-        """Whether it is alone, and well supported in every direction."""
-        supported = self.best.agreement >= DOUBTFUL and not self.best.degenerate
-        return self.believed and supported and not self.ambiguous
+    def ends_at(self, T: FloatArray) -> bool:
+        """Whether the match ended at the pose T, or near it."""
+        return alike(T, self.result.T_target_source)
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,36 +229,48 @@ class _Step:
     def judged(self, result: IcpResult, decision: Decision) -> _Match:
         """The motion of a match (B), and every sanity check that it fails (D)."""
         T, told, limits = result.T_target_source, result.parameters, self.parameters.limits
-        increment = to_xytheta(self._T_last_target @ T)
+        increment = to_xytheta(invert(self.T_target_last) @ T)
+        record = StepRecord(
+            increment=increment,
+            decision=decision,
+            inlier_count=result.inlier_count,
+            inlier_ratio=result.fitness,
+            cost=result.cost,
+            agreement=-math.inf,
+            rotation=abs(float(increment[2])),
+            iterations=result.iterations,
+            termination=result.termination,
+        )
         if result.termination.failed:
-            return _Match(decision, result, increment, [result.message])
+            return _Match(record, result, [result.message])
         pairs, seen = result.correspondences, result.observability
         gate, delta = told.max_correspondence_distance, told.huber_delta
         gate = min(gate, CLOSE_GATE * delta) if told.approach else gate
-        through = look_through(*self._beams, self._walls, np.array(T))
+        through = seen_through(*self._view, np.array(T))
         agreement = 1.0 - misfit(np.array(pairs.distances), np.array(pairs.residuals), gate, delta)
         agreement -= THROUGH * (0.0 if math.isnan(through) else through)
-        rmse = math.sqrt(np.mean(pairs.residuals[pairs.kept] ** 2))
-        information = 0.0 if seen is None else float(seen.values[0])
-        degenerate = seen is None or seen.degenerate
+        record = replace(
+            record,
+            rmse=math.sqrt(np.mean(pairs.residuals[pairs.kept] ** 2)),
+            seen_through=through,
+            agreement=agreement,
+            information=0.0 if seen is None else float(seen.values[0]),
+            degenerate=seen is None or seen.degenerate,
+        )
         complaints = motion_complaints(increment, self.prior, limits)
-        complaints += quality_complaints(result.fitness, rmse, limits)
+        complaints += quality_complaints(result.fitness, record.rmse, limits)
         stays = told.metric == "point_to_line" and (self.prior is not None or self._completes)
-        if degenerate and not stays:
-            complaints.append(f"degenerate: information {information:.3f}")
+        if record.degenerate and not stays:
+            complaints.append(f"degenerate: information {record.information:.3f}")
         score = agreement - SURPRISE * unlikeliness(T, self.expected)
-        numbers = agreement, score, rmse, through, information
-        return _Match(decision, result, increment, complaints, *numbers, degenerate)
+        return _Match(record, result, complaints, score)
 
     def is_doubtful(self, match: _Match) -> bool:
         """Whether a search should say if there is a better match than one that passes."""
-        return self.parameters.search and (self.prior is None or match.agreement < DOUBTFUL)
+        return self.parameters.search and (self.prior is None or match.record.agreement < DOUBTFUL)
 
     def fall_back(self, tried: list[_Match]) -> None:
-        """Add a match with reduced steps, or those from the best starts of a search (F).
-
-        A start is passed over that lies where another match has ended.
-        """
+        """Add a match with reduced steps (F), or from a search's starts where none has ended."""
         limits, middle = self.parameters.limits, self.expected[0]
         window = limits.max_prior_translation, limits.max_prior_rotation
         if not self.parameters.search:
@@ -216,22 +278,14 @@ class _Step:
             return
         if self.prior is None:
             middle, window = self.T_target_last, (limits.max_translation, limits.max_rotation)
-        found = search(self.source, field_of(self.target), middle, window)
+        found = search(self.source, self.target, middle, window)
         for T_guess in [*apart(self.expected, STARTS // 2), *found]:
-            if not any(alike(T_guess, each.T_target_source) for each in tried):
+            if not any(each.ends_at(T_guess) for each in tried):
                 tried.append(self.match(T_guess, Decision.SEARCH))
 
     @cached_property
-    def _T_last_target(self) -> FloatArray:
-        return invert(self.T_target_last)
-
-    @cached_property
-    def _beams(self) -> tuple[FloatArray, FloatArray]:
-        return beams_of(self.source)
-
-    @cached_property
-    def _walls(self) -> FloatArray:
-        return np.array(self.target.points)
+    def _view(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        return *beams_of(self.source), np.array(self.target.points)
 
     @property
     def _completes(self) -> bool:
@@ -239,60 +293,38 @@ class _Step:
         return self.parameters.search and self.parameters.icp.metric == "point_to_line"
 
 
-def _choose(tried: list[_Match], step: _Step) -> _Choice:
-    """Choose the best match, and compare it with those that ended elsewhere (D)."""
+def _choose(tried: list[_Match], step: _Step) -> tuple[_Match, bool]:
+    """The best match, compared with those that ended elsewhere, and whether it is believed (D)."""
     good = [each for each in tried if not each.complaints]
     best = _best(tried) if step.parameters.search else (good or tried)[-1]
-    others = [
-        each.agreement for each in good if not alike(each.T_target_source, best.T_target_source)
-    ]
-    margin = best.agreement - max(others) if others else math.nan
+    T, agreement = best.result.T_target_source, best.record.agreement
+    others = [each.record.agreement for each in good if not each.ends_at(T)]
+    margin = agreement - max(others, default=math.nan)
     ambiguous = step.parameters.search and not best.complaints and margin < ALIKE
-    reasons = [
-        f"{bad.decision.value}: {', '.join(bad.complaints)}" for bad in tried if bad.complaints
-    ]
+    bad = [each for each in tried if each.complaints]
+    reasons = [f"{each.record.decision.value}: {', '.join(each.complaints)}" for each in bad]
     if ambiguous:
         reasons.append(f"ambiguous: it fits elsewhere, too ({margin:+.3f})")
+    told = replace(best.record, margin=margin, ambiguous=ambiguous, reason="; ".join(reasons))
     believed = not best.complaints and not (ambiguous and step.prior is not None)
-    return _Choice(best, margin, ambiguous, believed, "; ".join(reasons))
+    return replace(best, record=told), believed
 
 
 def _best(tried: list[_Match]) -> _Match:
-    """The match with the highest score.
-
-    Or one that is about as good and passes the checks; or an earlier one that ended there.
-    """
+    """The highest score, or one about as good that passes; there, the match tried first."""
     best = max(tried, key=lambda each: each.score)
     good = [each for each in tried if not each.complaints]
     if best.complaints:
         return next((each for each in good if each.score > best.score - ALIKE), best)
-    there = [each for each in good if alike(each.T_target_source, best.T_target_source)]
+    there = [each for each in good if each.ends_at(best.result.T_target_source)]
     return next(each for each in there if each.score > best.score - SAME)
 
 
-def _published(choice: _Choice, source: Scan, resort: StepRecord) -> StepRecord:
-    """The record of the match that is believed (E), or of the last resort (F)."""
-    best, result = choice.best, choice.best.result
-    x, y, turn = best.increment.tolist()
-    c, s = math.cos(turn), math.sin(turn)
-    from_the_end = [c * x + s * y, c * y - s * x]  # the motion, as the newer scan sees it
-    return StepRecord(
-        increment=best.increment if choice.believed else resort.increment,
-        decision=best.decision if choice.believed else resort.decision,
-        reason=choice.reason,
-        inlier_count=result.inlier_count,
-        inlier_ratio=result.fitness,
-        rmse=best.rmse,
-        cost=result.cost,
-        seen_through=best.through,
-        agreement=best.agreement,
-        margin=choice.margin,
-        ambiguous=choice.ambiguous,
-        against_prior=choice.against_prior,
-        rotation=abs(turn),
-        information=best.information,
-        spread=math.nan if result.termination.failed else spread_ratio(source, from_the_end),
-        iterations=result.iterations,
-        degenerate=best.degenerate,
-        termination=result.termination,
-    )
+def _published(best: _Match, source: Scan, taken: StepRecord) -> StepRecord:
+    """The record of the best match, with the motion that is taken: its own (E), or a resort (F)."""
+    spread = math.nan
+    if not best.result.termination.failed:
+        x, y, turn = best.record.increment.tolist()
+        c, s = math.cos(turn), math.sin(turn)
+        spread = spread_ratio(source, [c * x + s * y, c * y - s * x])  # as the newer scan sees it
+    return replace(best.record, increment=taken.increment, decision=taken.decision, spread=spread)

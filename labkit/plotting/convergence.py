@@ -33,15 +33,6 @@ def plot_convergence(ax: Axes, result: IcpResult, step_ax: Axes | None = None) -
         marked at the foot.
     step_ax : Axes, optional
         For the steps, [m] and [rad]; by default a second y-axis at the right of `ax`.
-
-    Examples
-    --------
-    >>> import labkit
-    >>> from labkit.plotting import book_figure
-    >>> corner = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [0.0, 3.0]]
-    >>> run = labkit.icp([[0.1, 0.0], [2.1, 0.1], [0.0, 1.1], [0.1, 3.0]], corner)
-    >>> plot_convergence(book_figure().subplots(), run).get_ylabel()
-    'cost J [m²]'
     """
     lower = ax.twinx() if step_ax is None else step_ax
     cost, moved, turned = (

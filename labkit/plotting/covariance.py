@@ -10,27 +10,21 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Ellipse
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats, is_number
-from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.arrays import is_number
+from labkit.covariance import as_covariance
+from labkit.errors import InvalidParameterError
 from labkit.plotting.scans import single_point
 
 
 def plot_covariance(
-    ax: Axes,
-    mean: ArrayLike,
-    covariance: ArrayLike,
-    *,
-    probability: float = 0.95,
-    **style: Any,
+    ax: Axes, mean: ArrayLike, covariance: ArrayLike, *, probability: float = 0.95, **style: Any
 ) -> Axes:
-    """Draw the ellipse of a two-dimensional Gaussian that holds so much of its mass.
+    """Draw the ellipse of a two-dimensional Gaussian that holds a share of its mass.
 
     Parameters
     ----------
-    mean : array_like, shape (2,)
-        The middle, in the axes' units.
-    covariance : array_like, shape (2, 2)
-        Symmetric and positive semi-definite.
+    mean, covariance : array_like, shapes (2,) and (2, 2)
+        In the axes' units; the covariance is positive semi-definite.
     probability : float
         The share inside, in (0, 1).
     **style
@@ -49,7 +43,7 @@ def plot_covariance(
     (9.79, 4.9)
     """
     center = single_point(mean, "mean")
-    matrix = _as_covariance(covariance)
+    matrix = as_covariance(covariance, "covariance", 2)
     if not (is_number(probability) and 0.0 < probability < 1.0):
         raise InvalidParameterError(
             f"must be in (0, 1), got {probability!r}", parameter="probability"
@@ -63,18 +57,3 @@ def plot_covariance(
     ax.add_patch(Ellipse((center[0], center[1]), major, minor, angle=angle, **look))
     ax.autoscale_view()
     return ax
-
-
-def _as_covariance(covariance: ArrayLike) -> FloatArray:
-    matrix = as_floats(covariance, "covariance", hint="give a (2, 2) matrix")
-    if matrix.shape != (2, 2) or not np.isfinite(matrix).all():
-        raise InvalidPointsError(
-            f"`covariance` must be a finite (2, 2) matrix, got {matrix.tolist()}; "
-            f"of a (3, 3) one take a block"
-        )
-    rounding = 1e-9 * float(np.abs(matrix).max())
-    if abs(matrix[0, 1] - matrix[1, 0]) > rounding or np.linalg.eigvalsh(matrix)[0] < -rounding:
-        raise InvalidPointsError(
-            f"`covariance` must be symmetric and positive semi-definite, got {matrix.tolist()}"
-        )
-    return matrix

@@ -23,8 +23,8 @@ def plot_observability(ax: Axes, target: Scan | ArrayLike, information: Informat
     """Draw how the points would move along the free directions.
 
     A free direction is a motion (Δx, Δy, ℓ Δψ) that the surface does not answer: the
-    arrows show it, to scale among themselves, at points spread over the scan. Where all
-    is fixed, thin grey arrows show the direction that the scan knows least.
+    arrows show it, to scale among themselves. Where all is fixed, thin grey arrows show the
+    direction that the scan knows least.
 
     Parameters
     ----------
@@ -32,18 +32,6 @@ def plot_observability(ax: Axes, target: Scan | ArrayLike, information: Informat
         The scan [m], in the frame of `information`.
     information : Information
         Of `labkit.degeneracy.observability` or `labkit.line_alignment.line_information`.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from labkit.line_alignment import line_information
-    >>> from labkit.plotting import book_figure
-    >>> x = np.linspace(-5.0, 5.0, 50)
-    >>> wall = np.column_stack([x, np.ones_like(x)])
-    >>> seen = line_information(wall, np.tile([0.0, -1.0], (50, 1)))
-    >>> print(plot_observability(book_figure().subplots(), wall, seen).get_title())
-    1 free direction
-    smallest information 0.000
     """
     points = scan_points(target, "target")
     handles = [draw_target(ax, points)]
@@ -52,7 +40,7 @@ def plot_observability(ax: Axes, target: Scan | ArrayLike, information: Informat
     at = _spread_out(points)
     extent = max(float(np.ptp(points, axis=0).max()), 1e-9)
     size = ARROW_SHARE * extent
-    for number, direction in enumerate(directions.T):
+    for direction, color in zip(directions.T, COLORS if count else [GREY], strict=False):
         arrows = motion_field(information, direction, at)
         arrows *= size / np.hypot(*arrows.T).max()
         ax.quiver(
@@ -61,21 +49,18 @@ def plot_observability(ax: Axes, target: Scan | ArrayLike, information: Informat
             angles="xy",
             scale_units="xy",
             scale=1.0,
-            color=COLORS[number] if count else GREY,
+            color=color,
             units="inches",
             width=0.022 if count else 0.012,
             headwidth=4.5,
             zorder=2.5,
         )
         ax.update_datalim(at + arrows)
-        label = ("free: " if count else "fixed, known least: ") + _describe(direction)
-        color = COLORS[number] if count else GREY
+        kind = "a turn" if abs(direction[2]) > np.sqrt(0.5) else "a shift"  # mostly
+        label = f"{'free' if count else 'fixed, known least'}: {kind}"
         handles.append(Line2D([], [], color=color, marker=">", linewidth=2.0, label=label))
-    plural = "" if count == 1 else "s"
-    ax.set_title(
-        f"{count or 'no'} free direction{plural}\n"
-        f"smallest information {max(information.values[0], 0.0):.3f}"
-    )
+    title = f"{count or 'no'} free direction{'' if count == 1 else 's'}"
+    ax.set_title(f"{title}\nsmallest information {max(information.values[0], 0.0):.3f}")
     middle = points.mean(axis=0)  # a single wall, too, gets a picture with some width
     ax.update_datalim([middle - NARROWEST * extent, middle + NARROWEST * extent])
     ax.autoscale_view()
@@ -88,13 +73,7 @@ def motion_field(information: Information, direction: FloatArray, points: FloatA
     """How points (N, 2) move, to first order, along (Δx, Δy, ℓ Δψ), shape (N, 2) [m]."""
     arm = points - information.center
     turned = np.column_stack([-arm[:, 1], arm[:, 0]])
-    field: FloatArray = direction[:2] + direction[2] / information.length * turned
-    return field
-
-
-def _describe(direction: FloatArray) -> str:
-    """Whether a unit direction is mostly a shift or mostly a turn."""
-    return "a turn" if abs(direction[2]) > np.sqrt(0.5) else "a shift"
+    return np.asarray(direction[:2] + direction[2] / information.length * turned)
 
 
 def _spread_out(points: FloatArray) -> FloatArray:

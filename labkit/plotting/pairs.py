@@ -26,11 +26,7 @@ from labkit.scan import Scan
 
 
 class Fate(IntEnum):
-    """The end of a pair on its way through gate, trimming and weighting.
-
-    A pair that several stages reject is counted at the first of them, in the order of
-    the lesson's flow chart.
-    """
+    """The end of a pair on its way through the stages; the first that rejects it counts."""
 
     GATED = 0  # farther apart than d_max
     TRIMMED = 1  # not among the ⌊ρN⌋ closest
@@ -81,17 +77,6 @@ def plot_correspondences(ax: Axes, target: Scan | ArrayLike, pairs: Corresponden
         The older scan [m].
     pairs : Correspondences
         The association, with the source where it was matched.
-
-    Examples
-    --------
-    >>> import labkit
-    >>> from labkit.plotting import book_figure
-    >>> target = [[0.0, 0.0], [4.0, 0.0], [0.0, 3.0], [4.0, 3.0]]
-    >>> source = [[0.1, 0.0], [4.1, 0.0], [0.1, 3.0], [4.9, 3.0]]
-    >>> pairs = labkit.icp(source, target).correspondences
-    >>> ax = plot_correspondences(book_figure().subplots(), target, pairs)
-    >>> [text.get_text() for text in ax.get_legend().get_texts()][1:3]
-    ['gated: 1', 'trimmed: 0']
     """
     handles = [draw_target(ax, scan_points(target, "target"))]
     fate_of = fates(pairs)

@@ -24,6 +24,7 @@ FALLBACKS = {  # decision: colour, marker
     Decision.HOLD: (PURPLE, "s"),
     Decision.STAND: (GREEN, "D"),
 }
+SIGNALS = {"rmse": "m", "inlier_ratio": "–", "rotation": "°", "information": "–"}
 _MARGIN = 0.06  # of the greatest value, below 0 and above it: a mark there stays whole
 _MEDIAN_SHARE = 80  # the running median looks at one part in so many of the run,
 _MEDIAN_STEPS = 15  # but at so many steps at least
@@ -49,8 +50,7 @@ def plot_quality(
     records : sequence of StepRecord, length K
         The steps of an `OdometryResult`.
     stamps : array_like, shape (K,), optional
-        Times of the scans [s]; then the abscissa is the time since the first of them
-        instead of the number of the step.
+        Times of the scans [s], to draw over the time since the first and not over the steps.
     limits : SanityLimits, optional
         The limits that the steps were held to: dashed lines.
 
@@ -58,34 +58,23 @@ def plot_quality(
     -------
     tuple of 5 Axes
         RMSE [m], inlier ratio, rotation [°], information, decisions.
-
-    Examples
-    --------
-    >>> from labkit.plotting import book_figure
-    >>> record = StepRecord(increment=np.zeros(3), decision=Decision.ICP, rmse=0.01)
-    >>> axes = plot_quality(book_figure(7.0), [record])
-    >>> [ax.get_ylabel() for ax in axes]
-    ['RMSE [m]', 'inlier ratio [–]', 'rotation [°]', 'information [–]', 'decision']
     """
     if len(records) == 0:
         raise InvalidPointsError("`records` is empty, got 0 steps; it needs at least 1")
     at = _abscissa(len(records), stamps)
     decisions = [record.decision for record in records]
     axes = tuple(figure.subplots(5, 1, sharex=True, height_ratios=[3, 3, 3, 3, 2]))
-    signals = (
-        ("RMSE [m]", [record.rmse for record in records]),
-        ("inlier ratio [–]", [record.inlier_ratio for record in records]),
-        ("rotation [°]", np.degrees([record.rotation for record in records])),
-        ("information [–]", [record.information for record in records]),
-    )
-    for ax, (name, values) in zip(axes, signals, strict=False):
-        _draw_signal(ax, at, np.asarray(values, dtype=np.float64), decisions)
-        ax.set_ylabel(name)
+    for ax, (name, unit) in zip(axes, SIGNALS.items(), strict=False):
+        values = np.array([getattr(record, name) for record in records], dtype=np.float64)
+        _draw_signal(ax, at, np.degrees(values) if unit == "°" else values, decisions)
+        ax.set_ylabel(f"{'RMSE' if name == 'rmse' else name.replace('_', ' ')} [{unit}]")
     if limits is not None:
         _draw_limits(axes, limits)
     _draw_decisions(axes[-1], at, decisions)
     axes[-1].set_xlabel("step" if stamps is None else "time [s]")
-    axes[0].set_title(_headline(decisions))
+    steps = len(decisions) - decisions.count(Decision.START)
+    fell = sum(each in FALLBACKS for each in decisions)
+    axes[0].set_title(f"Quality of {steps:,} steps, {fell:,} of them fell back")
     figure.align_ylabels(axes)
     return axes
 
@@ -99,8 +88,7 @@ def _abscissa(count: int, stamps: ArrayLike | None) -> FloatArray:
             f"`stamps` must be {count} finite times, one a step, got shape {t.shape} "
             f"with {np.count_nonzero(~np.isfinite(t))} not finite"
         )
-    since_first: FloatArray = t - t[0]
-    return since_first
+    return np.asarray(t - t[0])
 
 
 def _draw_signal(
@@ -116,12 +104,8 @@ def _draw_signal(
     for decision, (color, marker) in FALLBACKS.items():
         fell = np.array([each is decision for each in decisions]) & known
         if fell.any():
-            look: dict[str, Any] = {
-                "color": color,
-                "markeredgecolor": "white",
-                "markeredgewidth": 0.5,
-            }
-            ax.plot(at[fell], values[fell], marker, markersize=7.0, **look)
+            look: dict[str, Any] = {"markeredgecolor": "white", "markeredgewidth": 0.5}
+            ax.plot(at[fell], values[fell], marker, color=color, markersize=7.0, **look)
     greatest = float(values[known].max(initial=0.0))
     _show_from_zero(ax, (1.0 + _MARGIN) * greatest or ax.get_ylim()[1])
     style_grid(ax)
@@ -129,13 +113,8 @@ def _draw_signal(
 
 def _draw_limits(axes: Sequence[Axes], limits: SanityLimits) -> None:
     """Dashed lines; the view is stretched to show one that the data come near to."""
-    bounds = (
-        limits.max_rmse,
-        limits.min_inlier_ratio,
-        np.degrees(limits.max_rotation),
-        MIN_INFORMATION,
-    )
-    for ax, bound in zip(axes, bounds, strict=False):
+    bounds = limits.max_rmse, limits.min_inlier_ratio, np.degrees(limits.max_rotation)
+    for ax, bound in zip(axes, (*bounds, MIN_INFORMATION), strict=False):
         top = ax.get_ylim()[1]
         ax.axhline(bound, color="black", linestyle="--", linewidth=0.9)
         _show_from_zero(ax, max(top, 1.08 * bound) if bound < 2.0 * top else top)
@@ -160,9 +139,3 @@ def _draw_decisions(ax: Axes, at: FloatArray, decisions: Sequence[Decision]) -> 
     ax.set_ylim(len(shown) - 0.4, -0.6)
     ax.set_ylabel("decision")
     style_grid(ax)
-
-
-def _headline(decisions: Sequence[Decision]) -> str:
-    steps = [each for each in decisions if each is not Decision.START]
-    fell = sum(each in FALLBACKS for each in steps)
-    return f"Quality of {len(steps):,} steps, {fell:,} of them fell back"

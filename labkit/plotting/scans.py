@@ -32,17 +32,10 @@ def plot_scans(
         Where to put the source: the guess, or the estimate. By default it stays in its
         own coordinates, which is the picture before any registration.
 
-    Raises
-    ------
-    InvalidPointsError
-        For an empty scan, a wrong shape, numbers that are not finite, no rigid transform.
-
     Examples
     --------
     >>> from labkit.plotting import book_figure
     >>> ax = plot_scans(book_figure().subplots(), [[0.0, 1.0]], [[0.0, 0.9]])
-    >>> ax.get_xlabel()
-    'x [m]'
     """
     p, q = scan_points(source, "source"), scan_points(target, "target")
     if T_target_source is not None:
@@ -58,13 +51,9 @@ def plot_scans(
 
 def draw_target(ax: Axes, points: FloatArray) -> Line2D:
     """The older scan, shape (M, 2) [m], as black dots."""
+    label = f"target ({len(points)} points)"
     (line,) = ax.plot(
-        *points.T,
-        ".",
-        markersize=3.5,
-        color=TARGET,
-        markeredgewidth=0.0,
-        label=f"target ({len(points)} points)",
+        *points.T, ".", markersize=3.5, color=TARGET, markeredgewidth=0.0, label=label
     )
     return line
 
@@ -72,14 +61,9 @@ def draw_target(ax: Axes, points: FloatArray) -> Line2D:
 def draw_source(ax: Axes, points: FloatArray, label: str) -> Line2D:
     """The newer scan, shape (N, 2) [m], as open circles that let the target show."""
     (line,) = ax.plot(
-        *points.T,
-        "o",
-        markersize=3.8,
-        markerfacecolor="none",
-        color=SOURCE,
-        markeredgewidth=0.8,
-        label=label,
+        *points.T, "o", markersize=3.8, color=SOURCE, markeredgewidth=0.8, label=label
     )
+    line.set_markerfacecolor("none")
     return line
 
 

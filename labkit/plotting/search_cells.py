@@ -25,9 +25,8 @@ def plot_search_cells(
 ) -> Axes:
     """Draw how a KD-tree cuts the plane in two, again and again.
 
-    Each cut goes through the median of a cell's points, across their longer extent, which
-    need not be the cell's longer side. A query need not open a cell that begins farther away
-    than the nearest point: those it has to open are shaded.
+    Each cut goes through the median of a cell's points, across their longer extent. A query
+    need not open a cell that begins farther away than the nearest point; the others are shaded.
 
     Parameters
     ----------
@@ -37,13 +36,6 @@ def plot_search_cells(
         How often to cut, at least 0; a cell of one point is not cut.
     query : array_like, shape (2,), optional
         A point whose nearest neighbour is sought [m].
-
-    Examples
-    --------
-    >>> from labkit.plotting import book_figure
-    >>> square = [[0.0, 0.0], [4.0, 0.0], [0.0, 3.0], [4.0, 3.0]]
-    >>> plot_search_cells(book_figure().subplots(), square, depth=1).get_title()
-    '2 cells'
     """
     points = scan_points(target, "target")
     check_count(depth, "depth", at_least=0)
@@ -57,11 +49,8 @@ def plot_search_cells(
         title += f", {open_to_query.sum()} to open"
     for (low, high), shaded in zip(boxes, open_to_query, strict=True):
         face = (SKY, 0.45) if shaded else "none"
-        ax.add_patch(
-            Rectangle(
-                (low[0], low[1]), *(high - low), edgecolor=GREY, facecolor=face, linewidth=0.8
-            )
-        )
+        corner, size = (low[0], low[1]), high - low
+        ax.add_patch(Rectangle(corner, *size, edgecolor=GREY, facecolor=face, linewidth=0.8))
     handles = [draw_target(ax, points)]
     if query is not None:
         ax.add_patch(Circle((p[0], p[1]), radius, fill=False, color=KEPT, linestyle="--"))

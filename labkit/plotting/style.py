@@ -78,11 +78,6 @@ def book_figure(height: float = 4.5) -> Figure:
     """An empty figure as wide as the book's page (700 px), `height` inches high.
 
     It belongs to no pyplot, so nothing is left open.
-
-    Examples
-    --------
-    >>> book_figure().get_size_inches().tolist()
-    [7.0, 4.5]
     """
     check_range(height, "height", above=0.0, at_most=50.0, unit="in")
     figure = BookFigure(figsize=(BOOK_WIDTH, height), dpi=BOOK_DPI, layout="constrained")

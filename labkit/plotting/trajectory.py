@@ -44,18 +44,13 @@ def plot_trajectory(
         Their names in the legend.
     range_max : float
         The map leaves out points farther than this from their scanner [m].
-
-    Examples
-    --------
-    >>> from labkit.plotting import book_figure
-    >>> ax = plot_trajectory(book_figure().subplots(), [[0, 0, 0], [1, 0, 0], [2, 1, 0.5]])
-    >>> ax.get_title()
-    'Trajectory: 3 poses, 2.4 m'
     """
     rows = as_poses(poses, "poses")
     dashed = None if reference is None else as_poses(reference, "reference")
     if scans is not None:
-        _draw_map(ax, map_points(rows, scans, range_max=range_max))
+        # Nearly transparent pixels: what is seen often grows dark, a stray return stays faint.
+        world = map_points(rows, scans, range_max=range_max)
+        ax.plot(*world.T, ",", color=MAP_GREY, alpha=0.2, rasterized=True, zorder=1.5)
     if dashed is not None:
         ax.plot(*dashed[:, :2].T, "--", color=REFERENCE, linewidth=1.2, label=reference_label)
     ax.plot(*rows[:, :2].T, "-", color=SOURCE, linewidth=1.0, label=label, zorder=2.1)
@@ -71,18 +66,12 @@ def plot_trajectory(
     return ax
 
 
-def _draw_map(ax: Axes, points: FloatArray) -> None:
-    # Nearly transparent pixels: what is seen often grows dark, a stray return stays faint.
-    ax.plot(*points.T, ",", color=MAP_GREY, alpha=0.2, rasterized=True, zorder=1.5)
-
-
 def _mark(ax: Axes, pose: FloatArray, label: str, marker: str, **style: Any) -> None:
     ax.plot(*pose[:2], linestyle="none", marker=marker, label=label, zorder=4, **style)
 
 
 def _length(rows: FloatArray) -> str:
-    steps = rows[1:, :2] - rows[:-1, :2]
-    metres = sum(math.hypot(dx, dy) for dx, dy in steps)
+    metres = sum(math.hypot(dx, dy) for dx, dy in np.diff(rows[:, :2], axis=0))
     return f"{metres / 1000.0:.2f} km" if metres >= 1000.0 else f"{metres:.1f} m"
 
 
@@ -91,21 +80,8 @@ def map_points(
 ) -> FloatArray:
     """The points of all scans in the world's frame, shape (P, 2) [m], in the order of the scans.
 
-    Parameters
-    ----------
-    poses : array_like, shape (K, 3)
-        Where each scan was taken, rows (x [m], y [m], θ [rad]).
-    scans : sequence of Scan, length K
-        The scans; one without points adds none.
-    range_max : float
-        Points farther than this from their scanner [m] are left out: a small error of
-        the heading throws them far.
-
-    Examples
-    --------
-    >>> scan = Scan.from_points([[1.0, 0.0]])
-    >>> np.round(map_points([[0, 0, 0], [5, 0, np.pi / 2]], [scan, scan]), 12).tolist()
-    [[1.0, 0.0], [5.0, 1.0]]
+    Parameters are those of `plot_trajectory`: a small error of the heading throws points far
+    that lie beyond `range_max`.
     """
     rows = as_poses(poses, "poses")
     check_range(range_max, "range_max", above=0.0, unit="m")
@@ -119,5 +95,4 @@ def map_points(
     near = np.hypot(*points.T) <= range_max
     points, k = points[near], k[near]
     R = rotation(rows[:, 2])
-    world: FloatArray = np.einsum("nij,nj->ni", R[k], points) + rows[k, :2]
-    return world
+    return np.asarray(np.einsum("nij,nj->ni", R[k], points) + rows[k, :2])

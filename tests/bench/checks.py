@@ -112,9 +112,9 @@ def rows(log: Log, reference: Reference, stride: int) -> Iterator[Row]:
                 "believed": record.decision.matched and not record.ambiguous,
                 "step_wrong": is_wrong(*lengths(off)) and not record.degenerate,
                 "-inlier_ratio": math.inf if failed else -match.result.fitness,
-                "rmse": math.inf if failed else match.rmse,
-                "-agreement": -match.agreement,
-                "seen_through": math.inf if failed else np.nan_to_num(match.through),
+                "rmse": math.inf if failed else match.record.rmse,
+                "-agreement": -match.record.agreement,
+                "seen_through": math.inf if failed else np.nan_to_num(match.record.seen_through),
                 "prior_shift": shift if prior is not None and not failed else 0.0,
                 "prior_turn": turn if prior is not None and not failed else 0.0,
             }

@@ -8,7 +8,7 @@ import pytest
 
 from labkit import Scan, Target
 from labkit.odometry import Decision, OdometryParameters, estimate_odometry, estimate_step
-from labkit.odometry.agreement import CLEARANCE, seen_through
+from labkit.odometry.agreement import CLEARANCE, beams_of, seen_through
 from labkit.odometry.search import SPREAD, LikelihoodField, alike, mean_values, search
 from labkit.odometry.step import ALIKE
 from labkit.se2 import apply, from_xytheta, relative, to_xytheta
@@ -37,7 +37,7 @@ def degrees(motion):
 @pytest.mark.parametrize("motion", [degrees(motion) for motion in MOTIONS])
 def test_one_of_its_starts_is_near_the_truth(motion):
     newer, older = looks(motion)
-    starts = search(newer, LikelihoodField.of(older.points), np.eye(3), WINDOW, count=4)
+    starts = search(newer, Target(older), np.eye(3), WINDOW)[:4]
     errors = to_xytheta(relative(from_xytheta(motion), starts))
     near = (np.hypot(errors[:, 0], errors[:, 1]) < 0.2) & (np.abs(errors[:, 2]) < 0.06)
     assert near.any()
@@ -48,15 +48,15 @@ def test_it_moves_with_the_frame_of_the_target():
     """The table's cells lie along the axes, so a shift by whole cells changes no start."""
     newer, older = looks(degrees(MOTIONS[0]))
     A = from_xytheta([3.0, -2.0, 0.0])
-    (plain,) = search(newer, LikelihoodField.of(older.points), np.eye(3), WINDOW, count=1)
-    field = LikelihoodField.of(apply(A, older.points))
-    (moved,) = search(newer, field, A, WINDOW, count=1)
+    (plain,) = search(newer, Target(older), np.eye(3), WINDOW)[:1]
+    target = Target(Scan.from_points(apply(A, older.points)))
+    (moved,) = search(newer, target, A, WINDOW)[:1]
     assert alike(moved, A @ plain)
 
 
 def test_it_stays_within_its_window():
     newer, older = looks(degrees((1.5, 0.0, 0.0)))
-    starts = search(newer, LikelihoodField.of(older.points), np.eye(3), (0.5, 0.2), count=3)
+    starts = search(newer, Target(older), np.eye(3), (0.5, 0.2))[:3]
     x, y, turn = np.abs(to_xytheta(starts)).T
     assert max(x.max(), y.max()) <= 0.5 + 0.5
     assert turn.max() <= 0.2 + math.radians(3.0)
@@ -74,9 +74,10 @@ def test_mean_values_are_those_of_the_table():
 
 def test_the_field_is_the_distance_to_the_nearest_point():
     """One point of the source on a point of the target, and one half a metre off."""
-    field = LikelihoodField.of(np.array([[0.05, 0.05], [3.05, 2.05]]))
+    target = Target(Scan.from_points([[0.05, 0.05], [3.05, 2.05]]))
+    field = LikelihoodField.of(target.points)
     source = Scan.from_points([[3.05, 2.05]])
-    (start,) = search(source, field, np.eye(3), (0.0, 0.0), count=1)
+    start = search(source, target, np.eye(3), (0.0, 0.0))[0]
     assert alike(start, np.eye(3))
     there, off = field.cells(np.array([[3.05, 2.05], [3.05, 1.75]])).tolist()
     assert field.fine[*there] == 1.0
@@ -84,9 +85,9 @@ def test_the_field_is_the_distance_to_the_nearest_point():
 
 
 def test_a_scan_without_points_has_no_start():
-    field = LikelihoodField.of(np.array([[1.0, 0.0]]))
+    target = Target(Scan.from_points([[1.0, 0.0]]))
     far_off = Scan.from_points([[500.0, 0.0]])
-    assert search(far_off, field, np.eye(3), WINDOW, count=3) == []
+    assert search(far_off, target, np.eye(3), WINDOW) == []
 
 
 def test_a_coarse_cell_promises_at_least_what_it_stands_for():
@@ -100,17 +101,17 @@ def test_a_coarse_cell_promises_at_least_what_it_stands_for():
 def test_beams_look_through_a_wall_that_is_not_there():
     wall = np.column_stack([np.full(41, 4.0), np.linspace(-1.0, 1.0, 41)])
     curtain = wall * [0.5, 0.4]
-    source = Scan.from_points(wall)
-    assert seen_through(source, wall, np.eye(3)) == 0.0
-    assert seen_through(source, curtain, np.eye(3)) == 1.0
+    beams = beams_of(Scan.from_points(wall))
+    assert seen_through(*beams, wall, np.eye(3)) == 0.0
+    assert seen_through(*beams, curtain, np.eye(3)) == 1.0
     both = np.vstack([wall, curtain])
-    assert seen_through(source, both, np.eye(3)) == pytest.approx(0.5, abs=0.02)
+    assert seen_through(*beams, both, np.eye(3)) == pytest.approx(0.5, abs=0.02)
     hidden = apply(from_xytheta([9.0, 0.0, 0.0]), wall)
-    assert math.isnan(seen_through(source, hidden, np.eye(3)))
-    assert math.isnan(seen_through(source, -wall, np.eye(3)))  # behind the scanner
+    assert math.isnan(seen_through(*beams, hidden, np.eye(3)))
+    assert math.isnan(seen_through(*beams, -wall, np.eye(3)))  # behind the scanner
     back = from_xytheta([-2.0 * CLEARANCE, 0.0, 0.0])
-    assert seen_through(source, apply(back, wall), back) == 0.0  # the wall moved along
-    assert seen_through(source, apply(back, wall), np.eye(3)) > 0.9
+    assert seen_through(*beams, apply(back, wall), back) == 0.0  # the wall moved along
+    assert seen_through(*beams, apply(back, wall), np.eye(3)) > 0.9
 
 
 @pytest.mark.parametrize("motion", [degrees(motion) for motion in MOTIONS])

@@ -9,8 +9,14 @@ import pytest
 from labkit import IcpParameters, Scan, Target, Termination, icp
 from labkit.degeneracy import spread_ratio
 from labkit.errors import InvalidParameterError
-from labkit.odometry import Decision, OdometryParameters, SanityLimits, estimate_step
-from labkit.odometry.agreement import misfit, seen_through
+from labkit.odometry import (
+    Decision,
+    OdometryParameters,
+    SanityLimits,
+    StepRecord,
+    estimate_step,
+)
+from labkit.odometry.agreement import beams_of, misfit, seen_through
 from labkit.odometry.step import ALIKE, SAME, _best, _Match
 from labkit.se2 import apply, from_xytheta, invert, to_xytheta, transform
 from labkit.simulation import Lidar, cast, corridor, room
@@ -49,7 +55,7 @@ def test_a_good_match_is_taken_and_its_numbers_are_the_matchs():
     off_line = (target.normals[pairs.target_index[pairs.kept]] * (p - q)).sum(axis=1)
     assert record.rmse == pytest.approx(math.sqrt(np.mean(off_line**2)), rel=1e-9)
     assert record.cost == result.cost
-    assert record.seen_through == seen_through(source, target.points, T)
+    assert record.seen_through == seen_through(*beams_of(source), target.points, T)
     assert record.rotation == abs(record.increment[2])
     assert record.information == result.observability.values[0]
     assert not record.degenerate
@@ -193,16 +199,19 @@ def test_steps_are_in_the_frame_of_the_older_scan():
     np.testing.assert_allclose(record.increment, [0.1, 0.0, 0.05], atol=1e-9)
 
 
+RECORD = StepRecord(increment=STILL, decision=Decision.ICP)
+
+
 def ended(place, score, *complaints):
     """A match that ended at `place` [m] ahead, with that score."""
     wall = np.column_stack([PLACE, PLACE**2])
     T = transform(place, 0.0, 0.0)
     result = icp(wall, apply(T, wall), T, BY_POINTS)
-    return _Match(Decision.ICP, result, STILL, list(complaints), score=score)
+    return _Match(RECORD, result, list(complaints), score=score)
 
 
 LITTLE = 1e-3
-FAILED = _Match(Decision.ICP, icp(WALLS, WALLS + 50.0), STILL, ["failed"])
+FAILED = _Match(RECORD, icp(WALLS, WALLS + 50.0), ["failed"])
 
 
 @pytest.mark.parametrize(

@@ -52,8 +52,8 @@ def test_a_flat_one_is_a_line(ax):
 @pytest.mark.parametrize(
     ("covariance", "probability", "error", "message"),
     [
-        (np.eye(3), 0.95, InvalidPointsError, "of a .3, 3. one take a block"),
-        ([[1.0, np.nan], [0.0, 1.0]], 0.95, InvalidPointsError, "must be a finite"),
+        (np.eye(3), 0.95, InvalidPointsError, "shape .2, 2., got .* take a block"),
+        ([[1.0, np.nan], [0.0, 1.0]], 0.95, InvalidPointsError, "must be finite and of shape"),
         ([[1.0, 0.5], [0.0, 1.0]], 0.95, InvalidPointsError, "symmetric and positive"),
         ([[1.0, 2.0], [2.0, 1.0]], 0.95, InvalidPointsError, "symmetric and positive"),
         (np.eye(2), 0.0, InvalidParameterError, r"`probability` must be in \(0, 1\), got 0.0"),

@@ -89,7 +89,7 @@ def test_each_pair_is_one_line_of_its_fate(ax, lesson, first):
         assert chosen.any()
         expected = np.stack([moved[chosen], partner[chosen]], axis=1)
         np.testing.assert_allclose(lines.get_segments(), expected, atol=1e-12)
-        np.testing.assert_allclose(points.get_xydata(), moved[chosen])
+        np.testing.assert_allclose(points.get_xydata(), moved[chosen], atol=1e-12)
 
 
 def test_the_legend_counts(ax, lesson, first, labels):

@@ -68,7 +68,7 @@ def _shares(answer: Any, good: FloatArray, bad: FloatArray, alarms: float) -> An
 
 
 def _caught(limit: Any, bad: FloatArray) -> tuple[Any, Any]:
-    return limit, np.mean(bad > limit)
+    return limit, (bad > limit).mean()
 
 
 @exercise("A threshold, and what it catches", _figures, {

@@ -10,25 +10,9 @@ from labkit.plotting.style import css_variables
 
 FOLDER = Path(__file__).parent
 MODULES = (
-    "se2",
-    "neighbors",
-    "correspondences",
-    "alignment",
-    "line_alignment",
-    "icp",
-    "scene",
-    "canvas",
-    "controls",
-    "frame",
-    "state",
-    "bets",
-    "basin",
-    "plane",
-    "cost",
-    "readouts",
-    "tasks",
-    "by_hand",
-    "explorer",
+    *("se2", "neighbors", "correspondences", "alignment", "line_alignment", "icp", "scene"),
+    *("canvas", "controls", "frame", "state", "bets", "basin", "plane", "cost", "readouts"),
+    *("tasks", "by_hand", "explorer"),
 )
 """Each imports only from those before it; the last one exports the widget."""
 

@@ -30,11 +30,9 @@ MIN_POINTS = 3
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Scene:
-    """Two scans, a guess, and where known the answer.
+    """Two scans of 3 points or more, the guess `T_init`, and where known the answer.
 
-    The newer and the older scan have at least 3 points each [m]; `T_init` is the first guess of
-    ``T_target_source``, `T_reference` the answer, the "truth" of a simulation or the "reference" of
-    a recording.
+    `T_reference` is the answer: the "truth" of a simulation or the "reference" of a recording.
     """
 
     name: str
@@ -45,13 +43,10 @@ class Scene:
     reference: str = "truth"
 
     def __post_init__(self) -> None:
-        for name in ("source", "target"):
-            count = len(getattr(self, name))
-            if count < MIN_POINTS:
-                raise InvalidPointsError(
-                    f"`{name}` of scene {self.name!r} needs at least {MIN_POINTS} points, "
-                    f"got {count}"
-                )
+        for name, scan in (("source", self.source), ("target", self.target)):
+            if len(scan) < MIN_POINTS:
+                where, least = f"`{name}` of scene {self.name!r}", f"at least {MIN_POINTS} points"
+                raise InvalidPointsError(f"{where} needs {least}, got {len(scan)}")
         as_transform(self.T_init, "T_init")
         if self.T_reference is not None:
             as_transform(self.T_reference, "T_reference")

@@ -132,9 +132,10 @@ def icp_explorer(
 ) -> Explorer:
     """A widget in which the reader runs ICP by hand, with a kernel or without.
 
-    Sliders for gate, overlap and Huber's delta, a guess to drag, the iterations one by
-    one, the cost, and the basin of convergence. The page computes all of it, so it is as
-    alive in a built book as in JupyterLab, where its values also reach Python.
+    Sliders for gate, overlap and Huber's delta, a guess to drag, the iterations one by one,
+    the cost, and the basin of convergence. The page computes all of it; in JupyterLab its
+    values also reach Python. Google Colab shows it after
+    ``google.colab.output.enable_custom_widget_manager()``.
 
     Parameters
     ----------
@@ -143,14 +144,11 @@ def icp_explorer(
     parameters : IcpParameters, optional
         Where the sliders stand at first, and what they do not change.
 
-    Google Colab shows it after ``google.colab.output.enable_custom_widget_manager()``.
-
     Examples
     --------
     >>> explorer = icp_explorer(default_scenes()[:1])
     >>> explorer.huber_delta = 0.1
-    >>> result = explorer.run()
-    >>> result.converged, explorer.parameters.huber_delta
+    >>> explorer.run().converged, explorer.parameters.huber_delta
     (True, 0.1)
     """
     return Explorer(
@@ -172,16 +170,12 @@ def icp_sliders(
 ) -> Explorer:
     """The lesson's three sliders, gate, overlap and Huber's delta, beside one pair of scans.
 
-    The explorer with the rest left out: as fast, and as alive in a page without a kernel.
-
     Parameters
     ----------
     source, target, T_init, parameters
         As in `labkit.icp`. The sliders start at the parameters.
-    T_reference : array_like, shape (3, 3), optional
-        The true motion, to say how far off a pose is.
-    reference : str
-        What that is: "truth" of a simulation, "reference" of a recording.
+    T_reference, reference : array_like, shape (3, 3), and str, optional
+        The true motion, and its name: "truth" of a simulation, "reference" of a recording.
     runs : bool
         Whether the loop runs, and its end is shown first; if not, the sliders judge the
         pairs at `T_init`.
@@ -189,15 +183,6 @@ def icp_sliders(
         Other sliders than the three, each with the values that it can take: of
         "max_correspondence_distance", "overlap_ratio" and "huber_delta", and of the guess "x",
         "y" [m] and "turn" [°]. An empty mapping leaves the iterations alone.
-
-    Examples
-    --------
-    >>> from labkit.simulation import lesson_experiment
-    >>> lesson = lesson_experiment()
-    >>> sliders = icp_sliders(lesson.source, lesson.target, lesson.T_init)
-    >>> sliders.overlap_ratio = 0.7
-    >>> sliders.run().converged
-    True
     """
     scene = Scene(
         name="the scans",
@@ -213,11 +198,10 @@ def icp_sliders(
 
 
 def align_by_hand(scene: Scene, parameters: IcpParameters = DEFAULTS) -> Explorer:
-    """Two scans to lay over one another by mouse or keys, and how far apart they still are.
+    """Two scans to lay over one another by mouse or keys; ICP goes on from there.
 
-    A button lets ICP go on from there, and a verdict says whether it found the answer.
-
-    The newer one lies first at the scene's `T_init`.
+    The newer one lies first at the scene's `T_init`, and a verdict says whether ICP found
+    the answer.
     """
     return Explorer([scene], parameters, label="Two scans, to align by hand", form="by hand")
 
@@ -266,5 +250,4 @@ def base64_of(rows: FloatArray) -> str:
 
 def _row(T: ArrayLike) -> list[float]:
     """(x, y, θ) as plain floats."""
-    row: list[float] = to_xytheta(T).tolist()
-    return row
+    return list(map(float, to_xytheta(T)))
