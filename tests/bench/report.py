@@ -35,8 +35,8 @@ INTRO = """\
 How fast and how exact is the lab's matcher, compared with those that people use? Every matcher
 below got the same pairs of scans, the same guess, the same gate and one thread. The matchers took
 turns of twenty pairs each, so the machine was the same for all of them. The time includes search
-trees and normals, and ends with the pose.
-`make bench` repeats the measurement and writes this page again. You can also download the numbers
+trees and normals, and ends with the pose. Measured was labkit %s; `make bench` measures the lab
+that is here, and writes this page again. You can also download the numbers
 {download}`as JSON <_static/benchmark.json>`."""
 
 ERROR_FIGURE = """\
@@ -107,7 +107,7 @@ def main() -> int:
 
 def page(results: dict[str, Any]) -> str:
     """The page as MyST Markdown: a section for all that was measured."""
-    parts = [INTRO, *in_short(results), ERROR_FIGURE, SETS]
+    parts = [INTRO % results["versions"]["labkit"], *in_short(results), ERROR_FIGURE, SETS]
     parts += map(_set_section, results["sets"].values())
     if results["basins"]:
         parts += [BASIN, *map(_basin_section, results["basins"].values())]
