@@ -173,12 +173,12 @@ def line_step(
 @compiled
 def solve_constrained(A: FloatArray, g: FloatArray, minimum: float) -> FloatArray:
     """Solve A x = −g, in the directions alone whose eigenvalue reaches `minimum`."""
-    values, vectors = np.linalg.eigh(A)
+    eigenvalues, eigenvectors = np.linalg.eigh(A)
     x = np.zeros(3)
     for k in range(3):
-        if values[k] >= minimum:
-            v = vectors[:, k]
-            x -= v * (v[0] * g[0] + v[1] * g[1] + v[2] * g[2]) / values[k]
+        if eigenvalues[k] >= minimum:
+            v = eigenvectors[:, k]
+            x -= v * (v[0] * g[0] + v[1] * g[1] + v[2] * g[2]) / eigenvalues[k]
     return x
 
 

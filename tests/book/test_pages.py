@@ -298,7 +298,7 @@ def test_a_prediction_takes_a_place_in_the_picture(browser, html):
         left.press("Enter")
         expect(said).to_have_text("Your place is 10 % of the picture's width from the ring.")
         expect(ring).to_be_visible()
-        page.reload()  # the place is kept
+        page.reload(wait_until="networkidle")  # the place is kept
         expect(said).to_have_text("Your place is 10 % of the picture's width from the ring.")
         expect(page.locator(".predict-flag")).to_be_visible()
         box.get_by_role("button", name="Ask me again").click()
