@@ -227,7 +227,7 @@ def test_widgets_live_without_a_kernel(browser, html):
         assert book.get_attribute("src") != first
         assert book.evaluate("image => image.complete && image.naturalWidth")
 
-        page.reload()
+        page.reload(wait_until="networkidle")
         page.get_by_text("Skip to widget 1").wait_for(state="attached")
         page.keyboard.press("Tab")
         expect(page.get_by_text("Skip to widget 1")).to_be_focused()
@@ -253,7 +253,7 @@ def test_a_prediction_holds_the_answer_back_until_the_reader_commits(browser, ht
         expect(box.get_by_text("The cell below")).to_be_visible()
         expect(answer).to_be_visible()
         expect(page.get_by_text("Ten numbers.")).to_be_visible()
-        page.reload()  # the answer is kept
+        page.reload(wait_until="networkidle")  # the answer is kept
         expect(box.get_by_role("status")).to_have_text("You said 2; it is 3.")
         expect(answer).to_be_visible()
         box.get_by_role("button", name="Ask me again").click()
