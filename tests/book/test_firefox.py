@@ -52,6 +52,12 @@ def firefox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Firefox]:
     firefox.close()
 
 
+# Firefox draws a page while it comes, and complains of a formula that is only half there.
+HALF_READ = "Invalid markup: Incorrect number of children"
+UNFINISHED = """() => [...document.querySelectorAll("msubsup, munderover")]
+    .filter(each => each.children.length !== 3).length"""
+
+
 @pytest.mark.parametrize("name", ["book/intro", "notebooks/02_alignment"])
 def test_firefox_draws_a_page(firefox: Firefox, html: Path, name: str):
     firefox.open(f"{html.as_uri()}/{name}.html")
@@ -60,7 +66,8 @@ def test_firefox_draws_a_page(firefox: Firefox, html: Path, name: str):
     assert firefox.evaluate(LACKING) == []
     unloaded = "() => [...document.images].filter(i => !i.naturalWidth).map(i => i.src)"
     assert firefox.evaluate(unloaded) == []
-    assert firefox.complaints() == []
+    assert firefox.evaluate(UNFINISHED) == 0  # what Firefox says of a formula half read is past
+    assert [said for said in firefox.complaints() if HALF_READ not in said] == []
 
 
 def test_firefox_moves_a_slider_and_the_numbers_follow(firefox: Firefox, tmp_path: Path):
