@@ -22,14 +22,13 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_pairs
+from labkit.arrays import EPSILON, FloatArray, as_pairs
 from labkit.compiled import compiled
 from labkit.errors import DegenerateAlignmentError
 
 # A sum of n products carries a rounding error of about n·ε; a hundred thousand pairs
 # stay well below this, and a real scan's spread stays well above it.
 RELATIVE_RESOLUTION = 1e-10
-EPSILON = 2.0**-52
 # What `closed_form` found wrong with the pairs.
 SOLVED, NO_WEIGHT, SOURCE_COINCIDES, TARGET_COINCIDES, ANY_ROTATION = range(5)
 

@@ -19,6 +19,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 Values = TypeVar("Values", bound=NDArray[Any])
+EPSILON = 2.0**-52  # the spacing of doubles at 1
 FARTHEST = 1e9  # [m]: no robot drives or sees farther, so a number beyond it is damaged
 
 

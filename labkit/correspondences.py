@@ -342,7 +342,7 @@ class Correspondences:
         return math.sqrt(np.mean(self.distances[self.kept] ** 2))
 
     @cached_property
-    def as_pairs(self) -> Pairs:
+    def for_loop(self) -> Pairs:
         """The same, as the loop's stages read it."""
         return Pairs(
             np.array(self.source),

@@ -13,7 +13,7 @@ import numpy as np
 import scipy  # its parts are loaded when they are used
 from numpy.typing import ArrayLike
 
-from labkit.arrays import check_count, check_range
+from labkit.arrays import check_range
 from labkit.scan import Scan, as_scan
 
 
@@ -52,19 +52,18 @@ def voxel_downsample(scan: Scan | ArrayLike, size: float) -> Scan:
     )
 
 
-def remove_isolated(scan: Scan | ArrayLike, radius: float, min_neighbors: int = 1) -> Scan:
-    """Drop points with fewer than `min_neighbors` others within `radius` metres.
+def remove_isolated(scan: Scan | ArrayLike, radius: float) -> Scan:
+    """Drop points without another one within `radius` metres.
 
     A lone return is mostly a mixed pixel at an edge, dust, or somebody's leg.
     """
     check_range(radius, "radius", above=0.0, unit="m")
-    check_count(min_neighbors, "min_neighbors", at_least=1)
     scan = as_scan(scan)
     if len(scan) == 0:
         return scan
     tree = scipy.spatial.cKDTree(scan.points)
-    neighbors = tree.query_ball_point(scan.points, radius, return_length=True) - 1
-    return scan.select(neighbors >= min_neighbors)
+    neighbors = tree.query_ball_point(scan.points, radius, return_length=True)
+    return scan.select(neighbors > 1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,17 +87,8 @@ class Preprocessing:
         default=math.inf,
         metadata={"unit": "m", "help": "drop points farther than this; inf turns it off"},
     )
-    voxel_size: float = field(
-        default=0.0,
-        metadata={"unit": "m", "help": "thin to one point a cell of this size; 0 turns it off"},
-    )
-    isolation_radius: float = field(
-        default=0.0,
-        metadata={
-            "unit": "m",
-            "help": "drop points without a neighbour this near; 0 turns it off",
-        },
-    )
+    voxel_size: float = 0.0
+    isolation_radius: float = 0.0
 
     def __post_init__(self) -> None:
         check_range(self.range_min, "range_min", at_least=0.0, unit="m")

@@ -209,7 +209,7 @@ def best_step(correspondences: Correspondences) -> FloatArray:
     DegenerateAlignmentError
         Where the pairs leave the motion undetermined.
     """
-    dT, ending = minimise(correspondences.as_pairs, 1.0)
+    dT, ending = minimise(correspondences.for_loop, 1.0)
     if ending == DEGENERATE:
         raise DegenerateAlignmentError(Termination.DEGENERATE.value)
     return dT

@@ -30,8 +30,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.alignment import EPSILON, centroid, turn_about
-from labkit.arrays import FloatArray, as_pairs, as_points
+from labkit.alignment import centroid, turn_about
+from labkit.arrays import EPSILON, FloatArray, as_pairs, as_points
 from labkit.compiled import compiled
 from labkit.errors import DegenerateAlignmentError
 

@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from labkit.arrays import FloatArray, IntArray
+from labkit.arrays import EPSILON, FloatArray, IntArray
 from labkit.compiled import compiled
 from labkit.neighbors import Grid, build_grid, neighbors_of
 from labkit.scan import Scan
@@ -29,7 +29,6 @@ GAP_RATIO = 4.0  # a step this much longer than its shorter neighbour leaves the
 GAP_FLOOR = 0.05  # [m]: a step this short never does
 LINEARITY = 0.5  # largest ratio of the spreads across and along that still is a line
 MIN_ON_LINE = 3  # points that a line needs
-EPSILON = 2.0**-52
 
 
 def estimate_normals(scan: Scan, grid: Grid | None = None) -> FloatArray:

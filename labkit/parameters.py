@@ -84,25 +84,14 @@ class IcpParameters:
             "help": "residuals beyond it weigh delta/r; inf turns it off",
         },
     )
-    max_iterations: int = field(default=60, metadata={"help": "iteration budget"})
-    translation_tolerance: float = field(
-        default=1e-6,
-        metadata={"unit": "m", "help": "a step shorter than this, and turning less, converged"},
-    )
-    rotation_tolerance: float = field(
-        default=1e-6,
-        metadata={"unit": "rad", "help": "a step turning less than this, and shorter, converged"},
-    )
-    cost_tolerance: float = field(
-        default=1e-12,
-        metadata={"unit": "m²", "help": "converged when the cost changes by less; 0 turns it off"},
-    )
+    max_iterations: int = 60
+    translation_tolerance: float = 1e-6
+    rotation_tolerance: float = 1e-6
+    cost_tolerance: float = 1e-12
     metric: Metric = field(
         default="point_to_point", metadata={"label": "metric", "help": "what a residual is"}
     )
-    step_fraction: float = field(
-        default=1.0, metadata={"help": "share of each step that is taken, in (0, 1]"}
-    )
+    step_fraction: float = 1.0
     approach: bool = field(
         default=False,
         metadata={

@@ -92,9 +92,9 @@ class Scan:
         return cls(points=points, beams=beams, ranges=r, angles=alpha, stamp=stamp)
 
     @classmethod
-    def from_points(cls, points: ArrayLike, *, stamp: float = math.nan) -> Scan:
+    def from_points(cls, points: ArrayLike) -> Scan:
         """A scan of bare points, shape (N, 2) [m], in no particular order."""
-        return cls(points=as_points(points, "points"), stamp=stamp)
+        return cls(points=as_points(points, "points"))
 
     def __len__(self) -> int:
         """Number of points."""

@@ -9,7 +9,7 @@ from hypothesis import settings
 
 from labkit import Scan, transform
 from labkit.arrays import FloatArray
-from labkit.logs import Log, read_killian
+from labkit.logs import Log, read_log
 from labkit.simulation import Lidar, cast, room
 
 # The same examples in every run: a red test stays red, and no clock decides. `make quick` draws
@@ -48,4 +48,4 @@ def in_the_room() -> Pair:
 def killian() -> Log:
     """The built-in run; skips where rtb-data is not installed."""
     pytest.importorskip("rtbdata")
-    return read_killian()
+    return read_log("killian")

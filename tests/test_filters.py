@@ -73,14 +73,14 @@ def test_voxels_keep_the_measurement_and_the_stamp():
     assert thinned.stamp == 3.0
 
 
-@given(clouds, st.floats(0.05, 4.0), st.integers(1, 4))
-def test_isolated_points_go(points, radius, min_neighbors):
-    kept = remove_isolated(beam_scan(points), radius, min_neighbors)
+@given(clouds, st.floats(0.05, 4.0))
+def test_isolated_points_go(points, radius):
+    kept = remove_isolated(beam_scan(points), radius)
     distances = cdist(points, points)
     np.fill_diagonal(distances, math.inf)
     assume((np.abs(distances - radius) > 1e-9).all())  # no verdict on a tie with the radius
-    neighbors = (distances < radius).sum(axis=1)
-    np.testing.assert_array_equal(kept.beams - 100, np.flatnonzero(neighbors >= min_neighbors))
+    alone = (distances > radius).all(axis=1)
+    np.testing.assert_array_equal(kept.beams - 100, np.flatnonzero(~alone))
 
 
 def test_a_lone_return_goes_and_the_wall_stays():
@@ -124,10 +124,6 @@ def test_each_filter_can_stand_alone():
         (lambda p: range_band(p, 2.0, 2.0), r"`maximum` must be in \(2, inf\] m, got 2\.0"),
         (lambda p: voxel_downsample(p, 0.0), r"`size` must be in \(0, inf\] m, got 0\.0"),
         (lambda p: remove_isolated(p, -0.1), r"`radius` must be in \(0, inf\] m, got -0\.1"),
-        (
-            lambda p: remove_isolated(p, 1.0, 0),
-            r"`min_neighbors` must be a whole number of at least 1, got 0",
-        ),
         (
             lambda p: Preprocessing(range_min=math.nan),
             r"`range_min` must be in \[0, inf\] m, got nan",

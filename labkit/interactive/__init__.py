@@ -14,15 +14,8 @@ except ImportError as error:
     missing = error.name or "anywidget"
     raise MissingExtraError("what moves in a notebook", missing, "notebooks") from error
 
-from labkit.interactive.explorer import (
-    Explorer,
-    Scene,
-    align_by_hand,
-    default_scenes,
-    icp_explorer,
-    icp_sliders,
-    killian_scene,
-)
+from labkit.interactive.explorer.scenes import Scene, default_scenes, killian_scene
+from labkit.interactive.explorer.widget import Explorer, align_by_hand, icp_explorer, icp_sliders
 from labkit.interactive.flipbook import flipbook
 from labkit.interactive.live_figure import live_figure
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from importlib.util import find_spec
 from itertools import chain, islice
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, as_floats
 from labkit.errors import InvalidParameterError, LogError
-from labkit.logs.killian import KILLIAN, killian_archive
+from labkit.extras import MissingExtraError
 from labkit.logs.laser_lines import CARMEN_WORDS, G2O_WORDS, read_laser_lines, scanner_trajectories
 from labkit.logs.lines import DamageReport, read_lines
 from labkit.logs.log import Log
@@ -26,6 +27,7 @@ FORMATS = (
     "rows `x,y` or `scan,x,y`, and ranges, one scan a row; for others `Scan.from_ranges` makes "
     "scans of arrays"
 )
+KILLIAN = "killian"  # the built-in run: MIT Killian Court, 3,873 scans over 1.9 km
 HEAD = 1000  # lines that tell the format
 EXPECTED = {
     "carmen": "FLASER or ROBOTLASER1 lines",
@@ -140,9 +142,13 @@ def read_log(
     )
 
 
-def read_killian() -> Log:
-    """Read the built-in run, MIT Killian Court: the same as ``read_log("killian")``."""
-    return read_log(KILLIAN)
+def killian_archive() -> Path:
+    """Path of ``killian.g2o.zip`` of the package rtb-data in this Python environment."""
+    spec = find_spec("rtbdata")
+    if spec is None or not spec.submodule_search_locations:
+        purpose = f'the built-in run "{KILLIAN}" (a file of that name is "./{KILLIAN}")'
+        raise MissingExtraError(purpose, "rtb-data", "killian")
+    return Path(spec.submodule_search_locations[0]) / "data" / "killian.g2o.zip"
 
 
 def _format(head: Sequence[str], file: str) -> str:

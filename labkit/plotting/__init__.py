@@ -6,13 +6,11 @@ pyplot. Scans are a `Scan` or an array of points (N, 2); what is no scan raises 
 means stands in `labkit.plotting.style`; no figure leans on colour alone.
 """
 
-from labkit.plotting.animation import animate_icp
 from labkit.plotting.convergence import plot_convergence
 from labkit.plotting.covariance import plot_covariance
 from labkit.plotting.observability import plot_observability
 from labkit.plotting.pairs import Fate, fates, plot_correspondences
 from labkit.plotting.quality import plot_quality
-from labkit.plotting.save import save_animation, save_figure
 from labkit.plotting.scans import plot_scans
 from labkit.plotting.search_cells import plot_search_cells
 from labkit.plotting.style import book_figure
@@ -20,7 +18,6 @@ from labkit.plotting.trajectory import map_points, plot_trajectory
 
 __all__ = [
     "Fate",
-    "animate_icp",
     "book_figure",
     "fates",
     "map_points",
@@ -32,6 +29,4 @@ __all__ = [
     "plot_scans",
     "plot_search_cells",
     "plot_trajectory",
-    "save_animation",
-    "save_figure",
 ]

@@ -1,4 +1,4 @@
-"""A covariance as the ellipse that should hold a given share of the estimates."""
+"""A covariance as the ellipse that should hold 95 % of the estimates."""
 
 from __future__ import annotations
 
@@ -10,30 +10,26 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Ellipse
 from numpy.typing import ArrayLike
 
-from labkit.arrays import is_number
 from labkit.covariance import as_covariance
-from labkit.errors import InvalidParameterError
 from labkit.plotting.scans import single_point
 
+SHARE = 0.95  # of the estimates, inside the ellipse
 
-def plot_covariance(
-    ax: Axes, mean: ArrayLike, covariance: ArrayLike, *, probability: float = 0.95, **style: Any
-) -> Axes:
-    """Draw the ellipse of a two-dimensional Gaussian that holds a share of its mass.
+
+def plot_covariance(ax: Axes, mean: ArrayLike, covariance: ArrayLike, **style: Any) -> Axes:
+    """Draw the ellipse of a two-dimensional Gaussian that holds 95 % of its mass.
 
     Parameters
     ----------
     mean, covariance : array_like, shapes (2,) and (2, 2)
         In the axes' units; the covariance is positive semi-definite.
-    probability : float
-        The share inside, in (0, 1).
     **style
         Of the `matplotlib.patches.Ellipse`: ``edgecolor``, ``linestyle``, ``label``, ...
 
     Notes
     -----
     In two dimensions the squared Mahalanobis distance is exponential with mean 2, so the
-    ellipse reaches out to −2 ln(1 − probability) of it.
+    ellipse reaches out to −2 ln 0.05 of it.
 
     Examples
     --------
@@ -44,12 +40,8 @@ def plot_covariance(
     """
     center = single_point(mean, "mean")
     matrix = as_covariance(covariance, "covariance", 2)
-    if not (is_number(probability) and 0.0 < probability < 1.0):
-        raise InvalidParameterError(
-            f"must be in (0, 1), got {probability!r}", parameter="probability"
-        )
     values, vectors = np.linalg.eigh(matrix)
-    reach = math.sqrt(-2.0 * math.log1p(-probability))
+    reach = math.sqrt(-2.0 * math.log(1.0 - SHARE))
     minor, major = (2.0 * reach * np.sqrt(np.maximum(values, 0.0))).tolist()
     look = {"facecolor": "none", "edgecolor": "black", "linewidth": 1.4} | style
     angle = math.degrees(math.atan2(vectors[1, 1], vectors[0, 1]))

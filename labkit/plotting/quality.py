@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
-from numpy.typing import ArrayLike
 from scipy.ndimage import median_filter
 
-from labkit.arrays import FloatArray, as_floats
+from labkit.arrays import FloatArray
 from labkit.errors import InvalidPointsError
 from labkit.line_alignment import MIN_INFORMATION
 from labkit.odometry import Decision, SanityLimits, StepRecord
@@ -34,7 +33,6 @@ def plot_quality(
     figure: Figure | SubFigure,
     records: Sequence[StepRecord],
     *,
-    stamps: ArrayLike | None = None,
     limits: SanityLimits | None = None,
 ) -> tuple[Axes, ...]:
     """Draw RMSE, inlier ratio, rotation, information and decisions over a run.
@@ -49,8 +47,6 @@ def plot_quality(
         An empty one; about 7 × 7 inches suit a page.
     records : sequence of StepRecord, length K
         The steps of an `OdometryResult`.
-    stamps : array_like, shape (K,), optional
-        Times of the scans [s], to draw over the time since the first and not over the steps.
     limits : SanityLimits, optional
         The limits that the steps were held to: dashed lines.
 
@@ -61,7 +57,7 @@ def plot_quality(
     """
     if len(records) == 0:
         raise InvalidPointsError("`records` is empty, got 0 steps; it needs at least 1")
-    at = _abscissa(len(records), stamps)
+    at = np.arange(len(records), dtype=np.float64)
     decisions = [record.decision for record in records]
     axes = tuple(figure.subplots(5, 1, sharex=True, height_ratios=[3, 3, 3, 3, 2]))
     for ax, (name, unit) in zip(axes, SIGNALS.items(), strict=False):
@@ -71,24 +67,12 @@ def plot_quality(
     if limits is not None:
         _draw_limits(axes, limits)
     _draw_decisions(axes[-1], at, decisions)
-    axes[-1].set_xlabel("step" if stamps is None else "time [s]")
+    axes[-1].set_xlabel("step")
     steps = len(decisions) - decisions.count(Decision.START)
     fell = sum(each in FALLBACKS for each in decisions)
     axes[0].set_title(f"Quality of {steps:,} steps, {fell:,} of them fell back")
     figure.align_ylabels(axes)
     return axes
-
-
-def _abscissa(count: int, stamps: ArrayLike | None) -> FloatArray:
-    if stamps is None:
-        return np.arange(count, dtype=np.float64)
-    t = as_floats(stamps, "stamps", hint="give one time a step")
-    if t.shape != (count,) or not np.isfinite(t).all():
-        raise InvalidPointsError(
-            f"`stamps` must be {count} finite times, one a step, got shape {t.shape} "
-            f"with {np.count_nonzero(~np.isfinite(t))} not finite"
-        )
-    return np.asarray(t - t[0])
 
 
 def _draw_signal(

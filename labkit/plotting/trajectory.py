@@ -26,8 +26,6 @@ def plot_trajectory(
     scans: Sequence[Scan] | None = None,
     reference: ArrayLike | None = None,
     *,
-    label: str = "estimate",
-    reference_label: str = "reference",
     range_max: float = math.inf,
 ) -> Axes:
     """Draw a trajectory, its map, and a reference to compare it with.
@@ -40,8 +38,6 @@ def plot_trajectory(
         What was seen at each pose: grey points, one picture also in a PDF.
     reference : array_like, shape (R, 3), optional
         Another trajectory in the same world: a dashed line.
-    label, reference_label : str
-        Their names in the legend.
     range_max : float
         The map leaves out points farther than this from their scanner [m].
     """
@@ -52,8 +48,8 @@ def plot_trajectory(
         world = map_points(rows, scans, range_max=range_max)
         ax.plot(*world.T, ",", color=MAP_GREY, alpha=0.2, rasterized=True, zorder=1.5)
     if dashed is not None:
-        ax.plot(*dashed[:, :2].T, "--", color=REFERENCE, linewidth=1.2, label=reference_label)
-    ax.plot(*rows[:, :2].T, "-", color=SOURCE, linewidth=1.0, label=label, zorder=2.1)
+        ax.plot(*dashed[:, :2].T, "--", color=REFERENCE, linewidth=1.2, label="reference")
+    ax.plot(*rows[:, :2].T, "-", color=SOURCE, linewidth=1.0, label="estimate", zorder=2.1)
     ring = {"markersize": 11.0, "markerfacecolor": "none", "markeredgewidth": 1.8}
     _mark(ax, rows[0], "start", "o", color=GREEN, **ring)  # seen round an end at the same place
     _mark(ax, rows[-1], "end", "s", color=BLACK, markersize=6.0, markeredgecolor="white")

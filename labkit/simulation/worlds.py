@@ -11,6 +11,7 @@ from labkit.errors import InvalidParameterError
 from labkit.simulation.world import MovingObject, World, circle, polyline
 
 WIDTH, DEPTH = 8.0, 6.0  # m, along x and along y
+PERSON, CLEARANCE = 0.25, 1.0  # m: radius of a person, free space around the origin
 
 
 def room(width: float = WIDTH, depth: float = DEPTH) -> World:
@@ -31,37 +32,26 @@ def room(width: float = WIDTH, depth: float = DEPTH) -> World:
     return World(segments=np.concatenate([polyline(outline, closed=True), pillar]))
 
 
-def corner(width: float = WIDTH, depth: float = DEPTH) -> World:
-    """The lesson's L as solid walls [m], from the origin along x and along y."""
-    _check_lengths(width=width, depth=depth)
-    return World(segments=polyline([[width, 0.0], [0.0, 0.0], [0.0, depth]]))
+def corner() -> World:
+    """The lesson's L as solid walls, from the origin 8 m along x and 6 m along y."""
+    return World(segments=polyline([[WIDTH, 0.0], [0.0, 0.0], [0.0, DEPTH]]))
 
 
-def corridor(width: float = 2.0, length: float = 200.0) -> World:
-    """Two parallel walls along x [m], centred at the origin, and nothing else.
+def corridor() -> World:
+    """Two parallel walls along x, 200 m long and 2 m apart, centred at the origin.
 
     As long as both ends are out of reach, every place along it looks the same: no scan
     tells how far the robot drove (problem 4 of the lesson).
     """
-    _check_lengths(width=width, length=length)
-    x, y = length / 2.0, width / 2.0
+    x, y = 100.0, 1.0
     return World(segments=np.array([[[-x, -y], [x, -y]], [[x, y], [-x, y]]]))
 
 
-def crowd(
-    count: int = 8,
-    *,
-    rng: np.random.Generator | int,
-    speed: float = 1.0,
-    radius: float = 0.25,
-    clearance: float = 1.0,
-    width: float = WIDTH,
-    depth: float = DEPTH,
-) -> World:
-    """The room with round people in it, who walk straight on and through walls.
+def crowd(count: int = 8, *, rng: np.random.Generator | int, speed: float = 1.0) -> World:
+    """The room with round people in it, half a metre wide, who walk straight on and through walls.
 
-    At time 0 they stand anywhere in the ring around the origin that begins at the
-    clearance and ends at the nearer walls; each walks in a direction of its own.
+    At time 0 they stand anywhere in the ring around the origin that begins at 1 m and ends at
+    the nearer walls; each walks in a direction of its own.
 
     Parameters
     ----------
@@ -71,28 +61,18 @@ def crowd(
         A generator, or the seed of one: it places people and sets their directions.
     speed : float
         Metres per second, the same for everybody.
-    radius : float
-        Metres from a person's middle to the outside.
-    clearance : float
-        Metres around the origin that stay free at time 0.
-    width, depth : float
-        Extent of the room in metres.
     """
-    _check_lengths(width=width, depth=depth)
     check_count(count, "count", at_least=0)
     check_range(speed, "speed", at_least=0.0, at_most=100.0, unit="m/s")
-    nearest_wall = min(width, depth) / 2.0
-    check_range(radius, "radius", above=0.0, at_most=nearest_wall / 2.0, unit="m")
-    check_range(clearance, "clearance", at_least=0.0, at_most=nearest_wall - 2.0 * radius, unit="m")
     rng = np.random.default_rng(rng)
-    distance = rng.uniform(clearance + radius, nearest_wall - radius, size=count)
+    distance = rng.uniform(CLEARANCE + PERSON, DEPTH / 2.0 - PERSON, size=count)
     bearing, heading = rng.uniform(0.0, 2.0 * math.pi, size=(2, count))
     centers = distance[:, None] * _direction(bearing)
     people = tuple(
-        MovingObject(segments=circle(center, radius), velocity=velocity)
+        MovingObject(segments=circle(center, PERSON), velocity=velocity)
         for center, velocity in zip(centers, speed * _direction(heading), strict=True)
     )
-    return World(segments=room(width, depth).segments, moving=people)
+    return World(segments=room().segments, moving=people)
 
 
 def two_rooms(doorway: float = 1.2, width: float = 5.0, depth: float = DEPTH) -> World:

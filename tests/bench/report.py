@@ -19,7 +19,6 @@ import matplotlib as mpl
 from figures import error_time_figure, growth_figure
 from in_short import in_short
 from labkit.files import atomic_write
-from labkit.plotting import save_figure
 from tables import (
     HEADER,
     basin_rows,
@@ -28,6 +27,7 @@ from tables import (
     score_rows,
 )
 
+TIGHT: dict[str, Any] = {"dpi": 200, "bbox_inches": "tight", "pad_inches": 0.08}
 BOOK = Path(__file__).parents[2] / "book"
 INTRO = """\
 # Benchmark
@@ -93,9 +93,9 @@ def main() -> int:
     os.environ["SOURCE_DATE_EPOCH"] = str(int(day.timestamp()))  # the figures' own date
     static = args.book / "_static"
     with mpl.rc_context({"svg.hashsalt": "benchmark"}):
-        save_figure(error_time_figure(results), static / "benchmark-error.svg")
+        error_time_figure(results).savefig(static / "benchmark-error.svg", **TIGHT)
         if "growth" in results:
-            save_figure(growth_figure(results), static / "benchmark-growth.svg")
+            growth_figure(results).savefig(static / "benchmark-growth.svg", **TIGHT)
     for path, content in {
         static / "benchmark.json": text,
         args.book / "benchmark.md": page(results),

@@ -12,7 +12,8 @@ from typing import Any
 
 import pytest
 
-from labkit.interactive.explorer import Scene, front_end
+from labkit.interactive.explorer.front_end import front_end
+from labkit.interactive.explorer.scenes import Scene
 from labkit.interactive.explorer.widget import packed
 
 PATIENCE = 240  # seconds

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.patches import Ellipse
 
-from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.errors import InvalidPointsError
 from labkit.plotting import plot_covariance
 from labkit.se2 import rotation
 
@@ -16,23 +16,24 @@ def turned(angle, major=3.0, minor=0.5):
     return R @ np.diag([major**2, minor**2]) @ R.T
 
 
-@pytest.mark.parametrize("probability", [0.5, 0.95, 0.99])
 @pytest.mark.parametrize("angle", [0.0, 0.4, 1.4, -1.0])
-def test_the_share_inside(ax, probability, angle):
+def test_the_share_inside(ax, angle):
     covariance = turned(angle)
     draws = np.random.default_rng(2).multivariate_normal(MEAN, covariance, 20_000)
-    assert plot_covariance(ax, MEAN, covariance, probability=probability) is ax
+    assert plot_covariance(ax, MEAN, covariance) is ax
     (ellipse,) = ax.patches
     inside = ellipse.get_patch_transform().inverted().transform(draws)
     share = np.mean(np.hypot(*inside.T) <= 1.0)
-    assert share == pytest.approx(probability, abs=0.015)
+    assert share == pytest.approx(0.95, abs=0.015)
 
 
 def test_axes_and_angle(ax):
-    plot_covariance(ax, MEAN, turned(np.radians(30.0)), probability=1.0 - np.exp(-0.5))
+    plot_covariance(ax, MEAN, turned(np.radians(30.0)))
     (ellipse,) = ax.patches
     assert isinstance(ellipse, Ellipse)
-    np.testing.assert_allclose([ellipse.width, ellipse.height], [6.0, 1.0])
+    np.testing.assert_allclose(
+        [ellipse.width, ellipse.height], np.sqrt(-2.0 * np.log(0.05)) * np.array([6.0, 1.0])
+    )
     assert ellipse.angle == pytest.approx(30.0)
     assert ellipse.center == tuple(MEAN)
 
@@ -50,21 +51,17 @@ def test_a_flat_one_is_a_line(ax):
 
 
 @pytest.mark.parametrize(
-    ("covariance", "probability", "error", "message"),
+    ("covariance", "message"),
     [
-        (np.eye(3), 0.95, InvalidPointsError, "shape .2, 2., got .* take a block"),
-        ([[1.0, np.nan], [0.0, 1.0]], 0.95, InvalidPointsError, "must be finite and of shape"),
-        ([[1.0, 0.5], [0.0, 1.0]], 0.95, InvalidPointsError, "symmetric and positive"),
-        ([[1.0, 2.0], [2.0, 1.0]], 0.95, InvalidPointsError, "symmetric and positive"),
-        (np.eye(2), 0.0, InvalidParameterError, r"`probability` must be in \(0, 1\), got 0.0"),
-        (np.eye(2), 1, InvalidParameterError, r"`probability` must be in \(0, 1\), got 1"),
-        (np.eye(2), "1", InvalidParameterError, r"`probability` must be in \(0, 1\), got '1'"),
-        (np.eye(2), np.nan, InvalidParameterError, r"`probability` must be in \(0, 1\), got nan"),
+        (np.eye(3), "shape .2, 2., got .* take a block"),
+        ([[1.0, np.nan], [0.0, 1.0]], "must be finite and of shape"),
+        ([[1.0, 0.5], [0.0, 1.0]], "symmetric and positive"),
+        ([[1.0, 2.0], [2.0, 1.0]], "symmetric and positive"),
     ],
 )
-def test_what_cannot_be_meant(ax, covariance, probability, error, message):
-    with pytest.raises(error, match=message):
-        plot_covariance(ax, MEAN, covariance, probability=probability)
+def test_what_is_no_covariance(ax, covariance, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        plot_covariance(ax, MEAN, covariance)
 
 
 def test_a_mean_of_three_is_refused(ax):

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from labkit.errors import InvalidPointsError
 from labkit.line_alignment import MIN_INFORMATION
 from labkit.odometry import Decision, SanityLimits, StepRecord
 from labkit.plotting import book_figure, plot_quality
@@ -74,13 +73,6 @@ def test_a_fallback_without_a_match_is_marked_below_only():
     assert marks(axes[-1], Decision.HOLD)[0].get_xdata().tolist() == [94, len(DECISIONS)]
 
 
-def test_stamps_make_it_a_time_axis():
-    stamps = 1e9 + 0.5 * np.arange(len(DECISIONS))
-    axes = plot_quality(book_figure(7.0), make_records(), stamps=stamps)
-    np.testing.assert_array_equal(axes[0].lines[0].get_xdata(), stamps - 1e9)
-    assert axes[-1].get_xlabel() == "time [s]"
-
-
 def test_limits_are_dashed_lines():
     limits = SanityLimits(max_rmse=0.15, min_inlier_ratio=0.3)
     axes = plot_quality(book_figure(7.0), make_records(), limits=limits)
@@ -128,16 +120,3 @@ def test_the_line_is_a_running_median():
     np.testing.assert_array_equal(line.get_xdata(), at)
     for k in range(7, 53):
         assert line.get_ydata()[k] == np.median(values[k - 7 : k + 8])
-
-
-@pytest.mark.parametrize(
-    ("stamps", "message"),
-    [
-        ([1.0, 2.0], r"must be 102 finite times, one a step, got shape \(2,\) with 0 not finite"),
-        (np.full(102, np.nan), r"got shape \(102,\) with 102 not finite"),
-        ("now", "`stamps` must hold numbers, got 'now'"),
-    ],
-)
-def test_bad_stamps(stamps, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        plot_quality(book_figure(), make_records(), stamps=stamps)

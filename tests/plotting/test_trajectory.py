@@ -44,11 +44,11 @@ def test_the_map_is_drawn_point_for_point_and_rasterised(ax, labels):
 
 def test_the_reference_is_dashed(ax, labels):
     reference = POSES + 0.1
-    plot_trajectory(ax, POSES, reference=reference, label="ICP", reference_label="survey")
+    plot_trajectory(ax, POSES, reference=reference)
     lines = by_label(ax)
-    np.testing.assert_array_equal(lines["survey"].get_xydata(), reference[:, :2])
-    assert (lines["survey"].get_linestyle(), lines["ICP"].get_linestyle()) == ("--", "-")
-    assert labels(ax) == ["survey", "ICP", "start", "end"]
+    np.testing.assert_array_equal(lines["reference"].get_xydata(), reference[:, :2])
+    assert (lines["reference"].get_linestyle(), lines["estimate"].get_linestyle()) == ("--", "-")
+    assert labels(ax) == ["reference", "estimate", "start", "end"]
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,6 @@ import numpy as np
 from labkit.arrays import FloatArray, as_transform
 from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.logs import read_log
-from labkit.logs.killian import KILLIAN
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, relative, transform
 from labkit.simulation import (
@@ -69,7 +68,7 @@ def default_scenes() -> list[Scene]:
 
 def killian_scene(scan: int, note: str = "") -> Scene:
     """Scans `scan` − 1 and `scan` of Killian Court, from no guess."""
-    log = read_log(KILLIAN)
+    log = read_log("killian")
     last = len(log.scans) - 1
     if not (isinstance(scan, (int, np.integer)) and 1 <= scan <= last):
         raise InvalidParameterError(
