@@ -186,7 +186,7 @@ def check_range(
 
 
 def is_number(value: object) -> bool:
-    """Whether it is a single real number, Python's or numpy's; True and False are not."""
+    """Tell a single real number, Python's or numpy's, from all else; True and False are none."""
     return isinstance(value, Real) and not isinstance(value, bool)
 
 

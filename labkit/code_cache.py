@@ -64,7 +64,7 @@ def fingerprint() -> str:
 
 @functools.cache
 def cache_folder() -> Path | None:
-    """Where machine code is kept; None, said in one line, where none can be."""
+    """The folder of the machine code; None, with one line of warning, where none can be made."""
     try:
         folder = user_cache() / f"stages-{fingerprint()}"
         folder.mkdir(parents=True, exist_ok=True)

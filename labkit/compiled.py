@@ -34,7 +34,7 @@ class _Stage:
 
     @functools.cached_property
     def entry(self) -> Callable[..., Any]:
-        """What Python calls: compiled and kept on disk, or else the function itself."""
+        """The function that Python calls: compiled and kept on disk, or else as it stands."""
         numba = load_numba()
         if numba is None:
             return self.function
@@ -45,7 +45,7 @@ class _Stage:
 
     @functools.cached_property
     def inner(self) -> Any:
-        """What compiled stages call: a part of their code."""
+        """The function that compiled stages call, as a part of their code."""
         return load_numba().njit(**INNER)(self.function)
 
 
@@ -65,5 +65,5 @@ def load_numba() -> Any:
 
 
 def is_compiled() -> bool:
-    """Whether numba compiles the stages here."""
+    """True if numba compiles the stages here."""
     return load_numba() is not None

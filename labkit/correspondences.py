@@ -1,4 +1,4 @@
-"""Which target point belongs to which source point, and which pairs to believe (section 4).
+"""Correspondences: pairs of source and target points, and which of them to believe (section 4).
 
 Each stage of the lesson's flow chart is one function. Their result is `Correspondences`:
 
@@ -113,7 +113,7 @@ def reject_and_weigh(pairs: Pairs, stage: Stage) -> Pairs:
 
 @compiled
 def closest(distances: FloatArray, overlap_ratio: float) -> BoolArray:
-    """(B) Which pairs are among the ⌊ρN⌋ closest, at least 3; of equally close ones the first."""
+    """(B) Mask of the ⌊ρN⌋ closest pairs, at least 3; of equally close ones the first."""
     count = overlap_count(len(distances), overlap_ratio)
     kept = np.ones(len(distances), np.bool_)
     if count == len(distances):
@@ -131,7 +131,7 @@ def closest(distances: FloatArray, overlap_ratio: float) -> BoolArray:
 
 @compiled
 def overlap_count(source_points: int, overlap_ratio: float) -> int:
-    """How many pairs the overlap keeps: ⌊ρN⌋, but at least 3 where there are as many.
+    """Number of pairs that the overlap keeps: ⌊ρN⌋, but at least 3 where there are as many.
 
     The product ρN is a double, so that ⌊0.29 · 100⌋ is 28.
     """
@@ -187,7 +187,7 @@ def loss(residual: float, huber_delta: float) -> float:
 
 @compiled
 def inlier_count(pairs: Pairs) -> int:
-    """How many pairs were kept."""
+    """Number of kept pairs."""
     count = 0
     for weight in pairs.weights:
         if weight > 0.0:
@@ -196,13 +196,13 @@ def inlier_count(pairs: Pairs) -> int:
 
 
 def distance_gate(distances: ArrayLike, max_correspondence_distance: float) -> BoolArray:
-    """(A) Which pairs lie within the gate: ``d <= max_correspondence_distance`` [m]."""
+    """(A) Mask of the pairs within the gate: ``d <= max_correspondence_distance`` [m]."""
     check_range(max_correspondence_distance, "max_correspondence_distance", above=0.0, unit="m")
     return _as_residuals(distances, "distances") <= max_correspondence_distance
 
 
 def overlap(distances: ArrayLike, overlap_ratio: float) -> BoolArray:
-    """(B) Which pairs are among the ⌊ρN⌋ closest, at least 3: the trimming step.
+    """(B) Mask of the ⌊ρN⌋ closest pairs, at least 3: the trimming step.
 
     Parameters
     ----------
@@ -316,17 +316,17 @@ class Correspondences:
 
     @property
     def within_gate(self) -> BoolArray:
-        """Which pairs passed the gate, shape (N,)."""
+        """Mask of the pairs that passed the gate, shape (N,)."""
         return distance_gate(self.distances, self.gate)
 
     @property
     def within_overlap(self) -> BoolArray:
-        """Which pairs are among the ⌊ρN⌋ closest, shape (N,)."""
+        """Mask of the ⌊ρN⌋ closest pairs, shape (N,)."""
         return overlap(self.distances, self.overlap_ratio)
 
     @property
     def inlier_count(self) -> int:
-        """How many pairs were kept."""
+        """Number of kept pairs."""
         return int(np.count_nonzero(self.kept))
 
     @property

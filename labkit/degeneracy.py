@@ -1,4 +1,4 @@
-"""Which part of a motion a scan cannot see: corridors and single walls (section 5).
+"""Degenerate motions: what a scan cannot see in corridors and at single walls (section 5).
 
 There are two tests. `observability` uses the surface normals, direction by direction.
 `spread_ratio` is the lesson's cheap test. It looks only at how the points are spread, so it
@@ -25,7 +25,7 @@ SHIFT = 0.1  # share of the turn in a motion (Δx, Δy, ℓΔψ) below which it 
 def observability(
     pairs: Correspondences, target: Target, source_normals: FloatArray | None = None
 ) -> Information | None:
-    """What the kept pairs say about each direction of the motion between two scans.
+    """Information of the kept pairs about each direction of the motion between two scans.
 
     Parameters
     ----------

@@ -164,7 +164,7 @@ def check(
     stage: Stage,
     parameters: LoopParameters,
 ) -> int:
-    """(H) Whether to stop, and why; `GOES_ON` if not.
+    """(H) Stop or go on: the ending, or `GOES_ON`.
 
     The two pose tests hold together: a scan that turns about its own centre has Δt ≈ 0
     from the first step on, and under "any of them" it would stop there. The run never
@@ -182,7 +182,7 @@ def check(
 
 @compiled
 def why_none(pairs: Pairs, stage: Stage) -> int:
-    """Why no step can come from pairs of which fewer than 3 were kept."""
+    """The ending of a run in which fewer than 3 pairs were kept."""
     near, matched = closest(pairs.distances, stage.overlap_ratio), 0
     for i in range(len(near)):
         if near[i] and pairs.distances[i] <= stage.gate:

@@ -75,7 +75,7 @@ class Information:
 
     @property
     def degenerate(self) -> bool:
-        """Whether any direction of motion is free."""
+        """True if any direction of motion is free."""
         return bool(self.values[0] < MIN_INFORMATION)
 
 

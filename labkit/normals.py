@@ -160,6 +160,6 @@ def windows_along_sweep(points: FloatArray) -> tuple[IntArray, IntArray]:
 
 @compiled
 def leaves_surface(step: FloatArray, i: int) -> bool:
-    """Whether the step before point i is a gap between two surfaces."""
+    """True if the step before point i is a gap between two surfaces."""
     shorter = min(step[i - 1], step[i + 1])
     return i > 0 and step[i] > min(max(GAP_RATIO * shorter, GAP_FLOOR), REACH)

@@ -23,7 +23,7 @@ FAILED = read_only(np.full((3, 3), np.nan))  # no guess passes for an estimate
 
 
 class Termination(Enum):
-    """How a run ended; the value is the message for a person."""
+    """The endings of a run; the value is the message for a person."""
 
     CONVERGED_POSE = "converged: the last step was below both pose tolerances"
     CONVERGED_COST = "converged: the cost stopped changing"
@@ -35,12 +35,12 @@ class Termination(Enum):
 
     @property
     def converged(self) -> bool:
-        """Whether a convergence test ended the run."""
+        """True if a convergence test ended the run."""
         return self in (Termination.CONVERGED_POSE, Termination.CONVERGED_COST)
 
     @property
     def failed(self) -> bool:
-        """Whether the run ended without an estimate."""
+        """True if the run ended without an estimate."""
         return self in (Termination.TOO_FEW_CORRESPONDENCES, Termination.DEGENERATE)
 
 
@@ -73,7 +73,7 @@ class Iteration:
 
     @property
     def inlier_count(self) -> int:
-        """How many pairs were kept."""
+        """Number of kept pairs."""
         return self.correspondences.inlier_count
 
     @property
@@ -113,7 +113,7 @@ class IcpResult:
     far: BoolArray
 
     def __repr__(self) -> str:
-        """How the run ended and what it kept, in one line."""
+        """One line: the ending, and the number of kept pairs."""
         return (
             f"<IcpResult: {self.termination.value}; {self.iterations} iterations, "
             f"{self.inlier_count} of {len(self.correspondences.kept)} pairs kept>"
@@ -151,7 +151,7 @@ class IcpResult:
 
     @property
     def inlier_count(self) -> int:
-        """How many pairs were kept at the last pose."""
+        """Number of kept pairs at the last pose."""
         return self.correspondences.inlier_count
 
     @property
@@ -171,18 +171,18 @@ class IcpResult:
 
     @property
     def converged(self) -> bool:
-        """Whether a convergence test ended the run."""
+        """True if a convergence test ended the run."""
         return self.termination.converged
 
     @property
     def message(self) -> str:
-        """How the run ended, in words, and what it could not see."""
+        """The ending in words, and the motions that the run could not see."""
         unseen = f"; unobservable: {', '.join(self.unobservable)}" if self.unobservable else ""
         return self.termination.value + unseen
 
     @cached_property
     def observability(self) -> Information | None:
-        """What the final pairs say about each direction of the motion.
+        """Information of the final pairs about each direction of the motion.
 
         None where the run failed or no pair lies on a surface, so that nothing can be said.
         In its ``free`` directions the estimate is not a measurement: it is the guess, or chance.
@@ -193,7 +193,7 @@ class IcpResult:
 
     @property
     def unobservable(self) -> tuple[str, ...]:
-        """Those directions in words; empty where all are seen, or nothing can be said.
+        """The free directions in words; empty where all are seen, or nothing can be said.
 
         Examples
         --------
@@ -206,7 +206,7 @@ class IcpResult:
 
     @property
     def iterations(self) -> int:
-        """How many steps were taken."""
+        """Number of steps."""
         return len(self.poses) - 1
 
     @property
@@ -217,7 +217,7 @@ class IcpResult:
 
 @compiled
 def step_length(T_before: FloatArray, T: FloatArray) -> tuple[float, float]:
-    """How far a pose moved, |Δt| [m], and turned, |Δψ| [rad]."""
+    """Length |Δt| [m] and turn |Δψ| [rad] of the step between two poses."""
     moved = math.hypot(T[0, 2] - T_before[0, 2], T[1, 2] - T_before[1, 2])
     c = T_before[0, 0] * T[0, 0] + T_before[1, 0] * T[1, 0]
     s = T_before[0, 1] * T[0, 0] + T_before[1, 1] * T[1, 0]

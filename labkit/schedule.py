@@ -39,7 +39,7 @@ FEW = 120  # points do as well from afar
 
 
 class Stage(NamedTuple):
-    """What one iteration works with."""
+    """The settings of one iteration."""
 
     on_lines: bool  # whether a residual is the distance from the target's surface
     stride: int  # every so many-th source point is matched
@@ -90,7 +90,7 @@ def schedule(
 
 @compiled
 def is_far(poses: list[FloatArray], source: FloatArray, huber_delta: float) -> bool:
-    """Whether the next step is likely to move the source (N, 2) by more than `LONG` δ [m].
+    """True if the next step is likely to move the source (N, 2) by more than `LONG` δ [m].
 
     It is if the next motion shrinks as the last one did.
     """
@@ -104,7 +104,7 @@ def is_far(poses: list[FloatArray], source: FloatArray, huber_delta: float) -> b
 
 @compiled
 def displacement(points: FloatArray, T_before: FloatArray, T: FloatArray) -> float:
-    """How far a step moved the points (N, 2), root mean square [m]."""
+    """Root mean square distance [m] by which a step moved the points (N, 2)."""
     D, total = T - T_before, 0.0
     for i in range(len(points)):
         x = D[0, 0] * points[i, 0] + D[0, 1] * points[i, 1] + D[0, 2]

@@ -45,7 +45,7 @@ class Target:
         self._given = None if normals is None else _as_normals(normals, len(self.scan))
 
     def __repr__(self) -> str:
-        """What it is, and of how many points."""
+        """One line: the number of points."""
         return f"<Target of {len(self.scan)} points>"
 
     @property
@@ -66,7 +66,7 @@ class Target:
         return read_only(estimate_normals(self.scan, self.search.grid))
 
     def arrays(self, *, on_lines: bool) -> TargetArrays:
-        """What the loop reads, with normals or without."""
+        """The arrays that the loop reads, with normals or without."""
         return self._with_normals if on_lines else self._points_alone
 
     @cached_property

@@ -1,4 +1,4 @@
-"""What moves under the reader's hand: sliders in notebooks, and in pages without a kernel.
+"""Sliders under the reader's hand, in notebooks and in pages without a kernel.
 
 An ordinary slider calls Python when it moves, so in a page it is dead. Two ways to live
 stand here. `icp_explorer`, `icp_sliders` and `align_by_hand` bring the ICP loop along in

@@ -111,7 +111,7 @@ def live_figure(
 
 
 def packed_given(name: str, value: ArrayLike | IcpParameters) -> Any:
-    """What a model is given, as JSON: parameters by name, numbers, arrays as base64."""
+    """Arguments of a model as JSON: parameters by name, numbers, arrays as base64."""
     if isinstance(value, IcpParameters):
         return told(value)
     rows = as_floats(value, name)

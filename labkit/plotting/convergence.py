@@ -1,4 +1,4 @@
-"""How the cost fell and the steps shrank, iteration by iteration."""
+"""Convergence: cost and steps, iteration by iteration."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which way a scan may slide unnoticed: its free directions, drawn on its points."""
+"""Free directions, in which a scan may slide unnoticed, drawn on its points."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def plot_observability(ax: Axes, target: Scan | ArrayLike, information: Informat
 
 
 def motion_field(information: Information, direction: FloatArray, points: FloatArray) -> FloatArray:
-    """How points (N, 2) move, to first order, along (Δx, Δy, ℓ Δψ), shape (N, 2) [m]."""
+    """Motion of points (N, 2), to first order, along (Δx, Δy, ℓ Δψ), shape (N, 2) [m]."""
     arm = points - information.center
     turned = np.column_stack([-arm[:, 1], arm[:, 0]])
     return np.asarray(direction[:2] + direction[2] / information.length * turned)

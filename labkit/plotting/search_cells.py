@@ -83,6 +83,6 @@ def _cut(node: Any, low: FloatArray, high: FloatArray, depth: int) -> Iterator[B
 
 
 def _gap(point: FloatArray, box: Box) -> float:
-    """How far the point is from the box [m]; 0 inside it."""
+    """Distance of the point from the box [m]; 0 inside it."""
     low, high = box
     return float(np.hypot(*np.maximum(np.maximum(low - point, point - high), 0.0)))

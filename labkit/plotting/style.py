@@ -67,7 +67,7 @@ class BookFigure(Figure):
     """A figure whose axes look alike: a faint grid, no frame above and to the right."""
 
     def add_subplot(self, *args: Any, **kwargs: Any) -> Axes:
-        """As in matplotlib; `subplots` makes each of its axes by this."""
+        """Add axes as matplotlib does; `subplots` makes each of its axes by this."""
         ax: Axes = super().add_subplot(*args, **kwargs)
         ax.set_prop_cycle(color=METHODS)
         style_grid(ax)

@@ -91,7 +91,7 @@ class Explorer(anywidget.AnyWidget):
         return from_xytheta(self.guess)
 
     def run(self) -> IcpResult:
-        """What `labkit.icp` makes of the scene, the sliders and the guess as they are now."""
+        """Run `labkit.icp` on the scene, with the sliders and the guess as they are now."""
         scene = self.scenes[self.scene]
         return icp(scene.source, scene.target, self.T_init, self.parameters)
 
@@ -207,7 +207,7 @@ def align_by_hand(scene: Scene, parameters: IcpParameters = DEFAULTS) -> Explore
 
 
 def _choice(name: str, values: Iterable[float]) -> list[float | None]:
-    """What a slider can be set to; None is off."""
+    """Values that a slider can be set to; None is off."""
     chosen = [None if value == math.inf else round(float(value), 9) for value in values]
     if name not in _CHOICES or len(chosen) < 2:
         raise InvalidParameterError(
