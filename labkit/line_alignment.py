@@ -151,7 +151,7 @@ def line_step(
     """Step dT of pairs p, q with normals n (N, 2) and weights w (N,), and whether there is one."""
     c, length = center_and_length(p, w)
     if not length > 0.0:
-        return np.eye(3), False
+        return turn_about(c, 0.0, 0.0, 0.0), False
     total, A, g = w.sum(), np.zeros((3, 3)), np.zeros(3)
     for i in range(len(p)):
         if w[i] > 0.0:
@@ -178,7 +178,9 @@ def solve_constrained(A: FloatArray, g: FloatArray, minimum: float) -> FloatArra
     for k in range(3):
         if eigenvalues[k] >= minimum:
             v = eigenvectors[:, k]
-            x -= v * (v[0] * g[0] + v[1] * g[1] + v[2] * g[2]) / eigenvalues[k]
+            share = (v[0] * g[0] + v[1] * g[1] + v[2] * g[2]) / eigenvalues[k]
+            for row in range(3):
+                x[row] -= share * v[row]
     return x
 
 

@@ -105,9 +105,10 @@ def is_far(poses: list[FloatArray], source: FloatArray, huber_delta: float) -> b
 @compiled
 def displacement(points: FloatArray, T_before: FloatArray, T: FloatArray) -> float:
     """Root mean square distance [m] by which a step moved the points (N, 2)."""
-    D, total = T - T_before, 0.0
+    total, c, s = 0.0, T[0, 0] - T_before[0, 0], T[1, 0] - T_before[1, 0]
+    x, y = T[0, 2] - T_before[0, 2], T[1, 2] - T_before[1, 2]
     for i in range(len(points)):
-        x = D[0, 0] * points[i, 0] + D[0, 1] * points[i, 1] + D[0, 2]
-        y = D[1, 0] * points[i, 0] + D[1, 1] * points[i, 1] + D[1, 2]
-        total += x * x + y * y
+        dx = c * points[i, 0] - s * points[i, 1] + x
+        dy = s * points[i, 0] + c * points[i, 1] + y
+        total += dx * dx + dy * dy
     return math.sqrt(total / len(points))
