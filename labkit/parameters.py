@@ -20,11 +20,11 @@ class LoopParameters(NamedTuple):
     max_correspondence_distance: float
     overlap_ratio: float
     huber_delta: float
-    max_iterations: int
     translation_tolerance: float
     rotation_tolerance: float
     cost_tolerance: float
     step_fraction: float
+    max_iterations: int
 
 
 @dataclass(frozen=True)
@@ -123,15 +123,6 @@ class IcpParameters:
     @cached_property
     def for_loop(self) -> LoopParameters:
         """The same numbers, each of the one type that the loop is compiled for."""
-        return LoopParameters(
-            on_lines=self.metric == "point_to_line",
-            approach=self.approach,
-            max_correspondence_distance=float(self.max_correspondence_distance),
-            overlap_ratio=float(self.overlap_ratio),
-            huber_delta=float(self.huber_delta),
-            max_iterations=int(self.max_iterations),
-            translation_tolerance=float(self.translation_tolerance),
-            rotation_tolerance=float(self.rotation_tolerance),
-            cost_tolerance=float(self.cost_tolerance),
-            step_fraction=float(self.step_fraction),
-        )
+        numbers = (float(getattr(self, name)) for name in LoopParameters._fields[2:-1])
+        on_lines, most = self.metric == "point_to_line", int(self.max_iterations)
+        return LoopParameters(on_lines, self.approach, *numbers, most)

@@ -6,11 +6,9 @@ import argparse
 import io
 import os
 import platform
-import re
 import sys
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
 
 from labkit import __version__
 from labkit.cli import demo, evaluate, match, odometry, report
@@ -82,17 +80,9 @@ def _drop_output() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-class Parser(argparse.ArgumentParser):
-    """Parser that takes -1e-3 for a number and no option, as argparse does from 3.14 on."""
-
-    def __init__(self, **settings: Any) -> None:
-        super().__init__(**settings)
-        self._negative_number_matcher = re.compile(r"-\.?\d")
-
-
 def build_parser() -> argparse.ArgumentParser:
     """Build the parser of the whole command line."""
-    parser: argparse.ArgumentParser = Parser(
+    parser = argparse.ArgumentParser(
         prog="labkit",
         description=DESCRIPTION,
         epilog=EPILOG,

@@ -9,8 +9,6 @@ from importlib.metadata import version
 import numpy as np
 import pytest
 
-from labkit.cli.main import build_parser
-
 COMMANDS = ("demo", "odometry", "match", "evaluate")
 
 
@@ -62,15 +60,6 @@ def test_a_wrong_command_line_ends_with_2(run, arguments, message):
     assert (status, out) == (2, "")
     assert message in err
     assert "Traceback" not in err
-
-
-@pytest.mark.parametrize("number", ["-1e-3", "-.5E+2", "-1.", "-7"])
-def test_a_negative_number_is_no_option(number):
-    parser = build_parser()
-    for start in (["match", "a.csv", "b.csv", "--initial"], ["odometry", "LOG", "--laser-offset"]):
-        args = parser.parse_args([*start, "0.1", number, "0"])
-        assert [0.1, float(number), 0.0] in vars(args).values()
-    assert parser.parse_args(["demo", "--huber", number]).huber_delta == float(number)
 
 
 def test_the_module_runs_as_the_command_does():
