@@ -125,4 +125,4 @@ class IcpParameters:
         """The same numbers, each of the one type that the loop is compiled for."""
         numbers = (float(getattr(self, name)) for name in LoopParameters._fields[2:-1])
         on_lines, most = self.metric == "point_to_line", int(self.max_iterations)
-        return LoopParameters(on_lines, self.approach, *numbers, most)
+        return LoopParameters._make([on_lines, self.approach, *numbers, most])
