@@ -62,8 +62,3 @@ def load_numba() -> Any:
         return None
     typeof_impl.register(_Stage, lambda stage, _: numba.types.Dispatcher(stage.inner))
     return numba
-
-
-def is_compiled() -> bool:
-    """True if numba compiles the stages here."""
-    return load_numba() is not None

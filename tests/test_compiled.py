@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from labkit.compiled import is_compiled
+from labkit.compiled import load_numba
 from labkit.neighbors import select
 
-NEEDS_NUMBA = pytest.mark.skipif(not is_compiled(), reason="numba is not to be had")
+NEEDS_NUMBA = pytest.mark.skipif(load_numba() is None, reason="numba is not to be had")
 STAGE = "import numpy as np; from labkit.neighbors import select; "
 ASKED = STAGE + "print(select(np.array([3.0, 1.0, 2.0]), 1))"
 NO_FILES = (

@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from labkit.cli.options import MATCHING, add_options, chosen
-from labkit.cli.outputs import refuse_picture, write_picture
 from labkit.cli.text import pose_text
 from labkit.icp import icp
 from labkit.parameters import IcpParameters
-from labkit.result import IcpResult
 from labkit.se2 import to_xytheta
-from labkit.simulation import LessonExperiment, lesson_experiment
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from labkit.simulation import lesson_experiment
 
 HELP = "match the lesson's two simulated scans and compare with the truth"
 DESCRIPTION = """\
@@ -28,7 +22,6 @@ parameter and watch the estimate follow: `labkit demo --gate off --overlap 1`.""
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    parser.add_argument("--plot", metavar="FILE", help="draw the scans before and after")
     add_options(parser, "matching", IcpParameters(), MATCHING)
 
 
@@ -36,8 +29,6 @@ def run(args: argparse.Namespace) -> int:
     """Run the experiment and print its result."""
     experiment = lesson_experiment()
     parameters = IcpParameters(**chosen(args, MATCHING))
-    if args.plot:
-        refuse_picture(args.plot)
     result = icp(experiment.source, experiment.target, experiment.T_init, parameters)
     if result.termination.failed:
         print(result.message)
@@ -51,19 +42,4 @@ def run(args: argparse.Namespace) -> int:
         f"RMSE        {result.inlier_rmse:.4f} m over {result.inlier_count} inliers, "
         f"{np.sqrt(np.mean(distances**2)):.4f} m over all {len(distances)} points"
     )
-    if args.plot:
-        write_picture(args.plot, _before_and_after(experiment, result))
     return 0
-
-
-def _before_and_after(experiment: LessonExperiment, result: IcpResult) -> Figure:
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    from labkit.plotting import plot_scans  # noqa: PLC0415
-
-    figure = Figure(figsize=(10.0, 5.0), layout="constrained")
-    poses = {"at the guess": experiment.T_init, "at the estimate": result.T_target_source}
-    for ax, (title, T) in zip(figure.subplots(1, 2), poses.items(), strict=True):
-        plot_scans(ax, experiment.source, experiment.target, T)
-        ax.set_title(title)
-    return figure

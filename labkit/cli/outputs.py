@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,9 +13,6 @@ from labkit.errors import InvalidParameterError
 from labkit.files import atomic_write, refuse_unwritable
 from labkit.logs import Log, write_g2o, write_tum
 from labkit.odometry import OdometryResult, StepRecord, increments_between
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PICTURES = (".png", ".pdf", ".svg")
 MOST_DRAWN = 5000  # scans in a map: a picture shows no more
@@ -68,21 +64,16 @@ def write_map(path: str, log: Log, result: OdometryResult) -> None:
     every = -(-len(log) // MOST_DRAWN)
     plot_trajectory(ax, result.poses[::every], scans=log.scans[::every], reference=log.reference)
     ax.set_title(f"{log.name}: map and trajectory by scan matching")
-    write_picture(path, figure)
+    with atomic_write(path, "wb") as file:
+        figure.savefig(file, format=Path(path).suffix[1:].lower(), dpi=200)
 
 
 def refuse_picture(path: str) -> None:
-    """Raise the error that `write_picture` would raise, before any work is done."""
+    """Raise the error that `write_map` would raise, before any work is done."""
     refuse_unwritable(path)
     if Path(path).suffix.lower() not in PICTURES:
         problem = f"must end in .png, .pdf or .svg, got {path!r}"
         raise InvalidParameterError(problem, parameter="plot")
-
-
-def write_picture(path: str, figure: Figure) -> None:
-    """Write a figure in the format of its suffix."""
-    with atomic_write(path, "wb") as file:
-        figure.savefig(file, format=Path(path).suffix[1:].lower(), dpi=200)
 
 
 def _stamps(log: Log) -> FloatArray:

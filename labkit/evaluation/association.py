@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, IntArray, as_finite, as_floats, check_range
@@ -36,20 +37,11 @@ def associate(stamps_a: ArrayLike, stamps_b: ArrayLike, tolerance: float) -> Int
     check_range(tolerance, "tolerance", at_least=0.0, unit="s")
     if a.size == 0 or b.size == 0:
         return np.empty((0, 2), dtype=np.intp)
-    b_of_a, a_of_b = nearest(b, a), nearest(a, b)
+    gap, b_of_a = scipy.spatial.cKDTree(b[:, None]).query(a[:, None])
+    _, a_of_b = scipy.spatial.cKDTree(a[:, None]).query(b[:, None])
     index = np.arange(len(a))
-    mutual = a_of_b[b_of_a] == index
-    near = np.abs(b[b_of_a] - a) <= tolerance
-    return np.asarray(np.column_stack([index, b_of_a])[mutual & near])
-
-
-def nearest(stamps: FloatArray, queries: FloatArray) -> IntArray:
-    """Index of the stamp nearest to each query; at a tie the earlier, of equal ones the first."""
-    values, first = np.unique(stamps, return_index=True)
-    after = np.minimum(np.searchsorted(values, queries), len(values) - 1)
-    before = np.maximum(after - 1, 0)
-    earlier = np.abs(queries - values[before]) <= np.abs(values[after] - queries)
-    return np.asarray(first[np.where(earlier, before, after)])
+    paired = (a_of_b[b_of_a] == index) & (gap <= tolerance)
+    return np.asarray(np.column_stack([index, b_of_a])[paired], dtype=np.intp)
 
 
 def _as_stamps(stamps: ArrayLike, name: str) -> FloatArray:

@@ -28,8 +28,6 @@ def rpe(
     reference: ArrayLike,
     delta: float = 1,
     unit: Literal["steps", "metres"] = "steps",
-    *,
-    tolerance: float = 0.1,
 ) -> RelativeErrors:
     """Relative pose error (Sturm et al., IROS 2012), one per stretch of a given length.
 
@@ -44,9 +42,7 @@ def rpe(
         Length of a stretch: a whole number of steps, or metres of the reference's path.
     unit : {"steps", "metres"}
         With "steps", every i is paired with i + delta. With "metres", every i is paired
-        with the later pose whose distance along the path is nearest to delta.
-    tolerance : float
-        With "metres": the fraction of delta by which a stretch may be longer or shorter.
+        with the later pose whose distance along the path is nearest to delta, within a tenth.
 
     Returns
     -------
@@ -71,8 +67,7 @@ def rpe(
         pairs = _pairs_by_steps(len(x), delta)
     elif unit == "metres":
         check_range(delta, "delta", above=0.0, at_most=FARTHEST, unit="m")
-        check_range(tolerance, "tolerance", at_least=0.0, at_most=1.0)
-        pairs = _pairs_by_path(x_reference, delta, tolerance * delta)
+        pairs = _pairs_by_path(x_reference, delta)
     else:
         raise InvalidParameterError(f'must be "steps" or "metres", got {unit!r}', parameter="unit")
     T, T_true = from_xytheta(x), from_xytheta(x_reference)
@@ -125,14 +120,14 @@ def _pairs_by_steps(length: int, delta: float) -> IntArray:
     return np.column_stack([start, start + int(delta)])
 
 
-def _pairs_by_path(poses: FloatArray, delta: float, slack: float) -> IntArray:
-    """For each i, the j > i that lies nearest to `delta` metres further on, within `slack`."""
+def _pairs_by_path(poses: FloatArray, delta: float) -> IntArray:
+    """For each i, the j > i that lies nearest to `delta` metres further on, within a tenth."""
     steps = np.diff(poses[:, :2], axis=0)
     travelled = np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))])
     pairs = []
     for i in range(len(poses) - 1):
         miss = np.abs(travelled[i + 1 :] - travelled[i] - delta)
         nearest = int(np.argmin(miss))
-        if miss[nearest] <= slack:
+        if miss[nearest] <= 0.1 * delta:
             pairs.append((i, i + 1 + nearest))
     return np.array(pairs, dtype=np.intp).reshape(-1, 2)

@@ -52,9 +52,8 @@ def wheel_increments(
         Δθ + n₃                 n₃ ~ N(0, turn² Δθ² + drift² ‖d‖²)
 
     This is the odometry motion model of [1]_ in its linear form: the spread grows with
-    distance and turn, and a robot that rests makes no error. [1]_ splits a step into
-    turn, drive, turn; the first turn has no meaning at rest and is half a circle when
-    backing up, so here the error to the side is stated directly.
+    distance and turn, and a robot that rests makes no error. The error to the side stands for
+    the first turn of [1]_, which has no meaning at rest.
 
     Steps err independently. The same path cut into n times as many steps therefore ends
     with a spread smaller by √n: state the step length along with the noise.

@@ -1,8 +1,6 @@
-"""``labkit demo``: the lesson's numbers, and the pictures on request."""
+"""``labkit demo``: the lesson's numbers."""
 
 import re
-
-import pytest
 
 
 def test_the_lesson_s_numbers(run):
@@ -25,23 +23,3 @@ def test_a_failed_match_says_why(run):
     status, out, _ = run("demo", "--gate", "1e-6")
     assert status == 1
     assert out.startswith("failed: fewer than 3 correspondences are left")
-
-
-def test_a_picture(run, tmp_path):
-    assert run("demo", "--plot", "scans.png")[0] == 0
-    assert (tmp_path / "scans.png").read_bytes().startswith(b"\x89PNG")
-
-
-@pytest.mark.parametrize(
-    ("name", "status", "message"),
-    [
-        ("no/such/folder/a.png", 1, "cannot write no/such/folder/a.png: the directory"),
-        ("scans.xyz", 2, "--plot must end in .png, .pdf or .svg, got 'scans.xyz'"),
-    ],
-)
-def test_a_picture_that_cannot_be_written_is_refused_before_the_work(
-    run, tmp_path, name, status, message
-):
-    assert run("demo", "--plot", name)[:2] == (status, "")
-    assert message in run("demo", "--plot", name)[2]
-    assert list(tmp_path.iterdir()) == []

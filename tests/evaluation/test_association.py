@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.evaluation import associate
-from labkit.evaluation.association import nearest
 
 # Quarter seconds, so that ties and equal stamps do occur.
 times = st.lists(st.integers(-20, 20).map(lambda n: n / 4.0), max_size=25)
@@ -25,14 +24,6 @@ def test_pairs_are_one_to_one_and_within_tolerance(a, b, tolerance):
         gap = abs(a[i] - b[j])
         assert gap <= tolerance
         assert gap == min(abs(a[i] - t) for t in b) == min(abs(b[j] - t) for t in a)
-
-
-@given(times.filter(len), times)
-def test_nearest_is_the_nearest_and_the_first_of_the_earlier(stamps, queries):
-    found = nearest(np.array(stamps), np.array(queries))
-    for query, index in zip(queries, found, strict=True):
-        expected = min(range(len(stamps)), key=lambda k: (abs(stamps[k] - query), stamps[k], k))
-        assert index == expected
 
 
 @pytest.mark.parametrize(("a", "b"), [([], [1.0]), ([1.0], []), ([], []), ([0.0], [9.0])])
