@@ -29,7 +29,7 @@ from labkit.schedule import Stage, schedule, stage_of
 from labkit.target import Target, TargetArrays, as_target
 
 DEFAULTS = IcpParameters()
-# How the loop ended: the place of its `Termination` among the five.
+ENDINGS = tuple(Termination)  # the loop knows them by their places
 CONVERGED_POSE, CONVERGED_COST, BUDGET_SPENT, TOO_FEW_CORRESPONDENCES, DEGENERATE = range(5)
 GOES_ON = -1
 
@@ -95,7 +95,7 @@ def icp(
     return IcpResult(
         poses=read_only(poses),
         far=read_only(np.arange(len(poses)) < far),
-        termination=list(Termination)[ending],
+        termination=ENDINGS[ending],
         source=source,
         target=target,
         parameters=parameters,

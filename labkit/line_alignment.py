@@ -162,7 +162,7 @@ def line_step(
             pull = (dx, dy, ax * dy - ay * dx)  # of the point-to-point metric
             for row in range(3):
                 g[row] += w[i] * ((1.0 - share) * J[row] * e + share * pull[row])
-                for column in range(3):
+                for column in range(row + 1):  # A is symmetric, `eigh` reads this half of it
                     A[row, column] += w[i] * (1.0 - share) * J[row] * J[column]
     for k in range(3):
         A[k, k] += share * total

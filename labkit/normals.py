@@ -121,14 +121,16 @@ def set_normal(
         return
     x, y = moments[0] / count, moments[1] / count
     xx, xy, yy = moments[2] / count - x * x, moments[3] / count - x * y, moments[4] / count - y * y
-    half = math.hypot(0.5 * (xx - yy), xy)
-    least, most = 0.5 * (xx + yy) - half, 0.5 * (xx + yy) + half  # eigenvalues of M
+    half = 0.5 * (xx - yy)
+    root = math.sqrt(half * half + xy * xy)
+    least, most = 0.5 * (xx + yy) - root, 0.5 * (xx + yy) + root  # eigenvalues of M
     if not least < LINEARITY**2 * most or most <= rounding:
         return
-    along = 0.5 * math.atan2(2.0 * xy, xx - yy)  # direction of the line
-    normal[0], normal[1] = -math.sin(along), math.cos(along)
-    if normal[0] * point[0] + normal[1] * point[1] > 0.0:
-        normal[0], normal[1] = 0.0 - normal[0], 0.0 - normal[1]
+    u, v = (-xy, root + half) if half > 0.0 else (half - root, xy)  # eigenvector to the least
+    if u * point[0] + v * point[1] > 0.0:  # away from the scanner
+        u, v = 0.0 - u, 0.0 - v
+    length = math.sqrt(u * u + v * v)
+    normal[0], normal[1] = u / length, v / length
 
 
 @compiled

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, as_floats, read_only
 from labkit.errors import InvalidPointsError
-from labkit.neighbors import Grid, NearestNeighbors
+from labkit.neighbors import Grid, NearestNeighbors, build_grid
 from labkit.normals import estimate_normals
 from labkit.scan import Scan, as_scan
 
@@ -63,7 +63,7 @@ class Target:
         """Unit normals, shape (M, 2); NaN where a point lies on no line."""
         if self._given is not None:
             return self._given
-        return read_only(estimate_normals(self.scan, self.search.grid))
+        return read_only(estimate_normals(self.scan, self._points_alone.grid))
 
     def arrays(self, *, on_lines: bool) -> TargetArrays:
         """The arrays that the loop reads, with normals or without."""
@@ -71,11 +71,12 @@ class Target:
 
     @cached_property
     def _with_normals(self) -> TargetArrays:
-        return TargetArrays(self.search.target, np.array(self.normals), self.search.grid)
+        return self._points_alone._replace(normals=np.array(self.normals))
 
     @cached_property
     def _points_alone(self) -> TargetArrays:
-        return TargetArrays(self.search.target, np.empty((0, 2)), self.search.grid)
+        points = np.array(self.points)
+        return TargetArrays(points, np.empty((0, 2)), build_grid(points))
 
 
 def _as_normals(normals: ArrayLike, count: int) -> FloatArray:

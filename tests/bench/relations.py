@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from labkit.arrays import FloatArray, IntArray
 from labkit.evaluation import PoseErrors
-from labkit.evaluation.association import nearest
 from labkit.evaluation.pose_errors import pose_differences
 from labkit.se2 import from_xytheta, relative
 
@@ -35,7 +35,7 @@ class Relations:
         """The scans (N, 2) that the relations join, found by their times if these are given."""
         if not self.by_stamp:
             return self.ends.astype(np.intp)
-        return nearest(stamps, self.ends.reshape(-1)).reshape(-1, 2)
+        return cKDTree(stamps[:, None]).query(self.ends[..., None])[1]
 
 
 def read_relations(path: str | Path) -> Relations:
