@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
+import os
 import zipfile
-from functools import cache
+from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
@@ -21,25 +21,14 @@ SKIPPED = {
 }  # fmt: skip
 SOURCES = (".ipynb", ".ipynb.txt", ".ipynb.json", ".py", ".py.txt")  # browsers add an ending
 PACKAGE = Path(__file__).parents[2]
-KEPT_BACK = "course/authoring"  # the part of the package that no student gets
 
 
 class Handed(NamedTuple):
-    """A file on disk, or in a zip archive on disk.
+    """A file on disk, or in a zip archive on disk."""
 
-    Attributes
-    ----------
-    name : str
-        Its path below what was listed, printable, with "/" between the parts.
-    path : Path
-        The file, or the archive that holds it.
-    member : str
-        Its name in the archive; empty for a file of its own.
-    """
-
-    name: str
-    path: Path
-    member: str
+    name: str  # its path below what was listed, printable, with "/" between the parts
+    path: Path  # the file, or the archive that holds it
+    member: str = ""  # its name in the archive
 
     def read(self) -> bytes:
         """Read it all, up to a byte more than `MAX_FILE`."""
@@ -48,6 +37,41 @@ class Handed(NamedTuple):
                 return _unpacked(archive, archive.getinfo(self.member), MAX_FILE)
         with self.path.open("rb") as file:
             return file.read(MAX_FILE + 1)
+
+
+def list_files(path: Path) -> list[Handed]:
+    """The files of a folder or zip archive, by name; no link is followed.
+
+    Raises
+    ------
+    LabkitError
+        Where `path` is missing or cannot be read.
+    """
+    try:
+        if os.path.isdir(path):
+            return sorted(_in_folder(path))
+        with zipfile.ZipFile(path) as archive:
+            names = [info.filename for info in archive.infolist() if not info.is_dir()]
+    except OSError as error:
+        raise LabkitError(f"{error.filename or path}: cannot be read: {error.strerror}") from None
+    except Exception as error:  # untrusted: zipfile raises anything
+        raise LabkitError(
+            f"{path}: is no folder and no zip archive ({error}); with one notebook or script, "
+            f"say whose it is: --student NAME"
+        ) from None
+    return sorted(Handed(printable(name), path, name) for name in names if not is_skipped(name))
+
+
+def _in_folder(folder: Path) -> Iterator[Handed]:
+    def refuse(error: OSError) -> None:
+        raise error
+
+    for root, directories, names in os.walk(folder, onerror=refuse):
+        directories[:] = [name for name in directories if name not in SKIPPED]
+        for name in names:
+            path = Path(root, name)
+            if path.is_file() and not path.is_symlink() and not is_skipped(name):
+                yield Handed(printable(path.relative_to(folder).as_posix()), path)
 
 
 def unzip(name: str, data: bytes, most: int, *, deeper: bool = True) -> dict[str, bytes]:
@@ -61,19 +85,16 @@ def unzip(name: str, data: bytes, most: int, *, deeper: bool = True) -> dict[str
     """
     files: dict[str, bytes] = {}
     most -= ENTRY * data.count(DIRECTORY)
-    wanted = may_hold_source if deeper else is_source
     if most < 0:
         raise LabkitError("it holds too many files; hand in your own alone")
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        members = [info for info in archive.infolist() if wanted(info.filename)]
-        members = [info for info in members if not is_skipped(info.filename)]
-        for info in sorted(members, key=lambda info: likely_first(info.filename)):
+        for info in sorted(archive.infolist(), key=lambda info: likely_first(info.filename)):
+            inner = f"{name}/{printable(info.filename)}"
+            if is_skipped(inner) or not (is_source(inner) or (deeper and may_hold_source(inner))):
+                continue
             unpacked = _unpacked(archive, info, most)
-            inner = printable(info.filename)
-            if is_source(inner):
-                held = {f"{name}/{inner}": unpacked}
-            else:
-                held = unzip(f"{name}/{inner}", unpacked, most, deeper=False)
+            source = is_source(inner)
+            held = {inner: unpacked} if source else unzip(inner, unpacked, most, deeper=False)
             most -= len(unpacked) + sum(map(len, held.values()))
             if most < 0:
                 raise LabkitError("it holds too much; hand in your own files alone")
@@ -96,23 +117,28 @@ def is_source(name: str) -> bool:
 
 def may_hold_source(name: str) -> bool:
     """Whether it is a file with answers, or an archive that may hold one."""
-    return is_source(name) or name.lower().endswith(".zip")
+    return name.lower().endswith((*SOURCES, ".zip"))
 
 
 def likely_first(name: str) -> tuple[bool, bool, int, str]:
-    """A key by which files that are likely to hold answers come first, as far as names tell.
-
-    >>> sorted(["labkit/icp.py", "notebooks/a.ipynb", "mine.py", "work.zip"], key=likely_first)
-    ['notebooks/a.ipynb', 'mine.py', 'labkit/icp.py', 'work.zip']
-    """
-    lower = name.lower()
-    return ".ipynb" not in lower, not is_source(lower), name.count("/"), name
+    """A key by which notebooks come first, then scripts, and files of the top folder before."""
+    return ".ipynb" not in name.lower(), not is_source(name), name.count("/"), name
 
 
 def is_skipped(name: str) -> bool:
     """Whether a file is none of the student's: what editors and systems leave behind."""
-    parts = PurePosixPath(name).parts
-    return bool(SKIPPED & set(parts)) or name.rsplit("/", 1)[-1].startswith(".")
+    path = PurePosixPath(name)
+    return bool(SKIPPED & set(path.parts)) or path.name.startswith(".")
+
+
+def is_handed_out(name: str) -> bool:
+    """Whether a file is part of a copy of labkit, by its place.
+
+    >>> is_handed_out("lab/labkit/se2.py"), is_handed_out("se2.py")
+    (True, False)
+    """
+    _, inside, place = name.rpartition("labkit/")
+    return bool(inside) and (PACKAGE / place).is_file()
 
 
 def printable(name: str) -> str:
@@ -125,31 +151,3 @@ def printable(name: str) -> str:
     """
     text = name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
-
-
-def is_handed_out(name: str, data: bytes) -> bool:
-    """Whether a file is labkit's own, by its content or by its place in a copy of labkit.
-
-    Examples
-    --------
-    >>> is_handed_out("lab/labkit/se2.py", b"# changed"), is_handed_out("se2.py", b"# mine")
-    (True, False)
-    >>> is_handed_out("copy.py", (PACKAGE / "se2.py").read_bytes())
-    True
-    """
-    places, digests = _handed_out()
-    _, inside, place = name.rpartition("labkit/")
-    return (bool(inside) and place in places) or _digest(data) in digests
-
-
-@cache
-def _handed_out() -> tuple[frozenset[str], frozenset[bytes]]:
-    """The places and digests of labkit's scripts, but of those that no student gets."""
-    places = {path.relative_to(PACKAGE).as_posix(): path for path in PACKAGE.rglob("*.py")}
-    given = {place: path for place, path in places.items() if not place.startswith(KEPT_BACK)}
-    return frozenset(given), frozenset(_digest(path.read_bytes()) for path in given.values())
-
-
-def _digest(data: bytes) -> bytes:
-    """Of a text, however its lines end."""
-    return hashlib.sha256(data.replace(b"\r\n", b"\n").strip()).digest()

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from labkit.course.grading.assignment.questions import Assignment, Case, Question
@@ -29,25 +29,6 @@ OWN, END = "own", "end"
 STATUS = {"it took too long": OutcomeStatus.TIMEOUT, "it said too much": OutcomeStatus.TOO_LARGE}
 
 
-@dataclass(frozen=True, kw_only=True)
-class Answer:
-    """What is known of one answer from its code.
-
-    Attributes
-    ----------
-    changes : bool
-        Whether something that it uses was changed after its own cell.
-    calls : frozenset of str
-        The functions of other questions that it calls, and that these call.
-    hands_on : str
-        The function to which it hands all its work; empty where it does more.
-    """
-
-    changes: bool
-    calls: frozenset[str]
-    hands_on: str
-
-
 class Sitting:
     """One submission in its box, which is started anew where the code ends it.
 
@@ -57,8 +38,8 @@ class Sitting:
         Its notebooks and scripts.
     functions : sequence of str
         The names of the functions that are asked for.
-    wall : Wall
-    limits : Limits
+    wall, limits
+        What stands around the box, and what the code may use.
     """
 
     def __init__(
@@ -70,7 +51,7 @@ class Sitting:
         self.skipped: list[int] = []
         self.restarts = -1
         self.notes: list[str] = []
-        self.answers: dict[str, Answer] = {}
+        self.answers: dict[str, Any] = {}  # what the box says of each, as data without a type
         self.broken: dict[str, str] = {}
         self.open()
 
@@ -85,7 +66,10 @@ class Sitting:
                 while "answers" not in (said := box.receive(self._soon())):
                     place = said.get("cell")
                     cell = place if isinstance(place, int) else cell
-                self._note(said)
+                self.notes = [shown(note) for note in _as(list, said.get("notes"))[:MAX_NOTES]]
+                broken = _as(dict, said.get("broken"))
+                self.broken = {name: shown(why) for name, why in broken.items()}
+                self.answers = _as(dict, said["answers"])
                 self.box = box
             except BoxError as error:
                 box.close()
@@ -97,23 +81,14 @@ class Sitting:
         patience = 3.0 if self.restarts <= 0 else 1.5
         return min(self.end, time.monotonic() + patience * self.limits.seconds + 1.0)
 
-    def _note(self, said: Mapping[str, Any]) -> None:
-        """Take in what the box says of the submission; none of it decides a mark."""
-        self.notes = [shown(note) for note in _list(said.get("notes"))[:MAX_NOTES]]
-        broken = said.get("broken")
-        self.broken = {
-            name: shown(why) for name, why in (broken if isinstance(broken, dict) else {}).items()
-        }
-        answers = said["answers"] if isinstance(said["answers"], dict) else {}
-        self.answers = {
-            name: Answer(
-                changes=bool(told.get("changes")),
-                calls=frozenset(map(str, _list(told.get("calls")))),
-                hands_on=str(told.get("hands_on")),
-            )
-            for name, told in answers.items()
-            if isinstance(told, dict)
-        }
+    def told(self, question: Question) -> dict[str, Any]:
+        """What the box says of an answer; it decides no mark."""
+        told: dict[str, Any] = _as(dict, self.answers.get(question.function))
+        return told
+
+    def states(self, question: Question) -> tuple[str, ...]:
+        """Where to ask: after its own cell and, if something it uses was changed, at the end."""
+        return (OWN, END) if self.told(question).get("changes") else (OWN,)
 
     def ask(
         self,
@@ -125,27 +100,25 @@ class Sitting:
         """The outcomes of some cases of one question, all visible or all hidden."""
         name = question.function
         self.open()
-        if self.box is None:
-            return [Outcome(id=case.id, status=OutcomeStatus.KILLED) for case in cases]
-        if name not in self.answers:
-            failed = name in self.broken
-            status = OutcomeStatus.SOURCE_FAILED if failed else OutcomeStatus.NOT_DEFINED
-            message = self.broken.get(name, "")
-            return [Outcome(id=case.id, status=status, message=message) for case in cases]
+        status, message = OutcomeStatus.KILLED, ""
         outcomes: list[Outcome] = []
-        end = self._soon()
-        try:
-            calls = [[data.to_json(argument) for argument in case.arguments] for case in cases]
-            self.box.ask(name, state, dict(right or {}), calls, end)
-            for case in cases:
-                start = time.monotonic()
-                said = self.box.receive(end)
-                outcomes.append(outcome(case.id, said, time.monotonic() - start))
-        except BoxError as error:
-            status = STATUS.get(str(error), OutcomeStatus.KILLED)
-            outcomes += [Outcome(id=case.id, status=status) for case in cases[len(outcomes) :]]
-            self.close()
-        return outcomes
+        if self.box is not None and name not in self.answers:
+            message = self.broken.get(name, "")
+            status = OutcomeStatus.SOURCE_FAILED if message else OutcomeStatus.NOT_DEFINED
+        elif self.box is not None:
+            end = self._soon()
+            try:
+                calls = [[data.to_json(argument) for argument in case.arguments] for case in cases]
+                self.box.ask(name, state, dict(right or {}), calls, end)
+                for case in cases:
+                    start = time.monotonic()
+                    said = self.box.receive(end)
+                    outcomes.append(outcome(case.id, said, time.monotonic() - start))
+            except BoxError as error:
+                status = STATUS.get(str(error), status)
+                self.close()
+        rest = cases[len(outcomes) :]
+        return outcomes + [Outcome(id=case.id, status=status, message=message) for case in rest]
 
     def close(self) -> None:
         """End the box."""
@@ -185,8 +158,9 @@ def shown(text: object) -> str:
     return "".join(letter if letter.isprintable() else " " for letter in str(text)[:600])
 
 
-def _list(value: object) -> list[Any]:
-    return value if isinstance(value, list) else []
+def _as(kind: type, value: Any) -> Any:
+    """A value of the box where it is of that kind, and an empty one where it is not."""
+    return value if isinstance(value, kind) else kind()
 
 
 def grade_submission(
@@ -199,7 +173,7 @@ def grade_submission(
     submission: str = "",
     unread: Sequence[str] = (),
 ) -> SubmissionVerdict:
-    """Grade one submission.
+    """Grade one submission; the verdict is always the same, but for `seconds`.
 
     Parameters
     ----------
@@ -213,18 +187,12 @@ def grade_submission(
         Who handed it in, and its name for a person.
     unread : sequence of str
         What of it was not read.
-
-    Returns
-    -------
-    SubmissionVerdict
-        Of the same submission always the same, but for `seconds`.
     """
     start = time.perf_counter()
     sitting = Sitting(files, [one.function for one in assignment.questions], wall, limits)
     try:
         found = _first_round(sitting, assignment, student)
-        if files:
-            found |= _follow_through(sitting, assignment, student, found)
+        found |= _follow_through(sitting, assignment, student, found)
     finally:
         sitting.close()
     verdicts = tuple(found[one.id] for one in assignment.questions)
@@ -247,12 +215,11 @@ def _first_round(
     sitting: Sitting, assignment: Assignment, student: str
 ) -> dict[str, QuestionVerdict]:
     """Each question by the student's functions alone: visible cases of all, then hidden ones."""
-    asked: list[tuple[Question, str, list[Outcome]]] = []
-    for question in assignment.questions:
-        answer = sitting.answers.get(question.function)
-        for state in (OWN, END) if answer and answer.changes else (OWN,):
-            visible = assignment.visible[question.id]
-            asked.append((question, state, sitting.ask(question, visible, state)))
+    asked = [
+        (question, state, sitting.ask(question, assignment.visible[question.id], state))
+        for question in assignment.questions
+        for state in sitting.states(question)
+    ]
     found: dict[str, QuestionVerdict] = {}
     for question, state, outcomes in asked:
         before = found.get(question.id)
@@ -275,35 +242,24 @@ def _follow_through(
     question than its own: so none that is asked for is in the box before it is asked.
     """
     better: dict[str, QuestionVerdict] = {}
-    wrong: dict[str, Question] = {}
+    wrong: dict[str, str] = {}  # right sources of the functions that are wrong, by name
     for question in assignment.questions:
-        old = found[question.id]
+        best = old = found[question.id]
         if old.passed:
             continue
-        answer = sitting.answers.get(question.function)
-        lent = {
-            one.function: assignment.right[id]
-            for id, one in wrong.items()
-            if answer
-            and one.function in answer.calls
-            and one.function != answer.hands_on
-            and id in assignment.right
-        }
-        wrong[question.id] = question
+        told = sitting.told(question)
+        calls = set(map(str, _as(list, told.get("calls")))) - {str(told.get("hands_on"))}
+        lent = {name: source for name, source in wrong.items() if name in calls}
         hidden = [case for case in assignment.cases(question.id, student) if case.hidden]
-        if not lent or not hidden:
-            continue
-        for state in (OWN, END) if answer and answer.changes else (OWN,):
+        for state in sitting.states(question) if lent and hidden else ():
             new = assess(question, hidden, sitting.ask(question, hidden, state, lent))
-            if new.score > better.get(question.id, old).score:
-                names = ", ".join(f"`{name}`" for name in lent)
-                told = (
-                    f"This was graded with the right {names} in place of yours: with yours it "
+            if new.score > best.score:
+                says = (
+                    f"{new.message} This was graded with the right "
+                    f"{', '.join(f'`{name}`' for name in lent)} in place of yours: with yours it "
                     f"would get {old.score:g} of {old.points:g} points."
                 )
-                better[question.id] = replace(
-                    new, replaced=tuple(lent), message=f"{new.message} {told}"
-                )
-        if question.id in better and better[question.id].passed:
-            del wrong[question.id]
+                best = better[question.id] = replace(new, replaced=tuple(lent), message=says)
+        if not best.passed and question.id in assignment.right:
+            wrong[question.function] = assignment.right[question.id]
     return better

@@ -1,4 +1,4 @@
-"""Who handed in what: the files of a class, as learning platforms name them, read within bounds.
+"""Who handed in what: the files of a class, as learning platforms name them.
 
 A class has one layout. Each is a pattern that is held against the platform's own part of a name,
 from its beginning; whatever follows is the student's, and chooses neither place, time nor person.
@@ -8,20 +8,18 @@ from __future__ import annotations
 
 import os
 import re
-import zipfile
-from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import NamedTuple
 
 from labkit.course.grading.files import (
     MAX_FILE,
     MEBIBYTE,
-    SKIPPED,
     Handed,
     is_handed_out,
-    is_skipped,
     is_source,
     likely_first,
+    list_files,
     may_hold_source,
     printable,
     unzip,
@@ -30,51 +28,51 @@ from labkit.errors import LabkitError
 
 MAX_TOGETHER = 48 * MEBIBYTE  # of all files of one student
 MAX_FILES = 200  # notebooks and scripts of one student
-FOLDERS, NBGRADER = "folders", "nbgrader"
+FOLDERS, NBGRADER, SUBMITTED = "folders", "nbgrader", "submitted"
+OTHERS = {"submission_metadata.yml", "timestamp.txt", "roster.csv", "adjustments.csv"}
+
+
+class Layout(NamedTuple):
+    """How a platform names a student's file, and a page that it takes back for that student."""
+
+    pattern: re.Pattern[str]
+    feedback: str = "{student}.html"
+
+
 LAYOUTS = {
-    "canvas": re.compile(  # lovelaceada_LATE_4711_98765_answers.ipynb
-        r"(?P<name>[^_/]+)_(?P<late>LATE_)?(?P<student>\d+)_(?P<upload>\d+)_(?P<file>[^/]+)$"
+    "canvas": Layout(  # lovelaceada_LATE_4711_98765_answers.ipynb
+        re.compile(
+            r"(?P<name>[^_/]+)_(?P<late>LATE_)?(?P<student>\d+)_(?P<upload>\d+)_(?P<file>[^/]+)$"
+        ),
+        "{name}_{student}_{upload}_feedback.html",
     ),
-    "moodle": re.compile(  # Ada Lovelace_4711_assignsubmission_file_/answers.ipynb
-        r"(?P<name>[^/_]+)_(?P<student>\d+)_assignsubmission_(?:file|onlinetext)(?:_?/|_)"
-        r"(?P<file>.+)$"
+    "moodle": Layout(  # Ada Lovelace_4711_assignsubmission_file_/answers.ipynb
+        re.compile(
+            r"(?P<name>[^/_]+)_(?P<student>\d+)_assignsubmission_(?:file|onlinetext)(?:_?/|_)"
+            r"(?P<file>.+)$"
+        ),
+        "{name}_{student}_assignsubmission_file_/feedback.html",
     ),
-    "gradescope": re.compile(  # submission_4711/answers.ipynb
-        r"submission_(?P<student>\d+)/(?P<file>.+)$"
+    "gradescope": Layout(re.compile(r"submission_(?P<student>\d+)/(?P<file>.+)$")),
+    NBGRADER: Layout(  # submitted/ada/lab1/answers.ipynb
+        re.compile(r"submitted/(?P<student>[^/]+)/(?P<lab>[^/]+)/(?P<file>.+)$")
     ),
-    NBGRADER: re.compile(  # submitted/ada/lab1/answers.ipynb
-        r"(?:submitted/)?(?P<student>[^/]+)/(?P<assignment>[^/]+)/(?P<file>.+)$"
-    ),
-    FOLDERS: re.compile(  # ada/answers.ipynb, ada.ipynb, ada.zip
-        r"(?P<student>[^/]+)/(?P<file>.+)$|(?P<alone>[^/]+?)(?P<suffix>(?:\.ipynb|\.py)?\.\w+)$"
+    FOLDERS: Layout(  # ada/answers.ipynb, ada.ipynb, ada.zip
+        re.compile(r"(?P<student>[^/]+?)(?:/(?P<file>.+)|(?:\.ipynb|\.py)?\.\w+)$")
     ),
 }
-OTHERS = {"submission_metadata.yml", "timestamp.txt", "roster.csv", "adjustments.csv"}
+PLATFORMS = [name for name in LAYOUTS if name != FOLDERS]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Submission:
-    """What one student handed in.
+    """What one student handed in."""
 
-    Attributes
-    ----------
-    student : str
-        Unique in the class: the platform's number, or the name of folder or file.
-    name : str
-        For a person.
-    files : tuple of (str, Handed)
-        Every file under its own name; the platform's part of the name is gone.
-    late : float
-        Days, as far as names tell it: Canvas says no more than "late", which counts as one.
-    feedback_name : str
-        The name under which its platform takes a page for this student back.
-    """
-
-    student: str
-    name: str
-    files: tuple[tuple[str, Handed], ...]
-    late: float = 0.0
-    feedback_name: str = ""
+    student: str  # unique in the class: the platform's number, or the name of folder or file
+    name: str  # for a person
+    files: tuple[tuple[str, Handed], ...]  # each under its own name, without the platform's part
+    late: float = 0.0  # days; Canvas says no more than "late", which counts as one
+    feedback_name: str = ""  # under which its platform takes a page for this student back
 
     def read(self) -> tuple[dict[str, bytes], tuple[str, ...]]:
         """Its notebooks and scripts, also those in archives, and what was not read and why.
@@ -99,7 +97,7 @@ class Submission:
                 unread.append(f"{name} cannot be read: {error}")
                 continue
             for inside, content in inner.items():
-                if is_handed_out(inside, content):
+                if is_handed_out(inside):
                     handed_out += 1
                 elif len(found) < MAX_FILES:
                     found[inside] = content
@@ -120,9 +118,9 @@ def find_submissions(
     *,
     layout: str = "",
     within: str = "",
-    left_out: Iterable[str | os.PathLike[str]] = (),
+    marks: str | os.PathLike[str] | None = None,
 ) -> tuple[list[Submission], list[str]]:
-    """List the submissions in a folder or zip archive, by student.
+    """List the submissions in a folder or zip archive, by student, and what is nobody's.
 
     Parameters
     ----------
@@ -131,16 +129,9 @@ def find_submissions(
     layout : str
         One of `LAYOUTS`; without it, the one that fits all files.
     within : str
-        The folder in each student's that is graded, as of one of nbgrader's assignments.
-    left_out : iterable of path-like
-        Files and folders that are nobody's work, as that of the marks.
-
-    Returns
-    -------
-    submissions : list of Submission
-        Sorted by student, also those whose folder holds nothing to be graded.
-    remarks : list of str
-        What the instructor should know of how the names were read.
+        Which one of nbgrader's assignments.
+    marks : path-like, optional
+        The folder of the marks, which are nobody's work.
 
     Raises
     ------
@@ -148,75 +139,75 @@ def find_submissions(
         Where `path` cannot be read, or no layout or more than one fits.
     """
     path = Path(path)
-    if (path / "submitted").is_dir() and layout in ("", NBGRADER):
-        path = path / "submitted"
-    if path.resolve().name == "submitted":
-        layout = layout or NBGRADER
-    ours = [Path(one).resolve() for one in left_out]
+    if layout in ("", NBGRADER) and os.path.isdir(path / SUBMITTED):
+        path /= SUBMITTED
+    ours = Path(marks).resolve() if marks else None
     files = [
         file
         for file in list_files(path)
-        if not any(file.path.resolve().is_relative_to(one) for one in ours)
-        and PurePosixPath(file.name).name not in OTHERS
+        if PurePosixPath(file.name).name not in OTHERS
+        and not (ours and file.path.resolve().is_relative_to(ours))
     ]
+    if layout == NBGRADER or (not layout and path.resolve().name == SUBMITTED):
+        files = [
+            file._replace(name=f"{SUBMITTED}/{file.name.removeprefix(f'{SUBMITTED}/')}")
+            for file in files
+        ]
     if not files:
         raise LabkitError(
             f"{path}: nothing was handed in; name a folder or zip archive with one folder or "
             f"file for each student"
         )
-    if not layout:
-        layout, files = _layout_of(path, files)
-    pattern, remarks = LAYOUTS[layout], []
-    by_student: dict[str, list[tuple[re.Match[str], Handed]]] = {}
+    layout, files = _fitting(path, files, layout)
+    remarks = []
+    named: list[tuple[dict[str, str], Handed]] = []
     for file in files:
-        found = pattern.match(file.name)
-        alone = found.groupdict().get("alone") if found else None
-        if found is None or (alone and not may_hold_source(file.name)):
+        found = LAYOUTS[layout].pattern.match(file.name)
+        if found and (found["file"] or may_hold_source(file.name)):
+            named.append((found.groupdict(), file))
+        else:
             remarks.append(f"{path}: {file.name} is nobody's work, and is passed over")
-            continue
-        by_student.setdefault(alone or found["student"], []).append((found, file))
-    if within and layout != NBGRADER:
-        raise LabkitError(f"--within {within} is for nbgrader's folders; these are {layout}'s")
-    if layout == NBGRADER:
-        by_student = _one_assignment(path, by_student, within)
-    submissions = [_submission(student, found) for student, found in by_student.items()]
-    return sorted(submissions, key=lambda one: one.student), remarks
+    labs = sorted({parts["lab"] for parts, _ in named if "lab" in parts})
+    if within not in labs and (within or len(labs) > 1):
+        known = ", ".join(labs) or "not told apart by these names"
+        raise LabkitError(f"{path}: the assignments are {known}, got --within {within!r}")
+    by_student: dict[str, list[tuple[dict[str, str], Handed]]] = {}
+    chosen = within or "".join(labs)
+    for parts, file in named:
+        if parts.get("lab", chosen) == chosen:
+            by_student.setdefault(parts["student"], []).append((parts, file))
+    feedback = LAYOUTS[layout].feedback
+    return [_submission(named, feedback) for _, named in sorted(by_student.items())], remarks
 
 
 def one_submission(path: str | os.PathLike[str], student: str) -> Submission:
     """All that a file, folder or zip archive holds, as one student's submission."""
     path = Path(path)
-    if path.is_file() and is_source(path.name):
-        listed = [Handed(printable(path.name), path, "")]
-    else:
-        listed = list_files(path)
+    alone = is_source(path.name) and os.path.isfile(path)
+    listed = [Handed(printable(path.name), path)] if alone else list_files(path)
     return Submission(
         student=student, name=student, files=tuple((file.name, file) for file in listed)
     )
 
 
-def _layout_of(path: Path, files: list[Handed]) -> tuple[str, list[Handed]]:
-    """The one layout that fits all files, and the files, without a folder around all of them."""
-    tops = {file.name.partition("/")[0] for file in files if "/" in file.name}
-    inner = [file._replace(name=file.name.partition("/")[2]) for file in files]
-    if tops == {"submitted"} and all("/" in file.name for file in files):
-        return NBGRADER, files
-    names = [name for name in LAYOUTS if name not in (FOLDERS, NBGRADER)]
-    for listed in (files, inner if len(tops) == 1 else []):
-        fits = {n: [bool(LAYOUTS[n].match(file.name)) for file in listed] for n in names}
-        whole = [name for name, each in fits.items() if listed and all(each)]
-        if len(whole) == 1:
-            return whole[0], listed
-        some = [name for name, each in fits.items() if any(each) and not all(each)]
-        if some:
-            odd = next(
-                file.name for file, fit in zip(listed, fits[some[0]], strict=True) if not fit
-            )
-            raise LabkitError(
-                f"{path}: some names are {' and '.join(some)}'s, and {odd} is not; say "
-                f"--layout {some[0]} or --layout {FOLDERS}, or take it out"
-            )
-    if len(tops) == 1 and all("/" in file.name for file in files):
+def _fitting(path: Path, files: list[Handed], layout: str) -> tuple[str, list[Handed]]:
+    """The one layout that fits, and the files, without a folder around all of them."""
+    tops = {file.name.partition("/")[0] for file in files}
+    around = len(tops) == 1 and all("/" in file.name for file in files)
+    inner = [file._replace(name=file.name.partition("/")[2]) for file in files] if around else []
+    for listed in (files, inner):
+        for name in [layout] if layout else PLATFORMS:
+            odd = [one.name for one in listed if not LAYOUTS[name].pattern.match(one.name)]
+            if len(odd) < len(listed):
+                if odd and not layout:
+                    raise LabkitError(
+                        f"{path}: some names are {name}'s, and {odd[0]} is not; say --layout "
+                        f"{name} or --layout {FOLDERS}, or take it out"
+                    )
+                return name, listed
+    if layout:
+        raise LabkitError(f"{path}: no name is {layout}'s, as {files[0].name}; say another layout")
+    if around:
         (top,) = tops
         raise LabkitError(
             f"{path}: all lies in one folder, {top}: if that is one student, say "
@@ -226,78 +217,14 @@ def _layout_of(path: Path, files: list[Handed]) -> tuple[str, list[Handed]]:
     return FOLDERS, files
 
 
-def _one_assignment(
-    path: Path, by_student: dict[str, list[tuple[re.Match[str], Handed]]], within: str
-) -> dict[str, list[tuple[re.Match[str], Handed]]]:
-    """The files of one of nbgrader's assignments."""
-    names = sorted({match["assignment"] for found in by_student.values() for match, _ in found})
-    chosen = within or names[0]
-    if chosen not in names or (len(names) > 1 and not within):
-        raise LabkitError(
-            f"{path}: the assignments are {', '.join(names)}, got {within or 'none of them'}; say "
-            f"--within {names[0]}"
-        )
-    return {
-        student: kept
-        for student, found in by_student.items()
-        if (kept := [one for one in found if one[0]["assignment"] == chosen])
-    }
-
-
-def _submission(student: str, found: Sequence[tuple[re.Match[str], Handed]]) -> Submission:
+def _submission(named: list[tuple[dict[str, str], Handed]], feedback: str) -> Submission:
     """One student's files; of two with one name, as of two uploads, the newest counts."""
-    parts = [(match.groupdict(), file) for match, file in found]
-    parts.sort(key=lambda part: int(part[0].get("upload") or 0))
-    first = parts[-1][0]
-    name = first.get("name") or student
-    feedback = f"{student.replace('/', '-')}.html"
-    if first.get("upload"):
-        feedback = f"{name}_{student}_{first['upload']}_feedback.html"
-    elif first.get("name"):
-        feedback = f"{name}_{student}_assignsubmission_file_/feedback.html"
+    named.sort(key=lambda one: int(one[0].get("upload") or 0))
+    newest = named[-1][0]
     return Submission(
-        student=student,
-        name=name,
-        files=tuple({part.get("file") or file.name: file for part, file in parts}.items()),
-        late=float(any(part.get("late") for part, _ in parts)),
-        feedback_name=feedback,
+        student=newest["student"],
+        name=newest.get("name") or newest["student"],
+        files=tuple({parts["file"] or file.name: file for parts, file in named}.items()),
+        late=float(any(parts.get("late") for parts, _ in named)),
+        feedback_name=feedback.format(**newest),
     )
-
-
-def list_files(path: Path) -> list[Handed]:
-    """The files of a folder or zip archive, by name; no link is followed.
-
-    Raises
-    ------
-    LabkitError
-        Where `path` is missing or cannot be read.
-    """
-    if path.is_dir():
-        return sorted(_in_folder(path))
-    try:
-        with zipfile.ZipFile(path) as archive:
-            members = [info.filename for info in archive.infolist() if not info.is_dir()]
-    except FileNotFoundError:
-        raise LabkitError(f"{path}: no such file or folder") from None
-    except Exception as error:  # untrusted: zipfile raises anything
-        strerror = getattr(error, "strerror", None)
-        raise LabkitError(
-            f"{path}: cannot be read: {strerror}"
-            if strerror
-            else f"{path}: is no folder and no zip archive ({error}); with one notebook or "
-            f"script, say whose it is: --student NAME"
-        ) from None
-    found = [Handed(printable(name), path, name) for name in members]
-    return sorted(file for file in found if not is_skipped(file.name))
-
-
-def _in_folder(folder: Path) -> Iterator[Handed]:
-    def refuse(error: OSError) -> None:
-        raise LabkitError(f"{error.filename}: cannot be read: {error.strerror}") from None
-
-    for root, directories, names in os.walk(folder, onerror=refuse):
-        directories[:] = [name for name in directories if name not in SKIPPED]
-        for name in names:
-            path = Path(root, name)
-            if path.is_file() and not path.is_symlink() and not is_skipped(name):
-                yield Handed(printable(path.relative_to(folder).as_posix()), path, "")

@@ -1,152 +1,91 @@
-"""The verdicts of a class on disk, one line each, and whether they still hold.
+"""What is kept of each submission: a file of JSON in ``verdicts/``, written whole or not at all.
 
-They are written as they come, so that an interruption loses none, and the file only grows. A
-later line on the same student replaces an earlier one, and a last line that was cut off by a
-crash is dropped, which costs that one submission. What people decide stands beside it, in
-``adjustments.csv``; see `labkit.course.grading.marks`.
+So an interruption or a full disk costs no verdict that is there already, and the same command
+goes on. What people decide stands in ``adjustments.csv``; see `labkit.course.grading.marks`.
 """
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
-import importlib
 import json
 import os
+import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
 
 from labkit.course.grading.assignment.questions import Assignment
 from labkit.course.grading.contract import Limits
 from labkit.course.grading.judging.verdict import FORMAT, SubmissionVerdict
-from labkit.errors import LabkitError
+from labkit.errors import LabkitError, WriteError
+from labkit.files import atomic_write
 
 RULES = 6  # raise it when the same files would get other points or messages than before
-HEADER = json.dumps({"labkit verdicts": 2}).encode("ascii") + b"\n"
-VERDICTS = "verdicts.jsonl"
+VERDICTS = "verdicts"
 
 
-class VerdictStore:
-    """The verdicts of a class, by student; a context manager.
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """What is known of one submission."""
 
-    Parameters
-    ----------
-    folder : path-like
-        Where the file is; made if it does not exist, for its owner alone.
+    verdict: SubmissionVerdict  # as the machine gave it
+    fingerprint: str  # what the verdict follows from
+    code: str  # all that was handed in
+    late: float = 0.0  # days, as the platform says
+
+
+def read_records(out: str | os.PathLike[str]) -> dict[str, Record]:
+    """The records of a class, by student; the folder is made where there is none.
 
     Raises
     ------
     LabkitError
-        Where the file cannot be written, is no store of verdicts, or is in use by another
-        grader.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> verdict = SubmissionVerdict(student="ada", submission="ada.py", mode="none",
-    ...     questions=(), score=0.0, points=0.0, notes=(), seconds=0.01)
-    >>> with TemporaryDirectory() as folder, VerdictStore(folder) as store:
-    ...     store.put(verdict, "1f", late=2.0)
-    ...     store.students, store.fingerprint("ada"), store.late("ada"), store["ada"] == verdict
-    (['ada'], '1f', 2.0, True)
+        Where the folder cannot be made, or a file in it is no record.
     """
-
-    def __init__(self, folder: str | os.PathLike[str]) -> None:
-        self.path = Path(folder) / VERDICTS
-        self._entries: dict[str, dict[str, Any]] = {}
+    folder = Path(out) / VERDICTS
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except OSError as error:
+        raise LabkitError(
+            f"cannot write {folder}: {error.strerror}; choose another --out"
+        ) from None
+    records = {}
+    for path in sorted(folder.glob("*.json")):
         try:
-            self.path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            number = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o600)
-        except OSError as error:
+            fields = json.loads(path.read_text("utf-8"))
+            verdict = SubmissionVerdict.from_fields(fields.pop("verdict"))
+            records[verdict.student] = Record(verdict=verdict, **fields)
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
             raise LabkitError(
-                f"cannot write {self.path}: {error.strerror}; choose another place"
+                f"{path}: is damaged, or of another labkit ({error}); take it out, and run again"
             ) from None
-        self._file = os.fdopen(number, "r+b", buffering=0)
-        try:
-            _lock(number, self.path)
-            self._read()
-        except BaseException:
-            self._file.close()
-            raise
+    return records
 
-    def put(self, verdict: SubmissionVerdict, fingerprint: str, late: float = 0.0) -> None:
-        """Add a verdict, or replace the one on the same student."""
-        fields = json.loads(json.dumps(verdict.fields, allow_nan=False, default=vars))
-        self._write(verdict.student, fingerprint=fingerprint, late=late, verdict=fields)
 
-    def set_late(self, student: str, late: float) -> None:
-        """Note what the platform says now of how late a student was [days]."""
-        if student in self._entries and late != self.late(student):
-            self._write(student, **{**self._entries[student], "late": late})
+def write_record(out: str | os.PathLike[str], record: Record) -> None:
+    """Store a record; it replaces the one of the same student."""
+    text = json.dumps({**vars(record), "verdict": record.verdict.fields}, default=vars)
+    try:
+        with atomic_write(
+            Path(out) / VERDICTS / f"{file_name(record.verdict.student)}.json"
+        ) as file:
+            file.write(text)
+    except WriteError as error:
+        raise WriteError(
+            f"{error}; all verdicts until now are kept: make room, and run the same command again"
+        ) from None
 
-    def fingerprint(self, student: str) -> str:
-        """What the stored verdict was graded from; empty where there is no verdict."""
-        return str(self._entries.get(student, {}).get("fingerprint", ""))
 
-    def late(self, student: str) -> float:
-        """How late the platform says that a student was [days]."""
-        return float(self._entries[student]["late"])
+def file_name(student: str) -> str:
+    """A student's name as that of a file: none leads out of the folder, no two are alike.
 
-    @property
-    def students(self) -> list[str]:
-        """All who have a verdict, in alphabetical order."""
-        return sorted(self._entries)
-
-    def __getitem__(self, student: str) -> SubmissionVerdict:
-        fields = self._entries[student]["verdict"]
-        try:
-            return SubmissionVerdict.from_fields(json.loads(json.dumps(fields)))
-        except LabkitError as error:
-            raise LabkitError(f"{self.path}: {student}: {error}") from None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._file.close()
-
-    def _write(self, student: str, **entry: Any) -> None:
-        line = json.dumps({"student": student, **entry}, allow_nan=False).encode("ascii") + b"\n"
-        end = os.fstat(self._file.fileno()).st_size
-        try:
-            if self._file.write(line) < len(line):
-                raise OSError(28, "no space left on device")
-        except OSError as error:
-            with contextlib.suppress(OSError):
-                self._file.truncate(end)
-            raise LabkitError(
-                f"cannot write {self.path}: {error.strerror}; all verdicts until now are in it: "
-                f"make room, and run the same command again"
-            ) from None
-        self._entries[student] = entry
-
-    def _read(self) -> None:
-        """Take in all whole lines, and cut off what follows them."""
-        self._file.seek(0)
-        content = self._file.read()
-        if content and not content.startswith(HEADER[: len(content)]):
-            raise LabkitError(
-                f"{self.path} is no store of verdicts of this labkit; choose another --out"
-            )
-        whole = content[: content.rfind(b"\n") + 1]
-        for number, line in enumerate(whole.splitlines()[1:], 2):
-            try:
-                entry = json.loads(line)
-                self._entries[entry.pop("student")] = entry
-            except (ValueError, TypeError, KeyError, AttributeError):
-                raise LabkitError(
-                    f"{self.path}: line {number} is damaged; take it out, and run again"
-                ) from None
-        self._file.truncate(len(whole))
-        if not whole:
-            self._file.write(HEADER)
+    >>> file_name("ada"), file_name("../Ada L")
+    ('ada', 'Ada-L+9f6c9bbe')
+    """
+    plain = re.sub(r"[^a-z0-9_-]+", "-", student, flags=re.IGNORECASE).strip("-")[:60]
+    if plain != student or student != student.lower():
+        plain += f"+{hashlib.sha256(student.encode()).hexdigest()[:8]}"  # no plain name has a +
+    return plain
 
 
 def fingerprint(
@@ -158,17 +97,3 @@ def fingerprint(
         digest.update(json.dumps([name, len(files[name])]).encode())
         digest.update(files[name])
     return digest.hexdigest()[:32]
-
-
-def _lock(number: int, path: Path) -> None:
-    """Keep other graders out until this process ends, however it ends."""
-    try:
-        fcntl = importlib.import_module("fcntl")
-    except ImportError:  # Windows: two graders on one file are the instructor's care
-        return
-    try:
-        fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        raise LabkitError(
-            f"{path} is in use by another `labkit grade`; wait for it, or grade elsewhere"
-        ) from None

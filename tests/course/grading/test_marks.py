@@ -1,5 +1,8 @@
 """What people decide survives every run, and no slip in it passes in silence."""
 
+import errno
+import os
+import re
 import stat
 from dataclasses import replace
 
@@ -10,12 +13,18 @@ from labkit.course.grading.contract import Limits
 from labkit.course.grading.judging.verdict import QuestionVerdict, SubmissionVerdict
 from labkit.course.grading.marks import (
     ADJUSTMENTS,
-    Adjustments,
     make_marks,
     read_adjustments,
     read_roster,
 )
-from labkit.course.grading.store import VERDICTS, VerdictStore, fingerprint
+from labkit.course.grading.store import (
+    VERDICTS,
+    Record,
+    file_name,
+    fingerprint,
+    read_records,
+    write_record,
+)
 from labkit.errors import LabkitError
 
 NAMES = {"ada": "Ada Lovelace", "emmy": "Emmy Noether", "4711": "twin", "4712": "twin"}
@@ -45,33 +54,34 @@ def decide(small, tmp_path):
     return read
 
 
-@pytest.fixture
-def store(tmp_path):
-    with VerdictStore(tmp_path) as store:
-        yield store
+def record(student, late=0.0, **scores):
+    return Record(verdict=verdict(student, **scores), fingerprint="1", code="", late=late)
 
 
 @pytest.fixture
-def marks(store, small):
-    return lambda adjustments: make_marks(store, adjustments, load_assignment(small))
+def marks(small):
+    def make(adjustments, *records):
+        named = {one.verdict.student: one for one in records}
+        return make_marks(named, adjustments, load_assignment(small))
+
+    return make
 
 
 @pytest.fixture
 def scores(marks):
-    return lambda adjustments: {mark.student: mark.score for mark in marks(adjustments)}
+    return lambda *given: {mark.student: mark.score for mark in marks(*given)}
 
 
-def test_points_are_set_added_and_told(store, decide, marks):
-    store.put(verdict("ada"), "1")
+def test_points_are_set_added_and_told(decide, marks):
     adjustments = decide(
         "ada,double,1.5,you showed me the sheet", "Ada Lovelace,bonus,0.5,", "*,written,15,",
         "ada,written,12,well said",
     )  # fmt: skip
-    (mark,) = marks(adjustments)
+    (mark,) = marks(adjustments, record("ada"))
     assert (mark.score, mark.points) == (17.0, 20.0)
     assert mark.adjustments == (
         "double: set by your instructor to 1.5 of 2 points: you showed me the sheet.",
-        "+0.5 points by your instructor.",
+        "Added by your instructor: 0.5 points.",
         "Written answers: 12 of 15 points: well said.",
     )
 
@@ -88,28 +98,20 @@ def test_points_are_set_added_and_told(store, decide, marks):
         (["*,late_percent,90,"], 0.0),
     ],
 )
-def test_lateness_is_computed_when_marks_are(lines, score, store, decide, scores):
-    store.put(verdict("ada"), "1", late=3.0)
-    assert scores(decide(*lines)) == {"ada": score}
+def test_lateness_is_computed_when_marks_are(lines, score, decide, scores):
+    assert scores(decide(*lines), record("ada", late=3.0)) == {"ada": score}
 
 
-def test_what_the_platform_says_later_counts(store, decide, scores):
-    store.put(verdict("ada"), "1", late=3.0)
-    store.set_late("ada", 0.0)
-    assert scores(decide("*,late_percent,10,")) == {"ada": 5.0}
-
-
-def test_a_group_gets_the_best_that_is_left_of_its_submissions(store, decide, scores, marks):
+def test_a_group_gets_the_best_that_is_left_of_its_submissions(decide, scores, marks):
     """One member's is better but late: after lateness the other's is worth more."""
-    store.put(verdict("ada"), "1", late=9.0)
-    store.put(verdict("emmy", double=0.0), "1")
+    both = record("ada", late=9.0), record("emmy", double=0.0)
     group = ["ada,group,A,", "emmy,group,A,", "4711,group,A,"]
-    assert scores(decide(*group)) == {"ada": 5.0, "emmy": 5.0, "4711": 5.0}
+    assert scores(decide(*group), *both) == {"ada": 5.0, "emmy": 5.0, "4711": 5.0}
     late = decide(*group, "*,late_percent,10,")
-    assert scores(late) == {"ada": 3.0, "emmy": 3.0, "4711": 3.0}
-    assert marks(late)[0].notes == ("Handed in by emmy for A.",)
+    assert scores(late, *both) == {"ada": 3.0, "emmy": 3.0, "4711": 3.0}
+    assert marks(late, *both)[0].notes == ("Handed in by emmy for A.",)
     own = decide(*group, "ada,double,0,it was not yours")
-    assert scores(own) == {"ada": 3.0, "emmy": 5.0, "4711": 5.0}
+    assert scores(own, *both) == {"ada": 3.0, "emmy": 5.0, "4711": 5.0}
 
 
 @pytest.mark.parametrize(
@@ -145,57 +147,40 @@ def test_an_empty_table_is_made_to_be_filled_in(small, tmp_path):
     assert not read_roster(tmp_path)
 
 
-def test_a_line_that_was_cut_off_costs_one_verdict(tmp_path):
-    with VerdictStore(tmp_path) as store:
-        store.put(verdict("ada"), "1")
-        store.put(verdict("emmy"), "2")
-    path = tmp_path / VERDICTS
-    assert stat.S_IMODE(path.stat().st_mode) == 0o600
-    path.write_bytes(path.read_bytes()[:-9])
-    with VerdictStore(tmp_path) as store:
-        assert store.students == ["ada"]
-        store.put(verdict("emmy"), "3")
-    with VerdictStore(tmp_path) as store:
-        assert store["emmy"] == verdict("emmy")
-        assert store.fingerprint("emmy") == "3"
-        with pytest.raises(LabkitError, match="is in use by another `labkit grade`"):
-            VerdictStore(tmp_path)
-
-
-def test_what_is_no_store_is_left_as_it_is(tmp_path):
-    path = tmp_path / VERDICTS
-    for text, message in (("mine\n", "no store of verdicts"), (None, "line 2 is damaged")):
-        if text is None:
-            path.unlink()
-            VerdictStore(tmp_path).__exit__(None, None, None)
-            text = path.read_text() + "[]\n"  # noqa: PLW2901
-        path.write_text(text)
-        with pytest.raises(LabkitError, match=message):
-            VerdictStore(tmp_path)
-        assert path.read_text() == text
+def test_records_come_back_as_they_were_for_their_owner_alone(tmp_path):
+    kept = record("../Ada L"), record("ada", late=2.0)
+    assert not read_records(tmp_path)
+    for one in kept:
+        write_record(tmp_path, one)
+    assert list(read_records(tmp_path).values()) == list(kept)
+    path = tmp_path / VERDICTS / "ada.json"
+    assert stat.S_IMODE(path.parent.stat().st_mode) == 0o700
+    path.write_text(path.read_text()[:-9])
+    with pytest.raises(LabkitError, match=r"ada\.json: is damaged.*; take it out, and run again"):
+        read_records(tmp_path)
 
 
 def test_a_full_disk_keeps_all_verdicts_until_then(tmp_path, monkeypatch):
-    with VerdictStore(tmp_path) as store:
-        store.put(verdict("ada"), "1")
-        monkeypatch.setattr(store, "_file", Full(store._file))
-        with pytest.raises(LabkitError, match=r"no space left.*run the same command again"):
-            store.put(verdict("emmy"), "1")
-    with VerdictStore(tmp_path) as store:
-        assert store.students == ["ada"]
+    read_records(tmp_path)
+    write_record(tmp_path, record("ada"))
+    monkeypatch.setattr("labkit.files._open", full)
+    for student in ("ada", "emmy"):
+        with pytest.raises(LabkitError, match=r"No space left.*run the same command again"):
+            write_record(tmp_path, record(student, double=0.0))
+    assert read_records(tmp_path) == {"ada": record("ada")}
 
 
-class Full:
-    """A file on a disk that takes half of what is written."""
+def full(path, mode):
+    path.write_text("half of ")
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    def __init__(self, file):
-        self.file = file
 
-    def __getattr__(self, name):
-        return getattr(self.file, name)
-
-    def write(self, data):
-        return self.file.write(data[: len(data) // 2])
+def test_every_student_has_files_of_their_own():
+    """The second of each pair once had the first one's page, or a place elsewhere."""
+    names = ["ada l", "ada-l-71b1e478", "ada-l", "Ada-L", "../../x", "x", "a" * 70, "a" * 71]
+    files = [file_name(name) for name in names]
+    assert len({file.lower() for file in files}) == len(names)
+    assert all(re.fullmatch(r"[\w+-]+", file) for file in files)
 
 
 def test_another_wall_limit_or_file_is_another_verdict(small):
@@ -210,11 +195,6 @@ def test_another_wall_limit_or_file_is_another_verdict(small):
     assert len(marks) == 5
 
 
-def test_without_lines_a_verdict_stays_as_it_is():
-    assert Adjustments().apply(verdict("ada"), 0.0, "ada") == verdict("ada")
-
-
-def test_points_for_one_who_handed_in_nothing_are_kept(store, decide, scores):
-    store.put(verdict("ada"), "1")
+def test_points_for_one_who_handed_in_nothing_are_kept(decide, scores):
     given = decide("emmy,double,1.5,by word of mouth", "4711,late,1,", "*,late_percent,10,")
-    assert scores(given) == {"ada": 5.0, "emmy": 1.5}
+    assert scores(given, record("ada")) == {"ada": 5.0, "emmy": 1.5}

@@ -125,7 +125,7 @@ def test_its_scores_are_ours(course, tmp_path, monkeypatch):
     """Takes some half a minute; buys that either grader can be used on one hand-out."""
     folder, theirs = course
     monkeypatch.chdir(tmp_path)
-    assert main(["grade", str(folder / "submitted"), "--no-html", *WHERE]) == 0
+    assert main(["grade", str(folder / "submitted"), *WHERE]) == 0
     with (tmp_path / "grades/scores.csv").open(encoding="utf-8") as file:
         for row in csv.DictReader(file):
             ours = {question: float(row[question]) for question in QUESTIONS}

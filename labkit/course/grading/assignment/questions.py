@@ -1,9 +1,7 @@
 """The assignment as data: questions, their cases, and the answers of known mistakes.
 
-All of it is read from the JSON files in `labkit/course/grading/assignment`, which
-``python -m labkit.course.authoring`` writes. What a student may see (`questions.json`,
-`visible.json`) and what not (`hidden/`) are files of their own: the students' edition
-leaves `hidden/` out, and everything but grading works without it.
+What a student may see and what not are files of their own: the students' edition leaves
+``hidden/`` out, and everything but grading works without it.
 """
 
 from __future__ import annotations
@@ -33,24 +31,12 @@ class Answer(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Misconception:
-    """A known mistake.
+    """A known mistake."""
 
-    Attributes
-    ----------
-    id : str
-        Unique within its question.
-    says : str
-        What the student did, and why it is wrong: "this is R transposed: ...".
-    chapter : str
-        Where the book explains it.
-    credit : float
-        The share of the question's points that it earns, in [0, 1).
-    """
-
-    id: str
-    says: str
-    chapter: str
-    credit: float
+    id: str  # unique within its question
+    says: str  # what the student did, and why it is wrong
+    chapter: str  # where the book explains it
+    credit: float  # the share of the question's points that it earns, in [0, 1)
 
 
 _RELATIONS = {
@@ -81,51 +67,21 @@ GENERAL = tuple(
 
 @dataclass(frozen=True, kw_only=True)
 class Question:
-    """One function that the student writes.
+    """One function that the student writes."""
 
-    Attributes
-    ----------
-    id, title : str
-        As in ``check("huber_weights", ...)``, and for a person.
-    chapter : str
-        Where the book explains it.
-    points : float
-        What it is worth.
-    function : str
-        The name that the student's function must have.
-    signature : str
-        Its parameters, as in ``(residuals, delta)``.
-    task : str
-        What to do, in Markdown; stands above the stub in the notebook.
-    docstring : str
-        What the stub says of arguments and result.
-    answer : Answer
-        What the function returns.
-    unit : str
-        Of the result where it has one unit: "m", "rad", or empty.
-    low, high : float or None
-        What the numbers of the result cannot go below or above.
-    chance : float
-        The share of right answers that a line without an idea gets; the score is corrected for it.
-    builds_on : tuple of str
-        The questions whose functions this one may call: where they are wrong, so is it.
-    misconceptions : tuple of Misconception
-        The known mistakes.
-    """
-
-    id: str
+    id: str  # as in `check("huber_weights", ...)`
     title: str
-    chapter: str
+    chapter: str  # where the book explains it
     points: float
-    function: str
-    signature: str
-    task: str
-    docstring: str
+    function: str  # the name that the student's function must have
+    signature: str  # as "(residuals, delta)"
+    task: str  # what to do, in Markdown; stands above the stub in the notebook
+    docstring: str  # what the stub says of arguments and result
     answer: Answer
-    unit: str
-    low: float | None
-    high: float | None
-    chance: float
+    unit: str  # of the result where it has one unit: "m", "rad", or empty
+    low: float | None  # what the numbers of the result cannot go below
+    high: float | None  # ... or above
+    chance: float  # share of right answers that a line without an idea gets; taken off the score
     builds_on: tuple[str, ...]
     misconceptions: tuple[Misconception, ...]
 
@@ -150,33 +106,18 @@ class Question:
 class Case:
     """One call of a question's function, and what is known about its answer.
 
-    Attributes
-    ----------
-    id : str
-        Unique within the question; says nothing about the case.
-    hidden : bool
-        Whether the student may not see it.
-    about : str
-        What it tries, in words that give no number away: "a quarter turn".
-    arguments : tuple of Value
-        What the function is called with. Arrays are read-only.
-    expected : tuple of Value
-        The right answers: one, or one for each accepted reading of the lesson.
-    tolerance : float
-        How far any entry may lie from the expected one. How it follows from the case's
-        conditioning is told in `labkit.course.authoring.references`.
-    mistaken : mapping of str to tuple of Value
-        The answers of each misconception: one, or several where the mistake leaves it open
-        (a sign that the SVD may choose, a reading of the lesson). One that fails here, or ends
-        where rounding leads it, has none.
+    `mistaken` holds the answers of each misconception: one, or several where the mistake leaves
+    it open (a sign that the SVD may choose, a reading of the lesson). One that fails here, or
+    ends where rounding leads it, has none. How `tolerance` follows from the case's conditioning
+    is told in `labkit.course.authoring.references`.
     """
 
-    id: str
+    id: str  # unique within the question; says nothing about the case
     hidden: bool
-    about: str
+    about: str  # what it tries, in words that give no number away: "a quarter turn"
     arguments: tuple[Value, ...]
-    expected: tuple[Value, ...]
-    tolerance: float
+    expected: tuple[Value, ...]  # one answer for each accepted reading of the lesson
+    tolerance: float  # how far any entry may lie from the expected one
     mistaken: Mapping[str, tuple[Value, ...]]
 
 
@@ -187,36 +128,18 @@ Cases = Mapping[str, tuple[Case, ...]]
 class Assignment:
     """All questions and cases.
 
-    Attributes
-    ----------
-    title : str
-        For a person.
-    questions : tuple of Question
-        In the order of the notebook.
-    visible : mapping of str to tuple of Case
-        The examples of each question, the same for everybody.
-    variants : tuple of such mappings
-        The hidden cases, equally hard with other numbers; a student gets one of them.
-        Empty in the students' edition.
-    digest : str
-        Of the files that it was read from: another digest, other verdicts.
-    right : mapping of str to str
-        Source of the right functions, which stand in for wrong ones when a later question is
-        graded; empty where there is none.
-    salt : str
-        What the order of hidden calls and the choice of variants hang on.
-    public : bool
-        Whether anybody can compute the hidden cases, since no secret went into them.
+    Each of the `variants` holds the hidden cases, equally hard with other numbers; a student gets
+    one of them. The students' edition has none.
     """
 
     title: str
-    questions: tuple[Question, ...]
-    visible: Cases
+    questions: tuple[Question, ...]  # in the order of the notebook
+    visible: Cases  # the examples of each question, the same for everybody
     variants: tuple[Cases, ...]
-    digest: str = ""
-    right: Mapping[str, str] = field(default_factory=dict)
-    salt: str = ""
-    public: bool = False
+    digest: str = ""  # of the files that it was read from: another digest, other verdicts
+    right: Mapping[str, str] = field(default_factory=dict)  # sources that stand in for wrong ones
+    salt: str = ""  # on which the choice of variants hangs
+    public: bool = False  # whether anybody can compute the hidden cases
 
     @property
     def points(self) -> float:

@@ -1,8 +1,8 @@
-"""Gradescope's results, its due dates, and the archive that grades there [1]_.
+"""Gradescope: the archive that grades there, and what runs in it [1]_.
 
 Each question is a test with its score; each of its hidden cases is one more, without points,
-that only the instructors see. In the archive, ``setup.sh`` builds the image and
-``run_autograder`` grades one submission in it.
+that only the instructors see. In the archive, ``setup.sh`` builds the image, and
+``run_autograder`` calls this module for one submission, without a store and without pages.
 
 References
 ----------
@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import json
 import os
-import re
+import sys
 import zipfile
 from datetime import datetime
 from importlib.metadata import requires
@@ -21,81 +21,82 @@ from pathlib import Path
 from typing import Any
 
 from labkit.course.grading.assignment import FOLDER, load_assignment
-from labkit.course.grading.feedback import question_text
-from labkit.course.grading.judging.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
-from labkit.course.grading.marks import ADJUSTMENTS, HEADER, read_rows
+from labkit.course.grading.box import open_wall
+from labkit.course.grading.classrun import grade_one
+from labkit.course.grading.contract import Limits
+from labkit.course.grading.handins import one_submission
+from labkit.course.grading.judging.verdict import SubmissionVerdict
+from labkit.course.grading.marks import ADJUSTMENTS, CLASS, HEADER, read_adjustments
+from labkit.course.grading.tables import number, read_rows
 from labkit.errors import LabkitError
 from labkit.files import atomic_write
 
 MOST = 1500  # characters that a student is shown of one question
+HERE = Path(__file__).with_name("autograder")
+PACKAGE = HERE.parents[3]
+SCRIPTS = ("setup.sh", "run_autograder")
+READER = "ipython>=8.20"  # as the extra "grading" has it, which also draws pages
 
 
-def gradescope_results(verdict: SubmissionVerdict) -> str:
-    r"""The file that Gradescope reads from ``/autograder/results``.
+def grade_for_gradescope(root: Path) -> None:
+    """Grade ``root/submission``, and write ``root/results/results.json``."""
+    student, days = read_metadata(root / "submission_metadata.json")
+    submission = one_submission(root / "submission", student)
+    wall = open_wall([FOLDER / "hidden", root / "submission"])
+    record = grade_one(submission, str(FOLDER), wall, Limits())
+    assert record is not None  # no verdict is known before
+    rules = read_adjustments(".", load_assignment(), {})
+    with atomic_write(root / "results" / "results.json") as file:
+        json.dump(results_of(rules.apply(record.verdict, days, student)), file, indent=1)
+
+
+def results_of(verdict: SubmissionVerdict) -> dict[str, Any]:
+    r"""What Gradescope reads of a verdict.
 
     Examples
     --------
     >>> verdict = SubmissionVerdict(student="ada", submission="ada.py", mode="user",
     ...     questions=(), score=0.0, points=0.0, notes=("one note",), seconds=0.01)
-    >>> results = json.loads(gradescope_results(verdict))
-    >>> results["tests"], results["output"]
-    ([], 'one note\n\nGraded in isolation: user.')
+    >>> results_of(verdict)["tests"], results_of(verdict)["output"]
+    ([], 'Graded in isolation: user.\n\none note')
     """
     tests: list[dict[str, Any]] = []
-    for place, question in enumerate(verdict.questions, 1):
-        tests.append(_question(f"{place}", question))
-        hidden = [case for case in question.cases if case.hidden]
-        tests += [_hidden_case(f"{place}.{n}", question, case) for n, case in enumerate(hidden, 1)]
-    results = {
+    for place, one in enumerate(verdict.questions, 1):
+        reasons = [case.reason for case in one.cases if not case.hidden]
+        passed = f"{one.cases_passed} of {len(one.cases)} cases passed."
+        told = "\n\n".join(filter(None, dict.fromkeys([one.message, *reasons, passed])))
+        points = {"score": round(one.score, 6), "max_score": one.points}
+        tests.append(_test(f"{place}", one.title, one.passed, told) | points)
+        for n, case in enumerate((case for case in one.cases if case.hidden), 1):
+            name = f"{one.title}, hidden case {case.id}"
+            shown = _test(f"{place}.{n}", name, case.passed, case.reason)
+            tests.append(shown | {"visibility": "hidden"})
+    remarks = [f"Graded in isolation: {verdict.mode}.", *verdict.remarks]
+    return {
         "score": round(verdict.score, 6),
         "execution_time": round(verdict.seconds, 3),
-        "output": _cut("\n\n".join(verdict.remarks), f"Graded in isolation: {verdict.mode}."),
+        "output": _cut("\n\n".join(remarks)),
         "output_format": "text",
         "visibility": "visible",
         "stdout_visibility": "hidden",
         "tests": tests,
     }
-    return json.dumps(results, indent=1, ensure_ascii=True, allow_nan=False)
 
 
-def _question(number: str, question: QuestionVerdict) -> dict[str, Any]:
+def _test(number: str, name: str, passed: bool, output: str) -> dict[str, Any]:
     return {
         "number": number,
-        "name": question.title,
-        "score": round(question.score, 6),
-        "max_score": question.points,
-        "status": "passed" if question.passed else "failed",
-        "output": _cut(question_text(question, hidden=False)),
+        "name": name,
+        "status": "passed" if passed else "failed",
+        "output": _cut(output),
         "output_format": "text",
         "visibility": "visible",
-        "tags": [question.question],
     }
 
 
-def _cut(text: str, *more: str) -> str:
+def _cut(text: str) -> str:
     """What fits: a student may hand in as often as Gradescope lets one, and read it each time."""
-    shown = text if len(text) <= MOST else f"{text[:MOST]}…"
-    return "\n\n".join(part for part in (shown, *more) if part)
-
-
-def _hidden_case(number: str, question: QuestionVerdict, case: CaseVerdict) -> dict[str, Any]:
-    return {
-        "number": number,
-        "name": f"{question.title}, hidden case {case.id}",
-        "status": "passed" if case.passed else "failed",
-        "output": case.reason,
-        "output_format": "text",
-        "visibility": "hidden",
-        "tags": [question.question],
-    }
-
-
-HERE = Path(__file__).with_name("autograder")
-PACKAGE = HERE.parents[3]
-SCRIPTS = ("setup.sh", "run_autograder")
-READER = "ipython>=8.20"  # as the extra "grading" has it, which also draws pages
-COMMAND = "labkit_command.py"  # beside the package: what `python -m labkit` begins with
-EPOCH = (1980, 1, 1, 0, 0, 0)  # the same content gives the same bytes
+    return text if len(text) <= MOST else f"{text[:MOST]}…"
 
 
 def read_metadata(path: str | os.PathLike[str]) -> tuple[str, float]:
@@ -136,53 +137,31 @@ def write_autograder(
         The folder of the assignment, with its hidden cases.
     adjustments : path-like, optional
         ``adjustments.csv``, of which the rules of the class hold there, too.
-
-    Raises
-    ------
-    LabkitError
-        Where the archive cannot be written, or the folder holds no assignment to grade by.
     """
-    load_assignment(assignment)
     folder = Path(assignment).resolve()
-    with atomic_write(path, "wb") as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as zip:
-        for name in SCRIPTS:
-            _add(zip, name, (HERE / name).read_bytes(), executable=True)
-        _add(zip, "requirements.txt", "\n".join(_requirements()).encode() + b"\n")
-        rules = [",".join(HEADER)]
-        if adjustments:
-            rows = read_rows(adjustments, HEADER[:3])
-            rules += [
-                f"*,{row['what']},{row['value']}," for _, row in rows if row["student"] == "*"
-            ]
-        _add(zip, ADJUSTMENTS, "\n".join(rules).encode() + b"\n")
-        for source in [PACKAGE.with_name(COMMAND), *_package_files()]:
-            _add(zip, source.relative_to(PACKAGE.parent).as_posix(), source.read_bytes())
+    rules = [",".join(HEADER)]
+    for _, row in read_rows(adjustments, HEADER[:3])[1] if adjustments else []:
+        if row["student"].strip() == CLASS:
+            rules.append(f"{CLASS},{row['what'].strip()},{number(row['value'])},")
+    with (
+        atomic_write(path, "wb") as file,
+        zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, strict_timestamps=False) as archive,
+    ):
+        for script in SCRIPTS:
+            info = zipfile.ZipInfo(script)
+            info.external_attr = 0o100755 << 16  # Gradescope runs it
+            archive.writestr(info, (HERE / script).read_bytes())
+        own = [line for line in requires("labkit") or [] if "extra ==" not in line]
+        archive.writestr("requirements.txt", "\n".join([*own, READER]))
+        archive.writestr(ADJUSTMENTS, "\n".join(rules))
+        for source in sorted(PACKAGE.rglob("*")):
+            lab = FOLDER in source.parents and source.suffix == ".json"  # the folder's instead
+            if source.is_file() and "__pycache__" not in source.parts and not lab:
+                archive.write(source, source.relative_to(PACKAGE.parent))
         for source in sorted(folder.rglob("*.json")):
-            name = f"labkit/{FOLDER.relative_to(PACKAGE).as_posix()}"
-            _add(zip, f"{name}/{source.relative_to(folder).as_posix()}", source.read_bytes())
+            place = FOLDER.relative_to(PACKAGE.parent) / source.relative_to(folder)
+            archive.write(source, place)
 
 
-def _package_files() -> list[Path]:
-    """All of labkit but compiled files and the lab's own cases, which give way to the folder's."""
-    return sorted(
-        file
-        for file in PACKAGE.rglob("*")
-        if file.is_file()
-        and "__pycache__" not in file.parts
-        and not (FOLDER in file.parents and file.suffix == ".json")
-    )
-
-
-def _add(archive: zipfile.ZipFile, name: str, data: bytes, *, executable: bool = False) -> None:
-    info = zipfile.ZipInfo(name, EPOCH)
-    info.compress_type = zipfile.ZIP_DEFLATED
-    info.external_attr = (0o100755 if executable else 0o100644) << 16
-    archive.writestr(info, data)
-
-
-def _requirements() -> list[str]:
-    """What labkit itself needs, and the reader of notebooks; without its other extras."""
-    declared = requires("labkit")
-    if declared is None:
-        raise LabkitError("labkit is not installed, so what it needs is not known; pip install it")
-    return [*(line for line in declared if not re.search(r";.*extra\s*==", line)), READER]
+if __name__ == "__main__":
+    grade_for_gradescope(Path(sys.argv[1]))

@@ -1,0 +1,71 @@
+"""Tables that people and platforms made, and those that go back to them: CSV in UTF-8."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeAlias
+
+from labkit.errors import LabkitError
+from labkit.files import atomic_write, read_table
+
+Row: TypeAlias = dict[str, str]
+FORMULA = (*"=+-@", *"＝＋－＠", "\t", "\r", "\n")  # the wide ones where people type Chinese
+
+
+def read_rows(
+    path: str | os.PathLike[str], needed: Sequence[str] = ()
+) -> tuple[list[str], list[tuple[int, Row]]]:
+    """Read the columns of a table, of which some are `needed`, and its rows with their lines.
+
+    Raises
+    ------
+    LabkitError
+        Where it cannot be read, lacks a column, or a row does not fit; the message says which.
+    """
+    text = read_table(path, "save it as CSV in UTF-8")
+    header = text.partition("\n")[0]
+    delimiter = ";" if ";" in header and "," not in header else ","  # Excel's, where 0.5 is 0,5
+    reader = csv.DictReader(text.splitlines(keepends=True), delimiter=delimiter, restval="")
+    columns = reader.fieldnames = [name.strip() for name in reader.fieldnames or []]
+    rows = [(reader.line_num, row) for row in reader]
+    found = ", ".join(columns) or "none"
+    for name in needed:
+        if name not in columns:
+            raise LabkitError(f"{path}: line 1: no column {name!r}; the columns are {found}")
+    for line, row in rows:
+        if None in row:
+            raise LabkitError(
+                f"{path}: line {line}: it has more cells than line 1; put text that holds a comma "
+                f"in double quotes"
+            )
+    return columns, rows
+
+
+def write_rows(
+    path: str | os.PathLike[str], columns: Sequence[str], rows: Iterable[Mapping[str, str]]
+) -> None:
+    """Write some columns of rows as CSV, whole or not at all."""
+    with atomic_write(path) as file:
+        writer = csv.DictWriter(file, columns, extrasaction="ignore", lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def number(text: str) -> float:
+    """The number in a cell, with a point or a comma; nan where there is none."""
+    try:
+        return float(text.replace(",", "."))
+    except ValueError:
+        return math.nan
+
+
+def plain(text: str) -> str:
+    """Text that no spreadsheet takes for a formula.
+
+    >>> plain("=1+1"), plain("＝1+1"), plain("well done")
+    ("'=1+1", "'＝1+1", 'well done')
+    """
+    return "'" + text if text.startswith(FORMULA) else text
