@@ -20,18 +20,12 @@ from labkit.course.grading.assignment.questions import Assignment
 from labkit.course.grading.box import Wall, open_wall
 from labkit.course.grading.classrun import grade_one, open_executor
 from labkit.course.grading.contract import Limits
-from labkit.course.grading.exports.gradebooks import (
-    Gradebook,
-    read_canvas,
-    read_moodle,
-    write_scores,
-)
+from labkit.course.grading.exports.gradebooks import read_canvas, read_moodle, write_scores
 from labkit.course.grading.exports.gradescope import write_autograder
 from labkit.course.grading.exports.pages import templates, write_pages
 from labkit.course.grading.handins import LAYOUTS, Submission, find_submissions, one_submission
 from labkit.course.grading.marks import make_marks, read_adjustments, read_roster
 from labkit.course.grading.store import VERDICTS, Record, file_name, read_records, write_record
-from labkit.errors import LabkitError
 from labkit.files import atomic_write
 
 SHOWN = 5  # names in a message
@@ -98,9 +92,6 @@ def _parser(
     formatter = argparse.RawDescriptionHelpFormatter
     parser = commands.add_parser(name, help=does, description=text, formatter_class=formatter)
     parser.add_argument(
-        "--assignment", metavar="FOLDER", default=str(FOLDER), help="questions (the lab's own)"
-    )
-    parser.add_argument(
         "--secret", metavar="FILE", help="hidden cases drawn from the course's secret in FILE"
     )
     return parser
@@ -123,15 +114,18 @@ def grade(args: argparse.Namespace) -> int:
         check_count(args.jobs, "jobs", at_least=1)
     limits, out = Limits(seconds=args.seconds), Path(args.out)
     templates()  # or say what they need, before the work
-    submissions, books = _submissions(args), _gradebooks(args)
-    assignment = _load(args)
+    submissions, assignment = _submissions(args), _load(args)
+    books = {"canvas.csv": read_canvas(*args.canvas)} if args.canvas else {}
+    books |= {"moodle.csv": read_moodle(args.moodle)} if args.moodle else {}
     os.umask(0o077)
     records = read_records(out)
-    late = {one.names[0]: one.late for book in books.values() for one in book.people}
+    people = [person for book in books.values() for person in book.people]
+    late = {one.names[0]: one.late for one in people}
     submissions = [replace(one, late=late.get(one.student) or one.late) for one in submissions]
     names = {student: record.verdict.submission for student, record in records.items()}
     names |= {one.student: one.name for one in submissions}
-    missing = _absent(args, books, set(names))
+    listed = [*read_roster(out), *((one.names, one.shown) for one in people)]
+    missing = {known[0]: name for known, name in listed if not names.keys() & {*known}}
     adjustments = read_adjustments(out, assignment, names | missing)
     handed_in = [file.path for one in submissions[:1] for _, file in one.files[:1]]
     closed = [Path(args.assignment, "hidden"), out / VERDICTS, *handed_in]
@@ -159,13 +153,7 @@ def grade(args: argparse.Namespace) -> int:
 
 def _load(args: argparse.Namespace) -> Assignment:
     """Load the assignment that the options name; warn where its hidden cases are public."""
-    if args.secret:
-        args.assignment = cases_beside(args.secret)
-        if not args.assignment.is_dir():
-            raise LabkitError(
-                f"there is no {args.assignment}, the cases of this secret; write them with "
-                f"`python -m labkit.course.authoring --secret {args.secret}`"
-            )
+    args.assignment = cases_beside(args.secret) if args.secret else FOLDER
     assignment = load_assignment(args.assignment)
     if assignment.public:
         _say(PUBLIC)
@@ -181,22 +169,6 @@ def _submissions(args: argparse.Namespace) -> list[Submission]:
     for remark in remarks[:SHOWN]:
         _say(remark)
     return found
-
-
-def _gradebooks(args: argparse.Namespace) -> dict[str, Gradebook]:
-    """The gradebooks that are to be filled in, by the name of the file that they become."""
-    books = {"canvas.csv": read_canvas(*args.canvas)} if args.canvas else {}
-    return books | ({"moodle.csv": read_moodle(args.moodle)} if args.moodle else {})
-
-
-def _absent(
-    args: argparse.Namespace, books: Mapping[str, Gradebook], there: set[str]
-) -> dict[str, str]:
-    """Those of the roster and the gradebooks who handed in nothing, and their names."""
-    listed: list[tuple[tuple[str, ...], str]]
-    listed = [((student,), name) for student, name in read_roster(args.out).items()]
-    listed += [(one.names, one.shown) for book in books.values() for one in book.people]
-    return {names[0]: shown for names, shown in listed if names[0] and not there & set(names)}
 
 
 def _grade(

@@ -81,7 +81,7 @@ class Submission:
         """
         unread: list[str] = []
         found: dict[str, bytes] = {}
-        handed_out, left = 0, MAX_TOGETHER
+        left = MAX_TOGETHER
         sources = [(name, file) for name, file in self.files if may_hold_source(name)]
         for name, file in sorted(sources, key=lambda named: likely_first(named[0])):
             try:
@@ -95,22 +95,14 @@ class Submission:
                     )
             except Exception as error:  # untrusted: zipfile and its like raise anything
                 unread.append(f"{name} cannot be read: {error}")
-                continue
-            for inside, content in inner.items():
-                if is_handed_out(inside):
-                    handed_out += 1
-                elif len(found) < MAX_FILES:
-                    found[inside] = content
-                else:
-                    unread.append(f"{inside} is not read: it is file {MAX_FILES + 1} or later")
+            else:
+                found |= {name: held for name, held in inner.items() if not is_handed_out(name)}
         if not found and not unread:
             names = ", ".join(name for name, _ in self.files[:5]) or "nothing"
-            unread.append(
-                "there is nothing in it but what was handed out; hand in your own notebook"
-                if handed_out
-                else f"there is no notebook (.ipynb) or script (.py) in it; found {names}"
-            )
-        return found, tuple(unread[:40])
+            unread.append(f"no notebook (.ipynb) or script (.py) of your own is in it, but {names}")
+        if len(found) > MAX_FILES:
+            unread.append(f"of {len(found)} files {MAX_FILES} are read; hand in your own alone")
+        return dict(list(found.items())[:MAX_FILES]), tuple(unread[:40])
 
 
 def find_submissions(

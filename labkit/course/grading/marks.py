@@ -7,7 +7,7 @@ read whenever marks are made. So it holds for every run to come::
     *,late_percent,10,
     ada,icp,12,you explained it to me
 
-The student ``*`` sets a rule of the class. ``what`` is a question, or one of `WHAT`.
+The student ``*`` sets a rule of the class, one of `RULES`; ``what`` is a question or one of `WHAT`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import difflib
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -42,18 +42,10 @@ class Line(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Adjustments:
-    """All that was decided.
+    """All that was decided."""
 
-    Attributes
-    ----------
-    lines : mapping of (str, str) to Line
-        By student and what it is about; the student ``*`` holds the rules.
-    groups : mapping of str to str
-        The group of each student who is in one.
-    """
-
-    lines: Mapping[tuple[str, str], Line] = field(default_factory=dict)
-    groups: Mapping[str, str] = field(default_factory=dict)
+    lines: Mapping[tuple[str, str], Line]  # by student, `CLASS` among them, and what it is about
+    groups: Mapping[str, str]  # the group of each student who is in one
 
     def rule(self, name: str, default: float = 0.0) -> float:
         """A rule of the class."""
@@ -62,14 +54,8 @@ class Adjustments:
     def apply(self, verdict: SubmissionVerdict, days: float, owner: str) -> SubmissionVerdict:
         """The verdict with all that is changed of it, each change told to the student.
 
-        Parameters
-        ----------
-        verdict : SubmissionVerdict
-            Under the name of the student who gets it.
-        days : float
-            How late the platform says that it came.
-        owner : str
-            Who handed it in: what was decided of its lateness counts.
+        It came `days` late, as the platform says, and was handed in by its `owner`: what was
+        decided of the owner's lateness counts for a whole group.
         """
         told: list[str] = []
 
@@ -92,8 +78,7 @@ class Adjustments:
         of_worth = f"of {worth:g} points"
         score += decided(verdict.student, "written", 0.0, "Written answers:", of_worth)
         days = decided(owner, "late", days, "Counted as", "days late")
-        days -= decided(owner, "extension", 0.0, "An extension of", "days")
-        days = max(0.0, days)
+        days = max(0.0, days - decided(owner, "extension", 0.0, "An extension of", "days"))
         share = min(days * self.rule("late_percent"), self.rule("late_cap", 100.0), 100.0)
         if days > self.rule("late_grace") and share:
             told.append(f"{days:.3g} days late: {share:.3g} % off {score:g} points.")
@@ -154,16 +139,9 @@ def _nothing(student: str, assignment: Assignment) -> SubmissionVerdict:
 def read_adjustments(
     folder: str | os.PathLike[str], assignment: Assignment, names: Mapping[str, str]
 ) -> Adjustments:
-    """Read ``adjustments.csv``; an empty one is written where there is none.
+    """Read ``adjustments.csv`` in a folder; an empty one is written where there is none.
 
-    Parameters
-    ----------
-    folder : path-like
-        Where it is.
-    assignment : Assignment
-        Its questions.
-    names : mapping of str to str
-        All students of the class, and their names for a person: a line may use either.
+    A line may use either a student's id or the name for a person, as `names` has them.
 
     Raises
     ------
@@ -214,9 +192,9 @@ def _student(name: str, names: Mapping[str, str], where: str) -> str:
     raise LabkitError(f"{where}: {name!r} {problem}{hint}")
 
 
-def read_roster(folder: str | os.PathLike[str]) -> dict[str, str]:
+def read_roster(folder: str | os.PathLike[str]) -> list[tuple[tuple[str, ...], str]]:
     """The students of ``roster.csv``, where there is one, and their names for a person."""
     path = Path(folder) / ROSTER
     rows = read_rows(path, ["student"])[1] if path.exists() else []
     found = ((row["student"].strip(), row.get("name", "").strip()) for _, row in rows)
-    return {student: name or student for student, name in found if student}
+    return [((student,), name or student) for student, name in found if student]

@@ -30,7 +30,7 @@ def read_rows(
     delimiter = ";" if ";" in header and "," not in header else ","  # Excel's, where 0.5 is 0,5
     reader = csv.DictReader(text.splitlines(keepends=True), delimiter=delimiter, restval="")
     columns = reader.fieldnames = [name.strip() for name in reader.fieldnames or []]
-    rows = [(reader.line_num, row) for row in reader]
+    rows = [(reader.line_num, row) for row in reader if any(row.values())]
     found = ", ".join(columns) or "none"
     for name in needed:
         if name not in columns:

@@ -29,6 +29,7 @@ from labkit.errors import LabkitError
 FOLDER = Path(__file__).parent
 FORMAT = 1
 COURSE = "course.json"  # in `hidden/`: right functions, the salt, whether a secret went in
+WRITE = "write the assignment with `python -m labkit.course.authoring [--secret FILE]`"
 LEAST = 16  # bytes of a secret
 
 
@@ -60,7 +61,7 @@ def _load(folder: Path, hidden: bool) -> Assignment:
     if hidden and not files:
         raise LabkitError(
             f"{folder} holds no hidden cases: this is the students' edition; grade with the "
-            f"instructor's one, or write them with `python -m labkit.course.authoring`"
+            f"instructor's one, or {WRITE}"
         )
     course = folder / "hidden" / COURSE
     kept = _read(course, digest) if hidden and course.exists() else {}
@@ -70,9 +71,7 @@ def _load(folder: Path, hidden: bool) -> Assignment:
         visible=visible,
         variants=tuple(_cases(_read(file, digest), True) for file in files),
         digest=digest.hexdigest(),
-        right=kept.get("right", {}),
-        salt=kept.get("salt", ""),
-        public=kept.get("public", False),
+        **{name: kept[name] for name in ("right", "salt", "public") if kept},
     )
 
 
@@ -83,13 +82,11 @@ def _read(path: Path, digest: Any) -> dict[str, Any]:
         content: dict[str, Any] = json.loads(data)
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", error)
-        raise LabkitError(f"cannot read {path}: {why}; name the folder of an assignment") from None
+        raise LabkitError(f"cannot read {path}: {why}; {WRITE}") from None
     digest.update(data)
     if content.get("format") != FORMAT:
-        raise LabkitError(
-            f"{path} has format {content.get('format')!r}, this labkit reads {FORMAT}; write it "
-            f"afresh with `python -m labkit.course.authoring`"
-        )
+        has = content.get("format")
+        raise LabkitError(f"{path} has format {has!r}, this labkit reads {FORMAT}; {WRITE}")
     return content
 
 

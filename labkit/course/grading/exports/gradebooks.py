@@ -21,6 +21,7 @@ from labkit.errors import LabkitError
 
 CANVAS_KEYS = ("ID", "SIS User ID", "SIS Login ID")
 CANVAS_STUDENT = ("Student", *CANVAS_KEYS, "Section")
+POINTS_POSSIBLE = "Points Possible"
 _NUMBER = re.compile(r"\D*(\d+)\s*")
 UNITS = {"week": 7.0, "day": 1.0, "hour": 1 / 24, "min": 1 / 1440, "sec": 1 / 86400}
 
@@ -96,21 +97,22 @@ def read_canvas(path: str | os.PathLike[str], title: str) -> Gradebook:
         choice = ", ".join(name for name in columns if name not in CANVAS_STUDENT)
         which = "more than one" if grades else "no"
         raise LabkitError(f"{path}: line 1: {which} column {title!r}; the columns are {choice}")
-    head = [row for _, row in rows if row["Student"].strip().startswith("Points Possible")]
-    possible = [number(row[grades[0]]) for row in head]
+    (grade,) = grades
+    head = [row for _, row in rows if row["Student"].strip().startswith(POINTS_POSSIBLE)]
+    possible = number(head[0][grade]) if head else math.nan
     people = [
         Person(
             line=line,
             row=row,
             names=tuple(row.get(key, "").strip() for key in CANVAS_KEYS),
             shown=row["Student"],
-            maximum=possible[0] if possible and 0.0 < possible[0] < math.inf else math.nan,
+            maximum=possible if 0.0 < possible < math.inf else math.nan,
         )
         for line, row in rows
-        if row not in head
+        if row["ID"].strip()
     ]
-    kept = [name for name in CANVAS_STUDENT if name in columns]
-    return Gradebook(path=path, columns=[*kept, *grades], grade=grades[0], head=head, people=people)
+    kept = [name for name in (*CANVAS_STUDENT, grade) if name in columns]
+    return Gradebook(path=path, columns=kept, grade=grade, head=head, people=people)
 
 
 def read_moodle(path: str | os.PathLike[str]) -> Gradebook:
@@ -126,26 +128,23 @@ def read_moodle(path: str | os.PathLike[str]) -> Gradebook:
         Where it cannot be read, or lacks a column.
     """
     columns, rows = read_rows(path)
-    identifier, grade, maximum, comment = "Identifier", "Grade", "Maximum Grade", ""
-    if {identifier, grade} <= set(columns):
-        comment = "Feedback comments" if "Feedback comments" in columns else ""
-    else:
-        cells = {name: {row[name] for _, row in rows} for name in columns}
+    cells = {name: {row[name] for _, row in rows} for name in columns}
+    grade, maximum, comment = "Grade", "Maximum Grade", "Feedback comments"
+    if not {"Identifier", grade} <= set(columns):
         maxima = [
             name
             for name in columns[2:]
             if len(cells[name]) == 1 and not math.isnan(number(min(cells[name])))
         ]
         if not maxima or not all(map(_NUMBER.fullmatch, cells[columns[0]])):
-            read_rows(path, (identifier, grade))  # it says what is missing
-        identifier, maximum = columns[0], maxima[0]
-        grade = columns[columns.index(maximum) - 1]
+            read_rows(path, ("Identifier", grade))  # it says what is missing
+        grade, maximum = columns[columns.index(maxima[0]) - 1], maxima[0]
         comment = columns[-1] if cells[columns[-1]] == {""} else ""
     people = [
         Person(
             line=line,
             row=row,
-            names=(_NUMBER.sub(r"\1", row[identifier]),),
+            names=(_NUMBER.sub(r"\1", row[columns[0]]),),
             shown=row[columns[1]],
             maximum=number(row.get(maximum, "")),
             late=_days(row["Status"]) if "Status" in columns else None,
@@ -169,11 +168,9 @@ def _days(status: str) -> float:
 def summary_text(verdict: SubmissionVerdict) -> str:
     """A verdict in a few lines, for a gradebook's comment."""
     lines = [f"{short(verdict.score)} of {short(verdict.points)} points."]
-    for question in verdict.questions:
-        if not question.passed:
-            said = question.message or next((one.reason for one in question.cases), "")
-            score = f"{short(question.score)}/{short(question.points)}"
-            lines.append(f"{question.title} ({score}): {said}")
+    for one in verdict.questions:
+        if not one.passed:
+            lines.append(f"{one.title} ({short(one.score)}/{short(one.points)}): {one.message}")
     return "\n".join([*lines, *verdict.remarks])
 
 

@@ -127,16 +127,10 @@ def write_autograder(
     assignment: str | os.PathLike[str] = FOLDER,
     adjustments: str | os.PathLike[str] | None = None,
 ) -> None:
-    """Write the archive to upload as "autograder" of a programming assignment.
+    """Write the zip archive to upload as "autograder" of a programming assignment.
 
-    Parameters
-    ----------
-    path : path-like
-        The zip archive.
-    assignment : path-like
-        The folder of the assignment, with its hidden cases.
-    adjustments : path-like, optional
-        ``adjustments.csv``, of which the rules of the class hold there, too.
+    It holds the hidden cases of the `assignment` in a folder, and the rules of the class that
+    stand in the table `adjustments`.
     """
     folder = Path(assignment).resolve()
     rules = [",".join(HEADER)]

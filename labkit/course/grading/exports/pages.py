@@ -16,8 +16,6 @@ from labkit.course.grading.store import file_name
 from labkit.extras import need
 from labkit.files import atomic_write
 
-BINS = 10
-
 
 def write_pages(
     out: Path,
@@ -29,32 +27,23 @@ def write_pages(
 ) -> None:
     """Write a page for each student, and the instructor's ``index.html``.
 
-    Parameters
-    ----------
-    out : Path
-        The folder of the marks.
-    marks, assignment
-        All marks, and what was asked.
-    failures : mapping of str to str
-        Why a student has no verdict.
-    missing : mapping of str to str
-        Who handed in nothing, and their names for a person.
+    `failures` say why a student has no verdict, `missing` who handed in nothing, with the names
+    for a person.
     """
     (out / "students").mkdir(exist_ok=True)
-    chapters = {question.id: question.chapter for question in assignment.questions}
     for mark in marks:
         page = out / "students" / f"{file_name(mark.student)}.html"
-        _write("student.html", page, verdict=mark, title=assignment.title, chapters=chapters)
+        _write("student.html", page, verdict=mark, assignment=assignment)
     shares = [mark.score / mark.points if mark.points else 0.0 for mark in marks]
-    tenths = Counter(min(BINS - 1, int(share * BINS + 1e-9)) for share in shares)
+    tenths = Counter(min(9, int(10.0 * share + 1e-9)) for share in shares)
     scores = [mark.score for mark in marks] or [0.0]
     questions = [_summary(question, marks, assignment) for question in assignment.questions]
     _write(
         "class.html",
         out / "index.html",
-        title=assignment.title,
+        assignment=assignment,
         failures=failures,
-        histogram=[tenths[tenth] for tenth in range(BINS)],
+        histogram=[tenths[tenth] for tenth in range(10)],
         marks=marks,
         mean=statistics.fmean(scores),
         median=statistics.median(scores),
@@ -72,9 +61,8 @@ def _summary(
 ) -> dict[str, Any]:
     """One question over the class: points, shares, and how often each case and mistake came."""
     verdicts = [one for mark in marks for one in mark.questions if one.question == question.id]
-    shares = [one.score / one.points if one.points else 0.0 for one in verdicts]
-    full = sum(share >= 1.0 for share in shares)
-    none = sum(share <= 0.0 for share in shares)
+    full = sum(one.passed for one in verdicts)
+    none = sum(one.score <= 0.0 for one in verdicts)
     known = Counter(one.misconception for one in verdicts if one.misconception)
     asked = Counter(case.id for one in verdicts for case in one.cases)
     right = Counter(case.id for one in verdicts for case in one.cases if case.passed)
@@ -82,10 +70,9 @@ def _summary(
     listed = [case for cases in sets for case in cases[question.id]]
     about = {case.id: case.about + (" (hidden)" if case.hidden else "") for case in listed}
     return {
-        "title": question.title,
-        "points": question.points,
-        "counts": {"full": full, "some": len(shares) - full - none, "none": none},
-        "mean": statistics.fmean(shares or [0.0]),
+        "asked": question,
+        "counts": {"full": full, "some": len(verdicts) - full - none, "none": none},
+        "mean": statistics.fmean([one.score / one.points for one in verdicts] or [0.0]),
         "cases": [(about.get(id, id), right[id] / count, count) for id, count in asked.items()],
         "mistakes": [
             (count, question.title, question.misconception(id).says) for id, count in known.items()

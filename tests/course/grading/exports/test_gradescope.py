@@ -107,7 +107,7 @@ def test_a_grader_that_fails_says_so_and_blames_nobody(root):
     results, seen = run_autograder(root)
     assert "it is not your fault" in results["output"]
     assert (results["score"], results["stdout_visibility"]) == (0, "hidden")
-    assert "name the folder of an assignment" in seen
+    assert "questions.json: No such file" in seen
 
 
 def test_the_archive_holds_what_the_image_needs(small, tmp_path):
