@@ -12,6 +12,7 @@ from dataclasses import replace
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.box import Wall
 from labkit.course.grading.contract import Limits
+from labkit.course.grading.files import read_sources
 from labkit.course.grading.grade import grade_submission
 from labkit.course.grading.handins import Submission
 from labkit.course.grading.store import Record, fingerprint
@@ -26,7 +27,7 @@ def grade_one(
 ) -> Record:
     """Read a submission, and grade it by the assignment in a folder unless `known` still holds."""
     asked = load_assignment(assignment)
-    files, unread = submission.read()
+    files, unread = read_sources(submission.files)
     mark = fingerprint(files, asked, limits, wall.mode)
     if known and known.fingerprint == mark:
         return replace(known, late=submission.late)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
@@ -13,6 +13,8 @@ from labkit.errors import LabkitError
 
 MEBIBYTE = 1 << 20
 MAX_FILE = 32 * MEBIBYTE  # a notebook with its pictures
+MAX_TOGETHER = 48 * MEBIBYTE  # of all files of one student
+MAX_FILES = 200  # notebooks and scripts of one student
 DIRECTORY, ENTRY = b"PK\1\2", 600  # what each file has in an archive; it takes as long as bytes
 PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # unpacked piece by piece; others at once
 SKIPPED = {
@@ -72,6 +74,38 @@ def _in_folder(folder: Path) -> Iterator[Handed]:
             path = Path(root, name)
             if path.is_file() and not path.is_symlink() and not is_skipped(name):
                 yield Handed(printable(path.relative_to(folder).as_posix()), path)
+
+
+def read_sources(
+    handed_in: Sequence[tuple[str, Handed]],
+) -> tuple[dict[str, bytes], tuple[str, ...]]:
+    """The notebooks and scripts of a submission, and what was not read and why.
+
+    Whatever a file makes a reader raise is said of that file, and the others are read.
+    """
+    unread: list[str] = []
+    found: dict[str, bytes] = {}
+    left = MAX_TOGETHER
+    sources = [(name, file) for name, file in handed_in if may_hold_source(name)]
+    for name, file in sorted(sources, key=lambda named: likely_first(named[0])):
+        try:
+            data = file.read()
+            inner = {name: data} if is_source(name) else unzip(name, data, left)
+            left -= sum(map(len, inner.values()))
+            if left < 0 or len(data) > MAX_FILE:
+                raise LabkitError(
+                    f"it is larger than {MAX_FILE // MEBIBYTE} MiB, or all files together are "
+                    f"too large; clear the outputs and hand it in again"
+                )
+            found |= {inside: held for inside, held in inner.items() if not is_handed_out(inside)}
+        except Exception as error:  # untrusted: zipfile and its like raise anything
+            unread.append(f"{name} cannot be read: {error}")
+    if not found and not unread:
+        names = ", ".join(name for name, _ in handed_in[:5]) or "nothing"
+        unread.append(f"no notebook (.ipynb) or script (.py) of your own is in it, but {names}")
+    if len(found) > MAX_FILES:
+        unread.append(f"of {len(found)} files {MAX_FILES} are read; hand in your own alone")
+    return dict(list(found.items())[:MAX_FILES]), tuple(unread[:40])
 
 
 def unzip(name: str, data: bytes, most: int, *, deeper: bool = True) -> dict[str, bytes]:

@@ -12,22 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
-from labkit.course.grading.files import (
-    MAX_FILE,
-    MEBIBYTE,
-    Handed,
-    is_handed_out,
-    is_source,
-    likely_first,
-    list_files,
-    may_hold_source,
-    printable,
-    unzip,
-)
+from labkit.course.grading.files import Handed, is_source, list_files, may_hold_source, printable
 from labkit.errors import LabkitError
 
-MAX_TOGETHER = 48 * MEBIBYTE  # of all files of one student
-MAX_FILES = 200  # notebooks and scripts of one student
 FOLDERS, NBGRADER, SUBMITTED = "folders", "nbgrader", "submitted"
 OTHERS = {"submission_metadata.yml", "timestamp.txt", "roster.csv", "adjustments.csv"}
 
@@ -73,36 +60,6 @@ class Submission:
     files: tuple[tuple[str, Handed], ...]  # each under its own name, without the platform's part
     late: float = 0.0  # days; Canvas says no more than "late", which counts as one
     feedback_name: str = ""  # under which its platform takes a page for this student back
-
-    def read(self) -> tuple[dict[str, bytes], tuple[str, ...]]:
-        """Its notebooks and scripts, also those in archives, and what was not read and why.
-
-        Whatever a file makes a reader raise is said of that file, and the others are read.
-        """
-        unread: list[str] = []
-        found: dict[str, bytes] = {}
-        left = MAX_TOGETHER
-        sources = [(name, file) for name, file in self.files if may_hold_source(name)]
-        for name, file in sorted(sources, key=lambda named: likely_first(named[0])):
-            try:
-                data = file.read()
-                inner = {name: data} if is_source(name) else unzip(name, data, left)
-                left -= sum(map(len, inner.values()))
-                if left < 0 or len(data) > MAX_FILE:
-                    raise LabkitError(
-                        f"it is larger than {MAX_FILE // MEBIBYTE} MiB, or all files together "
-                        f"are too large; clear the outputs and hand it in again"
-                    )
-            except Exception as error:  # untrusted: zipfile and its like raise anything
-                unread.append(f"{name} cannot be read: {error}")
-            else:
-                found |= {name: held for name, held in inner.items() if not is_handed_out(name)}
-        if not found and not unread:
-            names = ", ".join(name for name, _ in self.files[:5]) or "nothing"
-            unread.append(f"no notebook (.ipynb) or script (.py) of your own is in it, but {names}")
-        if len(found) > MAX_FILES:
-            unread.append(f"of {len(found)} files {MAX_FILES} are read; hand in your own alone")
-        return dict(list(found.items())[:MAX_FILES]), tuple(unread[:40])
 
 
 def find_submissions(

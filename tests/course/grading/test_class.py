@@ -120,7 +120,7 @@ def test_one_submission_that_cannot_be_read_costs_nobody_else(grade, tmp_path, m
     def broken(one, *_):
         raise OverflowError("beyond all")
 
-    monkeypatch.setattr("labkit.course.grading.handins.Submission.read", broken)
+    monkeypatch.setattr("labkit.course.grading.classrun.read_sources", broken)
     assert grade("class") == 1
     err = capsys.readouterr().err
     assert "zoe was not graded: OverflowError: beyond all" in err

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from labkit.course.grading.files import read_sources
 from labkit.course.grading.handins import find_submissions, one_submission
 from labkit.errors import LabkitError
 
@@ -82,7 +83,7 @@ def test_of_two_uploads_with_one_name_the_newest_counts(tmp_path):
     folder = write(tmp_path / "class", ["ada_1_12_a.py", "emmy_2_13_a.py"], b"new = 1\n")
     write(folder, ["ada_1_9_a.py"], b"old = 1\n")
     found, _ = find_submissions(folder)
-    assert found[0].read()[0] == {"a.py": b"new = 1\n"}
+    assert read_sources(found[0].files)[0] == {"a.py": b"new = 1\n"}
 
 
 def test_a_class_of_two_layouts_is_refused_with_the_way_out(tmp_path):
@@ -162,7 +163,7 @@ def test_a_damaged_archive_costs_itself_alone(data, tmp_path):
     folder = write(tmp_path / "class", ["ada/a.py", "emmy/a.py"])
     (folder / "ada/work.zip").write_bytes(data)
     (ada, _), _ = find_submissions(folder)
-    files, unread = ada.read()
+    files, unread = read_sources(ada.files)
     assert list(files) == ["a.py"]
     assert len(unread) == 1
     assert unread[0].startswith("work.zip cannot be read: ")
@@ -174,7 +175,7 @@ def test_what_is_too_large_is_named_and_the_rest_is_read(tmp_path):
         file.truncate(33 << 20)
     with zipfile.ZipFile(folder / "ada/bomb.zip", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("b.py", b" " * (64 << 20))
-    files, unread = one_submission(folder, "ada").read()
+    files, unread = read_sources(one_submission(folder, "ada").files)
     assert list(files) == ["ada/a.py"]
     assert {line.partition(" ")[0] for line in unread} == {"ada/large.ipynb", "ada/bomb.zip"}
 
@@ -187,7 +188,7 @@ def test_names_of_any_bytes_are_printable(tmp_path):
         pytest.skip("this file system takes no such name")
     (found,), _ = find_submissions(tmp_path)
     assert found.student.isprintable()
-    assert found.read()[0]
+    assert read_sources(found.files)[0]
 
 
 @pytest.mark.parametrize(

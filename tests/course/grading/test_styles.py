@@ -10,6 +10,7 @@ from right_answers import homogeneous, plain_python, single_precision
 
 import labkit
 from labkit.course.grading.assignment import load_assignment
+from labkit.course.grading.files import read_sources
 from labkit.course.grading.handins import one_submission
 from notebooks import NUMPY, RIGHT, answered, cell, functions, notebook
 
@@ -193,7 +194,7 @@ def test_a_whole_repository_is_graded_by_what_is_ones_own(graded, tmp_path):
     with zipfile.ZipFile(tmp_path / "outer.zip", "w") as archive:
         archive.writestr("work.zip", data.getvalue())
     for name in ("repo.zip", "outer.zip"):
-        files, unread = one_submission(tmp_path / name, "ada").read()
+        files, unread = read_sources(one_submission(tmp_path / name, "ada").files)
         assert [Path(file).name for file in files] == ["assignment.ipynb"]
         assert not unread
         assert graded(files, ASSIGNMENT).score == 100.0
