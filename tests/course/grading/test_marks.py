@@ -134,17 +134,14 @@ def test_a_slip_is_named_and_ends_the_run(line, message, decide):
     assert message in str(error.value)
 
 
-def test_excels_semicolons_and_commas_are_read(small, tmp_path):
-    text = "\ufeffstudent;what;value;comment\nada;double;0,5;\n"
-    (tmp_path / ADJUSTMENTS).write_text(text, encoding="utf-8")
-    adjustments = read_adjustments(tmp_path, load_assignment(small), NAMES)
-    assert adjustments.lines["ada", "double"].value == 0.5
-
-
-def test_an_empty_table_is_made_to_be_filled_in(small, tmp_path):
-    assert not read_adjustments(tmp_path, load_assignment(small), {}).lines
-    assert (tmp_path / ADJUSTMENTS).read_text() == "student,what,value,comment\n"
+def test_an_empty_table_is_made_and_what_excel_makes_of_it_is_read(small, tmp_path):
+    path, assignment = tmp_path / ADJUSTMENTS, load_assignment(small)
+    assert not read_adjustments(tmp_path, assignment, {}).lines
+    assert path.read_text() == "student,what,value,comment\n"
     assert not read_roster(tmp_path)
+    text = "\ufeffstudent;what;value;comment\nada;double;0,5;\n;;;\n"
+    path.write_text(text, encoding="utf-8")
+    assert read_adjustments(tmp_path, assignment, NAMES).lines["ada", "double"].value == 0.5
 
 
 def test_records_come_back_as_they_were_for_their_owner_alone(tmp_path):
