@@ -120,8 +120,8 @@ def grade(args: argparse.Namespace) -> int:
     os.umask(0o077)
     records = read_records(out)
     people = [person for book in books.values() for person in book.people]
-    late = {one.names[0]: one.late for one in people}
-    submissions = [replace(one, late=late.get(one.student) or one.late) for one in submissions]
+    late = {one.names[0]: one.late for one in people if one.late is not None}
+    submissions = [replace(one, late=late.get(one.student, one.late)) for one in submissions]
     names = {student: record.verdict.submission for student, record in records.items()}
     names |= {one.student: one.name for one in submissions}
     listed = [*read_roster(out), *((one.names, one.shown) for one in people)]

@@ -42,13 +42,13 @@ LAYOUTS = {
     ),
     "gradescope": Layout(re.compile(r"submission_(?P<student>\d+)/(?P<file>.+)$")),
     NBGRADER: Layout(  # submitted/ada/lab1/answers.ipynb
-        re.compile(r"submitted/(?P<student>[^/]+)/(?P<lab>[^/]+)/(?P<file>.+)$")
+        re.compile(r"(?:submitted/)?(?P<student>[^/]+)/(?P<lab>[^/]+)/(?P<file>.+)$")
     ),
     FOLDERS: Layout(  # ada/answers.ipynb, ada.ipynb, ada.zip
         re.compile(r"(?P<student>[^/]+?)(?:/(?P<file>.+)|(?:\.ipynb|\.py)?\.\w+)$")
     ),
 }
-PLATFORMS = [name for name in LAYOUTS if name != FOLDERS]
+PLATFORMS = ("canvas", "moodle", "gradescope")  # known by their names alone
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +58,7 @@ class Submission:
     student: str  # unique in the class: the platform's number, or the name of folder or file
     name: str  # for a person
     files: tuple[tuple[str, Handed], ...]  # each under its own name, without the platform's part
-    late: float = 0.0  # days; Canvas says no more than "late", which counts as one
+    late: float | None = None  # days, where names tell; Canvas's "late" counts as one
     feedback_name: str = ""  # under which its platform takes a page for this student back
 
 
@@ -97,11 +97,9 @@ def find_submissions(
         if PurePosixPath(file.name).name not in OTHERS
         and not (ours and file.path.resolve().is_relative_to(ours))
     ]
-    if layout == NBGRADER or (not layout and path.resolve().name == SUBMITTED):
-        files = [
-            file._replace(name=f"{SUBMITTED}/{file.name.removeprefix(f'{SUBMITTED}/')}")
-            for file in files
-        ]
+    inside = path.resolve().name == SUBMITTED
+    if not layout and (inside or all(one.name.startswith(f"{SUBMITTED}/") for one in files)):
+        layout = NBGRADER
     if not files:
         raise LabkitError(
             f"{path}: nothing was handed in; name a folder or zip archive with one folder or "
@@ -134,9 +132,8 @@ def one_submission(path: str | os.PathLike[str], student: str) -> Submission:
     path = Path(path)
     alone = is_source(path.name) and os.path.isfile(path)
     listed = [Handed(printable(path.name), path)] if alone else list_files(path)
-    return Submission(
-        student=student, name=student, files=tuple((file.name, file) for file in listed)
-    )
+    name = printable(student)
+    return Submission(student=name, name=name, files=tuple((file.name, file) for file in listed))
 
 
 def _fitting(path: Path, files: list[Handed], layout: str) -> tuple[str, list[Handed]]:
@@ -174,6 +171,6 @@ def _submission(named: list[tuple[dict[str, str], Handed]], feedback: str) -> Su
         student=newest["student"],
         name=newest.get("name") or newest["student"],
         files=tuple({parts["file"] or file.name: file for parts, file in named}.items()),
-        late=float(any(parts.get("late") for parts, _ in named)),
+        late=float(any(parts["late"] for parts, _ in named)) if "late" in newest else None,
         feedback_name=feedback.format(**newest),
     )

@@ -154,8 +154,14 @@ def test_lateness_comes_from_the_platform(grade, tmp_path):
     os.rename(tmp_path / "class" / names[0], tmp_path / "class" / names[0].replace("_LATE", ""))
     assert grade("class") == 0  # the same bytes; the teacher took the mark away
     assert scores() == {"4711": 5.0, "4712": 5.0}
-    sheet = tmp_path / "sheet.csv"
-    sheet.write_text(
+
+
+def test_what_moodles_worksheet_says_holds_for_runs_without_it(grade, tmp_path):
+    for name in ("Ada L_4711", "Emmy N_4712"):
+        folder = tmp_path / "class" / f"{name}_assignsubmission_file_"
+        folder.mkdir(parents=True)
+        (folder / "a.py").write_text(RIGHT, encoding="utf-8")
+    (tmp_path / "sheet.csv").write_text(
         "Identifier,Full name,Status,Grade,Maximum Grade\n"
         "Participant 4711,Ada L,Submitted for grading - 1 day 12 hours late,,5\n"
         "Participant 4712,Emmy N,Submitted for grading,,5\n"
@@ -163,7 +169,11 @@ def test_lateness_comes_from_the_platform(grade, tmp_path):
         encoding="utf-8",
     )
     assert grade("class", "--moodle", "sheet.csv") == 0
-    assert scores() == {"4711": 3.5, "4712": 5.0, "4713": -1}
+    assert scores() == {"4711": 5.0, "4712": 5.0, "4713": -1}
+    with Path("grades/adjustments.csv").open("a", encoding="utf-8") as file:
+        file.write("*,late_percent,20,\n")
+    assert grade("class") == 0
+    assert scores() == {"4711": 3.5, "4712": 5.0}
 
 
 def test_cases_of_a_secret_grade_and_go_into_the_archive(grade, small, tmp_path, capsys):
