@@ -140,7 +140,7 @@ def test_the_plain_table_holds_no_formula(verdicts, out):
     assert rows(out) == [
         ["student", "submission", "score", "points", "late", "isolation", "gate", "huber"],
         ["absent", *[""] * 7],
-        ["4711", "4711.ipynb", "5", "5", "0", "landlock", "2", "3"],
-        ["815", "815.ipynb", "0.5", "5", "0", "landlock", "0.5", "0"],
-        ["'=cmd|x", "'=cmd|x.ipynb", "0", "2", "0", "landlock", "0", ""],
+        ["4711", "4711", "5", "5", "0", "bubblewrap", "2", "3"],
+        ["815", "815", "0.5", "5", "0", "bubblewrap", "0.5", "0"],
+        ["'=cmd|x", "'=cmd|x", "0", "2", "0", "bubblewrap", "0", ""],
     ]

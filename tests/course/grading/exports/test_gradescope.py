@@ -9,27 +9,18 @@ import zipfile
 import pytest
 from small import RIGHT, SQUARED
 
-from labkit.course.grading.exports.gradescope import (
-    read_metadata,
-    results_of,
-    write_autograder,
-)
+from labkit.course.grading.exports.gradescope import read_metadata, results_of, write_autograder
 from labkit.errors import LabkitError
 
 
 def test_gradescope_has_a_test_for_each_question_and_hides_the_hidden_cases(verdicts):
     for verdict in verdicts:
-        results = results_of(verdict)
-        json.dumps(results, allow_nan=False)
+        results = json.loads(json.dumps(results_of(verdict), allow_nan=False))
         scored = [test for test in results["tests"] if "score" in test]
-        assert sum(test["score"] for test in scored) == pytest.approx(verdict.score)
-        assert results["score"] == pytest.approx(verdict.score)
-        assert {test["status"] for test in results["tests"]} <= {"passed", "failed"}
-        assert results["stdout_visibility"] == "hidden"
-        assert "landlock" in results["output"]
         hidden = [test for test in results["tests"] if "score" not in test]
-        assert len(hidden) == len(verdict.questions)
-        assert {test["visibility"] for test in hidden} == {"hidden"}
+        assert sum(test["score"] for test in scored) == results["score"] == verdict.score
+        assert results["stdout_visibility"] == "hidden"
+        assert [test["visibility"] for test in hidden] == ["hidden"] * len(verdict.questions)
     visible = results_of(verdicts[1])["tests"][0]
     assert visible["output"] == (
         "About gate.\n\nA wide gate: it returned a list.\n\n0 of 2 cases passed."
@@ -110,16 +101,12 @@ def test_a_grader_that_fails_says_so_and_blames_nobody(root):
     assert "questions.json: No such file" in seen
 
 
-def test_the_archive_holds_what_the_image_needs(small, tmp_path):
-    write_autograder(tmp_path / "a.zip", small)
-    with zipfile.ZipFile(tmp_path / "a.zip") as archive:
-        names = set(archive.namelist())
-        modes = {info.filename: info.external_attr >> 16 for info in archive.infolist()}
-        requirements = archive.read("requirements.txt").decode()
-    assert {name for name in names if name.endswith("variant_1.json")} == {
-        "labkit/course/grading/assignment/hidden/variant_1.json"
-    }
-    assert modes["run_autograder"] == modes["setup.sh"] == 0o100755
+def test_the_archive_holds_the_course_s_cases_and_what_its_image_needs(root):
+    held = {path.name for path in root.rglob("variant_*.json")}
+    assert held == {"variant_0.json", "variant_1.json"}
+    requirements = (root / "source/requirements.txt").read_text(encoding="utf-8")
     assert "numpy" in requirements
     assert "ipython" in requirements
     assert "extra" not in requirements
+    with zipfile.ZipFile(root.with_suffix(".zip")) as archive:
+        assert archive.getinfo("run_autograder").external_attr >> 16 == 0o100755

@@ -5,10 +5,10 @@ from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
+from verdicts import case, question, submission
 
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.exports.pages import write_pages
-from labkit.course.grading.judging.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
 
 ASSIGNMENT = load_assignment(hidden=False)
 GATE = ASSIGNMENT.questions[0]
@@ -17,15 +17,14 @@ HOSTILE = "<script>alert('x')</script><img src=x onerror=y>"
 
 
 def verdict(student, share, *, mistake=None, text="", mode="bubblewrap"):
-    case = CaseVerdict(id="1", hidden=True, credit=share, reason=text)
-    question = QuestionVerdict(
-        question=GATE.id, title=GATE.title, points=4.0, score=4.0 * share, cases=(case,),
-        misconception=mistake, message=text,
+    told = (text,) if text else ()
+    gate = question(
+        GATE.id, 4.0, 4.0 * share, case("1", share, text), message=text, mistake=mistake,
+        title=GATE.title,
     )  # fmt: skip
-    return SubmissionVerdict(
-        student=student, submission=f"Student {student}", mode=mode, questions=(question,),
-        score=4.0 * share, points=4.0, notes=(text,) if text else (), seconds=0.1,
-        unread=(text,) if text else (), adjustments=(text,) if text else (),
+    return submission(
+        student, gate, mode=mode, name=f"Student {student}", notes=told, unread=told,
+        adjustments=told,
     )  # fmt: skip
 
 
