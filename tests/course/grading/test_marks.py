@@ -11,12 +11,7 @@ from verdicts import question, submission
 
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.contract import Limits
-from labkit.course.grading.marks import (
-    ADJUSTMENTS,
-    make_marks,
-    read_adjustments,
-    read_roster,
-)
+from labkit.course.grading.marks import ADJUSTMENTS, make_marks, read_adjustments, read_roster
 from labkit.course.grading.store import (
     VERDICTS,
     Record,
