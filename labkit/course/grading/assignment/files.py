@@ -84,9 +84,12 @@ def _read(path: Path, digest: Any) -> dict[str, Any]:
         why = getattr(error, "strerror", error)
         raise LabkitError(f"cannot read {path}: {why}; {WRITE}") from None
     digest.update(data)
-    if content.get("format") != FORMAT:
-        has = content.get("format")
-        raise LabkitError(f"{path} has format {has!r}, this labkit reads {FORMAT}; {WRITE}")
+    version = content.get("format") if isinstance(content, dict) else None
+    if version != FORMAT:
+        raise LabkitError(
+            f"{path} is no file of an assignment: it has format {version!r}, this labkit reads "
+            f"{FORMAT}; {WRITE}"
+        )
     return content
 
 
