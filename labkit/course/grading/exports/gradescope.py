@@ -145,8 +145,8 @@ def write_autograder(
             info.external_attr = 0o100755 << 16  # Gradescope runs it
             archive.writestr(info, (HERE / script).read_bytes())
         own = [line for line in requires("labkit") or [] if "extra ==" not in line]
-        archive.writestr("requirements.txt", "\n".join([*own, READER]))
-        archive.writestr(ADJUSTMENTS, "\n".join(rules))
+        archive.writestr("requirements.txt", "\n".join([*own, READER, ""]))
+        archive.writestr(ADJUSTMENTS, "\n".join([*rules, ""]))
         for source in sorted(PACKAGE.rglob("*")):
             lab = FOLDER in source.parents and source.suffix == ".json"  # the folder's instead
             if source.is_file() and "__pycache__" not in source.parts and not lab:
