@@ -105,7 +105,7 @@ def find_submissions(
             f"{path}: nothing was handed in; name a folder or zip archive with one folder or "
             f"file for each student"
         )
-    layout, files = _fitting(path, files, layout)
+    layout = layout or _fitting(path, files)
     remarks = []
     named: list[tuple[dict[str, str], Handed]] = []
     for file in files:
@@ -114,6 +114,8 @@ def find_submissions(
             named.append((found.groupdict(), file))
         else:
             remarks.append(f"{path}: {file.name} is nobody's work, and is passed over")
+    if not named:
+        raise LabkitError(f"{path}: no name is {layout}'s, as {files[0].name}; say another layout")
     labs = sorted({parts["lab"] for parts, _ in named if "lab" in parts})
     if within not in labs and (within or len(labs) > 1):
         known = ", ".join(labs) or "not told apart by these names"
@@ -136,31 +138,26 @@ def one_submission(path: str | os.PathLike[str], student: str) -> Submission:
     return Submission(student=name, name=name, files=tuple((file.name, file) for file in listed))
 
 
-def _fitting(path: Path, files: list[Handed], layout: str) -> tuple[str, list[Handed]]:
-    """The one layout that fits, and the files, without a folder around all of them."""
+def _fitting(path: Path, files: list[Handed]) -> str:
+    """The one layout that fits all files."""
+    for name in PLATFORMS:
+        odd = [one.name for one in files if not LAYOUTS[name].pattern.match(one.name)]
+        if not odd:
+            return name
+        if len(odd) < len(files):
+            raise LabkitError(
+                f"{path}: some names are {name}'s, and {odd[0]} is not; say --layout {name} or "
+                f"--layout {FOLDERS}, or take it out"
+            )
     tops = {file.name.partition("/")[0] for file in files}
-    around = len(tops) == 1 and all("/" in file.name for file in files)
-    inner = [file._replace(name=file.name.partition("/")[2]) for file in files] if around else []
-    for listed in (files, inner):
-        for name in [layout] if layout else PLATFORMS:
-            odd = [one.name for one in listed if not LAYOUTS[name].pattern.match(one.name)]
-            if len(odd) < len(listed):
-                if odd and not layout:
-                    raise LabkitError(
-                        f"{path}: some names are {name}'s, and {odd[0]} is not; say --layout "
-                        f"{name} or --layout {FOLDERS}, or take it out"
-                    )
-                return name, listed
-    if layout:
-        raise LabkitError(f"{path}: no name is {layout}'s, as {files[0].name}; say another layout")
-    if around:
+    if len(tops) == 1 and all("/" in file.name for file in files):
         (top,) = tops
         raise LabkitError(
             f"{path}: all lies in one folder, {top}: if that is one student, say "
             f"--student {top}; if it is the class, unpack it and name {path / top}; if it is a "
             f"class of one, say --layout {FOLDERS}"
         )
-    return FOLDERS, files
+    return FOLDERS
 
 
 def _submission(named: list[tuple[dict[str, str], Handed]], feedback: str) -> Submission:
