@@ -25,8 +25,11 @@ from labkit.course.grading.judging.compare import assess
 from labkit.course.grading.judging.verdict import QuestionVerdict
 from labkit.errors import InvalidParameterError
 
-MOST_BYTES = 8 << 20
 LONGEST_ERROR = 500
+STATUS: dict[type[BaseException], OutcomeStatus] = {
+    NotDataError: OutcomeStatus.NOT_DATA,
+    TooMuchError: OutcomeStatus.TOO_LARGE,
+}
 OUTSIDE = {"LOAD_GLOBAL", "LOAD_NAME", "IMPORT_NAME"}
 
 
@@ -170,28 +173,18 @@ def _names(code: CodeType | None) -> Iterator[str]:
 
 
 def _outcome(case: Case, function: Callable[..., Any]) -> Outcome:
-    status, value, message, error = OutcomeStatus.RETURNED, None, "", ""
     try:
         with contextlib.redirect_stderr(sys.stdout):  # a warning there costs nbgrader's points
-            value = plain(function(*copy.deepcopy(case.arguments)), MOST_BYTES)
-    except NotDataError as why:
-        status, message = OutcomeStatus.NOT_DATA, str(why)
-    except TooMuchError as why:
-        status, message = OutcomeStatus.TOO_LARGE, str(why)
-    except (Exception, SystemExit) as why:  # the student's own, whatever it is
-        status, error = OutcomeStatus.RAISED, type(why).__name__
-        message = f"{error}: {_text_of(why)}"[:LONGEST_ERROR] + _line_of(why)
-    return Outcome(id=case.id, status=status, value=value, message=message, error=error)
-
-
-def _text_of(error: BaseException) -> str:
-    """Its message, or none where it raises another error instead of saying it."""
-    with contextlib.suppress(Exception, SystemExit):
-        return str(error)
-    return ""
-
-
-def _line_of(error: BaseException) -> str:
-    """Where in the student's function it was raised."""
-    trace = error.__traceback__.tb_next if error.__traceback__ else None
-    return f" (line {trace.tb_lineno} of its cell)" if trace else ""
+            value = plain(function(*copy.deepcopy(case.arguments)))
+        return Outcome(id=case.id, status=OutcomeStatus.RETURNED, value=value)
+    except (Exception, SystemExit) as error:  # the student's own, whatever it is
+        status = STATUS.get(type(error), OutcomeStatus.RAISED)
+        name, said, trace = type(error).__name__, "", error.__traceback__
+        with contextlib.suppress(Exception, SystemExit):  # it may raise another one instead
+            said = str(error)
+        if status is OutcomeStatus.RAISED:
+            line = (
+                f" (line {trace.tb_next.tb_lineno} of its cell)" if trace and trace.tb_next else ""
+            )
+            said = f"{name}: {said}"[:LONGEST_ERROR] + line
+        return Outcome(id=case.id, status=status, message=said, error=name)

@@ -15,15 +15,9 @@ Value: TypeAlias = (
 )
 """Plain data. Arrays are float64, int64 or bool; a student's list arrives as a tuple."""
 
-OUT_OF_SIGHT = "it raised an error"
-# The errors of honest mistakes. Few, since which one is raised can be made to tell an input.
-TELLING_NOTHING = {
-    "IndexError", "KeyError", "NameError", "TypeError", "ValueError", "ZeroDivisionError",
-}  # fmt: skip
-
 
 class OutcomeStatus(Enum):
-    """How a call ended; the value says it to a reader."""
+    """How a call ended."""
 
     RETURNED = "returned a value"
     RAISED = "raised an error"
@@ -47,17 +41,11 @@ class Outcome:
     value : Value
         Only with RETURNED: rebuilt outside, bounds checked. NaN is data.
     message : str
-        The student's own error, "IndexError: ... (line 3 of cell 7)", or what the box
-        saw; at most 600 printable characters. A student can write any text here.
+        The student's own error, "IndexError: ... (line 3 of cell 7)", or what the box saw; at
+        most 600 printable characters. A student can write any text here, the arguments of this
+        call among it: of a hidden case it is never shown.
     error : str
-        With RAISED: the name of the built-in exception, or "".
-    seconds : float
-        Wall time of the call.
-
-    Notes
-    -----
-    `value` and `message` may hold the arguments of this call. Whoever keeps a case hidden shows
-    none of them, but `unrevealing_message`, and asks hidden calls after all visible ones.
+        With RAISED: the name of the exception, or "".
     """
 
     id: str
@@ -65,14 +53,6 @@ class Outcome:
     value: Value = None
     message: str = ""
     error: str = ""
-    seconds: float = 0.0
-
-    @property
-    def unrevealing_message(self) -> str:
-        """What may be shown of a hidden case: built of fixed words, whatever the code says."""
-        if self.status is OutcomeStatus.RAISED:
-            return f"it raised {self.error}" if self.error in TELLING_NOTHING else OUT_OF_SIGHT
-        return str(self.status.value)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -62,7 +62,9 @@ class Sitting:
             cell = -1
             box = Box(self.wall, self.limits)  # an error here is the machine's, not the student's
             try:
-                box.read(dict(self.files), self.functions, self.skipped, self._soon())
+                files = {name: content.decode("latin-1") for name, content in self.files.items()}
+                order = {"files": files, "functions": self.functions, "skipped": self.skipped}
+                box.send(self._soon(), **order)
                 while "answers" not in (said := box.receive(self._soon())):
                     place = said.get("cell")
                     cell = place if isinstance(place, int) else cell
@@ -109,11 +111,11 @@ class Sitting:
             end = self._soon()
             try:
                 calls = [[data.to_json(argument) for argument in case.arguments] for case in cases]
-                self.box.ask(name, state, dict(right or {}), calls, end)
+                self.box.send(
+                    end, function=name, state=state, right=dict(right or {}), calls=calls
+                )
                 for case in cases:
-                    start = time.monotonic()
-                    said = self.box.receive(end)
-                    outcomes.append(outcome(case.id, said, time.monotonic() - start))
+                    outcomes.append(outcome(case.id, self.box.receive(end)))
             except BoxError as error:
                 status = STATUS.get(str(error), status)
                 self.close()
@@ -127,7 +129,7 @@ class Sitting:
             self.box = None
 
 
-def outcome(id: str, said: Mapping[str, Any], seconds: float) -> Outcome:
+def outcome(id: str, said: Mapping[str, Any]) -> Outcome:
     """What the box says of a call, with nothing taken on trust.
 
     Raises
@@ -149,7 +151,6 @@ def outcome(id: str, said: Mapping[str, Any], seconds: float) -> Outcome:
         value=value,
         message=shown(said.get("message") or ""),
         error=error if error.isidentifier() else "",
-        seconds=seconds,
     )
 
 

@@ -61,15 +61,3 @@ def hand_in(folder, count):
         (folder / f"{student}.py").write_text(f"{source}# {student}\n", encoding="utf-8")
         expected[student] = SCORES[source]
     return expected
-
-
-# A submission to one question: a script, a notebook that is no Python, one that is no text.
-FUNCTIONS = {"q": "double"}
-SOURCE = "import math\n\ndef double(x):\n    return 2 * x\n"
-FILES = {
-    "a.py": SOURCE.encode(),
-    "b.ipynb": json.dumps(
-        {"nbformat": 4, "cells": [{"cell_type": "code", "metadata": {}, "source": "f(\ud800"}]}
-    ).encode(),
-    "c.ipynb": b"\xff\x00",
-}

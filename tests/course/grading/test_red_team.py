@@ -1,17 +1,27 @@
 """Attacks on the box: none gains a mark, reads a secret, leaves something or hurts a neighbour."""
 
+import contextlib
 import json
 import os
+import shutil
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
+import small as small_numbers
 from small import RIGHT
 
-from labkit.course.grading.assignment import load_assignment
-from labkit.course.grading.assignment.files import FORMAT
-from labkit.course.grading.box import Box, BoxError, Wall, open_wall, unused_user, why_not
+from labkit.course.grading.assignment import FOLDER, load_assignment
+from labkit.course.grading.box import (
+    PACKAGE,
+    SYSTEM,
+    Box,
+    BoxError,
+    Wall,
+    open_wall,
+    unused_user,
+    why_not,
+)
 from labkit.course.grading.contract import Limits, OutcomeStatus
 from labkit.course.grading.grade import outcome
 from labkit.errors import LabkitError
@@ -115,22 +125,19 @@ def assignment(small):
 
 @pytest.mark.parametrize("name", FORGING)
 def test_nothing_is_gained_by_forging(name, graded, safe_wall, assignment):
-    start = time.monotonic()
     verdict = graded({"a.py": f"{FORGING[name]}\n{NEGATE}".encode()}, assignment, seconds=0.5)
     double, negate = verdict.questions
     assert double.score == (2.0 if name.startswith("answers for itself") else 0.0)
     assert negate.score in (0.0, 3.0)
-    assert verdict.score <= 5.0
-    assert time.monotonic() - start < 60.0
     json.dumps(verdict.fields, default=vars, allow_nan=False).encode("ascii")
 
 
 def test_a_value_guessed_right_is_all_that_forging_can_send(graded, safe_wall, assignment):
     """It sends 6.0, the answer of one variant's case; in the other variant that earns nothing."""
     text = f"{FORGING['answers for itself, as it likes']}\n{NEGATE}".encode()
-    scores = {student: graded({"a.py": text}, assignment, student=student).questions[0].score
-              for student in ("ada", "emmy", "grace", "alan")}  # fmt: skip
-    assert {student: 2.0 * (assignment.variant(student) == 0) for student in scores} == scores
+    for student in ("ada", "emmy", "grace", "alan"):
+        score = graded({"a.py": text}, assignment, student=student).questions[0].score
+        assert score == 2.0 * (assignment.variant(student) == 0)
 
 
 @pytest.mark.parametrize("name", PEEKING)
@@ -138,34 +145,26 @@ def test_nothing_outside_is_reached(name, graded, safe_wall, assignment, small):
     attempt = PEEKING[name].format(hidden=str(small / "hidden/variant_0.json"))
     text = f"def double(x):\n    return ('reached', {attempt})\n{NEGATE}"
     verdict = graded({"a.py": text.encode()}, assignment)
-    shown = " ".join(case.reason for case in verdict.questions[0].cases) + (
-        verdict.questions[0].message
-    )
     assert verdict.score == 3.0
-    if name in ("an older call", "a namespace"):  # -1, and -1 + 1
-        return
-    assert "raised" in shown or "stands in for" in shown, shown
+    if name not in ("an older call", "a namespace"):  # they return -1, and -1 + 1
+        shown = str(verdict.questions[0])
+        assert "raised" in shown or "stands in for" in shown, shown
 
 
 def test_nothing_is_left_of_a_box(safe_wall):
     def running():
-        lines = (
-            path.joinpath("cmdline") for path in Path("/proc").iterdir() if path.name.isdigit()
-        )
-        found = []
-        for line in lines:
-            try:
-                found.append(own in line.read_bytes())
-            except OSError:
-                continue
-        return sum(found)
+        found = 0
+        for path in Path("/proc").glob("[0-9]*/cmdline"):
+            with contextlib.suppress(OSError):
+                found += own in path.read_bytes()
+        return found
 
     limits = Limits(seconds=2.718281)  # by which its process is told from others
     own = f'"seconds": {limits.processor}'.encode()
-    code = b"import threading, time\nthreading.Thread(target=time.sleep, args=(99,)).start()\n"
+    code = "import threading, time\nthreading.Thread(target=time.sleep, args=(99,)).start()\n"
     with Box(safe_wall, limits) as box:
         end = time.monotonic() + 30
-        box.read({"a.py": code + RIGHT.encode()}, ["double"], [], end)
+        box.send(end, files={"a.py": code + RIGHT}, functions=["double"], skipped=[])
         while "answers" not in box.receive(end):
             pass
         assert running()
@@ -177,30 +176,23 @@ def test_nothing_is_left_of_a_box(safe_wall):
 
 def test_visible_calls_know_no_hidden_input(graded, safe_wall, tmp_path):
     """Whatever the code finds in memory while a visible case runs: no hidden input is there."""
-    from small import NEGATE as QUESTION  # noqa: PLC0415
-    from small import case, write  # noqa: PLC0415
-
-    (tmp_path / "hidden").mkdir()
-    fields = {**vars(QUESTION), "answer": "number", "builds_on": [], "misconceptions": []}
-    write(tmp_path / "questions.json", title="One", questions=[fields])
-    write(tmp_path / "visible.json", cases={"negate": [case("1", 1.5, -1.5)]})
-    secret = case("h", 8234.25, -8234.25)
-    write(tmp_path / "hidden/variant_0.json", cases={"negate": [secret]})
-    course = {"format": FORMAT, "public": False, "salt": "", "right": {}}
-    (tmp_path / "hidden/course.json").write_text(json.dumps(course), encoding="utf-8")
+    folder = small_numbers.write_assignment(tmp_path / "one")
+    secret = small_numbers.case("h", 8234.25, -8234.25)
+    for variant in range(2):
+        cases = {"double": [secret], "negate": [secret]}
+        small_numbers.write(folder / f"hidden/variant_{variant}.json", cases=cases)
     code = """
 import gc
 seen = set()
 def negate(x):
     for one in gc.get_objects():
-        if isinstance(one, (list, tuple)):
-            seen.update(part for part in one if type(part) is float and part > 8000 < 9000)
-        elif isinstance(one, dict):
-            seen.update(part for part in one.values() if type(part) is float and part > 8000)
+        if isinstance(one, (list, tuple, dict)):
+            parts = one.values() if isinstance(one, dict) else one
+            seen.update(part for part in parts if type(part) is float and 8000 < part < 9000)
     raise ValueError(str(sorted(seen)))
 """
-    verdict = graded({"a.py": code.encode()}, load_assignment(tmp_path))
-    assert "8234" not in json.dumps(verdict.fields, default=vars)
+    verdict = graded({"a.py": code.encode()}, load_assignment(folder))
+    assert "8234" not in str(verdict)
 
 
 @pytest.mark.parametrize(
@@ -224,22 +216,20 @@ def test_a_hostile_cell_costs_itself_alone(code, graded, assignment):
 
 def test_all_together_have_one_deadline(graded, assignment):
     slow = "import time\ndef double(x):\n    time.sleep(99)\ndef negate(x):\n    time.sleep(99)\n"
-    start = time.monotonic()
     verdict = graded({"a.py": slow.encode()}, assignment, seconds=0.5)
     assert verdict.score == 0.0
     assert "took too long" in verdict.questions[0].message
-    assert time.monotonic() - start < 60.0  # 5 s, on a machine that is not at its limit
+    assert verdict.seconds < 60.0  # 5 s, on a machine that is not at its limit
 
 
 def test_what_the_box_says_is_checked_word_by_word():
-    for said in ({}, {"status": 3}, {"status": "RETURNED", "value": [1]},
-                 {"status": "RETURNED", "value": {"dtype": "object", "shape": [1], "data": [1]}},
-                 {"status": "RETURNED", "value": {"dtype": "int64", "shape": [9], "data": [1]}},
-                 {"status": "RETURNED", "value": {"dtype": "int64", "shape": [1], "data": [1e99]}},
-                 {"status": "RETURNED", "value": 1 << 64}):  # fmt: skip
+    array = {"dtype": "int64", "shape": [1], "data": [1]}
+    values = ([1], 1 << 64, array | {"dtype": "object"}, array | {"shape": [9]},
+              array | {"data": [1e99]}, array | {"shape": ["9"]})  # fmt: skip
+    for said in ({}, {"status": 3}, *({"status": "RETURNED", "value": value} for value in values)):
         with pytest.raises(BoxError):
-            outcome("1", said, 0.0)
-    told = outcome("1", {"status": "RAISED", "error": "a b", "message": "\x1b[2J\u202e" * 999}, 0.0)
+            outcome("1", said)
+    told = outcome("1", {"status": "RAISED", "error": "a b", "message": "\x1b[2J\u202e" * 999})
     assert told.status is OutcomeStatus.RAISED
     assert told.error == ""
     assert told.message.isprintable()
@@ -247,11 +237,18 @@ def test_what_the_box_says_is_checked_word_by_word():
 
 
 def test_a_wall_with_a_hole_is_refused(tmp_path):
-    (tmp_path / "secret").write_text("x", encoding="utf-8")
-    reason = why_not(Wall(mode="none", hidden=(str(tmp_path / "secret"),)))
-    assert "it can read" in reason
-    assert "it can open sockets" in reason
-    assert "it can start processes" in reason
+    (tmp_path / "secret").touch()
+    reason = why_not(Wall(mode="none", hidden=(str(tmp_path),)))
+    for hole in (f"it can read {tmp_path}", "it can open sockets", "it can start processes"):
+        assert hole in reason
+
+
+def test_the_wall_holds_where_labkit_lies_among_what_a_box_sees(monkeypatch):
+    """As in a container, where pip installs into Python's own folder."""
+    if not shutil.which("bwrap"):
+        pytest.skip("bubblewrap is not installed")
+    monkeypatch.setattr("labkit.course.grading.box.SYSTEM", (*SYSTEM, str(PACKAGE.parent)))
+    assert why_not(Wall(mode="bubblewrap", hidden=(str(FOLDER), str(PACKAGE / "icp.py")))) == ""
 
 
 def test_where_no_wall_holds_the_message_says_what_to_do(monkeypatch):
@@ -265,19 +262,13 @@ def test_where_no_wall_holds_the_message_says_what_to_do(monkeypatch):
 def test_a_box_takes_a_user_that_nobody_is(monkeypatch):
     import pwd  # noqa: PLC0415
 
-    with unused_user() as one, unused_user() as other:
-        assert one != other
-        with pytest.raises(KeyError):
-            pwd.getpwuid(one)
-    monkeypatch.setattr("labkit.course.grading.box._owner", lambda path: 50_007)
-    monkeypatch.setattr("labkit.course.grading.box.USERS", range(50_007, 50_207))
-    for _ in range(20):
-        with unused_user() as user:
-            assert user != 50_007
+    assert unused_user() != unused_user()
+    monkeypatch.setattr(
+        "labkit.course.grading.box.USERS", iter([0, pwd.getpwnam("nobody").pw_uid, 7777])
+    )
+    assert unused_user() == 7777
 
 
 def test_numbers_of_every_kind_survive_the_wall(graded, assignment):
     code = "import numpy as np\ndef double(x):\n    return np.float32(2) * np.float32(x)\n" + NEGATE
-    verdict = graded({"a.py": code.encode()}, assignment)
-    assert verdict.score == 5.0
-    assert np.isfinite(verdict.score)
+    assert graded({"a.py": code.encode()}, assignment).score == 5.0

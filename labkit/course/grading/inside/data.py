@@ -1,24 +1,22 @@
-"""Plain data: what a student's function returned made into it, and its form in JSON.
+"""Plain data and its form in JSON: the only encoding that crosses the wall.
 
-`plain` runs in the box, on objects that may lie about themselves. `to_json` and `from_json` are
-the only encoding that crosses the wall, and the one of the assignment's files: there is nothing
-in it to execute, and `from_json` refuses what `to_json` cannot have written.
+`to_json` runs in the box, on objects that may lie about themselves. Nothing that it writes can be
+executed, and `from_json` refuses what it cannot have written. The assignment's files have the same
+form.
 """
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-MAX_NODES = 50_000
+MOST = 1 << 20
 MAX_NESTING = 12
-MAX_TEXT = 10_000
-MAX_INTEGER = 1 << 63
-DTYPES = ("float64", "int64", "bool")
-NOT_FINITE = ("nan", "inf", "-inf")
+NODE = 24
+DTYPES = {"f": "float64", "i": "int64", "u": "int64", "b": "bool"}
 
 
 class NotDataError(TypeError):
@@ -29,7 +27,7 @@ class TooMuchError(ValueError):
     """A value beyond what one answer may return."""
 
 
-def plain(value: Any, most: int) -> Any:
+def plain(value: Any, most: int = MOST) -> Any:
     """Turn a returned value into numbers, text, arrays, tuples and dicts.
 
     Numbers of any kind become float, int or bool; arrays float64, int64 or bool; lists
@@ -40,7 +38,7 @@ def plain(value: Any, most: int) -> Any:
     value : object
         What the student's function returned.
     most : int
-        How many bytes of arrays and text it may hold.
+        How many bytes it may hold.
 
     Raises
     ------
@@ -51,173 +49,94 @@ def plain(value: Any, most: int) -> Any:
 
     Examples
     --------
-    >>> plain([np.float32(0.5), np.int8(3)], most=1000)
+    >>> plain([np.float32(0.5), np.int8(3)])
     (0.5, 3)
     """
-    return _Plain(most).of(value, 0)
+    return from_json(to_json(value, most))
 
 
-class _Plain:
-    def __init__(self, most: int) -> None:
-        self.left = most
-        self.nodes = 0
-
-    def spend(self, count: int) -> None:
-        self.left -= count
-        self.nodes += 1
-        if self.left < 0 or self.nodes > MAX_NODES:
-            raise TooMuchError("returned more data than an answer to this question can need")
-
-    def of(self, value: Any, depth: int) -> Any:
-        self.spend(8)
-        if depth > MAX_NESTING:
-            raise TooMuchError(f"returned data nested deeper than {MAX_NESTING} levels")
-        if isinstance(value, np.ndarray):
-            return self.array(value)
-        if isinstance(value, tuple | list | range):
-            self.spend(8 * len(value))
-            return tuple([self.of(item, depth + 1) for item in value])
-        if isinstance(value, dict):
-            return {self.key(key): self.of(item, depth + 1) for key, item in value.items()}
-        return self.single(value)
-
-    def single(self, value: Any) -> Any:
-        if value is None:
-            return None
-        conversions: tuple[tuple[Any, Callable[[Any], Any]], ...] = (
-            ((bool, np.bool_), bool),
-            ((int, np.integer), self.integer),
-            ((float, np.floating), float),
-            (str, self.text),
-        )
-        for kinds, convert in conversions:
-            if isinstance(value, kinds):
-                return convert(value)
-        raise NotDataError(f"returned {described(value)}; return numbers, arrays or tuples")
-
-    def text(self, value: str) -> str:
-        if len(value) > MAX_TEXT:
-            raise TooMuchError(f"returned a text of {len(value)} characters")
-        self.spend(len(value))
-        return str(value)
-
-    def integer(self, value: Any) -> int:
-        number = int(value)
-        if not -MAX_INTEGER <= number < MAX_INTEGER:
-            raise TooMuchError("returned an integer of more than 64 bits")
-        return number
-
-    def key(self, key: Any) -> str:
-        if not isinstance(key, str):
-            raise NotDataError(
-                f"returned a dict with {described(key)} as a key; its keys must be strings"
-            )
-        self.spend(len(key))
-        return str(key)
-
-    def array(self, value: Any) -> Any:
-        array = np.asarray(value)
-        self.spend(int(array.size) * 8)
-        if array.ndim > 8:
-            raise NotDataError(f"returned an array of {array.ndim} dimensions")
-        if array.dtype.kind in "fiub":
-            if array.dtype.kind == "u" and array.size and int(array.max()) >= MAX_INTEGER:
-                raise TooMuchError("returned an integer of more than 64 bits")
-            kind = {"f": "float64", "i": "int64", "u": "int64", "b": "bool"}[array.dtype.kind]
-            with np.errstate(all="ignore"):
-                return np.array(array, dtype=kind, order="C")
-        if array.dtype.kind == "c":
-            raise NotDataError("returned complex numbers; return real ones (`.real`?)")
-        raise NotDataError(
-            f"returned an array of dtype {array.dtype}, which holds no numbers; "
-            f"are its rows of different length?"
-        )
-
-
-def described(value: Any) -> str:
-    """What a value is, with its article: "a generator", "an Ellipsis".
-
-    Examples
-    --------
-    >>> described(iter(()))
-    'a tuple_iterator'
-    """
-    if getattr(type(value), "is_stand_in", False):
-        return "what stands in for a package that does not exist while grading"
-    if callable(value) and not isinstance(value, type):
-        return "a function, uncalled (are its brackets missing?)"
-    name = str(type(value).__name__)[:60]
-    return f"{'an' if name[:1].lower() in 'aeiou' else 'a'} {name}"
-
-
-def to_json(value: Any) -> Any:
-    """What JSON can hold of plain data.
-
-    Raises
-    ------
-    TypeError
-        For what is no plain data, and for an array of another type than float64, int64 and bool.
+def to_json(value: Any, most: int = MOST) -> Any:
+    """The form in JSON of what `plain` takes; raises the same errors.
 
     Examples
     --------
     >>> to_json((True, np.eye(2)))
     {'tuple': [True, {'dtype': 'float64', 'shape': [2, 2], 'data': [1.0, 0.0, 0.0, 1.0]}]}
     """
-    if value is None or isinstance(value, bool | int | str):
+    left = most
+
+    def encoded(value: Any, depth: int) -> Any:
+        nonlocal left
+        sized = isinstance(value, tuple | list | range | dict | str)
+        left -= NODE + 8 * (value.size if isinstance(value, np.ndarray) else sized and len(value))
+        if left < 0 or depth > MAX_NESTING:
+            raise TooMuchError("returned more data than an answer to this question can need")
+        if isinstance(value, tuple | list | range):
+            return {"tuple": [encoded(entry, depth + 1) for entry in value]}
+        if isinstance(value, dict):
+            return {"dict": {str(key): encoded(entry, depth + 1) for key, entry in value.items()}}
+        return _array(value) if isinstance(value, np.ndarray) else _single(value)
+
+    return encoded(value, 0)
+
+
+def _single(value: Any) -> Any:
+    if value is None or isinstance(value, str):
         return value
-    if isinstance(value, float):
-        return value if math.isfinite(value) else {"float": repr(value)}
-    if isinstance(value, tuple):
-        return {"tuple": [to_json(entry) for entry in value]}
-    if isinstance(value, dict):
-        return {"dict": {key: to_json(entry) for key, entry in value.items()}}
-    if isinstance(value, np.ndarray) and value.dtype.name in DTYPES:
-        data = value.ravel().tolist()
-        if not np.isfinite(value).all():
-            data = [entry if math.isfinite(entry) else repr(entry) for entry in data]
-        return {"dtype": value.dtype.name, "shape": list(value.shape), "data": data}
-    raise TypeError(f"must be plain data, got {value!r:.80}")
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    if isinstance(value, int | np.integer) and abs(int(value)) < 2**63:
+        return int(value)
+    if isinstance(value, int | float | np.floating):
+        return float(value) if math.isfinite(value) else {"float": repr(float(value))}
+    if getattr(type(value), "is_stand_in", False):
+        what = "what stands in for a package that does not exist while grading"
+    elif callable(value) and not isinstance(value, type):
+        what = "a function, uncalled (are its brackets missing?)"
+    else:
+        name = type(value).__name__[:60]
+        what = f"{'an' if name[:1].lower() in 'aeiou' else 'a'} {name}"
+    raise NotDataError(f"returned {what}; return numbers, arrays or tuples")
 
 
-def from_json(tree: Any, depth: int = 0) -> Any:
-    """What `to_json` was given.
+def _array(value: Any) -> dict[str, Any]:
+    array = np.asarray(value)
+    if array.dtype.kind == "c":
+        raise NotDataError("returned complex numbers; return real ones (`.real`?)")
+    if array.dtype.kind not in DTYPES:
+        raise NotDataError(
+            f"returned an array of dtype {array.dtype}, which holds no numbers; "
+            f"are its rows of different length?"
+        )
+    array = array.astype(DTYPES[array.dtype.kind])
+    data = array.ravel().tolist()
+    if not np.isfinite(array).all():
+        data = [entry if math.isfinite(entry) else repr(entry) for entry in data]
+    return {"dtype": array.dtype.name, "shape": list(array.shape), "data": data}
 
-    Raises
-    ------
-    ValueError
-        For what `to_json` cannot have written.
+
+def from_json(tree: Any, depth: int = 0) -> Any:  # noqa: PLR0911 (one for each form)
+    """What `to_json` was given; `ValueError` for what it cannot have written.
 
     Examples
     --------
     >>> from_json({"tuple": [1, {"float": "nan"}]})
     (1, nan)
     """
-    if depth > MAX_NESTING + 2:
-        raise ValueError("it is nested too deeply")
-    if isinstance(tree, str):  # a lone surrogate would break whoever writes it to a file
-        return tree if tree.isascii() else tree.encode("utf-8", "replace").decode()
-    if isinstance(tree, int) and not -MAX_INTEGER <= tree < MAX_INTEGER:
-        raise ValueError("an integer needs more than 64 bits")
-    if tree is None or isinstance(tree, bool | int | float):
-        return tree
-    if not isinstance(tree, dict):
-        raise ValueError("it holds a bare list")
-    if isinstance(entries := tree.get("tuple"), list):
-        return tuple([from_json(entry, depth + 1) for entry in entries])
-    if isinstance(entries := tree.get("dict"), dict):
-        return {from_json(key): from_json(entry, depth + 1) for key, entry in entries.items()}
-    if tree.get("float") in NOT_FINITE:
-        return float(tree["float"])
-    return _array(tree.get("dtype"), tree.get("shape"), tree.get("data"))
-
-
-def _array(dtype: Any, shape: Any, data: Any) -> Any:
-    sizes = isinstance(shape, list) and all(type(size) is int and size >= 0 for size in shape)
-    if dtype not in DTYPES or not sizes or not isinstance(data, list):
-        raise ValueError("an entry is of no known kind")
-    if not all(type(entry) in (int, float, bool) or entry in NOT_FINITE for entry in data):
-        raise ValueError("an array holds something else than numbers")
-    try:
-        return np.array(data, dtype=dtype).reshape(shape)
-    except (ValueError, OverflowError, MemoryError) as error:
-        raise ValueError(f"an array of no possible shape or size: {error}") from None
+    match tree:
+        case str():  # a lone surrogate would break whoever writes it to a file
+            return tree.encode("utf-8", "replace").decode()
+        case None | bool() | float():
+            return tree
+        case int() if abs(tree) < 2**63:
+            return tree
+        case {"tuple": [*entries]} if depth <= MAX_NESTING:
+            return tuple([from_json(entry, depth + 1) for entry in entries])
+        case {"dict": dict(entries)} if depth <= MAX_NESTING:
+            return {key: from_json(entry, depth + 1) for key, entry in entries.items()}
+        case {"float": "nan" | "inf" | "-inf" as number}:
+            return float(number)
+        case {"dtype": "float64" | "int64" | "bool" as dtype, "shape": shape, "data": [*data]}:
+            with contextlib.suppress(TypeError, OverflowError, MemoryError):
+                return np.array(data, dtype=dtype).reshape(shape)
+    raise ValueError("it is no data, or nested too deeply")

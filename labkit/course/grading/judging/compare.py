@@ -24,9 +24,12 @@ from labkit.course.grading.contract import Outcome, OutcomeStatus, Value
 from labkit.course.grading.judging.kinds import Unreadable, difference, how_wrong, read
 from labkit.course.grading.judging.verdict import CaseVerdict, QuestionVerdict
 
-Known = tuple[FloatArray | str, ...]
 HIDDEN_REASONS = 3  # of hidden cases a student is told what went wrong in so many
 WHOLE_QUESTION = {OutcomeStatus.NOT_DEFINED, OutcomeStatus.SOURCE_FAILED}
+# The errors of honest mistakes. Few, since which one is raised can be made to tell an input.
+TELLING_NOTHING = {
+    "IndexError", "KeyError", "NameError", "TypeError", "ValueError", "ZeroDivisionError",
+}  # fmt: skip
 ADVICE_ON = {
     "ModuleNotFoundError": "only numpy, scipy and the standard library are there while grading",
     "FileNotFoundError": "no file is there while grading, so keep the answers free of files",
@@ -114,7 +117,7 @@ def recognise(
         for known in question.misconceptions
         if any(known.id in case.mistaken for case, _ in wrong)
         and all(
-            _is_mistake(got, _wrong(question.answer, case, known.id), case)
+            _is_mistake(got, known.id, question, case)
             if known.id in case.mistaken
             else not _is_accepted(got, question, case)
             for case, got in answers
@@ -134,8 +137,7 @@ def _related(
         found = [
             not isinstance(got, str)
             and any(
-                not isinstance(wanted, str)
-                and got.shape == wanted.shape
+                got.shape == wanted.shape
                 and _close(got, related := relation(wanted), case.tolerance * _scale(related))
                 and (question.answer is Answer.MASK or (wanted != np.round(wanted)).any())
                 for wanted in _accepted(question.answer, case)
@@ -189,43 +191,36 @@ def is_right(question: Question, case: Case, value: Value) -> bool:
 
 def is_answer_of(misconception: str, question: Question, case: Case, value: Value) -> bool:
     """Whether a value is what that mistake gives here, be it a form that cannot be read."""
-    return _is_mistake(
-        _read(question.answer, value), _wrong(question.answer, case, misconception), case
-    )
+    return _is_mistake(_read(question.answer, value), misconception, question, case)
 
 
 def _is_accepted(got: FloatArray | str, question: Question, case: Case) -> bool:
     return not isinstance(got, str) and any(
-        not isinstance(wanted, str)
-        and _close(
-            _half_turned(_untied(got, wanted, question, case), wanted),
-            wanted,
-            _allowed(question, case, wanted),
-        )
+        _close(_adjusted(got, wanted, question, case), wanted, _allowed(question, case, wanted))
         for wanted in _accepted(question.answer, case)
     )
 
 
-def _half_turned(got: FloatArray, wanted: FloatArray) -> FloatArray:
-    """The same, with π for an angle just above −π: single precision's π lies beyond π."""
+def _is_mistake(got: FloatArray | str, misconception: str, question: Question, case: Case) -> bool:
+    return any(
+        isinstance(wrong, str) and got == wrong
+        if isinstance(got, str)
+        else not isinstance(wrong, str) and _close(got, wrong, case.tolerance * _scale(wrong))
+        for wrong in _wrong(question.answer, case, misconception)
+    )
+
+
+def _adjusted(got: FloatArray, wanted: FloatArray, question: Question, case: Case) -> FloatArray:
+    """The answer, with what is as right as the wanted entry in the form of it.
+
+    An angle beside −π becomes π: single precision has no −π and no π. An index becomes the
+    wanted one wherever its own names a target point just as near.
+    """
     if got.shape != wanted.shape:
         return got
-    just_above = (np.abs(wanted - np.pi) < 1e-9) & (got > -np.pi) & (got < 1e-6 - np.pi)
-    return np.where(just_above, got + 2.0 * np.pi, got)
-
-
-def _allowed(question: Question, case: Case, wanted: FloatArray) -> FloatArray | float:
-    """The tolerance; of numbers with units of their own each has one to its size."""
-    if question.answer is Answer.NUMBERS:
-        sizes: FloatArray = np.maximum(1.0, np.nan_to_num(np.abs(wanted), posinf=1.0))
-        return case.tolerance * sizes
-    return case.tolerance
-
-
-def _untied(got: FloatArray, wanted: FloatArray, question: Question, case: Case) -> FloatArray:
-    """The answer with the wanted index wherever its own names a target point just as near."""
-    if question.answer is not Answer.MATCHES or got.shape != wanted.shape:
-        return got
+    if question.answer is not Answer.MATCHES:
+        beside = (np.abs(got + np.pi) < 1e-6) & ((got > -np.pi) | (got < -np.pi - 1e-9))
+        return np.where(beside & (np.abs(wanted - np.pi) < 1e-9), got + 2.0 * np.pi, got)
     source, target = (np.asarray(points, dtype=np.float64) for points in case.arguments[:2])
     index = got[:, 0]
     inside = (index == np.round(index)) & (index >= 0) & (index < len(target))
@@ -235,13 +230,12 @@ def _untied(got: FloatArray, wanted: FloatArray, question: Question, case: Case)
     return np.column_stack([np.where(as_near, wanted[:, 0], index), got[:, 1]])
 
 
-def _is_mistake(got: FloatArray | str, answers: Known, case: Case) -> bool:
-    return any(
-        isinstance(wrong, str) and got == wrong
-        if isinstance(got, str)
-        else not isinstance(wrong, str) and _close(got, wrong, case.tolerance * _scale(wrong))
-        for wrong in answers
-    )
+def _allowed(question: Question, case: Case, wanted: FloatArray) -> FloatArray | float:
+    """The tolerance; of numbers with units of their own each has one to its size."""
+    if question.answer is Answer.NUMBERS:
+        sizes: FloatArray = np.maximum(1.0, np.nan_to_num(np.abs(wanted), posinf=1.0))
+        return case.tolerance * sizes
+    return case.tolerance
 
 
 def _read(answer: Answer, value: Value) -> FloatArray | str:
@@ -253,12 +247,12 @@ def _read(answer: Answer, value: Value) -> FloatArray | str:
 
 
 @cache
-def _accepted(answer: Answer, case: Case) -> Known:
-    return tuple(_read(answer, value) for value in case.expected)
+def _accepted(answer: Answer, case: Case) -> tuple[FloatArray, ...]:
+    return tuple(read(answer, value) for value in case.expected)
 
 
 @cache
-def _wrong(answer: Answer, case: Case, misconception: str) -> Known:
+def _wrong(answer: Answer, case: Case, misconception: str) -> tuple[FloatArray | str, ...]:
     return tuple(_read(answer, value) for value in case.mistaken.get(misconception, ()))
 
 
@@ -285,35 +279,33 @@ def _fault(question: Question, case: Case, outcome: Outcome, *, shown: bool) -> 
         return f"{got}."
     if _is_accepted(got, question, case):
         return ""
-    accepted = [one for one in _accepted(question.answer, case) if not isinstance(one, str)]
-    wanted = min(accepted, key=lambda wanted: _gap(got, wanted))
-    untied = _untied(got, wanted, question, case)
-    text = how_wrong(question, case, untied, wanted)
-    return f"{text} {difference(question, case, untied, wanted)}" if shown else text
-
-
-def _gap(got: FloatArray, wanted: FloatArray) -> float:
-    if got.shape != wanted.shape:
-        return np.inf
-    with np.errstate(all="ignore"):
-        return float(np.nan_to_num(np.abs(got - wanted), nan=np.inf).max(initial=0.0))
+    wanted = _accepted(question.answer, case)[0]
+    got = _adjusted(got, wanted, question, case)
+    text = how_wrong(question, case, got, wanted)
+    return f"{text} {difference(question, case, got, wanted)}" if shown else text
 
 
 def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
-    if outcome.status is OutcomeStatus.NOT_DEFINED:
-        return f"there is no function `{question.function}`; was it renamed or left out?"
+    """Why there is nothing to compare; of a hidden case without the student's own words."""
     message = "" if case.hidden else outcome.message
-    if outcome.status is OutcomeStatus.SOURCE_FAILED:
-        shown = f": {message}" if message else ""
-        return f"its cell did not run{shown}; run the whole notebook afresh to see why."
     if outcome.error == "NotImplementedError":
         return "it is not written yet."
-    if outcome.status is OutcomeStatus.RAISED:
-        advice = f"; {ADVICE_ON[outcome.error]}" if outcome.error in ADVICE_ON else ""
-        return f"it raised {message}{advice}." if message else f"{outcome.unrevealing_message}."
-    if outcome.status is OutcomeStatus.NOT_DATA and message:
-        return f"it {message}" + ("" if message.endswith("?") else ".")
-    return ADVICE[outcome.status]
+    match outcome.status:
+        case OutcomeStatus.NOT_DEFINED:
+            text = f"there is no function `{question.function}`; was it renamed or left out?"
+        case OutcomeStatus.SOURCE_FAILED:
+            shown = f": {message}" if message else ""
+            text = f"its cell did not run{shown}; run the whole notebook afresh to see why."
+        case OutcomeStatus.RAISED if message:
+            advice = f"; {ADVICE_ON[outcome.error]}" if outcome.error in ADVICE_ON else ""
+            text = f"it raised {message}{advice}."
+        case OutcomeStatus.RAISED:
+            text = f"it raised {outcome.error if outcome.error in TELLING_NOTHING else 'an error'}."
+        case OutcomeStatus.NOT_DATA if message:
+            text = f"it {message}" + ("" if message.endswith("?") else ".")
+        case _:
+            text = ADVICE[outcome.status]
+    return text
 
 
 def _said_once(
@@ -323,7 +315,7 @@ def _said_once(
 
     What goes wrong in one hidden case after the other could be made to spell out their inputs.
     """
-    if is_unwritten(outcomes) or _in_every_case(verdicts):
+    if _is_unwritten(outcomes) or _in_every_case(verdicts):
         return tuple(replace(verdict, reason="") for verdict in verdicts)
     told = [verdict.id for verdict in verdicts if verdict.hidden and verdict.reason]
     return tuple(
@@ -341,12 +333,7 @@ def _in_every_case(verdicts: Sequence[CaseVerdict]) -> str:
     return texts.pop() if len(texts) == 1 and not known else ""
 
 
-def is_missing(outcomes: Sequence[Outcome]) -> bool:
-    """Whether there is nothing that could be called."""
-    return all(outcome.status in WHOLE_QUESTION for outcome in outcomes)
-
-
-def is_unwritten(outcomes: Sequence[Outcome]) -> bool:
+def _is_unwritten(outcomes: Sequence[Outcome]) -> bool:
     """Whether the function still is a stub, or calls one in every case."""
     return all(outcome.error == "NotImplementedError" for outcome in outcomes)
 
@@ -361,12 +348,11 @@ def _message(
     hidden = [verdict.passed for verdict in verdicts if verdict.hidden]
     if passed == len(verdicts):
         return "All cases pass." if hidden else "All visible cases pass; grading tries others."
-    if is_unwritten(outcomes):
+    if _is_unwritten(outcomes):
         return f"`{question.function}` is not written yet."
-    always = _in_every_case(verdicts)
-    if always and is_missing(outcomes):
-        return f"{always[:1].upper()}{always[1:]}"
-    if always:
+    if always := _in_every_case(verdicts):
+        if all(outcome.status in WHOLE_QUESTION for outcome in outcomes):
+            return f"{always[:1].upper()}{always[1:]}"
         return f"In every case {always}"
     if known:
         read_on = f" See {known.chapter}." if known.chapter else ""

@@ -1,4 +1,4 @@
-"""The kinds of answers: how each is read, whatever clothes it wears, and how far off it is.
+"""The kinds of answers: how each is parsed, in every accepted form, and how far off it is.
 
 An answer may come as an array, as nested tuples, as whole numbers; a transform as (R, t),
 as a homogeneous matrix or as a dict of either. `read` brings all of them to one float array, and
@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from labkit.arrays import FloatArray
+from labkit.arrays import BoolArray, FloatArray
 from labkit.course.grading.assignment.questions import Answer, Case, Question
 from labkit.course.grading.contract import Value
 
@@ -69,13 +69,12 @@ def read(answer: Answer, value: Value) -> FloatArray:
     if answer in (Answer.NUMBER, Answer.FLAG):
         if array.size != 1:
             raise Unreadable(f"it returned {_kind(value)} of several numbers, not one")
-        array = array.reshape(())
-        if answer is Answer.FLAG and array not in (0.0, 1.0):
+        if answer is Answer.FLAG and array.item() not in (0.0, 1.0):
             raise Unreadable("it returned a number, not True or False")
-        return array
-    if answer in (Answer.VECTOR, Answer.MASK) and array.ndim == 2 and 1 in array.shape:
-        array = array.ravel()  # a row or a column
+        return array.reshape(())
     dimensions = 1 if answer in (Answer.VECTOR, Answer.MASK) else 2
+    if dimensions == 1 and array.ndim == 2 and 1 in array.shape:
+        return array.ravel()  # a row or a column
     if array.ndim != dimensions:
         axes = f"{array.ndim} ax{'i' if array.ndim == 1 else 'e'}s"
         raise Unreadable(f"it returned {_kind(value)} with {axes}, expected {EXPECTED[answer]}")
@@ -115,15 +114,12 @@ def _read_matches(value: Value) -> FloatArray:
 
 
 def _floats(value: Value, answer: Answer) -> FloatArray:
-    if isinstance(value, str | dict) or (isinstance(value, tuple) and len(value) == 0):
+    if isinstance(value, str | dict) or (isinstance(value, tuple) and not value):
         raise Unreadable(f"it returned {_kind(value)}, expected {EXPECTED[answer]}")
     try:
         if not _is_numeric(value):
             raise ValueError
-        array = np.asarray(value)
-        if array.dtype.kind not in "fiub":
-            raise ValueError
-        return array.astype(np.float64)
+        return np.asarray(value).astype(np.float64)
     except (ValueError, TypeError, OverflowError):
         raise Unreadable(
             f"it returned {_kind(value)} that is no array of numbers, expected {EXPECTED[answer]}"
@@ -138,12 +134,9 @@ def _is_numeric(value: Value) -> bool:
 
 
 def _kind(value: Value) -> str:
-    if isinstance(value, np.ndarray):
-        return "an array"
-    if isinstance(value, tuple):
-        return "a list or tuple"
-    names = {bool: "True or False", int: "a number", float: "a number", str: "a text"}
-    return names.get(type(value), "a dict")
+    names = {"ndarray": "an array", "tuple": "a list or tuple", "bool": "True or False",
+             "str": "a text", "dict": "a dict"}  # fmt: skip
+    return names.get(type(value).__name__, "a number")
 
 
 def difference(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> str:
@@ -159,34 +152,28 @@ def difference(question: Question, case: Case, got: FloatArray, wanted: FloatArr
     """
     names = [name.strip() for name in question.signature.strip("()").split(",")]
     shown = ", ".join(map("{} = {}".format, names, map(_shown, case.arguments)))
-    place, numbers = "", (got, wanted)
     if got.shape != wanted.shape:
         return f"For {shown}: got shape {got.shape}, expected {wanted.shape}."
-    if got.ndim:
-        with np.errstate(all="ignore"):
-            off = ~(np.abs(got - wanted) <= case.tolerance) & ~((got == wanted) | np.isnan(wanted))
-        first = tuple(int(i) for i in np.argwhere(off)[0]) if off.any() else (0,) * got.ndim
-        place = f" at [{', '.join(map(str, first))}]"
-        numbers = got[first], wanted[first]
-    if question.answer in (Answer.FLAG, Answer.MASK):
-        texts = [str(bool(number)) for number in numbers]
-    else:
-        texts = [_shown(float(number)) for number in numbers]
+    with np.errstate(all="ignore"):
+        right = (np.abs(got - wanted) <= case.tolerance) | (got == wanted) | np.isnan(wanted)
+    first = np.unravel_index(np.argmin(right), got.shape)
+    place = f" at [{', '.join(map(str, first))}]" if got.ndim else ""
+    is_flag = question.answer in (Answer.FLAG, Answer.MASK)
+    numbers = float(got[first]), float(wanted[first])
+    texts = [str(bool(number)) if is_flag else _shown(number) for number in numbers]
     return f"For {shown}:{place} got {texts[0]}, expected {texts[1]}."
 
 
 def _shown(value: object) -> str:
     """A few numbers, or the shape of many."""
-    if isinstance(value, np.ndarray) and value.size > FEW:
-        return f"an array {value.shape}"
     if isinstance(value, float | int):
         return f"{value:.5g}"
-    if isinstance(value, np.ndarray):
-        text = np.array2string(np.asarray(value), precision=4, separator=", ", max_line_width=999)
+    if isinstance(value, np.ndarray) and value.size <= FEW:
+        text = np.array2string(value, precision=4, separator=", ", max_line_width=999)
         return text.replace("\n", "").replace("  ", " ")
     if isinstance(value, tuple | list) and all(isinstance(one, float | int) for one in value):
         return f"({', '.join(map(_shown, value))})"
-    return f"a {type(value).__name__}"
+    return f"an array {value.shape}" if isinstance(value, np.ndarray) else "a tuple"
 
 
 def how_wrong(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> str:
@@ -198,10 +185,8 @@ def how_wrong(question: Question, case: Case, got: FloatArray, wanted: FloatArra
     if (~np.isfinite(got) & np.isfinite(wanted)).any():
         return "the result holds NaN or infinity; look for a division by zero."
     with np.errstate(all="ignore"):  # 1e300 is an answer, too
-        texts = _TEXTS[question.answer](question, case, got, wanted)
-        sentences = [*_out_of_range(question, case, got), *texts][:2]
-    first = sentences[0][:1].lower() + sentences[0][1:]
-    return " ".join([first, *(sentence[:1].upper() + sentence[1:] for sentence in sentences[1:])])
+        first, *more = list(_TEXTS[question.answer](question, case, got, wanted))[:2]
+    return " ".join([first, *(sentence[:1].upper() + sentence[1:] for sentence in more)])
 
 
 def _shape(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> str:
@@ -215,15 +200,6 @@ def _shape(question: Question, case: Case, got: FloatArray, wanted: FloatArray) 
     return f"the result has shape {got.shape}, expected {wanted.shape}."
 
 
-def _out_of_range(question: Question, case: Case, got: FloatArray) -> Iterator[str]:
-    low = -math.inf if question.low is None else question.low
-    high = math.inf if question.high is None else question.high
-    outside = int(np.count_nonzero((got < low) | (got > high)))
-    if outside and question.answer is Answer.VECTOR:
-        bounds = f"[{low:g}, {high:g}]" if high < math.inf else f"at least {low:g}"
-        yield f"{_share(outside, got.size, case)} of the numbers lie outside {bounds}."
-
-
 def _matrix(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     size = len(wanted) - 1
     if size > 1 and np.array_equal(wanted[-1], np.eye(size + 1)[-1]):
@@ -232,13 +208,12 @@ def _matrix(question: Question, case: Case, got: FloatArray, wanted: FloatArray)
             return
         yield from _rotation(case, got[:size, :size], wanted[:size, :size])
         shift = float(np.linalg.norm(got[:size, -1] - wanted[:size, -1]))
-        right = shift <= case.tolerance
-        off = "is right" if right else f"is off by {_size(shift, ' m', case)}"
+        off = "is right" if shift <= case.tolerance else f"is off by {_size(shift, ' m', case)}"
         yield f"the translation {off}."
     elif np.allclose(wanted.T @ wanted, np.eye(size + 1), atol=1e-3):
         yield from _rotation(case, got, wanted)
     else:
-        yield from _vector(question, case, got, wanted)
+        yield from _numbers(question, case, got, wanted)
 
 
 def _rotation(case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
@@ -253,21 +228,27 @@ def _rotation(case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
         yield f"the rotation {off}."
 
 
-def _vector(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
+def _numbers(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     error = np.abs(got - wanted)[np.isfinite(wanted)]
-    wrong = int(np.count_nonzero(error > case.tolerance))
+    most = float(error.max(initial=0.0))
     unit = f" {question.unit}" if question.unit else ""
-    share, most = _share(wrong, error.size, case), _most(float(error.max(initial=0)), unit, case)
-    yield f"{share} of the numbers are off, by {most}."
+    if question.answer is Answer.NUMBER:
+        yield f"the result is off by {_size(most, unit, case)}."
+        return
+    low, high = question.low, question.high
+    if low is not None and high is not None and (outside := (got < low) | (got > high)).any():
+        yield f"{_share(outside, case)} of the numbers lie outside [{low:g}, {high:g}]."
+    share = _share(error > case.tolerance, case)
+    yield f"{share} of the numbers are off, by {_up_to(most, unit, case)}."
 
 
 def _matches(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
-    wrong = int(np.count_nonzero(got[:, 0] != wanted[:, 0]))
-    if wrong:
-        yield f"{_share(wrong, len(got), case)} of the indices are wrong."
+    wrong = got[:, 0] != wanted[:, 0]
+    if wrong.any():
+        yield f"{_share(wrong, case)} of the indices are wrong."
     error = float(np.abs(got[:, 1] - wanted[:, 1]).max())
     if error > ANGLE:
-        yield f"the distances are off by {_most(error, ' m', case)}."
+        yield f"the distances are off by {_up_to(error, ' m', case)}."
 
 
 def _mask(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
@@ -281,29 +262,23 @@ def _mask(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -
 
 
 def _poses(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
-    error = got - wanted
-    turn = np.abs(error[:, 2])
-    shift = float(np.hypot(error[:, 0], error[:, 1]).max())
+    shift = float(np.linalg.norm(got[:, :2] - wanted[:, :2], axis=1).max())
+    turn = np.abs(got[:, 2] - wanted[:, 2])
     whole = np.allclose(np.round(turn / (2 * np.pi)) * 2 * np.pi, turn, atol=1e-4)
     if shift < 1e-4 and whole:
         yield "the poses are right, but some headings lie outside (−π, π]: wrap them."
         return
     yield (
-        f"the positions are off by {_most(shift, ' m', case)}, "
-        f"the headings by {_most(math.degrees(turn.max()), '°', case)}."
+        f"the positions are off by {_up_to(shift, ' m', case)}, "
+        f"the headings by {_up_to(math.degrees(turn.max()), '°', case)}."
     )
-
-
-def _number(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
-    unit = f" {question.unit}" if question.unit else ""
-    yield f"the result is off by {_size(abs(float(got - wanted)), unit, case)}."
 
 
 def _flag(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     yield f"it returned {bool(got)}; the rule says otherwise."
 
 
-def _most(number: float, unit: str, case: Case) -> str:
+def _up_to(number: float, unit: str, case: Case) -> str:
     return f"{'' if case.hidden else 'up to '}{_size(number, unit, case)}"
 
 
@@ -315,13 +290,14 @@ def _size(number: float, unit: str, case: Case) -> str:
     return f"{float(f'{number:.2g}'):g}{unit}"
 
 
-def _share(count: int, total: int, case: Case) -> str:
+def _share(wrong: BoolArray, case: Case) -> str:
     """Of a hidden case a student may know how much is wrong, but not how long it is."""
-    if count == total:
+    share = float(np.mean(wrong))
+    if share == 1.0:
         return "all"
     if case.hidden:
-        return "most" if 2 * count > total else "some"
-    return f"about {max(1, round(100 * count / total))} %"
+        return "most" if share > 0.5 else "some"
+    return f"about {max(1, round(100 * share))} %"
 
 
 def _pairs(count: int, case: Case) -> str:
@@ -330,12 +306,12 @@ def _pairs(count: int, case: Case) -> str:
 
 _TEXTS: dict[Answer, Callable[[Question, Case, FloatArray, FloatArray], Iterator[str]]] = {
     Answer.MATRIX: _matrix,
-    Answer.VECTOR: _vector,
-    Answer.NUMBERS: _vector,
+    Answer.VECTOR: _numbers,
+    Answer.NUMBERS: _numbers,
     Answer.TRANSFORM: _matrix,
     Answer.MATCHES: _matches,
     Answer.MASK: _mask,
     Answer.POSES: _poses,
-    Answer.NUMBER: _number,
+    Answer.NUMBER: _numbers,
     Answer.FLAG: _flag,
 }

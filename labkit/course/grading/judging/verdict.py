@@ -117,26 +117,21 @@ class SubmissionVerdict:
             For what is no verdict, or one of another version.
         """
         try:
-            version = fields["format"]
-            if version == FORMAT:
-                own = {name: value for name, value in fields.items() if name != "format"}
-                questions = tuple(map(_question, own["questions"]))
-                texts = {name: tuple(own[name]) for name in ("notes", "unread", "adjustments")}
-                return cls(**own | texts | {"questions": questions})
+            own = {name: _tuple(value) for name, value in fields.items()}
+            if own.pop("format") != FORMAT:
+                raise KeyError("another format")
+            return cls(**own | {"questions": tuple(map(_question, fields["questions"]))})
         except (TypeError, KeyError, AttributeError) as error:
-            raise _no_verdict(error, fields) from None
-        raise LabkitError(
-            f"the verdict has format {version!r}, this labkit reads {FORMAT}; "
-            f"grade the submission again"
-        )
-
-
-def _no_verdict(error: Exception, what: object) -> LabkitError:
-    return LabkitError(
-        f"this is no stored verdict ({error}): {str(what)[:60]!r}; grade the submission again"
-    )
+            raise LabkitError(
+                f"this is no verdict of this labkit ({error}): {str(fields)[:60]!r}; "
+                f"grade the submission again"
+            ) from None
 
 
 def _question(fields: dict[str, Any]) -> QuestionVerdict:
-    cases = tuple(CaseVerdict(**case) for case in fields.pop("cases"))
-    return QuestionVerdict(cases=cases, **fields | {"replaced": tuple(fields["replaced"])})
+    cases = tuple(CaseVerdict(**case) for case in fields["cases"])
+    return QuestionVerdict(**{name: _tuple(fields[name]) for name in fields} | {"cases": cases})
+
+
+def _tuple(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value

@@ -5,7 +5,7 @@ source=${AUTOGRADER:-/autograder}/source
 
 export DEBIAN_FRONTEND=noninteractive
 apt-get update -qq
-apt-get install -qq --yes --no-install-recommends python3 python3-venv bubblewrap > /dev/null
+apt-get install -qq --yes --no-install-recommends python3 python3-venv bubblewrap libseccomp2 > /dev/null
 python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' || {
     echo "labkit needs Python 3.11: choose Ubuntu 24.04 or newer as the base image" >&2
     exit 1
