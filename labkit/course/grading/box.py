@@ -20,16 +20,16 @@ import json
 import os
 import random
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from labkit.course.grading.contract import Limits
 from labkit.course.grading.inside import data
@@ -81,16 +81,8 @@ class BoxError(Exception):
     """The box ended, took too long or said what it must not; nothing more comes from it."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Wall:
-    """What stands around a box.
-
-    Attributes
-    ----------
-    mode : {"bubblewrap", "user", "none"}
-    hidden : tuple of str
-        Folders that must not be readable in it: the assignment, the submissions, the marks.
-    """
+class Wall(NamedTuple):
+    """What stands around a box: "bubblewrap", "user" or "none"; what must not be readable in it."""
 
     mode: str
     hidden: tuple[str, ...] = ()
@@ -143,15 +135,7 @@ def why_not(wall: Wall) -> str:
 
 
 class Box:
-    """A running box; a context manager.
-
-    Parameters
-    ----------
-    wall : Wall
-        What stands around it.
-    limits : Limits
-        What it may use.
-    """
+    """A running box, behind a wall and within limits; a context manager."""
 
     def __init__(self, wall: Wall, limits: Limits) -> None:
         self.limits = limits
@@ -192,10 +176,15 @@ class Box:
 
     def close(self) -> str:
         """End it, with all that runs in it; the last line that it complained with."""
-        self.process.kill()
+        self._kill()
         _, complaint = self.process.communicate()
         self._folder.cleanup()
         return complaint.decode(errors="replace").strip().rpartition("\n")[2]
+
+    def _kill(self) -> None:
+        """End the process, and those that it started where it may."""
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.process.pid, signal.SIGKILL)
 
     def send(self, end: float, **order: Any) -> None:
         """Have it run the cells (`Session.read`) or call a function (`Session.ask`)."""
@@ -229,7 +218,7 @@ class Box:
     @contextlib.contextmanager
     def _until(self, end: float) -> Iterator[None]:
         """Kill the box if what is done here with it lasts beyond a clock time."""
-        watch = threading.Timer(end - time.monotonic(), self.process.kill)
+        watch = threading.Timer(end - time.monotonic(), self._kill)
         watch.daemon = True
         watch.start()
         yield

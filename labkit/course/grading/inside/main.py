@@ -59,16 +59,10 @@ class Shell(standins.StandIn):
 
 
 class Session:
-    """One submission: its namespace, what each cell left behind, and the calls.
-
-    Parameters
-    ----------
-    writing : int
-        The file descriptor of the answers.
-    """
+    """One submission: its namespace, what each cell left behind, and the calls."""
 
     def __init__(self, writing: int) -> None:
-        self.writing = writing
+        self.writing = writing  # the file descriptor of the answers
         module = sys.modules["__main__"] = types.ModuleType("__main__")
         self.space: dict[str, Any] = module.__dict__
         self.states: dict[tuple[str, str], dict[str, Any]] = {}  # by "own" or "end", and function
@@ -77,7 +71,6 @@ class Session:
         self.uses: dict[str, set[str]] = {}  # the names that a definition mentions
         self.hands_on: dict[str, str] = {}
         self.finder = standins.Finder()
-        self.labels = {MAGIC}
         self.compile = codeop.Compile()  # it remembers imports of __future__
         self.transform = reading.load_transformer()
         self.armed = False
@@ -117,7 +110,6 @@ class Session:
         broken: dict[str, str] = {}
         contents = {name: text.encode("latin-1") for name, text in files.items()}
         cells, self.finder.scripts = reading.programs(contents, functions, notes)
-        self.labels |= {cell.label for cell in cells} | self.finder.scripts.keys()
         self.space.update(np=np, display=standins.StandIn("display"))
         shell = Shell("get_ipython")
         shell.session, self.space["get_ipython"] = self, lambda: shell
@@ -163,22 +155,21 @@ class Session:
             self.run(node, MAGIC)
 
     def run(self, node: ast.stmt, label: str) -> None:
-        """Run one statement, and note what it defines."""
+        """Run one statement; note what it defines. Neither stubs nor labkit's hide an answer."""
         code = self.compile(ast.Module([node], []), label, "exec")  # type: ignore[arg-type]
         before = dict(self.space)
         try:
             exec(code, self.space)
         finally:
             for name, value in list(self.space.items()):
-                if callable(value) and before.get(name) is not value:
-                    self.uses.setdefault(name, set()).update(names_in(code))
-                    self.note(name, value, handed_on(node))
-
-    def note(self, name: str, value: Any, hands_on: str) -> None:
-        """Note a function that is asked for; neither a stub nor an import from labkit hides one."""
-        hides = name in self.answers and is_stub(value)
-        if name in self.functions and not hides and not isinstance(value, standins.StandIn):
-            self.answers[name], self.hands_on[name] = value, hands_on
+                if not callable(value) or before.get(name) is value:
+                    continue
+                self.uses.setdefault(name, set()).update(names_in(code))
+                hides = isinstance(value, standins.StandIn) or (
+                    name in self.answers and is_stub(value)
+                )
+                if name in self.functions and not hides:
+                    self.answers[name], self.hands_on[name] = value, handed_on(node)
 
     def described(self) -> dict[str, Any]:
         """Say of each answer what it calls, and whether something it uses was changed later."""
@@ -241,8 +232,8 @@ class Session:
         with contextlib.suppress(BaseException):  # it may raise another one when looked at
             said = f"{type(error).__name__}: {error}"[:MAX_MESSAGE]
         for frame, line in traceback.walk_tb(error.__traceback__):
-            if frame.f_code.co_filename in self.labels:
-                place = f" (line {line} of {frame.f_code.co_filename})"
+            file = frame.f_code.co_filename
+            place = place if file.startswith(("/", "<")) else f" (line {line} of {file})"
         return said + place
 
 

@@ -54,21 +54,19 @@ def assess(
     cases, whose answers are handed out, count where there are no hidden ones.
     """
     pairs = list(zip(cases, outcomes, strict=True))
-    right = [
-        outcome.status is OutcomeStatus.RETURNED and is_right(question, case, outcome.value)
-        for case, outcome in pairs
-    ]
+    verdicts = [judge(question, *pair) for pair in pairs]
+    right = [verdict.passed for verdict in verdicts]
     known = None if all(right) else recognise(question, cases, outcomes)
     counting = [place for place, case in enumerate(cases) if case.hidden] or range(len(cases))
     share = sum(right[place] for place in counting) / len(counting)
     share = max(0.0, (share - question.chance) / (1.0 - question.chance))
     if known:
-        unanswered = sum(outcomes[place].status is not OutcomeStatus.RETURNED for place in counting)
-        share = max(share, known.credit * (1.0 - unanswered / len(counting)))
-    verdicts = tuple(
-        judge(question, case, outcome, known if not passes else None)
-        for (case, outcome), passes in zip(pairs, right, strict=True)
-    )
+        answered = sum(outcomes[place].status is OutcomeStatus.RETURNED for place in counting)
+        share = max(share, known.credit * answered / len(counting))
+        verdicts = [
+            verdict if verdict.passed else judge(question, *pair, known)
+            for pair, verdict in zip(pairs, verdicts, strict=True)
+        ]
     return QuestionVerdict(
         question=question.id,
         title=question.title,
@@ -84,7 +82,19 @@ def judge(
     question: Question, case: Case, outcome: Outcome, known: Misconception | None = None
 ) -> CaseVerdict:
     """The verdict on one call: the credit 1, or 0 with the reason and the `known` mistake."""
-    text = _fault(question, case, outcome, shown=not (case.hidden or known))
+    got = _read(question.answer, outcome.value)
+    if outcome.status is not OutcomeStatus.RETURNED:
+        text = _no_value(question, case, outcome)
+    elif isinstance(got, str):
+        text = f"{got}."
+    elif _is_accepted(got, question, case):
+        text = ""
+    else:
+        wanted = _accepted(question.answer, case)[0]
+        got = _adjusted(got, wanted, question, case)
+        text = how_wrong(question, case, got, wanted)
+        if not (case.hidden or known):
+            text += " " + difference(question, case, got, wanted)
     return CaseVerdict(
         id=case.id,
         hidden=case.hidden,
@@ -195,10 +205,15 @@ def is_answer_of(misconception: str, question: Question, case: Case, value: Valu
 
 
 def _is_accepted(got: FloatArray | str, question: Question, case: Case) -> bool:
-    return not isinstance(got, str) and any(
-        _close(_adjusted(got, wanted, question, case), wanted, _allowed(question, case, wanted))
-        for wanted in _accepted(question.answer, case)
-    )
+    if isinstance(got, str):
+        return False
+    for wanted in _accepted(question.answer, case):
+        allowed: FloatArray | float = case.tolerance
+        if question.answer is Answer.NUMBERS:  # each has a unit, and so a size, of its own
+            allowed = allowed * np.maximum(1.0, np.nan_to_num(np.abs(wanted), posinf=1.0))
+        if _close(_adjusted(got, wanted, question, case), wanted, allowed):
+            return True
+    return False
 
 
 def _is_mistake(got: FloatArray | str, misconception: str, question: Question, case: Case) -> bool:
@@ -228,14 +243,6 @@ def _adjusted(got: FloatArray, wanted: FloatArray, question: Question, case: Cas
     apart = np.linalg.norm(source - target[chosen], axis=1) - wanted[:, 1]
     as_near = inside & (apart <= case.tolerance)
     return np.column_stack([np.where(as_near, wanted[:, 0], index), got[:, 1]])
-
-
-def _allowed(question: Question, case: Case, wanted: FloatArray) -> FloatArray | float:
-    """The tolerance; of numbers with units of their own each has one to its size."""
-    if question.answer is Answer.NUMBERS:
-        sizes: FloatArray = np.maximum(1.0, np.nan_to_num(np.abs(wanted), posinf=1.0))
-        return case.tolerance * sizes
-    return case.tolerance
 
 
 def _read(answer: Answer, value: Value) -> FloatArray | str:
@@ -268,21 +275,6 @@ def _close(got: FloatArray, wanted: FloatArray, tolerance: FloatArray | float) -
 def _scale(wrong: FloatArray) -> float:
     """A mistake's answer can be far larger than the right one, whose size the tolerance knows."""
     return float(np.abs(wrong[np.isfinite(wrong)]).max(initial=1.0))
-
-
-def _fault(question: Question, case: Case, outcome: Outcome, *, shown: bool) -> str:
-    """Why an outcome is not right; empty where it is. What is `shown` tells the numbers."""
-    if outcome.status is not OutcomeStatus.RETURNED:
-        return _no_value(question, case, outcome)
-    got = _read(question.answer, outcome.value)
-    if isinstance(got, str):
-        return f"{got}."
-    if _is_accepted(got, question, case):
-        return ""
-    wanted = _accepted(question.answer, case)[0]
-    got = _adjusted(got, wanted, question, case)
-    text = how_wrong(question, case, got, wanted)
-    return f"{text} {difference(question, case, got, wanted)}" if shown else text
 
 
 def _no_value(question: Question, case: Case, outcome: Outcome) -> str:

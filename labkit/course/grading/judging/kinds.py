@@ -247,7 +247,7 @@ def _matches(question: Question, case: Case, got: FloatArray, wanted: FloatArray
     if wrong.any():
         yield f"{_share(wrong, case)} of the indices are wrong."
     error = float(np.abs(got[:, 1] - wanted[:, 1]).max())
-    if error > ANGLE:
+    if error > case.tolerance:
         yield f"the distances are off by {_up_to(error, ' m', case)}."
 
 
