@@ -55,11 +55,7 @@ def shifted(value, by):
         1e300,
         {"R": 1},
         -1,
-        np.full((2, 2), 1e300),
-        np.diag([1e300, 1e300, 1.0]),
         np.full((3, 3), 1.7e308),
-        5e-324,
-        np.empty((0, 2**46)),
         np.empty((2**40, 0, 3)),
         (np.eye(2), np.full(2, 1e308)),
     ],
@@ -68,69 +64,41 @@ def shifted(value, by):
 def test_nonsense_is_wrong_and_never_a_traceback(question, value):
     for case in ASSIGNMENT.cases(question.id, "ada"):
         verdict = judge(question, case, returned(case, value))
-        if is_the_number(value, case):
-            assert verdict.credit == 1.0  # NaN or nearly 0 is the answer where no pair is kept
+        if repr(value) == repr(case.expected[0]) == "nan":
+            assert verdict.passed  # the answer where no pair is kept
             continue
-        assert verdict.credit == 0.0
+        assert not verdict.passed
         assert verdict.reason.endswith((".", "?"))
         assert len(verdict.reason) < 800
-
-
-def is_the_number(value, case):
-    """Whether a float is asked for and this is it, or one within the tolerance of it."""
-    right = case.expected[0]
-    return (
-        isinstance(value, float)
-        and isinstance(right, float)
-        and np.isclose(value, right, rtol=0.0, atol=case.tolerance, equal_nan=True)
-    )
-
-
-@pytest.mark.parametrize(
-    ("outcome", "reason"),
-    [
-        ({"status": OutcomeStatus.TIMEOUT}, "took too long; does a loop have no end?"),
-        ({"status": OutcomeStatus.KILLED}, "the program ended in it"),
-        ({"status": OutcomeStatus.TOO_LARGE}, "far more data"),
-        ({"status": OutcomeStatus.NOT_DATA}, "return numbers or arrays"),
-        ({"status": OutcomeStatus.NOT_DEFINED}, "there is no function `align`"),
-        ({"status": OutcomeStatus.SOURCE_FAILED}, "its cell did not run"),
-        ({"status": OutcomeStatus.RAISED, "error": "NotImplementedError"}, "not written yet"),
-        ({"status": OutcomeStatus.RAISED, "error": "IndexError"}, "it raised IndexError"),
-        ({"status": OutcomeStatus.RAISED}, "it raised an error"),
-    ],
-)
-def test_a_call_without_an_answer_is_explained(outcome, reason):
-    verdict = judge(ASSIGNMENT.question("align"), first("align", True), Outcome(id="1", **outcome))
-    assert reason in verdict.reason
-
-
-@pytest.mark.parametrize(
-    ("error", "advice"),
-    [
-        ("EOFError", "nobody types while grading, so take `input` out."),
-        ("FileNotFoundError", "no file is there while grading"),
-        ("ModuleNotFoundError", "only numpy, scipy and the standard library"),
-    ],
-)
-def test_an_error_that_grading_alone_brings_comes_with_a_way_out(error, advice):
-    outcome = Outcome(id="1", status=OutcomeStatus.RAISED, error=error, message=f"{error}: why")
-    verdict = judge(ASSIGNMENT.question("align"), first("align", False), outcome)
-    assert f"it raised {error}: why; {advice}" in verdict.reason
 
 
 SECRET = "3.14159 is the first input"
 
 
 @pytest.mark.parametrize(
-    "status", [OutcomeStatus.RAISED, OutcomeStatus.SOURCE_FAILED, OutcomeStatus.NOT_DATA]
+    ("status", "error", "of_hidden", "of_visible"),
+    [
+        ("TIMEOUT", "", "took too long; does a loop have no end?", ""),
+        ("KILLED", "", "the program ended in it", ""),
+        ("TOO_LARGE", "", "far more data", ""),
+        ("NOT_DATA", "", "return numbers or arrays", f"it {SECRET}."),
+        ("NOT_DEFINED", "", "there is no function `align`", ""),
+        ("SOURCE_FAILED", "", "its cell did not run;", f"did not run: {SECRET};"),
+        ("RAISED", "NotImplementedError", "not written yet", ""),
+        ("RAISED", "IndexError", "it raised IndexError.", f"it raised {SECRET}."),
+        ("RAISED", "Own", "it raised an error.", f"it raised {SECRET}."),
+        ("RAISED", "EOFError", "it raised an error.", "; nobody types while grading, so take"),
+        ("RAISED", "FileNotFoundError", "an error.", "; no file is there while grading"),
+        ("RAISED", "ModuleNotFoundError", "an error.", "; only numpy, scipy and the standard"),
+    ],
 )
-def test_a_students_own_text_is_shown_of_a_visible_case_alone(status):
-    """An error text may hold the arguments: `raise ValueError(source)`."""
-    outcome = Outcome(id="1", status=status, message=SECRET, error="ValueError")
-    question = ASSIGNMENT.question("align")
-    assert SECRET in judge(question, first("align", False), outcome).reason
-    assert SECRET not in judge(question, first("align", True), outcome).reason
+def test_a_call_without_an_answer_is_explained(status, error, of_hidden, of_visible):
+    """The student's own text is shown of a visible case alone: it may hold the arguments."""
+    outcome = Outcome(id="1", status=OutcomeStatus[status], error=error, message=SECRET)
+    for hidden, reason in ((True, of_hidden), (False, of_visible or of_hidden)):
+        said = judge(ASSIGNMENT.question("align"), first("align", hidden), outcome).reason
+        assert reason in said
+        assert not hidden or SECRET not in said
 
 
 @pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
@@ -144,37 +112,47 @@ def test_a_hidden_case_gives_no_length_away(question):
                 assert not {"1234", "77", "5", "6", "7"} & set(numbers)
 
 
-def test_the_texts_say_how_far_off():
-    def reason(question, change, hidden=False):
-        case = first(question, hidden)
-        value = change(case.expected[0])
-        return judge(ASSIGNMENT.question(question), case, returned(case, value)).reason
+TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+SHIFT = np.array([[0.0, 0.0, 0.3], [0.0, 0.0, 0.4], [0.0, 0.0, 0.0]])
+TEXTS = [  # the question, how its right answer is changed, what is said of that
+    ("align", lambda T: T @ TURN, "rotation is off by 90°"),
+    ("align", lambda T: T + SHIFT, "the rotation is right. The translation is off by 0.5 m. For"),
+    ("align", lambda T: T @ np.diag([1.0, -1.0, 1.0]), "determinant is −1"),
+    ("align", lambda T: 2 * T - np.diag([0, 0, 1]), "columns are not orthonormal"),
+    ("align", lambda T: T + 1.0, "last row"),
+    ("huber_weights", lambda w: -w, "all of the numbers lie outside [0, 1]."),
+    ("huber_weights", lambda w: w * np.nan, "look for a division by zero"),
+    ("huber_weights", lambda w: np.append(w, 1.0), "too long by 1"),
+    ("integrate", lambda p: p + np.array([0, 0, 2 * np.pi]), "wrap them"),
+    ("integrate", lambda p: p + np.array([0, 0, np.pi / 6]), "headings by up to 30°"),
+    ("distance_gate", lambda kept: kept | True, "it keeps 2 pairs that should go."),
+    ("distance_gate", lambda kept: kept & False, "it rejects 3 pairs that should stay."),
+    ("overlap", lambda kept: kept * 7.0, "other numbers than True and False"),
+    ("nearest_neighbors", lambda m: (m[0] + 1, m[1]), "of the indices are wrong"),
+    ("invert", lambda T: T[:2, :2], "shape (2, 2), expected (3, 3)"),
+]
+TEXTS_ON_HIDDEN = [  # the kind of the error, and its power of ten
+    ("huber_weights", lambda w: w[:-3], "too short;"),
+    ("invert", lambda T: T[:2, :2], "has another shape"),
+    ("align", lambda T: T @ TURN, "rotation is off by more than 10°."),
+    ("align", lambda T: T + SHIFT, "translation is off by more than 0.1 m."),
+    ("integrate", lambda p: p + np.array([0, 0, 0.6]), "headings by more than 10°"),
+    ("huber_weights", lambda w: w - 0.02, "all of the numbers are off, by more than 0.01."),
+    ("distance_gate", lambda k: k | True, "it keeps some pairs that should go."),
+]
 
-    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    assert "rotation is off by 90°" in reason("align", lambda T: T @ turn)
-    shift = np.array([[0.0, 0.0, 0.3], [0.0, 0.0, 0.4], [0.0, 0.0, 0.0]])
-    assert "the rotation is right. The translation is off by 0.5 m. For" in reason(
-        "align", lambda T: T + shift
-    )
-    mirror = np.diag([1.0, -1.0, 1.0])
-    assert "determinant is −1" in reason("align", lambda T: T @ mirror)
-    assert "columns are not orthonormal" in reason("align", lambda T: 2 * T - np.diag([0, 0, 1]))
-    assert "last row" in reason("align", lambda T: T + 1.0)
-    assert "100 %" not in reason("huber_weights", lambda w: -w)
-    assert "lie outside [0, 1]" in reason("huber_weights", lambda w: -w)
-    assert "look for a division by zero" in reason("huber_weights", lambda w: w * np.nan)
-    assert "too long by 1" in reason("huber_weights", lambda w: np.append(w, 1.0))
-    assert reason("huber_weights", lambda w: w[:-3], hidden=True).count("too short;") == 1
-    assert "wrap them" in reason("integrate", lambda p: p + np.array([0, 0, 2 * np.pi]))
-    assert "headings by up to 30°" in reason("integrate", lambda p: p + np.array([0, 0, np.pi / 6]))
-    assert "it keeps 2 pairs that should go." in reason("distance_gate", lambda kept: kept | True)
-    assert "it rejects 3 pairs that should stay." in reason(
-        "distance_gate", lambda kept: kept & False
-    )
-    assert "other numbers than True and False" in reason("overlap", lambda kept: kept * 7.0)
-    assert "of the indices are wrong" in reason("nearest_neighbors", lambda m: (m[0] + 1, m[1]))
-    assert "shape (2, 2), expected (3, 3)" in reason("invert", lambda T: T[:2, :2])
-    assert "has another shape" in reason("invert", lambda T: T[:2, :2], hidden=True)
+
+@pytest.mark.parametrize(
+    ("hidden", "question", "change", "text"),
+    [(False, *row) for row in TEXTS] + [(True, *row) for row in TEXTS_ON_HIDDEN],
+)
+def test_the_texts_say_how_far_off(hidden, question, change, text):
+    case = first(question, hidden)
+    value = change(case.expected[0])
+    assert text in judge(ASSIGNMENT.question(question), case, returned(case, value)).reason
+
+
+def test_a_number_where_nothing_is_left_is_told_that_there_is_none():
     none_kept = ASSIGNMENT.visible["inlier_rmse"][1]
     verdict = judge(ASSIGNMENT.question("inlier_rmse"), none_kept, returned(none_kept, 0.0))
     assert "NaN is expected" in verdict.reason
@@ -202,23 +180,6 @@ def turned(value, by):
     turn = np.eye(len(value))
     turn[:2, :2] = [[np.cos(by), -np.sin(by)], [np.sin(by), np.cos(by)]]
     return value @ turn
-
-
-def test_a_hidden_case_says_the_kind_of_the_error_and_its_power_of_ten():
-    def reason(question, change):
-        case = first(question, hidden=True)
-        value = change(case.expected[0])
-        return judge(ASSIGNMENT.question(question), case, returned(case, value)).reason
-
-    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    assert "rotation is off by more than 10°." in reason("align", lambda T: T @ turn)
-    shift = np.array([[0.0, 0.0, 0.3], [0.0, 0.0, 0.4], [0.0, 0.0, 0.0]])
-    assert "translation is off by more than 0.1 m." in reason("align", lambda T: T + shift)
-    assert "headings by more than 10°" in reason("integrate", lambda p: p + np.array([0, 0, 0.6]))
-    assert "all of the numbers are off, by more than 0.01." in reason(
-        "huber_weights", lambda w: w - 0.02
-    )
-    assert "it keeps some pairs that should go." in reason("distance_gate", lambda k: k | True)
 
 
 def test_one_wrong_answer_learnt_by_heart_is_worth_one_case():
@@ -276,13 +237,6 @@ def test_the_examples_learnt_by_heart_are_worth_nothing(question):
         assert assess(question, cases, raised).score == 0.0
         filled = [returned(case, table.get(case.id, constant)) for case in cases]
         assert assess(question, cases, filled).score <= by_constant.score
-
-
-@pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
-def test_the_examples_make_the_score_where_nothing_is_hidden(question):
-    cases = ASSIGNMENT.cases(question.id)
-    right = [returned(case, case.expected[0]) for case in cases]
-    assert assess(question, cases, right).score == question.points
 
 
 def test_answers_of_two_mistakes_name_neither():
