@@ -28,7 +28,7 @@ from labkit.course.grading.inside import confine, data, reading, standins
 MAX_MESSAGE = 480
 MAGIC = "a magic"
 LITTLE = 0.1  # the part of a cell's time for those after it, where experiments took too much
-RUNNING_MAGICS = ("time", "timeit", "capture", "prun", "python", "python3", "debug")
+RUNNING_MAGICS = ("time", "capture", "prun")
 
 
 class OutOfTime(BaseException):
@@ -39,7 +39,7 @@ STATUS = {data.NotDataError: "NOT_DATA", data.TooMuchError: "TOO_LARGE", OutOfTi
 
 
 class Shell(standins.StandIn):
-    """What `get_ipython()` gives: magics that run Python run it, all others do nothing."""
+    """What `get_ipython()` gives: magics that define what they run do so, others do nothing."""
 
     session: Session
 
