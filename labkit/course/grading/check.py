@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import contextlib
 import copy
-import dis
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from html import escape
-from types import CodeType
+from types import FrameType
 from typing import Any
 
 from labkit.course.grading.assignment import load_assignment
@@ -30,7 +29,7 @@ STATUS: dict[type[BaseException], OutcomeStatus] = {
     NotDataError: OutcomeStatus.NOT_DATA,
     TooMuchError: OutcomeStatus.TOO_LARGE,
 }
-OUTSIDE = {"LOAD_GLOBAL", "LOAD_NAME", "IMPORT_NAME"}
+Calls = set[tuple[str, str]]  # of functions, by name and module
 
 
 @dataclass(frozen=True)
@@ -91,16 +90,16 @@ def check(question: str, function: Callable[..., Any]) -> Feedback:
         uses labkit.
     """
     assignment = load_assignment(hidden=False)
-    asked = assignment.question(question)
-    verdict = tried(asked, assignment.cases(question), own(asked, function))
-    if not verdict.passed:
-        used = used_by(function)
-        for one in assignment.questions:
-            other: Any = used.get(one.function)
-            mine = one is not asked and callable(other)
-            if mine and not tried(one, assignment.cases(one.id), other).passed:
-                cause = f"It uses your `{one.function}`, which fails its own check: mend that first"
-                return Feedback(replace(verdict, message=f"{cause}. {verdict.message}"))
+    asked, called = assignment.question(question), Calls()
+    verdict = _own(asked, assignment.cases(question), function, called)
+    names = {name for name, _ in called}
+    for one in assignment.questions if not verdict.passed else ():
+        other: Any = getattr(function, "__globals__", {}).get(one.function)
+        if one is asked or one.function not in names or not callable(other):
+            continue
+        if not tried(one, assignment.cases(one.id), other).passed:
+            cause = f"It uses your `{one.function}`, which fails its own check: mend that first"
+            return Feedback(replace(verdict, message=f"{cause}. {verdict.message}"))
     return Feedback(verdict)
 
 
@@ -117,74 +116,63 @@ def score(question: str, function: Callable[..., Any], student: str = "") -> flo
     """
     assignment = load_assignment()
     asked = assignment.question(question)
-    return tried(asked, assignment.cases(question, student), own(asked, function)).score
+    return _own(asked, assignment.cases(question, student), function, Calls()).score
 
 
 def tried(
-    question: Question, cases: Sequence[Case], function: Callable[..., Any]
+    question: Question,
+    cases: Sequence[Case],
+    function: Callable[..., Any],
+    called: Calls | None = None,
 ) -> QuestionVerdict:
-    """The verdict on a function that is called here."""
-    return assess(question, cases, [_outcome(case, function) for case in cases])
+    """The verdict on a function that is called here; `called` takes all that it calls in turn."""
+    noted = Calls() if called is None else called
+    return assess(question, cases, [_outcome(case, function, noted) for case in cases])
 
 
-def own(question: Question, function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function, if it is one and needs no labkit, which the grading does not have."""
+def _own(
+    question: Question, cases: Sequence[Case], function: Callable[..., Any], called: Calls
+) -> QuestionVerdict:
+    """The verdict on a function that calls nothing of labkit, which the grading does not have."""
     if not callable(function):
         raise InvalidParameterError(
             f"must be the function itself, as in "
             f'check("{question.id}", {question.function}), got {type(function).__name__}',
             parameter="function",
         )
-    for name, used in ({question.function: function} | used_by(function)).items():
-        home = used if isinstance(used, str) else getattr(used, "__module__", None)
-        home = home or getattr(used, "__name__", None) or ""
-        if f"{home}.".startswith("labkit.") and not home.startswith("labkit.course.authoring"):
-            where = "it" if used is function else f"`{name}`"
+    verdict = tried(question, cases, function, called)
+    for name, module in sorted(called):
+        if f"{module}.".startswith("labkit.") and not module.startswith("labkit.course.authoring"):
             raise InvalidParameterError(
-                f"must be your own, got one that takes {where} from {home}, which the grading does "
-                f"not have; write that part yourself, and run the cell that defines your "
+                f"must be your own, got one that calls `{name}` from {module}, which the grading "
+                f"does not have; write that part yourself, and run the cell that defines your "
                 f"`{question.function}` again",
                 parameter="function",
             )
-    return function
+    return verdict
 
 
-def used_by(function: Callable[..., Any]) -> dict[str, Any]:
-    """What a function, and those of its notebook that it calls, take from outside, by name."""
-    waiting, found = [function], dict[str, Any]()
-    while waiting:
-        one = waiting.pop()
-        known = getattr(one, "__globals__", {})
-        for name in _names(getattr(one, "__code__", None)):
-            if name not in found:
-                found[name] = known.get(name, name)
-                if getattr(found[name], "__globals__", None) is known:
-                    waiting.append(found[name])
-    return found
+def _outcome(case: Case, function: Callable[..., Any], called: Calls) -> Outcome:
+    def note(frame: FrameType, event: str, _: object) -> None:
+        if event == "call":
+            called.add((frame.f_code.co_name, str(frame.f_globals.get("__name__"))))
 
-
-def _names(code: CodeType | None) -> Iterator[str]:
-    """The global names and imports of a function and of those inside it."""
-    if code is not None:
-        yield from (i.argval for i in dis.get_instructions(code) if i.opname in OUTSIDE)
-        for constant in code.co_consts:
-            if isinstance(constant, CodeType):
-                yield from _names(constant)
-
-
-def _outcome(case: Case, function: Callable[..., Any]) -> Outcome:
+    arguments, before = copy.deepcopy(case.arguments), sys.getprofile()
     try:
         with contextlib.redirect_stderr(sys.stdout):  # a warning there costs nbgrader's points
-            value = plain(function(*copy.deepcopy(case.arguments)))
-        return Outcome(id=case.id, status=OutcomeStatus.RETURNED, value=value)
+            sys.setprofile(note)
+            try:
+                value = function(*arguments)
+            finally:
+                sys.setprofile(before)
+        return Outcome(id=case.id, status=OutcomeStatus.RETURNED, value=plain(value))
     except (Exception, SystemExit) as error:  # the student's own, whatever it is
         status = STATUS.get(type(error), OutcomeStatus.RAISED)
         name, said, trace = type(error).__name__, "", error.__traceback__
         with contextlib.suppress(Exception, SystemExit):  # it may raise another one instead
             said = str(error)
         if status is OutcomeStatus.RAISED:
-            line = (
-                f" (line {trace.tb_next.tb_lineno} of its cell)" if trace and trace.tb_next else ""
-            )
+            where = trace.tb_next if trace else None
+            line = f" (line {where.tb_lineno} of its cell)" if where else ""
             said = f"{name}: {said}"[:LONGEST_ERROR] + line
         return Outcome(id=case.id, status=status, message=said, error=name)
