@@ -19,17 +19,17 @@ import itertools
 import json
 import os
 import random
+import select
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
-import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import IO, Any, NamedTuple
 
 from labkit.course.grading.contract import Limits
 from labkit.course.grading.inside import data
@@ -139,6 +139,7 @@ class Box:
 
     def __init__(self, wall: Wall, limits: Limits) -> None:
         self.limits = limits
+        self._buffer = b""
         self._folder = tempfile.TemporaryDirectory(prefix="labkit-")
         settings = {
             "seconds": limits.processor,
@@ -158,6 +159,7 @@ class Box:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
+            bufsize=0,
             start_new_session=True,
         )
         try:
@@ -176,23 +178,21 @@ class Box:
 
     def close(self) -> str:
         """End it, with all that runs in it; the last line that it complained with."""
-        self._kill()
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.process.pid, signal.SIGKILL)  # with what it started, where it may
         _, complaint = self.process.communicate()
         self._folder.cleanup()
         return complaint.decode(errors="replace").strip().rpartition("\n")[2]
 
-    def _kill(self) -> None:
-        """End the process, and those that it started where it may."""
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self.process.pid, signal.SIGKILL)
-
     def send(self, end: float, **order: Any) -> None:
         """Have it run the cells (`Session.read`) or call a function (`Session.ask`)."""
         line = json.dumps({**order, "seconds": self.limits.seconds}).encode("ascii") + b"\n"
-        assert self.process.stdin is not None
-        with self._until(end), contextlib.suppress(OSError):  # it ended: `receive` will say so
-            self.process.stdin.write(line)
-            self.process.stdin.flush()
+        for start in range(0, len(line), select.PIPE_BUF):  # as much as a free pipe takes at once
+            number = self._wait(self.process.stdin, select.POLLOUT, end)
+            try:
+                os.write(number, line[start : start + select.PIPE_BUF])
+            except OSError:
+                raise BoxError("the program ended") from None
 
     def receive(self, end: float) -> dict[str, Any]:
         """The next thing that the box says.
@@ -202,11 +202,12 @@ class Box:
         BoxError
             Where nothing comes until `end`, a clock time, or what comes is no answer.
         """
-        assert self.process.stdout is not None
-        with self._until(end):
-            line = self.process.stdout.readline(MAX_LINE)
-        if not line.endswith(b"\n"):
-            raise BoxError("it said too much" if len(line) == MAX_LINE else "the program ended")
+        while b"\n" not in self._buffer:
+            read = os.read(self._wait(self.process.stdout, select.POLLIN, end), 1 << 20)
+            self._buffer += read
+            if not read or len(self._buffer) > MAX_LINE:
+                raise BoxError("it said too much" if read else "the program ended")
+        line, _, self._buffer = self._buffer.partition(b"\n")
         try:
             answer = json.loads(line)
         except (ValueError, RecursionError):
@@ -215,16 +216,15 @@ class Box:
             raise BoxError("it spoke out of turn")
         return answer
 
-    @contextlib.contextmanager
-    def _until(self, end: float) -> Iterator[None]:
-        """Kill the box if what is done here with it lasts beyond a clock time."""
-        watch = threading.Timer(end - time.monotonic(), self._kill)
-        watch.daemon = True
-        watch.start()
-        yield
-        watch.cancel()
-        if time.monotonic() >= end:
+    @staticmethod
+    def _wait(pipe: IO[bytes] | None, event: int, end: float) -> int:
+        assert pipe is not None
+        waiting = select.poll()
+        waiting.register(pipe, event)
+        left = end - time.monotonic()
+        if left <= 0 or not waiting.poll(1000 * left):
             raise BoxError("it took too long")
+        return pipe.fileno()
 
 
 def bubblewrap(wall: Wall) -> list[str]:
