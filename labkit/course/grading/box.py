@@ -106,9 +106,9 @@ def open_wall(hidden: Sequence[str | os.PathLike[str]], *, isolation: bool = Tru
             return wall
         reasons.append(f"{mode}: {reason}")
     raise LabkitError(
-        f"no isolation works here ({'; '.join(reasons)}). On Linux install bubblewrap; on other "
-        f"systems run the grader in a Linux container. --no-isolation runs students' code with "
-        f"your own rights, which is not safe"
+        f"no isolation works here ({'; '.join(reasons)}). On Linux install bubblewrap and "
+        f"libseccomp; on other systems run the grader in a Linux container. --no-isolation runs "
+        f"students' code with your own rights, which is not safe"
     )
 
 
