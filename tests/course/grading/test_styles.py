@@ -92,7 +92,7 @@ STYLES = {
     ),
     "checks and text deleted": answered(checks=False, closing=False),
     "magics": answered(TIMED, before=MAGIC),
-    "a slow experiment": answered(before=("while True:\n    pass",), after=("while 1: pass",) * 3),
+    "slow experiments": answered(before=("while 1:\n    pass",) * 9, after=("while 1: pass",) * 9),
     "classes": answered({"align": RIGHT["align"]}, before=(CLASSES.format(numpy=NUMPY),)),
     "an error at the end": answered(after=("this is no Python", "1 / 0")),
     "a failing assert in the cell": answered({"wrap": RIGHT["wrap"] + "\n\nassert wrap(4) == 4"}),
