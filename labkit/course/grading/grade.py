@@ -111,9 +111,7 @@ class Sitting:
             end = self._soon()
             try:
                 calls = [[data.to_json(argument) for argument in case.arguments] for case in cases]
-                self.box.send(
-                    end, function=name, state=state, right=dict(right or {}), calls=calls
-                )
+                self.box.send(end, function=name, state=state, right=dict(right or {}), calls=calls)
                 for case in cases:
                     outcomes.append(outcome(case.id, self.box.receive(end)))
             except BoxError as error:
