@@ -34,10 +34,9 @@ def cost(T, source, target, weights):
     return weights @ ((apply(T, source) - target) ** 2).sum(axis=1)
 
 
-@pytest.mark.parametrize("theta", CIRCLE)
-def test_closed_form_and_svd_agree_around_the_circle(theta):
-    for seed in range(5):
-        pairs = problem(seed, theta)
+def test_closed_form_and_svd_agree_around_the_circle():
+    for theta in CIRCLE:
+        pairs = problem(2, theta)
         np.testing.assert_allclose(align(*pairs), align_svd(*pairs), atol=1e-12)
 
 
@@ -48,13 +47,13 @@ def test_closed_form_and_svd_agree_on_random_weighted_problems(seed, theta):
 
 
 @SOLVERS
-@pytest.mark.parametrize("theta", CIRCLE)
-def test_pairs_without_noise_give_the_motion_back(solve, theta):
+def test_pairs_without_noise_give_the_motion_back(solve):
     source, _, weights = problem(11, count=20)
-    T = transform(-3.0, 0.5, theta)
-    estimate = solve(source, apply(T, source), weights)
-    np.testing.assert_allclose(estimate, T, atol=1e-13)
-    assert abs(wrap(to_xytheta(estimate)[2] - theta)) < 1e-14
+    for theta in CIRCLE:
+        T = transform(-3.0, 0.5, theta)
+        estimate = solve(source, apply(T, source), weights)
+        np.testing.assert_allclose(estimate, T, atol=1e-13)
+        assert abs(wrap(to_xytheta(estimate)[2] - theta)) < 1e-14
 
 
 @given(seeds, angles, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-0.5, 0.5))
@@ -120,14 +119,14 @@ def test_a_whole_weight_is_a_repeated_pair(solve):
 
 
 @SOLVERS
-@pytest.mark.parametrize("theta", np.linspace(-PI, PI, 9))
-def test_a_mirrored_scene_yields_a_rotation_all_the_same(solve, theta):
+def test_a_mirrored_scene_yields_a_rotation_all_the_same(solve):
     """Points stretched along x keep a best rotation when they are mirrored."""
     source = np.random.default_rng(7).normal(0.0, [3.0, 0.5], (50, 2))
-    mirrored = source * [1.0, -1.0] @ transform(0.0, 0.0, theta)[:2, :2].T
-    T = solve(source, mirrored)
-    assert np.linalg.det(T[:2, :2]) == pytest.approx(1.0, abs=1e-14)
-    np.testing.assert_allclose(T, align(source, mirrored), atol=1e-12)
+    for theta in np.linspace(-PI, PI, 9):
+        mirrored = source * [1.0, -1.0] @ transform(0.0, 0.0, theta)[:2, :2].T
+        T = solve(source, mirrored)
+        assert np.linalg.det(T[:2, :2]) == pytest.approx(1.0, abs=1e-14)
+        np.testing.assert_allclose(T, align(source, mirrored), atol=1e-12)
 
 
 @SOLVERS
@@ -170,7 +169,7 @@ def test_two_pairs_are_enough(solve):
 
 
 @SOLVERS
-@pytest.mark.parametrize("count", [2, 3, 7, 10])
+@pytest.mark.parametrize("count", [2, 7])
 @pytest.mark.parametrize("place", [(0.0, 0.0), (0.1, 0.9), (1e6, -0.3)])
 def test_coinciding_points_are_refused_wherever_they_lie(solve, place, count):
     """Their mean may round: the rest is no direction to turn to."""

@@ -40,19 +40,19 @@ metres = st.floats(-1e3, 1e3)
 poses = st.tuples(metres, metres, angles).map(np.array)
 
 
-@pytest.mark.parametrize("angle", [a for a in ANGLES if a != -PI])
-def test_wrap_leaves_an_angle_inside_bit_for_bit(angle):
-    assert wrap(angle).tobytes() == np.float64(angle).tobytes()
-    assert wrap([angle, 9.0])[0].tobytes() == np.float64(angle).tobytes()
+def test_wrap_leaves_an_angle_inside_bit_for_bit():
+    inside = np.array([angle for angle in ANGLES if angle != -PI])
+    assert wrap(inside).tobytes() == inside.tobytes()
+    assert np.array([wrap(angle) for angle in inside]).tobytes() == inside.tobytes()
 
 
-@pytest.mark.parametrize("ulps", range(-4, 5))
-def test_wrap_lands_in_the_interval_around_every_cut(ulps):
+@pytest.mark.parametrize("towards", [-math.inf, math.inf])
+def test_wrap_lands_in_the_interval_around_every_cut(towards):
     cuts = (2 * np.array([*range(-50, 51), 10**6, -(10**6)]) + 1) * PI
-    for _ in range(abs(ulps)):
-        cuts = np.nextafter(cuts, math.copysign(math.inf, ulps))
-    wrapped = wrap(cuts)
-    assert ((wrapped > -PI) & (wrapped <= PI)).all()
+    for _ in range(5):
+        wrapped = wrap(cuts)
+        assert ((wrapped > -PI) & (wrapped <= PI)).all()
+        cuts = np.nextafter(cuts, towards)
 
 
 @given(st.floats(-1e6, 1e6))
@@ -69,14 +69,14 @@ def test_wrap_takes_the_half_turn_as_plus_pi_and_keeps_nan():
     assert math.isnan(wrap(math.nan))
 
 
-@pytest.mark.parametrize("angle", ANGLES)
-def test_a_rotation_is_proper_and_comes_back(angle):
-    R = rotation(angle)
-    np.testing.assert_allclose(R @ R.T, np.eye(2), atol=1e-15)
-    assert np.linalg.det(R) == pytest.approx(1.0, abs=1e-15)
-    back = to_xytheta(transform(0.0, 0.0, angle))[2]
-    assert -PI < back <= PI
-    assert abs(wrap(back - angle)) <= np.spacing(PI)
+def test_a_rotation_is_proper_and_comes_back():
+    for angle in ANGLES:
+        R = rotation(angle)
+        np.testing.assert_allclose(R @ R.T, np.eye(2), atol=1e-15)
+        assert np.linalg.det(R) == pytest.approx(1.0, abs=1e-15)
+        back = to_xytheta(transform(0.0, 0.0, angle))[2]
+        assert -PI < back <= PI
+        assert abs(wrap(back - angle)) <= np.spacing(PI)
 
 
 def test_rotation_is_counter_clockwise():
