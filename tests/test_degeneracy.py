@@ -21,7 +21,7 @@ BY_LINE = IcpParameters(metric="point_to_line")
 METRICS = pytest.mark.parametrize(
     "metric", [BY_LINE, IcpParameters(), OdometryParameters().icp], ids=["line", "point", "odo"]
 )
-ANGLES = pytest.mark.parametrize("angle", np.linspace(-math.pi, math.pi, 9))
+ANGLES = pytest.mark.parametrize("angle", [-math.pi, -1.0, 0.5 * math.pi])
 angles = st.floats(-math.pi, math.pi)
 MOTION = transform(0.1, 0.05, math.radians(3.0))
 
@@ -40,18 +40,13 @@ def seen(source, target, result):
 
 @pytest.mark.slow
 def test_corridors_are_flagged_and_rooms_are_not():
-    """200 draws of noise of each: the flag is the data's, not one seed's luck."""
+    """100 draws of noise of each: the flag is the data's, not one seed's luck."""
     flagged = {
-        world: np.mean([seen(*matched(world(), seed)).degenerate for seed in range(200)])
+        world: np.mean([seen(*matched(world(), seed)).degenerate for seed in range(100)])
         for world in (corridor, room)
     }
     assert flagged[corridor] >= 0.99
     assert flagged[room] <= 0.01
-
-
-def test_the_free_direction_is_the_corridors():
-    (free,) = seen(*matched(corridor(), 3)).free.T
-    np.testing.assert_allclose(np.abs(free), [1.0, 0.0, 0.0], atol=0.05)
 
 
 @METRICS
@@ -119,12 +114,6 @@ def test_observability_is_the_information_of_the_kept_pairs(metric):
     np.testing.assert_allclose(seen(source, target, result).values, expected.values, rtol=1e-9)
 
 
-def test_without_a_surface_nothing_can_be_said():
-    sparse = 3.0 * np.stack(np.meshgrid(np.arange(5.0), np.arange(4.0)), axis=-1).reshape(-1, 2)
-    target = Target(sparse)
-    assert seen(sparse, target, icp(sparse, target)) is None
-
-
 GRID = np.stack(np.meshgrid(np.linspace(-4, 4, 9), np.linspace(-1, 1, 5)), axis=-1).reshape(-1, 2)
 
 
@@ -135,7 +124,7 @@ def test_spread_by_hand():
     assert spread_ratio(GRID, [0.0, 1.0]) == pytest.approx(1.0 / expected)
 
 
-@pytest.mark.parametrize("theta", np.linspace(-math.pi, math.pi, 9))
+@pytest.mark.parametrize("theta", [-3.0, 0.0, 1.1])
 def test_spread_turns_with_scan_and_motion_and_ignores_speed_and_place(theta):
     A = transform(5.0, -3.0, theta)
     direction = A[:2, :2] @ [1.0, 0.3]
@@ -150,15 +139,13 @@ def test_spread_turns_with_scan_and_motion_and_ignores_speed_and_place(theta):
         (GRID, [0.0, 0.0]),
         (GRID, [math.nan, math.nan]),
         (np.array([[1.0, -1.0], [1.0, 1.0]]), [1.0, 0.0]),
-        (np.array([[1.0, 2.0]]), [1.0, 0.0]),
+        (Scan.from_ranges([math.inf], [0.0]), [1.0, 0.0]),
     ],
 )
 def test_no_motion_or_no_spread_along_it_is_no_number(points, motion):
     assert math.isnan(spread_ratio(points, motion))
-
-
-def test_a_scan_without_points_has_no_spread():
-    assert math.isnan(spread_ratio(Scan.from_ranges([math.inf], [0.0]), [1.0, 0.0]))
+    with pytest.raises(InvalidPointsError, match=r"`motion` must have shape \(2,\), got \(3,"):
+        spread_ratio(points, [*motion, 0.0])
 
 
 def test_the_cheap_test_takes_a_narrow_room_for_a_corridor():
@@ -171,14 +158,3 @@ def test_the_cheap_test_takes_a_narrow_room_for_a_corridor():
         source, target, result = matched(world, 0)
         assert spread_ratio(source.points, [1.0, 0.0]) < 0.75
         assert seen(source, target, result).degenerate == degenerate
-
-
-@pytest.mark.parametrize("motion", [[1.0, 0.0, 0.0], 1.0, [[1.0, 0.0]]])
-def test_bad_motion(motion):
-    with pytest.raises(InvalidPointsError, match=r"`motion` must have shape \(2,\), got \("):
-        spread_ratio(GRID, motion)
-
-
-def test_bad_points():
-    with pytest.raises(InvalidPointsError, match="`points` is empty"):
-        spread_ratio(np.empty((0, 2)), [1.0, 0.0])

@@ -6,11 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit import IcpParameters, Scan, Target, Termination, icp
-from labkit.correspondences import pairs_at
 from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.se2 import apply, invert, rotation, to_xytheta, transform, wrap
 from labkit.simulation import Lidar, cast, corridor, lesson_experiment, room
@@ -24,7 +23,7 @@ FROM_AFAR = replace(BY_LINE, approach=True, huber_delta=0.02)
 METRICS = pytest.mark.parametrize(
     "parameters", [BY_POINT, BY_LINE, FROM_AFAR], ids=["point", "line", "approach"]
 )
-ANGLES = pytest.mark.parametrize("theta", [-PI, *np.radians([-135, -90, 0, 45, 90, 135, 180])])
+ANGLES = pytest.mark.parametrize("theta", [-PI, *np.radians([-90, 0, 45, 135])])
 
 # Nothing rejected, nothing weighed down, and only the pose decides when to stop.
 PLAIN = IcpParameters(
@@ -159,20 +158,10 @@ parameter_sets = st.builds(
 guesses = st.builds(transform, st.floats(-1, 1), st.floats(-1, 1), st.floats(-PI, PI))
 
 
-@settings(max_examples=200)
 @given(st.integers(0, 2**32 - 1), guesses, parameter_sets)
 def test_no_step_raises_the_cost_between_any_two_clouds(seed, guess, parameters):
     source, target = scatter(seed, 40), scatter(seed + 1, 50)
     assert_cost_never_rises(icp(source, target, guess, parameters), scale=4.0)
-
-
-@settings(max_examples=25)
-@given(st.integers(0, 2**32 - 1), parameter_sets)
-def test_no_step_raises_the_cost_between_simulated_scans(seed, parameters):
-    rng = np.random.default_rng(seed)
-    T = transform(*rng.uniform([-0.3, -0.3, -0.3], 0.3))
-    target, source = (cast(room(), pose, Lidar(beam_count=181), rng=rng) for pose in (np.eye(3), T))
-    assert_cost_never_rises(icp(source, target, None, parameters), scale=10.0)
 
 
 def test_no_step_raises_the_cost_on_a_real_log(killian):
@@ -211,6 +200,13 @@ def test_ends_when_the_cost_stops_changing(in_the_room):
     assert min(changes[:-1]) >= 1e-6
 
 
+@pytest.mark.parametrize("budget", [1, 3])
+def test_ends_with_the_budget(budget, in_the_room):
+    result = icp(in_the_room.source, in_the_room.target, None, IcpParameters(max_iterations=budget))
+    assert result.termination is Termination.BUDGET_SPENT
+    assert result.iterations == budget
+
+
 def test_a_perfect_guess_ends_with_its_first_step(in_the_room):
     target = in_the_room.target
     assert icp(target, target, None, replace(BY_LINE, cost_tolerance=0.0)).iterations == 1
@@ -229,16 +225,6 @@ def test_a_step_as_long_as_the_tolerance_is_no_short_one(name, in_the_room):
     ):
         end = icp(in_the_room.source, in_the_room.target, None, replace(told, **{name: tolerance}))
         assert (end.iterations == k) is stops
-
-
-@pytest.mark.parametrize("budget", [1, 3])
-def test_ends_with_the_budget(budget, in_the_room):
-    parameters = IcpParameters(max_iterations=budget)
-    result = icp(in_the_room.source, in_the_room.target, None, parameters)
-    assert result.termination is Termination.BUDGET_SPENT
-    assert result.iterations == budget
-    assert not result.converged
-    np.testing.assert_array_equal(result.T_target_source, result.history[-1].T_target_source)
 
 
 @METRICS
@@ -275,19 +261,16 @@ def assert_failed(result, last_tried):
 
 
 @METRICS
-def test_a_source_of_one_spot_is_degenerate(parameters):
+def test_one_spot_is_degenerate(parameters):
     wall = np.column_stack([np.linspace(-1.0, 1.0, 41), np.ones(41)])
     for count in (3, 10):
         result = icp(np.tile([0.1, 0.9], (count, 1)), wall, None, parameters)
         assert result.termination is Termination.DEGENERATE
         assert_failed(result, np.eye(3))
         assert result.inlier_count >= 3
-
-
-def test_a_target_of_one_spot_is_degenerate():
-    result = icp(0.1 * scatter(3), np.tile([0.1, 0.0], (5, 1)))
+    target = np.tile([0.1, 0.0], (5, 1))
+    result = icp(0.1 * scatter(3), target, None, replace(parameters, metric="point_to_point"))
     assert result.termination is Termination.DEGENERATE
-    assert_failed(result, np.eye(3))
 
 
 def test_lines_without_any_surface_are_degenerate_not_far_away():
@@ -317,33 +300,17 @@ def test_fewer_than_three_points_are_too_few(parameters, count):
     assert_failed(result, np.eye(3))
 
 
-# ---------------------------------------------------------------- why both pose tests
-
-
 def test_under_any_a_turn_on_the_spot_would_end_at_once():
-    """A symmetric scene turned about its centre: no step ever translates it.
-
-    With the lesson's "any of them" the run would end after its first step, most of the
-    turn still ahead. Here both must hold, and the run goes on to the end.
-    """
+    """A symmetric scene turned about its centre: no step ever translates it."""
     half = scatter(3, 60)
     target = np.vstack([half, -half])
     T = transform(0.0, 0.0, math.radians(8.0))
     result = icp(apply(invert(T), target), target, None, PLAIN)
     assert result.termination is Termination.CONVERGED_POSE
-    under_any = next(
-        step
-        for step in result.history[1:]
-        if step.translation_step < PLAIN.translation_tolerance
-        or step.rotation_step < PLAIN.rotation_tolerance
-    )
-    assert under_any is result.history[1]
-    assert under_any.rotation_step > math.radians(1.0)
-    _, error_under_any = error(under_any.T_target_source, T)
-    _, error_at_the_end = error(result.T_target_source, T)
-    assert error_under_any > math.radians(4.0)
-    assert error_at_the_end < 1e-12
-    assert error_under_any > 10.0 * error_at_the_end
+    under_any = result.history[1]
+    assert under_any.translation_step < PLAIN.translation_tolerance
+    assert error(under_any.T_target_source, T)[1] > math.radians(4.0)
+    assert error(result.T_target_source, T)[1] < 1e-12
 
 
 # ---------------------------------------------------------------- the record
@@ -370,14 +337,6 @@ def test_history_and_result_agree(parameters, in_the_room):
         assert now.rotation_step == pytest.approx(abs(wrap(theta)), abs=1e-15)
 
 
-def test_steps_are_measured_across_the_cut_at_pi():
-    target = scatter(9)
-    T = transform(0.0, 0.0, PI - 0.01)
-    result = icp(apply(invert(T), target), target, transform(0.0, 0.0, -PI + 0.01), PLAIN)
-    assert error(result.T_target_source, T)[1] < 1e-12
-    assert max(step.rotation_step for step in result.history[1:]) < 0.05
-
-
 @METRICS
 def test_correspondences_belong_to_the_final_pose(parameters, in_the_room):
     source, target = in_the_room.source, Target(in_the_room.target)
@@ -397,18 +356,6 @@ def test_correspondences_belong_to_the_final_pose(parameters, in_the_room):
     assert result.inlier_rmse == pytest.approx(math.sqrt(np.mean(inliers**2)))
 
 
-@METRICS
-def test_every_pose_can_be_associated_anew(parameters, in_the_room):
-    """What the loop found on its way is what the stages find at each pose."""
-    source, target = in_the_room.source, Target(in_the_room.target)
-    for step in icp(source, target, None, parameters).history:
-        pairs = pairs_at(source.points, target, step.T_target_source, parameters, far=step.far)
-        for name in ("source", "target", "target_index", "distances", "kept", "weights"):
-            np.testing.assert_array_equal(
-                getattr(step.correspondences, name), getattr(pairs, name), name
-            )
-
-
 def test_the_cost_by_hand():
     """Four points: two matched, one trimmed, and one outside the gate, charged at its edge."""
     target = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [30.0, 0.0]])
@@ -420,21 +367,6 @@ def test_the_cost_by_hand():
     expected = (0.1**2 + (2 * 0.2 * 0.3 - 0.2**2) + (2 * 0.2 * 1.0 - 0.2**2)) / 4
     assert first.cost == pytest.approx(expected, rel=1e-12)
     assert first.inlier_count == 2
-
-
-def test_from_afar_the_record_says_which_poses_were_far(in_the_room):
-    """Thinned to every sixth point at first, and no longer at the end."""
-    many = Scan.from_points(np.repeat(in_the_room.source.points, 6, axis=0))
-    result = icp(many, in_the_room.target, transform(0.3, 0.2, 0.2), FROM_AFAR)
-    far = [step.far for step in result.history]
-    assert far == sorted(far, reverse=True)
-    assert far[0] is True
-    assert far[-1] is False
-    for step in result.history:
-        pairs = pairs_at(many.points, Target(in_the_room.target), step.T_target_source, FROM_AFAR)
-        thinned = len(many) // len(step.correspondences.source)
-        assert (thinned > 1, step.correspondences.stride > 1) == (step.far, step.far)
-        assert step.far or step.correspondences.cost == pairs.cost
 
 
 def test_a_calmer_step_is_the_same_way_in_smaller_strides(in_the_room):
@@ -453,21 +385,6 @@ def test_a_calmer_step_is_the_same_way_in_smaller_strides(in_the_room):
     distance, angle = error(half.T_target_source, full.T_target_source)
     assert distance < 1e-3
     assert angle < 1e-3
-
-
-# ---------------------------------------------------------------- robustness
-
-
-def test_outliers_within_the_overlap_are_dropped():
-    """Two pairs of ten are wrong: trimmed they cost nothing, kept they tear."""
-    target = scatter(12, 50, size=8.0)
-    T = transform(0.05, -0.02, 0.01)
-    source = apply(invert(T), target)
-    source[::5] += [0.4, 0.3]
-    trimmed = icp(source, target, None, replace(PLAIN, overlap_ratio=0.8))
-    kept = icp(source, target, None, PLAIN)
-    assert error(trimmed.T_target_source, T)[0] < 1e-12
-    assert error(kept.T_target_source, T)[0] > 0.01
 
 
 # ---------------------------------------------------------------- point to line
@@ -492,7 +409,7 @@ def test_lines_converge_sooner_and_no_worse_in_a_room():
     assert (errors["line"] < errors["point"]).all()
 
 
-@pytest.mark.parametrize("direction", np.linspace(-PI, PI, 9))
+@pytest.mark.parametrize("direction", [-2.0, 0.0, PI])
 def test_a_straight_wall_is_solved_across_and_left_at_the_guess_along(direction):
     away, along = rotation(direction).T
     place = np.linspace(-2.0, 2.0, 81)[:, None]
@@ -534,37 +451,24 @@ def test_the_history_keeps_the_guess_when_the_callers_array_is_filled_anew():
 
 # ---------------------------------------------------------------- the caller's mistakes
 
-CLOUD = scatter(0, 6)
-EMPTY = Scan.from_ranges([math.inf], [0.0])
-
 
 @pytest.mark.parametrize(
-    ("source", "target", "T_init", "message"),
+    ("target", "T_init", "message"),
     [
-        (EMPTY, CLOUD, None, r"`source` is empty, got shape \(0, 2\); it needs at least 1 point"),
-        (CLOUD, EMPTY, None, r"`target` is empty, got shape \(0, 2\)"),
-        ([], CLOUD, None, r"`source` is empty, got shape \(0,\)"),
-        (CLOUD.T, CLOUD, None, r"`source` must have shape \(N, 2\), got \(2, 6\); transpose it"),
-        (CLOUD, CLOUD.T, None, r"`target` must have shape \(N, 2\), got \(2, 6\); transpose it"),
-        (CLOUD, CLOUD * [1, math.nan], None, r"`target` must be finite, got .*nan\] at index 0"),
-        (CLOUD * [math.inf, 1], CLOUD, None, r"`source` must be finite, got .*inf, .* at index 0"),
-        (CLOUD, CLOUD, np.eye(2), r"`T_init` must be a \(3, 3\) transform, got shape \(2, 2\); b"),
-        (CLOUD, CLOUD, (0, 0, 0), r"`T_init` must be a \(3, 3\) transform, got shape \(3,\)"),
-        (CLOUD, CLOUD, 2 * np.eye(3), r"`T_init` must be a proper rigid transform, got \[\[2\.0"),
-        (CLOUD, CLOUD, np.diag([1, -1, 1]), r"`T_init` must be a proper rigid transform"),
-        (CLOUD, CLOUD, np.full((3, 3), math.nan), r"proper rigid transform, got \[\[nan, nan"),
-        (CLOUD, CLOUD, np.full((3, 3), math.inf), r"proper rigid transform, got \[\[inf, inf"),
-        (CLOUD, CLOUD, np.diag([math.inf, 1, 1]), r"proper rigid transform, got \[\[inf, 0\.0"),
-        (CLOUD, CLOUD, np.ones((3, 3)), r"proper rigid transform, .*`labkit\.transform\(x, y, t"),
-        (CLOUD, CLOUD, "here", r"`T_init` must hold numbers, got 'here'; build one with"),
+        (Scan.from_ranges([math.inf], [0.0]), None, r"`target` is empty, got shape \(0, 2\)"),
+        (scatter(0, 6).T, None, r"`target` must have shape \(N, 2\), got \(2, 6\); transpose it"),
+        (scatter(0, 6), np.eye(2), r"`T_init` must be a \(3, 3\) transform, got shape \(2, 2\); b"),
+        (scatter(0, 6), np.diag([1, -1, 1]), r"`T_init` must be a proper rigid transform"),
+        (scatter(0, 6), 2 * np.eye(3), r"`T_init` must be a proper rigid transform, got \[\[2\.0"),
+        (scatter(0, 6), np.full((3, 3), math.nan), r"proper rigid transform, got \[\[nan, nan"),
+        (scatter(0, 6), np.diag([1, 1, math.inf]), r"proper rigid transform, .*`labkit\.transform"),
+        (scatter(0, 6), "here", r"`T_init` must hold numbers, got 'here'; build one with"),
     ],
 )
-def test_bad_input(source, target, T_init, message):
+def test_bad_input(target, T_init, message):
     with pytest.raises(InvalidPointsError, match=message):
-        icp(source, target, T_init)
-
-
-@pytest.mark.parametrize("parameters", [None, {"overlap_ratio": 0.7}, 0.7])
-def test_parameters_of_another_kind_are_refused(parameters):
+        icp(scatter(0, 6), target, T_init)
+    with pytest.raises(InvalidPointsError, match="`source` is empty"):
+        icp([], scatter(0, 6))
     with pytest.raises(InvalidParameterError, match="`parameters` must be of the class IcpParam"):
-        icp(np.eye(3, 2), np.eye(3, 2), parameters=parameters)
+        icp(np.eye(3, 2), np.eye(3, 2), parameters=0.7)

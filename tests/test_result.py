@@ -90,7 +90,7 @@ def test_a_result_keeps_both_scans(in_the_room):
     assert result.target is target
 
 
-@pytest.mark.parametrize("turn", [0.0, 0.3, -3.0, math.pi])
+@pytest.mark.parametrize("turn", [0.3, -3.0, math.pi])
 def test_a_step_is_measured_in_both_ways(turn):
     before = transform(1.0, 2.0, 1.5)
     now = transform(1.3, 1.6, 1.5 + turn)

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit import Scan
-from labkit.errors import InvalidPointsError, LabkitError
-from labkit.scan import as_scan, scanner_poses
+from labkit.errors import InvalidPointsError
+from labkit.scan import scanner_poses
 from labkit.se2 import from_xytheta
 
 NAN, INF = math.nan, math.inf
@@ -23,18 +23,17 @@ def test_points_stand_where_the_beams_ended():
     assert (scan.stamp, len(scan)) == (7.5, 4)
 
 
-@pytest.mark.parametrize("lost", [NAN, INF, -INF, 0.5, 0.2, -1.0, 8.0, 9.0])
-def test_a_range_not_strictly_inside_the_band_is_no_return(lost):
-    scan = Scan.from_ranges([1.0, lost, 2.0], [0.0, 0.1, 0.2], range_min=0.5, range_max=8.0)
+@pytest.mark.parametrize(
+    ("lost", "band"),
+    [
+        *((lost, {"range_min": 0.5, "range_max": 8.0}) for lost in (NAN, INF, -INF, 0.5, 8.0)),
+        *((lost, {}) for lost in (0.0, 1e5, np.finfo(np.float32).max)),  # the last are codes
+    ],
+)
+def test_a_range_not_strictly_inside_the_band_is_no_return(lost, band):
+    scan = Scan.from_ranges([1.0, lost, 2.0], [0.0, 0.1, 0.2], **band)
     np.testing.assert_array_equal(scan.beams, [0, 2])
     np.testing.assert_array_equal(scan.ranges, [1.0, lost, 2.0])
-
-
-@pytest.mark.parametrize("nothing", [1e5, np.finfo(np.float32).max, 1e300])
-def test_the_largest_number_there_is_means_nothing(nothing):
-    """One such point would drown the sums along the sweep, and with them all normals."""
-    scan = Scan.from_ranges([1.0, nothing, 2.0], [0.0, 0.1, 0.2])
-    np.testing.assert_array_equal(scan.beams, [0, 2])
 
 
 @pytest.mark.parametrize("dtype", [float, int])
@@ -50,10 +49,6 @@ def test_what_lies_under_a_mask_is_no_point():
     with pytest.raises(InvalidPointsError, match=r"`points` .* masked first at \[1, 0\]; drop"):
         Scan.from_points(points)
     assert Scan.from_points(points[:1]).points.tolist() == [[1.0, 2.0]]
-
-
-def test_a_range_of_zero_makes_no_point():
-    assert len(Scan.from_ranges([0.0], [0.0])) == 0
 
 
 @given(st.lists(st.floats(allow_nan=True, allow_infinity=True), max_size=20))
@@ -75,50 +70,23 @@ def test_select_takes_points_with_their_beams():
     assert Scan.from_points([[1.0, 2.0], [3.0, 4.0]]).select(np.array([1])).beams is None
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.int64])
-def test_points_become_float64(dtype):
-    points = np.array([[1, 2], [3, 4]], dtype=dtype)
-    assert Scan(points=points).points.dtype == np.float64
-
-
-def test_messages_begin_with_the_callers_name():
-    with pytest.raises(InvalidPointsError, match=r"`source` must have shape .*; transpose it"):
-        as_scan(np.zeros((2, 9)), "source")
-    with pytest.raises(InvalidPointsError, match="`source` is empty"):
-        as_scan(Scan.from_ranges([INF], [0.0]), "source", minimum=1)
-
-
-def test_as_scan_keeps_a_scan_and_wraps_points():
-    scan = Scan.from_points([[1, 2]])
-    assert as_scan(scan) is scan
-    wrapped = as_scan([[1, 2]])
-    assert wrapped.points.dtype == np.float64
-    assert wrapped.beams is None
-    assert math.isnan(wrapped.stamp)
-
-
 @pytest.mark.parametrize(
     ("points", "message"),
     [
         (np.empty((0, 2)), r"`points` is empty, got shape \(0, 2\); it needs at least 1 point \("),
-        ([], r"`points` is empty, got shape \(0,\)"),
         ([1.0, 2.0], r"`points` must have shape \(N, 2\), got \(2,\)$"),
         (np.zeros((2, 5)), r"must have shape \(N, 2\), got \(2, 5\); transpose it \(`\.T`\)$"),
         (np.zeros((5, 3)), r"must have shape \(N, 2\), got \(5, 3\)$"),
-        (np.zeros((2, 2, 2)), r"must have shape \(N, 2\), got \(2, 2, 2\)$"),
         ([[0, 0], [1, NAN]], r"`points` must be finite, got \[1\.0, nan\] at index 1; drop"),
         ([[INF, 0], [1, NAN]], r"`points` must be finite, got \[inf, 0\.0\] at index 0; drop"),
         ([["a", "b"]], r"`points` must hold numbers, got \[\['a', 'b'\]\]; give an \(N, 2\) array"),
-        ([[0, 0], [1]], r"`points` must hold numbers, got \[\[0, 0\], \[1\]\]"),
         (None, r"`points`"),
         ([["x" * 99, 0]], r"must hold numbers, got .{57}\.\.\.; give"),
     ],
 )
 def test_bad_points(points, message):
-    with pytest.raises(InvalidPointsError, match=message) as caught:
+    with pytest.raises(InvalidPointsError, match=message):
         Scan.from_points(points)
-    assert isinstance(caught.value, LabkitError)
-    assert isinstance(caught.value, ValueError)
 
 
 @pytest.mark.parametrize(
@@ -127,7 +95,6 @@ def test_bad_points(points, message):
         ([1.0, 2.0], [0.0], r"must have one shape \(B,\), got \(2,\) and \(1,\)"),
         ([[1.0]], [[0.0]], r"`ranges` must have shape \(B,\), got \(1, 1\)"),
         ([1.0, 1.0], [0.0, NAN], r"`angles` must be finite, got nan at index 1"),
-        (["far"], [0.0], r"`ranges` must hold numbers, got \['far'\]$"),
     ],
 )
 def test_bad_beams(ranges, angles, message):
@@ -141,8 +108,6 @@ def test_bad_beams(ranges, angles, message):
     [
         (np.arange(3), r"`beams` must be 5 whole numbers, one per point, got shape \(3,\)"),
         (np.arange(5.0), r"`beams` must be 5 whole .* got shape \(5,\) of float64"),
-        (np.arange(10).reshape(5, 2), r"got shape \(5, 2\)"),
-        ([True] * 5, "of bool"),
     ],
 )
 def test_beams_are_one_per_point(beams, message):
@@ -189,8 +154,3 @@ def test_poses_of_the_scanner_are_composed_on_the_right(robot, offset):
     T = from_xytheta(robot) @ from_xytheta(offset)
     np.testing.assert_allclose(from_xytheta(pose), T, atol=1e-12)
     np.testing.assert_array_equal(scanner_poses([robot], (0, 0, 0)), [robot])
-
-
-def test_an_offset_that_is_none():
-    with pytest.raises(InvalidPointsError, match="`laser_offset` must be three finite numbers"):
-        scanner_poses([[0, 0, 0]], (0.1, 0.2))

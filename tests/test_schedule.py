@@ -179,17 +179,3 @@ def test_no_run_ends_with_a_step_from_afar(rooms):
     spent = icp(source, target, GUESS, replace(PARAMETERS, max_iterations=1))
     assert spent.termination is Termination.BUDGET_SPENT
     assert spent.iterations == 1
-
-
-def test_points_take_the_wide_delta_too(rooms):
-    parameters = replace(PARAMETERS, metric="point_to_point", huber_delta=0.05)
-    source, target, T = rooms[0]
-    result = icp(source, target, GUESS @ T, parameters)
-    assert result.history[0].correspondences.huber_delta > 0.05
-    assert result.correspondences.huber_delta == 0.05
-
-
-@pytest.mark.parametrize("approach", [1, 0, None, "yes"])
-def test_it_is_on_or_off(approach):
-    with pytest.raises(ValueError, match=f"`approach` must be True or False, got {approach!r}"):
-        IcpParameters(approach=approach)

@@ -32,7 +32,7 @@ ANGLES = [
     -1e-300,
     1e-16,
     -1e-12,
-    *np.linspace(-PI, PI, 73),
+    *np.linspace(-PI, PI, 17),
 ]
 
 angles = st.floats(-PI, PI)
@@ -70,17 +70,15 @@ def test_wrap_takes_the_half_turn_as_plus_pi_and_keeps_nan():
 
 
 def test_a_rotation_is_proper_and_comes_back():
+    """A rotation by θ takes (1, 0) to (cos θ, sin θ): counter-clockwise."""
     for angle in ANGLES:
         R = rotation(angle)
+        np.testing.assert_array_equal(R[:, 0], [math.cos(angle), math.sin(angle)])
         np.testing.assert_allclose(R @ R.T, np.eye(2), atol=1e-15)
         assert np.linalg.det(R) == pytest.approx(1.0, abs=1e-15)
         back = to_xytheta(transform(0.0, 0.0, angle))[2]
         assert -PI < back <= PI
         assert abs(wrap(back - angle)) <= np.spacing(PI)
-
-
-def test_rotation_is_counter_clockwise():
-    np.testing.assert_allclose(rotation(PI / 2) @ [1.0, 0.0], [0.0, 1.0], atol=1e-16)
 
 
 @given(poses)
@@ -99,17 +97,7 @@ def test_the_group_laws(first, second, third):
     np.testing.assert_allclose(A @ invert(A), np.eye(3), atol=1e-14 * size)
     np.testing.assert_allclose(invert(A @ B), invert(B) @ invert(A), atol=1e-14 * size)
     np.testing.assert_array_equal(compose(A, B, C), A @ B @ C)
-    np.testing.assert_array_equal(compose(A), A)
-
-
-def test_no_factors_compose_to_the_identity():
     np.testing.assert_array_equal(compose(), np.eye(3))
-
-
-@given(poses)
-def test_invert_agrees_with_a_general_solve(pose):
-    T = from_xytheta(pose)
-    np.testing.assert_allclose(invert(T), np.linalg.inv(T), rtol=1e-11, atol=1e-11)
 
 
 @given(poses)
@@ -165,7 +153,3 @@ def test_numbers_of_any_kind_become_float64(kind):
         assert {each.dtype for each in results} == {np.dtype(float)}
     results = to_xytheta(T), compose(T), invert(T), relative(T, T), apply(T, rows[:, :2])
     assert {each.dtype for each in results} == {np.dtype(float)}
-
-
-def test_transform_broadcasts():
-    assert transform([1.0, 2.0], 0.0, 0.1).shape == (2, 3, 3)

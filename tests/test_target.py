@@ -44,16 +44,5 @@ def test_given_normals_are_used_as_they_are():
         Target(target.points, normals=given * [[1], [1], [2]])
     with pytest.raises(InvalidPointsError, match=r"`normals` must have shape \(3, 2\), one per"):
         Target(target.points, normals=given[:2])
-
-
-@pytest.mark.parametrize(
-    ("points", "message"),
-    [
-        (Scan.from_ranges([math.inf], [0.0]), r"`target` is empty, got shape \(0, 2\)"),
-        ([[0.0, math.nan]], r"`target` must be finite, got \[0\.0, nan\]"),
-        ([[1.0, 2.0, 3.0]], r"`target` must have shape \(N, 2\), got \(1, 3\)"),
-    ],
-)
-def test_bad_targets(points, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        Target(points)
+    with pytest.raises(InvalidPointsError, match=r"`target` must be finite, got \[0\.0, nan\]"):
+        Target([[0.0, math.nan]])
