@@ -17,9 +17,3 @@ def test_a_parameter_changes_the_estimate(run):
         re.search(r"estimate.*", run("demo", *more)[1])[0] for more in ((), ("--overlap", 1))
     ]
     assert estimate[0] != estimate[1]
-
-
-def test_a_failed_match_says_why(run):
-    status, out, _ = run("demo", "--gate", "1e-6")
-    assert status == 1
-    assert out.startswith("failed: fewer than 3 correspondences are left")

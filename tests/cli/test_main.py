@@ -12,13 +12,6 @@ import pytest
 COMMANDS = ("demo", "odometry", "match", "evaluate")
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_explains_itself(run, command):
-    status, out, _ = run(command, "--help")
-    assert status == 0
-    assert "usage: labkit " + command in out
-
-
 def test_the_version_names_the_packages_without_loading_numba():
     program = "import sys, labkit_command\ntry: labkit_command.main()\nexcept SystemExit: "
     program += "print(sorted({'numba', 'llvmlite'} & sys.modules.keys()))"
@@ -31,28 +24,26 @@ def test_the_version_names_the_packages_without_loading_numba():
     assert loaded == "[]"
 
 
-def test_the_help_names_every_command(run):
+def test_the_help_names_every_command_and_each_explains_itself(run):
     status, out, _ = run("--help")
     assert status == 0
     assert all(f"labkit {command}" in out for command in COMMANDS)
+    for command in COMMANDS:
+        status, out, _ = run(command, "--help")
+        assert (status, f"usage: labkit {command}" in out) == (0, True)
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ((), "required: COMMAND"),
-        (("mach",), "invalid choice: 'mach'"),
         (("demo", "--gate", "wide"), "argument --gate: invalid number value: 'wide'"),
         (("demo", "--gate", "0"), "--gate must be in (0, inf] m, got 0.0"),
-        (("demo", "--overlap", "nan"), "--overlap must be in (0, 1], got nan"),
-        (("demo", "--huber", "-1"), "--huber must be in (0, inf] m, got -1.0"),
         (("demo", "--metric", "point_to_plane"), "argument --metric: invalid choice"),
         (("match", "a.csv"), "the following arguments are required: SOURCE"),
-        (("evaluate", "a.tum"), "the following arguments are required: --reference"),
         (("evaluate", "a", "--reference", "b", "--stretch", "nan"), "--stretch must be in (0, 1e"),
         (("odometry", "killian", "--scans", "1"), "--scans must be a whole number of at least 2"),
         (("odometry", "killian", "--angles", "nan", "1"), "--angles must be 2 finite numbers"),
-        (("odometry", "killian", "--plot", "m.xyz", "--scans", "2"), "--plot must end in .png"),
     ],
 )
 def test_a_wrong_command_line_ends_with_2(run, arguments, message):
@@ -110,9 +101,7 @@ if hasattr(os, "geteuid") and os.geteuid() == 0:
     ("arguments", "message"),
     [
         (("odometry", "{log}"), "cannot write room-odometry.tum: the directory "),
-        (("odometry", "{log}", "--out", "../t", "--plot", "mine.png"), "cannot write room-q"),
         (("odometry", "{log}", "--out", "../shut/in/t"), "cannot write ../shut/in/t: Permission"),
-        (("report", "../shut/r.md"), "cannot write ../shut/r.html: the directory"),
         (("grade", "../shut/class"), "../shut/class: cannot be read: Permission denied"),
     ],
 )

@@ -40,9 +40,7 @@ def test_more_than_two_pages_are_too_many(report, capsys, monkeypatch):
     ("arguments", "message"),
     [
         (["none.md"], "labkit report: none.md: cannot be read"),
-        (["a.txt"], "a report is a notebook"),
         (["a.md", "--out", "no/such/folder/a"], "cannot write no/such/folder/a.html"),
-        (["a.md", "--out", "."], "cannot write .: it is a directory; name a file in it"),
         (["."], "labkit report: .: is a directory; name a notebook or Markdown in it"),
     ],
 )

@@ -82,15 +82,6 @@ def test_relative_errors(seed, delta, unit, their_unit, name):
     assert_same(errors, name, metric)
 
 
-@pytest.mark.parametrize("name", RELATIONS)
-def test_single_steps_are_the_same_in_evos_default_mode(name):
-    """With delta = 1 stretches that follow one another and all stretches are one thing."""
-    estimate, reference = trajectories(9)
-    metric = RPE(RELATIONS[name])
-    metric.process_data((as_path(reference), as_path(estimate)))
-    assert_same(rpe(estimate, reference), name, metric)
-
-
 @pytest.mark.parametrize("seed", range(2))
 def test_association_of_streams_at_one_rate(seed):
     rng = np.random.default_rng(seed)

@@ -45,9 +45,6 @@ def test_a_trajectory_that_is_too_short_has_no_number(unit):
     [
         ({"delta": 0}, "`delta` must be a whole number of at least 1 step, got 0"),
         ({"delta": 1.5}, "`delta` must be a whole number of at least 1 step, got 1.5"),
-        ({"delta": math.inf}, "`delta` must be a whole number of at least 1 step, got inf"),
-        ({"delta": "1"}, "`delta` must be a whole number of at least 1 step, got '1'"),
-        ({"delta": None}, "`delta` must be a whole number of at least 1 step, got None"),
         ({"delta": 0.0, "unit": "metres"}, r"`delta` must be in \(0, 1e\+09\] m, got 0.0"),
         ({"unit": "frames"}, '`unit` must be "steps" or "metres", got \'frames\''),
     ],

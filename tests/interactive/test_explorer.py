@@ -13,7 +13,6 @@ import pytest
 pytest.importorskip("anywidget")
 
 import anywidget
-import traitlets
 
 import labkit
 from labkit import IcpParameters, LabkitError, Scan
@@ -39,14 +38,6 @@ def test_starts_at_the_first_scene_and_labkit_s_defaults(explorer):
     assert explorer.guess == pytest.approx([0.1, 0.0, 0.05])
     assert explorer.parameters == IcpParameters()
     assert explorer.outcome == {}
-
-
-def test_the_sliders_words_are_those_of_the_parameters(explorer):
-    words = explorer.parameter_words
-    assert {words[name]["label"] for name in explorer.first_parameters} == {
-        "gate", "overlap ρ", "Huber δ", "metric", "begin wide, end narrow",
-    }  # fmt: skip
-    assert words["huber_delta"]["unit"] == "m"
 
 
 def test_parameters_that_have_no_slider_reach_the_page_too():
@@ -98,9 +89,6 @@ def test_another_scene_brings_its_guess(explorer):
     [
         ("scene", "moon", "`scene` must be one of corner, again, got 'moon'"),
         ("overlap_ratio", 1.3, r"`overlap_ratio` must be in \(0, 1\], got 1.3"),
-        ("max_correspondence_distance", 0.0, r"`max_correspondence_distance` must be in .*0"),
-        ("huber_delta", -1.0, r"`huber_delta` must be in .*got -1.0"),
-        ("guess", [math.nan, 0.0, 0.0], r"`guess` must be three finite .*got \[nan, 0.0, 0.0\]"),
         ("guess", [0.0, math.inf, 0.0], r"`guess` must be three finite .*got \[0.0, inf, 0.0\]"),
     ],
 )
@@ -109,12 +97,6 @@ def test_what_cannot_be_meant_is_refused_and_changes_nothing(explorer, name, val
     with pytest.raises(LabkitError, match=message):
         setattr(explorer, name, value)
     assert getattr(explorer, name) == before
-
-
-@pytest.mark.parametrize(("name", "value"), [("metric", "manhattan"), ("guess", [1.0, 2.0])])
-def test_what_has_another_type_is_refused(explorer, name, value):
-    with pytest.raises(traitlets.TraitError):
-        setattr(explorer, name, value)
 
 
 @pytest.mark.parametrize("scenes", [[], [scene(), scene()]])
@@ -128,19 +110,13 @@ def test_a_scene_of_two_points_is_refused():
         scene("few", source=Scan.from_points([[0.0, 0.0], [1.0, 0.0]]))
 
 
-@pytest.mark.parametrize("number", [0, 3873, 1.5, "5"])
-def test_a_scan_that_killian_court_does_not_have_is_refused(killian, number):
-    message = rf"`scan` must be a whole number in \[1, 3872\], got {number!r}"
-    with pytest.raises(LabkitError, match=message):
-        killian_scene(number)
-
-
 def test_a_recorded_scene_carries_the_reference(killian):
     recorded = killian_scene(101, "a room")
     before, now = labkit.from_xytheta(killian.reference[100:102])
     assert recorded.name == "Killian Court 101: a room"
-    assert recorded.reference == "reference"
     assert np.allclose(before @ recorded.T_reference, now, rtol=0, atol=1e-12)
+    with pytest.raises(LabkitError, match=r"`scan` must be a whole number in \[1, 3872\], got 0"):
+        killian_scene(0)
 
 
 def test_the_truck_is_outlived_by_trimming(killian):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from typing import Any
 
 import numpy as np
@@ -140,11 +139,6 @@ def test_a_race_shows_both_runs_after_as_many_steps(tmp_path):
 def test_python_and_the_page_know_the_same_models(tmp_path):
     told = told_by("live.mjs", LiveFigure._esm, {"figures": []}, tmp_path)
     assert tuple(told["models"]) == MODELS
-
-
-def test_its_one_module_imports_nothing_and_exports_one_widget():
-    assert not re.search(r"^\s*import\b", LiveFigure._esm, re.MULTILINE)
-    assert LiveFigure._esm.count("export default") == 1
 
 
 @pytest.mark.parametrize(

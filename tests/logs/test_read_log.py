@@ -1,6 +1,7 @@
 """Any file: its packing, its format, its bounds, and what is told of its damage."""
 
 import gzip
+import importlib.util
 import io
 import os
 import tracemalloc
@@ -8,7 +9,7 @@ import zipfile
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit.errors import InvalidParameterError, InvalidPointsError, LogError
@@ -39,9 +40,8 @@ PACKINGS = {
 
 
 @pytest.mark.parametrize("packing", PACKINGS)
-@pytest.mark.parametrize("name", ["run.gz", "run.csv"])
-def test_packing_and_format_are_told_from_the_content(save, run, packing, name):
-    log = read_log(save(PACKINGS[packing](run), name), strict=True)
+def test_packing_and_format_are_told_from_the_content(save, run, packing):
+    log = read_log(save(PACKINGS[packing](run), "run.csv"), strict=True)
     assert (len(log), log.format, log.name) == (5, "carmen", "run")
 
 
@@ -62,12 +62,9 @@ def encrypted():
 
 UNREADABLE = [
     (b"", "f: the file is empty"),
-    (b" \n\n", "f: the file is empty"),
-    (gzip.compress(b"", mtime=0), "f: the file is empty"),
-    (b"PK\x03\x04", "f: the archive cannot be unpacked: File is not a zip file; get it again"),
+    (gzip.compress(b" \n\n", mtime=0), "f: the file is empty"),
     (b"\x7fELF\0\0\0", "f: unknown format, the file begins with binary data; labkit reads CARMEN"),
     (b"Dear reader,\n", r"f: unknown format, the file begins with 'Dear reader,'; .*from_ranges"),
-    (zipped({}), r"f: a zip archive must hold exactly one log, got 0"),
     (zipped({"a": "x", "b": "y"}), r"exactly one log, got 2; unpack it and name one file"),
     (encrypted(), "f: the archive cannot be unpacked: .*encrypted"),
 ]
@@ -79,13 +76,11 @@ def test_a_file_that_is_no_log(save, content, message):
         read_log(save(content, "f"))
 
 
-def test_paths_with_nothing_to_read(tmp_path, save):
+def test_paths_with_nothing_to_read(tmp_path):
     with pytest.raises(LogError, match=r"gone\.log: no such file"):
         read_log(tmp_path / "gone.log")
     with pytest.raises(LogError, match="is a directory, expected a file"):
         read_log(tmp_path)
-    with pytest.raises(LogError, match="cannot be read: Not a directory"):
-        read_log(save("x") / "inside.log")
     with pytest.raises(LogError, match=r"cannot be read: .*null"):
         read_log("a\0b")
 
@@ -99,16 +94,12 @@ def test_a_pipe_and_a_device_are_refused(tmp_path):
                 read(path)
 
 
-@pytest.mark.parametrize("offset", [(0.0, 0.0), (0.0, 0.0, np.inf), "front"])
-def test_a_laser_offset_that_is_none(save, run, offset):
-    with pytest.raises((InvalidParameterError, InvalidPointsError), match="`laser_offset` must"):
-        read_log(save(run), laser_offset=offset)
-
-
-@pytest.mark.parametrize("parameter", ["topic", "odometry_topic"])
-def test_topics_are_for_bags(save, run, parameter):
-    with pytest.raises(LogError, match=rf"run\.log: is no ROS bag; leave .*`{parameter}`"):
-        read_log(save(run), **{parameter: "/scan"})
+def test_options_that_do_not_fit(save, run):
+    with pytest.raises(InvalidParameterError, match="`laser_offset` must be 3 finite numbers"):
+        read_log(save(run), laser_offset=(0.0, 0.0))
+    for parameter in ("topic", "odometry_topic"):
+        with pytest.raises(LogError, match=rf"run\.log: is no ROS bag; leave .*`{parameter}`"):
+            read_log(save(run), **{parameter: "/scan"})
 
 
 @pytest.mark.parametrize("packing", ["gzip", "zip"])
@@ -123,33 +114,65 @@ def test_a_damaged_archive_is_refused(save, flaser, packing):
             read_log(save(bytes(damaged)))
 
 
-@given(garbage=st.binary(min_size=1, max_size=60), data=st.data())
-@settings(deadline=None, max_examples=100)
-def test_garbage_loses_no_more_than_its_line(scratch, run, garbage, data):
-    good = run.encode()
-    position = data.draw(st.integers(1, len(good)))
-    scratch.write_bytes(good[:position] + garbage + good[position:])
-    assert 4 <= len(read_log(scratch)) <= 5
+@pytest.fixture(scope="module")
+def good_files(run, robotlaser, tmp_path_factory):
+    """A small log of each format and packing."""
+    graph = "".join(f"VERTEX_SE2 {k} {k} 0 0\n{robotlaser([1.0, 2.0, 3.0])}" for k in range(4))
+    files = {
+        "run.log": run.encode(),
+        "run.g2o": graph.encode(),
+        "xy.csv": b"scan,x,y\n" + b"".join(b"%d,1.5,%d\n" % (k // 9, k) for k in range(30)),
+        "ranges.csv": 6 * b"1.0,2.5,inf,4.0,5.0\n",
+        "run.log.gz": gzip.compress(run.encode(), mtime=0),
+        "run.zip": zipped({"run.log": run}),
+    }
+    if not importlib.util.find_spec("rosbags"):
+        return files
+    from test_rosbag import Bag  # noqa: PLC0415 (needs rosbags)
+
+    for ros in (1, 2, "mcap"):
+        bag = Bag(tmp_path_factory.mktemp("bags") / "run", ros)
+        for k in range(6):
+            bag.odometry(10.0 + k, 0.3 * k, 0.0, 0.05 * k)
+            bag.scan(10.2 + k)
+        path = bag.close()
+        inside = [path] if path.is_file() else [f for f in path.iterdir() if f.suffix != ".yaml"]
+        files[f"run-{ros}{inside[0].suffix}"] = inside[0].read_bytes()
+    return files
 
 
-@given(
-    magic=st.sampled_from(
-        [
-            *(b"", b"\x1f\x8b\x08", b"PK\x03\x04", b"#ROSBAG V2.0\n", b"\x89MCAP0\r\n"),
-            *(b"SQLite format 3\0", b"VERTEX_SE2 ", b"FLASER ", b"ROBOTLASER1 ", b"1 2\n"),
-        ]
+WOUNDS = st.lists(
+    st.tuples(
+        st.integers(0, 10**6),
+        st.sampled_from([0, 1, 1, 4, 40, 400]),  # bytes that go
+        st.sampled_from([b"nan", b"1e309", b"-1", b"9" * 30, b"8.191", b"\n", b"\0", b"FLASER 2 "])
+        | st.binary(max_size=12),
     ),
-    garbage=st.binary(max_size=300),
-    strict=st.booleans(),
+    min_size=1,
+    max_size=3,
 )
-@settings(deadline=None, max_examples=250)
-def test_garbage_raises_nothing_but_log_errors(scratch, magic, garbage, strict):
-    scratch.write_bytes(magic + garbage)
+
+
+@given(which=st.integers(0, 10**6), wounds=WOUNDS, strict=st.booleans())
+def test_a_damaged_file_is_refused_or_what_it_gives_is_whole(
+    scratch, good_files, which, wounds, strict
+):
+    data = list(good_files.values())[which % len(good_files)]
+    for place, gone, put in wounds:
+        start = place % (len(data) + 1)
+        data = data[:start] + put + data[start + gone :]
+    scratch.write_bytes(data)
+    log, told = None, []
     try:
-        log = read_log(scratch, strict=strict, angles=(0.0, 1.0))
-    except LogError:
-        return
-    assert len(log) > 0
+        log = read_log(scratch, strict=strict, angles=(-1.5, 1.5))
+        told = [skipped.reason for skipped in log.skipped]
+    except LogError as error:
+        told = [str(error).replace(str(scratch), "")]
+    assert all(len(each) <= 300 for each in told)
+    if log is not None:
+        assert len(log) > 0
+        assert all(np.isfinite(scan.points).all() for scan in log.scans)
+        assert all(p is None or np.isfinite(p).all() for p in (log.odometry, log.reference))
 
 
 def test_a_line_that_is_too_long_is_refused(save, flaser, monkeypatch):
@@ -181,12 +204,6 @@ def test_a_bomb_takes_little_memory(save, content, monkeypatch):
         assert tracemalloc.get_traced_memory()[1] < 24 << 20
     finally:
         tracemalloc.stop()
-
-
-def test_a_message_stays_short(save, flaser):
-    fields = flaser([1.0, 2.0]).split()
-    fields[-3:-1] = "9" * 3000, "h" * 3000
-    assert len(read_log(save(flaser([1.0] * 2) + " ".join(fields))).skipped[0].reason) <= 180
 
 
 def test_a_log_holds_one_pose_for_each_scan_and_says_so_in_a_line(save, run):

@@ -139,17 +139,13 @@ def test_options(bag):
     np.testing.assert_allclose(log.odometry, [[-0.1, 0.2, math.pi / 2 + 0.3]])
 
 
-def test_no_odometry_is_none(bag):
-    bag.scan(10.0)
-    path = bag.close()
-    assert read_log(path).odometry is None
-    with pytest.raises(LogError, match="`odometry_topic` is '/odom', the bag has None"):
-        read_log(path, odometry_topic="/odom")
-
-
 def test_a_header_without_time_takes_that_of_the_bag(any_bag):
     any_bag.scan(10.0, header=0.0)
-    assert read_log(any_bag.close()).stamps.tolist() == [10.5]
+    path = any_bag.close()
+    log = read_log(path)
+    assert (log.stamps.tolist(), log.odometry) == ([10.5], None)
+    with pytest.raises(LogError, match="`odometry_topic` is '/odom', the bag has None"):
+        read_log(path, odometry_topic="/odom")
 
 
 def test_a_topic_is_chosen_where_there_are_several(any_bag):
@@ -180,41 +176,6 @@ def test_a_scan_outside_the_odometry_is_skipped(bag):
         read_log(path, strict=True)
 
 
-def test_a_pose_that_is_no_number_is_skipped(bag):
-    bag.scan(10.0)
-    bag.odometry(10.0, math.nan, 0.0, 0.0)
-    bag.odometry(10.0, 1.0, 0.0, 0.0)
-    log = read_log(bag.close())
-    assert log.odometry.tolist() == [[1.0, 0.0, 0.0]]
-    assert "its pose is not within 1e+09 m" in log.skipped[0].reason
-
-
-def test_bags_without_scans(bag):
-    bag.odometry(10.0, 0.0, 0.0, 0.0)
-    with pytest.raises(LogError, match="a bag without any scan, expected sensor_msgs/msg/Las"):
-        read_log(bag.close())
-
-
-def test_bags_without_a_usable_scan_or_pose(bag):
-    bag.scan(10.0)
-    bag.odometry(90.0, 0.0, 0.0, 0.0)
-    with pytest.raises(LogError, match=r"no usable scan in the bag; 1 damaged, the"):
-        read_log(bag.close())
-
-
-def test_only_unusable_odometry(bag):
-    bag.scan(10.0)
-    bag.odometry(10.0, math.inf, 0.0, 0.0)
-    with pytest.raises(LogError, match="no usable nav_msgs/msg/Odometry message on /odom; 1 dam"):
-        read_log(bag.close())
-
-
-def test_a_ros_1_bag_is_told_from_its_content(tmp_path):
-    bag = Bag(tmp_path / "run.log", ros=1)
-    bag.scan(10.0)
-    assert read_log(bag.close()).format == "ros"
-
-
 @pytest.mark.parametrize("ros", [2, "mcap"])
 def test_the_file_inside_a_ros_2_bag(tmp_path, ros):
     bag = Bag(tmp_path / "run", ros)
@@ -223,13 +184,30 @@ def test_the_file_inside_a_ros_2_bag(tmp_path, ros):
     assert len(read_log(storage)) == 1
 
 
+@pytest.mark.parametrize(
+    ("stamps", "poses", "message"),
+    [
+        ((), (0.0,), "a bag without any scan, expected sensor_msgs/msg/Las"),
+        ((90.0,), (0.0,), "no usable scan in the bag; 1 damaged, the"),
+        ((10.0,), (math.inf,), "no usable nav_msgs/msg/Odometry message on /odom; 1 dam"),
+    ],
+)
+def test_bags_without_a_usable_scan_or_pose(bag, stamps, poses, message):
+    for stamp in stamps:
+        bag.scan(stamp)
+    for x in poses:
+        bag.odometry(10.0, x, 0.0, 0.0)
+    with pytest.raises(LogError, match=message):
+        read_log(bag.close())
+
+
 def test_a_cut_bag(any_bag):
     for k in range(20):
         any_bag.scan(10.0 + k)
     path = any_bag.close()
     (file,) = [path] if path.is_file() else [f for f in path.iterdir() if f.suffix != ".yaml"]
     whole = file.read_bytes()
-    for cut in (20, len(whole) // 2, len(whole) - 10):
+    for cut in (20, len(whole) // 2):
         file.write_bytes(whole[:cut])
         with pytest.raises(LogError, match=r"run(\.bag)?:"):
             read_log(path, strict=True)
@@ -250,13 +228,12 @@ def test_signalling_nan_and_huge_poses_pass_without_a_warning(bag):
     bag.odometry(10.0, 1.0, 0.0, 0.0)
     log = read_log(bag.close())
     assert log.scans[0].beams.tolist() == [1]
-    assert len(log.skipped) == 1
+    assert "its pose is not within 1e+09 m" in log.skipped[0].reason
 
 
 @pytest.mark.parametrize(
     ("orientation", "reason"),
     [
-        ((0.0, 0.0, 0.0, 0.0), "its quaternion has length 0, expected 1"),
         ((0.0, 0.0, 2.0, 2.0), "its quaternion has length 2.828, expected 1"),
         ((0.0, 0.0, math.nan, 1.0), "its quaternion has length nan, expected 1"),
     ],
@@ -281,16 +258,3 @@ def test_an_odometry_that_falls_silent_is_told(bag):
         "the odometry is silent for 100.0 s from 10.2 s on; the poses of scans in it are "
         "interpolated",
     )
-
-
-def test_a_bag_that_fails_without_a_word_names_the_error(any_bag, monkeypatch):
-    any_bag.scan(10.0)
-    path = any_bag.close()
-
-    def fail(self):
-        raise EOFError
-
-    for kind in (rosbag1.Reader, rosbag2.Reader):
-        monkeypatch.setattr(kind, "open", fail)
-    with pytest.raises(LogError, match="the bag cannot be opened: EOFError"):
-        read_log(path)

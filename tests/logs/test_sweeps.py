@@ -29,11 +29,7 @@ def saved(save, line, rows, **options):
 
 CODES = [
     (8.183, 8.187, 8.191),
-    (8.191,),
-    (16.383,),
-    (32.759, 32.763, 32.767),
     (32.77,),
-    (50.0,),
     (50.9, 51.07, 51.11, 51.16),
     (81.83, 81.91),
     (30.0,),
@@ -56,9 +52,8 @@ def test_a_number_that_repeats_at_the_top_makes_no_point(save, flaser, codes, sh
     assert len(remark) < 200
 
 
-@pytest.mark.parametrize("longest", [8.187, 10.0, 16.38, 30.0, 32.765, 51.0])
-@pytest.mark.parametrize("digits", [2, 3])
-@pytest.mark.parametrize("noise", [0.0, 0.01])
+@pytest.mark.parametrize("longest", [8.187, 30.0, 51.0])
+@pytest.mark.parametrize(("digits", "noise"), [(2, 0.01), (3, 0.0)])
 @pytest.mark.parametrize("stands", [False, True])
 def test_a_wall_at_the_top_is_a_wall(save, flaser, longest, digits, noise, stands):
     path = PATH[[3] * 30] if stands else PATH
@@ -83,13 +78,8 @@ def test_a_scanner_that_sees_farther_has_no_code_there(save, flaser):
     ("declared", "codes"),
     [
         (8.19, (8.183, 8.191)),
-        (8.2, (8.183, 8.191)),
-        (9.0, (8.183, 8.191)),
-        (33.0, (32.767,)),
         (40.0, (32.763, 32.767)),
         (81.92, (81.83, 81.91)),
-        (82.0, (81.83, 81.91)),
-        (100.0, (81.83, 81.91)),
     ],
 )
 def test_a_declared_maximum_above_the_code_keeps_none(save, robotlaser, declared, codes):
@@ -116,8 +106,7 @@ def test_the_caller_has_the_last_word(save, flaser):
         read_log(path, no_return="all")
 
 
-@pytest.mark.parametrize("code", [12.0, 30.0])
-@pytest.mark.parametrize("share", [0.02, 0.4])
+@pytest.mark.parametrize(("code", "share"), [(12.0, 0.4), (30.0, 0.02)])
 def test_a_code_that_jitters_by_millimetres_is_a_code(save, flaser, code, share):
     rows = sweeps(0.9 * code)
     rng = np.random.default_rng(2)

@@ -4,15 +4,11 @@ import numpy as np
 import pytest
 
 from labkit.correspondences import Correspondences, distance_gate, overlap, pairs_at
-from labkit.errors import InvalidPointsError
 from labkit.icp import icp
 from labkit.parameters import IcpParameters
 from labkit.plotting import Fate, fates, plot_correspondences
 from labkit.se2 import apply
-from labkit.simulation import lesson_experiment
 from labkit.target import Target
-
-GATES = (0.02, 0.1, 0.5, np.inf)
 
 
 def random_pairs(rng, count=200):
@@ -36,7 +32,7 @@ def random_pairs(rng, count=200):
     )
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_fates_partition_the_pairs_as_the_masks_say(seed):
     pairs = random_pairs(np.random.default_rng(seed))
     fate = fates(pairs)
@@ -49,21 +45,6 @@ def test_fates_partition_the_pairs_as_the_masks_say(seed):
     assert sum(np.count_nonzero(fate == each) for each in Fate) == len(fate)
 
 
-@pytest.mark.parametrize("gate", GATES)
-@pytest.mark.parametrize("metric", ["point_to_point", "point_to_line"])
-def test_the_two_kept_fates_are_the_inliers(gate, metric):
-    experiment = lesson_experiment()
-    parameters = IcpParameters(max_correspondence_distance=gate, metric=metric, max_iterations=2)
-    result = icp(experiment.source, experiment.target, experiment.T_init, parameters)
-    fate = fates(result.correspondences)
-    kept = np.count_nonzero((fate == Fate.DOWN_WEIGHTED) | (fate == Fate.KEPT))
-    assert kept == result.inlier_count
-    if metric == "point_to_point":
-        assert not (fate == Fate.NO_LINE).any()
-    if gate == np.inf:
-        assert not (fate == Fate.GATED).any()
-
-
 @pytest.fixture(scope="module")
 def first(lesson):
     """The association at the lesson's guess, where all four fates occur."""
@@ -72,13 +53,9 @@ def first(lesson):
     return pairs_at(points, target, experiment.T_init, lesson.parameters)
 
 
-def draw(ax, lesson, pairs):
-    experiment = lesson.experiment
-    return plot_correspondences(ax, experiment.target, pairs)
-
-
 def test_each_pair_is_one_line_of_its_fate(ax, lesson, first):
-    assert draw(ax, lesson, first) is ax
+    assert plot_correspondences(ax, lesson.experiment.target, first) is ax
+    assert ax.get_title() == f"{first.inlier_count} of 597 pairs are inliers"
     shown = [Fate.GATED, Fate.TRIMMED, Fate.DOWN_WEIGHTED, Fate.KEPT]
     moved = apply(lesson.experiment.T_init, lesson.experiment.source.points)
     partner = lesson.experiment.target.points[first.target_index]
@@ -92,19 +69,6 @@ def test_each_pair_is_one_line_of_its_fate(ax, lesson, first):
         np.testing.assert_allclose(points.get_xydata(), moved[chosen], atol=1e-12)
 
 
-def test_the_legend_counts(ax, lesson, first, labels):
-    draw(ax, lesson, first)
-    assert labels(ax) == [
-        "target (615 points)",
-        *(
-            f"{fate.label}: {np.count_nonzero(fates(first) == fate)}"
-            for fate in Fate
-            if fate is not Fate.NO_LINE
-        ),
-    ]
-    assert ax.get_title() == f"{first.inlier_count} of 597 pairs are inliers"
-
-
 def test_pairs_without_a_line_show_where_they_occur(ax, labels):
     grid = np.stack(np.meshgrid(np.arange(6.0), [0.0]), axis=-1).reshape(-1, 2)
     target = np.vstack([grid, [[40.0, 40.0]]])
@@ -113,8 +77,3 @@ def test_pairs_without_a_line_show_where_they_occur(ax, labels):
     count = np.count_nonzero(fates(result.correspondences) == Fate.NO_LINE)
     assert count > 0
     assert f"no line: {count}" in labels(ax)
-
-
-def test_a_target_that_cannot_be_meant(ax, first):
-    with pytest.raises(InvalidPointsError, match="`target` is empty"):
-        plot_correspondences(ax, np.empty((0, 2)), first)

@@ -1,7 +1,6 @@
 """The panels of a run: each step a dot, each fallback a mark."""
 
 import numpy as np
-import pytest
 
 from labkit.line_alignment import MIN_INFORMATION
 from labkit.odometry import Decision, SanityLimits, StepRecord
@@ -83,27 +82,6 @@ def test_limits_are_dashed_lines():
         np.testing.assert_allclose(line.get_ydata(), bound)
     assert axes[0].get_ylim()[1] > 0.15
     assert axes[2].get_ylim()[1] < 20.0  # 90° would flatten what there is to see
-
-
-@pytest.mark.parametrize("limits", [None, SanityLimits()])
-def test_marks_at_zero_and_at_the_greatest_value_stay_whole(limits):
-    steps = [(0.0, 0.0, 0.0, 0.0), (0.1, 1.0, 0.2, 0.3)]
-    names = ("rmse", "inlier_ratio", "rotation", "information")
-    records = [
-        StepRecord(
-            increment=np.zeros(3), decision=Decision.PRIOR, **dict(zip(names, step, strict=True))
-        )
-        for step in steps
-    ]
-    figure = book_figure(7.0)
-    axes = plot_quality(figure, records, limits=limits)
-    figure.draw_without_rendering()
-    for ax in axes[:4]:
-        (line,) = marks(ax, Decision.PRIOR)
-        at = ax.transData.transform(line.get_xydata())[:, 1]
-        half = line.get_markersize() / 2.0 * figure.dpi / 72.0
-        assert at.min() - half > ax.bbox.y0
-        assert at.max() + half < ax.bbox.y1
 
 
 def test_a_run_without_any_match():

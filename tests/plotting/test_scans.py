@@ -28,32 +28,12 @@ def test_the_source_is_drawn_where_the_transform_puts_it(ax):
     np.testing.assert_array_equal(target.get_xydata(), TARGET)
 
 
-def test_axes_title_and_legend(ax, labels):
-    plot_scans(ax, SOURCE, TARGET)
-    assert ax.get_aspect() == 1.0
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x [m]", "y [m]")
-    assert ax.get_title() == "Scans as measured"
-    assert labels(ax) == ["target (2 points)", "source (3 points)"]
-    plot_scans(ax, SOURCE, TARGET, np.eye(3))
-    assert ax.get_title() == "Source moved onto the target"
-
-
-def test_source_and_target_differ_without_colour(ax):
-    plot_scans(ax, SOURCE, TARGET)
-    target, source = ax.lines
-    assert target.get_marker() != source.get_marker()
-    assert source.get_markerfacecolor() == "none"
-
-
 @pytest.mark.parametrize(
     ("source", "target", "T", "message"),
     [
         (np.empty((0, 2)), TARGET, None, r"`source` is empty, got shape \(0, 2\)"),
-        (SOURCE, Scan.from_ranges([np.inf], [0.0]), None, r"`target` is empty"),
-        (SOURCE.T, TARGET, None, r"`source` must have shape \(N, 2\), got \(2, 3\); transpose"),
         (SOURCE, [[0.0, np.nan]], None, r"`target` must be finite, got \[0.0, nan\] at index 0"),
         (SOURCE, TARGET, 2.0 * np.eye(3), r"`T_target_source` must be a proper rigid"),
-        (SOURCE, TARGET, np.full((3, 3), np.nan), r"`T_target_source` must be"),
     ],
 )
 def test_bad_input(ax, source, target, T, message):

@@ -22,16 +22,7 @@ def test_the_line_is_the_trajectory(ax, labels):
     np.testing.assert_array_equal(lines["estimate"].get_xydata(), POSES[:, :2])
     np.testing.assert_array_equal(lines["start"].get_xydata(), POSES[:1, :2])
     np.testing.assert_array_equal(lines["end"].get_xydata(), POSES[-1:, :2])
-    assert lines["start"].get_marker() != lines["end"].get_marker()
     assert labels(ax) == ["estimate", "start", "end"]
-
-
-def test_where_the_path_closes_the_start_is_seen_round_the_end(ax):
-    plot_trajectory(ax, [*POSES, POSES[0]])
-    start, end = by_label(ax)["start"], by_label(ax)["end"]
-    assert start.get_markerfacecolor() == "none"
-    inside = start.get_markersize() - start.get_markeredgewidth()
-    assert inside > np.sqrt(2.0) * end.get_markersize()
 
 
 def test_the_map_is_drawn_point_for_point_and_rasterised(ax, labels):
@@ -42,24 +33,12 @@ def test_the_map_is_drawn_point_for_point_and_rasterised(ax, labels):
     assert labels(ax)[-1] == "map"
 
 
-def test_the_reference_is_dashed(ax, labels):
+def test_the_reference_is_another_line(ax, labels):
     reference = POSES + 0.1
     plot_trajectory(ax, POSES, reference=reference)
     lines = by_label(ax)
     np.testing.assert_array_equal(lines["reference"].get_xydata(), reference[:, :2])
-    assert (lines["reference"].get_linestyle(), lines["estimate"].get_linestyle()) == ("--", "-")
     assert labels(ax) == ["reference", "estimate", "start", "end"]
-
-
-@pytest.mark.parametrize(
-    ("scale", "title"),
-    [(1.0, "Trajectory: 3 poses, 7.0 m"), (1000.0, "Trajectory: 3 poses, 7.00 km")],
-)
-def test_title_and_axes(ax, scale, title):
-    plot_trajectory(ax, POSES * scale)
-    assert ax.get_title() == title
-    assert ax.get_aspect() == 1.0
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x [m]", "y [m]")
 
 
 @pytest.mark.parametrize(
@@ -76,20 +55,13 @@ def test_bad_input_draws_nothing(ax, arguments, message):
     assert not ax.lines
 
 
-def make_run(rng, lengths=(5, 0, 1, 12)):
-    poses = rng.uniform(-10.0, 10.0, (len(lengths), 3))
-    return poses, [Scan.from_points(rng.normal(size=(n, 2))) if n else EMPTY for n in lengths]
-
-
 EMPTY = Scan.from_ranges([np.inf], [0.0])
 
 
 def test_the_map_is_each_scan_at_its_pose():
-    poses, scans = make_run(np.random.default_rng(3))
-    expected = np.vstack(
-        [apply(from_xytheta(pose), scan.points) for pose, scan in zip(poses, scans, strict=True)]
-    )
-    np.testing.assert_allclose(map_points(poses, scans), expected, atol=1e-12)
+    scans = [SCANS[0], EMPTY, SCANS[2]]
+    expected = [apply(from_xytheta(POSES[k]), scans[k].points) for k in (0, 2)]
+    np.testing.assert_allclose(map_points(POSES, scans), np.vstack(expected), atol=1e-12)
 
 
 def test_far_points_are_left_out():
@@ -104,10 +76,8 @@ def test_far_points_are_left_out():
     ("poses", "count", "message"),
     [
         (np.zeros((2, 3)), 3, "must be one to one, got 3 scans and 2 poses"),
-        (np.zeros((2, 2)), 2, r"`poses` must have shape \(K, 3\), .* got \(2, 2\)"),
         (np.zeros((0, 3)), 0, r"`poses` needs at least 1 pose, got 0"),
         ([[0, 0, np.nan]], 1, r"`poses` must be finite, got \[0.0, 0.0, nan\] at index 0"),
-        ("abc", 1, "`poses` must hold numbers, got 'abc'"),
     ],
 )
 def test_what_makes_no_map(poses, count, message):

