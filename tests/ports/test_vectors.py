@@ -66,7 +66,7 @@ def test_they_are_small_and_reach_every_termination():
 # ---------------------------------------------------------------- edges
 
 POSTS = [[0.0, 0.0], [4.0, 0.1], [0.2, 3.0], [5.0, 4.0]]
-PLAIN = {"overlap_ratio": 1.0, "cost_tolerance": 0.0}
+ONE = {"max_iterations": 1}
 
 
 def shifted(by):
@@ -74,38 +74,28 @@ def shifted(by):
 
 
 @pytest.mark.parametrize(
-    ("source", "target", "parameters", "edge"),
+    ("source", "target", "parameters"),
     [
-        ([[2.0, 0.0], *POSTS], [[1.0, 0.0], [3.0, 0.0], *POSTS[1:]], PLAIN, "equally near"),
-        (shifted(0.25), POSTS, PLAIN | {"max_correspondence_distance": 0.25}, "on the gate"),
-        (shifted(0.25), POSTS, PLAIN | {"overlap_ratio": 0.8}, "overlap's boundary"),
-        (shifted(0.25), POSTS, PLAIN | {"translation_tolerance": 0.251}, "a translation step of"),
-        (shifted(0.25), POSTS, PLAIN | {"cost_tolerance": 0.0601}, "a cost change of"),
-        (POSTS, POSTS, PLAIN | {"rotation_tolerance": 1e-6}, None),
+        ([[2.0, 1.0], *POSTS[1:]], [[1.75, 1.0], [2.25, 1.0], *POSTS[1:]], ONE),
+        (shifted(0.25), POSTS, {"max_correspondence_distance": 0.25}),
+        ([[0.25, 0], [4, 0.35], [0.2, 3.25], [5.25, 4]], POSTS, {"overlap_ratio": 0.75} | ONE),
+        (shifted(0.25), POSTS, {"translation_tolerance": 0.25, "rotation_tolerance": 1.0}),
+        (shifted(0.25), POSTS, {"cost_tolerance": 0.06}),
     ],
 )
-def test_a_run_on_an_edge_is_refused(source, target, parameters, edge):
-    files = {"t": target, "s": source, "p": parameters}
+def test_a_run_on_an_edge_is_refused(source, target, parameters):
+    told = {"overlap_ratio": 1.0, "cost_tolerance": 0.0} | parameters
+    files = {"t": target, "s": source, "p": told}
     case = Case(name="edge", group="run", command=["match", "t", "s", "p"])
-    if edge is None:
+    with pytest.raises(OnAnEdgeError, match="edge: a relative jitter"):
         refuse_edges(case, files)
-    else:
-        with pytest.raises(OnAnEdgeError, match=edge):
-            refuse_edges(case, files)
+    refuse_edges(case, files | {"s": POSTS, "p": {"overlap_ratio": 1.0}})
 
 
-@pytest.mark.parametrize(
-    ("pairs", "edge"),
-    [
-        ([[0, 0, 0, 0, 1.0], [1, 0, 1, 0, 3e-20]], "spread of the source, 1.73e-10, stands beside"),
-        ([[1, 0, 1, 0], [0, 1, 0, -1 - 2e-10], [-1, 0, -1, 0], [0, -1, 0, 1]], "strength of the"),
-        ([[900, 0, 1, 0], [900, 1e-4, 1, 1e-4]], "a relative jitter of 1e-13 changes it"),
-    ],
-)
-def test_an_alignment_on_an_edge_is_refused(pairs, edge):
+def test_an_alignment_on_an_edge_is_refused():
     case = Case(name="edge", group="alignment", command=["align", "pairs"])
-    with pytest.raises(OnAnEdgeError, match=edge):
-        refuse_edges(case, {"pairs": pairs})
+    with pytest.raises(OnAnEdgeError, match="edge: a relative jitter"):
+        refuse_edges(case, {"pairs": [[900, 0, 1, 0], [900, 1e-4, 1, 1e-4]]})
 
 
 # ---------------------------------------------------------------- the comparison
