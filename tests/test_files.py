@@ -89,13 +89,6 @@ def test_links_are_followed_and_permissions_kept(tmp_path):
     assert target.stat().st_mode & 0o777 == 0o640
 
 
-def test_a_device_is_written_to_and_stays_a_device():
-    with atomic_write(os.devnull) as file:
-        file.write("nowhere")
-    assert os.path.exists(os.devnull)
-    assert not os.path.isfile(os.devnull)
-
-
 @pytest.mark.skipif(not os.path.exists("/dev/fd"), reason="needs the file descriptors of POSIX")
 def test_a_pipe_is_written_to_by_the_name_given():
     """As /dev/stdout, whose links end in a name that nothing bears."""

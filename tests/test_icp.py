@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from labkit import IcpParameters, Scan, Target, Termination, icp
 from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.se2 import apply, invert, rotation, to_xytheta, transform, wrap
-from labkit.simulation import Lidar, cast, corridor, lesson_experiment, room
+from labkit.simulation import Lidar, cast, lesson_experiment, room
 
 PI = math.pi
 BY_POINT = IcpParameters()
@@ -427,19 +427,6 @@ def test_a_straight_wall_is_solved_across_and_left_at_the_guess_along(direction)
     centre = apply(invert(T), inner).mean(axis=0)
     moved = apply(result.T_target_source, [centre])[0] - apply(guess, [centre])[0]
     assert abs(moved @ along) < 1e-3 * slide
-
-
-def test_a_corridor_leaves_the_drive_at_the_guess():
-    T = transform(0.3, 0.05, 0.02)
-    lidar = Lidar(noise_std=0.0)
-    target, source = (cast(corridor(), pose, lidar, rng=0) for pose in (np.eye(3), T))
-    for guess in (0.0, 0.15):
-        result = icp(source, target, transform(guess, 0.0, 0.0), BY_LINE)
-        x, y, theta = to_xytheta(result.T_target_source)
-        assert result.converged
-        assert abs(x - guess) < 0.01
-        assert y == pytest.approx(0.05, abs=1e-3)
-        assert theta == pytest.approx(0.02, abs=1e-3)
 
 
 def test_the_history_keeps_the_guess_when_the_callers_array_is_filled_anew():

@@ -37,10 +37,6 @@ def wall(direction=0.0, count=21):
     return points, np.broadcast_to(-away, (count, 2)), np.ones(count)
 
 
-def residuals(T, source, target, normals):
-    return (normals * (apply(T, source) - target)).sum(axis=1)
-
-
 @given(seeds, st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1))
 def test_gauss_newton_converges_quadratically(seed, x, y, turn):
     target, normals, weights = surface(seed)
@@ -52,26 +48,6 @@ def test_gauss_newton_converges_quadratically(seed, x, y, turn):
     errors = [np.abs(step - T).max() for step in (np.eye(3), first, third)]
     assert errors[1] <= 3.0 * errors[0] ** 2 + 1e-12
     np.testing.assert_allclose(third, T, atol=1e-10)
-
-
-@given(seeds)
-def test_the_step_solves_the_linearised_least_squares(seed):
-    """Against `lstsq` on the numerical Jacobian, with noise that no motion explains."""
-    target, normals, weights = surface(seed)
-    rng = np.random.default_rng(seed)
-    source = target + rng.normal(0.0, 1e-4, target.shape)
-    h = 1e-6
-    columns = [
-        residuals(transform(*(+h * e)), source, target, normals)
-        - residuals(transform(*(-h * e)), source, target, normals)
-        for e in np.eye(3)
-    ]
-    J = np.column_stack(columns) / (2.0 * h)
-    root = np.sqrt(weights)
-    r = residuals(np.eye(3), source, target, normals)
-    expected = np.linalg.lstsq(root[:, None] * J, -root * r, rcond=None)[0]
-    step = to_xytheta(align_to_lines(source, target, normals, weights))
-    np.testing.assert_allclose(step, expected, atol=1e-7)  # second order: |step|² ~ 1e-8
 
 
 @given(seeds, st.floats(-5, 5), st.floats(-5, 5), angles)
@@ -148,7 +124,7 @@ def test_a_share_of_one_is_point_to_point(seed):
     np.testing.assert_allclose(step, align(source, target, weights), atol=1e-6)
 
 
-@given(seeds, st.floats(0.05, 0.95))
+@given(seeds, st.floats(0.0, 0.95))
 def test_a_share_minimises_the_sum_of_both_costs(seed, share):
     """Against `lstsq` on the rows of both metrics, each with the root of its share."""
     source, target, normals, weights = scene(seed)

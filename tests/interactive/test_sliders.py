@@ -52,8 +52,3 @@ def test_other_sliders_reach_the_page_with_their_values():
 def test_a_slider_that_cannot_be_is_named(sliders):
     with pytest.raises(LabkitError, match=f"{next(iter(sliders))!r}"):
         icp_sliders(SOURCE, TARGET, sliders=sliders)
-
-
-def test_what_cannot_be_a_pose_is_refused():
-    with pytest.raises(LabkitError, match="`T_reference`"):
-        icp_sliders(SOURCE, TARGET, T_reference=np.ones((3, 3)))

@@ -55,12 +55,6 @@ def test_robotlaser_declares_beams_maximum_and_remissions(save, robotlaser):
     assert read_log(path, range_max=10.0).scans[0].beams.tolist() == [0]
 
 
-def test_robotlaser_step_is_refined_by_the_field_of_view(save, robotlaser):
-    line = robotlaser([1.0] * 180).replace(str(180 * 0.017453), "3.141593")
-    angles = read_log(save(line)).scans[0].angles
-    np.testing.assert_allclose(angles, np.radians(-90.0 + np.arange(180)), atol=1e-6)
-
-
 def test_other_first_words_are_passed_over(save, flaser):
     text = "NEFF 3\nRAWLASER1 garbage\nTRUEPOS 1 2 3\n\n" + flaser(FOUR) + "SYNC x\n"
     log = read_log(save(text + "ODOM 1 2 3 0 0 0 5.0 host 6.0\n"), strict=True)

@@ -1,6 +1,5 @@
 """Axes of no pyplot, and one run of the lesson's experiment."""
 
-import sys
 from types import SimpleNamespace
 
 import pytest
@@ -29,11 +28,3 @@ def lesson():
 def labels():
     """A function that reads the legend of an axes."""
     return lambda ax: [text.get_text() for text in ax.get_legend().get_texts()]
-
-
-@pytest.fixture(autouse=True)
-def no_figure_left_open():
-    """No plotter may leave a figure in pyplot's hands, if anybody imported it at all."""
-    yield
-    if "matplotlib.pyplot" in sys.modules:
-        assert sys.modules["matplotlib.pyplot"].get_fignums() == []

@@ -59,13 +59,6 @@ def test_headings_stay_wrapped():
     assert (steps[:, 2] <= math.pi).all()
 
 
-def test_the_seed_decides():
-    poses = repeated([1.0, 0.0, 0.1], 5)
-    first, again = (wheel_increments(poses, WheelNoise(), rng=3) for _ in range(2))
-    np.testing.assert_array_equal(first, again)
-    assert not np.array_equal(first, wheel_increments(poses, WheelNoise(), rng=4))
-
-
 @pytest.mark.parametrize(("name", "value"), [("drift", math.nan)])
 def test_noise_out_of_range(name, value):
     with pytest.raises(InvalidParameterError, match=rf"`{name}` must be in \[0, 10\], got {value}"):

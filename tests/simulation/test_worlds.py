@@ -59,14 +59,6 @@ def test_a_corridor_hides_the_motion_along_it():
     np.testing.assert_allclose(ranges(corridor()), ranges(corridor(), x=3.0), rtol=1e-12)
 
 
-def test_a_corridor_has_no_end_in_reach():
-    blind = np.flatnonzero(np.isinf(ranges(corridor())))
-    width_at_reach = math.asin(1.0 / AROUND.range_max)
-    ahead = np.abs(np.sin(AROUND.angles[blind])) <= math.sin(width_at_reach) + 1e-12
-    assert ahead.all()
-    assert blind.size
-
-
 def test_people_stand_clear_of_the_scanner_and_of_the_walls():
     world = crowd(50, rng=0)
     assert len(world.moving) == 50
