@@ -6,7 +6,6 @@ BIN := $(VENV)/bin
 READY := $(VENV)/ready
 BENCH := .venv-bench
 WARM = $(BIN)/python -m labkit.warm  # compiles the stages where they are new
-MUTANTS := .venv-mutants
 
 .DEFAULT_GOAL := help
 .PHONY: help book pdf student test others quick fix lab bench mutants lock dist clean
@@ -60,12 +59,8 @@ bench: ## time the lab's matcher beside others and write the book's page on it (
 	$(BENCH)/bin/python tests/bench/report.py $(BENCH)/results.json
 	@echo "The page is book/benchmark.md; make book shows it."
 
-mutants: ## change the core in some two thousand places, and list what its tests do not notice (an hour)
-	@test -x $(MUTANTS)/bin/python || $(PYTHON) -m venv $(MUTANTS)
-	$(MUTANTS)/bin/python -m pip install --quiet --disable-pip-version-check \
-	    --constraint requirements.txt mutmut==3.8.1 pytest hypothesis --editable .
-	PATH=$(CURDIR)/$(MUTANTS)/bin:$$PATH mutmut run --max-children 2
-	$(MUTANTS)/bin/mutmut results
+mutants: $(READY) ## change the core in sixty random places, and list what its tests do not notice
+	$(BIN)/python tests/mutants.py $(MUTANTS_OPTIONS)
 
 lock: ## resolve requirements.txt anew into requirements.lock, hashes and all
 	$(PYTHON) -m venv .venv-lock
@@ -78,7 +73,7 @@ dist: $(READY) ## build the wheel and the sdist into dist/
 	$(BIN)/python -c 'from setuptools.build_meta import *; build_sdist("dist"); build_wheel("dist")'
 
 clean: ## remove all that these commands made, .venv included
-	rm -rf $(VENV) .venv-wolfram .venv-graders .venv-lock $(BENCH) $(MUTANTS) mutants _build build dist
+	rm -rf $(VENV) .venv-wolfram .venv-graders .venv-lock $(BENCH) _build build dist
 	rm -rf book/_static/vendor *.egg-info
 	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -prune -exec rm -rf {} +
