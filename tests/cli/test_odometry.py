@@ -81,23 +81,6 @@ def test_a_trajectory_as_a_graph(run, carmen_log, tmp_path):
     assert (words.count("VERTEX_SE2"), words.count("EDGE_SE2")) == (8, 7)
 
 
-def test_a_robot_that_stays_in_its_place(run, carmen_log, files, tmp_path):
-    """No rigid alignment is the best one there; the first poses are aligned instead."""
-    ranges = carmen_log[0].read_text().split()[2:183]
-    head = f"ROBOTLASER1 0 {-np.pi / 2} {np.pi} {np.pi / 180} 80 0.1 0 181 {' '.join(ranges)} 0"
-    lines = []
-    for k in range(5):
-        pose = f"0 0 {0.05 * k}"
-        lines += [f"VERTEX_SE2 {k} {pose}", f"{head} {pose} {pose} 0 0 0 0 0 {k} robot {k}"]
-    (tmp_path / "still.g2o").write_text("\n".join(lines) + "\n")
-    status, out, _ = run("odometry", "still.g2o", "--plot", "none")
-    assert status == 0
-    assert files() == ["still-odometry.tum", "still-quality.csv", "still.g2o"]
-    assert "wrote still-odometry.tum, still-quality.csv\n" in out
-    assert "odometry, ATE, first poses aligned" in out
-    assert "prior, ATE, first poses aligned" in out
-
-
 def test_the_head_of_killian_against_its_reference(run, files):
     """The built-in run: simulated wheels, errors of the odometry and of the prior."""
     status, out, _ = run("odometry", "killian", "--scans", "60", "--plot", "none")

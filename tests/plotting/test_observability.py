@@ -6,7 +6,6 @@ from matplotlib.quiver import Quiver
 
 from labkit.line_alignment import line_information
 from labkit.plotting import plot_observability
-from labkit.plotting.observability import motion_field
 from labkit.se2 import rotation
 
 X = np.linspace(-5.0, 5.0, 101)
@@ -49,14 +48,3 @@ def test_a_room_has_no_free_direction(ax, labels):
     plot_observability(ax, points, line_information(points, normals))
     assert ax.get_title().startswith("no free directions\nsmallest information 0.")
     assert labels(ax)[1].startswith("fixed, known least: ")
-
-
-def test_the_field_is_a_small_motion():
-    """Against the motion itself, turned about the centre by a tiny angle and shifted."""
-    information = line_information(WALL, UP)
-    direction = np.array([0.3, -0.5, 0.8])
-    small = 1e-6
-    turn = rotation(small * direction[2] / information.length)
-    moved = (WALL - information.center) @ turn.T + information.center + small * direction[:2]
-    field = motion_field(information, direction, WALL)
-    np.testing.assert_allclose((moved - WALL) / small, field, atol=1e-5)

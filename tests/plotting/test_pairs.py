@@ -1,48 +1,16 @@
 """Every pair has one fate, as the masks say, and is one line in the look of its fate."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from labkit.correspondences import Correspondences, distance_gate, overlap, pairs_at
+from labkit.correspondences import pairs_at
 from labkit.icp import icp
 from labkit.parameters import IcpParameters
 from labkit.plotting import Fate, fates, plot_correspondences
 from labkit.se2 import apply
 from labkit.target import Target
-
-
-def random_pairs(rng, count=200):
-    """Masks in every combination, with `kept` and `weights` as ICP sets them."""
-    distances = rng.uniform(0.0, 0.8, count)
-    on_line = rng.random(count) < 0.6
-    gate, ratio = rng.choice([0.3, 0.6], 2)
-    kept = distance_gate(distances, gate) & overlap(distances, ratio) & on_line
-    return Correspondences(
-        source=np.zeros((count, 2)),
-        target=-np.ones((count, 2)),
-        normals=np.where(on_line[:, None], [1.0, 0.0], np.nan),
-        residuals=np.where(on_line, distances, np.nan),
-        gate=gate,
-        overlap_ratio=ratio,
-        huber_delta=0.2,
-        target_index=np.zeros(count, dtype=np.intp),
-        distances=distances,
-        kept=kept,
-        weights=np.where(kept, rng.choice([0.3, 1.0], count), 0.0),
-    )
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_fates_partition_the_pairs_as_the_masks_say(seed):
-    pairs = random_pairs(np.random.default_rng(seed))
-    fate = fates(pairs)
-    gate, overlap, full = pairs.within_gate, pairs.within_overlap, pairs.weights == 1.0
-    np.testing.assert_array_equal(fate == Fate.GATED, ~gate)
-    np.testing.assert_array_equal(fate == Fate.TRIMMED, gate & ~overlap)
-    np.testing.assert_array_equal(fate == Fate.NO_LINE, gate & overlap & ~pairs.kept)
-    np.testing.assert_array_equal(fate == Fate.DOWN_WEIGHTED, pairs.kept & ~full)
-    np.testing.assert_array_equal(fate == Fate.KEPT, full)
-    assert sum(np.count_nonzero(fate == each) for each in Fate) == len(fate)
 
 
 @pytest.fixture(scope="module")
@@ -51,6 +19,20 @@ def first(lesson):
     experiment = lesson.experiment
     points, target = experiment.source.points, Target(experiment.target)
     return pairs_at(points, target, experiment.T_init, lesson.parameters)
+
+
+def test_fates_partition_the_pairs_as_the_masks_say(lesson, first):
+    by_line = replace(lesson.parameters, metric="point_to_line")
+    scans, T = lesson.experiment, lesson.experiment.T_init
+    for pairs in (first, pairs_at(scans.source.points, Target(scans.target), T, by_line)):
+        fate, full = fates(pairs), pairs.weights == 1.0
+        gate, overlap = pairs.within_gate, pairs.within_overlap
+        np.testing.assert_array_equal(fate == Fate.GATED, ~gate)
+        np.testing.assert_array_equal(fate == Fate.TRIMMED, gate & ~overlap)
+        np.testing.assert_array_equal(fate == Fate.NO_LINE, gate & overlap & ~pairs.kept)
+        np.testing.assert_array_equal(fate == Fate.DOWN_WEIGHTED, pairs.kept & ~full)
+        np.testing.assert_array_equal(fate == Fate.KEPT, full)
+    assert (fate == Fate.NO_LINE).any()
 
 
 def test_each_pair_is_one_line_of_its_fate(ax, lesson, first):
