@@ -82,9 +82,9 @@ def changed(text: str, number: int) -> tuple[str, str]:
 
 
 def is_noticed(lab: Path, module: str) -> bool:
-    """Whether a test of the module falls, or hangs."""
+    """Whether a test of the module or an example in it falls, or hangs."""
     told = {"PYTHONPATH": str(lab), "LABKIT_CACHE": str(lab / "cache"), "LABKIT_EXAMPLES": "quick"}
-    tests = [str(lab / "tests" / name) for name in TESTS[module]]
+    tests = [str(lab / "labkit" / module), *(str(lab / "tests" / name) for name in TESTS[module])]
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-m", "not slow", *tests]
     try:
         done = subprocess.run(

@@ -88,6 +88,22 @@ def test_around_a_sharp_corner_there_is_no_normal():
     np.testing.assert_allclose(normals[far], expected, atol=1e-9)
 
 
+def test_bare_points_get_the_line_through_their_seven_nearest(in_the_room):
+    """Against numpy: of those within 0.5 m, three or more, spread twice as far along as across."""
+    points = in_the_room.target.points[::9]
+    expected = np.full_like(points, np.nan)
+    for i, p in enumerate(points):
+        near = points[np.hypot(*(points - p).T).argsort(kind="stable")[:7]]
+        near = near[np.hypot(*(near - p).T) <= 0.5]
+        if len(near) >= 3:
+            (least, most), vectors = np.linalg.eigh(np.cov(near.T))
+            if least < 0.25 * most:
+                expected[i] = -np.sign(vectors[:, 0] @ p) * vectors[:, 0]
+    assert np.isnan(expected).any()
+    found = estimate_normals(Scan.from_points(points))
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
 @pytest.mark.parametrize("order", [lambda scan: scan, unordered])
 def test_a_lone_return_has_no_normal(order):
     lone = np.array([[1.0, 0.0]])

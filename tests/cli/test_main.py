@@ -159,10 +159,10 @@ def test_ctrl_c_while_the_command_loads_prints_no_traceback(start, module):
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for a child alone")
 def test_ctrl_c_leaves_no_file(tmp_path, carmen_log):
-    """The signal arrives at the hundredth of 240 scans: the command says so and writes nothing."""
+    """The signal arrives at the twentieth of 40 scans: the command says so and writes nothing."""
     log, _ = carmen_log
     long_log = tmp_path / "long.log"
-    long_log.write_text(log.read_text() * 30)
+    long_log.write_text(log.read_text() * 5)
     folder = tmp_path / "out"
     folder.mkdir()
     program = HEARING + (
@@ -170,14 +170,14 @@ def test_ctrl_c_leaves_no_file(tmp_path, carmen_log):
         "progress = odometry.tqdm\n"
         "def interrupted(scans, **options):\n"
         "    for k, scan in enumerate(progress(scans, **options)):\n"
-        "        if k == 100: os.kill(os.getpid(), signal.SIGINT)\n"
+        "        if k == 20: os.kill(os.getpid(), signal.SIGINT)\n"
         "        yield scan\n"
         "odometry.tqdm = interrupted; sys.exit(main())"
     )
     command = [sys.executable, "-c", program, "odometry", str(long_log)]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 130
-    assert "240 scans" in done.stdout
+    assert "40 scans" in done.stdout
     assert done.stderr.endswith("\nlabkit odometry: interrupted; no file is left half-written\n")
     assert "Traceback" not in done.stderr
     assert list(folder.iterdir()) == []

@@ -57,14 +57,7 @@ def test_the_quality_file_has_a_row_a_scan(run, carmen_log, tmp_path):
     assert (rows[0]["ambiguous"], rows[3]["ambiguous"], rows[3]["margin"]) == ("", "0", "")
 
 
-def test_none_writes_nothing(run, carmen_log, files):
-    nothing = ("--out", "none", "--quality", "none", "--plot", "none")
-    status, out, _ = run("odometry", carmen_log[0], *nothing)
-    assert (status, files()) == (0, [])
-    assert "wrote" not in out
-
-
-def test_a_table_of_ranges_needs_angles(run, carmen_log, tmp_path):
+def test_a_table_of_ranges_needs_angles_and_none_writes_nothing(run, carmen_log, files, tmp_path):
     rows = [scan.ranges for scan in read_log(carmen_log[0]).scans]
     np.savetxt(tmp_path / "scans.csv", rows, delimiter=",", fmt="%.4f")
     nothing = ("--out", "none", "--quality", "none", "--plot", "none")
@@ -73,6 +66,7 @@ def test_a_table_of_ranges_needs_angles(run, carmen_log, tmp_path):
     status, out, _ = run("odometry", "scans.csv", "--angles", -np.pi / 2, np.pi / 2, *nothing)
     assert (status, "prior: the last motion" in out) == (0, True)
     assert "7 from ICP (0 on the second attempt" in out
+    assert (files(), "wrote" in out) == (["scans.csv"], False)
 
 
 def test_a_trajectory_as_a_graph(run, carmen_log, tmp_path):

@@ -25,9 +25,12 @@ def picture(encoded):
     return Image.open(io.BytesIO(base64.b64decode(encoded)))
 
 
-def test_the_values_may_come_from_a_generator():
-    made = book(height / 2.0 for height in (1, 2, 3))
-    assert (made.readouts, len(made.pictures)) == (["0.5", "1.0", "1.5"], 3)
+def test_it_opens_at_its_start_and_says_its_values():
+    made = book((height / 2.0 for height in (1, 2, 3)), start=1)
+    assert (made.index, made.readouts, len(made.pictures)) == (1, ["0.5", "1.0", "1.5"], 3)
+    assert (made.label, made.alt) == ("height [m]", 'one "bar"')
+    with pytest.raises(InvalidParameterError, match="index of the 3 values, got -1"):
+        book(start=-1)
 
 
 def test_pictures_have_the_book_s_shape_and_differ():
@@ -40,18 +43,7 @@ def test_pictures_have_the_book_s_shape_and_differ():
         made.index = 3
 
 
-def test_it_opens_at_its_start_and_says_its_values():
-    made = book(start=1)
-    assert (made.index, made.readouts) == (1, ["1.0", "2.0", "3.0"])
-    assert (made.label, made.alt) == ("height [m]", 'one "bar"')
-
-
 @pytest.mark.parametrize("values", [[], [1.0, 1.0]])
 def test_values_that_make_no_slider_are_refused(values):
     with pytest.raises(InvalidParameterError, match="at least two that read differently, got"):
         book(values)
-
-
-def test_start_outside_the_values_is_refused():
-    with pytest.raises(InvalidParameterError, match="index of the 3 values, got -1"):
-        book(start=-1)

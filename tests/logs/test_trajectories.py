@@ -14,15 +14,6 @@ HALF = math.sqrt(0.5)
 coordinates = st.floats(-1e6, 1e6)
 
 
-def test_a_quarter_turn_as_it_stands_in_the_file(tmp_path):
-    path = tmp_path / "out.tum"
-    write_tum(path, [1031745824.658], [[1.5, -2.0, math.pi / 2]])
-    header, line = path.read_text().splitlines()
-    assert header.startswith("#")
-    assert line.startswith("1031745824.658 1.5 -2.0 0.0 0.0 0.0 0.7071067811865")
-    np.testing.assert_allclose(list(map(float, line.split()[6:])), [HALF, HALF])
-
-
 @given(
     rows=hnp.arrays(np.float64, st.tuples(st.integers(1, 10), st.just(3)), elements=coordinates),
     angles=st.lists(

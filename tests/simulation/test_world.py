@@ -10,20 +10,6 @@ from labkit.simulation import MovingObject, World
 from labkit.simulation.world import circle, polyline
 
 
-def test_polyline_joins_each_vertex_to_the_next():
-    vertices = [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0]]
-    np.testing.assert_array_equal(polyline(vertices), [vertices[:2], vertices[1:]])
-    closed = polyline(vertices, closed=True)
-    np.testing.assert_array_equal(closed[-1], [vertices[2], vertices[0]])
-    assert len(closed) == 3
-
-
-def test_circle_is_closed_and_inscribed():
-    segments = circle([2.0, -1.0], 0.5, sides=12)
-    np.testing.assert_array_equal(segments[:, 1], np.roll(segments[:, 0], -1, axis=0))
-    np.testing.assert_allclose(np.hypot(*(segments[:, 0] - [2.0, -1.0]).T), 0.5)
-
-
 def test_objects_move_and_walls_stay():
     wall = polyline([[0.0, 0.0], [1.0, 0.0]])
     world = World(segments=wall, moving=(MovingObject(segments=wall, velocity=[1.0, -2.0]),))
