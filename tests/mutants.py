@@ -19,17 +19,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-CORE = ("alignment", "degeneracy", "filters", "line_alignment", "neighbors", "normals", "scan")
-ODOMETRY = ("estimator", "integration", "local_map", "sanity")
-LOOP = "test_icp.py", "test_schedule.py"
-STEP = "odometry/test_step.py", "odometry/test_search.py"
-TESTS = {  # of each module that is changed
-    **{f"{name}.py": (f"test_{name}.py",) for name in (*CORE, "se2", "target")},
-    **{f"odometry/{name}.py": (f"odometry/test_{name}.py",) for name in ODOMETRY},
-    **{f"{name}.py": (f"test_{name}.py", *LOOP) for name in ("correspondences", "result")},
-    **{f"{name}.py": LOOP for name in ("icp", "schedule")},
-    **{f"odometry/{name}.py": STEP for name in ("agreement", "search", "step")},
-}
+LAB = ROOT / "labkit"
+CORE = [path for path in LAB.glob("[a-z]*.py") if (ROOT / f"tests/test_{path.name}").exists()]
+PATHS = sorted([*CORE, *LAB.glob("odometry/[a-z]*.py")])
+MODULES = [path.relative_to(LAB).as_posix() for path in PATHS]
 OTHER = {
     ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq,
     ast.NotEq: ast.Eq, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.And: ast.Or, ast.Or: ast.And,
@@ -81,10 +74,18 @@ def changed(text: str, number: int) -> tuple[str, str]:
     return "\n".join(after) + "\n", "  ->  ".join(line.strip() for line in lines)
 
 
+def tests_of(module: str) -> list[Path]:
+    """Examples in the module, its own tests, and those of the loop or the step that it serves."""
+    own = ROOT / "tests" / Path(module).parent / f"test_{Path(module).name}"
+    served = ("icp", "schedule") if own.parent.name == "tests" else ("step", "search")
+    tests = [own, *(own.with_name(f"test_{name}.py") for name in served)]
+    return [LAB / module, *dict.fromkeys(test for test in tests if test.exists())]
+
+
 def is_noticed(lab: Path, module: str) -> bool:
-    """Whether a test of the module or an example in it falls, or hangs."""
+    """Whether a test falls, or hangs."""
     told = {"PYTHONPATH": str(lab), "LABKIT_CACHE": str(lab / "cache"), "LABKIT_EXAMPLES": "quick"}
-    tests = [str(lab / "labkit" / module), *(str(lab / "tests" / name) for name in TESTS[module])]
+    tests = [str(lab / path.relative_to(ROOT)) for path in tests_of(module)]
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-m", "not slow", *tests]
     try:
         done = subprocess.run(
@@ -100,9 +101,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("modules", nargs="*", default=list(TESTS), metavar="MODULE")
+    parser.add_argument("modules", nargs="*", default=MODULES, metavar="MODULE")
     args = parser.parse_args()
-    sources = {name: (ROOT / "labkit" / name).read_text("utf-8") for name in args.modules}
+    sources = {name: (LAB / name).read_text("utf-8") for name in args.modules}
     counts = {name: sum(1 for _ in changes(ast.parse(text))) for name, text in sources.items()}
     places = [(name, number) for name, count in counts.items() for number in range(count)]
     drawn, noticed = random.Random(args.seed).sample(places, min(args.count, len(places))), 0

@@ -68,14 +68,6 @@ def test_a_wall_shifted_along_itself_is_reported_as_unobservable(metric, angle):
 
 
 @METRICS
-def test_what_is_seen_is_not_called_unobservable(metric):
-    _, _, result = matched(room(), 1, metric)
-    assert not result.observability.degenerate
-    assert result.unobservable == ()
-    assert result.message == result.termination.value
-
-
-@METRICS
 def test_a_ring_is_free_to_turn_about_its_centre(metric):
     angle = np.linspace(0.0, 2.0 * math.pi, 180, endpoint=False)
     ring = [1.0, -2.0] + 3.0 * rotation(angle)[:, :, 0]

@@ -98,19 +98,6 @@ def test_the_order_of_the_source_does_not_matter(parameters, in_the_room):
         np.testing.assert_array_equal(shuffled.correspondences.kept, kept)
 
 
-def test_scan_target_and_array_are_the_same_to_it(in_the_room):
-    source, target = in_the_room.source, in_the_room.target
-    expected = icp(source, target)
-    for p, q in (
-        (source, Target(target)),
-        (source.points, target.points),
-        (source.points.tolist(), Target(target.points.tolist())),
-    ):
-        result = icp(p, q)
-        np.testing.assert_array_equal(result.T_target_source, expected.T_target_source)
-        assert result.cost == expected.cost
-
-
 @METRICS
 @ANGLES
 def test_every_angle_is_reached_from_a_near_guess(parameters, theta):
