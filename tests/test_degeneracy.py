@@ -104,6 +104,12 @@ def test_observability_is_the_information_of_the_kept_pairs(metric):
     expected = line_information(moved[used], normals[used], pairs.weights[used])
     np.testing.assert_allclose(result.observability.values, expected.values, rtol=1e-9)
     np.testing.assert_allclose(seen(source, target, result).values, expected.values, rtol=1e-9)
+    own = target.normals[pairs.target_index] @ rotation(0.1).T  # as if measured a second time
+    own[::3] = np.nan
+    used &= np.isfinite(own[:, 0])
+    twice = line_information(moved[used], normals[used], pairs.weights[used], own[used])
+    found = observability(pairs, target, own)
+    np.testing.assert_allclose(found.values, twice.values, rtol=1e-9)
 
 
 GRID = np.stack(np.meshgrid(np.linspace(-4, 4, 9), np.linspace(-1, 1, 5)), axis=-1).reshape(-1, 2)
