@@ -107,6 +107,23 @@ def as_pose(pose: ArrayLike, name: str) -> FloatArray:
     return checked
 
 
+def as_covariance(values: ArrayLike, name: str, size: int, *, definite: bool = False) -> FloatArray:
+    """Check a covariance (size, size): symmetric, positive definite or else semi-definite."""
+    C = as_floats(values, name, hint=f"give a ({size}, {size}) array")
+    if C.shape != (size, size) or not np.isfinite(C).all():
+        raise InvalidPointsError(
+            f"`{name}` must be finite and of shape ({size}, {size}), got {C.tolist()}; "
+            "take a block of a larger one"
+        )
+    rounding, least = 1e-9 * np.abs(C).max(), np.linalg.eigvalsh(C)[0]
+    if np.abs(C - C.T).max() > rounding or (least <= 0.0 if definite else least < -rounding):
+        kind = "definite" if definite else "semi-definite"
+        raise InvalidPointsError(
+            f"`{name}` must be symmetric and positive {kind}, got {C.tolist()}"
+        )
+    return C
+
+
 def as_finite(rows: FloatArray, name: str, hint: str = "") -> FloatArray:
     """Return `rows`, or name the first one along axis 0 that is NaN or infinite."""
     finite = np.isfinite(rows)

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Ellipse
 from numpy.typing import ArrayLike
 
-from labkit.covariance import as_covariance
+from labkit.arrays import as_covariance
 from labkit.plotting.scans import single_point
 
 SHARE = 0.95  # of the estimates, inside the ellipse
