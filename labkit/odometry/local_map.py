@@ -1,4 +1,4 @@
-"""What the next scan is matched against: the scan before it, or a map of the last key scans.
+"""What the next scan is matched against: a map of the last key scans, or of the last scan alone.
 
 Against a map, errors add up from one key scan to the next, and not from one scan to the next.
 Each point of the map keeps the normal from its own scan: if two views of a wall lie a
@@ -49,16 +49,7 @@ class MapParameters:
         check_range(self.map_cell, "map_cell", at_least=0.0, unit="m")
 
 
-class LastScan:
-    """Scan to scan: the target is the scan before, however it was reached."""
-
-    def __init__(self) -> None:
-        self.target: Target | None = None
-        self.T_target_last = np.eye(3)
-
-    def add(self, scan: Scan, increment: FloatArray, overlap: float) -> None:
-        """Take the newest scan for the target."""
-        self.target = Target(scan) if len(scan) >= MIN_PAIRS else None
+LAST_SCAN = MapParameters(key_scans=1, key_distance=0.0, key_rotation=0.0, map_cell=0.0)
 
 
 class LocalMap:

@@ -12,7 +12,6 @@ from labkit.odometry.local_map import MapParameters
 from labkit.odometry.sanity import SanityLimits
 from labkit.parameters import IcpParameters
 
-OnSkip = Literal["hold", "stand"]
 Against = Literal["scan", "map"]
 RETRY = 0.5  # share of the gate and of each ICP step in the second attempt
 MATCHER = IcpParameters(
@@ -45,10 +44,6 @@ class OdometryParameters:
     search : bool
         Whether to search the window of possible motions where no match is believed, or the
         best one is doubtful; see `labkit.odometry.search`.
-    on_skip : {"hold", "stand"}
-        Without a match and without a prior: hold the last motion once and then stand
-        still, or stand still at once. The same motion is ICP's initial guess where there
-        is no prior.
     """
 
     icp: IcpParameters = MATCHER
@@ -60,18 +55,16 @@ class OdometryParameters:
     map: MapParameters = field(default_factory=MapParameters)
     preprocessing: Preprocessing = field(default_factory=Preprocessing)
     search: bool = True
-    on_skip: OnSkip = "hold"
 
     def __post_init__(self) -> None:
         kinds = {"icp": IcpParameters, "limits": SanityLimits, "map": MapParameters}
         for name, kind in (kinds | {"preprocessing": Preprocessing, "search": bool}).items():
             check_kind(getattr(self, name), name, kind)
-        for name, choices in (("against", get_args(Against)), ("on_skip", get_args(OnSkip))):
-            chosen = getattr(self, name)
-            if chosen not in choices:
-                raise InvalidParameterError(
-                    f"must be one of {', '.join(choices)}, got {chosen!r}", parameter=name
-                )
+        if self.against not in get_args(Against):
+            raise InvalidParameterError(
+                f"must be one of {', '.join(get_args(Against))}, got {self.against!r}",
+                parameter="against",
+            )
 
     @property
     def retry(self) -> IcpParameters:

@@ -159,16 +159,15 @@ def estimate_step(
     earlier_motions : ndarray, shape (K, 3)
         Increments of steps before, the newest first, for a search without a prior.
     """
-    skipped = last_motion if parameters.on_skip == "hold" else STILL
     guess, last_resort = prior, Decision.PRIOR
     if guess is None:
-        guess, last_resort = skipped, Decision.HOLD if skipped.any() else Decision.STAND
+        guess, last_resort = last_motion, Decision.HOLD if last_motion.any() else Decision.STAND
     resort = StepRecord(increment=guess, decision=last_resort)
     if target is None or len(source) < MIN_PAIRS:
         which = "older" if target is None else "newer"
         return replace(resort, reason=f"the {which} scan has fewer than {MIN_PAIRS} points")
 
-    likely = np.vstack([skipped, earlier_motions]) if prior is None else guess[None]
+    likely = np.vstack([last_motion, earlier_motions]) if prior is None else guess[None]
     expected = T_target_last @ from_xytheta(likely)
     step = _Step(source, target, T_target_last, prior, expected, parameters)
     tried = [step.match(expected[0], Decision.ICP)]
@@ -176,7 +175,7 @@ def estimate_step(
         step.fall_back(tried)
     best, believed = _choose(tried, step)
     if best.complaints and prior is not None and parameters.search:
-        likely = np.vstack([skipped, earlier_motions])
+        likely = np.vstack([last_motion, earlier_motions])
         alone = replace(step, prior=None, expected=T_target_last @ from_xytheta(likely))
         again = [alone.judged(each.result, each.record.decision) for each in tried]
         alone.fall_back(again)

@@ -1,15 +1,18 @@
 """What the odometry makes of whole logs, against a reference: drift, wrong steps, time.
 
-``python tests/bench/odometry_logs.py FOLDER killian`` runs the defaults on each ``NAME.log.gz``
-of a folder, from the log's wheels and without, against the map and scan to scan;
+``python tests/bench/odometry_logs.py FOLDER killian --out FILE`` runs the defaults on each
+``NAME.log.gz`` of a folder, with the log's wheels, with wheels that jump in twelve steps by 44°,
+70° or 81°, and without, against the map and scan to scan, and writes one table.
 ``--set key_scans=15 huber_delta=0.03`` changes parameters by their names. ``NAME.ref.tum.gz``
 beside a log holds better poses of its scans, ``NAME.relations.csv`` surveyed relations. Without
-a reference, the run with wheels against the map is the reference of the others. One line a run:
+a reference, the first run is the reference of the others. The columns:
 
-- RPE over 10 m, median, and ATE (RMSE), and the median error of relations between scans that
-  do not follow one another;
+- RPE over 10 m, median, and ATE (RMSE);
 - steps that are off by more than 0.2 m or 5° (wrong), and by more than 0.5 m or 10° (lost);
-- how the steps were decided, and the processor time of a step.
+- steps that held the last motion or stood still, that were taken from the prior, and that were
+  believed against it;
+- the median error of surveyed relations between scans that do not follow one another (far);
+- the processor time of a step.
 """
 
 from __future__ import annotations
@@ -22,7 +25,6 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import argparse
 import sys
 import time
-from collections import Counter
 from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -36,6 +38,7 @@ from labkit.cli.odometry import SIMULATED_WHEELS
 from labkit.evaluation import associate, ate, rpe
 from labkit.logs import Log, read_tum
 from labkit.odometry import (
+    Decision,
     OdometryParameters,
     OdometryResult,
     estimate_odometry,
@@ -45,10 +48,28 @@ from labkit.se2 import relative, to_xytheta
 from labkit.simulation import wheel_increments
 from labkit.warm import warm
 from relations import read_relations, relation_errors
+from tables import markdown
 
 STRETCH = 10.0  # m
 WRONG = 0.2, np.radians(5.0)
 LOST = 0.5, np.radians(10.0)
+PRIORS = ("log", "jumps", "none")
+JUMPS = np.radians([44.0, -70.0, 81.0] * 4)
+HEADER = (
+    "log",
+    "against",
+    "prior",
+    "RPE mm",
+    "°",
+    "ATE m",
+    "wrong %",
+    "lost %",
+    "held",
+    "prior",
+    "against it",
+    "far mm",
+    "ms",
+)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -85,6 +106,13 @@ def wheels_of(log: Log) -> FloatArray:
     return wheel_increments(log.reference, SIMULATED_WHEELS, rng=0)
 
 
+def with_jumps(wheels: FloatArray) -> FloatArray:
+    """The same wheels (K−1, 3), but that their heading jumps in twelve steps, evenly spread."""
+    jumping = wheels.copy()
+    jumping[np.linspace(0, len(wheels), len(JUMPS) + 2).astype(int)[1:-1], 2] += JUMPS
+    return jumping
+
+
 def steps_off(poses: FloatArray, reference: Reference, limits: tuple[float, float]) -> BoolArray:
     """Which steps between two scans that follow one another exceed either of the limits."""
     T, T_true = from_xytheta(poses[reference.scans]), from_xytheta(reference.poses)
@@ -112,56 +140,59 @@ def row(
     reference: Reference | None,
     relations: Path | None,
     seconds: float,
-) -> str:
-    """What is said about a run."""
-    words = []
+) -> list[str]:
+    """The columns of one run, from RPE on; a dash where nothing is known."""
+    cells = ["–"] * 5
     if reference is not None:
         poses = result.poses[reference.scans]
         drift = rpe(poses, reference.poses, STRETCH, "metres")
-        whole = ate(poses, reference.poses)
         lost, wrong = (steps_off(result.poses, reference, limit) for limit in (LOST, WRONG))
-        words += [
-            f"RPE {1e3 * drift.translation.median:5.0f} mm"
-            f" {np.degrees(drift.rotation.median):5.2f}°",
-            f"ATE {whole.translation.rmse:6.2f} m",
-            f"wrong {100 * wrong.mean():5.2f} % lost {100 * lost.mean():5.2f} %",
+        cells = [
+            f"{1e3 * drift.translation.median:.0f}",
+            f"{np.degrees(drift.rotation.median):.2f}",
+            f"{ate(poses, reference.poses).translation.rmse:.2f}",
+            f"{100 * wrong.mean():.1f}",
+            f"{100 * lost.mean():.1f}",
         ]
+    far = "–"
     if relations is not None:
         errors, pairs = relation_errors(read_relations(relations), result.poses, log.stamps)
-        far = np.diff(pairs)[:, 0] > 1
-        words.append(
-            f"far {1e3 * np.median(errors.translation_errors[far]):5.0f} mm"
-            f" {np.degrees(np.median(errors.rotation_errors[far])):5.2f}°"
-        )
-    decisions = Counter(record.decision.value for record in result.records)
-    words.append(f"{1e3 * seconds / len(log):6.2f} ms")
-    words.append(" ".join(f"{name}:{count}" for name, count in decisions.items()))
-    words.append(f"against prior:{result.against_prior}")
-    return "  ".join(words)
+        apart = np.diff(pairs)[:, 0] > 1
+        far = f"{1e3 * np.median(errors.translation_errors[apart]):.0f}"
+    held, prior = result.count(Decision.HOLD, Decision.STAND), result.count(Decision.PRIOR)
+    cells += [f"{held}", f"{prior}", f"{result.against_prior}", far]
+    return [*cells, f"{1e3 * seconds / len(log):.2f}"]
 
 
 def main() -> int:
-    """Run the odometry on each log and print a line for each run."""
+    """Run the odometry on each log, print a line for each run, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("logs", nargs="+", metavar="LOG|FOLDER")
-    parser.add_argument("--prior", choices=("log", "none"), action="append")
+    parser.add_argument("--prior", choices=PRIORS, action="append")
     parser.add_argument("--against", choices=("map", "scan"), action="append")
     parser.add_argument("--set", nargs="*", default=[], metavar="NAME=VALUE")
+    parser.add_argument("--out", metavar="FILE", help="the table in Markdown")
     args = parser.parse_args()
     chosen = changed(OdometryParameters(), dict(text.split("=") for text in args.set))
-    ways = list(product(args.against or ["map", "scan"], args.prior or ["log", "none"]))
+    ways = list(product(args.against or ["map", "scan"], args.prior or PRIORS))
     warm()
+    rows: list[list[str]] = []
     for log, better, relations in logs_in(args.logs):
         reference = better
         for against, prior in ways:
-            priors = wheels_of(log) if prior == "log" else None
+            priors = None if prior == "none" else wheels_of(log)
+            if prior == "jumps":
+                priors = with_jumps(priors)
             began = time.process_time()
             result = estimate_odometry(log.scans, priors, replace(chosen, against=against))
             seconds = time.process_time() - began
-            words = row(log, result, reference, relations, seconds)
-            print(f"{log.name:14} {against:4} {prior:4}  {words}", flush=True)
+            rows.append([log.name, against, prior])
+            rows[-1] += row(log, result, reference, relations, seconds)
+            print("  ".join(f"{cell:>6}" for cell in rows[-1]), result, flush=True)
             if reference is None:
                 reference = Reference(scans=np.arange(len(log)), poses=result.poses)
+    if args.out:
+        Path(args.out).write_text(markdown(HEADER, rows) + "\n", encoding="utf-8")
     return 0
 
 

@@ -93,14 +93,10 @@ def test_the_retry_succeeds_where_the_first_match_failed():
 
 
 @pytest.mark.parametrize(
-    ("prior", "on_skip", "decision", "increment"),
-    [
-        (PRIOR, "hold", Decision.PRIOR, PRIOR),
-        (None, "hold", Decision.HOLD, LAST),
-        (None, "stand", Decision.STAND, STILL),
-    ],
+    ("prior", "decision", "increment"),
+    [(PRIOR, Decision.PRIOR, PRIOR), (None, Decision.HOLD, LAST)],
 )
-def test_the_last_resort(prior, on_skip, decision, increment):
+def test_the_last_resort(prior, decision, increment):
     source, target = looks(room())
     for newer, older, why in (
         (source, target, "icp: RMSE"),
@@ -108,8 +104,7 @@ def test_the_last_resort(prior, on_skip, decision, increment):
         (source.select(np.arange(2)), target, "the newer scan has fewer than 3 points"),
         (source, None, "the older scan has fewer than 3 points"),
     ):
-        no_way = replace(limited(max_rmse=1e-9), on_skip=on_skip)
-        record = estimate_step(newer, older, prior, LAST, no_way)
+        record = estimate_step(newer, older, prior, LAST, limited(max_rmse=1e-9))
         assert record.decision is decision
         np.testing.assert_array_equal(record.increment, increment)
         assert record.reason.startswith(why)
@@ -275,7 +270,6 @@ def test_three_points_are_matched_two_are_not():
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
-        ("on_skip", "jump", "`on_skip` must be one of hold, stand, got 'jump'"),
         ("against", "x", "`against` must be one of scan, map, got 'x'"),
         ("search", 1, "`search` must be"),
     ],

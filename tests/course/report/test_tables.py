@@ -60,9 +60,9 @@ def test_a_number_of_any_kind_has_its_unit(name, value, shown):
 
 
 def test_parameters_within_parameters_are_listed():
-    chosen = OdometryParameters(limits=SanityLimits(max_rmse=0.3), on_skip="stand")
+    chosen = OdometryParameters(limits=SanityLimits(max_rmse=0.3), search=False)
     names = [row[0] for row in cells(parameter_table(chosen))[2:]]
-    assert names == ["`max_rmse`", "`on_skip`"]
+    assert names == ["`max_rmse`", "`search`"]
 
 
 @pytest.mark.parametrize(
