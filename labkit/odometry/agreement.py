@@ -21,20 +21,6 @@ THROUGH = 0.5  # what a beam that looks through a wall counts, beside a point wi
 
 
 @compiled
-def misfit(distance: FloatArray, residual: FloatArray, gate: float, delta: float) -> float:
-    """The truncated Huber cost J over that of a scan without any partner, in [0, 1] (4.1)."""
-    total = 0.0
-    for i in range(len(distance)):
-        r = min(distance[i], gate)
-        if distance[i] <= gate and residual[i] >= 0.0:  # NaN, without a surface, is not
-            r = residual[i]
-        capped = min(r, delta)
-        total += capped * (2.0 * r - capped)
-    worst = min(gate, delta)
-    return total / (len(distance) * worst * (2.0 * gate - worst))
-
-
-@compiled
 def seen_through(bearing: FloatArray, end: FloatArray, target: FloatArray, T: FloatArray) -> float:
     """Share of the target's points in view that beams look through, at the pose T.
 

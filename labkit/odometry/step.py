@@ -35,10 +35,11 @@ from labkit.arrays import FloatArray
 from labkit.correspondences import MIN_PAIRS
 from labkit.degeneracy import spread_ratio
 from labkit.icp import icp
-from labkit.odometry.agreement import THROUGH, beams_of, misfit, seen_through
+from labkit.odometry.agreement import THROUGH, beams_of, seen_through
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.sanity import motion_complaints, quality_complaints
 from labkit.odometry.search import STARTS, alike, apart, completed, search, unlikeliness
+from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
 from labkit.schedule import CLOSE_GATE
@@ -49,7 +50,6 @@ STILL = np.zeros(3)
 AT_TARGET, NOTHING = np.eye(3), np.empty((0, 3))
 DOUBTFUL = 0.6  # agreement below which a search says if there is a better match
 SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
-SAME = 0.01  # scores of one place that differ by less: whichever was tried first
 ALIKE = 0.05  # agreements that differ by less do not tell which of two matches is right
 
 
@@ -173,19 +173,17 @@ def estimate_step(
     tried = [step.match(expected[0], Decision.ICP)]
     if tried[0].complaints or step.is_doubtful(tried[0]):
         step.fall_back(tried)
-    best, believed = _choose(tried, step)
+    best = step.choose(tried)
     if best.complaints and prior is not None and parameters.search:
-        likely = np.vstack([last_motion, earlier_motions])
-        alone = replace(step, prior=None, expected=T_target_last @ from_xytheta(likely))
-        again = [alone.judged(each.result, each.record.decision) for each in tried]
-        alone.fall_back(again)
-        witness, passes = _choose(again, alone)
-        seen = witness.record
-        if passes and seen.agreement >= DOUBTFUL and not (seen.degenerate or seen.ambiguous):
+        known = {"T_target_last": T_target_last, "earlier_motions": earlier_motions}
+        alone = estimate_step(source, target, None, last_motion, parameters, **known)
+        if alone.agreement >= DOUBTFUL and not (alone.degenerate or alone.ambiguous):
             why = f"{best.record.reason}; believed against the prior: alone, and well supported"
-            told = replace(seen, reason=why, against_prior=True)
-            best, believed = replace(witness, record=told), True
-    return _published(best, source, best.record if believed else resort)
+            return replace(alone, reason=why, against_prior=True)
+    record = replace(best.record, spread=_spread(source, best.record))
+    if best.complaints or (record.ambiguous and prior is not None):
+        return replace(record, increment=resort.increment, decision=resort.decision)  # F
+    return record  # E
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,13 +191,13 @@ class _Match:
     """A match that was tried, where it ended, and the sanity checks that it fails."""
 
     record: StepRecord
-    result: IcpResult
+    T_target_source: FloatArray  # NaN where it failed
     complaints: list[str]
     score: float = -math.inf  # the agreement, less by how much the motion surprises
 
     def ends_at(self, T: FloatArray) -> bool:
         """Whether the match ended at the pose T, or near it."""
-        return alike(T, self.result.T_target_source)
+        return alike(T, self.T_target_source)
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,12 +239,10 @@ class _Step:
             termination=result.termination,
         )
         if result.termination.failed:
-            return _Match(record, result, [result.message])
+            return _Match(record, T, [result.message])
         pairs, seen = result.correspondences, result.observability
-        gate, delta = told.max_correspondence_distance, told.huber_delta
-        gate = min(gate, CLOSE_GATE * delta) if told.approach else gate
         through = seen_through(*self._view, np.array(T))
-        agreement = 1.0 - misfit(np.array(pairs.distances), np.array(pairs.residuals), gate, delta)
+        agreement = 1.0 - result.cost / _worst_cost(told)
         agreement -= THROUGH * (0.0 if math.isnan(through) else through)
         record = replace(
             record,
@@ -262,7 +258,7 @@ class _Step:
         if record.degenerate and not stays:
             complaints.append(f"degenerate: information {record.information:.3f}")
         score = agreement - SURPRISE * unlikeliness(T, self.expected)
-        return _Match(record, result, complaints, score)
+        return _Match(record, T, complaints, score)
 
     def is_doubtful(self, match: _Match) -> bool:
         """Whether a search should say if there is a better match than one that passes."""
@@ -282,6 +278,25 @@ class _Step:
             if not any(each.ends_at(T_guess) for each in tried):
                 tried.append(self.match(T_guess, Decision.SEARCH))
 
+    def choose(self, tried: list[_Match]) -> _Match:
+        """The best match, compared with those that ended elsewhere.
+
+        With a search, a match with a complaint must be better than those without by `ALIKE`.
+        """
+        best = tried[-1]
+        if self.parameters.search:
+            best = max(tried, key=lambda each: each.score - ALIKE * bool(each.complaints))
+        good = [each for each in tried if not each.complaints]
+        others = [each.record.agreement for each in good if not each.ends_at(best.T_target_source)]
+        margin = best.record.agreement - max(others, default=math.nan)
+        ambiguous = self.parameters.search and not best.complaints and margin < ALIKE
+        bad = [each for each in tried if each.complaints]
+        reasons = [f"{each.record.decision.value}: {', '.join(each.complaints)}" for each in bad]
+        if ambiguous:
+            reasons.append(f"ambiguous: it fits elsewhere, too ({margin:+.3f})")
+        told = replace(best.record, margin=margin, ambiguous=ambiguous, reason="; ".join(reasons))
+        return replace(best, record=told)
+
     @cached_property
     def _view(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         return *beams_of(self.source), np.array(self.target.points)
@@ -292,38 +307,18 @@ class _Step:
         return self.parameters.search and self.parameters.icp.metric == "point_to_line"
 
 
-def _choose(tried: list[_Match], step: _Step) -> tuple[_Match, bool]:
-    """The best match, compared with those that ended elsewhere, and whether it is believed (D)."""
-    good = [each for each in tried if not each.complaints]
-    best = _best(tried) if step.parameters.search else (good or tried)[-1]
-    T, agreement = best.result.T_target_source, best.record.agreement
-    others = [each.record.agreement for each in good if not each.ends_at(T)]
-    margin = agreement - max(others, default=math.nan)
-    ambiguous = step.parameters.search and not best.complaints and margin < ALIKE
-    bad = [each for each in tried if each.complaints]
-    reasons = [f"{each.record.decision.value}: {', '.join(each.complaints)}" for each in bad]
-    if ambiguous:
-        reasons.append(f"ambiguous: it fits elsewhere, too ({margin:+.3f})")
-    told = replace(best.record, margin=margin, ambiguous=ambiguous, reason="; ".join(reasons))
-    believed = not best.complaints and not (ambiguous and step.prior is not None)
-    return replace(best, record=told), believed
+def _worst_cost(parameters: IcpParameters) -> float:
+    """The cost J [m²] of a scan without any partner near the answer (4.1)."""
+    gate, delta = parameters.max_correspondence_distance, parameters.huber_delta
+    gate = min(gate, CLOSE_GATE * delta) if parameters.approach else gate
+    capped = min(gate, delta)
+    return capped * (2.0 * gate - capped) if gate < math.inf else math.inf
 
 
-def _best(tried: list[_Match]) -> _Match:
-    """The highest score, or one about as good that passes; there, the match tried first."""
-    best = max(tried, key=lambda each: each.score)
-    good = [each for each in tried if not each.complaints]
-    if best.complaints:
-        return next((each for each in good if each.score > best.score - ALIKE), best)
-    there = [each for each in good if each.ends_at(best.result.T_target_source)]
-    return next(each for each in there if each.score > best.score - SAME)
-
-
-def _published(best: _Match, source: Scan, taken: StepRecord) -> StepRecord:
-    """The record of the best match, with the motion that is taken: its own (E), or a resort (F)."""
-    spread = math.nan
-    if not best.result.termination.failed:
-        x, y, turn = best.record.increment.tolist()
-        c, s = math.cos(turn), math.sin(turn)
-        spread = spread_ratio(source, [c * x + s * y, c * y - s * x])  # as the newer scan sees it
-    return replace(best.record, increment=taken.increment, decision=taken.decision, spread=spread)
+def _spread(source: Scan, record: StepRecord) -> float:
+    """The cheap corridor test, along the motion as the newer scan sees it."""
+    if not np.isfinite(record.increment).all():
+        return math.nan
+    x, y, turn = record.increment.tolist()
+    c, s = math.cos(turn), math.sin(turn)
+    return spread_ratio(source, [c * x + s * y, c * y - s * x])

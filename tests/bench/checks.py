@@ -1,17 +1,18 @@
 """What the checks of a step are worth, and which limits they need: leave one log out.
 
-``python tests/bench/checks.py FOLDER killian`` takes every pair of successive scans of the logs
-in a folder (`odometry_logs` tells how) that have a reference, matches it scan to scan from
-guesses that are off as wheels are, by 0.3 m and 10°, by 0.5 m and 20°, and from none, and prints:
+``python tests/bench/checks.py FOLDER --out FILE`` takes the logs of a folder (`odometry_logs`
+tells how) that have a reference, and tries a few values of each limit on all of them. For each
+log, the value is chosen on the others, the one with the fewest lost steps there, then the fewest
+wrong ones; of values that are alike, the present one. A row says what the log left out makes of
+this value:
 
-- for each quantity, the limit chosen on all logs but one, the most recall of wrong matches at
-  5 % of false alarms, and what it does on the log that was left out;
-- the odometry's own checks on each log: recall and false alarms of the first match;
-- the whole step: the share of wrong first matches that do not end in a wrong step that is
-  believed, and of the right ones that are not believed.
+- recall and false alarms of the first match, scan to scan, for a guess that is off as wheels are
+  and by 0.3 m and 10° (a match is wrong that is off by more than 0.2 m or 5° along the directions
+  that its pairs see: along a free one it is no measurement, and no mistake);
+- lost and wrong steps of whole runs against the map, without wheels and with them.
 
-A match is wrong that is off by more than 0.2 m or 5° along the directions that its pairs see:
-along a free direction it is no measurement, and no mistake.
+The last table has the same of the limits as they are, and the whole step's recall: the share of
+wrong first matches that do not end in a wrong step that is believed.
 """
 
 from __future__ import annotations
@@ -25,38 +26,50 @@ import argparse
 import math
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from tqdm import tqdm
 
-from labkit import Target, apply, from_xytheta, invert, to_xytheta
+import labkit.odometry.search
+import labkit.odometry.step as one_step
+from labkit import Target, apply, from_xytheta, icp, invert, to_xytheta
 from labkit.arrays import BoolArray, FloatArray
 from labkit.logs import Log
-from labkit.odometry import Decision, OdometryParameters, estimate_step, increments_between
-from labkit.odometry.step import _Step
+from labkit.odometry import (
+    OdometryParameters,
+    SanityLimits,
+    estimate_odometry,
+    estimate_step,
+    increments_between,
+)
+from labkit.odometry.sanity import motion_complaints, quality_complaints
 from labkit.result import IcpResult
 from labkit.se2 import relative
-from odometry_logs import Reference, logs_in, wheels_of
+from labkit.warm import warm
+from odometry_logs import LOST, WRONG, Reference, changed, logs_in, steps_off, wheels_of
+from tables import markdown
 
-WRONG = 0.2, math.radians(5.0)
-FALSE_ALARMS = 0.05
-GUESSES = ("wheels", "0.3/10", "0.5/20", "none")
-OFF = {"0.3/10": (0.3, math.radians(10.0)), "0.5/20": (0.5, math.radians(20.0))}
-# Larger means worse for each; for those with a minus, smaller does.
-QUANTITIES = ("-inlier_ratio", "rmse", "-agreement", "seen_through", "prior_shift", "prior_turn")
+GUESSES = ("wheels", "0.3/10")
+FAULT = 0.3, math.radians(10.0)
+# The present value comes first; those in capitals are constants of the step and its search.
+VALUES: dict[str, tuple[float, ...]] = {
+    "max_prior_translation": (0.75, 0.4, 1.5),
+    "max_prior_rotation": (math.radians(30.0), math.radians(15.0), math.radians(60.0)),
+    "min_inlier_ratio": (0.25, 0.0, 0.15, 0.35),
+    "max_rmse": (0.2, 0.05, math.inf),
+    "max_translation": (2.0, 1.5, 3.0),
+    "max_rotation": (math.radians(90.0), math.radians(60.0), math.pi),
+    "DOUBTFUL": (0.6, 0.4, 0.8),
+    "ALIKE": (0.05, 0.0, 0.1),
+    "SURPRISE": (0.1, 0.0, 0.2),
+    "THROUGH": (0.5, 0.0, 1.0),
+    "STARTS": (16, 8),
+}
+HEADER = ("limit", "left out", "value", *GUESSES, "lost, wrong % alone", "with wheels")
 STILL = np.zeros(3)
-Row = dict[str, Any]
-
-
-def guess_of(motion: FloatArray, wheels: FloatArray, kind: str, rng: Any) -> FloatArray | None:
-    """The prior of a pair; None where there is none."""
-    if kind in ("none", "wheels"):
-        return wheels if kind == "wheels" else None
-    shift, turn = OFF[kind]
-    bearing = rng.uniform(0.0, math.tau)
-    off = [shift * math.cos(bearing), shift * math.sin(bearing), rng.choice([-turn, turn])]
-    return to_xytheta(from_xytheta(motion) @ from_xytheta(off))
+Run = tuple[Log, Reference]
 
 
 def error_seen(result: IcpResult, motion: FloatArray) -> tuple[float, float]:
@@ -77,114 +90,126 @@ def error_seen(result: IcpResult, motion: FloatArray) -> tuple[float, float]:
 
 def is_wrong(shift: float, turn: float) -> bool:
     """Whether an error [m] and [rad] exceeds either limit."""
-    return shift > WRONG[0] or turn > WRONG[1]
+    return bool(shift > WRONG[0] or turn > WRONG[1])
 
 
-def lengths(T: FloatArray) -> tuple[float, float]:
-    """How far a transform moves [m] and turns [rad]."""
-    return math.hypot(T[0, 2], T[1, 2]), abs(math.atan2(T[1, 0], T[0, 0]))
-
-
-def rows(log: Log, reference: Reference, stride: int) -> Iterator[Row]:
-    """One row a match: what was recorded of it, and whether it is wrong."""
+def first_matches(log: Log, reference: Reference, kind: str, stride: int) -> Iterator[Any]:
+    """Of each pair: increment, prior, inlier ratio, RMSE, wrong or not, and if the step is."""
     parameters, rng = OdometryParameters(), np.random.default_rng(1)
     motions, wheels = increments_between(reference.poses), wheels_of(log)
     for k in tqdm(range(0, len(motions), stride), log.name, leave=False, disable=None):
         i, j = reference.scans[k : k + 2]
+        bearing, turn = rng.uniform(0.0, math.tau), rng.choice([-FAULT[1], FAULT[1]])
+        off = [FAULT[0] * math.cos(bearing), FAULT[0] * math.sin(bearing), turn]
         if j - i != 1 or min(len(log.scans[i]), len(log.scans[j])) < 3:
             continue
-        source, target = log.scans[j], Target(log.scans[i])
-        for kind in GUESSES:
-            prior = guess_of(motions[k], wheels[i], kind, rng)
-            guess = STILL if prior is None else prior
-            expected = from_xytheta(guess[None])
-            step = _Step(source, target, np.eye(3), prior, expected, parameters)
-            match = step.match(expected[0], Decision.ICP)
-            record = estimate_step(source, target, prior, STILL, parameters)
-            off = relative(from_xytheta(motions[k]), from_xytheta(record.increment))
-            shift, turn = lengths(relative(expected[0], match.T_target_source))
-            failed = match.result.termination.failed
-            yield {
-                "log": log.name,
-                "guess": kind,
-                "wrong": failed or is_wrong(*error_seen(match.result, motions[k])),
-                "alarm": bool(match.complaints),
-                "believed": record.decision.matched and not record.ambiguous,
-                "step_wrong": is_wrong(*lengths(off)) and not record.degenerate,
-                "-inlier_ratio": math.inf if failed else -match.result.fitness,
-                "rmse": math.inf if failed else match.record.rmse,
-                "-agreement": -match.record.agreement,
-                "seen_through": math.inf if failed else np.nan_to_num(match.record.seen_through),
-                "prior_shift": shift if prior is not None and not failed else 0.0,
-                "prior_turn": turn if prior is not None and not failed else 0.0,
-            }
+        prior = wheels[i]
+        if kind == "0.3/10":
+            prior = to_xytheta(from_xytheta(motions[k]) @ from_xytheta(off))
+        target = Target(log.scans[i])
+        result = icp(log.scans[j], target, from_xytheta(prior), parameters.icp)
+        record = estimate_step(log.scans[j], target, prior, STILL, parameters)
+        x, y, turn = to_xytheta(relative(*from_xytheta([motions[k], record.increment])))
+        step_wrong = is_wrong(math.hypot(x, y), abs(turn)) and not record.degenerate
+        believed = record.decision.matched and step_wrong
+        if result.termination.failed:
+            yield STILL, prior, math.nan, math.nan, True, believed
+            continue
+        pairs = result.correspondences
+        rmse = math.sqrt(np.mean(pairs.residuals[pairs.kept] ** 2))
+        wrong = is_wrong(*error_seen(result, motions[k]))
+        yield to_xytheta(result.T_target_source), prior, result.fitness, rmse, wrong, believed
 
 
-def column(found: list[Row], name: str) -> Any:
-    """One quantity of all rows."""
-    return np.array([row[name] for row in found])
-
-
-def best_limit(values: FloatArray, wrong: BoolArray) -> float:
-    """The limit with the most recall at `FALSE_ALARMS`: an alarm beyond it."""
-    return float(np.quantile(values[~wrong], 1.0 - FALSE_ALARMS, method="higher"))
+def alarms(matches: list[Any], limits: SanityLimits) -> BoolArray:
+    """Which first matches fail a check."""
+    return np.array(
+        [
+            bool(motion_complaints(increment, prior, limits))
+            or bool(quality_complaints(ratio, rmse, limits))
+            for increment, prior, ratio, rmse, *_ in matches
+        ]
+    )
 
 
 def rates(alarm: BoolArray, wrong: BoolArray) -> str:
-    """Recall, false alarms, and how many were wrong."""
-    recall = 100.0 * alarm[wrong].mean() if wrong.any() else math.nan
-    return f"{recall:5.0f} /{100.0 * alarm[~wrong].mean():5.1f} % ({wrong.sum():3})"
+    """Recall and false alarms in percent, and how many were wrong."""
+    recall = f"{100.0 * alarm[wrong].mean():.0f}" if wrong.any() else "–"
+    return f"{recall} / {100.0 * alarm[~wrong].mean():.1f} ({wrong.sum()})"
 
 
-def print_limits(found: list[Row]) -> None:
-    """Each quantity: its limits by the other logs, and what they do on the log left out."""
-    names = list(dict.fromkeys(column(found, "log")))
-    print(f"{'quantity':14} {'limit':>13}" + "".join(f"{kind:>21}" for kind in GUESSES))
-    for quantity in QUANTITIES:
-        limits, alarm = [], np.zeros(len(found), dtype=bool)
-        values, wrong = column(found, quantity), column(found, "wrong")
-        for name in names:
-            left_out = column(found, "log") == name
-            limits.append(best_limit(values[~left_out], wrong[~left_out]))
-            alarm[left_out] = values[left_out] > limits[-1]
-        words = [f"{quantity:14} {min(limits):6.3f}..{max(limits):6.3f}"]
-        for kind in GUESSES:
-            chosen = column(found, "guess") == kind
-            words.append(rates(alarm[chosen], wrong[chosen]))
-        print(" ".join(words))
+def whole_run(log: Log, reference: Reference, wheels: bool, name: str, value: float) -> FloatArray:
+    """Share of steps that are lost and that are wrong [%], with the named limit at that value."""
+    parameters = changed(OdometryParameters(), {name: repr(value)})
+    modules = [each for each in (one_step, labkit.odometry.search) if hasattr(each, name)]
+    before = [getattr(each, name) for each in modules]
+    for each in modules:
+        setattr(each, name, value)
+    result = estimate_odometry(log.scans, wheels_of(log) if wheels else None, parameters)
+    for each, old in zip(modules, before, strict=True):
+        setattr(each, name, old)
+    return np.array([100.0 * steps_off(result.poses, reference, by).mean() for by in (LOST, WRONG)])
 
 
-def print_steps(found: list[Row]) -> None:
-    """The checks of the first match, and the whole step, log by log."""
-    for title in ("first match", "whole step"):
-        print(f"\n{title}: recall / false alarms (wrong first matches)")
-        for name in dict.fromkeys(column(found, "log")):
-            words = [f"{name:14}"]
-            for kind in GUESSES:
-                part = [row for row in found if (row["log"], row["guess"]) == (name, kind)]
-                wrong, alarm = column(part, "wrong"), column(part, "alarm")
-                if title == "whole step":
-                    refused = ~column(part, "believed")
-                    caught = refused | ~column(part, "step_wrong")
-                    alarm = np.where(wrong, caught, refused)
-                words.append(rates(alarm, wrong))
-            print(*words)
+def left_out(runs: list[Run], matches: dict[Any, list[Any]], name: str) -> list[list[str]]:
+    """A row for each log: the value of a limit by the other logs, and what it does on this one."""
+    values = VALUES[name]
+    shares = np.array(
+        [
+            [[whole_run(*run, wheels, name, value) for wheels in (False, True)] for run in runs]
+            for value in tqdm(values, name, leave=False, disable=None)
+        ]
+    )  # (values, logs, ways, lost and wrong)
+    rows = []
+    for k, (log, _) in enumerate(runs):
+        others = np.delete(shares, k, axis=1).mean(axis=(1, 2)).round(3)
+        best = min(range(len(values)), key=lambda v: (*others[v], v))
+        limits = changed(SanityLimits(), {name: repr(values[best])})
+        row = [name, log.name, f"{values[best]:.3g}"]
+        for guess in GUESSES:
+            found = matches[log.name, guess]
+            row.append(rates(alarms(found, limits), np.array([each[4] for each in found])))
+        rows.append([*row, *(f"{lost:.1f}, {wrong:.1f}" for lost, wrong in shares[best, k])])
+        print("  ".join(f"{cell:>14}" for cell in rows[-1]), flush=True)
+    return rows
+
+
+def whole_steps(matches: dict[Any, list[Any]]) -> list[list[str]]:
+    """A row for each log: recall and false alarms of the checks, and the recall of the step."""
+    rows = []
+    for name in dict.fromkeys(name for name, _ in matches):
+        row = [name]
+        for guess in GUESSES:
+            wrong, believed = np.array([each[4:] for each in matches[name, guess]]).T
+            alarm = alarms(matches[name, guess], SanityLimits())
+            caught = 100.0 * (~believed[wrong]).mean() if wrong.any() else math.nan
+            row += [rates(alarm, wrong), f"{caught:.0f}"]
+        rows.append(row)
+    return rows
 
 
 def main() -> int:
-    """Match the pairs and print the tables."""
+    """Match the pairs, run the logs and write the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("logs", nargs="+", metavar="LOG|FOLDER")
     parser.add_argument("--stride", type=int, default=1, help="take every so many-th pair of a log")
+    parser.add_argument("--limits", nargs="*", choices=VALUES, default=list(VALUES))
+    parser.add_argument("--out", metavar="FILE", help="the tables in Markdown")
     args = parser.parse_args()
-    found = []
-    for log, reference, _ in logs_in(args.logs):
-        if reference is None:
-            print(f"{log.name} has no reference", file=sys.stderr)
-        else:
-            found += rows(log, reference, args.stride)
-    print_limits(found)
-    print_steps(found)
+    warm()
+    runs = [(log, reference) for log, reference, _ in logs_in(args.logs) if reference is not None]
+    matches = {
+        (log.name, guess): list(first_matches(log, reference, guess, args.stride))
+        for log, reference in runs
+        for guess in GUESSES
+    }
+    header = ("log", *(text for guess in GUESSES for text in (guess, "whole step")))
+    tables = [markdown(header, whole_steps(matches))]
+    print(tables[0])
+    rows = [row for name in args.limits for row in left_out(runs, matches, name)]
+    tables.insert(0, markdown(HEADER, rows))
+    if args.out:
+        Path(args.out).write_text("\n\n".join(tables) + "\n", encoding="utf-8")
     return 0
 
 

@@ -128,7 +128,7 @@ def changed(parameters: Any, names: dict[str, str]) -> Any:
         value = getattr(parameters, field.name)
         if field.name in names:
             text = names[field.name]
-            changes[field.name] = text if isinstance(value, str) else type(value)(eval(text))
+            changes[field.name] = text if isinstance(value, str) else type(value)(float(text))
         elif is_dataclass(value):
             changes[field.name] = changed(value, names)
     return replace(parameters, **changes)
