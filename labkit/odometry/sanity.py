@@ -43,35 +43,33 @@ class SanityLimits:
         check_range(self.min_inlier_ratio, "min_inlier_ratio", at_least=0.0, at_most=1.0)
 
 
-def motion_complaints(
-    increment: FloatArray, prior: FloatArray | None, limits: SanityLimits
+def complaints(
+    increment: FloatArray,
+    inlier_ratio: float,
+    rmse: float,
+    limits: SanityLimits,
+    prior: FloatArray | None = None,
 ) -> list[str]:
-    """Why a robot would not have moved by `increment`; empty where it may have."""
+    """Why a match is not believed; empty where it is. NaN never passes."""
     x, y, turn = increment.tolist()
-    complaints = []
+    found = []
     if not (moved := math.hypot(x, y)) <= limits.max_translation:
-        complaints.append(f"translation {moved:.2f} m > {limits.max_translation:.2f} m")
+        found.append(f"translation {moved:.2f} m > {limits.max_translation:.2f} m")
     if not abs(turn) <= limits.max_rotation:
-        complaints.append(f"rotation {_degrees(turn)} > {_degrees(limits.max_rotation)}")
-    if prior is None:
-        return complaints
-    prior_x, prior_y, prior_turn = prior.tolist()
-    if not (apart := math.hypot(x - prior_x, y - prior_y)) <= limits.max_prior_translation:
-        complaints.append(f"{apart:.2f} m from the prior > {limits.max_prior_translation:.2f} m")
-    turned, most = abs(math.remainder(turn - prior_turn, math.tau)), limits.max_prior_rotation
-    if not turned <= most:
-        complaints.append(f"{_degrees(turned)} from the prior > {_degrees(most)}")
-    return complaints
-
-
-def quality_complaints(inlier_ratio: float, rmse: float, limits: SanityLimits) -> list[str]:
-    """Why a match is not good enough; empty where it is. NaN never is."""
-    complaints = []
+        found.append(f"rotation {_degrees(turn)} > {_degrees(limits.max_rotation)}")
+    if prior is not None:
+        prior_x, prior_y, prior_turn = prior.tolist()
+        apart = math.hypot(x - prior_x, y - prior_y)
+        turned, most = math.remainder(turn - prior_turn, math.tau), limits.max_prior_rotation
+        if not apart <= limits.max_prior_translation:
+            found.append(f"{apart:.2f} m from the prior > {limits.max_prior_translation:.2f} m")
+        if not abs(turned) <= most:
+            found.append(f"{_degrees(turned)} from the prior > {_degrees(most)}")
     if not inlier_ratio >= limits.min_inlier_ratio:
-        complaints.append(f"inlier ratio {inlier_ratio:.3f} < {limits.min_inlier_ratio:.3f}")
+        found.append(f"inlier ratio {inlier_ratio:.3f} < {limits.min_inlier_ratio:.3f}")
     if not rmse <= limits.max_rmse:
-        complaints.append(f"RMSE {rmse:.3f} m > {limits.max_rmse:.3f} m")
-    return complaints
+        found.append(f"RMSE {rmse:.3f} m > {limits.max_rmse:.3f} m")
+    return found
 
 
 def _degrees(angle: float) -> str:

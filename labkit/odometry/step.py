@@ -37,7 +37,7 @@ from labkit.degeneracy import spread_ratio
 from labkit.icp import icp
 from labkit.odometry.agreement import THROUGH, beams_of, seen_through
 from labkit.odometry.parameters import OdometryParameters
-from labkit.odometry.sanity import motion_complaints, quality_complaints
+from labkit.odometry.sanity import complaints
 from labkit.odometry.search import STARTS, alike, apart, completed, search, unlikeliness
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination
@@ -252,13 +252,12 @@ class _Step:
             information=0.0 if seen is None else float(seen.values[0]),
             degenerate=seen is None or seen.degenerate,
         )
-        complaints = motion_complaints(increment, self.prior, limits)
-        complaints += quality_complaints(result.fitness, record.rmse, limits)
+        found = complaints(increment, result.fitness, record.rmse, limits, self.prior)
         stays = told.metric == "point_to_line" and (self.prior is not None or self._completes)
         if record.degenerate and not stays:
-            complaints.append(f"degenerate: information {record.information:.3f}")
+            found.append(f"degenerate: information {record.information:.3f}")
         score = agreement - SURPRISE * unlikeliness(T, self.expected)
-        return _Match(record, T, complaints, score)
+        return _Match(record, T, found, score)
 
     def is_doubtful(self, match: _Match) -> bool:
         """Whether a search should say if there is a better match than one that passes."""

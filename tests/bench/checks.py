@@ -44,7 +44,7 @@ from labkit.odometry import (
     estimate_step,
     increments_between,
 )
-from labkit.odometry.sanity import motion_complaints, quality_complaints
+from labkit.odometry.sanity import complaints
 from labkit.result import IcpResult
 from labkit.se2 import relative
 from labkit.warm import warm
@@ -125,8 +125,7 @@ def alarms(matches: list[Any], limits: SanityLimits) -> BoolArray:
     """Which first matches fail a check."""
     return np.array(
         [
-            bool(motion_complaints(increment, prior, limits))
-            or bool(quality_complaints(ratio, rmse, limits))
+            bool(complaints(increment, ratio, rmse, limits, prior))
             for increment, prior, ratio, rmse, *_ in matches
         ]
     )

@@ -7,7 +7,7 @@ import pytest
 
 from labkit.errors import InvalidParameterError
 from labkit.odometry import SanityLimits
-from labkit.odometry.sanity import motion_complaints, quality_complaints
+from labkit.odometry.sanity import complaints as found
 
 LIMITS = SanityLimits(
     max_translation=1.0,
@@ -48,13 +48,13 @@ GOOD = np.array([0.6, -0.6, math.radians(-40.0)])
 )
 def test_motion(increment, prior, complaints):
     prior = None if prior is None else np.array(prior, dtype=float)
-    assert motion_complaints(np.array(increment), prior, LIMITS) == complaints
+    assert found(np.array(increment), 0.5, 0.1, LIMITS, prior) == complaints
 
 
 def test_the_distance_to_the_prior_is_measured_across_the_cut_at_pi():
     wide = SanityLimits(max_rotation=4.0, max_prior_rotation=0.1)
     increment, prior = np.array([0.0, 0.0, math.pi]), np.array([0.0, 0.0, -math.pi + 0.05])
-    assert motion_complaints(increment, prior, wide) == []
+    assert found(increment, 0.5, 0.1, wide, prior) == []
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def test_the_distance_to_the_prior_is_measured_across_the_cut_at_pi():
     ],
 )
 def test_quality(ratio, rmse, complaints):
-    assert quality_complaints(ratio, rmse, LIMITS) == complaints
+    assert found(GOOD, ratio, rmse, LIMITS) == complaints
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ from labkit.course.grading.contract import Value
 from labkit.course.grading.judging.kinds import read
 from labkit.neighbors import nearest_by_brute_force
 from labkit.odometry import SanityLimits, integrate
-from labkit.odometry.sanity import motion_complaints, quality_complaints
+from labkit.odometry.sanity import complaints
 from labkit.se2 import rotation, wrap
 
 Keep = Callable[[FloatArray, float, float], BoolArray]
@@ -157,8 +157,7 @@ def _is_plausible(
         min_inlier_ratio=min_inlier_ratio,
         max_rmse=max_rmse,
     )
-    complaints = motion_complaints(increment, None, limits)
-    return not complaints + quality_complaints(inlier_ratio, rmse, limits)
+    return not complaints(increment, inlier_ratio, rmse, limits)
 
 
 REFERENCES: dict[str, Callable[..., tuple[Value, ...]]] = {
