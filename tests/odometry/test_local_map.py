@@ -1,7 +1,6 @@
 """The map: which scans make it up, where they lie in it, and what it is good for."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -73,16 +72,6 @@ def test_a_scan_without_points_moves_the_robot_and_leaves_the_map():
     assert driven(EVERY_SCAN, [EMPTY]).target is None
 
 
-def test_a_map_stops_growing():
-    sizes = set()
-    seen = LocalMap(EVERY_SCAN)
-    for _ in range(5):
-        for scan in SCANS:
-            seen.add(scan, STEP, 1.0)
-        sizes.add(len(seen.target.points))
-    assert len(sizes) == 1
-
-
 def test_one_point_a_cell():
     points = np.array([[0.01, 0.01], [0.04, 0.04], [-0.01, 0.01], [0.06, 0.01]])
     np.testing.assert_array_equal(first_of_each_cell(points, 0.05), [True, False, True, True])
@@ -105,15 +94,6 @@ def test_a_map_drifts_less_than_scans():
         for against in ("scan", "map")
     }
     assert errors["map"] < 0.5 * errors["scan"]
-
-
-def test_the_map_is_a_choice():
-    parameters = OdometryParameters(map=MapParameters(key_scans=1, key_distance=0.0, map_cell=0.0))
-    as_map = estimate_odometry(SCANS, parameters=parameters)
-    scans = estimate_odometry(SCANS, parameters=replace(parameters, against="scan"))
-    np.testing.assert_allclose(as_map.poses, scans.poses, atol=2e-3)
-    with pytest.raises(InvalidParameterError, match="`against` must be one of scan, map, got 'x'"):
-        OdometryParameters(against="x")
 
 
 @pytest.mark.parametrize(
