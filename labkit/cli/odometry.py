@@ -184,8 +184,9 @@ def _decisions(result: OdometryResult, seconds: float) -> str:
     matched = result.count(Decision.ICP, Decision.RETRY, Decision.SEARCH)
     prior, skipped = result.count(Decision.PRIOR), result.count(Decision.HOLD, Decision.STAND)
     degenerate = sum(record.degenerate for record in result.records)
+    found = f"{retry} on the second attempt, {search} after a search"
     return (
         f"{steps} steps in {seconds:.1f} s ({1e3 * seconds / steps:.2f} ms a step): {matched} from "
-        f"ICP ({retry} on the second attempt, {search} after a search), {prior} from the prior, "
+        f"ICP ({found}, {result.against_prior} against the prior), {prior} from the prior, "
         f"{skipped} skipped; {degenerate} degenerate"
     )

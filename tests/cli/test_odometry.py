@@ -19,7 +19,7 @@ def test_a_log_becomes_a_trajectory_a_table_and_a_map(run, carmen_log, files, tm
     assert status == 0
     assert "room: 8 scans, point_to_line metric, prior: the log's odometry" in out
     assert "7 steps" in out
-    assert "7 from ICP (0 on the second attempt, 0 after a search)" in out
+    assert "7 from ICP (0 on the second attempt, 0 after a search, 0 against the prior)" in out
     assert "0 from the prior, 0 skipped" in out
     assert files() == ["room-map.png", "room-odometry.tum", "room-quality.csv"]
     stamps, poses = read_tum(tmp_path / "room-odometry.tum")
