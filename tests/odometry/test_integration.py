@@ -50,25 +50,6 @@ def test_an_increment_is_in_the_robots_own_frame():
     np.testing.assert_allclose(integrate([drive, turn])[-1], [1.0, 0.0, PI / 2], atol=1e-15)
 
 
-def test_a_square_closes():
-    side = [2.0, 0.0, PI / 2]
-    np.testing.assert_allclose(integrate([side] * 4)[-1], [0.0, 0.0, 0.0], atol=1e-15)
-
-
-def test_the_heading_stays_wrapped_over_many_turns():
-    poses = integrate([[0.0, 0.0, 1.0]] * 100)
-    assert ((poses[:, 2] > -PI) & (poses[:, 2] <= PI)).all()
-    np.testing.assert_allclose(wrap(poses[:, 2] - np.arange(101.0)), 0.0, atol=1e-12)
-
-
-def test_no_increments_are_the_start_alone():
-    np.testing.assert_array_equal(integrate(np.empty((0, 3)), [1.0, 2.0, 3.0]), [[1.0, 2.0, 3.0]])
-
-
-def test_no_poses_have_no_increments_between_them():
-    assert increments_between(np.empty((0, 3))).shape == (0, 3)
-
-
 @pytest.mark.parametrize(
     ("call", "message"),
     [

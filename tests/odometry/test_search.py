@@ -44,16 +44,6 @@ def test_one_of_its_starts_is_near_the_truth(motion):
     assert not any(alike(*each) for each in combinations(starts, 2))
 
 
-def test_it_moves_with_the_frame_of_the_target():
-    """The table's cells lie along the axes, so a shift by whole cells changes no start."""
-    newer, older = looks(degrees(MOTIONS[0]))
-    A = from_xytheta([3.0, -2.0, 0.0])
-    (plain,) = search(newer, Target(older), np.eye(3), WINDOW)[:1]
-    target = Target(Scan.from_points(apply(A, older.points)))
-    (moved,) = search(newer, target, A, WINDOW)[:1]
-    assert alike(moved, A @ plain)
-
-
 def test_it_stays_within_its_window():
     newer, older = looks(degrees((1.5, 0.0, 0.0)))
     starts = search(newer, Target(older), np.eye(3), (0.5, 0.2))[:3]

@@ -239,16 +239,6 @@ def test_the_chosen_match_is_never_worse_than_another():
             assert best.score >= each.score - allowed
 
 
-def test_three_points_are_matched_two_are_not():
-    corner = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    by_points = replace(LESSON, icp=IcpParameters(overlap_ratio=1.0))
-    three, two = Scan.from_points(corner), Scan.from_points(corner[:2])
-    matched = estimate_step(three, Target(three), STILL, STILL, by_points)
-    assert matched.termination is Termination.CONVERGED_POSE
-    unmatched = estimate_step(two, Target(three), STILL, STILL, by_points)
-    assert unmatched.reason == "the newer scan has fewer than 3 points"
-
-
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
