@@ -69,10 +69,9 @@ class ScanMatchingOdometry:
                 filtered,
                 self._seen.target,
                 expected,
-                self._last_motion,
+                np.array([self._last_motion, *self._earlier_motions]),
                 self.parameters,
                 T_target_last=self._seen.T_target_last,
-                earlier_motions=np.array(self._earlier_motions).reshape(-1, 3),
             )
         else:
             record = StepRecord(increment=STILL, decision=Decision.START)

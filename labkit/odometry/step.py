@@ -3,20 +3,19 @@
 A  `_Step.match`      ICP from the prior, or from the last motion where there is none
 B  `_Step.judged`     the increment (Δx, Δy, Δψ) in the frame of scan k
 C  `integrate_step`   the pose, in `labkit.odometry.integration`
-D  `_Step.judged`     the sanity checks; `_choose`: the best of several matches
-E  `_published`       the match that is believed
-F  `_Step.fall_back`  reduced steps, or a search; `_published`: the prior, or skip
+D  `_Step.judged`     the sanity checks; `_Step.choose`: the best of several matches
+E  `estimate_step`    the match that is believed
+F  `_Step.fall_back`  reduced steps, or a search; `estimate_step`: the prior, or skip
 
 1. ICP from the prior, or from the last motion.
-2. Where there is no prior, or the match is not believed or doubtful: a search, and ICP from
-   its best starts. Without the search: once more, with a reduced gate and reduced steps.
-3. Where no match passes near the prior: a search as if there were no wheels. A match that is
-   alone and well supported is believed against a prior that nothing supports.
+2. Where that match is not believed, or agrees too little with the target: a search, and ICP
+   from its peaks. Without the search: once more, with a reduced gate and reduced steps.
+3. Where no match near the prior has support: the same as if there were no prior. A match that
+   has, and that is alone, is believed against it.
 4. The prior; without one, skip the update: hold the last motion once, or stand still.
 
 Of several matches, the checks judge the one that agrees best with the target and deviates
-least from the expected motion. If the best one lies half a metre beyond a limit, a worse one
-within the limit is no better. If a scan fits in several places within the limits, the match
+least from the expected motion. If a scan fits in several places within the limits, the match
 is not a measurement: the prior is taken, and without one the place nearest to the expected
 motion. Motions that no wall fixes, such as the way along a corridor, are taken from the prior
 or, with the search, from the last motions; without either the step is not believed.
@@ -47,8 +46,9 @@ from labkit.se2 import from_xytheta, invert, to_xytheta
 from labkit.target import Target
 
 STILL = np.zeros(3)
-AT_TARGET, NOTHING = np.eye(3), np.empty((0, 3))
-DOUBTFUL = 0.6  # agreement below which a search says if there is a better match
+AT_TARGET = np.eye(3)
+SUPPORTED, SURE = 0.5, 0.8  # agreement that asks for no search, with a prior and without
+SAME = 0.01  # scores that differ by less: whichever was tried first
 SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
 ALIKE = 0.05  # agreements that differ by less do not tell which of two matches is right
 
@@ -136,11 +136,10 @@ def estimate_step(
     source: Scan,
     target: Target | None,
     prior: FloatArray | None,
-    last_motion: FloatArray,
+    motions: FloatArray,
     parameters: OdometryParameters,
     *,
     T_target_last: FloatArray = AT_TARGET,
-    earlier_motions: FloatArray = NOTHING,
 ) -> StepRecord:
     """Estimate the motion from scan k (`target`) to scan k+1 (`source`).
 
@@ -150,40 +149,44 @@ def estimate_step(
         The newer scan, filtered already, and the older one or the map; None without points.
     prior : ndarray, shape (3,), or None
         Expected increment from wheels or an IMU.
-    last_motion : ndarray, shape (3,)
-        The increment of the step before: guess and last resort without a prior.
+    motions : ndarray, shape (3,) or (K, 3)
+        Increments of the steps before, the newest first. Without a prior the first is the guess
+        and the last resort, and all are likely.
     parameters : OdometryParameters
         Matcher, limits and fallbacks.
     T_target_last : ndarray, shape (3, 3)
         Where scan k was taken in the target's frame; the identity where it is the target.
-    earlier_motions : ndarray, shape (K, 3)
-        Increments of steps before, the newest first, for a search without a prior.
     """
-    guess, last_resort = prior, Decision.PRIOR
-    if guess is None:
-        guess, last_resort = last_motion, Decision.HOLD if last_motion.any() else Decision.STAND
-    resort = StepRecord(increment=guess, decision=last_resort)
+    likely = np.atleast_2d(motions if prior is None else prior)
+    last_resort = Decision.HOLD if likely[0].any() else Decision.STAND
+    last_resort = last_resort if prior is None else Decision.PRIOR
+    resort = StepRecord(increment=likely[0], decision=last_resort)
     if target is None or len(source) < MIN_PAIRS:
         which = "older" if target is None else "newer"
         return replace(resort, reason=f"the {which} scan has fewer than {MIN_PAIRS} points")
 
-    likely = np.vstack([last_motion, earlier_motions]) if prior is None else guess[None]
     expected = T_target_last @ from_xytheta(likely)
     step = _Step(source, target, T_target_last, prior, expected, parameters)
     tried = [step.match(expected[0], Decision.ICP)]
     if tried[0].complaints or step.is_doubtful(tried[0]):
         step.fall_back(tried)
     best = step.choose(tried)
-    if best.complaints and prior is not None and parameters.search:
-        known = {"T_target_last": T_target_last, "earlier_motions": earlier_motions}
-        alone = estimate_step(source, target, None, last_motion, parameters, **known)
-        if alone.agreement >= DOUBTFUL and not (alone.degenerate or alone.ambiguous):
-            why = f"{best.record.reason}; believed against the prior: alone, and well supported"
-            return replace(alone, reason=why, against_prior=True)
     record = replace(best.record, spread=_spread(source, best.record))
-    if best.complaints or (record.ambiguous and prior is not None):
-        return replace(record, increment=resort.increment, decision=resort.decision)  # F
-    return record  # E
+    believed = not best.complaints and not (record.ambiguous and prior is not None)
+    if believed and (prior is None or not step.is_doubtful(best)):
+        return record  # E
+    if prior is not None and parameters.search:
+        alone = estimate_step(
+            source, target, None, motions, parameters, T_target_last=T_target_last
+        )
+        if alone.decision.matched and alone.agreement >= SUPPORTED and not alone.ambiguous:
+            against = complaints(
+                alone.increment, alone.inlier_ratio, alone.rmse, parameters.limits, prior
+            )
+            return replace(alone, reason=record.reason, against_prior=bool(against))
+    if believed:
+        return record
+    return replace(record, increment=resort.increment, decision=resort.decision)  # F
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,7 +264,8 @@ class _Step:
 
     def is_doubtful(self, match: _Match) -> bool:
         """Whether a search should say if there is a better match than one that passes."""
-        return self.parameters.search and (self.prior is None or match.record.agreement < DOUBTFUL)
+        asked = SURE if self.prior is None else SUPPORTED
+        return self.parameters.search and match.record.agreement < asked
 
     def fall_back(self, tried: list[_Match]) -> None:
         """Add a match with reduced steps (F), or from a search's starts where none has ended."""
@@ -284,7 +288,8 @@ class _Step:
         """
         best = tried[-1]
         if self.parameters.search:
-            best = max(tried, key=lambda each: each.score - ALIKE * bool(each.complaints))
+            scores = [each.score - ALIKE * bool(each.complaints) for each in tried]
+            best = tried[int(np.argmax(np.array(scores) >= max(scores) - SAME))]
         good = [each for each in tried if not each.complaints]
         others = [each.record.agreement for each in good if not each.ends_at(best.T_target_source)]
         margin = best.record.agreement - max(others, default=math.nan)

@@ -119,13 +119,13 @@ def test_a_good_match_is_not_searched_for(monkeypatch):
         raise AssertionError("searched")
 
     monkeypatch.setattr("labkit.odometry.step.search", refuse)
-    motion = degrees((0.2, 0.0, 5.0))
-    newer, older = looks(motion)
-    record = estimate_step(newer, Target(older), STILL, STILL, PARAMETERS)
-    assert record.decision is Decision.ICP
-    assert math.isnan(record.margin)
-    with pytest.raises(AssertionError, match="searched"):  # nobody knows of what without a prior
-        estimate_step(newer, Target(older), None, STILL, PARAMETERS)
+    newer, older = looks(degrees((0.2, 0.0, 5.0)))
+    for prior in (STILL, None):
+        record = estimate_step(newer, Target(older), prior, STILL, PARAMETERS)
+        assert record.decision is Decision.ICP
+        assert math.isnan(record.margin)
+    with pytest.raises(AssertionError, match="searched"):
+        estimate_step(newer, Target(older), None, degrees((0.0, 0.0, 80.0)), PARAMETERS)
 
 
 def test_along_a_corridor_the_robot_goes_on_as_before():
@@ -133,9 +133,7 @@ def test_along_a_corridor_the_robot_goes_on_as_before():
     motion = degrees((0.9, 0.1, 10.0))
     newer, older = looks(motion, corridor(), rng=1)
     before = np.array([degrees((0.05, 0.0, 30.0)), degrees((0.8, 0.0, 2.0))])
-    record = estimate_step(
-        newer, Target(older), None, before[0], PARAMETERS, earlier_motions=before
-    )
+    record = estimate_step(newer, Target(older), None, before, PARAMETERS)
     assert record.degenerate
     assert record.decision.matched
     np.testing.assert_allclose(record.increment[[1, 2]], motion[[1, 2]], atol=0.03)
@@ -153,7 +151,8 @@ def colonnade(places, reach):
 
 
 def test_what_fits_in_several_places_is_no_measurement(monkeypatch):
-    monkeypatch.setattr("labkit.odometry.step.DOUBTFUL", 1.0)  # search for every step
+    for name in ("SUPPORTED", "SURE"):  # search for every step
+        monkeypatch.setattr(f"labkit.odometry.step.{name}", 1.0)
     pillars = np.arange(-4.8, 4.9, 0.4)
     target = Target(Scan.from_points(colonnade(pillars, 5.0)))
     exact = colonnade(pillars[4:-4], 3.5)

@@ -17,7 +17,7 @@ from labkit.odometry import (
     estimate_step,
 )
 from labkit.odometry.agreement import beams_of, seen_through
-from labkit.odometry.step import ALIKE, _Match, _Step
+from labkit.odometry.step import ALIKE, SAME, _Match, _Step
 from labkit.se2 import apply, from_xytheta, invert, to_xytheta, transform
 from labkit.simulation import Lidar, cast, corridor, room
 
@@ -163,12 +163,21 @@ def test_wheels_that_jump_do_not_win_over_a_match_that_is_alone(off):
     assert record.decision.matched
     assert record.against_prior
     np.testing.assert_allclose(record.increment, MOTION, atol=0.006)
-    assert record.reason.endswith("believed against the prior: alone, and well supported")
+    assert record.reason.startswith("icp: ")
 
 
-def test_along_a_corridor_the_wheels_are_believed():
+def test_along_a_corridor_wheels_that_jump_lose_their_turn():
     jump = MOTION + np.array([0.0, 0.0, math.radians(80.0)])
     record = estimate_step(*looks(corridor(), rng=1), jump, LAST, PARAMETERS)
+    assert record.against_prior
+    assert record.degenerate
+    assert record.increment[0] == pytest.approx(LAST[0], abs=0.01)
+    assert record.increment[1:] == pytest.approx(MOTION[1:], abs=0.006)
+
+
+def test_wheels_are_believed_where_nothing_else_is():
+    beyond = replace(PARAMETERS, limits=SanityLimits(max_translation=0.05))
+    record = estimate_step(*looks(room()), PRIOR, LAST, beyond)
     assert record.decision is Decision.PRIOR
     assert not record.against_prior
 
@@ -200,7 +209,6 @@ def test_steps_are_in_the_frame_of_the_older_scan():
 RECORD = StepRecord(increment=STILL, decision=Decision.ICP)
 STEP = _Step(CURTAINED, Target(WALLS), np.eye(3), None, np.eye(3)[None], PARAMETERS)
 FAILED = _Match(RECORD, np.full((3, 3), math.nan), ["failed"])
-LITTLE = 1e-3
 
 
 def ended(place, score, *complaints):
@@ -214,10 +222,10 @@ def ended(place, score, *complaints):
         ([ended(0, 0.5), ended(1, 0.6), ended(2, 0.4)], 1),  # the highest score
         ([FAILED, ended(1, 0.6)], 1),
         ([FAILED, ended(1, 0.6, "too far")], 1),
-        ([ended(0, 0.6, "too far"), ended(1, 0.6 - ALIKE + LITTLE)], 1),  # as good, and passes
-        ([ended(0, 0.6, "too far"), ended(1, 0.6 - ALIKE - LITTLE)], 0),  # worse
+        ([ended(0, 0.6, "too far"), ended(1, 0.6 - ALIKE + 2 * SAME)], 1),  # as good, and passes
+        ([ended(0, 0.6, "too far"), ended(1, 0.6 - ALIKE)], 0),  # worse
         ([ended(0, 0.6, "too far"), ended(1, 0.59, "too far")], 0),  # none passes
-        ([ended(0, 0.6), ended(1, 0.6)], 0),  # whichever was first
+        ([ended(0, 0.6), ended(1, 0.6 + 0.9 * SAME)], 0),  # alike: whichever was first
     ],
 )
 def test_the_best_match(tried, taken):
@@ -235,7 +243,7 @@ def test_the_chosen_match_is_never_worse_than_another():
         ]
         best = STEP.choose(tried)
         for each in tried:
-            allowed = ALIKE if each.complaints and not best.complaints else 0.0
+            allowed = SAME + ALIKE * (bool(each.complaints) - bool(best.complaints))
             assert best.score >= each.score - allowed
 
 
