@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Sized
 from dataclasses import dataclass
@@ -80,8 +79,7 @@ class ScanMatchingOdometry:
         self._last_motion = STILL if record.decision.skipped else record.increment
         if record.decision.matched and not record.degenerate:
             self._earlier_motions.appendleft(record.increment)
-        overlap = record.inlier_ratio if record.decision.matched else math.nan
-        self._seen.add(filtered, record.increment, overlap)
+        self._seen.add(filtered, record.increment, matched=record.decision.matched)
         self.pose = integrate_step(self.pose, record.increment)
         return record
 

@@ -28,9 +28,9 @@ class MapParameters:
     ----------
     key_scans : int
         How many key scans the map holds: its memory, however long the robot drives.
-    key_distance, key_rotation, key_overlap : float
-        A scan becomes a key scan when it is this far from the last one [m], or turned by
-        this much [rad], or when less than this share of its points has a partner in the map.
+    key_distance, key_rotation : float
+        A scan becomes a key scan when it is this far from the last one [m], or turned by this
+        much [rad], or when it was not matched.
     map_cell : float
         A key scan keeps one point in each square of this size [m]; 0 keeps them all.
     """
@@ -38,14 +38,12 @@ class MapParameters:
     key_scans: int = 30
     key_distance: float = 0.3
     key_rotation: float = math.radians(20.0)
-    key_overlap: float = 0.5
     map_cell: float = 0.05
 
     def __post_init__(self) -> None:
         check_count(self.key_scans, "key_scans", at_least=1)
         check_range(self.key_distance, "key_distance", at_least=0.0, unit="m")
         check_range(self.key_rotation, "key_rotation", at_least=0.0, unit="rad")
-        check_range(self.key_overlap, "key_overlap", at_least=0.0, at_most=1.0)
         check_range(self.map_cell, "map_cell", at_least=0.0, unit="m")
 
 
@@ -64,14 +62,14 @@ class LocalMap:
         self.T_target_last = np.eye(3)
         self._sizes: deque[int] = deque()  # points of each key scan, the oldest first
 
-    def add(self, scan: Scan, increment: FloatArray, overlap: float) -> None:
-        """Take the newest scan, one `increment` (Δx, Δy, Δψ) on; an `overlap` of NaN is none."""
+    def add(self, scan: Scan, increment: FloatArray, *, matched: bool) -> None:
+        """Take the newest scan, one `increment` (Δx, Δy, Δψ) on."""
         self.T_target_last = self.T_target_last @ from_xytheta(increment)
         if len(scan) < MIN_PAIRS:
             return
         if self.target is None:
             self.target = self._thinned(scan)
-        elif self._is_far() or not overlap >= self.parameters.key_overlap:
+        elif not matched or self._is_far():
             self.target = self._with_key(self.target, self._thinned(scan))
         else:
             return

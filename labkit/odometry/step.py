@@ -14,11 +14,10 @@ F  `_Step.fall_back`  reduced steps, or a search; `estimate_step`: the prior, or
    has, and that is alone, is believed against it.
 4. The prior; without one, skip the update: hold the last motion once, or stand still.
 
-Of several matches, the checks judge the one that agrees best with the target and deviates
-least from the expected motion. If a scan fits in several places within the limits, the match
-is not a measurement: the prior is taken, and without one the place nearest to the expected
-motion. Motions that no wall fixes, such as the way along a corridor, are taken from the prior
-or, with the search, from the last motions; without either the step is not believed.
+Of several matches, the checks judge the one that agrees best with the target. If a scan fits
+in several places within the limits, the match is not a measurement: the prior is taken, where
+there is one. Motions that no wall fixes, such as the way along a corridor, are taken from the
+prior or, with the search, from the last motions; without either the step is not believed.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ from labkit.icp import icp
 from labkit.odometry.agreement import THROUGH, beams_of, seen_through
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.sanity import complaints
-from labkit.odometry.search import STARTS, alike, apart, completed, search, unlikeliness
+from labkit.odometry.search import STARTS, alike, apart, completed, search
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
@@ -48,8 +47,7 @@ from labkit.target import Target
 STILL = np.zeros(3)
 AT_TARGET = np.eye(3)
 SUPPORTED, SURE = 0.5, 0.8  # agreement that asks for no search, with a prior and without
-SAME = 0.01  # scores that differ by less: whichever was tried first
-SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
+SAME = 0.01  # agreements that differ by less: whichever was tried first
 ALIKE = 0.05  # agreements that differ by less do not tell which of two matches is right
 
 
@@ -99,7 +97,7 @@ class StepRecord:
     margin, ambiguous : float, bool
         By how much the match agrees better than the best one that ended elsewhere and passes
         the checks, NaN without one; and whether that is too little to tell which is right.
-        Then the prior is taken; without one, the match nearest to the expected motion.
+        Then the prior is taken, where there is one.
     against_prior : bool
         Whether the match was believed although it lies beyond the limits around the prior.
     information, degenerate : float, bool
@@ -196,7 +194,6 @@ class _Match:
     record: StepRecord
     T_target_source: FloatArray  # NaN where it failed
     complaints: list[str]
-    score: float = -math.inf  # the agreement, less by how much the motion surprises
 
     def ends_at(self, T: FloatArray) -> bool:
         """Whether the match ended at the pose T, or near it."""
@@ -259,8 +256,7 @@ class _Step:
         stays = told.metric == "point_to_line" and (self.prior is not None or self._completes)
         if record.degenerate and not stays:
             found.append(f"degenerate: information {record.information:.3f}")
-        score = agreement - SURPRISE * unlikeliness(T, self.expected)
-        return _Match(record, T, found, score)
+        return _Match(record, T, found)
 
     def is_doubtful(self, match: _Match) -> bool:
         """Whether a search should say if there is a better match than one that passes."""
@@ -288,7 +284,7 @@ class _Step:
         """
         best = tried[-1]
         if self.parameters.search:
-            scores = [each.score - ALIKE * bool(each.complaints) for each in tried]
+            scores = [each.record.agreement - ALIKE * bool(each.complaints) for each in tried]
             best = tried[int(np.argmax(np.array(scores) >= max(scores) - SAME))]
         good = [each for each in tried if not each.complaints]
         others = [each.record.agreement for each in good if not each.ends_at(best.T_target_source)]

@@ -64,7 +64,6 @@ VALUES: dict[str, tuple[float, ...]] = {
     "SUPPORTED": (0.5, 0.4, 0.6),
     "SURE": (0.8, 0.6, 1.0),
     "ALIKE": (0.05, 0.0, 0.1),
-    "SURPRISE": (0.1, 0.0, 0.2),
     "THROUGH": (0.5, 0.0, 1.0),
     "STARTS": (16, 8),
 }
