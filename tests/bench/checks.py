@@ -137,38 +137,41 @@ def rates(alarm: BoolArray, wrong: BoolArray) -> str:
     return f"{recall} / {100.0 * alarm[~wrong].mean():.1f} ({wrong.sum()})"
 
 
-def whole_run(log: Log, reference: Reference, wheels: bool, name: str, value: float) -> FloatArray:
-    """Share of steps that are lost and that are wrong [%], with the named limit at that value."""
+def whole_runs(runs: list[Run], name: str, value: float) -> FloatArray:
+    """Lost and wrong steps [%] with the named limit at that value, (logs, ways, 2)."""
     parameters = changed(OdometryParameters(), {name: repr(value)})
     modules = [each for each in (one_step, labkit.odometry.search) if hasattr(each, name)]
     before = [getattr(each, name) for each in modules]
     for each in modules:
         setattr(each, name, value)
-    result = estimate_odometry(log.scans, wheels_of(log) if wheels else None, parameters)
+    shares = []
+    for log, reference in runs:
+        for priors in (None, wheels_of(log)):
+            poses = estimate_odometry(log.scans, priors, parameters).poses
+            shares.append([steps_off(poses, reference, by).mean() for by in (LOST, WRONG)])
     for each, old in zip(modules, before, strict=True):
         setattr(each, name, old)
-    return np.array([100.0 * steps_off(result.poses, reference, by).mean() for by in (LOST, WRONG)])
+    return 100.0 * np.reshape(shares, (len(runs), 2, 2))
 
 
-def left_out(runs: list[Run], matches: dict[Any, list[Any]], name: str) -> list[list[str]]:
+def left_out(
+    runs: list[Run], matches: dict[Any, list[Any]], present: FloatArray, name: str
+) -> list[list[str]]:
     """A row for each log: the value of a limit by the other logs, and what it does on this one."""
     values = VALUES[name]
-    shares = np.array(
-        [
-            [[whole_run(*run, wheels, name, value) for wheels in (False, True)] for run in runs]
-            for value in tqdm(values, name, leave=False, disable=None)
-        ]
-    )  # (values, logs, ways, lost and wrong)
+    shares = [present]
+    for value in tqdm(values[1:], name, leave=False, disable=None):
+        shares.append(whole_runs(runs, name, value))
     rows = []
     for k, (log, _) in enumerate(runs):
-        others = np.delete(shares, k, axis=1).mean(axis=(1, 2)).round(3)
+        others = np.delete(shares, k, axis=1).mean(axis=(1, 2)).round(3)  # lost and wrong
         best = min(range(len(values)), key=lambda v: (*others[v], v))
         limits = changed(SanityLimits(), {name: repr(values[best])})
         row = [name, log.name, f"{values[best]:.3g}"]
         for guess in GUESSES:
             found = matches[log.name, guess]
             row.append(rates(alarms(found, limits), np.array([each[4] for each in found])))
-        rows.append([*row, *(f"{lost:.1f}, {wrong:.1f}" for lost, wrong in shares[best, k])])
+        rows.append([*row, *(f"{lost:.1f}, {wrong:.1f}" for lost, wrong in shares[best][k])])
         print("  ".join(f"{cell:>14}" for cell in rows[-1]), flush=True)
     return rows
 
@@ -205,7 +208,8 @@ def main() -> int:
     header = ("log", *(text for guess in GUESSES for text in (guess, "whole step")))
     tables = [markdown(header, whole_steps(matches))]
     print(tables[0])
-    rows = [row for name in args.limits for row in left_out(runs, matches, name)]
+    present = whole_runs(runs, "max_rmse", VALUES["max_rmse"][0])
+    rows = [row for name in args.limits for row in left_out(runs, matches, present, name)]
     tables.insert(0, markdown(HEADER, rows))
     if args.out:
         Path(args.out).write_text("\n\n".join(tables) + "\n", encoding="utf-8")
