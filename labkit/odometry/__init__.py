@@ -6,14 +6,12 @@ from labkit.odometry.estimator import (
     estimate_odometry,
 )
 from labkit.odometry.integration import increments_between, integrate, integrate_step
-from labkit.odometry.local_map import MapParameters
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.sanity import SanityLimits
 from labkit.odometry.step import Decision, StepRecord, estimate_step
 
 __all__ = [
     "Decision",
-    "MapParameters",
     "OdometryParameters",
     "OdometryResult",
     "SanityLimits",

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from labkit.arrays import FloatArray, check_kind
 from labkit.errors import InvalidPointsError
 from labkit.odometry.integration import as_row, as_rows, increments_between, integrate_step
-from labkit.odometry.local_map import LAST_SCAN, LocalMap
+from labkit.odometry.local_map import LocalMap
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.search import REMEMBERED
 from labkit.odometry.step import STILL, Decision, StepRecord, estimate_step
@@ -45,8 +45,7 @@ class ScanMatchingOdometry:
         self.parameters = OdometryParameters() if parameters is None else parameters
         check_kind(self.parameters, "parameters", OdometryParameters)
         self.pose = as_row(start, "start")
-        against_map = self.parameters.against == "map"
-        self._seen = LocalMap(self.parameters.map if against_map else LAST_SCAN)
+        self._seen = LocalMap(last_scan=self.parameters.against == "scan")
         self._started = False
         self._earlier_motions: deque[FloatArray] = deque(maxlen=REMEMBERED)  # the newest first
         self._last_motion: FloatArray = STILL

@@ -9,55 +9,29 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
 
 import numpy as np
 
-from labkit.arrays import BoolArray, FloatArray, check_count, check_range
+from labkit.arrays import FloatArray, IntArray
 from labkit.correspondences import MIN_PAIRS
 from labkit.scan import Scan
 from labkit.se2 import apply, from_xytheta, invert
 from labkit.target import Target
 
-
-@dataclass(frozen=True, kw_only=True)
-class MapParameters:
-    """Which scans make up the map, and how much of them is kept; checked when it is made.
-
-    Attributes
-    ----------
-    key_scans : int
-        How many key scans the map holds: its memory, however long the robot drives.
-    key_distance, key_rotation : float
-        A scan becomes a key scan when it is this far from the last one [m], or turned by this
-        much [rad], or when it was not matched.
-    map_cell : float
-        A key scan keeps one point in each square of this size [m]; 0 keeps them all.
-    """
-
-    key_scans: int = 30
-    key_distance: float = 0.3
-    key_rotation: float = math.radians(20.0)
-    map_cell: float = 0.05
-
-    def __post_init__(self) -> None:
-        check_count(self.key_scans, "key_scans", at_least=1)
-        check_range(self.key_distance, "key_distance", at_least=0.0, unit="m")
-        check_range(self.key_rotation, "key_rotation", at_least=0.0, unit="rad")
-        check_range(self.map_cell, "map_cell", at_least=0.0, unit="m")
-
-
-LAST_SCAN = MapParameters(key_scans=1, key_distance=0.0, key_rotation=0.0, map_cell=0.0)
+KEY_SCANS = 30  # the map's memory, however long the robot drives
+KEY_DISTANCE, KEY_ROTATION = 0.3, math.radians(20.0)  # [m] and [rad] between two key scans
+MAP_CELL = 0.05  # [m]: a key scan keeps one point in each square of this size
 
 
 class LocalMap:
     """The last key scans as one target, in the frame of the newest of them.
 
+    With `last_scan`, the target is the last scan alone, and all of its points.
     `T_target_last` is the pose of the scan before, from which the next one starts.
     """
 
-    def __init__(self, parameters: MapParameters) -> None:
-        self.parameters = parameters
+    def __init__(self, *, last_scan: bool = False) -> None:
+        self.last_scan = last_scan
         self.target: Target | None = None
         self.T_target_last = np.eye(3)
         self._sizes: deque[int] = deque()  # points of each key scan, the oldest first
@@ -69,7 +43,7 @@ class LocalMap:
             return
         if self.target is None:
             self.target = self._thinned(scan)
-        elif not matched or self._is_far():
+        elif self.last_scan or not matched or self._is_far():
             self.target = self._with_key(self.target, self._thinned(scan))
         else:
             return
@@ -78,17 +52,20 @@ class LocalMap:
     def _is_far(self) -> bool:
         (c, _, x), (s, _, y), _ = self.T_target_last.tolist()
         moved, turned = math.hypot(x, y), abs(math.atan2(s, c))
-        return moved > self.parameters.key_distance or turned > self.parameters.key_rotation
+        return moved > KEY_DISTANCE or turned > KEY_ROTATION
 
     def _thinned(self, scan: Scan) -> Target:
         """A key scan: of each cell the first point, with the normal among all points."""
-        kept = first_of_each_cell(scan.points, self.parameters.map_cell)
-        self._sizes.append(int(kept.sum()))
+        kept = np.arange(len(scan))
+        if not self.last_scan:
+            kept = first_of_each_cell(scan.points, MAP_CELL)
+        self._sizes.append(len(kept))
         return Target(Scan.from_points(scan.points[kept]), Target(scan).normals[kept])
 
     def _with_key(self, target: Target, newest: Target) -> Target:
         """The map seen from the newest key scan, without the one that is too many."""
-        surplus = self._sizes.popleft() if len(self._sizes) > self.parameters.key_scans else 0
+        most = 1 if self.last_scan else KEY_SCANS
+        surplus = self._sizes.popleft() if len(self._sizes) > most else 0
         T_newest_target = invert(self.T_target_last)
         points = apply(T_newest_target, target.points[surplus:])
         normals = target.normals[surplus:] @ T_newest_target[:2, :2].T
@@ -98,12 +75,7 @@ class LocalMap:
         )
 
 
-def first_of_each_cell(points: FloatArray, cell: float) -> BoolArray:
-    """Which of the points (N, 2) come first in their square of side `cell` [m]; 0: all do."""
-    first = np.ones(len(points), dtype=np.bool_)
-    if cell > 0.0:
-        column, row = np.floor(points / cell).T
-        _, index = np.unique(column + 1j * row, return_index=True)
-        first[:] = False
-        first[index] = True
-    return first
+def first_of_each_cell(points: FloatArray, cell: float) -> IntArray:
+    """Which of the points (N, 2) come first in their square of side `cell` [m], in order."""
+    column, row = np.floor(points / cell).T
+    return np.sort(np.unique(column + 1j * row, return_index=True)[1])

@@ -8,7 +8,6 @@ from typing import Literal, get_args
 from labkit.arrays import check_kind
 from labkit.errors import InvalidParameterError
 from labkit.filters import Preprocessing
-from labkit.odometry.local_map import MapParameters
 from labkit.odometry.sanity import SanityLimits
 from labkit.parameters import IcpParameters
 
@@ -37,8 +36,6 @@ class OdometryParameters:
         What a step must pass.
     against : {"map", "scan"}
         What a scan is matched against: a map of the last key scans, or the scan before.
-    map : MapParameters
-        Which scans make up the map.
     preprocessing : Preprocessing
         Filters that every scan goes through first.
     search : bool
@@ -52,14 +49,14 @@ class OdometryParameters:
         default="map",
         metadata={"help": "match against a map of the last key scans, or the scan before"},
     )
-    map: MapParameters = field(default_factory=MapParameters)
     preprocessing: Preprocessing = field(default_factory=Preprocessing)
     search: bool = True
 
     def __post_init__(self) -> None:
-        kinds = {"icp": IcpParameters, "limits": SanityLimits, "map": MapParameters}
-        for name, kind in (kinds | {"preprocessing": Preprocessing, "search": bool}).items():
-            check_kind(getattr(self, name), name, kind)
+        check_kind(self.icp, "icp", IcpParameters)
+        check_kind(self.limits, "limits", SanityLimits)
+        check_kind(self.preprocessing, "preprocessing", Preprocessing)
+        check_kind(self.search, "search", bool)
         if self.against not in get_args(Against):
             raise InvalidParameterError(
                 f"must be one of {', '.join(get_args(Against))}, got {self.against!r}",

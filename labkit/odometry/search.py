@@ -45,7 +45,7 @@ STARTS = 16  # fine poses that are worth trying with ICP
 APART = 0.3, math.radians(6.0)  # starts nearer to each other than this are one
 REMEMBERED = 20  # motions
 USUAL = 0.5, math.radians(20.0)  # [m] and [rad]: motions that differ so much are unlike
-AGE = 0.05  # what each step since a motion adds to that
+AGE = 0.05  # what each step since a motion adds to its surprise
 
 
 @compiled
@@ -156,23 +156,35 @@ def alike(T: FloatArray, other: FloatArray) -> bool:
     return step_length(np.array(other), np.array(T))[1] < APART[1]
 
 
-def completed(T: FloatArray, seen: Information, expected: FloatArray) -> FloatArray:
-    """The pose T, moved along what `seen` leaves free to one of the `expected` (K, 3, 3).
+def unlikeliness(T: FloatArray, expected: FloatArray) -> float:
+    """0 where the pose T is the likeliest that is expected, 1 where it is unlike any."""
+    least = float(_surprise(T, expected, np.zeros((1, 2))).min())
+    return least / (1.0 + least)
 
-    It is the one that is most like T in what is not free, and of those alike the first.
-    """
+
+def completed(T: FloatArray, seen: Information, expected: FloatArray) -> FloatArray:
+    """The pose T, moved along what `seen` leaves free to the likeliest expected pose."""
     shifts = [v[:2] / math.hypot(v[0], v[1]) for v in seen.free.T if math.hypot(*v[:2]) > abs(v[2])]
     if not shifts:
         return T
     free = np.array(shifts)
+    likeliest = expected[int(_surprise(T, expected, free).argmin())]
+    moved = T.copy()
+    moved[:2, 2] += ((likeliest[:2, 2] - T[:2, 2]) @ free.T) @ free
+    return moved
+
+
+def _surprise(T: FloatArray, expected: FloatArray, free: FloatArray) -> FloatArray:
+    """How far T is from each pose of `expected` (K, 3, 3), the likeliest first, shape (K,).
+
+    Squared, in `USUAL` ways; the directions `free`, shape (F, 2), do not count.
+    """
     offset = expected[:, :2, 2] - T[:2, 2]
-    along = (offset @ free.T) @ free
+    offset = offset - (offset @ free.T) @ free
     turn = relative(T, expected)
     turned = np.arctan2(turn[:, 1, 0], turn[:, 0, 0]) / USUAL[1]
-    unlike = np.hypot(*((offset - along) / USUAL[0]).T) ** 2 + turned**2
-    moved = T.copy()
-    moved[:2, 2] += along[int((unlike + AGE * np.arange(len(expected))).argmin())]
-    return moved
+    moved = np.hypot(offset[:, 0], offset[:, 1]) / USUAL[0]
+    return np.asarray(moved**2 + turned**2 + AGE * np.arange(len(expected)))
 
 
 def _turned(points: FloatArray, angles: FloatArray) -> FloatArray:

@@ -14,10 +14,11 @@ F  `_Step.fall_back`  reduced steps, or a search; `estimate_step`: the prior, or
    has, and that is alone, is believed against it.
 4. The prior; without one, skip the update: hold the last motion once, or stand still.
 
-Of several matches, the checks judge the one that agrees best with the target. If a scan fits
-in several places within the limits, the match is not a measurement: the prior is taken, where
-there is one. Motions that no wall fixes, such as the way along a corridor, are taken from the
-prior or, with the search, from the last motions; without either the step is not believed.
+Of several matches, the checks judge the one that agrees best with the target and deviates
+least from the expected motion. If a scan fits in several places within the limits, the match
+is not a measurement: the prior is taken, where there is one. Motions that no wall fixes, such
+as the way along a corridor, are taken from the prior or, with the search, from the last
+motions; without either the step is not believed.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from labkit.icp import icp
 from labkit.odometry.agreement import THROUGH, beams_of, seen_through
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.sanity import complaints
-from labkit.odometry.search import STARTS, alike, apart, completed, search
+from labkit.odometry.search import STARTS, alike, apart, completed, search, unlikeliness
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
@@ -47,7 +48,8 @@ from labkit.target import Target
 STILL = np.zeros(3)
 AT_TARGET = np.eye(3)
 SUPPORTED, SURE = 0.5, 0.8  # agreement that asks for no search, with a prior and without
-SAME = 0.01  # agreements that differ by less: whichever was tried first
+SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
+SAME = 0.01  # scores that differ by less: whichever was tried first
 ALIKE = 0.05  # agreements that differ by less do not tell which of two matches is right
 
 
@@ -169,7 +171,8 @@ def estimate_step(
     if tried[0].complaints or step.is_doubtful(tried[0]):
         step.fall_back(tried)
     best = step.choose(tried)
-    record = replace(best.record, spread=_spread(source, best.record))
+    shift, R = best.record.increment[:2], from_xytheta(best.record.increment)[:2, :2]
+    record = replace(best.record, spread=spread_ratio(source, R.T @ shift))
     believed = not best.complaints and not (record.ambiguous and prior is not None)
     if believed and (prior is None or not step.is_doubtful(best)):
         return record  # E
@@ -194,6 +197,7 @@ class _Match:
     record: StepRecord
     T_target_source: FloatArray  # NaN where it failed
     complaints: list[str]
+    score: float = -math.inf  # the agreement, less by how much the motion surprises
 
     def ends_at(self, T: FloatArray) -> bool:
         """Whether the match ended at the pose T, or near it."""
@@ -256,7 +260,8 @@ class _Step:
         stays = told.metric == "point_to_line" and (self.prior is not None or self._completes)
         if record.degenerate and not stays:
             found.append(f"degenerate: information {record.information:.3f}")
-        return _Match(record, T, found)
+        score = agreement - SURPRISE * unlikeliness(T, self.expected)
+        return _Match(record, T, found, score)
 
     def is_doubtful(self, match: _Match) -> bool:
         """Whether a search should say if there is a better match than one that passes."""
@@ -284,7 +289,7 @@ class _Step:
         """
         best = tried[-1]
         if self.parameters.search:
-            scores = [each.record.agreement - ALIKE * bool(each.complaints) for each in tried]
+            scores = [each.score - ALIKE * bool(each.complaints) for each in tried]
             best = tried[int(np.argmax(np.array(scores) >= max(scores) - SAME))]
         good = [each for each in tried if not each.complaints]
         others = [each.record.agreement for each in good if not each.ends_at(best.T_target_source)]
@@ -313,12 +318,3 @@ def _worst_cost(parameters: IcpParameters) -> float:
     gate = min(gate, CLOSE_GATE * delta) if parameters.approach else gate
     capped = min(gate, delta)
     return capped * (2.0 * gate - capped) if gate < math.inf else math.inf
-
-
-def _spread(source: Scan, record: StepRecord) -> float:
-    """The cheap corridor test, along the motion as the newer scan sees it."""
-    if not np.isfinite(record.increment).all():
-        return math.nan
-    x, y, turn = record.increment.tolist()
-    c, s = math.cos(turn), math.sin(turn)
-    return spread_ratio(source, [c * x + s * y, c * y - s * x])

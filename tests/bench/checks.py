@@ -62,6 +62,7 @@ VALUES: dict[str, tuple[float, ...]] = {
     "SUPPORTED": (0.5, 0.4, 0.6),
     "SURE": (0.8, 0.6),
     "ALIKE": (0.05, 0.0),
+    "SURPRISE": (0.1, 0.0),
     "THROUGH": (0.5, 0.0),
     "STARTS": (16, 8),
 }

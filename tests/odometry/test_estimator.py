@@ -14,7 +14,6 @@ from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.filters import Preprocessing
 from labkit.odometry import (
     Decision,
-    MapParameters,
     OdometryParameters,
     ScanMatchingOdometry,
     estimate_odometry,
@@ -196,10 +195,9 @@ def test_frames_do_not_matter_to_a_run():
     """A scanner mounted turned by A sees A⁻¹ p: its increments are A⁻¹ T A."""
     A = from_xytheta([0.0, 0.0, 2.0])
     turned = [replace(scan, points=apply(A.T, scan.points)) for scan in SCANS[:5]]
-    whole = OdometryParameters(map=MapParameters(map_cell=0.0))  # cells lie along the axes
     wheels = from_xytheta(PRIORS[:4])
-    plain = estimate_odometry(SCANS[:5], wheels, whole)
-    other = estimate_odometry(turned, A.T @ wheels @ A, whole)
+    plain = estimate_odometry(SCANS[:5], wheels, SCAN_TO_SCAN)
+    other = estimate_odometry(turned, A.T @ wheels @ A, SCAN_TO_SCAN)
     for one, two in zip(plain.records[1:], other.records[1:], strict=True):
         expected = to_xytheta(A.T @ from_xytheta(one.increment) @ A)
         np.testing.assert_allclose(two.increment, expected, atol=1e-8)

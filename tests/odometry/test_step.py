@@ -208,13 +208,12 @@ def test_steps_are_in_the_frame_of_the_older_scan():
 
 RECORD = StepRecord(increment=STILL, decision=Decision.ICP)
 STEP = _Step(CURTAINED, Target(WALLS), np.eye(3), None, np.eye(3)[None], PARAMETERS)
-FAILED = _Match(replace(RECORD, agreement=-math.inf), np.full((3, 3), math.nan), ["failed"])
+FAILED = _Match(RECORD, np.full((3, 3), math.nan), ["failed"])
 
 
-def ended(place, agreement, *complaints):
-    """A match that ended at `place` [m] ahead, with that agreement."""
-    record = replace(RECORD, agreement=agreement)
-    return _Match(record, transform(place, 0.0, 0.0), list(complaints))
+def ended(place, score, *complaints):
+    """A match that ended at `place` [m] ahead, with that score."""
+    return _Match(RECORD, transform(place, 0.0, 0.0), list(complaints), score)
 
 
 @pytest.mark.parametrize(
@@ -245,7 +244,7 @@ def test_the_chosen_match_is_never_worse_than_another():
         best = STEP.choose(tried)
         for each in tried:
             allowed = SAME + ALIKE * (bool(each.complaints) - bool(best.complaints))
-            assert best.record.agreement >= each.record.agreement - allowed
+            assert best.score >= each.score - allowed
 
 
 @pytest.mark.parametrize(
