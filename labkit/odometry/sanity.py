@@ -18,21 +18,19 @@ class SanityLimits:
         The farthest the robot can move between two scans, [m] and [rad]. A search without
         wheels looks this far.
     max_prior_translation, max_prior_rotation : float
-        How far the step may lie from the prior, where there is one, [m] and [rad]. Set them
-        to three standard deviations of your wheels' error a step if you know it: at one of
-        them, a third of the right steps would be refused.
+        How far the step may lie from the prior, where there is one, [m] and [rad]: three
+        standard deviations of your wheels' error a step, if you know it.
     min_inlier_ratio : float
         Kept pairs over source points. It cannot exceed ICP's overlap ratio.
     max_rmse : float
-        Root mean square [m] of the kept pairs' residuals, which the metric minimises: to
-        the lines under point-to-line, so that the beams' spacing does not count.
+        Root mean square [m] of the kept pairs' residuals, which the metric minimises.
     """
 
     max_translation: float = 2.0
     max_rotation: float = math.radians(90.0)
     max_prior_translation: float = 0.75
     max_prior_rotation: float = math.radians(30.0)
-    min_inlier_ratio: float = 0.25
+    min_inlier_ratio: float = 0.2
     max_rmse: float = 0.2
 
     def __post_init__(self) -> None:

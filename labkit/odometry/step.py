@@ -77,9 +77,7 @@ class Decision(Enum):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StepRecord:
-    """What one step decided, and why.
-
-    The numbers are those of the match that was judged best; NaN where there was none.
+    """What one step decided, and why; the numbers of its best match, NaN without one.
 
     Attributes
     ----------
@@ -94,18 +92,15 @@ class StepRecord:
     seen_through : float
         Share of the target's points in view that the scan's beams look through.
     agreement : float
-        1 where all of the scan lies on the target, 0 where none of it does, and less where
-        its beams look through the target; −∞ where the match failed.
+        1 where all of the scan lies on the target, 0 where none does, and less where its beams
+        look through the target; −∞ where the match failed.
     margin, ambiguous : float, bool
-        By how much the match agrees better than the best one that ended elsewhere and passes
-        the checks, NaN without one; and whether that is too little to tell which is right.
-        Then the prior is taken, where there is one.
+        By how much the match agrees better than the best one elsewhere that passes the checks,
+        NaN without one; and whether that is too little to tell which is right.
     against_prior : bool
         Whether the match was believed although it lies beyond the limits around the prior.
     information, degenerate : float, bool
-        Smallest eigenvalue of the information, near 0 where a direction is free, and whether
-        one is. The point-to-line metric leaves it at the prior, or with the search where the
-        last motions suggest; without either the step is not believed.
+        Smallest eigenvalue of the information, and whether a direction is free.
     spread : float
         The lesson's cheap corridor test; see `labkit.degeneracy.spread_ratio`.
     iterations, termination : int, Termination or None
@@ -146,7 +141,7 @@ def estimate_step(
     Parameters
     ----------
     source, target : Scan, Target or None
-        The newer scan, filtered already, and the older one or the map; None without points.
+        The newer scan, filtered, and the older one or the map; None without points.
     prior : ndarray, shape (3,), or None
         Expected increment from wheels or an IMU.
     motions : ndarray, shape (3,) or (K, 3)
@@ -174,9 +169,7 @@ def estimate_step(
     shift, R = best.record.increment[:2], from_xytheta(best.record.increment)[:2, :2]
     record = replace(best.record, spread=spread_ratio(source, R.T @ shift))
     believed = not best.complaints and not (record.ambiguous and prior is not None)
-    if believed and (prior is None or not step.is_doubtful(best)):
-        return record  # E
-    if prior is not None and parameters.search:
+    if prior is not None and parameters.search and (not believed or step.is_doubtful(best)):
         alone = estimate_step(
             source, target, None, motions, parameters, T_target_last=T_target_last
         )
@@ -186,7 +179,7 @@ def estimate_step(
             )
             return replace(alone, reason=record.reason, against_prior=bool(against))
     if believed:
-        return record
+        return record  # E
     return replace(record, increment=resort.increment, decision=resort.decision)  # F
 
 
@@ -198,10 +191,6 @@ class _Match:
     T_target_source: FloatArray  # NaN where it failed
     complaints: list[str]
     score: float = -math.inf  # the agreement, less by how much the motion surprises
-
-    def ends_at(self, T: FloatArray) -> bool:
-        """Whether the match ended at the pose T, or near it."""
-        return alike(T, self.T_target_source)
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,8 +210,8 @@ class _Step:
         result = icp(self.source, self.target, T_guess, told)
         seen = result.observability
         # From a prior, a free direction stays there; from elsewhere it is put where expected.
-        from_prior = self.prior is not None and decision is not Decision.SEARCH
-        if seen is not None and seen.degenerate and not from_prior and self._completes:
+        elsewhere = self.parameters.search and (self.prior is None or decision is Decision.SEARCH)
+        if elsewhere and self._on_lines and seen is not None and seen.degenerate:
             T_guess = completed(result.T_target_source, seen, self.expected)
             result = icp(self.source, self.target, T_guess, told)
         return self.judged(result, decision)
@@ -257,8 +246,8 @@ class _Step:
             degenerate=seen is None or seen.degenerate,
         )
         found = complaints(increment, result.fitness, record.rmse, limits, self.prior)
-        stays = told.metric == "point_to_line" and (self.prior is not None or self._completes)
-        if record.degenerate and not stays:
+        is_expected = self.prior is not None or self.parameters.search
+        if record.degenerate and not (self._on_lines and is_expected):
             found.append(f"degenerate: information {record.information:.3f}")
         score = agreement - SURPRISE * unlikeliness(T, self.expected)
         return _Match(record, T, found, score)
@@ -279,7 +268,7 @@ class _Step:
             middle, window = self.T_target_last, (limits.max_translation, limits.max_rotation)
         found = search(self.source, self.target, middle, window)
         for T_guess in [*apart(self.expected, STARTS // 2), *found]:
-            if not any(each.ends_at(T_guess) for each in tried):
+            if not any(alike(T_guess, each.T_target_source) for each in tried):
                 tried.append(self.match(T_guess, Decision.SEARCH))
 
     def choose(self, tried: list[_Match]) -> _Match:
@@ -291,8 +280,11 @@ class _Step:
         if self.parameters.search:
             scores = [each.score - ALIKE * bool(each.complaints) for each in tried]
             best = tried[int(np.argmax(np.array(scores) >= max(scores) - SAME))]
-        good = [each for each in tried if not each.complaints]
-        others = [each.record.agreement for each in good if not each.ends_at(best.T_target_source)]
+        others = [
+            each.record.agreement
+            for each in tried
+            if not each.complaints and not alike(best.T_target_source, each.T_target_source)
+        ]
         margin = best.record.agreement - max(others, default=math.nan)
         ambiguous = self.parameters.search and not best.complaints and margin < ALIKE
         bad = [each for each in tried if each.complaints]
@@ -307,9 +299,8 @@ class _Step:
         return *beams_of(self.source), np.array(self.target.points)
 
     @property
-    def _completes(self) -> bool:
-        """Whether a free direction is put where the last motions suggest."""
-        return self.parameters.search and self.parameters.icp.metric == "point_to_line"
+    def _on_lines(self) -> bool:
+        return self.parameters.icp.metric == "point_to_line"
 
 
 def _worst_cost(parameters: IcpParameters) -> float:

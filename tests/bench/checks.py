@@ -57,7 +57,7 @@ FAULT = 0.3, math.radians(10.0)
 VALUES: dict[str, tuple[float, ...]] = {
     "max_prior_translation": (0.75, 0.4, 1.5),
     "max_prior_rotation": (math.radians(30.0), math.radians(15.0), math.radians(60.0)),
-    "min_inlier_ratio": (0.25, 0.0, 0.35),
+    "min_inlier_ratio": (0.2, 0.0, 0.3),
     "max_rmse": (0.2, 0.05),
     "SUPPORTED": (0.5, 0.4, 0.6),
     "SURE": (0.8, 0.6),
