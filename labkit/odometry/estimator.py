@@ -46,9 +46,8 @@ class ScanMatchingOdometry:
         check_kind(self.parameters, "parameters", OdometryParameters)
         self.pose = as_row(start, "start")
         self._seen = LocalMap(last_scan=self.parameters.against == "scan")
-        self._started = False
         self._earlier_motions: deque[FloatArray] = deque(maxlen=REMEMBERED)  # the newest first
-        self._last_motion: FloatArray = STILL
+        self._last_motion: FloatArray | None = None
 
     def update(self, scan: Scan | ArrayLike, prior: ArrayLike | None = None) -> StepRecord:
         """Take the next scan and move the pose.
@@ -62,7 +61,8 @@ class ScanMatchingOdometry:
         """
         expected = None if prior is None else as_row(prior, "prior")
         filtered = self.parameters.preprocessing(scan)
-        if self._started:
+        record = StepRecord(increment=STILL, decision=Decision.START)
+        if self._last_motion is not None:
             record = estimate_step(
                 filtered,
                 self._seen.target,
@@ -71,9 +71,6 @@ class ScanMatchingOdometry:
                 self.parameters,
                 T_target_last=self._seen.T_target_last,
             )
-        else:
-            record = StepRecord(increment=STILL, decision=Decision.START)
-        self._started = True
         # A motion is held once: nobody saw it, so it is no ground for holding it again.
         self._last_motion = STILL if record.decision.skipped else record.increment
         if record.decision.matched and not record.degenerate:

@@ -12,7 +12,7 @@ from collections import deque
 
 import numpy as np
 
-from labkit.arrays import FloatArray, IntArray
+from labkit.arrays import FloatArray
 from labkit.correspondences import MIN_PAIRS
 from labkit.scan import Scan
 from labkit.se2 import apply, from_xytheta, invert
@@ -58,7 +58,8 @@ class LocalMap:
         """A key scan: of each cell the first point, with the normal among all points."""
         kept = np.arange(len(scan))
         if not self.last_scan:
-            kept = first_of_each_cell(scan.points, MAP_CELL)
+            cells = np.floor(scan.points / MAP_CELL) @ [1.0, 1j]
+            kept = np.sort(np.unique(cells, return_index=True)[1])
         self._sizes.append(len(kept))
         return Target(Scan.from_points(scan.points[kept]), Target(scan).normals[kept])
 
@@ -73,9 +74,3 @@ class LocalMap:
             Scan.from_points(np.vstack([points, newest.points])),
             np.vstack([normals, newest.normals]),
         )
-
-
-def first_of_each_cell(points: FloatArray, cell: float) -> IntArray:
-    """Which of the points (N, 2) come first in their square of side `cell` [m], in order."""
-    column, row = np.floor(points / cell).T
-    return np.sort(np.unique(column + 1j * row, return_index=True)[1])

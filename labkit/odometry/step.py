@@ -14,11 +14,10 @@ F  `_Step.fall_back`  reduced steps, or a search; `estimate_step`: the prior, or
    has, and that is alone, is believed against it.
 4. The prior; without one, skip the update: hold the last motion once, or stand still.
 
-Of several matches, the checks judge the one that agrees best with the target and deviates
-least from the expected motion. If a scan fits in several places within the limits, the match
-is not a measurement: the prior is taken, where there is one. Motions that no wall fixes, such
-as the way along a corridor, are taken from the prior or, with the search, from the last
-motions; without either the step is not believed.
+If a scan fits in several places within the limits, the match is not a measurement: the prior
+is taken, where there is one. Motions that no wall fixes, such as the way along a corridor, are
+taken from the prior or, with the search, from the last motions; without either the step is not
+believed.
 """
 
 from __future__ import annotations

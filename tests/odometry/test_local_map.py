@@ -7,7 +7,7 @@ import pytest
 
 from labkit import Scan, Target
 from labkit.odometry import OdometryParameters, estimate_odometry, integrate
-from labkit.odometry.local_map import LocalMap, first_of_each_cell
+from labkit.odometry.local_map import LocalMap
 from labkit.se2 import apply, from_xytheta, invert
 from labkit.simulation import Lidar, WheelNoise, room, scan_along, wheel_increments
 
@@ -88,9 +88,10 @@ def test_the_last_scan_is_kept_whole():
     np.testing.assert_array_equal(target.normals, Target(SCANS[-1]).normals)
 
 
-def test_one_point_a_cell():
+def test_a_key_scan_keeps_the_first_point_of_each_cell():
     points = np.array([[0.01, 0.01], [0.04, 0.04], [-0.01, 0.01], [0.06, 0.01]])
-    np.testing.assert_array_equal(first_of_each_cell(points, 0.05), [0, 2, 3])
+    kept = driven([Scan.from_points(points)]).target.points
+    np.testing.assert_array_equal(kept, points[[0, 2, 3]])
 
 
 def test_a_map_drifts_less_than_scans():
