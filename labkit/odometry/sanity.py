@@ -23,7 +23,8 @@ class SanityLimits:
     min_inlier_ratio : float
         Kept pairs over source points. It cannot exceed ICP's overlap ratio.
     max_rmse : float
-        Root mean square [m] of the kept pairs' residuals, which the metric minimises.
+        Root mean square [m] of the kept pairs' residuals, which the metric minimises. The
+        odometry's own matcher never reaches this: its gate closes to 0.16 m.
     """
 
     max_translation: float = 2.0
