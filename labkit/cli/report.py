@@ -15,8 +15,7 @@ DESCRIPTION = """\
 Run a report from its first cell to its last, and write it as one page of HTML and as a PDF:
 text, tables, figures and formulas, without the code. REPORT is a notebook (.ipynb) or
 Markdown (.md). Its pictures lie in its folder or below; they go into the page.
-notebooks/report_template.ipynb is one to start from. Formulas are drawn by MathJax from the
-network."""
+notebooks/report_template.ipynb is one to start from."""
 PAGES = 2  # what the lesson allows
 
 

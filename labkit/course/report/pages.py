@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import base64
+import html
+import io
+import re
 import subprocess
 import warnings
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from matplotlib.font_manager import FontProperties
+from matplotlib.mathtext import math_to_image
+
 from labkit import extras
 from labkit.errors import LabkitError
 
 TIMEOUT = 300  # seconds for one cell
+# Code as it is, or a formula: in lines of its own, or in a line, where no blank touches its marks.
+FORMULA = re.compile(r"(?s)`[^`]*`|(?<![\\$])(\$\$)(.+?)\$\$|(?<![\\$])\$(?! )([^$`\n]+?)(?<! )\$")
+FONT = FontProperties(size=11, math_fontfamily="stix")
 
 
 class ReportError(LabkitError):
@@ -22,24 +32,15 @@ need = partial(extras.need, purpose="a report", extra="report")
 
 
 def read_report(path: str | Path, *, run: bool = True) -> Any:
-    """Read a notebook, and run it in its folder from the first cell to the last.
+    """Read a notebook, and run it in its folder, so that no number is older than its code.
 
-    Parameters
-    ----------
-    path : path-like
-        An ``.ipynb``, or a ``.md``, which becomes a notebook of one cell of text.
-    run : bool
-        Run it, so that no number in the report is older than the code beside it.
-
-    Returns
-    -------
-    nbformat.NotebookNode
+    A ``.md`` becomes a notebook of one cell of text.
 
     Raises
     ------
     ReportError
-        For a file that is neither, a cell that fails (with its number and its error), or a
-        kernel that is not installed or dies.
+        For another file, a cell that fails (with its number and its error), or a kernel that is
+        not installed or dies.
     """
     nbformat, source = need("nbformat"), Path(path)
     if source.suffix not in (".ipynb", ".md"):
@@ -82,13 +83,32 @@ def _execute(notebook: Any, source: Path) -> None:
 def render(notebook: Any, folder: str | Path = ".") -> str:
     """Write a notebook as one page of HTML: text, tables, figures and formulas, no code.
 
-    Pictures in `folder` that its text names go into the page; formulas are drawn by MathJax
-    from the network.
+    Pictures in `folder` that its text names go into the page. So do its formulas, as matplotlib
+    draws them; one that matplotlib does not know is left to MathJax, from the network.
     """
     exporter = need("nbconvert").HTMLExporter(
         exclude_input=True, exclude_output_prompt=True, embed_images=True
     )
+    markdown = need("jinja2").pass_context(
+        lambda context, text: exporter.markdown2html(context, FORMULA.sub(_drawn, text))
+    )
+    exporter.register_filter("markdown2html", markdown)
     body, _ = exporter.from_notebook_node(
         notebook, resources={"metadata": {"path": str(folder), "name": "Report"}}
     )
     return str(body)
+
+
+def _drawn(formula: re.Match[str]) -> str:
+    """The picture of a formula; what is code, or no formula of matplotlib's, as it is."""
+    block, tex = formula[1], formula[2] or formula[3]
+    if not tex:
+        return formula[0]
+    picture, known = io.BytesIO(), re.sub(r"\\[lr]([Vv]ert)", r"\\\1", tex.strip())
+    try:
+        depth = math_to_image(f"${known}$", picture, prop=FONT, format="svg")
+    except ValueError:
+        return formula[0]
+    data = base64.b64encode(picture.getvalue()).decode("ascii")
+    style = "display: block; margin: 1em auto" if block else f"vertical-align: -{depth:.2f}pt"
+    return f'<img alt="{html.escape(tex)}" style="{style}" src="data:image/svg+xml;base64,{data}">'

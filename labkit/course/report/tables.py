@@ -39,16 +39,17 @@ class Table(str):
         |---|--:|
         | median | 0.03 |
         """
-        rule = ["---", *(["--:"] * (len(header) - 1))]
-        lines = [header, None, *rows]
-        return cls(
-            "\n".join(
-                "|" + "|".join(rule) + "|"
-                if line is None
-                else f"| {' | '.join(map(_cell, line))} |"
-                for line in lines
-            )
-        )
+        head, *body = [f"| {' | '.join(map(_cell, line))} |" for line in (header, *rows)]
+        rule = "|---" + "|--:" * (len(header) - 1) + "|"
+        return cls("\n".join([head, rule, *body]))
+
+
+def _cell(value: object) -> str:
+    r"""One line without a bare bar; in a formula a ``\|`` would be a norm."""
+    line = " ".join(str(value).splitlines())
+    parts = re.split(r"(\$[^$]+\$)", line)  # text, formula, text, ...
+    bars = [r"\|", r"\\vert "]
+    return "".join(re.sub(r"(?<!\\)\|", bars[k % 2], part) for k, part in enumerate(parts))
 
 
 def error_table(
@@ -56,14 +57,7 @@ def error_table(
 ) -> Table:
     """Median, 95th percentile and maximum of the errors of `labkit.evaluation.compare`.
 
-    Parameters
-    ----------
-    trajectories : mapping of str to array_like, shape (K, 3)
-        Rows (x [m], y [m], θ [rad]) by the name of the method that estimated them.
-    reference : array_like, shape (K, 3)
-        The same instants.
-    stretch : float
-        Metres of the middle rows.
+    Takes and raises what that function does.
     """
     check_range(stretch, "stretch", above=0.0, at_most=FARTHEST, unit="m")
 
@@ -85,36 +79,23 @@ def quality_table(records: Sequence[StepRecord]) -> Table:
     steps = [record for record in records if record.decision is not Decision.START]
     if not steps:
         raise InvalidParameterError("must hold at least one step, got none", parameter="records")
-    matched = [record for record in steps if record.termination is not None]
-    counts = {
-        decision: sum(record.decision is decision for record in steps) for decision in Decision
-    }
-    decisions = ", ".join(f"{count:,} {kind.value}" for kind, count in counts.items() if count)
+    taken = [record.decision for record in steps]
+    decisions = ", ".join(f"{taken.count(one):,} {one.value}" for one in Decision if one in taken)
     rows: list[list[object]] = [["steps", f"{len(steps):,}: {decisions}", ""]]
     for flag in ("degenerate", "ambiguous"):
         rows.append([flag, f"{sum(getattr(record, flag) for record in steps):,}", ""])
-    signals = {
-        "inliers": ("inlier_count", ".0f"),
-        "inlier ratio [–]": ("inlier_ratio", ".2f"),
-        "inlier RMSE [m]": ("rmse", ".3f"),
-        "information [–]": ("information", ".3f"),
-    }
-    for name, (field, form) in signals.items():
-        values = [getattr(record, field) for record in matched]
-        finite = np.array(values, dtype=np.float64)
-        finite = finite[np.isfinite(finite)]
-        if finite.size:
+    for name, field, form in (
+        ("inliers", "inlier_count", ".0f"),
+        ("inlier ratio [–]", "inlier_ratio", ".2f"),
+        ("inlier RMSE [m]", "rmse", ".3f"),
+        ("information [–]", "information", ".3f"),
+    ):
+        values = [getattr(record, field) for record in steps if record.termination is not None]
+        finite = [value for value in values if math.isfinite(value)]
+        if finite:
             low, middle, high = np.percentile(finite, [5.0, 50.0, 95.0])
             rows.append([name, f"{middle:{form}}", f"{low:{form}} to {high:{form}}"])
     return Table.of(["signal", "median", "5 % to 95 %"], rows)
-
-
-def _cell(value: object) -> str:
-    r"""One line without a bare bar; in a formula a ``\|`` would be a norm."""
-    line = " ".join(str(value).splitlines())
-    parts = re.split(r"(\$[^$]+\$)", line)  # text, formula, text, ...
-    bars = [r"\|", r"\\vert "]
-    return "".join(re.sub(r"(?<!\\)\|", bars[k % 2], part) for k, part in enumerate(parts))
 
 
 def parameter_table(parameters: object, reasons: Mapping[str, str] | None = None) -> Table:
@@ -137,20 +118,18 @@ def parameter_table(parameters: object, reasons: Mapping[str, str] | None = None
     |---|--:|--:|---|
     | `overlap_ratio` | 0.7 | 0.85 | a third of the scan is a crowd |
     """
-    given = dict(reasons or {})
-    rows = []
-    leaves = list(_leaves(parameters))
-    for name, value, default, unit in leaves:
-        reason = given.pop(name, None)
-        if reason is not None or value != default:
-            cells = (_show(value, unit), _show(default, unit))
-            rows.append([f"`{name}`", *cells, reason or UNANSWERED])
-    if given:
-        known = ", ".join(sorted(name for name, *_ in leaves))
+    given, leaves = dict(reasons or {}), list(_leaves(parameters))
+    known = sorted(name for name, *_ in leaves)
+    for name in given.keys() - known:
         raise InvalidParameterError(
-            f"must be for parameters, got {next(iter(given))!r}; there are {known}",
+            f"must be for parameters, got {name!r}; there are {', '.join(known)}",
             parameter="reasons",
         )
+    rows = [
+        [f"`{name}`", _show(value, unit), _show(default, unit), given.get(name) or UNANSWERED]
+        for name, value, default, unit in leaves
+        if name in given or value != default
+    ]
     head = Table.of(["parameter", "value", "default", "reason"], rows)
     return Table(head.replace("|---|--:|--:|--:|", "|---|--:|--:|---|", 1))
 
