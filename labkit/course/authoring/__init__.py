@@ -6,11 +6,10 @@ answers, so nothing of grading or of the notebooks imports it, and students do n
 
 ==================  ==============================================================
 `questions/`        the texts, points and limits, in TOML: to be edited by instructors
-`cases/`            what the functions are called with, as recipes for any seed
+`cases/`            what the functions are called with, for any seed
 `misconceptions/`   wrong answers, each by a function that makes the mistake
-`entries`           what a recipe and a known mistake are
-`references`        the right answers, by labkit, and how far another may lie from them
-`solution`          the right submission from which the instructor's notebook is made
+`solution`          the right submission: the reference, and the instructor's notebook
+`references`        the right answers, and how far another may lie from them
 `compute`           cases with answers, refused where they do not tell mistakes apart
 `write`             from the texts and the cases to the assignment's files
 `notebook`          the notebook that is handed out

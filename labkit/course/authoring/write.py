@@ -5,62 +5,63 @@ They are written one line a question or a case, so that changes can be read.
 
 from __future__ import annotations
 
-import ast
 import inspect
 import json
 import textwrap
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
+from tqdm import tqdm
+
 from labkit.course.authoring import solution
 from labkit.course.authoring.compute import hidden_cases, visible_cases
 from labkit.course.authoring.misconceptions import MISTAKES
 from labkit.course.grading.assignment.files import COURSE, FORMAT, salt_of
-from labkit.course.grading.assignment.questions import Answer, Case, Cases, Misconception, Question
+from labkit.course.grading.assignment.questions import (
+    Answer,
+    Case,
+    Cases,
+    Misconception,
+    Question,
+)
 from labkit.course.grading.inside.data import to_json
 from labkit.files import atomic_write
 
-VARIANTS = 8
-
-Progress = Callable[[Iterable[Cases]], Iterable[Cases]]
+VARIANTS = 8  # sets of hidden cases, which students are spread over
 FOLDER = Path(__file__).with_name("questions")
 
 
-def write_assignment(
-    folder: Path, variants: int = VARIANTS, progress: Progress = iter, *, secret: bytes = b""
-) -> list[Path]:
+def write_assignment(folder: Path, secret: bytes = b"") -> list[Path]:
     """Compute the assignment and write its files into an existing folder; which ones, is returned.
 
-    Students are spread over so many `variants` of the hidden cases, which are drawn from the
-    `secret`; without one they are public. `progress` wraps the variants as they come.
+    The hidden cases are drawn from the `secret`; without one they are public.
 
     Raises
     ------
     LabkitError
         If a file cannot be written, or if no cases tell the mistakes apart.
     """
-    title, questions = read_texts()
+    title, questions = read_questions()
     visible = {question.id: visible_cases(question) for question in questions}
+    hidden = folder / "hidden"
     files = {
         folder / "questions.json": questions_file(title, questions),
         folder / "visible.json": cases_file(visible),
-        folder / "hidden" / COURSE: course_file(questions, secret),
+        hidden / COURSE: course_file(questions, secret),
     }
     first = _hidden_of(0, visible, {}, secret)
     others = partial(_hidden_of, visible=visible, like=first, secret=secret)
     with ProcessPoolExecutor() as pool:
-        drawn = chain([first], pool.map(others, range(1, variants)))
-        for variant, hidden in enumerate(progress(drawn)):
-            files[folder / "hidden" / f"variant_{variant}.json"] = cases_file(hidden)
-    (folder / "hidden").mkdir(exist_ok=True)
-    for stale in set((folder / "hidden").glob("variant_*.json")) - files.keys():
-        stale.unlink()
+        drawn = chain([first], pool.map(others, range(1, VARIANTS)))
+        for variant, cases in enumerate(tqdm(drawn, "variants", VARIANTS, disable=None)):
+            files[hidden / f"variant_{variant}.json"] = cases_file(cases)
+    hidden.mkdir(exist_ok=True)
     for path, text in files.items():
         with atomic_write(path) as file:
             file.write(text)
@@ -73,7 +74,7 @@ def _hidden_of(variant: int, visible: Cases, like: Cases, secret: bytes) -> Case
         one.id: hidden_cases(
             one, variant, visible[one.id], secret=secret, like=like.get(one.id, ())
         )
-        for one in read_texts()[1]
+        for one in read_questions()[1]
     }
 
 
@@ -96,17 +97,7 @@ def stand_in(function: str) -> str:
     >>> sorted(name for name in names if name != "__builtins__")
     ['align']
     """
-    needed = [function]
-    for name in needed:
-        names = ast.walk(ast.parse(inspect.getsource(getattr(solution, name))))
-        used = {node.id for node in names if isinstance(node, ast.Name)}
-        needed += [
-            one
-            for one in sorted(used)
-            if callable(getattr(solution, one, None)) and one not in needed
-        ]
-    sources = [inspect.getsource(getattr(solution, name)) for name in reversed(needed)]
-    body = textwrap.indent("import numpy as np\n\n" + "\n".join(sources), "    ")
+    body = textwrap.indent(inspect.getsource(solution), "    ")
     return f"def _right():\n{body}    return {function}\n\n\n{function} = _right()\ndel _right\n"
 
 
@@ -123,17 +114,15 @@ def cases_file(cases: Cases) -> str:
     return f'{{\n"format": {FORMAT},\n"cases": {{\n' + ",\n".join(parts) + "\n}\n}\n"
 
 
-def _row(case: Case) -> Mapping[str, Any]:
-    return {
-        "id": case.id,
-        "about": case.about,
-        "arguments": [to_json(value) for value in case.arguments],
-        "expected": [to_json(value) for value in case.expected],
-        "tolerance": case.tolerance,
-        "mistaken": {
-            id: [to_json(value) for value in answers] for id, answers in case.mistaken.items()
-        },
+def _row(case: Case) -> dict[str, Any]:
+    row = {
+        **vars(case),
+        "arguments": list(map(to_json, case.arguments)),
+        "expected": list(map(to_json, case.expected)),
+        "mistaken": {id: list(map(to_json, wrong)) for id, wrong in case.mistaken.items()},
     }
+    del row["hidden"]
+    return row
 
 
 def _lines(rows: Iterable[Mapping[str, Any]]) -> str:
@@ -144,65 +133,37 @@ def _json(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False, allow_nan=False)
 
 
-def read_texts() -> tuple[str, tuple[Question, ...]]:
+def read_toml(name: str) -> dict[str, Any]:
+    """What stands in a file of `questions/`."""
+    return tomllib.loads((FOLDER / f"{name}.toml").read_text("utf-8"))
+
+
+def read_questions() -> tuple[str, tuple[Question, ...]]:
     """The assignment's title and its questions, in their order."""
-    head = tomllib.loads((FOLDER / "assignment.toml").read_text("utf-8"))
-    tables: dict[str, dict[str, Any]] = {}
-    for name in head["sections"]:
-        tables |= tomllib.loads((FOLDER / f"{name}.toml").read_text("utf-8"))
-    return head["title"], tuple(_question(id, table) for id, table in tables.items())
+    head = read_toml("assignment")
+    tables = chain.from_iterable(read_toml(name).items() for name in head["sections"])
+    return head["title"], tuple(_question(id, table) for id, table in tables)
 
 
-def introduction() -> str:
-    """What stands above the first question, in Markdown."""
-    text: str = tomllib.loads((FOLDER / "assignment.toml").read_text("utf-8"))["introduction"]
-    return text.strip()
-
-
-@dataclass(frozen=True, kw_only=True)
-class ClosingCell:
-    """A cell after the questions: a text, given code, or (kind "answer") a text of the student's.
-
-    Cells of the `stretch` task stand there where an instructor wants them; `alt` says what the
-    figure of a code cell shows.
-    """
-
-    id: str
-    kind: str
-    text: str
-    stretch: bool = False
-    alt: str = ""
-
-
-def closing(*, stretch: bool) -> list[ClosingCell]:
-    """What stands after the last question: the student's functions on recorded scans."""
-    rows = tomllib.loads((FOLDER / "closing.toml").read_text("utf-8"))["cells"]
-    cells = (ClosingCell(**row | {"text": row["text"].strip()}) for row in rows)
-    return [cell for cell in cells if stretch or not cell.stretch]
-
-
-def _question(id: str, table: dict[str, Any]) -> Question:
-    chapter = table["chapter"]
-    return Question(
-        id=id,
-        title=table["title"],
-        chapter=chapter,
-        points=float(table["points"]),
-        function=table.get("function", id),
-        signature=table["signature"],
-        task=table["task"].strip(),
-        docstring=table["docstring"].strip() + "\n",
-        answer=Answer(table["answer"]),
-        unit=table.get("unit", ""),
-        low=table.get("low"),
-        high=table.get("high"),
-        chance=table.get("chance", 0.0),
-        builds_on=tuple(table.get("builds_on", ())),
-        misconceptions=tuple(
-            Misconception(
-                id=one.id, says=one.says, chapter=one.chapter or chapter, credit=one.credit
-            )
-            for one in MISTAKES
-            if one.question == id
-        ),
+def _question(id: str, table: Mapping[str, Any]) -> Question:
+    known = tuple(
+        Misconception(
+            id=one.id, says=one.says, chapter=one.chapter or table["chapter"], credit=one.credit
+        )
+        for one in MISTAKES
+        if one.question == id
     )
+    given: dict[str, Any] = {
+        "id": id,
+        "function": id,
+        **dict.fromkeys(("low", "high")),
+        "unit": "",
+        "chance": 0.0,
+        **table,
+        "points": float(table["points"]),
+        "task": table["task"].strip(),
+        "docstring": table["docstring"].strip() + "\n",
+        "answer": Answer(table["answer"]),
+        "misconceptions": known,
+    }
+    return Question(**given)

@@ -1,19 +1,13 @@
 """Chapter 3: which points make a pair, and how much a pair may pull."""
 
-from __future__ import annotations
-
 from functools import cache
-from typing import Any
 
 import numpy as np
 
 from labkit import Scan, Target, align, apply, filters, icp, invert, se2, transform
-from labkit.arrays import FloatArray
 from labkit.correspondences import huber_weights
-from labkit.course.exercises.exercise import Arguments, exercise
+from labkit.course.exercises.exercise import exercise
 from labkit.simulation import Lidar, cast, room
-
-Pair = tuple[FloatArray, FloatArray]
 
 
 # fmt: off
@@ -22,69 +16,50 @@ Pair = tuple[FloatArray, FloatArray]
     "a gate of 2 m": (np.array([1.5, 4.0, 2.0, 0.3]), 2.0),
 }, {
     "A pair beyond the gate is charged nothing. Then the scan could lower its cost by losing "
-    "pairs; charge d_max² instead.": lambda r, d: (r**2 * (r <= d), (r <= d) * 1),
-    "These are Huber's weights. The slope of the truncated square beyond the gate is 0.":
-        lambda r, d: (truncated_square(r, d)[0], huber_weights(r, d)),
-    "The loss is not cut: beyond the gate it stays at d_max².":
-        lambda r, d: (r**2, (r <= d) * 1),
-    "A pair exactly on the gate counts as inside, as in `distance_gate`.":
-        lambda r, d: (truncated_square(r, d)[0], (r < d) * 1),
+    "pairs; charge d_max² instead.": {"loss": lambda r, d: r**2 * (r <= d)},
+    "These are Huber's weights; beyond the gate the slope is 0.": {"weight": huber_weights},
+    "The loss is not cut: beyond the gate it stays at d_max².": {"loss": lambda r, d: r**2},
+    "A pair exactly on the gate is inside, as in `distance_gate`.": {"weight": lambda r, d: r < d},
     "The square is held against d_max; both are squares, d_max² is the limit.":
-        lambda r, d: (np.minimum(r**2, d), (r <= d) * 1),
-    "The weights hold the square against d_max; the gate is in metres.":
-        lambda r, d: (truncated_square(r, d)[0], (r**2 <= d) * 1),
-    "The losses are not squared: they are min(r², d_max²), in m².":
-        lambda r, d: (np.minimum(r, d), (r <= d) * 1),
+        {"loss": lambda r, d: np.minimum(r**2, d)},
+    "The losses are not squared: they are min(r², d_max²), in m².": {"loss": np.minimum},
     "The losses are halved; this book's loss is min(r², d_max²), without ½.":
-        lambda r, d: (truncated_square(r, d)[0] / 2, (r <= d) * 1),
-    "The weights are inverted: 1 belongs to the pairs within the gate.":
-        lambda r, d: (truncated_square(r, d)[0], (r > d) * 1),
+        {"loss": lambda r, d: np.minimum(r, d) ** 2 / 2},
     "The weights are the losses' slope in r; asked for is the slope in s = r².":
-        lambda r, d: (truncated_square(r, d)[0], 2 * r * (r <= d)),
+        {"weight": lambda r, d: 2 * r * (r <= d)},
 })
-def truncated_square(r: FloatArray, d_max: float) -> Pair:
-    """One entry after the other."""
-    pairs = [(x * x, 1.0) if x <= d_max else (d_max * d_max, 0.0) for x in r]
-    return np.array([loss for loss, _ in pairs]), np.array([weight for _, weight in pairs])
+def truncated_square(r, d_max, *, loss=lambda r, d: np.minimum(r, d) ** 2,
+                     weight=lambda r, d: r <= d):
+    """Two lines."""
+    return loss(r, d_max), weight(r, d_max) * 1.0
 
 
-def _sharing() -> Arguments:
+def _sharing():
     rng = np.random.default_rng(6)
     q = rng.uniform(0.0, 5.0, (30, 2))
     p = np.vstack([q[:20] + rng.normal(0.0, 0.2, (20, 2)), rng.uniform(6.0, 8.0, (10, 2))])
     return {"30 points, ten of them without a partner": (p, q)}
 
 
-def _both_ways(p: FloatArray, q: FloatArray) -> Any:
-    gaps = np.hypot(*(p[:, None] - q).transpose(2, 0, 1))
-    return gaps.argmin(axis=1), gaps.argmin(axis=0), np.arange(len(p)), gaps
-
-
 @exercise("Mutual pairs", _sharing, {
     "This asks whether a *target* point's partner leads back to it; begin with the source point.":
         lambda p, q: mutual_pairs(q, p),
     "This asks whether a partner is nobody else's. A far point can have one, too; search back.":
-        lambda p, q: np.bincount(_both_ways(p, q)[0], minlength=len(q))[_both_ways(p, q)[0]] == 1,
+        {"mutual": lambda there, back: (there[:, None] == there).sum(1) == 1},
     "`back[there]` is a source point: compare it with the one that it began with, not its partner.":
-        lambda p, q: (b := _both_ways(p, q))[1][b[0]] == b[0],
+        {"mutual": lambda there, back: back[there] == there},
     "`there` and `back` are compared entry by entry; they count different points.":
-        lambda p, q: _both_ways(p, q)[0] == _both_ways(p, q)[1],
+        {"mutual": lambda there, back: there == back},
     "These are the indices of the mutual points; asked for is a mask, one entry a point.":
         lambda p, q: np.flatnonzero(mutual_pairs(p, q)),
-    "The mask is inverted: it is True where the way back ends elsewhere.":
-        lambda p, q: ~mutual_pairs(p, q),
-    "Every point has a nearest neighbour; ask whether the way back leads to where it began.":
-        lambda p, q: np.ones(len(p), dtype=bool),
-    "A pair is mutual by the way back, not by a limit on its distance.":
-        lambda p, q: _both_ways(p, q)[3].min(axis=1) < 0.5,
 })
-def mutual_pairs(p: FloatArray, q: FloatArray) -> FloatArray:
+def mutual_pairs(p, q, *, mutual=lambda there, back: back[there] == np.arange(len(there))):
     """From the table of all distances."""
-    there, back, each, _ = _both_ways(p, q)
-    return np.asarray(back[there] == each)
+    gaps = np.hypot(*(p[:, None] - q).transpose(2, 0, 1))
+    return mutual(gaps.argmin(axis=1), gaps.argmin(axis=0))
 
 
-def _beams() -> Arguments:
+def _beams():
     rng = np.random.default_rng(7)
     beams_q = np.sort(rng.choice(60, 25, replace=False))
     beams_p = np.sort(rng.choice(80, 20, replace=False))
@@ -92,48 +67,35 @@ def _beams() -> Arguments:
     return {f"a window of {w} beams": (p, q, beams_p, beams_q, w) for w in (4, 15)}
 
 
-def _window(p: FloatArray, q: FloatArray, allowed: Any, none: int | None = -1) -> Any:
-    squares = np.where(allowed, np.square(p[:, None] - q).sum(axis=2), np.inf)
-    index = squares.argmin(axis=1)
-    return index if none is None else np.where(allowed.any(axis=1), index, none)
-
-
-def _rows(p: FloatArray, q: FloatArray) -> Any:
-    return abs(np.arange(len(p))[:, None] - np.arange(len(q)))
-
-
 @exercise("Search among nearby beams", _beams, {
     "The window is counted in rows. Beams without a return are missing from the points, so compare "
-    "`beams_p` with `beams_q`.": lambda p, q, a, b, w: _window(p, q, _rows(p, q) <= w),
-    "A beam exactly `width` away is inside the window.":
-        lambda p, q, a, b, w: _window(p, q, abs(a[:, None] - b) < w),
-    "The window has no effect: this is the nearest of all target points.":
-        lambda p, q, a, b, w: _window(p, q, _rows(p, q) >= 0),
-    "Where the window is empty the answer is −1; the smallest of infinite distances is at 0.":
-        lambda p, q, a, b, w: _window(p, q, abs(a[:, None] - b) <= w, none=None),
+    "`beams_p` with `beams_q`.": lambda p, q, a, b, w: nearest_in_window(
+        p, q, np.arange(len(p)), np.arange(len(q)), w),
+    "A beam exactly `width` away is inside the window.": {"inside": lambda gap, w: abs(gap) < w},
+    "The window has no effect: it is the nearest of all.": {"inside": lambda gap, w: abs(gap) >= 0},
+    "Where the window is empty the answer is −1; `argmin` says 0.": {"empty": 0},
     "The window reaches to one side only: take the absolute difference of the beams.":
-        lambda p, q, a, b, w: _window(p, q, b - a[:, None] <= w),
-    "The window reaches to one side only: the target's beam may lie before the source's.":
-        lambda p, q, a, b, w: _window(p, q, (b - a[:, None] <= w) & (b >= a[:, None])),
+        {"inside": lambda gap, w: gap <= w},
     "The window is half as wide: `width` counts to either side.":
-        lambda p, q, a, b, w: _window(p, q, abs(a[:, None] - b) <= w / 2),
+        {"inside": lambda gap, w: abs(gap) <= w / 2},
     "These are beams; asked for are the rows of `q`.":
         lambda p, q, a, b, w: np.where((i := nearest_in_window(p, q, a, b, w)) < 0, -1, b[i]),
     "This is the nearest *beam* in the window; asked for is the nearest point.":
         lambda p, q, a, b, w: np.where((gap := abs(a[:, None] - b)).min(1) <= w, gap.argmin(1), -1),
-    "The search is over source points, for each target point: exchange them.":
-        lambda p, q, a, b, w: nearest_in_window(q, p, b, a, w),
     "The nearest point is sought first and dropped if it lies outside; seek inside the window.":
         lambda p, q, a, b, w: np.where(
-            abs(a - b[(i := _window(p, q, _rows(p, q) >= 0))]) <= w, i, -1),
+            abs(a - b[(i := nearest_in_window(p, q, a, b, 99))]) <= w, i, -1),
 })
-def nearest_in_window(p: Any, q: Any, beams_p: Any, beams_q: Any, width: int) -> FloatArray:
+def nearest_in_window(p, q, beams_p, beams_q, width, *, empty=-1,
+                      inside=lambda gap, w: abs(gap) <= w):
     """Infinite distances outside the window."""
-    return np.asarray(_window(p, q, abs(beams_p[:, None] - beams_q) <= width))
+    allowed = inside(beams_q - beams_p[:, None], width)
+    squares = np.where(allowed, np.square(p[:, None] - q).sum(axis=2), np.inf)
+    return np.where(allowed.any(axis=1), squares.argmin(axis=1), empty)
 
 
 @cache
-def _two_guesses() -> Arguments:
+def _two_guesses():
     older, newer = (
         cast(room(), transform(1.0, -0.5, 0.3) @ T, Lidar(beam_count=181), rng=seed).points
         for seed, T in enumerate((np.eye(3), transform(0.3, 0.1, 0.15)))
@@ -146,44 +108,36 @@ def _two_guesses() -> Arguments:
     }
 
 
-def _gated(p: FloatArray, q: FloatArray, T: FloatArray, gate: Any = lambda d: 3 * np.median(d),
-           update: Any = lambda dT, T: dT @ T) -> FloatArray:
-    target = Target(q)
-    for _ in range(60):
-        moved = apply(T, p)
-        index, d = target.search.query(moved)
-        near = d <= gate(d)
-        T = update(align(moved[near], target.points[index[near]]), T)
-    return T
+def _gate_at(p, q, T):
+    gate = 3 * np.median(Target(q).search.query(apply(T, p))[1])
+    return lambda d: gate
 
 
 @exercise("A gate that follows the data", _two_guesses, {
-    "The gate is the median itself; three times the median is asked.":
-        lambda p, q, T: _gated(p, q, T, np.median),
-    "The gate is three times the *mean*, which a few far points pull up.":
-        lambda p, q, T: _gated(p, q, T, lambda d: 3 * d.mean()),
-    "No pair is rejected: align only those within the gate.":
-        lambda p, q, T: _gated(p, q, T, lambda d: np.inf),
-    "The step is composed on the wrong side, `T @ dT`: it acts after `T`, so `dT @ T`.":
-        lambda p, q, T: _gated(p, q, T, update=lambda dT, T: T @ dT),
-    "This is the last step alone, `T = dT`; chain the steps, `dT @ T`.":
-        lambda p, q, T: _gated(p, q, T, update=lambda dT, T: dT),
-    "The guess comes back as it was: no step reaches `T`.": lambda p, q, T: T,
+    "The gate is the median itself; three times the median is asked.": {"gate": np.median},
+    "The gate is thrice the *mean*, which far points pull up.": {"gate": lambda d: 3 * d.mean()},
+    "No pair is rejected: align only those within the gate.": {"gate": lambda d: np.inf},
+    "The step is on the wrong side: it acts after `T`, `dT @ T`.": {"update": lambda dT, T: T @ dT},
+    "This is the last step alone, `T = dT`; chain them, `dT @ T`.": {"update": lambda dT, T: dT},
     "The gate is three times the median of the *squares*; distances are in metres.":
-        lambda p, q, T: _gated(p, q, T, lambda d: 3 * np.median(d**2)),
+        {"gate": lambda d: 3 * np.median(d**2)},
     "The gate is found once, at the guess; it follows the distances in each round.":
-        lambda p, q, T: _gated(p, q, T, (lambda gate: lambda d: gate)(
-            3 * np.median(Target(q).search.query(apply(T, p))[1]))),
-    "The gate is a third of the median; three times the median is asked.":
-        lambda p, q, T: _gated(p, q, T, lambda d: np.median(d) / 3),
+        lambda p, q, T: match_by_median_gate(p, q, T, gate=_gate_at(p, q, T)),
 })
-def match_by_median_gate(source: FloatArray, target: FloatArray, T_init: FloatArray) -> FloatArray:
+def match_by_median_gate(source, target, T_init, *, gate=lambda d: 3 * np.median(d),
+                         update=lambda dT, T: dT @ T):
     """Sixty rounds."""
-    return _gated(source, target, T_init)
+    T, search = T_init, Target(target).search
+    for _ in range(60):
+        moved = apply(T, source)
+        index, d = search.query(moved)
+        near = d <= gate(d)
+        T = update(align(moved[near], target[index[near]]), T)
+    return T
 
 
 @cache
-def _masts() -> Arguments:
+def _masts():
     T_true, pairs = transform(0.2, 0.1, 0.05), []
     for seed in range(3):
         rng = np.random.default_rng(seed)
@@ -193,46 +147,29 @@ def _masts() -> Arguments:
     return {"three pairs of scans behind a mast": (pairs, T_true, clean)}
 
 
-def _behind_a_mast(T: FloatArray, rng: np.random.Generator) -> Scan:
+def _behind_a_mast(T, rng):
     scan = cast(room(), T, Lidar(beam_count=181), rng=rng)
-    assert scan.ranges is not None
-    assert scan.angles is not None
     ranges = np.array(scan.ranges)
     ranges[:60] = 0.25 + rng.normal(0.0, 0.01, 60)
     return Scan.from_ranges(ranges, scan.angles)
 
 
-def _off(pairs: Any, T: FloatArray, new: Any, old: Any, run: Any = icp) -> Any:
-    off = [se2.relative(T, run(new(a), old(b)).T_target_source) for a, b in pairs]
-    return np.hypot(*np.array(off)[:, :2, 2].T)
-
-
-def _as_it_is(scan: Scan) -> Scan:
-    return scan
+def _as_it_is(clean):
+    return lambda scan: scan
 
 
 @exercise("A mast in the way", _masts, {
-    "The filter is applied to the older scan alone; the mast stands in the newer one, too.":
-        lambda pairs, T, f: np.median(_off(pairs, T, _as_it_is, f)),
-    "The filter is applied to the newer scan alone; the mast stands in the older one, too.":
-        lambda pairs, T, f: np.median(_off(pairs, T, f, _as_it_is)),
-    "The scans are matched as they are: apply `clean` to each.":
-        lambda pairs, T, f: np.median(_off(pairs, T, _as_it_is, _as_it_is)),
-    "This is the mean; one failed match would decide it alone.":
-        lambda pairs, T, f: np.mean(_off(pairs, T, f, f)),
-    "This is the root mean square; asked for is the median.":
-        lambda pairs, T, f: np.sqrt(np.mean(_off(pairs, T, f, f) ** 2)),
-    "This is the largest error; asked for is the median.":
-        lambda pairs, T, f: np.max(_off(pairs, T, f, f)),
-    "Source and target are swapped: the newer scan is the source.":
-        lambda pairs, T, f: np.median(_off(pairs, T, f, f, lambda p, q: icp(q, p))),
+    "The filter is on the older scan alone; the mast is in the newer, too.": {"newer": _as_it_is},
+    "The filter is on the newer scan alone; the mast is in the older, too.": {"older": _as_it_is},
+    "The scans are matched as they are: `clean` each.": {"newer": _as_it_is, "older": _as_it_is},
+    "This is the mean; one failed match would decide it alone.": {"take": np.mean},
+    "This is the largest error; asked for is the median.": {"take": np.max},
+    "Source and target are swapped: the newer scan is the source.": {"run": lambda p, q: icp(q, p)},
     "This is the length of the motion found; its error is held against `T_true`.":
-        lambda pairs, T, f: np.median(_off(pairs, np.eye(3), f, f)),
-    "This is the error of the heading; asked for is that of the translation.":
-        lambda pairs, T, f: np.median([
-            abs(se2.to_xytheta(se2.relative(T, icp(f(a), f(b)).T_target_source))[2])
-            for a, b in pairs]),
+        lambda pairs, T, f: typical_error(pairs, np.eye(3), f),
 })
-def typical_error(pairs: Any, T_true: FloatArray, clean: Any) -> Any:
+def typical_error(pairs, T_true, clean, *, newer=lambda f: f, older=lambda f: f, run=icp,
+                  take=np.median):
     """The median is not moved by a match that fails."""
-    return np.median(_off(pairs, T_true, clean, clean))
+    ends = np.array([run(newer(clean)(a), older(clean)(b)).T_target_source for a, b in pairs])
+    return take(np.hypot(*se2.relative(T_true, ends)[:, :2, 2].T))

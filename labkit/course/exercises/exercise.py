@@ -6,9 +6,9 @@ import copy
 import importlib
 import inspect
 import pkgutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -32,15 +32,13 @@ class Exercise:
     ----------
     title : str
     right : callable
-        A right one, of the same name.
+        A right one, of the same name; keyword arguments make it wrong.
     arguments : callable
         Makes what it is tried on, by words that say what is tried.
     mistakes : mapping of str to callable
         Wrong ones, by the sentence that is said of them.
     tolerance : float
         How far off an entry may be, relative to the largest one of its result or to 1.
-    view : callable, optional
-        What of the answer is compared, from the answer and the arguments.
     """
 
     title: str
@@ -48,19 +46,13 @@ class Exercise:
     arguments: Callable[[], Arguments]
     mistakes: Mapping[str, Function]
     tolerance: float
-    view: Function | None
-
-    def seen(self, function: Function) -> Function:
-        """The function, through the view."""
-        view = self.view
-        return function if view is None else lambda *given: view(function(*given), *given)
 
     @cached_property
     def asked(self) -> tuple[Question, list[Case]]:
         """The exercise as the judge knows it."""
         cases = []
         for number, (about, arguments) in enumerate(self.arguments().items(), start=1):
-            wanted = _data(self.seen(self.right)(*copy.deepcopy(arguments)))
+            wanted = _data(self.right(*copy.deepcopy(arguments)))
             answer = _kind(wanted)
             sizes = np.abs(read(answer, wanted)) * (answer is not Answer.NUMBERS)
             cases.append(
@@ -71,43 +63,29 @@ class Exercise:
                     arguments=arguments,
                     expected=(wanted,),
                     tolerance=self.tolerance * sizes[np.isfinite(sizes)].max(initial=1.0),
-                    mistaken=_Answers(self, arguments),
+                    mistaken=self._mistaken(arguments),
                 )
             )
         known = (Misconception(id=one, says=one, chapter="", credit=0.0) for one in self.mistakes)
-        name, names = self.right.__name__, inspect.signature(self.right).parameters
+        taken = inspect.signature(self.right).parameters.values()
+        names = [one.name for one in taken if one.kind is not one.KEYWORD_ONLY]
         question = Question(
-            id=name, title=self.title, chapter="", points=float(len(cases)), function=name,
-            signature=f"({', '.join(names)})", task="", docstring="", answer=answer, unit="",
-            low=None, high=None, chance=0.0, builds_on=(), misconceptions=tuple(known),
+            id=self.right.__name__, title=self.title, chapter="", points=float(len(cases)),
+            function=self.right.__name__, signature=f"({', '.join(names)})", task="", docstring="",
+            answer=answer, unit="", low=None, high=None, chance=0.0, misconceptions=tuple(known),
         )  # fmt: skip
         return question, cases
 
-
-class _Answers(Mapping[str, tuple[Any, ...]]):
-    """What the mistakes return, computed when a wrong answer is held against them."""
-
-    def __init__(self, exercise: Exercise, arguments: tuple[Any, ...]) -> None:
-        self._exercise, self._arguments = exercise, arguments
-        self._known: dict[str, tuple[Any, ...]] = {}
-
-    def __getitem__(self, says: str) -> tuple[Any, ...]:
-        if says not in self._known:
-            wrong = self._exercise.seen(self._exercise.mistakes[says])
+    def _mistaken(self, arguments: tuple[Any, ...]) -> dict[str, tuple[Any, ...]]:
+        """What the mistakes return, those left out that fail."""
+        found = {}
+        for says, wrong in self.mistakes.items():
             try:
                 with np.errstate(all="ignore"):
-                    self._known[says] = (_data(wrong(*copy.deepcopy(self._arguments))),)
+                    found[says] = (_data(wrong(*copy.deepcopy(arguments))),)
             except (ArithmeticError, ValueError, IndexError):
-                self._known[says] = ()
-        if not self._known[says]:
-            raise KeyError(says)
-        return self._known[says]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._exercise.mistakes)
-
-    def __len__(self) -> int:
-        return len(self._exercise.mistakes)
+                continue
+        return found
 
 
 def _data(value: Any) -> Any:
@@ -130,18 +108,19 @@ def _kind(right: Any) -> Answer:
 def exercise(
     title: str,
     arguments: Arguments | Callable[[], Arguments],
-    mistakes: Mapping[str, Function],
+    mistakes: Mapping[str, Function | Mapping[str, Any]],
     *,
     tolerance: float = 1e-6,
-    view: Function | None = None,
 ) -> Callable[[Function], Function]:
     """Enter a right function as the check of the students' function of the same name."""
 
     def enter(right: Function) -> Function:
-        name = right.__name__
-        assert name not in _FOUND, f"{name} is checked twice"
+        assert right.__name__ not in _FOUND, f"{right.__name__} is checked twice"
         made = arguments if callable(arguments) else lambda: arguments
-        _FOUND[name] = Exercise(title, right, made, mistakes, tolerance, view)
+        wrong = {
+            says: one if callable(one) else partial(right, **one) for says, one in mistakes.items()
+        }
+        _FOUND[right.__name__] = Exercise(title, right, made, wrong, tolerance)
         return right
 
     return enter
@@ -189,7 +168,5 @@ def check(function: Function) -> Feedback:
         raise InvalidParameterError(
             f"no exercise asks for a function named {name!r}; leave the name as its stub has it"
         )
-    verdict = tried(*_FOUND[name].asked, _FOUND[name].seen(function))
-    if verdict.passed:
-        verdict = replace(verdict, message="right in every case.")
-    return Feedback(verdict)
+    verdict = tried(*_FOUND[name].asked, function)
+    return Feedback(replace(verdict, message="right in every case.") if verdict.passed else verdict)

@@ -4,23 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import labkit
-from labkit.course.authoring.references import (
-    EPSILON,
-    FLOOR,
-    REFERENCES,
-    perturbed,
-    round_up,
-    tolerance,
-)
+from labkit.course.authoring.references import EPSILON, perturbed, round_up, tolerance
 from labkit.course.grading.assignment.questions import Answer
 
 
 def align(p, T):
-    return tolerance(Answer.TRANSFORM, REFERENCES["align"], (p, labkit.apply(T, p)))
+    return tolerance("align", Answer.TRANSFORM, (p, labkit.apply(T, p)))
 
 
 def test_a_short_lever_far_away_needs_a_wider_tolerance():
@@ -33,7 +24,7 @@ def test_a_short_lever_far_away_needs_a_wider_tolerance():
 
 def test_an_answer_that_a_rounding_turns_over_has_no_tolerance():
     tie = (np.array([0.3, 0.1]), 0.3 * (1.0 + EPSILON / 10))
-    assert tolerance(Answer.MASK, REFERENCES["distance_gate"], tie) >= 1.0
+    assert tolerance("distance_gate", Answer.MASK, tie) >= 1.0
 
 
 def test_single_precision_itself_lies_within():
@@ -44,11 +35,6 @@ def test_single_precision_itself_lies_within():
         q = labkit.apply(T, p)
         rounded = labkit.align(p.astype(np.float32), q.astype(np.float32))
         assert np.abs(rounded - labkit.align(p, q)).max() <= align(p, T)
-
-
-@given(st.floats(1e-12, 1e6))
-def test_rounding_up_goes_up_and_not_far(number):
-    assert number * (1.0 - 1e-6) <= round_up(number) <= 1.1 * number + 1e-300
 
 
 @pytest.mark.parametrize(("number", "up"), [(0.00123, 0.0013), (3.0, 3.0), (math.inf, math.inf)])
@@ -63,4 +49,3 @@ def test_only_floats_are_perturbed_and_by_no_more_than_asked():
     assert (np.abs(moved[1] - real) <= EPSILON * np.abs(real)).all()
     assert moved[1][1] != 1.0
     assert moved[2] == 0.5
-    assert FLOOR == 64 * EPSILON

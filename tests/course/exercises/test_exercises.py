@@ -94,8 +94,8 @@ def test_of_the_typical_wrong_answers_most_get_their_name_and_none_passes():
     assert [(name, word) for name, word, verdict in told if verdict.passed] == []
     named = [(name, word, one) for name, word, one in told if one.misconception]
     assert [(name, word) for name, word, one in named if word not in one.message] == []
-    assert len(WRONG) >= 188
-    assert len(named) >= 0.9 * len(WRONG)
+    assert len(WRONG) >= 218
+    assert len(named) >= 0.98 * len(WRONG)
 
 
 @pytest.mark.parametrize("name", EXERCISES)
@@ -105,37 +105,9 @@ def test_right_answers_in_other_styles_pass(name):
         assert feedback.passed, repr(feedback)
 
 
-def one_case(right: object) -> Exercise:
-    return Exercise("F", lambda x: right, lambda: {"one": (1.0,)}, {}, 1e-6, None)
-
-
-@pytest.mark.parametrize(
-    ("right", "answer", "says"),
-    [
-        (2.0, lambda x: None, "it returned None (is a `return` missing?)"),
-        (2.0, lambda x: "two", "it returned a text, expected one number"),
-        (2.0, lambda x: 2.5, "the result is off by 0.5. For x = 1: got 2.5, expected 2."),
-        (2.0, lambda x: float("nan"), "the result holds NaN or infinity; look for"),
-        (float("inf"), lambda x: -float("inf"), "got -inf, expected inf"),
-        (2.0, lambda x: 2.0 + 1j, "it returned a complex; return"),
-        ((1.0, 2.0), lambda x: 2.0, "the result is too short by 1"),
-        ((1.0, 2.0), lambda x: (1, 2.25), "at [1] got 2.25, expected 2."),
-        (2.0, lambda x: x.nothing, "it raised AttributeError: 'float' object has no"),
-        (2.0, lambda x: exit(3), "it raised SystemExit: 3"),
-    ],
-)
-def test_a_wrong_answer_is_told_apart(monkeypatch, right, answer, says):
-    exercise = one_case(right)
-    exercise.right.__name__ = "f"
-    monkeypatch.setitem(exercises(), "f", exercise)
-    feedback = checked("f", answer)
-    assert not feedback.passed
-    assert says in repr(feedback)
-
-
 def test_a_function_may_change_its_arguments(monkeypatch):
     cases = {str(number): ([1, 2],) for number in range(2)}
-    exercise = Exercise("F", lambda numbers: numbers[-1], lambda: cases, {}, 1e-6, None)
+    exercise = Exercise("F", lambda numbers: numbers[-1], lambda: cases, {}, 1e-6)
     monkeypatch.setitem(exercises(), "f", exercise)
     assert checked("f", lambda numbers: numbers.pop()).passed
 

@@ -1,13 +1,7 @@
-"""What the functions are called with: recipes for the visible cases and the hidden ones."""
+"""What the functions are called with: tables of the visible cases and of the hidden ones."""
 
 from labkit.course.authoring.cases import alignment, correspondences, loop, odometry, se2
 
-RECIPES = {
-    **se2.RECIPES,
-    **alignment.RECIPES,
-    **correspondences.RECIPES,
-    **loop.RECIPES,
-    **odometry.RECIPES,
-}
-
-__all__ = ["RECIPES"]
+RECIPES = (
+    se2.RECIPES | alignment.RECIPES | correspondences.RECIPES | loop.RECIPES | odometry.RECIPES
+)

@@ -1,6 +1,6 @@
 """Known mistakes: wrong implementations whose answers are known, so that they get a name.
 
-The functions take what the question's function takes. Their docstrings are read by students.
+The functions take what the question's function takes. What is said of them is read by students.
 """
 
 from labkit.course.authoring.entries import MISTAKES
@@ -11,6 +11,6 @@ from labkit.course.authoring.misconceptions import (
     odometry,
     se2,
     stopping,
-)
+)  # fmt: skip
 
 __all__ = ["MISTAKES", "alignment", "correspondences", "loop", "odometry", "se2", "stopping"]

@@ -8,49 +8,39 @@ from labkit.course.authoring import solution as right
 from labkit.course.authoring.entries import Several, mistakes
 
 
-def _squared(source, target):
-    indices, distances = right.nearest_neighbors(source, target)
-    return indices, distances**2
+def _neighbors(change):
+    """The right indices and distances, changed."""
+    return lambda p, q: change(*right.nearest_neighbors(p, q))
 
 
-def _manhattan(source, target):
-    all_distances = np.abs(source[:, None] - target[None]).sum(axis=2)
-    return all_distances.argmin(axis=1), all_distances.min(axis=1)
+def _manhattan(p, q):
+    distances = np.abs(p[:, None] - q[None]).sum(axis=2)
+    return distances.argmin(axis=1), distances.min(axis=1)
 
 
-def _used_once(source, target):
-    free, indices = set(range(len(target))), []
-    for p in source:
-        candidates = sorted(free) or range(len(target))
-        indices.append(min(candidates, key=lambda j: math.dist(p, target[j])))
+def _farthest(p, q):
+    distances = np.linalg.norm(p[:, None] - q[None], axis=2)
+    return distances.argmax(axis=1), distances.max(axis=1)
+
+
+def _used_once(p, q):
+    free, indices = set(range(len(q))), []
+    for one in p:
+        candidates = sorted(free) or range(len(q))
+        indices.append(min(candidates, key=lambda j: math.dist(one, q[j])))
         free.discard(indices[-1])
-    return np.array(indices), np.linalg.norm(source - target[indices], axis=1)
+    return np.array(indices), np.linalg.norm(p - q[indices], axis=1)
 
 
-def _from_one(source, target):
-    indices, distances = right.nearest_neighbors(source, target)
-    return indices + 1, distances
+def _closest(*counts):
+    """The closest pairs, by other counts of ρN; several ways where there are several."""
 
+    def overlap(d, ratio):
+        ranks = d.argsort().argsort()
+        kept = tuple(ranks < count(ratio * len(d)) for count in counts)
+        return kept[0] if len(kept) == 1 else Several(kept)
 
-def _order_of_results(source, target):
-    indices, distances = right.nearest_neighbors(source, target)
-    return distances, indices
-
-
-def _farthest(source, target):
-    all_distances = np.linalg.norm(source[:, None] - target[None], axis=2)
-    return all_distances.argmax(axis=1), all_distances.max(axis=1)
-
-
-def _closest(distances, count):
-    kept = np.zeros(len(distances), dtype=bool)
-    kept[np.argsort(distances)[: min(count, len(distances))]] = True
-    return kept
-
-
-def _other_minimum(distances, overlap_ratio):
-    count = int(overlap_ratio * len(distances))
-    return Several(tuple(_closest(distances, max(least, count)) for least in (2, 4)))
+    return overlap
 
 
 def _loss(residuals, delta):
@@ -65,137 +55,126 @@ def _whole_numbers(residuals, delta):
     return weights
 
 
+def _of_kept(measure):
+    """A measure of the kept distances, NaN where there are none."""
+    return lambda d, kept: measure(d[kept]) if kept.any() else np.nan
+
+
+INVERTED = (0.4, "The mask is True for the pairs to reject; it is to be True for those that stay.")
+
 # fmt: off
 mistakes("nearest_neighbors", {
-    "squared": (0.7,
-        "The distances are squared; gates and weights are in metres, so take the root.",
-        _squared),
+    "squared": (0.7, "The distances are squared; gates and weights are in metres: take the root.",
+        _neighbors(lambda i, d: (i, d**2))),
     "swapped": (0.4,
         "This finds the nearest source point of each target point: it is to be the other way.",
-        lambda source, target: right.nearest_neighbors(target, source)),
+        lambda p, q: right.nearest_neighbors(q, p)),
     "manhattan": (0.4,
         "These are sums of |Δx| and |Δy|; the distance is the root of the sum of squares.",
         _manhattan),
-    "used_once": (0.4,
-        "Every target point is given away once; several source points may share their nearest.",
-        _used_once),
+    "used_once": (0.4, "Every target point is given away once; several source points may share "
+        "their nearest.", _used_once),
     "from_one": (0.8, "The indices count from 1; Python's rows count from 0.",
-        _from_one),
+        _neighbors(lambda i, d: (i + 1, d))),
     "order_of_results": (0.8,
         "The two results are in the wrong order: first the indices, then the distances.",
-        _order_of_results),
+        _neighbors(lambda i, d: (d, i))),
     "farthest": (0.1, "These are the farthest points: take the smallest distance, not the largest.",
         _farthest),
 })
 mistakes("distance_gate", {
     "squared_distance": (0.6, "The squared distance is held against the gate: both are in metres.",
-        lambda distances, max_distance: distances ** 2 <= max_distance),
+        lambda d, gate: d**2 <= gate),
     "squared_gate": (0.5, "The distance is held against the squared gate: both are in metres.",
-        lambda distances, max_distance: distances <= max_distance ** 2),
+        lambda d, gate: d <= gate**2),
     "strict": (0.05, "A pair right on the gate is rejected: the gate is d <= d_max.",
-        lambda distances, max_distance: distances < max_distance),
-    "inverted": (0.4,
-        "The mask is True for the pairs to reject; it is to be True for those that stay.",
-        lambda distances, max_distance: distances > max_distance),
-    "indices": (0.7,
-        "These are the indices of the pairs that stay; asked for is a mask, one entry a pair.",
-        lambda distances, max_distance: np.flatnonzero(distances <= max_distance)),
+        lambda d, gate: d < gate),
+    "inverted": (*INVERTED, lambda d, gate: d > gate),
+    "indices": (0.7, "These are the indices of the pairs that stay; asked for is a mask, one entry "
+        "a pair.", lambda d, gate: np.flatnonzero(d <= gate)),
     "distances": (0.4, "These are the distances that stay; asked for is a mask, one entry a pair.",
-        lambda distances, max_distance: distances[distances <= max_distance]),
+        lambda d, gate: d[d <= gate]),
     "relative": (0.3,
         "The gate is taken as a share of the largest distance; it is a distance in metres.",
-        lambda distances, max_distance: distances <= max_distance * distances.max()),
+        lambda d, gate: d <= gate * d.max()),
 })
 mistakes("overlap", {
     "worst_kept": (0.3, "The worst pairs are kept: trimming keeps the closest ones.",
-        lambda distances, overlap_ratio: right.overlap(-distances, overlap_ratio)),
+        lambda d, ratio: right.overlap(-d, ratio)),
     "not_sorted": (0.3,
         "The first pairs are kept, in the order they came: they have to be sorted first.",
-        lambda distances, overlap_ratio: right.overlap(np.arange(len(distances)), overlap_ratio)),
+        lambda d, ratio: right.overlap(np.arange(len(d)), ratio)),
     "rounded_up": (0.7, "ρN is rounded up; the count is ⌊ρN⌋, rounded down.",
-        lambda distances, overlap_ratio: _closest(distances, max(3, math.ceil(overlap_ratio *
-            len(distances))))),
+        _closest(lambda n: max(3, math.ceil(n)))),
     "rounded": (0.7, "ρN is rounded to the nearest; the count is ⌊ρN⌋, rounded down.",
-        lambda distances, overlap_ratio: _closest(distances, max(3, round(overlap_ratio *
-            len(distances))))),
+        _closest(lambda n: max(3, round(n)))),
     "one_too_many": (0.7,
         "One pair too many is kept: an off-by-one in ⌊ρN⌋ (rank ⌊ρN⌋ counted from 0?).",
-        lambda distances, overlap_ratio: _closest(distances, max(3, int(overlap_ratio *
-            len(distances))) + 1)),
+        _closest(lambda n: max(3, int(n)) + 1)),
     "one_too_few": (0.7,
         "One pair too few is kept: an off-by-one in ⌊ρN⌋ (is the threshold itself excluded?).",
-        lambda distances, overlap_ratio: _closest(distances, max(3, int(overlap_ratio *
-            len(distances))) - 1)),
+        _closest(lambda n: max(3, int(n)) - 1)),
     "no_minimum": (0.85,
         "Fewer than 3 pairs are kept where ρN is small: keep at least 3, as a step needs them.",
-        lambda distances, overlap_ratio: _closest(distances, int(overlap_ratio * len(distances)))),
+        _closest(int)),
     "share_of_range": (0.7,
         "ρ is taken as a share of the largest distance; it is a share of the number of pairs.",
-        lambda distances, overlap_ratio: distances <= overlap_ratio * distances.max()),
-    "quantile": (0.7,
-        "A quantile interpolates between pairs and keeps ⌊ρ(N − 1)⌋ + 1 of them, not ⌊ρN⌋.",
-        lambda distances, overlap_ratio: distances <= np.quantile(distances, overlap_ratio)),
+        lambda d, ratio: d <= ratio * d.max()),
+    "quantile": (0.7, "A quantile interpolates between pairs and keeps ⌊ρ(N − 1)⌋ + 1 of them, "
+        "not ⌊ρN⌋.", lambda d, ratio: d <= np.quantile(d, ratio)),
     "share_removed": (0.4, "ρ is taken as the share to remove; it is the share to keep.",
-        lambda distances, overlap_ratio: right.overlap(distances, 1.0 - overlap_ratio)),
-    "indices": (0.7,
-        "These are indices of the pairs that stay; asked for is a mask, one entry a pair.",
-        lambda distances, overlap_ratio: np.argsort(distances)[:max(3, int(overlap_ratio *
-            len(distances)))]),
-    "inverted": (0.4,
-        "The mask is True for the pairs to reject; it is to be True for those that stay.",
-        lambda distances, overlap_ratio: ~right.overlap(distances, overlap_ratio)),
+        lambda d, ratio: right.overlap(d, 1.0 - ratio)),
+    "indices": (0.7, "These are indices of the pairs that stay; asked for is a mask, one entry a "
+        "pair.", lambda d, ratio: np.argsort(d)[:max(3, int(ratio * len(d)))]),
+    "inverted": (*INVERTED, lambda d, ratio: ~right.overlap(d, ratio)),
     "other_minimum": (0.85,
         "Another number of pairs than 3 is kept where ρN is small: keep at least 3.",
-        _other_minimum),
+        _closest(lambda n: max(2, int(n)), lambda n: max(4, int(n)))),
 })
 mistakes("huber_weights", {
     "squared": (0.5, "The residuals are squared before they meet δ: both are distances in metres.",
-        lambda residuals, delta: right.huber_weights(residuals ** 2, delta)),
+        lambda r, delta: right.huber_weights(r**2, delta)),
     "uncapped": (0,
         "The weight is δ/r everywhere; up to δ it is 1, or close pairs count far too much.",
-        lambda residuals, delta: delta / residuals),
+        lambda r, delta: delta / r),
     "cut": (0.5, "Pairs beyond δ weigh nothing here: that is a gate. Huber's weight falls as δ/r.",
-        lambda residuals, delta: np.where(residuals <= delta, 1.0, 0.0)),
+        lambda r, delta: np.where(r <= delta, 1.0, 0.0)),
     "rooted": (0.5, "Beyond δ this is the square root of δ/r; the weight is δ/r itself.",
-        lambda residuals, delta: np.sqrt(right.huber_weights(residuals, delta))),
+        lambda r, delta: np.sqrt(right.huber_weights(r, delta))),
     "ratio_squared": (0.5, "Beyond δ this is (δ/r)²; the weight is δ/r itself.",
-        lambda residuals, delta: right.huber_weights(residuals, delta) ** 2),
+        lambda r, delta: right.huber_weights(r, delta) ** 2),
     "upside_down": (0.4,
         "Beyond δ this is r/δ: the farther a pair, the more it counts. It should be δ/r.",
-        lambda residuals, delta: np.maximum(residuals, delta) / delta),
+        lambda r, delta: np.maximum(r, delta) / delta),
     "branches_swapped": (0.4,
         "The branches are swapped: 1 belongs to residuals up to δ, δ/r to those beyond.",
-        lambda residuals, delta: np.where(residuals > delta, 1.0, delta / residuals)),
-    "loss": (0.3, "This is Huber's loss; asked for are the weights that go with it.",
-        _loss),
+        lambda r, delta: np.where(r > delta, 1.0, delta / r)),
+    "loss": (0.3, "This is Huber's loss; asked for are the weights that go with it.", _loss),
     "half_loss": (0.3,
         "This is Huber's loss (halved, as in many books); asked for are the weights.",
-        lambda residuals, delta: _loss(residuals, delta) / 2.0),
-    "whole_numbers": (0.8,
-        "`np.ones_like` of whole numbers holds whole numbers, so δ/r is cut off to 0: ask for "
-        "`dtype=float`.",
-        _whole_numbers),
+        lambda r, delta: _loss(r, delta) / 2.0),
+    "whole_numbers": (0.8, "`np.ones_like` of whole numbers holds whole numbers, so δ/r is cut off "
+        "to 0: ask for `dtype=float`.", _whole_numbers),
     "over_square": (0.4, "Beyond δ this is δ/r²; the weight is δ/r.",
-        lambda residuals, delta: np.where(residuals > delta, delta / np.maximum(residuals, 1e-12)
-            ** 2.0, 1.0)),
+        lambda r, delta: np.where(r > delta, delta / np.maximum(r, 1e-12) ** 2.0, 1.0)),
 })
 mistakes("inlier_rmse", {
     "over_all": (0.4, "This is the RMSE over all pairs; asked for is that over the kept ones.",
-        lambda distances, kept: np.sqrt(np.mean(distances ** 2))),
+        lambda d, kept: np.sqrt(np.mean(d**2))),
     "divided_by_all": (0.5, "The squares of the kept pairs are divided by the number of all pairs.",
-        lambda distances, kept: np.sqrt(np.sum(distances[kept] ** 2) / len(distances))),
+        lambda d, kept: np.sqrt(np.sum(d[kept] ** 2) / len(d))),
     "mean": (0.4, "This is the mean distance; the RMSE is the root of the mean square.",
-        lambda distances, kept: distances[kept].mean() if kept.any() else np.nan),
+        _of_kept(np.mean)),
     "no_root": (0.5, "The root is missing: this is the mean square, in m².",
-        lambda distances, kept: np.mean(distances[kept] ** 2) if kept.any() else np.nan),
+        _of_kept(lambda d: np.mean(d**2))),
     "no_mean": (0.5, "The sum of squares is not divided by the number of kept pairs.",
-        lambda distances, kept: np.sqrt(np.sum(distances[kept] ** 2)) if kept.any() else np.nan),
+        _of_kept(lambda d: np.sqrt(np.sum(d**2)))),
     "spread": (0.3,
         "This is the standard deviation: it subtracts the mean distance, the RMSE does not.",
-        lambda distances, kept: np.std(distances[kept]) if kept.any() else np.nan),
+        _of_kept(np.std)),
     "zero_for_none": (0.8,
         "Where no pair is left this returns 0, which looks like a perfect match: return NaN.",
-        lambda distances, kept: right.inlier_rmse(distances, kept) if kept.any() else 0.0),
+        lambda d, kept: right.inlier_rmse(d, kept) if kept.any() else 0.0),
 })
 mistakes("fitness", {
     "count": (0, "This is the number of pairs that are kept; asked for is their share.",

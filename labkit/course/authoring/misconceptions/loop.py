@@ -4,10 +4,14 @@ import numpy as np
 
 from labkit.course.authoring import solution as right
 from labkit.course.authoring.entries import Several, mistakes
-from labkit.course.authoring.references import READINGS
+from labkit.course.authoring.references import READINGS, STANDSTILL, aligned, loop, paired, step
 
 LEFT = "chapter 4, “The flow chart, line by line”"
 STAGES = "chapter 3, “Each remedy by itself”"
+ON_THE_RIGHT = (
+    "The increment is composed on the right, T @ dT: it acts on points that T has moved already, "
+    "so it belongs on the left, dT @ T."
+)
 
 
 def both(function):
@@ -15,36 +19,23 @@ def both(function):
     return lambda *arguments: Several(tuple(function(*arguments, keep=keep) for keep in READINGS))
 
 
-def left(dT, T):
-    return dT @ T
+def stepped(**stages):
+    """The right step, but for a stage."""
+    return lambda *arguments, keep: step(*arguments, keep, **stages)
 
 
-def huber(d, delta):
-    return right.huber_weights(d, delta)
+def kept(change):
+    """The right step, but for the pairs that are kept: `change` takes d, gate, ratio and keep."""
+    return lambda *arguments, keep: step(*arguments, lambda *limits: change(*limits, keep))
 
 
-def step(source, target, T, gate, ratio, delta, keep, *, weigh=huber, update=left):
-    """The right step, but for the stages that are handed in."""
-    moved = source @ T[:2, :2].T + T[:2, 2]
-    indices, d = right.nearest_neighbors(moved, target)
-    kept = keep(d, gate, ratio)
-    dT = aligned(moved[kept], target[indices[kept]], weigh(d[kept], delta))
-    return update(dT, T)
-
-
-def aligned(p, q, w):
-    T = np.eye(3)
-    T[:2, :2], T[:2, 2] = right.align_weighted(p, q, w)
-    return T
-
-
-def _keep_worst(d, gate, ratio, keep):
+def _worst(d, gate, ratio, keep):
     """Trim the closest pairs; of those within the gate, in either reading."""
     if keep is READINGS[0]:
         return (d <= gate) & right.overlap(-d, ratio)
-    kept = d <= gate
-    kept[kept] = right.overlap(-d[kept], ratio)
-    return kept
+    inside = d <= gate
+    inside[inside] = right.overlap(-d[inside], ratio)
+    return inside
 
 
 def _add_translation(dT, T):
@@ -53,54 +44,59 @@ def _add_translation(dT, T):
     return added
 
 
-def right_step(source, target, T, *settings, keep):
-    """The right step, in one of the readings."""
-    return step(source, target, T, *settings, keep)
-
-
-def _unmoved(source, target, T, gate, ratio, delta, *, keep):
+def _unmoved(p, q, T, gate, ratio, delta, *, keep):
     """The pairs at T, but the points as they came."""
-    moved = source @ T[:2, :2].T + T[:2, 2]
-    indices, d = right.nearest_neighbors(moved, target)
-    kept = keep(d, gate, ratio)
-    return aligned(source[kept], target[indices[kept]], huber(d[kept], delta)) @ T
+    _, matched, d, stays = paired(p, q, T, gate, ratio, keep=keep)
+    return aligned(p[stays], matched, right.huber_weights(d, delta)) @ T
 
 
-def _sign_of_b(source, target, T, gate, ratio, delta, *, keep):
-    moved = source @ T[:2, :2].T + T[:2, 2]
-    indices, d = right.nearest_neighbors(moved, target)
-    kept = keep(d, gate, ratio)
-    p, q, w = moved[kept], target[indices[kept]], huber(d[kept], delta)
-    dT = aligned(p, q, w)
+def _sign_of_b(p, q, T, gate, ratio, delta, *, keep):
+    moved, matched, d, _ = paired(p, q, T, gate, ratio, keep=keep)
+    w = right.huber_weights(d, delta)
+    dT = aligned(moved, matched, w)
     dT[:2, :2] = dT[:2, :2].T
-    dT[:2, 2] = (w @ q - dT[:2, :2] @ (w @ p)) / w.sum()
+    dT[:2, 2] = (w @ matched - dT[:2, :2] @ (w @ moved)) / w.sum()
     return dT @ T
 
 
 STEPS = {
-    "update_on_the_right": lambda *a, keep: step(*a, keep, update=lambda dT, T: T @ dT),
-    "no_weights": lambda *a, keep: step(*a, keep, weigh=lambda d, delta: np.ones(len(d))),
-    "weights_of_squares": lambda *a, keep: step(
-        *a, keep, weigh=lambda d, delta: huber(d**2, delta)
-    ),
-    "gate_on_squares": lambda *a, keep: step(
-        *a, lambda d, gate, ratio: keep(d, np.sqrt(gate), ratio)
-    ),
-    "no_gate": lambda *a, keep: step(*a, lambda d, gate, ratio: right.overlap(d, ratio)),
-    "no_trimming": lambda *a, keep: step(*a, lambda d, gate, ratio: d <= gate),
+    "update_on_the_right": stepped(update=lambda dT, T: T @ dT),
+    "no_weights": stepped(weigh=lambda d, delta: np.ones(len(d))),
+    "weights_of_squares": stepped(weigh=lambda d, delta: right.huber_weights(d**2, delta)),
+    "gate_on_squares": kept(lambda d, gate, ratio, keep: keep(d, np.sqrt(gate), ratio)),
+    "wide_gate": kept(lambda d, gate, ratio, keep: keep(d, 2 * gate, ratio)),
+    "gate_or_trimming": kept(lambda d, gate, ratio, keep: (d <= gate) | right.overlap(d, ratio)),
+    "wide_delta": stepped(weigh=lambda d, delta: right.huber_weights(d, 2 * delta)),
+    "no_gate": kept(lambda d, gate, ratio, keep: right.overlap(d, ratio)),
+    "no_trimming": kept(lambda d, gate, ratio, keep: d <= gate),
 }
+SAID = {  # of a stage in a step, and in the whole loop
+    "no_weights": "Huber's weights are not used in the alignment.",
+    "weights_of_squares":
+        "Huber's weights are taken of squared distances; they take distances in metres.",
+    "gate_on_squares": "The gate is held against squared distances; both are in metres.",
+    "wide_gate": "The gate is too wide, as if doubled: no pair beyond `max_distance` stays.",
+    "no_gate": "The distance gate is not applied.",
+    "gate_or_trimming": "A pair stays that passes the gate or the trimming; it has to pass both.",
+    "wide_delta": "Huber's δ is twice as large as asked: is δ doubled, or the residual halved?",
+    "no_trimming": "The trimming is not applied: all pairs within the gate are aligned.",
+}  # fmt: skip
+
+
+def _stages(function, credits):
+    """The mistakes in one stage, as the step or the whole loop makes them, with their credits."""
+    return {id: (credit, SAID[id], both(function(STEPS[id])), STAGES)
+            for id, credit in credits.items()}  # fmt: skip
 
 
 # fmt: off
 mistakes("icp_step", {
-    "update_on_the_right": (0.5, "The increment is composed on the right, T @ dT: it acts on "
-        "points that T has moved already, so it belongs on the left, dT @ T.",
-        both(STEPS["update_on_the_right"]), LEFT),
+    "update_on_the_right": (0.5, ON_THE_RIGHT, both(STEPS["update_on_the_right"]), LEFT),
     "increment_alone": (0.5, "This is the increment dT alone; the new transform is dT @ T.",
-        both(lambda *a, keep: step(*a, keep, update=lambda dT, T: dT)), LEFT),
+        both(stepped(update=lambda dT, T: dT)), LEFT),
     "translation_not_turned": (0.5,
         "The translations are added, t + Δt; the increment turns the old one: ΔR t + Δt.",
-        both(lambda *a, keep: step(*a, keep, update=_add_translation)), LEFT),
+        both(stepped(update=_add_translation)), LEFT),
     "unmoved_source": (0.4,
         "The pairs are found at T, but the points that are aligned have not been moved by T.",
         both(_unmoved), LEFT),
@@ -111,86 +107,47 @@ mistakes("icp_step", {
         "lost, or R is transposed.", both(_sign_of_b), "chapter 2, “In the plane: one `atan2`”"),
     "swapped": (0.4,
         "Source and target are swapped in the alignment: the step leads away from the target.",
-        both(lambda *a, keep: step(*a, keep, update=lambda dT, T: right.invert(dT) @ T))),
-    "no_weights": (0.65, "Huber's weights are not used in the alignment.",
-        both(STEPS["no_weights"]), STAGES),
-    "weights_of_squares": (0.65,
-        "Huber's weights are taken of squared distances; they take distances in metres.",
-        both(STEPS["weights_of_squares"]), STAGES),
-    "gate_on_squares": (0.6, "The gate is held against squared distances; both are in metres.",
-        both(STEPS["gate_on_squares"]), STAGES),
-    "no_gate": (0.6, "The distance gate is not applied.", both(STEPS["no_gate"]), STAGES),
+        both(stepped(update=lambda dT, T: right.invert(dT) @ T))),
     "strict_gate": (0.9, "A pair right on the gate is rejected: the gate is d <= d_max.",
-        both(lambda *a, keep: step(
-            *a, lambda d, gate, ratio: keep(d, np.nextafter(gate, 0.0), ratio))), STAGES),
-    "no_trimming": (0.9, "The trimming is not applied: all pairs within the gate are aligned.",
-        both(STEPS["no_trimming"]), STAGES),
+        both(kept(lambda d, gate, ratio, keep: keep(d, np.nextafter(gate, 0.0), ratio))), STAGES),
     "worst_kept": (0.65, "Trimming keeps the worst pairs; it should keep the closest ones.",
-        both(lambda *a, keep: step(*a, lambda *d: _keep_worst(*d, keep=keep))), STAGES),
+        both(kept(_worst)), STAGES),
+    **_stages(lambda one_step: one_step, {
+        "no_weights": 0.65, "weights_of_squares": 0.65, "gate_on_squares": 0.6, "no_gate": 0.6,
+        "no_trimming": 0.9, "wide_gate": 0.65, "gate_or_trimming": 0.3, "wide_delta": 0.65}),
 })
-# fmt: on
 
 
-def _loop(one_step, source, target, T, *rest, keep):
-    *settings, iterations = rest
-    for _ in range(iterations):
-        T_before, T = T, one_step(source, target, T, *settings, keep=keep)
-        if np.abs(T - T_before).max() < 1e-13:
-            break
-    return T
+def _looped(one_step):
+    """The whole loop of another step."""
 
-
-def right_loop(*arguments, keep):
-    path = right_path(*arguments[:-1], keep=keep)
-    return path[min(arguments[-1], len(path) - 1)][0]
-
-
-def right_path(source, target, T, *settings, keep):
-    """Each transform of the right loop with the distances at it, until nothing moves any more."""
-    key = (source.tobytes(), target.tobytes(), T.tobytes(), settings, keep)
-    if key not in PATHS:
-        if len(PATHS) > 4:
-            PATHS.clear()
-        path = []
-        for _ in range(500):
-            moved = source @ T[:2, :2].T + T[:2, 2]
-            path.append((T, right.nearest_neighbors(moved, target)[1]))
-            if len(path) > 1 and np.abs(T - path[-2][0]).max() < 1e-13:
+    def icp(p, q, T, *settings, keep):
+        *stages, iterations = settings
+        for _ in range(iterations):
+            T_before, T = T, one_step(p, q, T, *stages, keep=keep)
+            if np.abs(T - T_before).max() < STANDSTILL:
                 break
-            T = right_step(source, target, T, *settings, keep=keep)
-        PATHS[key] = path
-    return PATHS[key]
+        return T
 
-
-PATHS = {}
+    return icp
 
 
 def _last_increment(*arguments, keep):
-    T = right_loop(*arguments, keep=keep)
+    T = loop(*arguments, keep=keep)
     return step(*arguments[:2], T, *arguments[3:-1], keep, update=lambda dT, _: dT)
 
 
-def _pairs_found_once(source, target, T, gate, ratio, delta, iterations, *, keep):
-    moved = source @ T[:2, :2].T + T[:2, 2]
-    indices, d = right.nearest_neighbors(moved, target)
-    kept = keep(d, gate, ratio)
-    p, q = source[kept], target[indices[kept]]
+def _pairs_found_once(p, q, T, gate, ratio, delta, iterations, *, keep):
+    _, matched, _, stays = paired(p, q, T, gate, ratio, keep=keep)
     for _ in range(iterations):
-        moved = p @ T[:2, :2].T + T[:2, 2]
-        d = np.linalg.norm(moved - q, axis=1)
-        T = aligned(moved, q, huber(d, delta)) @ T
+        moved = p[stays] @ T[:2, :2].T + T[:2, 2]
+        d = np.linalg.norm(moved - matched, axis=1)
+        T = aligned(moved, matched, right.huber_weights(d, delta)) @ T
     return T
 
 
-def _steps(name):
-    return both(lambda *arguments, keep: _loop(STEPS[name], *arguments, keep=keep))
-
-
-# fmt: off
 mistakes("icp", {
-    "update_on_the_right": (0.4, "The increment is composed on the right, T @ dT: it acts on "
-        "points that T has moved already, so it belongs on the left, dT @ T.",
-        _steps("update_on_the_right"), LEFT),
+    "update_on_the_right": (0.4, ON_THE_RIGHT, both(_looped(STEPS["update_on_the_right"])), LEFT),
     "one_step": (0.05,
         "This is where one step leads; go on until the step is below the tolerances.",
         both(lambda *a, keep: step(*a[:-1], keep))),
@@ -201,21 +158,14 @@ mistakes("icp", {
         "The pairs are found once, before the loop; each iteration has to find them anew.",
         both(_pairs_found_once)),
     "guess_ignored": (0.5, "The initial guess is not used: the loop starts from no motion.",
-        both(lambda p, q, T, *a, keep: right_loop(p, q, np.eye(3), *a, keep=keep)),
+        both(lambda p, q, T, *a, keep: loop(p, q, np.eye(3), *a, keep=keep)),
         "chapter 4, “The basin of convergence”"),
     "guess_lost": (0.6,
         "The result is the motion since the initial guess; the guess is a part of the answer.",
-        both(lambda p, q, T, *a, keep: right_loop(p, q, T, *a, keep=keep) @ right.invert(T))),
+        both(lambda p, q, T, *a, keep: loop(p, q, T, *a, keep=keep) @ right.invert(T))),
     "inverse": (0.6, "This is the inverse: it maps the target onto the source.",
-        both(lambda *a, keep: right.invert(right_loop(*a, keep=keep)))),
-    "no_weights": (0.6, "Huber's weights are not used in the alignment.",
-        _steps("no_weights"), STAGES),
-    "weights_of_squares": (0.6,
-        "Huber's weights are taken of squared distances; they take distances in metres.",
-        _steps("weights_of_squares"), STAGES),
-    "gate_on_squares": (0.95, "The gate is held against squared distances; both are in metres.",
-        _steps("gate_on_squares"), STAGES),
-    "no_gate": (0.85, "The distance gate is not applied.", _steps("no_gate"), STAGES),
-    "no_trimming": (0.75, "The trimming is not applied: all pairs within the gate are aligned.",
-        _steps("no_trimming"), STAGES),
+        both(lambda *a, keep: right.invert(loop(*a, keep=keep)))),
+    **_stages(_looped, {
+        "no_weights": 0.6, "weights_of_squares": 0.6, "gate_on_squares": 0.95, "no_gate": 0.85,
+        "no_trimming": 0.75, "wide_gate": 0.95, "gate_or_trimming": 0.55, "wide_delta": 0.3}),
 })

@@ -6,8 +6,8 @@ import numpy as np
 
 from labkit.course.authoring import solution as right
 from labkit.course.authoring.entries import Several, mistakes
-from labkit.course.authoring.misconceptions.loop import LEFT, right_path, right_step
-from labkit.course.authoring.references import READINGS
+from labkit.course.authoring.misconceptions.loop import LEFT
+from labkit.course.authoring.references import READINGS, path, step
 
 ANY = "the errata, “Convergence: any test, or both?”"
 STOP = "chapter 4, “When to stop”"
@@ -20,17 +20,17 @@ def _stops(pose=None, cost=None, budget=None):
     budget = budget or (lambda k, most: k >= most)
 
     def test(dT, change, k, eps_t, eps_psi, eps_cost, k_max):
-        turn = math.atan2(dT[1, 0], dT[0, 0])
-        still = pose(dT[0, 2], dT[1, 2], turn, eps_t, eps_psi)
+        still = pose(dT[0, 2], dT[1, 2], math.atan2(dT[1, 0], dT[0, 0]), eps_t, eps_psi)
         return still or cost(change, eps_cost) or budget(k, k_max)
 
     return test
 
 
-def _all(dT, change, *rest):
+def _all(dT, change, k, eps_t, eps_psi, eps_cost, k_max):
     """Nothing but both tests together, or the budget, ends the loop."""
-    pose = _stops(cost=lambda *_: False, budget=lambda *_: False)(dT, change, *rest)
-    return (pose and abs(change) < rest[3]) or rest[0] >= rest[4]
+    x, y, turn = dT[0, 2], dT[1, 2], math.atan2(dT[1, 0], dT[0, 0])
+    small = math.hypot(x, y) < eps_t and abs(turn) < eps_psi and abs(change) < eps_cost
+    return small or k >= k_max
 
 
 # fmt: off
@@ -79,61 +79,60 @@ mistakes("has_converged", {
 
 
 def _composed_again(*arguments):
-    source, target, T_init, *settings, iterations = arguments
+    *begin, iterations = arguments
     answers = []
     for compose in (lambda new, T: new @ T, lambda new, T: T @ new):
         for keep in READINGS:
-            T = T_init
+            T = begin[2]
             for _ in range(iterations):
-                T = compose(right_step(source, target, T, *settings, keep=keep), T)
+                T = compose(step(*begin[:2], T, *begin[3:], keep), T)
             answers.append(T)
     return Several(tuple(answers))
 
 
-def _in_both(arguments, *budgets):
-    """The right loop with other budgets, in each reading of the trimming."""
-    paths = [right_path(*arguments[:-1], keep=keep) for keep in READINGS]
-    return Several(
-        tuple(path[min(budget, len(path) - 1)][0] for budget in budgets for path in paths)
-    )
+def _budgets(*budgets):
+    """The right loop with other budgets, made of the one that is given."""
+
+    def answers(*arguments):
+        paths = [path(*arguments[:-1], keep=keep) for keep in READINGS]
+        ends = [budget(arguments[-1]) for budget in budgets]
+        return Several(tuple(one[min(end, len(one) - 1)] for end in ends for one in paths))
+
+    return answers
 
 
 def _ended(*rules):
     """The right loop with other rules for its end: of the step's shift and turn, of the change
     of the RMSE over all points, and of how many pairs are kept."""
+    return lambda *arguments: Several(
+        tuple(_end(rule, keep, *arguments) for rule in rules for keep in READINGS)
+    )
 
-    def answers(*arguments):
-        *begin, iterations = arguments
-        found = []
-        for ends in rules:
-            for keep in READINGS:
-                path = right_path(*begin, keep=keep)[: iterations + 1]
-                T, before, rmse = path[0][0], None, np.inf
-                for T, d in path:
-                    last, rmse = rmse, np.sqrt(np.mean(d**2))
-                    shift = turn = np.inf
-                    if before is not None:
-                        dT = T @ right.invert(before)
-                        shift, turn = np.hypot(*dT[:2, 2]), abs(np.arctan2(dT[1, 0], dT[0, 0]))
-                    if ends(shift, turn, abs(last - rmse), keep(d, *begin[3:5]).sum()):
-                        break
-                    before = T
-                found.append(T)
-        return Several(tuple(found))
 
-    return answers
+def _end(rule, keep, p, q, guess, gate, ratio, delta, iterations):
+    before, rmse = None, np.inf
+    for T in path(p, q, guess, gate, ratio, delta, keep=keep)[: iterations + 1]:
+        d = right.nearest_neighbors(p @ T[:2, :2].T + T[:2, 2], q)[1]
+        last, rmse = rmse, np.sqrt(np.mean(d**2))
+        shift = turn = np.inf
+        if before is not None:
+            dT = T @ right.invert(before)
+            shift, turn = np.hypot(*dT[:2, 2]), abs(np.arctan2(dT[1, 0], dT[0, 0]))
+        if rule(shift, turn, abs(last - rmse), keep(d, gate, ratio).sum()):
+            break
+        before = T
+    return T
 
 
 # fmt: off
 mistakes("icp", {
     "budget_ignored": (0.85,
         "The budget is not what ends the loop: take at most `max_iterations` steps.",
-        lambda *arguments: _in_both(arguments, 10, 20, 500)),
+        _budgets(lambda most: 10, lambda most: 20, lambda most: 500)),
     "one_less": (0.85,
         "One step of the budget is lost, or the transform before the last step is returned.",
-        lambda *arguments: _in_both(arguments, arguments[-1] - 1)),
-    "one_more": (0.85, "The budget is overdrawn by one step.",
-        lambda *arguments: _in_both(arguments, arguments[-1] + 1)),
+        _budgets(lambda most: most - 1)),
+    "one_more": (0.85, "The budget is overdrawn by one step.", _budgets(lambda most: most + 1)),
     "stops_early": (0.85, "The loop stops while it still moves: go on until a step is below 1e-6.",
         _ended(*(lambda d, a, *_, e=e: d < e and a < e for e in (1e-4, 1e-3, 1e-2))), STOP),
     "loose_translation": (0.95,

@@ -27,7 +27,7 @@ from labkit.course.grading.inside.data import from_json
 from labkit.errors import LabkitError
 
 FOLDER = Path(__file__).parent
-FORMAT = 1
+FORMAT = 2
 COURSE = "course.json"  # in `hidden/`: right functions, the salt, whether a secret went in
 WRITE = "write the assignment with `python -m labkit.course.authoring [--secret FILE]`"
 LEAST = 16  # bytes of a secret
@@ -98,7 +98,6 @@ def _question(fields: dict[str, Any]) -> Question:
         **{
             **fields,
             "answer": Answer(fields["answer"]),
-            "builds_on": tuple(fields["builds_on"]),
             "misconceptions": tuple(Misconception(**known) for known in fields["misconceptions"]),
         }
     )

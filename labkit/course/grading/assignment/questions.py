@@ -82,7 +82,6 @@ class Question:
     low: float | None  # what the numbers of the result cannot go below
     high: float | None  # ... or above
     chance: float  # share of right answers that a line without an idea gets; taken off the score
-    builds_on: tuple[str, ...]
     misconceptions: tuple[Misconception, ...]
 
     def misconception(self, id: str) -> Misconception:
