@@ -49,7 +49,7 @@ def _above(limit, figures):
     "The second number is the share of all matches; asked is that of the bad.":
         {"share": lambda limit, g, b: _above(limit, np.append(g, b))},
     "The second is the share *not* caught.": {"share": lambda limit, g, b: 1 - _above(limit, b)},
-    "The second is a count; asked is a share.": {"share": lambda limit, g, b: (b > limit).sum()},
+    "The second is a count; give a share.": {"share": lambda limit, g, b: (b > limit).sum()},
     "The share is taken as a percentage: `np.percentile` takes 100 times what `np.quantile` takes.":
         {"threshold": lambda g, b, a: np.percentile(g, 1 - a)},
 }, tolerance=0.02)  # each threshold that parts the good ones so is right

@@ -12,16 +12,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from matplotlib.font_manager import FontProperties
-from matplotlib.mathtext import math_to_image
-
 from labkit import extras
 from labkit.errors import LabkitError
 
 TIMEOUT = 300  # seconds for one cell
 # Code as it is, or a formula: in lines of its own, or in a line, where no blank touches its marks.
 FORMULA = re.compile(r"(?s)`[^`]*`|(?<![\\$])(\$\$)(.+?)\$\$|(?<![\\$])\$(?! )([^$`\n]+?)(?<! )\$")
-FONT = FontProperties(size=11, math_fontfamily="stix")
 
 
 class ReportError(LabkitError):
@@ -105,8 +101,10 @@ def _drawn(formula: re.Match[str]) -> str:
     if not tex:
         return formula[0]
     picture, known = io.BytesIO(), re.sub(r"\\[lr]([Vv]ert)", r"\\\1", tex.strip())
+    font = need("matplotlib.font_manager").FontProperties(size=11, math_fontfamily="stix")
+    draw = need("matplotlib.mathtext").math_to_image
     try:
-        depth = math_to_image(f"${known}$", picture, prop=FONT, format="svg")
+        depth = draw(f"${known}$", picture, prop=font, format="svg")
     except ValueError:
         return formula[0]
     data = base64.b64encode(picture.getvalue()).decode("ascii")
