@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from labkit.course.authoring.cases import RECIPES
-from labkit.course.authoring.entries import Arguments, Exact, Mistake, Rng, Several, Table
+from labkit.course.authoring.entries import Arguments, Entry, Exact, Mistake, Rng
 from labkit.course.authoring.misconceptions import MISTAKES
 from labkit.course.authoring.references import (
     MOST_BYTES,
@@ -37,12 +37,8 @@ DECIMALS = 12
 def visible_cases(question: Question) -> tuple[Case, ...]:
     """The cases that everybody sees; they need not reveal every mistake."""
     rng = np.random.default_rng([2024, *question.id.encode()])
-    table = RECIPES[question.id].visible
-    return tuple(draw_case(question, table, about, id, rng) for id, about in _numbered("v", table))
-
-
-def _numbered(letter: str, table: Table) -> list[tuple[str, str]]:
-    return [(f"{letter}{number}", about) for number, about in enumerate(table, start=1)]
+    table = RECIPES[question.id].visible.items()
+    return tuple(draw_case(question, f"v{k}", *row, rng) for k, row in enumerate(table, start=1))
 
 
 def hidden_cases(
@@ -64,16 +60,16 @@ def hidden_cases(
         If no draw tells all mistakes apart: the recipes need another case.
     """
     rng = np.random.default_rng([4711, variant, *question.id.encode(), *secret])
-    table = RECIPES[question.id].hidden
+    table = RECIPES[question.id].hidden.items()
     for _ in range(SETS):
         cases: list[Case] = []
-        for id, about in _numbered("h", table):
-            best = draw_case(question, table, about, id, rng)
+        for k, row in enumerate(table, start=1):
+            best = draw_case(question, f"h{k}", *row, rng)
             if like:
-                unlike = _unlike(question, like[len(cases)])
+                unlike = _unlike(question, like[k - 1])
                 for _ in range(ALIKE - 1):
                     if unlike(best):
-                        best = min(best, draw_case(question, table, about, id, rng), key=unlike)
+                        best = min(best, draw_case(question, f"h{k}", *row, rng), key=unlike)
             cases.append(best)
         confused = confusion(question, (*visible, *cases))
         if not confused:
@@ -98,7 +94,7 @@ def _unlike(question: Question, model: Case) -> Callable[[Case], int]:
     return lambda case: len(passing(case) ^ passing(model))
 
 
-def draw_case(question: Question, table: Table, about: str, id: str, rng: Rng) -> Case:
+def draw_case(question: Question, id: str, about: str, entry: Entry, rng: Rng) -> Case:
     """One case with its answers and tolerance, drawn until none of them hangs on a rounding.
 
     The answers of mistakes that slightly other arguments change are left out: they end where
@@ -109,7 +105,6 @@ def draw_case(question: Question, table: Table, about: str, id: str, rng: Rng) -
     LabkitError
         If no draw is stable.
     """
-    entry = table[about]
     exact, drawn = (True, entry.drawn) if isinstance(entry, Exact) else (False, entry)
     for _ in range(TRIES):
         arguments = drawn(rng) if callable(drawn) else drawn
@@ -156,7 +151,7 @@ def answers_of(one: Mistake, arguments: Arguments) -> Arguments:
         answer = one.function(*arguments)
     except (ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError):
         return ()
-    return rounded(answer.answers if isinstance(answer, Several) else (answer,))
+    return rounded(tuple(answer) if isinstance(answer, list) else (answer,))
 
 
 def rounded(values: Arguments) -> Arguments:

@@ -24,7 +24,8 @@ class Exact:
     drawn: Arguments | Draw
 
 
-Table = Mapping[str, Arguments | Draw | Exact]
+Entry = Arguments | Draw | Exact
+Table = Mapping[str, Entry]
 
 
 class Recipes(NamedTuple):
@@ -60,16 +61,10 @@ def motion(rng: Rng, turn: tuple[float, float], reach: float = 1.0) -> FloatArra
 
 
 @dataclass(frozen=True)
-class Several:
-    """The answers of a mistake that can come out in more than one way."""
-
-    answers: Arguments
-
-
-@dataclass(frozen=True)
 class Mistake:
-    """A wrong function: what the student is told, the share of the points that it earns, and the
-    chapter that explains it (empty for the question's own)."""
+    """A wrong function, which returns a list where it can come out in more than one way: what the
+    student is told, the share of the points that it earns, and the chapter that explains it (empty
+    for the question's own)."""
 
     question: str
     id: str

@@ -1,6 +1,6 @@
 """From the questions' texts, in the TOML files of `questions/`, to the assignment's files.
 
-They are written one line a question or a case, so that changes can be read.
+They are written one line a question, a mistake or a case, so that changes can be read.
 """
 
 from __future__ import annotations
@@ -80,13 +80,8 @@ def _hidden_of(variant: int, visible: Cases, like: Cases, secret: bytes) -> Case
 
 def course_file(questions: Sequence[Question], secret: bytes = b"") -> str:
     """The text of `course.json`: stand-ins for wrong functions, and what the secret leads to."""
-    content = {
-        "format": FORMAT,
-        "public": not secret,
-        "salt": salt_of(secret),
-        "right": {one.id: stand_in(one.function) for one in questions},
-    }
-    return json.dumps(content, ensure_ascii=False, indent=1) + "\n"
+    right = {one.id: stand_in(one.function) for one in questions}
+    return _text({"public": not secret, "salt": salt_of(secret), "right": right})
 
 
 def stand_in(function: str) -> str:
@@ -104,14 +99,12 @@ def stand_in(function: str) -> str:
 def questions_file(title: str, questions: Iterable[Question]) -> str:
     """The text of `questions.json`."""
     rows = [{**asdict(question), "answer": question.answer.value} for question in questions]
-    head = f'"format": {FORMAT},\n"title": {_json(title)}'
-    return f'{{\n{head},\n"questions": {_lines(rows)}\n}}\n'
+    return _text({"title": title, "questions": rows})
 
 
 def cases_file(cases: Cases) -> str:
     """The text of `visible.json`, or of one variant."""
-    parts = [f"{_json(id)}: {_lines(map(_row, those))}" for id, those in cases.items()]
-    return f'{{\n"format": {FORMAT},\n"cases": {{\n' + ",\n".join(parts) + "\n}\n}\n"
+    return _text({"cases": {id: list(map(_row, those)) for id, those in cases.items()}})
 
 
 def _row(case: Case) -> dict[str, Any]:
@@ -125,12 +118,9 @@ def _row(case: Case) -> dict[str, Any]:
     return row
 
 
-def _lines(rows: Iterable[Mapping[str, Any]]) -> str:
-    return "[\n" + ",\n".join(map(_json, rows)) + "\n]"
-
-
-def _json(value: Any) -> str:
-    return json.dumps(value, ensure_ascii=False, allow_nan=False)
+def _text(content: dict[str, Any]) -> str:
+    text = json.dumps({"format": FORMAT, **content}, ensure_ascii=False, allow_nan=False)
+    return text.replace('{"id": ', '\n{"id": ') + "\n"
 
 
 def read_toml(name: str) -> dict[str, Any]:
@@ -153,17 +143,11 @@ def _question(id: str, table: Mapping[str, Any]) -> Question:
         for one in MISTAKES
         if one.question == id
     )
-    given: dict[str, Any] = {
-        "id": id,
-        "function": id,
-        **dict.fromkeys(("low", "high")),
-        "unit": "",
-        "chance": 0.0,
+    given = {
         **table,
         "points": float(table["points"]),
         "task": table["task"].strip(),
         "docstring": table["docstring"].strip() + "\n",
         "answer": Answer(table["answer"]),
-        "misconceptions": known,
     }
-    return Question(**given)
+    return Question(id=id, function=id, misconceptions=known, **given)

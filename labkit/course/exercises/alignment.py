@@ -106,8 +106,6 @@ def _walls():
         {"factor": lambda r2, spread: 1.0},
     "The noise of the centroid is missing across: two independent errors add as squares.":
         {"factor": lambda r2, spread: (r2 / spread) ** 0.5},
-    "The two errors across are added; independent errors add as squares.":
-        {"factor": lambda r2, spread: 1 + (r2 / spread) ** 0.5},
     "The root is missing across: 1 + r²/ℓ² is the factor of the variance.":
         {"factor": lambda r2, spread: 1 + r2 / spread},
     "ℓ² is the mean squared distance from the *centroid*, not from the origin.":

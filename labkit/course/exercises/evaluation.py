@@ -21,8 +21,6 @@ from labkit.course.exercises.exercise import exercise
     "Each bad one is compared with the mean of the good ones; compare it with each.":
         lambda b, g: np.mean(b > g.mean()),
     "This is the number of draws; divide it by the number of all.": {"over": np.sum},
-    "The number of draws is divided by that of the bad ones alone; divide by all pairs.":
-        {"over": lambda won: won.sum() / won.shape[0]},
 })
 def looks_worse(bad, good, *, draw=0.5, over=np.mean):
     """Draw by draw."""
@@ -128,11 +126,6 @@ def _gap(a, b):
         lambda e, r, n: stretch_errors(e, r, n)[::n],
     "The displacements are turned the wrong way: into the robot's frame it is R(−ψ).":
         {"moved": lambda path, n: _moved(path * (1, 1, -1), n)},
-    "These are seen from the end of each stretch; asked for is its first pose.":
-        {"moved": lambda path, n: _moved(path[::-1], n)[::-1]},
-    "The headings are in the differences, too; asked for are errors in metres.":
-        lambda e, r, n: np.hypot(stretch_errors(e, r, n), se2.wrap(
-            (e[n:, 2] - e[:-n, 2]) - (r[n:, 2] - r[:-n, 2]))),
     "This is one number, the mean; asked for is one for each stretch.":
         lambda e, r, n: np.array([stretch_errors(e, r, n).mean()]),
 })

@@ -72,7 +72,7 @@ class Exercise:
         question = Question(
             id=self.right.__name__, title=self.title, chapter="", points=float(len(cases)),
             function=self.right.__name__, signature=f"({', '.join(names)})", task="", docstring="",
-            answer=answer, unit="", low=None, high=None, chance=0.0, misconceptions=tuple(known),
+            answer=answer, misconceptions=tuple(known),
         )  # fmt: skip
         return question, cases
 

@@ -59,7 +59,7 @@ def turn_about(c, theta):
     return put(np.eye(3), rotation(theta), c - rotation(theta) @ c)
 
 
-def _look(T_first_scanner, beams, seed):
+def look(T_first_scanner, beams, seed):
     """What a scanner that sees all round finds in a room [m]."""
     scanner = Lidar(beam_count=beams, field_of_view=2 * np.pi)
     return cast(room(), transform(1.0, -0.5, 0.3) @ T_first_scanner, scanner, rng=seed).points
@@ -67,7 +67,7 @@ def _look(T_first_scanner, beams, seed):
 
 @cache
 def _two_looks():
-    looks = [_look(T, 181, seed) for seed, T in enumerate((np.eye(3), transform(0.1, 0.05, 0.05)))]
+    looks = [look(T, 181, seed) for seed, T in enumerate((np.eye(3), transform(0.1, 0.05, 0.05)))]
     return {f"a gate of {gate:g} m": (looks[1], looks[0], gate) for gate in (0.05, 2.0)}
 
 
@@ -118,11 +118,11 @@ def wrong_near_and_far(off, ranges, *, far=lambda off, r: r > np.median(r), shar
 
 @cache
 def _three_turns():
-    cases, older = {}, _look(np.eye(3), 361, 0)
+    cases, older = {}, look(np.eye(3), 361, 0)
     for degrees in (0.0, 90.0, 180.0):
         T = transform(0.35, 0.10, np.radians(degrees))
         guess = transform(0.0, 0.0, np.radians(8.0)) @ T
-        cases[f"a robot that turns by {degrees:g}°"] = (_look(T, 361, 1), older, guess)
+        cases[f"a robot that turns by {degrees:g}°"] = (look(T, 361, 1), older, guess)
     return cases
 
 

@@ -46,9 +46,6 @@ def lever_error(D, epsilon):
     "The positions are still in the world; only the headings are shifted.": {"way": 0, "shift": 0},
     "The product is in the wrong order: the first pose's inverse stands on the left.":
         lambda p: se2.to_xytheta(se2.from_xytheta(p) @ se2.invert(se2.from_xytheta(p[0]))),
-    "Each pose is seen from the one before; asked for is the first.":
-        lambda p: np.vstack([np.zeros(3), se2.to_xytheta(
-            se2.invert(se2.from_xytheta(p[:-1])) @ se2.from_xytheta(p[1:]))]),
 })
 def seen_from_first(poses, *, way=-1, heading=se2.wrap, shift=1):
     """Shifted, turned back, wrapped."""

@@ -96,9 +96,9 @@ def test_cases_that_do_not_tell_mistakes_apart_are_refused():
 
 def test_a_case_that_hangs_on_a_rounding_is_not_used():
     """The distance is the gate but for its last digits."""
-    tie = {"a tie": (np.array([0.3]), 0.3 + 1e-9)}
+    tie = (np.array([0.3]), 0.3 + 1e-9)
     with pytest.raises(LabkitError, match=r"no draw of distance_gate, 'a tie', is stable"):
-        draw_case(BY_ID["distance_gate"], tie, "a tie", "v1", np.random.default_rng(0))
+        draw_case(BY_ID["distance_gate"], "v1", "a tie", tie, np.random.default_rng(0))
 
 
 def test_a_mistake_at_the_command_line_is_named(capsys):

@@ -165,6 +165,21 @@ def test_a_wrong_function_that_looks_right_loses_points_alike_in_every_variant(
         assert not tried(asked, visible, function).passed
 
 
+@pytest.mark.parametrize(
+    "ends",
+    [
+        lambda k, s, t, c, n: s < 1e-6 and t < 1e-6,
+        lambda k, s, t, c, n: s < 1e-5 and t < 1e-5,
+        lambda k, s, t, c, n: False,
+    ],
+    ids=["both", "ten times earlier", "the budget"],
+)
+def test_a_loop_may_end_by_any_usual_rule(assignment, ends):
+    question, visible = assignment.question("icp"), assignment.visible["icp"]
+    for hidden in assignment.variants:
+        assert tried(question, visible + hidden["icp"], looping(ends)).passed
+
+
 ONE_LINERS = {
     "rotation": lambda theta: np.eye(2),
     "compose": lambda T, U: T * U,

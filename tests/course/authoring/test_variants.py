@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from labkit.course.authoring import solution
 from labkit.course.grading.contract import Outcome, OutcomeStatus
 from labkit.course.grading.inside.data import plain
 from labkit.course.grading.judging.compare import assess, is_right
@@ -63,36 +62,3 @@ def test_both_readings_of_the_trimming_differ_and_pass(assignment):
             ]
             assert any(apart)
             assert all(is_right(question, case, v) for case in hidden[id] for v in case.expected)
-
-
-def looping_until(ends):
-    """An `icp` of the lab's steps that ends as `ends` says, of shift, turn and change of RMSE."""
-
-    def icp(source, target, T, gate, ratio, delta, iterations):
-        rmse = np.inf
-        for _ in range(iterations):
-            before, T = T, solution.icp_step(source, target, T, gate, ratio, delta)
-            dT = T @ solution.invert(before)
-            distances = solution.nearest_neighbors(source @ T[:2, :2].T + T[:2, 2], target)[1]
-            rmse_before, rmse = rmse, np.sqrt(np.mean(distances**2))
-            if ends(np.hypot(*dT[:2, 2]), abs(np.arctan2(dT[1, 0], dT[0, 0])), rmse_before - rmse):
-                break
-        return T
-
-    return icp
-
-
-@pytest.mark.parametrize(
-    "ends",
-    [
-        lambda shift, turn, change: shift < 1e-6 and turn < 1e-6,
-        lambda shift, turn, change: shift < 1e-5 and turn < 1e-5,
-        lambda shift, turn, change: False,
-    ],
-    ids=["both", "ten times earlier", "the budget"],
-)
-def test_a_loop_may_end_by_any_usual_rule(assignment, ends):
-    question, icp = assignment.question("icp"), looping_until(ends)
-    for hidden in assignment.variants:
-        for case in assignment.visible["icp"] + hidden["icp"]:
-            assert is_right(question, case, answer(icp, case).value), case.about

@@ -8,16 +8,14 @@ from labkit.course.grading.assignment.questions import Answer, Misconception, Qu
 
 DOUBLE = Question(
     id="double", title="Double it", chapter="chapter 1", points=2.0, function="double",
-    signature="(x)", task="Double a number.", docstring="Twice x.", answer=Answer.NUMBER, unit="",
-    low=None, high=None, chance=0.0,
+    signature="(x)", task="Double a number.", docstring="Twice x.", answer=Answer.NUMBER,
     misconceptions=(
         Misconception(id="square", says="this is x squared", chapter="chapter 1", credit=0.25),
     ),
 )  # fmt: skip
 NEGATE = Question(
     id="negate", title="Negate it", chapter="chapter 2", points=3.0, function="negate",
-    signature="(x)", task="Change the sign.", docstring="Minus x.", answer=Answer.NUMBER, unit="",
-    low=None, high=None, chance=0.0, misconceptions=(),
+    signature="(x)", task="Change the sign.", docstring="Minus x.", answer=Answer.NUMBER,
 )  # fmt: skip
 
 RIGHT = "def double(x):\n    return 2 * x\n\ndef negate(x):\n    return -x\n"

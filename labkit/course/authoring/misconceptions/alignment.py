@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import Several, mistakes
+from labkit.course.authoring.entries import mistakes
 
 WEIGHTS = "chapter 2, “Weights, and one outlier”"
 DETERMINANT = "chapter 2, “What the determinant is for”"
@@ -61,7 +61,7 @@ def _v_transposed(p, q):
             return Vt @ np.diag([1.0, _sign(U, Vt)]) @ U.T
 
         answers.append(_kabsch(rotation)(p, q))
-    return Several(tuple(answers))
+    return answers
 
 
 def _column_of_r(p, q):
@@ -69,7 +69,7 @@ def _column_of_r(p, q):
         signs = np.where(np.arange(2) == column, -1.0, 1.0)
         return lambda U, Vt: Vt.T @ U.T * (signs if _sign(U, Vt) < 0 else 1.0)
 
-    return Several(tuple(_kabsch(negated(column))(p, q) for column in (0, 1)))
+    return [_kabsch(negated(column))(p, q) for column in (0, 1)]
 
 
 # fmt: off

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import Several, mistakes
+from labkit.course.authoring.entries import mistakes
 
 
 def _neighbors(change):
@@ -37,8 +37,7 @@ def _closest(*counts):
 
     def overlap(d, ratio):
         ranks = d.argsort().argsort()
-        kept = tuple(ranks < count(ratio * len(d)) for count in counts)
-        return kept[0] if len(kept) == 1 else Several(kept)
+        return [ranks < count(ratio * len(d)) for count in counts]
 
     return overlap
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import Several, mistakes
+from labkit.course.authoring.entries import mistakes
 from labkit.course.authoring.references import READINGS, STANDSTILL, aligned, loop, paired, step
 
 LEFT = "chapter 4, “The flow chart, line by line”"
@@ -16,7 +16,7 @@ ON_THE_RIGHT = (
 
 def both(function):
     """The mistake in each reading of gate and trimming."""
-    return lambda *arguments: Several(tuple(function(*arguments, keep=keep) for keep in READINGS))
+    return lambda *arguments: [function(*arguments, keep=keep) for keep in READINGS]
 
 
 def stepped(**stages):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import Several, mistakes
+from labkit.course.authoring.entries import mistakes
 from labkit.course.authoring.misconceptions.loop import LEFT
 from labkit.course.authoring.references import READINGS, path, step
 
@@ -83,7 +83,7 @@ def _composed_again(*arguments):
             for _ in range(iterations):
                 T = compose(step(*begin[:2], T, *begin[3:], keep), T)
             answers.append(T)
-    return Several(tuple(answers))
+    return answers
 
 
 def _budgets(*budgets):
@@ -92,7 +92,7 @@ def _budgets(*budgets):
     def answers(*arguments):
         paths = [path(*arguments[:-1], keep=keep) for keep in READINGS]
         ends = [budget(arguments[-1]) for budget in budgets]
-        return Several(tuple(one[min(end, len(one) - 1)] for end in ends for one in paths))
+        return [one[min(end, len(one) - 1)] for end in ends for one in paths]
 
     return answers
 
@@ -100,9 +100,7 @@ def _budgets(*budgets):
 def _ended(*rules):
     """The right loop with other rules for its end: of the step's shift and turn, of the change
     of the RMSE over all points, and of how many pairs are kept."""
-    return lambda *arguments: Several(
-        tuple(_end(rule, keep, *arguments) for rule in rules for keep in READINGS)
-    )
+    return lambda *arguments: [_end(rule, keep, *arguments) for rule in rules for keep in READINGS]
 
 
 def _end(rule, keep, p, q, guess, gate, ratio, delta, iterations):

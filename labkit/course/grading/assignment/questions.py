@@ -78,11 +78,11 @@ class Question:
     task: str  # what to do, in Markdown; stands above the stub in the notebook
     docstring: str  # what the stub says of arguments and result
     answer: Answer
-    unit: str  # of the result where it has one unit: "m", "rad", or empty
-    low: float | None  # what the numbers of the result cannot go below
-    high: float | None  # ... or above
-    chance: float  # share of right answers that a line without an idea gets; taken off the score
-    misconceptions: tuple[Misconception, ...]
+    unit: str = ""  # of the result where it has one unit: "m" or "rad"
+    low: float | None = None  # what the numbers of the result cannot go below
+    high: float | None = None  # ... or above
+    chance: float = 0.0  # share of right answers that a line without an idea gets; taken off
+    misconceptions: tuple[Misconception, ...] = ()
 
     def misconception(self, id: str) -> Misconception:
         """The misconception of that id, of the question's own or of the general ones."""
