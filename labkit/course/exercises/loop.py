@@ -31,18 +31,14 @@ def _closest(r, ratio):
         lambda r, d, o, h: huber_loss((s := _closest(r, o))[s <= d], h).mean(),
     "These are plain squares; Huber's loss grows linearly beyond δ.": {"loss": lambda r, h: r**2},
     "All pairs are in the sum; only the closest ⌊ρN⌋ are.": {"kept": lambda r, o: r},
-    "ρN is rounded up; the count is ⌊ρN⌋, rounded down.":
-        {"kept": lambda r, o: np.sort(r)[:math.ceil(o * len(r))]},
-    "ρN is rounded to the nearest; the count is ⌊ρN⌋, rounded down.":
-        {"kept": lambda r, o: np.sort(r)[:round(o * len(r))]},
-    "The distances are not sorted: these are the first ⌊ρN⌋, not the closest.":
-        {"kept": lambda r, o: r[:int(o * len(r))]},
+    "ρN is rounded up; round down.": {"kept": lambda r, o: np.sort(r)[:math.ceil(o * len(r))]},
+    "ρN is rounded to nearest, not down.": {"kept": lambda r, o: np.sort(r)[:round(o * len(r))]},
+    "The distances are not sorted; keep the closest.": {"kept": lambda r, o: r[:int(o * len(r))]},
     "The trimming comes after the gate: ⌊ρN⌋ of *all* N pairs are in the sum.":
         lambda r, d, o, h: huber_loss(_closest(r[r <= d], o), h).sum() / len(r),
     "This is Huber's loss with ½, as in many textbooks; this book's is r² up to δ.":
         {"loss": lambda r, h: huber_loss(r, h) / 2},
-    "The distances are squared before Huber's loss; it takes lengths in metres.":
-        lambda r, d, o, h: cost_of(r**2, d, o, h),
+    "The distances are squared before Huber's loss.": lambda r, d, o, h: cost_of(r**2, d, o, h),
     "This is the sum; divide it by N.": {"by": lambda r, o: 1},
 }, tolerance=1e-9)
 def cost_of(distances, d_max, overlap_ratio, delta, *, kept=_closest, charged=np.minimum,
@@ -64,11 +60,9 @@ def _turned():
 
 
 @exercise("Find the bug", _turned, {
-    "The steps are multiplied in the wrong order: think of which step acts first on a point.":
-        {"chain": lambda dT, T: T @ dT},
+    "The steps are in the wrong order: which one acts first?": {"chain": lambda dT, T: T @ dT},
     "This is the last step alone; the answer is the product of all.": {"chain": lambda dT, T: dT},
-    "Each step is inverted before it is multiplied; it maps source onto target already.":
-        {"chain": lambda dT, T: invert(dT) @ T},
+    "Each step is inverted; it maps source onto target.": {"chain": lambda dT, T: invert(dT) @ T},
 })
 def colleagues_icp(source, target, *, chain=lambda dT, T: dT @ T, rounds=30):
     """Each step acts after all before it."""
@@ -88,14 +82,12 @@ def colleagues_icp(source, target, *, chain=lambda dT, T: dT @ T, rounds=30):
         np.array([0.5, 0.5, 0.25, 0.1, 0.3, 0.2, 0.1, 0.1]), 0.25),
 }, {
     "They are exchanged: any holds first, both later.": lambda t, r, e: first_stops(t, r, e)[::-1],
-    "These are the first small steps of each kind; both have to be small in the *same* iteration.":
-        {"of": lambda t, r: (t, r)},
+    "These are the first of each kind; both have to be small at once.": {"of": lambda t, r: (t, r)},
     "The second is where the later kind is small first; both have to be small at the same time.":
         lambda t, r, e: (first_stops(t, r, e)[0], max(np.argmax(t < e), np.argmax(r < e))),
     "These count from 1, not 0.": lambda t, r, e: tuple(one + 1 for one in first_stops(t, r, e)),
     "A step exactly at the limit is not small.": lambda t, r, e: first_stops(t, r, e * (1 + 1e-9)),
-    "The two steps are added; hold each against the tolerance by itself.":
-        {"of": lambda t, r: (np.minimum(t, r), t + r)},
+    "The steps are added; hold each to the limit.": {"of": lambda t, r: (np.minimum(t, r), t + r)},
 })
 def first_stops(translation_steps, rotation_steps, tolerance, *,
                 of=lambda t, r: (np.minimum(t, r), np.maximum(t, r))):
@@ -122,8 +114,7 @@ def _end(p, q, T, gate):
         lambda p, q, T, gates: _end(p, q, T, gates[-1]),
     "The narrow gate comes first; take the gates in their order.":
         lambda p, q, T, gates: match_through_gates(p, q, T, gates[::-1]),
-    "Only the first gate is used: is the `return` inside the loop?":
-        lambda p, q, T, gates: _end(p, q, T, gates[0]),
+    "Only the first gate: is `return` in the loop?": lambda p, q, T, gates: _end(p, q, T, gates[0]),
     "The guess is not used: the first run starts from `T_init`.":
         lambda p, q, T, gates: match_through_gates(p, q, np.eye(3), gates),
     "The gates do not reach the runs: pass `IcpParameters(max_correspondence_distance=gate)`.":

@@ -23,14 +23,12 @@ def put(T, R=None, t=None):
     "a robot that bends left": (transform(2.0, 1.0, 0.5), transform(2.4, 1.3, 0.9)),
     "a robot that bends right": (transform(1.0, 0.0, 1.6), transform(1.1, 1.0, 1.4)),
 }, {
-    "This is the motion seen from the world: in the names, equal letters must meet in the middle.":
-        lambda k, k1: k1 @ invert(k),
+    "This is the motion seen from the world: let equal letters meet.": lambda k, k1: k1 @ invert(k),
     "The inverse is missing: in `T_w_k @ T_w_k1` letters `k` and `w` meet.": lambda k, k1: k @ k1,
     "The inverse is missing, and the order is wrong: `T_w_k1 @ T_w_k`.": lambda k, k1: k1 @ k,
     "The (3, 3) is transposed; that inverts a rotation, not a transform.": lambda k, k1: k.T @ k1,
     "The translation is along the *world's* axes, not the robot's.": {"turned": lambda R, t: t},
-    "The translation is turned by R; from the world into the robot's frame it is R transposed.":
-        {"turned": lambda R, t: R @ t},
+    "The translation is turned by R; to the robot it is Rᵀ.": {"turned": lambda R, t: R @ t},
 })
 def motion_between(T_w_k, T_w_k1, *, turned=lambda R, t: R.T @ t):
     """Positions are turned into the older frame, headings subtracted."""
@@ -44,15 +42,13 @@ def motion_between(T_w_k, T_w_k1, *, turned=lambda R, t: R.T @ t):
 }, {
     "This turns about the origin; bring `c` there first.": lambda c, a: turn_about(0 * c, a),
     "This turns about −c: bring `c` *to* the origin, by −c.": lambda c, a: turn_about(-c, a),
-    "The plane is turned about the origin, then moved by `c`: bring `c` to the origin first.":
-        lambda c, a: transform(*c, a),
+    "The plane is turned about the origin, then moved by `c`.": lambda c, a: transform(*c, a),
     "`c` is brought to the origin and the plane turned, but `c` is not brought back.":
         lambda c, a: transform(0, 0, a) @ transform(*-c, 0),
     "The plane is moved by `c` and turned: move it by −c, turn it, and move it back.":
         lambda c, a: transform(0, 0, a) @ transform(*c, 0),
     "The angle is taken for degrees, not radians.": lambda c, a: turn_about(c, math.radians(a)),
-    "The angle is turned into degrees before its sine and cosine are taken.":
-        lambda c, a: turn_about(c, math.degrees(a)),
+    "The angle is turned into degrees; keep radians.": lambda c, a: turn_about(c, math.degrees(a)),
 })
 def turn_about(c, theta):
     """The point c stays where it is."""
@@ -99,8 +95,7 @@ def match_and_count(source, target, gate, *, give=lambda run: (run.inlier_count,
         np.array([1.4, 1.2, 1.0, 11.0, 20.2, 2.0, 30.2, 60.0])),
 }, {
     "These are counts; a share is the mean of the mask.": {"share": np.sum},
-    "The shares are of all points; divide by the number of points in each half.":
-        {"share": lambda wrong: wrong.mean() / 2},
+    "The shares are of all points; divide by each half.": {"share": lambda wrong: wrong.mean() / 2},
     "The halves part at the *mean* range; half of the points lie on either side of the median.":
         {"far": lambda off, r: r > r.mean()},
     "The halves part in the middle between the smallest and the largest range; take the median.":
@@ -136,8 +131,7 @@ def _three_turns():
     "The guess is not used: begin with `T = T_init`.": lambda p, q, T: icp_by_hand(p, q, np.eye(3)),
     "This is one round; asked for are fifteen.": {"rounds": 1},
     "R of the step is transposed.": {"update": lambda dT, T: put(dT, dT[:2, :2].T) @ T},
-    "This is the motion since the guess; the guess is a part of the answer.":
-        lambda p, q, T: icp_by_hand(p, q, T) @ invert(T),
+    "This is the motion since the guess alone.": lambda p, q, T: icp_by_hand(p, q, T) @ invert(T),
 }, tolerance=0.02)
 def icp_by_hand(source, target, T_init, *, update=lambda dT, T: dT @ T, move=apply, rounds=15):
     """Each loop that converges ends within the tolerance of this one."""

@@ -83,8 +83,7 @@ def guess_from_key(T_key_before, step, *, way=1):
     "a robot that has turned right": (se2.transform(0.6, -0.1, -0.35), 2.0, math.radians(15.0)),
 }, {
     "A robot that turns to the right has a negative angle: take |Δψ|.": {"angle": float},
-    "Only Δx with its sign is looked at; a robot moves aside, and back.":
-        {"length": lambda x, y: x},
+    "Only Δx with its sign is looked at; a robot also backs.": {"length": lambda x, y: x},
     "Δx with its sign, and the angle with its sign: a robot backs, and turns to the right.":
         {"length": lambda x, y: x, "angle": float},
     "Only |Δx| is looked at; a robot moves aside, too.": {"length": lambda x, y: abs(x)},
@@ -117,8 +116,7 @@ def key_used_up(T_key_now, reach, turn, *, length=math.hypot, angle=abs, choose=
     "The displacement is turned by the heading of pose j; the edge is measured from pose i.":
         {"shift": lambda i, j, z: se2.rotation(-j[2]) @ (j - i)[:2] - z[:2]},
     "The angle may be a whole turn off: wrap it.": {"turn": lambda i, j, z: (j - i - z)[2]},
-    "The angle is wrapped to [0, 2π); the lab's convention is (−π, π].":
-        {"turn": lambda i, j, z: (j - i - z)[2] % (2 * np.pi)},
+    "The angle is in [0, 2π), not (−π, π].": {"turn": lambda i, j, z: (j - i - z)[2] % (2 * np.pi)},
     "Only the difference of the headings is wrapped; wrap the error itself.":
         {"turn": lambda i, j, z: se2.wrap((j - i)[2]) - z[2]},
     "This is the prediction; subtract what it measured.": lambda i, j, z: edge_error(i, j, 0 * z),
