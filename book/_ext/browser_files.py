@@ -1,8 +1,7 @@
-"""Fetch the browser files of the book once, check them, and keep them beside the pages.
+"""Fetch what draws the book's formulas once, check it, and keep it beside the pages.
 
-`browser_files.toml` names them. They are other people's work, so they stay out of the
-repository; with them in the built book a reader needs no network. The folder that
-`provide` fills holds each file beside its licence, and a copy of the list: as long as
+`browser_files.toml` names it. It is other people's work, so it stays out of the repository. The
+folder that `provide` fills holds each file beside its licence, and a copy of the list: as long as
 the copy equals the list, nothing is fetched again.
 
 The Sphinx extension `labbook` calls it; run as a script it does the same ahead of a build.
@@ -20,7 +19,6 @@ import tempfile
 import tomllib
 from collections.abc import Iterator
 from fnmatch import fnmatch
-from importlib.metadata import distribution
 from pathlib import Path
 from typing import Any
 
@@ -35,9 +33,9 @@ NPM_PACK = (
 )
 
 ADVICE = """\
-The pages of the book carry the browser files that they need, and the first build fetches
-them. Connect to the network and run the same command again; later builds need no network.
-Behind a proxy or a mirror: npm and pip follow their own configuration files."""
+The first build of the book fetches what draws its formulas. Connect to the network and run the
+same command again; later builds need no network. Behind a proxy or a mirror: npm and pip follow
+their own configuration files."""
 
 
 class BrowserFilesError(Exception):
@@ -53,11 +51,8 @@ def provide(folder: Path = VENDOR, listed: Path = LIST) -> None:
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".fetching-") as scratch:
         fresh = Path(scratch, "fresh")
-        for entry in wanted.get("python", ()):
-            _take(entry, _files_of_python_package(entry["package"]), fresh)
-        npm = _npm(
-            Path(scratch), tomllib.loads(LIST.read_text("utf-8"))["npm-from-python"]["package"]
-        )
+        brought = tomllib.loads(LIST.read_text("utf-8"))["npm-from-python"]["package"]
+        npm = _npm(Path(scratch), brought)
         for entry in wanted["npm"]:
             tarball = _pack(npm, entry["package"], Path(scratch))
             _require_integrity(tarball, entry["package"], entry["integrity"])
@@ -87,12 +82,6 @@ def _files_of_tarball(tarball: Path) -> Iterator[tuple[str, bytes]]:
         for member in archive:
             if member.isfile() and (stream := archive.extractfile(member)):
                 yield member.name.partition("/")[2], stream.read()
-
-
-def _files_of_python_package(package: str) -> Iterator[tuple[str, bytes]]:
-    for file in distribution(package).files or ():
-        if file.suffix in {"", ".js"} and ".." not in file.parts:
-            yield file.as_posix(), file.read_binary()
 
 
 def _npm(scratch: Path, package: str) -> list[str]:

@@ -2,8 +2,7 @@
 
 MathJax, one of the browser files, runs in a V8 beside Python (`mini-racer`). Each formula
 becomes a drawing in the text's own colour, and MathML that is read aloud; the shapes of
-the letters stand once at the end of the page. Where `mini-racer` is not installed the pages
-load MathJax, and readers' browsers draw.
+the letters stand once at the end of the page.
 """
 
 from __future__ import annotations
@@ -12,12 +11,12 @@ import html
 import json
 import re
 from functools import cache
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import browser_files
 from docutils import nodes
+from py_mini_racer import MiniRacer
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
@@ -46,7 +45,7 @@ class Pen:
     """Draws formulas, each once."""
 
     def __init__(self, parts: Path = browser_files.VENDOR / "mathjax") -> None:
-        self._v8 = import_module("py_mini_racer").MiniRacer()
+        self._v8 = MiniRacer()
         self._v8.eval(f"var window = globalThis; {MATHJAX}")
         for part in (*(parts / f"{name}.js" for name in PARTS), DRIVER):
             self._v8.eval(f"{part.read_text('utf-8')};\n0")
@@ -70,24 +69,15 @@ class Pen:
 
 
 @cache
-def pen() -> Pen | None:
-    """The pen of this build, or None where there is no V8."""
-    try:
-        return Pen()
-    except (ImportError, OSError, RuntimeError) as error:
-        log.info(
-            "The pages load MathJax to draw formulas, because mini-racer is missing: %s", error
-        )
-        return None
+def pen() -> Pen:
+    """The pen of this build."""
+    return Pen()
 
 
 def draw_formulas(
     app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: object
 ) -> None:
     """Put drawings in the place of the formulas' sources, and drop MathJax from the page."""
-    with_pen = pen()
-    if with_pen is None:
-        return
     context["script_files"] = [
         file
         for file in context.get("script_files", [])
@@ -95,7 +85,7 @@ def draw_formulas(
         and "window.MathJax" not in (getattr(file, "attributes", {}).get("body") or "")
     ]
     if body := context.get("body"):
-        context["body"] = drawn(body, page, with_pen)
+        context["body"] = drawn(body, page, pen())
 
 
 def drawn(body: str, page: str, with_pen: Pen) -> str:

@@ -54,14 +54,6 @@ def declare_thebe_once(
     context["script_files"] = kept
 
 
-def tell_status(app: Sphinx, doctree: nodes.document, page: str) -> None:
-    """Say in words how each notebook ran: few machines have a font with the table's signs."""
-    words = {"\N{WHITE HEAVY CHECK MARK}": "done", "\N{CROSS MARK}": "failed"}
-    for text in list(doctree.findall(nodes.Text)):
-        if text in words:
-            text.parent.replace(text, nodes.Text(words[text]))
-
-
 def describe(
     app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
 ) -> None:
@@ -87,7 +79,6 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("doctree-read", join_folds)
     app.connect("doctree-resolved", keep_tagged_formulas_whole)
     app.connect("doctree-resolved", explain_terms)
-    app.connect("doctree-resolved", tell_status)
     app.connect("html-page-context", draw_formulas, priority=900)
     app.connect("html-page-context", declare_thebe_once, priority=900)
     app.connect("build-finished", write_colors)
@@ -98,7 +89,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.add_css_file("colors.css")
     app.add_css_file("labbook.css")
     app.add_css_file(ICONS)
-    app.add_js_file("formulas.js", priority=900)  # after MathJax's own settings
+    app.add_js_file("formulas.js")
     app.add_js_file("access.js")
     app.add_js_file("map.js")
     app.add_js_file("search.js")

@@ -27,7 +27,6 @@ asked for:
 - *A place*: no numbered list, and the answer is a place in the picture above the box, in percent
   of its width and its height from its lower left corner, ``**(62 %, 35 %)**``. The reader clicks
   in the picture, or types the two numbers.
-- *Words*: anything else. The reader writes a sentence and compares.
 
 All that follows the box, to the next heading or the next box, may tell the answer: the page holds
 it back until the reader has answered or has opened the dropdown.
@@ -90,7 +89,7 @@ def mark(box: nodes.admonition) -> None:
     elif NUMBER.fullmatch(answer):
         box["classes"].append("predict-number")
     else:
-        box["classes"].append("predict-words")
+        raise PredictionError(f"the answer must be a choice, a number or a place, got {answer!r}")
 
 
 def _is_dropdown(node: nodes.Node) -> bool:

@@ -29,20 +29,15 @@ from labkit.files import atomic_write
 
 ROOT = Path(__file__).parents[2]
 WHOLE = "whole-book.html"
-PATIENCE = 180  # seconds until all formulas and widgets must be drawn
+PATIENCE = 180  # seconds until all widgets must be drawn
 WIDTH = 680  # pixels between the margins of A4
-SCRIPTS = (
-    "mathjax",
-    "formulas.js",
-    "widgets.js",
-)  # what draws; the rest is for readers at a screen
+SCRIPT = "widgets.js"  # what draws; the rest is for readers at a screen
 REFERENCES = ("for", "aria-labelledby", "aria-describedby", "name")
 DRAW = """async patience => {
     const fail = fails => setTimeout(() => fails(new Error("something is not drawn")), patience);
     const late = new Promise((_, fails) => fail(fails));
     const drawn = async () => {
         await window.drawWidgets?.();
-        await window.drawFormulas?.();
         await document.fonts.ready;
         await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
     };
@@ -84,7 +79,7 @@ def print_book(pages: Path, names: Sequence[str], title: str, author: str) -> by
     Raises
     ------
     ReportError
-        Where a page is missing, a browser is, or a formula or widget cannot be drawn.
+        Where a page is missing, a browser is, or a widget cannot be drawn.
     """
     for name in names:
         if not pages.joinpath(f"{name}.html").is_file():
@@ -116,11 +111,9 @@ def one_page(pages: Path, names: Sequence[str]) -> str:
         wanted = 'link[rel="stylesheet"], script:not([type^="application/"])'
         head |= dict.fromkeys(str(each.extract()) for each in soup.select(wanted))
         articles.append(str(article))
-    # Sphinx's settings for MathJax come first: with them formulas.js knows that none is drawn.
-    ordered = sorted(head, key=lambda each: "formulas.js" in each)
     return (
         '<!doctype html><html lang="en" data-theme="light" data-content_root="./">'
-        f'<head><meta charset="utf-8">{"".join(ordered)}<style>{STYLE}</style></head>'
+        f'<head><meta charset="utf-8">{"".join(head)}<style>{STYLE}</style></head>'
         f'<body><div class="bd-content"><main>{"".join(articles)}</main></div>'
         f"{''.join(states)}</body></html>"
     )
@@ -130,8 +123,8 @@ def _is_needed(script: Tag) -> bool:
     if str(script.get("type")).startswith("application/vnd.jupyter.widget"):
         return True
     if "src" in script.attrs:
-        return any(each in str(script["src"]).lower() for each in SCRIPTS)
-    return "MathJax" in script.get_text()
+        return SCRIPT in str(script["src"])
+    return False
 
 
 def _slug(name: str) -> str:

@@ -26,7 +26,7 @@ from pathlib import Path
 
 import launch
 import nbformat
-from leaks import Leak, Secrets, find_leaks
+from leaks import Leak, find_leaks, only_secret
 from solutions import SolutionMarkError, strip_markdown, strip_notebook
 
 ROOT = Path(__file__).parents[2]
@@ -59,18 +59,7 @@ KEPT_BACK = (
     "*/__pycache__/*",
     "*.pyc",
 )
-WITHOUT = (
-    "pdf",
-    "student",
-    "test",
-    "quick",
-    "others",
-    "fix",
-    "bench",
-    "mutants",
-    "lock",
-    "dist",
-)  # commands whose files stay with the lab
+COMMANDS = ("help", "book", "lab", "clean")  # whose files students get
 README = """\
 # ICP-based motion estimation: the lab
 
@@ -96,10 +85,10 @@ class EditionError(Exception):
 
 @dataclass(frozen=True, kw_only=True)
 class Source:
-    """A students' source tree that was written: how many solutions went, and their traces."""
+    """A students' source tree that was written: how many solutions went, and their words."""
 
     solutions: int
-    secrets: Secrets
+    secrets: frozenset[str]
 
 
 def write_source(root: Path, to: Path) -> Source:
@@ -135,14 +124,15 @@ def write_source(root: Path, to: Path) -> Source:
             original = original.replace(text, "\n")
         public.append(original)
     (to / "README.md").write_text(README, "utf-8", newline="\n")
-    return Source(solutions=len(secret), secrets=Secrets.of(secret, public))
+    return Source(solutions=len(secret), secrets=only_secret(secret, public))
 
 
 def without_commands(makefile: str) -> str:
     """The Makefile without the commands that students lack the files for."""
-    for command in WITHOUT:
-        makefile = re.sub(rf"(?m)^{command}:.*\n(?:\t.*\n)+\n?", "", makefile)
-        makefile = re.sub(rf"(?m)^(\.PHONY:.*) {command}\b", r"\1", makefile)
+    for command in re.findall(r"(?m)^(\w+):.*##", makefile):
+        if command not in COMMANDS:
+            makefile = re.sub(rf"(?m)^{command}:.*\n(?:\t.*\n)+\n?", "", makefile)
+            makefile = re.sub(rf"(?m)^(\.PHONY:.*) {command}\b", r"\1", makefile)
     return makefile
 
 

@@ -1,21 +1,9 @@
-// What the theme and the widgets leave unsaid to those who read by ear, by keyboard or on paper.
+// What the theme leaves unsaid to those who read by ear, by keyboard or on paper.
 (() => {
   const root = document.documentElement;
 
-  // A slider of ipywidgets is a handle without a name that speaks the index of its value.
-  // Let it say the name and the value that stand beside it.
-  const nameSlider = (slider) => {
-    const handle = slider.querySelector(".noUi-handle");
-    const label = slider.querySelector(".widget-label");
-    const value = slider.querySelector(".widget-readout");
-    if (!handle || !label || !value) return;
-    handle.setAttribute("aria-label", label.textContent);
-    handle.setAttribute("aria-valuetext", value.textContent);
-    if (label.title === "null") label.removeAttribute("title"); // a tooltip that nobody gave
-  };
-
   // A picture that a telephone shows too small can be enlarged; then it scrolls.
-  const letEnlarge = (picture) => {
+  const letEnlarge = (window.letEnlarge = (picture) => {
     const node = picture.closest("p, a") ?? picture;
     const frame = document.createElement("div");
     const button = document.createElement("button");
@@ -31,7 +19,7 @@
     frame.append(node);
     frame.after(button);
     show(false);
-  };
+  });
 
   // Paper is light, whatever the screen is.
   let onScreen = null;
@@ -46,11 +34,6 @@
 
   document.addEventListener("DOMContentLoaded", () => {
     const each = (selector, change) => document.querySelectorAll(selector).forEach(change);
-    const tend = () => {
-      each(".widget-slider", nameSlider);
-      each(".flipbook > img", letEnlarge);
-    };
-    new MutationObserver(tend).observe(document.body, { childList: true, subtree: true });
 
     // Names that say something else than what is to be read, and names that are missing.
     each(".search-button-field, details.hide > summary", (node) => node.removeAttribute("aria-label"));
@@ -74,6 +57,29 @@
       link.setAttribute("aria-label", "Link to this");
       node.append(link);
     });
+
+    // What a term means, beside it: under the mouse, the focus, or a finger, whose second tap leads on.
+    const note = Object.assign(document.createElement("div"), { className: "term-note", hidden: true });
+    const hide = () => (note.hidden = true);
+    note.setAttribute("role", "tooltip");
+    document.body.append(note);
+    each("a[title]:has(.std-term)", (link) => {
+      const meaning = link.title;
+      let isFirstTap = false;
+      const tell = () => {
+        const { left, bottom } = link.getBoundingClientRect();
+        Object.assign(note, { textContent: meaning, hidden: false });
+        note.style.left = `${scrollX + Math.max(8, Math.min(left, root.clientWidth - note.offsetWidth - 8))}px`;
+        note.style.top = `${scrollY + bottom + 4}px`;
+      };
+      link.removeAttribute("title");
+      link.setAttribute("aria-description", meaning);
+      for (const type of ["mouseenter", "focus"]) link.addEventListener(type, tell);
+      for (const type of ["mouseleave", "blur"]) link.addEventListener(type, hide);
+      link.addEventListener("pointerdown", (event) => (isFirstTap = event.pointerType === "touch" && note.hidden));
+      link.addEventListener("click", (event) => isFirstTap && (event.preventDefault(), tell()));
+    });
+    document.addEventListener("keydown", ({ key }) => key === "Escape" && hide());
 
     // Ways past all links to what moves under the hand.
     const ways = document.createElement("p");

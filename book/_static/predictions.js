@@ -72,22 +72,19 @@
     };
   };
 
-  const typed = (box, answer) => {
-    const isNumber = box.matches(".predict-number");
-    const unit = isNumber ? answer.replace(/^[-+−\d.,\s]+/, "") : "";
-    const input = isNumber
-      ? make("input", { type: "text", inputMode: "decimal", autocomplete: "off", size: 8 })
-      : make("textarea", { rows: 2 });
-    const label = make("label", {}, isNumber ? "Your number " : "Your prediction ", input, unit && ` ${unit}`);
+  const typed = (answer) => {
+    const unit = answer.replace(/^[-+−\d.,\s]+/, "");
+    const input = make("input", { type: "text", inputMode: "decimal", autocomplete: "off", size: 8 });
+    const read = () => {
+      const text = input.value.trim();
+      return Number.isFinite(Number(text.replace(",", ".").replace("−", "-"))) ? text : "";
+    };
     return {
-      nodes: [label],
+      nodes: [make("label", {}, "Your number ", input, ` ${unit}`)],
       inputs: [input],
-      read: () => {
-        const text = input.value.trim();
-        return isNumber && !Number.isFinite(Number(text.replace(",", ".").replace("−", "-"))) ? "" : text;
-      },
+      read,
       write: (text) => (input.value = text),
-      verdict: (text) => (isNumber ? `You said ${text}${unit && ` ${unit}`}; it is ${answer}.` : "Compare yours with what happens."),
+      verdict: (text) => `You said ${`${text} ${unit}`.trim()}; it is ${answer}.`,
     };
   };
 
@@ -145,7 +142,7 @@
     const key = keyOf(box), held = heldBack(box);
     const { nodes, inputs, read, write, verdict } = list
       ? choice(box, list)
-      : box.matches(".predict-place") ? placed(box) : typed(box, answer);
+      : box.matches(".predict-place") ? placed(box) : typed(answer);
 
     const commit = make("button", { type: "submit", textContent: "Commit", disabled: true });
     const again = make("button", { type: "button", textContent: "Ask me again" });

@@ -1,30 +1,7 @@
-// Draw each widget once it comes near. An anywidget brings its own module, and is drawn by that
-// alone; for any other kind the files of ipywidgets are loaded, megabytes that no page needs to be
-// read. All files lie beside this one, at any page depth, also on file://.
+// Draw each widget once it comes near. An anywidget brings its own module and needs no kernel; of
+// any other kind the page shows nothing.
 (() => {
-  const vendor = new URL("vendor/", document.currentScript.src).href;
-  const load = (file) =>
-    new Promise((resolve, reject) => {
-      const script = Object.assign(document.createElement("script"), { src: vendor + file, onload: resolve, onerror: reject });
-      document.head.append(script);
-    });
-
-  // All widgets that are no anywidgets of themselves, at once.
-  let begun = null;
-  const drawOthers = () =>
-    (begun ??= (async () => {
-      await load("requirejs/require.js");
-      window.require.config({
-        paths: {
-          anywidget: vendor + "anywidget/index",
-          // defined inside embed-amd.js; its address says where the icon fonts are
-          "@jupyter-widgets/html-manager/dist/libembed-amd": vendor + "html-manager/libembed-amd",
-        },
-      });
-      await load("html-manager/embed-amd.js");
-    })());
-
-  // A widget's state as an anywidget's module knows it.
+  // A widget's state as its module knows it.
   const modelOf = (state) => {
     const listeners = {};
     const each = (names, act) => names.split(" ").forEach((name) => act((listeners[name] ??= new Set())));
@@ -53,6 +30,7 @@
     if (!models.has(id)) models.set(id, modelOf(state));
     const { default: widget } = await moduleOf(state);
     await widget.render({ model: models.get(id), el: area });
+    area.querySelectorAll("img").forEach((picture) => window.letEnlarge?.(picture));
   };
 
   document.addEventListener("DOMContentLoaded", () => {
@@ -60,15 +38,11 @@
     const states = Object.assign({}, ...[...kind("state")].map((each) => JSON.parse(each.textContent).state));
     const waiting = new Map();
     for (const view of kind("view")) {
-      const id = JSON.parse(view.textContent).model_id, found = states[id], area = document.createElement("div");
-      if (!found) continue;
-      if (found.model_module !== "anywidget" || found.buffers) {
-        waiting.set(view.parentElement, drawOthers);
-        continue;
-      }
-      area.className = "widget-subarea";
+      const id = JSON.parse(view.textContent).model_id, state = states[id]?.state;
+      if (!state?._esm) continue;
+      const area = Object.assign(document.createElement("div"), { className: "widget-subarea" });
       view.replaceWith(area);
-      waiting.set(area, () => draw(area, id, found.state));
+      waiting.set(area, () => draw(area, id, state));
     }
     const begin = (node) => {
       const drawing = waiting.get(node)?.();

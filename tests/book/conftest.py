@@ -1,71 +1,70 @@
-"""A built book, a server that offers it, and a browser that looks at it."""
+"""What students get, the book built from it, a server and a browser."""
 
 from __future__ import annotations
 
 import os
 import shutil
-import subprocess
-import sys
 import threading
-import time
 from collections.abc import Iterator
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
+import browser_files
+import killian_map
 import pytest
+import students_edition as edition
 import yaml
 from playwright.sync_api import Browser, sync_playwright
 
 ROOT = Path(__file__).parents[2]
-PATIENCE = 600.0  # seconds for another worker to build the book
+REPOSITORY = "https://github.com/some-school/some-course"
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
 
 
 @pytest.fixture(scope="session")
-def html(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The pages: those that BOOK_HTML names, or a book built here in seconds.
+def course(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The repository, as an instructor has it who named the students' repository."""
+    root = tmp_path_factory.mktemp("course")
+    for name in edition.HANDED_OUT:
+        if (ROOT / name).exists():
+            (root / name).parent.mkdir(exist_ok=True)
+            (root / name).symlink_to(ROOT / name)
+    config = (ROOT / "_config.yml").read_text("utf-8").replace('url: ""', f"url: {REPOSITORY}")
+    (root / "_config.yml").unlink()
+    (root / "_config.yml").write_text(config, "utf-8")
+    return root
+
+
+@pytest.fixture(scope="session")
+def lab(course: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The students' edition of it, without its book."""
+    to = tmp_path_factory.mktemp("student") / "edition"
+    edition.write_edition(course, to, with_book=False)
+    return to / "lab"
+
+
+@pytest.fixture(scope="session")
+def html(browser: Browser, lab: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The pages: those that BOOK_HTML names, or the students' book, built here.
 
     The latter leaves out the notebooks' results (nbval runs them), and adds a page of
-    widgets. It is built once, whatever the number of workers, and only where there is a
-    browser to look at it.
+    widgets. It is built only where there is a browser to look at it.
     """
     if "BOOK_HTML" in os.environ:
         return Path(os.environ["BOOK_HTML"]).resolve()
-    own = tmp_path_factory.getbasetemp()
-    shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
-    source, ended, whole = (shared / name for name in ("book", "book-ended", "book-whole"))
-    try:
-        source.mkdir()
-    except FileExistsError:  # by another worker
-        until = time.monotonic() + PATIENCE
-        while not ended.exists():
-            assert time.monotonic() < until, f"no other worker built the book in {PATIENCE} s"
-            time.sleep(0.2)
-        assert whole.exists(), "another worker could not build the book, and says why"
-    else:
-        try:
-            _build_into(source)
-            whole.touch()
-        finally:
-            ended.touch()
-    return source / "_build" / "html"
-
-
-def _build_into(source: Path) -> None:
-    for folder in ("book", "notebooks", "labkit", "tests/conformance"):  # pages include them
-        shutil.copytree(ROOT / folder, source / folder)
+    source = tmp_path_factory.mktemp("book") / "source"
+    shutil.copytree(lab, source)
     shutil.copy(Path(__file__).with_name("widgets.md"), source)
-    config = yaml.safe_load((ROOT / "_config.yml").read_text("utf-8"))
+    config = yaml.safe_load((source / "_config.yml").read_text("utf-8"))
     config["execute"]["exclude_patterns"] = ["notebooks/*"]
     (source / "_config.yml").write_text(yaml.safe_dump(config, sort_keys=False), "utf-8")
-    toc = yaml.safe_load((ROOT / "_toc.yml").read_text("utf-8"))
+    toc = yaml.safe_load((source / "_toc.yml").read_text("utf-8"))
     toc["parts"][-1]["chapters"].append({"file": "widgets"})
     (source / "_toc.yml").write_text(yaml.safe_dump(toc, sort_keys=False), "utf-8")
-    jupyter_book = Path(sys.executable).with_name("jupyter-book")
-    command = [str(jupyter_book), "build", str(source), "-W", "-n"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
+    browser_files.provide()
+    killian_map.provide()
+    return edition.build_book(source, source.parent, browser_files.VENDOR)
 
 
 @pytest.fixture(scope="session")

@@ -1,10 +1,8 @@
-"""Formulas are drawn while the book is built, and where that cannot be, browsers draw them."""
+"""Formulas are drawn while the book is built."""
 
 from __future__ import annotations
 
 import re
-import sys
-from types import SimpleNamespace
 
 import browser_files
 import formulas
@@ -47,15 +45,3 @@ def test_an_unknown_macro_is_a_warning_that_names_page_and_formula(pen, monkeypa
     assert text == "%s in the formula %s"
     assert (str(error), formula, place) == (r"Undefined control sequence \mathbff", tex, page)
     assert tex in re.sub("<[^>]*>", "", body)
-
-
-def test_without_the_pen_a_page_keeps_its_sources_and_mathjax(monkeypatch):
-    monkeypatch.setitem(sys.modules, "py_mini_racer", None)
-    told = []
-    monkeypatch.setattr(formulas.log, "info", lambda text, *values: told.append(text % values))
-    monkeypatch.setattr(formulas, "pen", formulas.pen.__wrapped__)
-    context = {"body": BODY, "script_files": [SimpleNamespace(filename="tex-svg-full.js")]}
-    formulas.draw_formulas(None, "page", "page.html", context, None)
-    assert context == {"body": BODY, "script_files": [SimpleNamespace(filename="tex-svg-full.js")]}
-    assert len(told) == 1
-    assert "pages load MathJax" in told[0]

@@ -28,10 +28,6 @@ def box(answer: str | None, choices: int = 0, dropdowns: int = 1) -> nodes.admon
         ("0.35 m", 0, "predict-number"),
         ("−12°", 0, "predict-number"),
         ("40 %", 0, "predict-number"),
-        ("(60, 35)", 0, "predict-words"),
-        ("many", 0, "predict-words"),
-        ("2 of the 5 runs end elsewhere", 0, "predict-words"),
-        (None, 0, "predict-words"),
     ],
 )
 def test_the_answer_decides_what_is_asked_for(answer, choices, kind):
@@ -48,6 +44,12 @@ def test_the_answer_decides_what_is_asked_for(answer, choices, kind):
 def test_an_answer_that_is_no_choice_is_refused(answer, got):
     with pytest.raises(PredictionError, match=f"with 3 choices .* got {got}"):
         mark(box(answer, choices=3))
+
+
+@pytest.mark.parametrize("answer", ["(60, 35)", "many", "2 of the 5 runs end elsewhere", None])
+def test_an_answer_in_words_is_refused(answer):
+    with pytest.raises(PredictionError, match="must be a choice, a number or a place"):
+        mark(box(answer))
 
 
 def test_a_place_is_asked_for_by_its_percent_of_the_picture():
