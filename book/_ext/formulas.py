@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import browser_files
-from docutils import nodes
 from py_mini_racer import MiniRacer
 from sphinx.application import Sphinx
 from sphinx.util import logging
@@ -28,8 +27,8 @@ MATHJAX = "var MathJax = { loader: { load: [] }, startup: { typeset: false } };"
 INLINE = re.compile(
     r'([(\[“‘]*)(<span class="[^"]*\bmath [^>]*>)\\\(([^<]*)\\\)</span>([^\s<>&]{0,3})'
 )
-NUMBER = r'(?:\s*<span class="eqno">.*?</span>)?'
-BLOCK = re.compile(rf'(<div class="[^"]*\bmath [^>]*>{NUMBER})\s*\\\[([^<]*)\\\]\s*</div>')
+BLOCK = re.compile(r'(<div class="[^"]*\bmath [^>]*>)\s*\\\[([^<]*)\\\]\s*</div>')
+TAG = re.compile(r"\s*\\tag\{([^}]*)\}")  # the number, which stays in view where a formula scrolls
 FORMULA = re.compile(r'<(?:span|div) class="[^"]*\bmath ')
 USED = re.compile(r'<use[^>]*? href="#(g-[^"]+)"')
 SHAPES = '<svg class="shapes" aria-hidden="true"><defs>{}</defs></svg>'
@@ -93,8 +92,9 @@ def drawn(body: str, page: str, with_pen: Pen) -> str:
 
     def formula(start: str, source: str, *, display: bool) -> str:
         tex = html.unescape(source).strip()
+        number = "".join(f'<span class="eqno">({each})</span>' for each in TAG.findall(tex))
         try:
-            drawing = with_pen.draw(tex, display=display)
+            drawing = number + with_pen.draw(TAG.sub("", tex), display=display)
         except FormulaError as error:
             log.warning("%s in the formula %s", error, tex, location=page)
             drawing = source
@@ -117,14 +117,3 @@ def drawn(body: str, page: str, with_pen: Pen) -> str:
     used = sorted(set(USED.findall(body)))
     shapes = "".join(f'<path id="{name}" d="{with_pen.shapes[name]}"/>' for name in used)
     return body + SHAPES.format(shapes) if used else body
-
-
-def keep_tagged_formulas_whole(app: Sphinx, doctree: nodes.document, page: str) -> None:
-    """Hand a formula with a tag (its number) over as it stands.
-
-    Sphinx puts whatever has a line break into a ``split``, where no tag may be.
-    """
-    for formula in doctree.findall(nodes.math_block):
-        if r"\tag" in formula.astext() and not formula.get("nowrap"):
-            formula["nowrap"] = True
-            formula[:] = [nodes.Text(rf"\[{formula.astext()}\]")]

@@ -13,7 +13,7 @@ from docutils import nodes
 from excerpts import write_excerpts
 from figures import make_figures
 from folds import join_folds
-from formulas import draw_formulas, keep_tagged_formulas_whole
+from formulas import draw_formulas
 from killian_map import PICTURE
 from launch import settle_buttons
 from lighter import ICONS, lighten
@@ -77,7 +77,6 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("doctree-read", mark_all)
     app.connect("doctree-read", make_figures)
     app.connect("doctree-read", join_folds)
-    app.connect("doctree-resolved", keep_tagged_formulas_whole)
     app.connect("doctree-resolved", explain_terms)
     app.connect("html-page-context", draw_formulas, priority=900)
     app.connect("html-page-context", declare_thebe_once, priority=900)

@@ -15,9 +15,9 @@ from sphinx.application import Sphinx
 
 ICONS = "icons.css"
 FONTS = {"solid-900": ("Font Awesome 6 Free", 900), "brands-400": ("Font Awesome 6 Brands", 400)}
-BASE = """/* The widgets bring an older font for the same classes, which is not to be loaded. */
+BASE = """:root { --fa-font-solid: normal 900 1em/1 "Font Awesome 6 Free"; } /* of titles */
 .fa-solid, .fas, .fa-brands, .fab { display: inline-block; line-height: 1; text-rendering: auto; }
-.fa-solid, .fas { font-weight: 900; font-family: "Font Awesome 6 Free" !important; }
+.fa-solid, .fas { font-weight: 900; font-family: "Font Awesome 6 Free"; }
 .fa-brands, .fab { font-weight: 400; font-family: "Font Awesome 6 Brands"; }
 .fa-lg { font-size: 1.25em; line-height: 0.05em; vertical-align: -0.075em; }
 """
@@ -50,6 +50,7 @@ def write_icons(out: Path, html: str) -> None:
         if vendor not in each.parents
     )
     codes = {code_of[name] for name in used} | set(re.findall(r"\\(f[0-9a-f]{3})\b", sheets))
+    codes |= {f"{ord(sign):x}" for sign in set(sheets) if "\ue000" <= sign <= "\uf8ff"}
     rules = [
         BASE,
         *(f'.fa-{name}:before {{ content: "\\{code_of[name]}"; }}' for name in sorted(used)),

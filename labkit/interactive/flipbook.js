@@ -19,7 +19,10 @@ function render({ model, el }) {
     picture.src = `data:image/webp;base64,${pictures[index]}`;
     picture.alt = `${model.get("alt")}; ${label}: ${readouts[index]}`;
   };
-  const root = element("div", { class: "flipbook" }, turn.node, picture);
+  const input = turn.node.querySelector("input"), ticks = element("datalist", { id: `${input.id}-ticks` });
+  ticks.append(...readouts.map((_, index) => element("option", { value: index })));
+  input.setAttribute("list", ticks.id);
+  const root = element("div", { class: "flipbook" }, turn.node, ticks, picture);
   const controller = new AbortController();
   keepToItself(root, controller.signal);
   model.on("change:index", show);

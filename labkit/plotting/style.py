@@ -69,7 +69,7 @@ class BookFigure(Figure):
     def add_subplot(self, *args: Any, **kwargs: Any) -> Axes:
         """Add axes as matplotlib does; `subplots` makes each of its axes by this."""
         ax: Axes = super().add_subplot(*args, **kwargs)
-        ax.set_prop_cycle(color=METHODS)
+        ax.set_prop_cycle(color=[*METHODS, GREY])
         style_grid(ax)
         return ax
 
