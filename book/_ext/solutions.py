@@ -1,14 +1,13 @@
-"""What a solution is, and how it is taken out of a notebook or a page.
+"""What a solution is, and how it is taken out of a notebook.
 
-Four marks, the first two those of nbgrader and nbconvert:
+Three marks, the first two those of nbgrader and nbconvert:
 
 - in a code cell, all from a line ``### BEGIN SOLUTION`` to the line ``### END SOLUTION``;
 - a whole cell with the tag ``solution``;
-- in Markdown, a directive ``{solution}``, or a dropdown or admonition whose title begins
-  with "Solution", also inside another directive;
 - a Markdown cell that nbgrader's metadata call a solution (an answer marked by hand).
 
 Cells with the tag ``remove-cell`` go as well: they assert what the text claims, and would tell.
+A directive ``{solution}``, or a box titled "Solution", in a cell without the tag is refused.
 
 The first leaves nbgrader's stub behind and keeps the cell's metadata, so that what comes
 out is what ``nbgrader generate_assignment`` would hand out; but a cell that was folded to hide
@@ -20,9 +19,6 @@ from __future__ import annotations
 
 import re
 
-from markdown_it import MarkdownIt
-from markdown_it.token import Token
-from mdit_py_plugins.colon_fence import colon_fence_plugin
 from nbconvert.preprocessors import ClearOutputPreprocessor, TagRemovePreprocessor
 from nbformat import NotebookNode
 
@@ -33,13 +29,11 @@ FOLDED = "hide-input"
 CODE_STUB = ("# YOUR CODE HERE", "raise NotImplementedError()")
 TEXT_STUB = "YOUR ANSWER HERE"
 
-_DIRECTIVE = re.compile(r"\{(?P<name>[\w:-]+)\}\s*(?P<title>.*)")
-_GATED = re.compile(r"\{solution-(start|end)\}")
-_TITLED = {"dropdown", "admonition"}
+_UNTAGGED = re.compile(r"(?im)^.*(?::::|```)\{(?:solution|(?:dropdown|admonition)\} *solution).*$")
 
 
 class SolutionMarkError(ValueError):
-    """A mark without its partner: stripping on would hand out a solution, or lose a text."""
+    """A mark that is not understood: stripping on would hand out a solution, or lose a text."""
 
 
 def strip_notebook(notebook: NotebookNode, name: str) -> tuple[NotebookNode, list[str]]:
@@ -60,7 +54,7 @@ def strip_notebook(notebook: NotebookNode, name: str) -> tuple[NotebookNode, lis
     Raises
     ------
     SolutionMarkError
-        For a mark without its partner, with the cell and the line.
+        For a mark without its partner or its tag, with the cell and the line.
 
     Examples
     --------
@@ -90,8 +84,7 @@ def strip_notebook(notebook: NotebookNode, name: str) -> tuple[NotebookNode, lis
             taken.append(cell.source)
             cell.source = TEXT_STUB
         else:
-            cell.source, found = strip_markdown(cell.source, place)
-            taken += found
+            refuse_untagged(cell.source, place)
     for preprocessor in (
         TagRemovePreprocessor(remove_cell_tags={TAG, CLAIMS}),
         ClearOutputPreprocessor(),
@@ -103,42 +96,12 @@ def strip_notebook(notebook: NotebookNode, name: str) -> tuple[NotebookNode, lis
     return notebook, taken
 
 
-def strip_markdown(text: str, name: str) -> tuple[str, list[str]]:
-    r"""Take the solution directives out of a page or a cell of Markdown.
-
-    Returns what is left and each text that was taken out, as `strip_notebook` does.
-
-    Examples
-    --------
-    >>> page = "Why?\n\n:::{dropdown} Solution\nBecause.\n:::\n\nGo on."
-    >>> strip_markdown(page, "page.md")
-    ('Why?\n\nGo on.', ['Because.'])
-    """
-    lines = text.split("\n")
-    taken: list[str] = []
-    for token in reversed(_directives(text)):
-        assert token.map is not None
-        first, after = token.map
-        if not token.markup or set(lines[after - 1].strip(" >")) != {token.markup[0]}:
-            raise SolutionMarkError(f"{name}, line {first + 1}: {lines[first]!r} is never closed")
-        body = "\n".join(lines[first + 1 : after - 1])
-        if _is_solution(token):
-            taken.append(body)
-            lines[first:after] = []
-            if 0 < first < len(lines) and not lines[first].strip() and not lines[first - 1].strip():
-                del lines[first]
-        elif "{" in body:
-            inner, found = strip_markdown(body, name)
-            if found:
-                taken += reversed(found)
-                lines[first + 1 : after - 1] = inner.split("\n")
-    left = "\n".join(lines)
-    if gate := _GATED.search(left):
+def refuse_untagged(text: str, name: str) -> None:
+    """Raise where a page, or a cell without the tag, holds a solution."""
+    if found := _UNTAGGED.search(text):
         raise SolutionMarkError(
-            f"{name}: {gate[0]} is not understood; write the solution as one "
-            f":::{{solution}} directive, or tag its cells `{TAG}`"
+            f"{name}: {found[0].strip()!r} needs a cell of a notebook, with the tag `{TAG}`"
         )
-    return left, taken[::-1]
 
 
 def _strip_code(source: str, place: str) -> tuple[str, list[str]]:
@@ -172,18 +135,3 @@ def _unfold(cell: NotebookNode) -> None:
     if "tags" in cell.metadata:
         cell.metadata.tags = [tag for tag in cell.metadata.tags if tag != FOLDED]
     cell.metadata.get("jupyter", {}).pop("source_hidden", None)
-
-
-def _directives(text: str) -> list[Token]:
-    """The outermost directives of a Markdown text, in their order."""
-    parser = MarkdownIt("commonmark").use(colon_fence_plugin)
-    fences = [token for token in parser.parse(text) if token.type in ("fence", "colon_fence")]
-    return [token for token in fences if token.info.strip().startswith("{")]
-
-
-def _is_solution(token: Token) -> bool:
-    directive = _DIRECTIVE.match(token.info.strip())
-    if directive is None:
-        return False
-    titled = directive["name"] in _TITLED and directive["title"].lower().startswith("solution")
-    return directive["name"] == "solution" or titled

@@ -27,7 +27,7 @@ from pathlib import Path
 import launch
 import nbformat
 from leaks import Leak, find_leaks, only_secret
-from solutions import SolutionMarkError, strip_markdown, strip_notebook
+from solutions import SolutionMarkError, refuse_untagged, strip_notebook
 
 ROOT = Path(__file__).parents[2]
 HANDED_OUT = (
@@ -117,8 +117,9 @@ def write_source(root: Path, to: Path) -> Source:
             nbformat.write(notebook, target)
         else:
             original = path.read_text("utf-8")
-            text, taken = strip_markdown(without_staff_pages(original), name)
-            target.write_text(text, "utf-8", newline="\n")
+            refuse_untagged(original, name)
+            taken = []
+            target.write_text(without_staff_pages(original), "utf-8", newline="\n")
         secret += taken
         for text in taken:
             original = original.replace(text, "\n")

@@ -30,7 +30,8 @@ icp_sliders(scene.source, scene.target, scene.T_init)
 ---
 points = {"source": scene.source.points, "target": scene.target.points}
 limits = {"xlim": (-8.0, 8.0), "ylim": (-8.0, 8.0), "start": (0, 0, 0)}
-values = {"turn [°]": range(-30, 31), "x [m]": [-0.5, 0.0, 0.5], "y [m]": [-0.5, 0.0, 0.5]}
+steps = [k / 20 for k in range(-10, 11)]
+values = {"turn [°]": range(-30, 31), "x [m]": steps, "y [m]": steps}
 live_figure("turn", values, label="two scans", **limits, **points)"""
 
 OTHER_PICTURE = "([image, before]) => image.src !== before"
