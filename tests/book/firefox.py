@@ -60,21 +60,6 @@ class Firefox:
             actions=[{"type": "key", "id": "keys", "actions": actions}],
         )
 
-    def drag(self, start: tuple[float, float], by: float) -> None:
-        """Press at a point of the window, move to the right, and let go."""
-        x, y = map(round, start)
-        actions = [
-            {"type": "pointerMove", "x": x, "y": y},
-            {"type": "pointerDown", "button": 0},
-            {"type": "pointerMove", "x": round(x + by), "y": y, "duration": 100},
-            {"type": "pointerUp", "button": 0},
-        ]
-        self._send(
-            "input.performActions",
-            **self._tab,
-            actions=[{"type": "pointer", "id": "mouse", "actions": actions}],
-        )
-
     def complaints(self) -> list[str]:
         """Errors since the last call: of scripts, and of files that could not be had."""
         self._send("session.status")  # what came before its answer is heard

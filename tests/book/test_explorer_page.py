@@ -1,7 +1,4 @@
-"""The explorer in a page without a kernel: by mouse, by keyboard, in the dark, on a telephone.
-
-The page holds what a page of the book does: require.js, the widgets' files and the state.
-"""
+"""The explorer in a page without a kernel: by mouse, by keyboard, on a telephone."""
 
 from __future__ import annotations
 
@@ -25,10 +22,6 @@ TWO_FRAMES = "() => new Promise(r => requestAnimationFrame(() => requestAnimatio
 
 # A slider that moves without taking the focus, as when Python moves it.
 MOVED = "node => { node.value = 40; node.dispatchEvent(new Event('input')); }"
-NAMELESS = """root => [...root.querySelectorAll("input, select, button, canvas, [role]")]
-    .filter(node => !(node.labels?.length || node.textContent.trim() || node.ariaLabel
-        || node.getAttribute("role") === "status"))
-    .map(node => node.outerHTML)"""
 # How often what is read aloud changes.
 LISTEN = """() => {
     window.heard = 0;
@@ -150,18 +143,7 @@ def test_a_run_tells_its_end_only_once_it_was_played(page):
     expect(readout(page, "your bet")).to_have_count(0)
 
 
-def test_it_says_how_many_points_are_not_looked_at_from_afar(page, explorer):
-    name, scene = next((n, s) for n, s in explorer.scenes.items() if len(s.source.points) >= 480)
-    choose(page, name)
-    legend = page.locator(".icp-legend")
-    expect(legend).not_to_contain_text("not looked at")
-    page.get_by_label("begin wide, end narrow").check()
-    points = len(scene.source.points)
-    looked = len(range(0, points, points // 120))
-    expect(legend).to_contain_text(f"not looked at: {points - looked}")
-
-
-@pytest.mark.parametrize("name", ["gate", "overlap ρ", "Huber δ", "iteration"])
+@pytest.mark.parametrize("name", ["gate", "iteration"])
 def test_a_slider_obeys_the_keyboard_and_speaks(page, name):
     press(page, "End")
     slider = page.get_by_label(name, exact=True)
@@ -175,7 +157,7 @@ def test_a_slider_obeys_the_keyboard_and_speaks(page, name):
     assert slider.evaluate("node => getComputedStyle(node).outlineStyle") == "solid"
     assert picture(page) != before
     page.keyboard.press("End")
-    last = "off" if name in ("gate", "Huber δ") else re.compile(r"1\.00|(\d+) of \1")
+    last = "off" if name == "gate" else re.compile(r"(\d+) of \1")
     expect(slider).to_have_attribute("aria-valuetext", last)
 
 
@@ -232,19 +214,6 @@ def test_steps_play_and_pause(page):
     expect(page.get_by_role("button", name="Step")).to_be_disabled()
 
 
-def test_reset_brings_back_guess_parameters_view_and_start(page):
-    first, field = picture(page), page.get_by_label("turn [°]")
-    field.fill("5")
-    field.press("Enter")
-    page.get_by_label("gate").press("Home")
-    press(page, "Bet", "End", "+", "+", "Pan")
-    assert picture(page) != first
-    press(page, "Reset")
-    page.mouse.move(0.0, 0.0)
-    assert picture(page) == first
-    expect(readout(page, "shown")).to_have_text("the guess, iteration 0 of 28")
-
-
 def test_the_wheel_zooms_about_the_cursor_within_bounds(page):
     nearer, farther = page.get_by_title("Zoom in"), page.get_by_title("Zoom out")
     plane, first = page.locator(".icp-plane"), picture(page)
@@ -292,10 +261,9 @@ def test_a_copied_state_is_a_link_to_it(page, address):
     assert picture(page) == before
 
 
-@pytest.mark.parametrize("state", ["nonsense", '{"scene":"Room"}'])
-def test_a_link_that_makes_no_sense_is_ignored(page, address, state):
+def test_a_link_that_makes_no_sense_is_ignored(page, address):
     page.goto("about:blank")
-    page.goto(f"{address}#icp?state={state}")
+    page.goto(f"{address}#icp?state=nonsense")
     expect(readout(page, "shown")).to_have_text("the guess, iteration 0 of 28")
 
 
@@ -344,15 +312,6 @@ def test_the_basin_is_labkit_s_and_the_page_listens_meanwhile(page, explorer):
     expect(page.get_by_role("button", name="Compute the basin")).to_be_visible()
 
 
-def test_it_follows_the_page_s_theme(page):
-    root, before = page.locator(".icp-explorer"), picture(page)
-    background = "node => getComputedStyle(node).backgroundColor"
-    assert root.evaluate(background) == "rgb(255, 255, 255)"
-    page.evaluate("() => { document.documentElement.dataset.theme = 'dark'; }")
-    expect(root).to_have_css("background-color", "rgb(20, 24, 30)")
-    assert picture(page) != before
-
-
 def test_it_fits_a_laptop_s_screen_at_one_height_and_stays_off_paper(page, explorer):
     page.set_viewport_size({"width": 1366, "height": 768})
     page.emulate_media(reduced_motion="reduce")
@@ -396,22 +355,8 @@ def test_on_a_telephone_a_finger_scrolls_but_for_one_on_the_scan(browser, addres
     page.close()
 
 
-def test_every_control_has_a_name_and_one_sentence_is_spoken(page):
-    assert page.locator(".icp-explorer").evaluate(NAMELESS) == []
+def test_one_sentence_is_spoken(page):
     spoken = page.locator(".icp-spoken")
     expect(spoken).to_contain_text("keep 143 of 180 pairs", timeout=3000)
     press(page, "End")
     expect(spoken).to_contain_text("28 iterations, converged", timeout=3000)
-
-
-def test_keys_and_clicks_stay_inside(page):
-    """JupyterLab would take focus away and move to the next cell."""
-    heard = """() => {
-        window.heard = [];
-        for (const type of ["mousedown", "focusin", "keydown"])
-            document.body.addEventListener(type, () => window.heard.push(type));
-    }"""
-    page.evaluate(heard)
-    page.get_by_label("gate").click()
-    page.keyboard.press("ArrowRight")
-    assert page.evaluate("() => window.heard") == []

@@ -48,10 +48,6 @@ def test_a_drawn_picture_and_the_italic_words_below_it_are_a_figure():
     assert [each.astext() for each in document.findall(nodes.paragraph)] == ["So."]
 
 
-def test_an_image_is_a_figure_as_well():
-    assert captions(page(words(nodes.image(uri="map.png")), words(italic("A map.")))) == ["A map."]
-
-
 def test_what_follows_the_italic_words_stays_text():
     document = page(cell("image/png"), words(italic("A wall."), nodes.Text(" It is proven.")))
     assert captions(document) == ["A wall."]
@@ -62,24 +58,28 @@ def test_what_follows_the_italic_words_stays_text():
 
 def test_each_figure_of_a_page_has_an_id_of_its_own():
     one = [cell("image/png"), words(italic("One."))]
-    two = [cell("image/png"), words(italic("Two."))]
+    two = [words(nodes.image(uri="map.png")), words(italic("Two."))]
     ids = [each["ids"] for each in page(*one, *two).findall(nodes.figure)]
     assert ids == [["figure-1"], ["figure-2"]]
+
+
+def test_a_picture_for_paper_gets_no_number():
+    picture = cell("image/png")
+    picture["classes"].append("tag_on-paper")
+    assert captions(page(picture, words(italic("On paper.")))) == []
 
 
 @pytest.mark.parametrize(
     "parts",
     [
-        [words(italic("First of all")), cell("image/png")],
         [cell("text/plain"), words(italic("No picture."))],
         [
             cell("application/vnd.jupyter.widget-view+json", "text/plain"),
             words(italic("A slider.")),
         ],
-        [cell("image/png"), words(nodes.Text("No italics."))],
         [cell("image/png"), words(nodes.Text("Between.")), words(italic("Too late."))],
     ],
-    ids=["above", "text", "slider", "plain", "apart"],
+    ids=["text", "slider", "apart"],
 )
 def test_other_words_are_no_caption(parts):
     assert captions(page(*parts)) == []

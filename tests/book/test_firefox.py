@@ -1,4 +1,4 @@
-"""The book in a second engine: pages and explorer in Firefox, by mouse and by keyboard."""
+"""The book in a second engine: pages and explorer in Firefox."""
 
 from __future__ import annotations
 
@@ -30,12 +30,6 @@ READ = """async () => {
     await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
     const slider = document.querySelector("input[name=overlap_ratio]");
     return [slider.ariaValueText, document.querySelector(".icp-sentence").textContent];
-}"""
-THUMB = """() => {
-    const slider = document.querySelector("input[name=overlap_ratio]");
-    slider.scrollIntoView({ block: "center", behavior: "instant" });
-    const { x, y, width, height } = slider.getBoundingClientRect();
-    return [x + 8 + (slider.value / slider.max) * (width - 16), y + height / 2];
 }"""
 FOCUS = "() => document.querySelector('input[name=overlap_ratio]').focus()"
 
@@ -73,13 +67,10 @@ def test_firefox_draws_a_page(firefox: Firefox, html: Path, name: str):
 def test_firefox_moves_a_slider_and_the_numbers_follow(firefox: Firefox, tmp_path: Path):
     firefox.open(written_page(icp_explorer(), tmp_path))
     firefox.evaluate(DRAWN)
-    at_first = firefox.evaluate(READ)
-    firefox.drag(firefox.evaluate(THUMB), by=-60.0)
-    by_mouse = firefox.evaluate(READ)
+    share, count = firefox.evaluate(READ)
     firefox.evaluate(FOCUS)
     firefox.press(RIGHT)
     by_key = firefox.evaluate(READ)
-    shares, counts = zip(at_first, by_mouse, by_key, strict=True)
-    assert float(shares[1]) < float(shares[2]) < float(shares[0])
-    assert len(set(counts)) == 3
+    assert float(by_key[0]) > float(share)
+    assert by_key[1] != count
     assert firefox.complaints() == []

@@ -11,7 +11,7 @@ import dis
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from itertools import chain, pairwise, takewhile
+from itertools import pairwise, takewhile
 from pathlib import Path
 from types import CodeType
 
@@ -20,8 +20,6 @@ import pytest
 from fold_cells import is_folded
 from IPython.core.inputtransformer2 import TransformerManager
 from nbformat import NotebookNode
-
-from labkit import interactive
 
 FOLDER = Path(__file__).parents[2] / "notebooks"
 NOTEBOOKS = {
@@ -76,15 +74,9 @@ def helpers(notebook: NotebookNode) -> Iterator[ast.FunctionDef]:
 
 
 def defined_twice(notebooks: Iterable[NotebookNode]) -> list[str]:
-    """Names of helpers that come more than once, by their name or by what they do."""
-    found = [each for notebook in notebooks for each in helpers(notebook)]
-    names = Counter(each.name for each in found)
-    bodies = Counter(ast.unparse(ast.Module(each.body, [])) for each in found)
-    return [
-        each.name
-        for each in found
-        if names[each.name] > 1 or bodies[ast.unparse(ast.Module(each.body, []))] > 1
-    ]
+    """Names of helpers that come more than once."""
+    found = Counter(each.name for notebook in notebooks for each in helpers(notebook))
+    return [name for name, count in found.items() if count > 1]
 
 
 def shows_widget(cell: NotebookNode, widgets: frozenset[str] | set[str] = WIDGETS) -> bool:
@@ -212,12 +204,6 @@ def test_a_chapter_shows_little_code(name):
 @each_notebook
 def test_the_reader_predicts_before_each_slider(name):
     assert without_a_prediction(NOTEBOOKS[name]) == []
-
-
-def test_every_way_to_make_a_widget_is_known():
-    makers = {name for name in interactive.__all__ if name[0].islower()}
-    assert makers - {"default_scenes", "killian_scene"} == WIDGETS
-    assert sum(map(shows_widget, chain(*map(code_cells, NOTEBOOKS.values())))) >= 17
 
 
 @each_notebook

@@ -166,6 +166,15 @@ def test_the_search_finds_the_place_that_answers(browser, html):
         assert page.locator("[id=search-input]").count() == 1
 
 
+def test_a_term_tells_its_meaning_under_the_focus(browser, html):
+    with visit(browser, html.as_uri(), "notebooks/03_correspondences") as page:
+        note = page.locator(".term-note")
+        page.locator("a:has(.std-term)", has_text="Gate").first.focus()
+        expect(note).to_contain_text("The distance beyond which a pair is rejected")
+        page.keyboard.press("Escape")
+        expect(note).to_be_hidden()
+
+
 def test_a_web_server_offers_the_same(browser, server):
     """It has what a folder has, by other addresses."""
     with visit(browser, server, TOC["root"]) as page:

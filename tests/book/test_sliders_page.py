@@ -61,13 +61,6 @@ def test_a_gate_of_millimetres_is_told_whole(browser: Browser, tmp_path: Path):
     page.close()
 
 
-def test_without_sliders_a_run_is_watched_from_its_guess(browser: Browser, tmp_path: Path):
-    page, explorer = opened(browser, tmp_path, {})
-    assert page.locator(".icp-sliders input").count() == 0
-    assert readout(page, "shown") == f"the guess, iteration 0 of {explorer.run().iterations}"
-    page.close()
-
-
 def test_a_live_figure_follows_its_sliders_and_the_hand(browser: Browser, tmp_path: Path):
     figure = live_figure(
         "turn",
