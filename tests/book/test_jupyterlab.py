@@ -26,7 +26,7 @@ flipbook(lambda figure, n: figure.subplots().bar([0], [n]), [1, 2, 3], label="n"
 explorer = icp_explorer()
 explorer
 ---
-icp_sliders(scene.source, scene.target, scene.T_init)
+icp_sliders(scene.source, scene.target, scene.T_init, sliders={})
 ---
 points = {"source": scene.source.points, "target": scene.target.points}
 limits = {"xlim": (-8.0, 8.0), "ylim": (-8.0, 8.0), "start": (0, 0, 0)}
