@@ -4,6 +4,11 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
+TESTS := $(VENV)/ready-to-test
+PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+RESOLVE = .venv-lock/bin/uv pip compile --quiet --universal --python-version 3.11 \
+    --generate-hashes --no-strip-extras --no-header --no-annotate
+NOTEBOOKS ?= $(wildcard notebooks/*.ipynb)
 BENCH := .venv-bench
 WARM = $(BIN)/python -m labkit.warm  # compiles the stages where they are new
 
@@ -19,7 +24,7 @@ book: $(READY) ## run every notebook and build the book
 	$(BIN)/jupyter-book build . --all -W -n --keep-going
 	@echo "Open $(CURDIR)/_build/html/index.html in a browser."
 
-pdf: book ## the same as one PDF, _build/book.pdf; needs Chromium
+pdf: $(TESTS) book ## the same as one PDF, _build/book.pdf; needs Chromium
 	$(BIN)/python book/_ext/print_book.py
 
 student: $(READY) ## write what students get: the lab and its book without solutions
@@ -27,23 +32,23 @@ student: $(READY) ## write what students get: the lab and its book without solut
 	@$(BIN)/python book/_ext/browser_files.py
 	$(BIN)/python book/_ext/students_edition.py
 
-test: $(READY) ## check style and types, then test code, notebooks and pages
+test: $(TESTS) ## check style and types, then test code, notebooks and pages
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	@$(WARM)
-	$(BIN)/pytest tests labkit $(wildcard notebooks/*.ipynb) -m "not others" \
+	$(BIN)/pytest tests labkit $(NOTEBOOKS) -m "not others" \
 	    --nbval-lax --nbval-current-env --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
-others: $(READY) ## test the ports in their languages, the pages in Firefox, the exports in other graders
+others: $(TESTS) ## test the ports in their languages, the pages in Firefox, the exports in other graders
 	$(BIN)/pytest tests -m others --numprocesses 2 --dist loadfile
 
-quick: $(READY) ## the tests of the core, logs and odometry, with few examples: a minute
+quick: $(TESTS) ## the tests of the core, logs and odometry, with few examples: a minute
 	$(BIN)/ruff check .
 	LABKIT_EXAMPLES=quick $(BIN)/pytest -q -m "not slow" --numprocesses 2 --dist loadfile \
 	    $(wildcard tests/test_*.py) tests/odometry tests/logs tests/simulation tests/evaluation
 
-fix: $(READY) ## format the code and mend what ruff can
+fix: $(TESTS) ## format the code and mend what ruff can
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 	$(BIN)/mypy
@@ -62,11 +67,13 @@ bench: ## time the lab's matcher beside others and write the book's page on it (
 mutants: $(READY) ## change the core in sixty random places, and list what its tests do not notice
 	$(BIN)/python tests/mutants.py $(MUTANTS_OPTIONS)
 
-lock: ## resolve requirements.txt anew into requirements.lock, hashes and all
+lock: ## resolve requirements*.txt anew into requirements*.lock, hashes and all
 	$(PYTHON) -m venv .venv-lock
 	.venv-lock/bin/python -m pip install --quiet --disable-pip-version-check uv
-	.venv-lock/bin/uv pip compile requirements.txt --output-file requirements.lock --quiet \
-	    --universal --python-version 3.11 --generate-hashes --no-strip-extras --no-header --no-annotate
+	$(RESOLVE) requirements.txt --output-file requirements.lock
+	$(RESOLVE) requirements-test.txt --output-file requirements-test.lock --constraint requirements.lock
+	awk 'NR == FNR {known[$$1]} NR > FNR {if (/^[a-zA-Z]/) keep = !($$1 in known); if (keep) print}' \
+	    requirements.lock requirements-test.lock > .venv-lock/rest && mv .venv-lock/rest requirements-test.lock
 
 dist: $(READY) ## build the wheel and the sdist into dist/
 	rm -rf build dist
@@ -86,10 +93,12 @@ $(READY): requirements.lock pyproject.toml
 	    echo "'$(PYTHON)' cannot make environments."; \
 	    echo "On Debian and Ubuntu: sudo apt install python3-venv"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
-	    --require-hashes --requirement requirements.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
-	    --no-deps --no-build-isolation --editable .
+	$(PIP) --require-hashes --requirement requirements.lock
+	$(PIP) --no-deps --no-build-isolation --editable .
 	$(BIN)/python -c 'import matplotlib.font_manager'  # finds the fonts, once
 	$(WARM)
+	@touch $@
+
+$(TESTS): $(READY) requirements-test.lock
+	$(PIP) --no-deps --require-hashes --requirement requirements-test.lock
 	@touch $@
