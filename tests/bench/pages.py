@@ -21,7 +21,7 @@ from urllib.parse import unquote, urlsplit
 
 from playwright.sync_api import Browser, Locator, Page, sync_playwright
 
-from labkit.course.report.pdf import launch
+from labkit.course.report.pdf import QUIET, find_browser
 
 sys.path.append(str(Path(__file__).parents[1] / "book"))
 from jupyterlab_page import CLOSE, OPEN, jupyterlab, open_lab, run_all
@@ -182,7 +182,7 @@ def main() -> None:
     told = parser.parse_args()
     wanted = told.pages or names()
     with sync_playwright() as driver:
-        browser = launch(driver)
+        browser = driver.chromium.launch(executable_path=find_browser(), args=QUIET)
         if not told.lab:
             print(f"| page | MB | largest paint [s], {SLOWER} times slower | blocked [s] |")
             print("| --- | ---: | ---: | ---: |")

@@ -23,7 +23,6 @@ def test_html_alone_needs_no_browser(report, tmp_path, capsys):
 
 def test_without_a_browser_the_page_is_there_and_the_way_out_is_named(report, capsys, monkeypatch):
     monkeypatch.setattr(pdf, "BROWSERS", ())
-    monkeypatch.setattr(pdf, "CHANNELS", ())
     assert main(["report", str(report)]) == 1
     assert report.with_suffix(".html").exists()
     assert not report.with_suffix(".pdf").exists()

@@ -1,26 +1,34 @@
-"""A page of HTML as a PDF, printed by Chromium."""
+"""A page of HTML as a PDF, printed by Chromium or one of its kin."""
 
 from __future__ import annotations
 
 import io
 import shutil
-from concurrent.futures import ThreadPoolExecutor
+import subprocess
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryDirectory
 
 from labkit.course.report.pages import ReportError, need
 from labkit.files import atomic_write
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-CHANNELS: tuple[dict[str, str], ...] = ({}, {"channel": "chrome"}, {"channel": "msedge"})
-NO_BROWSER = (
-    "a PDF needs Chromium or Chrome, and none was found. Install one (Debian and Ubuntu: "
-    "`sudo apt install chromium`; elsewhere: `python -m playwright install chromium`), "
-    "or open the HTML in any browser and print it to a file"
+BROWSERS = (
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Microsoft Edge.app/Contents/MacOS/Microsoft Edge",
+    r"C:\Program Files\Google\Chrome\Application\chrome.exe",
+    r"C:\Program Files (x86)\Microsoft\Edge\Application\msedge.exe",
 )
-QUIET = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-sync"]
-MARGIN = dict.fromkeys(("top", "right", "bottom", "left"), "18mm")
-FORMULAS = "() => new Promise(done => window.MathJax?.Hub ? MathJax.Hub.Queue(done) : done())"
+NO_BROWSER = (
+    "a PDF needs Chromium, Chrome or Edge, and none was found. Install one (Debian and Ubuntu: "
+    "`sudo apt install chromium`), or open the HTML in any browser and print it to a file"
+)
+QUIET = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking")
+DRAWN = "--virtual-time-budget=20000"  # ms that a page has for what it loads and draws
+PAPER = "<style>@page { size: A4; margin: 18mm } body { zoom: 0.8 }</style>"
+PATIENCE = 120  # seconds for the browser
 
 
 def write_pdf(html: str, path: str | Path) -> int:
@@ -29,38 +37,28 @@ def write_pdf(html: str, path: str | Path) -> int:
     Raises
     ------
     ReportError
-        If there is no browser: with the one to install.
+        If there is no browser: with the one to install. If it prints nothing: with its words.
     WriteError
         If `path` cannot be written.
     """
-    with ThreadPoolExecutor(1) as own:  # a notebook's thread has a loop that playwright refuses
-        content = own.submit(_print, html).result()
+    browser = find_browser()
+    with TemporaryDirectory() as name:
+        page, pdf = Path(name, "page.html"), Path(name, "page.pdf")
+        page.write_text(html + PAPER, "utf-8")
+        command = [browser, *QUIET, DRAWN, f"--user-data-dir={name}", "--no-pdf-header-footer"]
+        command += [f"--print-to-pdf={pdf}", page.as_uri()]
+        told = subprocess.run(command, capture_output=True, check=False, timeout=PATIENCE).stderr
+        if not pdf.is_file():
+            raise ReportError(f"{browser} printed nothing: {told.decode(errors='replace')[-300:]}")
+        content = pdf.read_bytes()
     with atomic_write(path, "wb") as file:
         file.write(content)
     return len(need("pypdf").PdfReader(io.BytesIO(content)).pages)
 
 
-def _print(html: str) -> bytes:
-    with need("playwright.sync_api").sync_playwright() as driver:
-        browser = launch(driver)
-        try:
-            page = browser.new_page()
-            page.emulate_media(media="print")
-            page.set_content(html, wait_until="networkidle")
-            page.evaluate(FORMULAS)
-            content: bytes = page.pdf(format="A4", margin=MARGIN, scale=0.8)
-        finally:
-            browser.close()
-    return content
-
-
-def launch(driver: Any) -> Any:
-    """Start the browser on the path, else one that playwright has, else the system's own."""
-    problem = need("playwright.sync_api").Error
+def find_browser() -> str:
+    """Path of the first of `BROWSERS` that is installed; raise `ReportError` where none is."""
     found = next(filter(None, map(shutil.which, BROWSERS)), None)
-    for choice in [{"executable_path": found}] if found else CHANNELS:
-        try:
-            return driver.chromium.launch(args=QUIET, **choice)
-        except problem:
-            continue
-    raise ReportError(NO_BROWSER)
+    if found is None:
+        raise ReportError(NO_BROWSER)
+    return found
