@@ -1,4 +1,4 @@
-// Runs inside a V8 beside Python, over the parts of MathJax: draws one formula at a time.
+// Runs in QuickJS beside Python, over the parts of MathJax: draws one formula at a time.
 MathJax.config.startup = { ...MathJax.config.startup, adaptor: "liteAdaptor", handler: "HTMLHandler" };
 Object.assign(MathJax.config.startup, { input: ["tex"], output: "svg", document: "<html><body></body></html>" });
 MathJax.config.svg = { ...MathJax.config.svg, fontCache: "global" };

@@ -1,6 +1,6 @@
 """Formulas, drawn while the book is built: a page shows them at once and loads no program for it.
 
-MathJax, one of the browser files, runs in a V8 beside Python (`mini-racer`). Each formula
+MathJax, one of the browser files, runs in QuickJS beside Python. Each formula
 becomes a drawing in the text's own colour, and MathML that is read aloud; the shapes of
 the letters stand once at the end of the page.
 """
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import browser_files
-from py_mini_racer import MiniRacer
+import quickjs
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
@@ -44,10 +44,10 @@ class Pen:
     """Draws formulas, each once."""
 
     def __init__(self, parts: Path = browser_files.VENDOR / "mathjax") -> None:
-        self._v8 = MiniRacer()
-        self._v8.eval(f"var window = globalThis; {MATHJAX}")
+        self._engine = quickjs.Context()
+        self._engine.eval(f"var window = globalThis; {MATHJAX}")
         for part in (*(parts / f"{name}.js" for name in PARTS), DRIVER):
-            self._v8.eval(f"{part.read_text('utf-8')};\n0")
+            self._engine.eval(f"{part.read_text('utf-8')};\n0")
         self._drawn: dict[tuple[str, bool], str] = {}
         self.shapes: dict[str, str] = {}
 
@@ -56,7 +56,7 @@ class Pen:
         key = tex, display
         if key not in self._drawn:
             told = json.loads(
-                str(self._v8.eval(f"draw({json.dumps(key[0])}, {json.dumps(display)})"))
+                str(self._engine.eval(f"draw({json.dumps(key[0])}, {json.dumps(display)})"))
             )
             if "error" in told:
                 raise FormulaError(told["error"])

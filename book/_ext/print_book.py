@@ -24,7 +24,7 @@ from playwright.sync_api import Error, Page, sync_playwright
 from pypdf import PdfReader, PdfWriter
 
 from labkit.course.report.pages import ReportError
-from labkit.course.report.pdf import launch
+from labkit.course.report.pdf import QUIET, find_browser
 from labkit.files import atomic_write
 
 ROOT = Path(__file__).parents[2]
@@ -165,7 +165,7 @@ def _rename_ids(soup: BeautifulSoup, prefix: str) -> None:
 
 def _printed(whole: Path, count: int, title: str, author: str) -> bytes:
     with sync_playwright() as driver:
-        browser = launch(driver)
+        browser = driver.chromium.launch(executable_path=find_browser(), args=QUIET)
         try:
             page = browser.new_page(
                 viewport={"width": WIDTH, "height": 960}, device_scale_factor=2, offline=True
