@@ -6,6 +6,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+import api
 import browser_files
 import killian_map
 from diagrams import MermaidDirective
@@ -72,12 +73,16 @@ def describe(
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the steps above, the diagrams, and what the pages load."""
+    app.setup_extension("sphinx.ext.autodoc")
+    app.connect("autodoc-process-docstring", api.clean, priority=400)  # before napoleon
+    app.connect("autodoc-process-signature", api.hide_signature)
     app.connect("config-inited", provide_browser_files)
     app.connect("config-inited", settle_buttons)
     app.connect("doctree-read", mark_all)
     app.connect("doctree-read", make_figures)
     app.connect("doctree-read", join_folds)
     app.connect("doctree-resolved", explain_terms)
+    app.connect("doctree-resolved", api.link_names)
     app.connect("html-page-context", draw_formulas, priority=900)
     app.connect("html-page-context", declare_thebe_once, priority=900)
     app.connect("build-finished", write_colors)

@@ -224,6 +224,7 @@ def main() -> None:
     options = parser.parse_args()
     config = yaml.safe_load(ROOT.joinpath("_config.yml").read_text("utf-8"))
     names = list(files(yaml.safe_load(ROOT.joinpath("_toc.yml").read_text("utf-8"))))
+    names.remove("book/api")  # 40 pages to look things up in at a screen
     try:
         content = print_book(options.pages.resolve(), names, config["title"], config["author"])
     except ReportError as problem:

@@ -31,7 +31,7 @@ ICP-based motion estimation from 2D LiDAR scans.
 EPILOG = """\
 Exit status: 0 done; 1 the input cannot be used, or the scans cannot be matched; 2 the
 command line is wrong. `labkit COMMAND --help` explains each command. Parameters that are no
-option are set in Python, e.g. by `labkit.odometry.OdometryParameters`."""
+option are set in Python, e.g. by `labkit.odometry.OdometryParameters`: book/api.md lists them."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
