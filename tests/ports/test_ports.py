@@ -22,7 +22,15 @@ from runner import GROUPS, VECTORS, reasons
 pytestmark = [pytest.mark.slow, pytest.mark.others]
 BY_NAME = {port.name: port for port in PORTS}
 EACH_PORT = pytest.mark.parametrize("name", list(BY_NAME))
-SLOW_TO_START = {"wolfram": "match missing.csv"}  # 4 s a start: one is enough
+SLOW_TO_START = {"wolfram"}  # 4 s a start: one is enough
+ALONE = (  # one of each kind; all of them are asked in a batch
+    ("match", "missing.csv", "good.csv", "good.json"),
+    ("match", "nan.csv", "good.csv", "good.json"),
+    ("match", "good.csv", "good.csv", "cut.json"),
+    ("integrate", "good3.csv", "0", "north", "0"),
+    ("align",),
+    ("dance", "good.csv"),
+)
 TELLING_BORDERS = (  # for those: one of each kind
     "match scan.csv crlf.csv defaults.json",
     "match scan.csv many_exp.csv defaults.json",
@@ -112,23 +120,16 @@ def start(workshop, name, arguments, where):
     return execute(words, port.time_limit, cwd=where)
 
 
-ALONE = [  # what is slow to start is asked the others under `batch`, below
-    pytest.param(name, bad, id=f"{name}-{' '.join(bad)}")
-    for name in BY_NAME
-    for bad in BAD_COMMANDS
-    if name not in SLOW_TO_START or " ".join(bad).startswith(SLOW_TO_START[name])
-]
-
-
-@pytest.mark.parametrize(("name", "bad"), ALONE)
-def test_bad_input_alone(workshop, tmp_path, name, bad):
+@EACH_PORT
+def test_bad_input_alone(workshop, tmp_path, name):
     write_bad_files(tmp_path)
-    outcome = start(workshop, name, bad, tmp_path)
-    assert outcome.returncode != 0
-    assert outcome.stdout == ""
-    (line,) = outcome.stderr.splitlines()
-    assert line.startswith("icp2d: ")
-    assert re.search(BAD_COMMANDS[bad], line)
+    for bad in ALONE[: 1 if name in SLOW_TO_START else None]:
+        outcome = start(workshop, name, bad, tmp_path)
+        assert outcome.returncode != 0
+        assert outcome.stdout == ""
+        (line,) = outcome.stderr.splitlines()
+        assert line.startswith("icp2d: ")
+        assert re.search(BAD_COMMANDS[bad], line)
 
 
 @EACH_PORT
