@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from labkit import IcpParameters, Scan, covariance, icp
+from labkit import IcpParameters, Scan, Target, align, covariance, icp
 from labkit.correspondences import distance_gate, huber_loss, huber_weights, overlap
 from labkit.icp import best_step
+from labkit.line_alignment import align_to_lines
 from labkit.odometry import estimate_odometry
 
 
@@ -20,6 +21,8 @@ def warm() -> None:
             best_step(result.history[0].correspondences)
             _ = result.observability
     covariance.censi_covariance(result, 0.01)
+    p = room.points
+    align(p, p), align_to_lines(p, p, p, np.ones(len(p))), Target(p).search.query(p)
     distances = result.correspondences.distances
     distance_gate(distances, 0.5), overlap(distances, 0.9)
     huber_weights(distances, 0.1), huber_loss(distances, 0.1)
