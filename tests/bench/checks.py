@@ -11,6 +11,7 @@ this value:
   that its pairs see: along a free one it is no measurement, and no mistake);
 - lost and wrong steps of whole runs against the map, without wheels and with them.
 
+Before them, with no log left out, stand lost and wrong steps at each value, the mean of all logs.
 The last table has the same of the limits as they are, and the whole step's recall: the share of
 wrong first matches that do not end in a wrong step that is believed.
 """
@@ -162,6 +163,9 @@ def left_out(
     for value in tqdm(values[1:], name, leave=False, disable=None):
         shares.append(whole_runs(runs, name, value))
     rows = []
+    for value, share in zip(values, shares, strict=True):
+        means = (f"{lost:.2f}, {wrong:.2f}" for lost, wrong in share.mean(axis=0))
+        rows.append([name, "none", f"{value:.3g}", *["–"] * len(GUESSES), *means])
     for k, (log, _) in enumerate(runs):
         others = np.delete(shares, k, axis=1).mean(axis=(1, 2)).round(3)  # lost and wrong
         best = min(range(len(values)), key=lambda v: (*others[v], v))
@@ -171,7 +175,8 @@ def left_out(
             found = matches[log.name, guess]
             row.append(rates(alarms(found, limits), np.array([each[4] for each in found])))
         rows.append([*row, *(f"{lost:.1f}, {wrong:.1f}" for lost, wrong in shares[best][k])])
-        print("  ".join(f"{cell:>14}" for cell in rows[-1]), flush=True)
+    for row in rows:
+        print("  ".join(f"{cell:>14}" for cell in row), flush=True)
     return rows
 
 
