@@ -72,7 +72,8 @@ class ScanMatchingOdometry:
                 T_target_last=self._seen.T_target_last,
             )
         # A motion is held once: nobody saw it, so it is no ground for holding it again.
-        self._last_motion = STILL if record.decision.skipped else record.increment
+        held = record.decision in (Decision.HOLD, Decision.STAND)
+        self._last_motion = STILL if held else record.increment
         if record.decision.matched and not record.degenerate:
             self._earlier_motions.appendleft(record.increment)
         self._seen.add(filtered, record.increment, matched=record.decision.matched)

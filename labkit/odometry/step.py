@@ -68,11 +68,6 @@ class Decision(Enum):
         """Whether the motion came from matching the scans."""
         return self in (Decision.ICP, Decision.RETRY, Decision.SEARCH)
 
-    @property
-    def skipped(self) -> bool:
-        """Whether the update was skipped."""
-        return self in (Decision.HOLD, Decision.STAND)
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StepRecord:
