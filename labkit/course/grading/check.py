@@ -126,8 +126,7 @@ def tried(
     called: Calls | None = None,
 ) -> QuestionVerdict:
     """The verdict on a function that is called here; `called` takes all that it calls in turn."""
-    noted = Calls() if called is None else called
-    return assess(question, cases, [_outcome(case, function, noted) for case in cases])
+    return assess(question, cases, [_outcome(case, function, called) for case in cases])
 
 
 def _own(
@@ -141,26 +140,31 @@ def _own(
             parameter="function",
         )
     verdict = tried(question, cases, function, called)
-    for name, module in sorted(called):
-        if f"{module}.".startswith("labkit.") and not module.startswith("labkit.course.authoring"):
-            raise InvalidParameterError(
-                f"must be your own, got one that calls `{name}` from {module}, which the grading "
-                f"does not have; write that part yourself, and run the cell that defines your "
-                f"`{question.function}` again",
-                parameter="function",
-            )
+    for name, module in filter(_is_labkits, called):
+        raise InvalidParameterError(
+            f"must be your own, got one that calls `{name}` from {module}, which the grading "
+            f"does not have; write that part yourself, and run the cell that defines your "
+            f"`{question.function}` again",
+            parameter="function",
+        )
     return verdict
 
 
-def _outcome(case: Case, function: Callable[..., Any], called: Calls) -> Outcome:
+def _is_labkits(call: tuple[str, str]) -> bool:
+    return f"{call[1]}.".startswith("labkit.") and not call[1].startswith("labkit.course.authoring")
+
+
+def _outcome(case: Case, function: Callable[..., Any], called: Calls | None) -> Outcome:
     def note(frame: FrameType, event: str, _: object) -> None:
-        if event == "call":
-            called.add((frame.f_code.co_name, str(frame.f_globals.get("__name__"))))
+        if event == "call" and called is not None:
+            called.add(call := (frame.f_code.co_name, str(frame.f_globals.get("__name__"))))
+            if _is_labkits(call):
+                raise RuntimeError("labkit is called")  # which ends the call
 
     arguments, before = copy.deepcopy(case.arguments), sys.getprofile()
     try:
         with contextlib.redirect_stderr(sys.stdout):  # a warning there costs nbgrader's points
-            sys.setprofile(note)
+            sys.setprofile(before if called is None else note)
             try:
                 value = function(*arguments)
             finally:
