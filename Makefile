@@ -65,7 +65,7 @@ bench: ## time the lab's matcher beside others and write the book's page on it (
 	$(BENCH)/bin/python tests/bench/report.py $(BENCH)/results.json
 	@echo "The page is book/benchmark.md; make book shows it."
 
-mutants: $(READY) ## change the core in sixty random places, and list what its tests do not notice
+mutants: $(TESTS) ## change the core in sixty random places, and list what its tests do not notice
 	$(BIN)/python tests/mutants.py $(MUTANTS_OPTIONS)
 
 lock: $(READY) ## resolve requirements*.txt anew into requirements*.lock, hashes and all

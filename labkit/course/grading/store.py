@@ -20,7 +20,7 @@ from labkit.course.grading.judging.verdict import FORMAT, SubmissionVerdict
 from labkit.errors import LabkitError, WriteError
 from labkit.files import atomic_write
 
-RULES = 6  # raise it when the same files would get other points or messages than before
+RULES = 7  # raise it when the same files would get other points or messages than before
 VERDICTS = "verdicts"
 
 
