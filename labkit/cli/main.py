@@ -9,14 +9,23 @@ import platform
 import sys
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
+from typing import Any
 
 from labkit import __version__
-from labkit.cli import demo, evaluate, match, odometry, report
+from labkit.cli import demo, evaluate, match, odometry
 from labkit.cli.options import flag
 from labkit.course.grading.command import add_autograder, add_grade
+from labkit.course.report import command as report
 from labkit.errors import InvalidParameterError, LabkitError
 
 BAD_INPUT, USAGE, INTERRUPTED = 1, 2, 130
+COMMANDS: dict[str, Any] = {
+    "demo": demo,
+    "odometry": odometry,
+    "match": match,
+    "evaluate": evaluate,
+    "report": report,
+}
 
 DESCRIPTION = """\
 ICP-based motion estimation from 2D LiDAR scans.
@@ -90,9 +99,9 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=_versions())
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for command in (demo, odometry, match, evaluate, report):
+    for name, command in COMMANDS.items():
         one = commands.add_parser(
-            command.__name__.rpartition(".")[2],
+            name,
             help=command.HELP,
             description=command.DESCRIPTION,
             formatter_class=argparse.RawDescriptionHelpFormatter,
