@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, and tables that people made."""
+"""Files that are written whole or not at all."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any, Literal
 
-from labkit.errors import LabkitError, WriteError
+from labkit.errors import WriteError
 
 
 @contextmanager
@@ -41,16 +41,6 @@ def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "w") -
         raise WriteError(
             f"cannot write {os.fspath(path)}: {error.strerror or error}; choose another place"
         ) from error
-
-
-def read_table(path: str | os.PathLike[str], way_out: str) -> str:
-    """Read the text of a table that people made, without its byte order mark."""
-    try:
-        return Path(path).read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise LabkitError(f"{path}: is no UTF-8 text; {way_out}") from None
-    except OSError as error:
-        raise LabkitError(f"{path}: cannot be read: {error.strerror}") from None
 
 
 def refuse_unwritable(path: str | os.PathLike[str]) -> None:

@@ -114,7 +114,6 @@ def align_to_lines(
     target: ArrayLike,
     normals: ArrayLike,
     weights: ArrayLike,
-    point_share: float = 0.0,
 ) -> FloatArray:
     """One Gauss-Newton step of the point-to-line metric.
 
@@ -124,8 +123,6 @@ def align_to_lines(
         Matched points [m] and the unit normals of the target's surface.
     weights : array_like, shape (N,)
         Weight of each pair, ≥ 0.
-    point_share : float
-        τ in [0, 1]: how much of the cost is that of the point-to-point metric.
 
     Returns
     -------
@@ -138,7 +135,7 @@ def align_to_lines(
         Where there is no pair with weight, or all of them coincide.
     """
     p, q, w = as_pairs(source, target, weights)
-    dT, solved = line_step(p, q, as_points(normals, "normals"), w, float(point_share))
+    dT, solved = line_step(p, q, as_points(normals, "normals"), w, 0.0)
     if not solved:
         _require_spread(0.0, int(np.count_nonzero(w)))
     return dT

@@ -6,10 +6,11 @@ import csv
 import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import TypeAlias
 
 from labkit.errors import LabkitError
-from labkit.files import atomic_write, read_table
+from labkit.files import atomic_write
 
 Row: TypeAlias = dict[str, str]
 FORMULA = (*"=+-@", *"＝＋－＠", "\t", "\r", "\n")  # the wide ones where people type Chinese
@@ -25,7 +26,12 @@ def read_rows(
     LabkitError
         Where it cannot be read, lacks a column, or a row does not fit; the message says which.
     """
-    text = read_table(path, "save it as CSV in UTF-8")
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise LabkitError(f"{path}: is no UTF-8 text; save it as CSV in UTF-8") from None
+    except OSError as error:
+        raise LabkitError(f"{path}: cannot be read: {error.strerror}") from None
     header = text.partition("\n")[0]
     delimiter = ";" if ";" in header and "," not in header else ","  # Excel's, where 0.5 is 0,5
     reader = csv.DictReader(text.splitlines(keepends=True), delimiter=delimiter, restval="")
