@@ -1,4 +1,4 @@
-"""How far to trust a match: Censi's closed-form covariance (section 5).
+"""Covariance of a match in Censi's closed form: how far to trust it (section 5).
 
 The estimate x = (Δx, Δy, Δψ) minimises a cost J(x, z) of the measured ranges z. Where the
 gradient ∂J/∂x vanishes, the implicit function theorem tells how x follows z, so
@@ -181,7 +181,7 @@ def _seen_and_free(result: IcpResult) -> tuple[FloatArray, FloatArray, FloatArra
 
 
 def _slope(direction: FloatArray, turned: FloatArray) -> FloatArray:
-    """How far a motion (Δx, Δy, Δψ) moves each source point along `direction`, (P, 3)."""
+    """Motion of each source point along `direction`, per unit of (Δx, Δy, Δψ): (P, 3)."""
     return np.column_stack([direction, _dot(direction, _perpendicular(turned))])
 
 

@@ -1,1 +1,1 @@
-"""What serves the course: exercises, the assignment and its grading, the students' reports."""
+"""Parts that serve the course: exercises, the assignment and its grading, the students' reports."""

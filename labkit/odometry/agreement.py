@@ -1,4 +1,4 @@
-"""How well a scan agrees with its target at a pose: its misfit, and what its beams look through.
+"""Agreement of a scan with its target at a pose: the walls that its beams look through.
 
 A wrong match may lay half of a scan on walls, and the residuals do not show it, since they
 know only pairs. But a beam that ended at 5 m has seen that nothing stands at 3 m. If a match

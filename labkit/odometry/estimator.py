@@ -89,12 +89,12 @@ class OdometryResult:
     records: tuple[StepRecord, ...]
 
     def count(self, *decisions: Decision) -> int:
-        """How many steps ended in one of `decisions`."""
+        """Number of steps that ended in one of `decisions`."""
         return sum(record.decision in decisions for record in self.records)
 
     @property
     def against_prior(self) -> int:
-        """How many matches were believed against a prior that nothing supported."""
+        """Number of matches that were believed against a prior without support."""
         return sum(record.against_prior for record in self.records)
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""What the next scan is matched against: a map of the last key scans, or of the last scan alone.
+"""Target of the next scan: a map of the last key scans, or of the last scan alone.
 
 Against a map, errors add up from one key scan to the next, and not from one scan to the next.
 Each point of the map keeps the normal from its own scan: if two views of a wall lie a

@@ -26,7 +26,7 @@ MATCHER = IcpParameters(
 
 @dataclass(frozen=True, kw_only=True)
 class OdometryParameters:
-    """How scans become odometry; checked when it is made.
+    """All parameters of the odometry; checked when the object is made.
 
     Attributes
     ----------

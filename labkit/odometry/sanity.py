@@ -10,7 +10,7 @@ from labkit.arrays import FloatArray, check_range
 
 @dataclass(frozen=True, kw_only=True)
 class SanityLimits:
-    """What a step may look like before it is believed; checked when it is made.
+    """Limits of a step that is believed; checked when the object is made.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ def complaints(
     limits: SanityLimits,
     prior: FloatArray | None = None,
 ) -> list[str]:
-    """Why a match is not believed; empty where it is. NaN never passes."""
+    """Reasons to reject a match; empty if there is none. NaN never passes."""
     x, y, turn = increment.tolist()
     found = []
     if not (moved := math.hypot(x, y)) <= limits.max_translation:

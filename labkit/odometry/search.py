@@ -1,4 +1,4 @@
-"""Where a scan may have been taken: a correlative search over a window of poses [1]_.
+"""Correlative search for the pose of a scan over a window of poses [1]_.
 
 ICP finds the answer that is nearest to its guess. Without wheels the guess is often nearer to
 another one. So the search tries all poses of a window, from coarse to fine. A table, made once
@@ -69,7 +69,7 @@ def mean_values(table: FloatArray, cells: IntArray, shifts: IntArray) -> FloatAr
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LikelihoodField:
-    """How near a place is to the target's points, in [0, 1], cell by cell."""
+    """Nearness of each cell to the target's points, in [0, 1]."""
 
     origin: FloatArray  # (2,): the corner of the first cell [m]
     fine: FloatArray  # (H, W): exp(−½ (d/SPREAD)²) of the distance d to the nearest point
@@ -150,7 +150,7 @@ def apart(poses: Iterable[FloatArray], count: int) -> list[FloatArray]:
 
 
 def alike(T: FloatArray, other: FloatArray) -> bool:
-    """Whether two poses are so near to each other that they count as one."""
+    """True if two poses are so near to each other that they count as one."""
     if not math.hypot(T[0, 2] - other[0, 2], T[1, 2] - other[1, 2]) < APART[0]:
         return False  # most pairs of poses end here
     return step_length(np.array(other), np.array(T))[1] < APART[1]
@@ -175,7 +175,7 @@ def completed(T: FloatArray, seen: Information, expected: FloatArray) -> FloatAr
 
 
 def _surprise(T: FloatArray, expected: FloatArray, free: FloatArray) -> FloatArray:
-    """How far T is from each pose of `expected` (K, 3, 3), the likeliest first, shape (K,).
+    """Distance of T from each pose of `expected` (K, 3, 3), the likeliest first, shape (K,).
 
     Squared, in `USUAL` ways; the directions `free`, shape (F, 2), do not count.
     """

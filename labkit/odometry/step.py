@@ -53,7 +53,7 @@ ALIKE = 0.05  # agreements that differ by less do not tell which of two matches 
 
 
 class Decision(Enum):
-    """Where a step's motion came from; STAND holds no motion at all."""
+    """Source of a step's motion; STAND holds no motion at all."""
 
     START = "start"
     ICP = "icp"
@@ -65,13 +65,13 @@ class Decision(Enum):
 
     @property
     def matched(self) -> bool:
-        """Whether the motion came from matching the scans."""
+        """True if the motion came from matching the scans."""
         return self in (Decision.ICP, Decision.RETRY, Decision.SEARCH)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StepRecord:
-    """What one step decided, and why; the numbers of its best match, NaN without one.
+    """Record of one step: its decision and reason, the numbers of its best match (NaN without one).
 
     Attributes
     ----------
@@ -189,7 +189,7 @@ class _Match:
 
 @dataclass(frozen=True, eq=False)
 class _Step:
-    """What all matches of a step have in common; `expected` are poses, the likeliest first."""
+    """Context of all matches of a step; `expected` are poses, the likeliest first."""
 
     source: Scan
     target: Target
@@ -247,7 +247,7 @@ class _Step:
         return _Match(record, T, found, score)
 
     def is_doubtful(self, match: _Match) -> bool:
-        """Whether a search should say if there is a better match than one that passes."""
+        """True if a search should say if there is a better match than one that passes."""
         asked = SURE if self.prior is None else SUPPORTED
         return self.parameters.search and match.record.agreement < asked
 

@@ -81,7 +81,7 @@ def hidden_cases(
 
 
 def _unlike(question: Question, model: Case) -> Callable[[Case], int]:
-    """How many known mistakes pass a case and not the model, or the model and not the case."""
+    """Number of known mistakes that pass one of a case and the model, not both."""
 
     def passing(case: Case) -> set[tuple[str, int]]:
         return {
@@ -146,7 +146,7 @@ def mistaken(question: Question, arguments: Arguments) -> dict[str, Arguments]:
 
 
 def answers_of(one: Mistake, arguments: Arguments) -> Arguments:
-    """What a mistake makes of the arguments; nothing where it fails."""
+    """Answers of a mistake to the arguments; none where it fails."""
     try:
         answer = one.function(*arguments)
     except (ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError):
@@ -170,7 +170,7 @@ def _rounded(value: Value) -> Value:
 
 
 def confusion(question: Question, cases: Sequence[Case]) -> str:
-    """Which mistake is not called by its name on these cases; empty where each is."""
+    """The mistake that is not called by its name on these cases; empty where each is."""
     for one in question.misconceptions:
         for outcomes in outcomes_of(one.id, cases):
             known = recognise(question, cases, outcomes)
@@ -180,7 +180,7 @@ def confusion(question: Question, cases: Sequence[Case]) -> str:
 
 
 def outcomes_of(id: str, cases: Sequence[Case]) -> list[list[Outcome]]:
-    """What a mistake brings, in each of the ways that it can come out."""
+    """Outcomes of a mistake, one for each way that it can come out."""
     ways = max(len(case.mistaken.get(id, ())) for case in cases)
     return [
         [

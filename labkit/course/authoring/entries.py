@@ -1,4 +1,4 @@
-"""What an author enters for a question: tables of its cases, and of the mistakes that are known."""
+"""Entries of an author for a question: tables of its cases, and of the mistakes that are known."""
 
 from __future__ import annotations
 

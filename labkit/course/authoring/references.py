@@ -170,7 +170,7 @@ def apart(a: FloatArray, b: FloatArray) -> float:
 
 
 def stop_error(arguments: tuple[Any, ...]) -> float:
-    """How far from its end the loop may stop: at the first step below `STOP_BELOW`."""
+    """Distance of the loop from its end where it may stop: the first step below `STOP_BELOW`."""
     *begin, iterations = arguments
     worst = 0.0
     for keep in READINGS:

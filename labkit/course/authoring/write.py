@@ -124,7 +124,7 @@ def _text(content: dict[str, Any]) -> str:
 
 
 def read_toml(name: str) -> dict[str, Any]:
-    """What stands in a file of `questions/`."""
+    """Read a file of `questions/`."""
     return tomllib.loads((FOLDER / f"{name}.toml").read_text("utf-8"))
 
 

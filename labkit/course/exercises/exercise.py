@@ -1,4 +1,4 @@
-"""What an exercise is: the right function, what it is tried on, and its known mistakes."""
+"""Exercise: the right function, the cases that it is tried on, and its known mistakes."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Exercise:
         return question, cases
 
     def _mistaken(self, arguments: tuple[Any, ...]) -> dict[str, tuple[Any, ...]]:
-        """What the mistakes return, those left out that fail."""
+        """Answers of the mistakes, without those that fail."""
         found = {}
         for says, wrong in self.mistakes.items():
             try:
@@ -93,7 +93,7 @@ def _data(value: Any) -> Any:
 
 
 def _kind(right: Any) -> Answer:
-    """How the answer is read, by the form of the right one."""
+    """The kind of answer, by the form of the right one."""
     if isinstance(right, tuple):
         return Answer.TRANSFORM if right[0].ndim == 2 else Answer.NUMBERS
     if right.dtype == bool:

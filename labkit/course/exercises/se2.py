@@ -56,7 +56,7 @@ def turn_about(c, theta):
 
 
 def look(T_first_scanner, beams, seed):
-    """What a scanner that sees all round finds in a room [m]."""
+    """Points [m] that a scanner which sees all round finds in a room."""
     scanner = Lidar(beam_count=beams, field_of_view=2 * np.pi)
     return cast(room(), transform(1.0, -0.5, 0.3) @ T_first_scanner, scanner, rng=seed).points
 

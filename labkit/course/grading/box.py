@@ -82,7 +82,7 @@ class BoxError(Exception):
 
 
 class Wall(NamedTuple):
-    """What stands around a box: "bubblewrap", "user" or "none"; what must not be readable in it."""
+    """The wall around a box: "bubblewrap", "user" or "none", and the paths hidden behind it."""
 
     mode: str
     hidden: tuple[str, ...] = ()
@@ -113,7 +113,7 @@ def open_wall(hidden: Sequence[str | os.PathLike[str]], *, isolation: bool = Tru
 
 
 def why_not(wall: Wall) -> str:
-    """What keeps a wall from holding here; empty where it holds."""
+    """Reasons that keep a wall from holding here; empty where it holds."""
     if sys.platform != "linux":
         return "this is not Linux"
     if wall.mode == "bubblewrap" and not shutil.which("bwrap"):

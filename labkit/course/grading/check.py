@@ -40,7 +40,7 @@ class Feedback:
 
     @property
     def passed(self) -> bool:
-        """Whether all visible cases pass."""
+        """True if all visible cases pass."""
         return self.verdict.passed
 
     def __repr__(self) -> str:

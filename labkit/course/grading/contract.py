@@ -1,4 +1,4 @@
-"""What crosses the wall between the grader and a student's code: calls in, outcomes out."""
+"""The contract across the wall between grader and student's code: calls in, outcomes out."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Value: TypeAlias = (
 
 
 class OutcomeStatus(Enum):
-    """How a call ended."""
+    """The endings of a call."""
 
     RETURNED = "returned a value"
     RAISED = "raised an error"
@@ -31,7 +31,7 @@ class OutcomeStatus(Enum):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Outcome:
-    """What one call brought.
+    """The outcome of one call.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Outcome:
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
-    """What a submission may use, in seconds of processor time; all else follows from it.
+    """Limits of a submission, in seconds of processor time; all else follows from it.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a student is told of a verdict, as text and as HTML."""
+"""Feedback to a student on a verdict, as text and as HTML."""
 
 from __future__ import annotations
 

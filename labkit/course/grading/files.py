@@ -145,12 +145,12 @@ def _unpacked(archive: zipfile.ZipFile, info: zipfile.ZipInfo, most: int) -> byt
 
 
 def is_source(name: str) -> bool:
-    """Whether a file can hold answers."""
+    """True if a file can hold answers."""
     return name.lower().endswith(SOURCES)
 
 
 def may_hold_source(name: str) -> bool:
-    """Whether it is a file with answers, or an archive that may hold one."""
+    """True if it is a file with answers, or an archive that may hold one."""
     return name.lower().endswith((*SOURCES, ".zip"))
 
 
@@ -160,13 +160,13 @@ def likely_first(name: str) -> tuple[bool, bool, int, str]:
 
 
 def is_skipped(name: str) -> bool:
-    """Whether a file is none of the student's: what editors and systems leave behind."""
+    """True if a file is none of the student's: what editors and systems leave behind."""
     path = PurePosixPath(name)
     return bool(SKIPPED & set(path.parts)) or path.name.startswith(".")
 
 
 def is_handed_out(name: str) -> bool:
-    """Whether a file is part of a copy of labkit, by its place.
+    """True if a file is part of a copy of labkit, by its place.
 
     >>> is_handed_out("lab/labkit/se2.py"), is_handed_out("se2.py")
     (True, False)

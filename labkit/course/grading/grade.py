@@ -84,12 +84,12 @@ class Sitting:
         return min(self.end, time.monotonic() + patience * self.limits.seconds + 1.0)
 
     def told(self, question: Question) -> dict[str, Any]:
-        """What the box says of an answer; it decides no mark."""
+        """Remarks of the box on an answer; they decide no mark."""
         told: dict[str, Any] = _as(dict, self.answers.get(question.function))
         return told
 
     def states(self, question: Question) -> tuple[str, ...]:
-        """Where to ask: after its own cell and, if something it uses was changed, at the end."""
+        """States to ask in: after its own cell and, if what it uses was changed, at the end."""
         return (OWN, END) if self.told(question).get("changes") else (OWN,)
 
     def ask(
@@ -128,7 +128,7 @@ class Sitting:
 
 
 def outcome(id: str, said: Mapping[str, Any]) -> Outcome:
-    """What the box says of a call, with nothing taken on trust.
+    """Read what the box says of a call; nothing is taken on trust.
 
     Raises
     ------

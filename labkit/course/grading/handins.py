@@ -1,4 +1,4 @@
-"""Who handed in what: the files of a class, as learning platforms name them.
+"""Hand-ins: the files of a class, as learning platforms name them.
 
 A class has one layout. Each is a pattern that is held against the platform's own part of a name,
 from its beginning; whatever follows is the student's, and chooses neither place, time nor person.
@@ -20,7 +20,7 @@ OTHERS = {"submission_metadata.yml", "timestamp.txt", "roster.csv", "adjustments
 
 
 class Layout(NamedTuple):
-    """How a platform names a student's file, and a page that it takes back for that student."""
+    """Names on a platform: of a student's file, and of the page that goes back."""
 
     pattern: re.Pattern[str]
     feedback: str = "{student}.html"
@@ -53,7 +53,7 @@ PLATFORMS = ("canvas", "moodle", "gradescope")  # known by their names alone
 
 @dataclass(frozen=True, kw_only=True)
 class Submission:
-    """What one student handed in."""
+    """The files that one student handed in."""
 
     student: str  # unique in the class: the platform's number, or the name of folder or file
     name: str  # for a person
@@ -130,7 +130,7 @@ def find_submissions(
 
 
 def one_submission(path: str | os.PathLike[str], student: str) -> Submission:
-    """All that a file, folder or zip archive holds, as one student's submission."""
+    """One student's submission: the content of a file, folder or zip archive."""
     path = Path(path)
     alone = is_source(path.name) and os.path.isfile(path)
     listed = [Handed(printable(path.name), path)] if alone else list_files(path)

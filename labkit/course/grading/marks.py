@@ -34,7 +34,7 @@ WHAT = ("bonus", "written", "late", "extension", "group")
 
 
 class Line(NamedTuple):
-    """What one line decides."""
+    """The decision of one line."""
 
     value: float
     comment: str = ""
@@ -42,7 +42,7 @@ class Line(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Adjustments:
-    """All that was decided."""
+    """The decisions of all lines."""
 
     lines: Mapping[tuple[str, str], Line]  # by student, `CLASS` among them, and what it is about
     groups: Mapping[str, str]  # the group of each student who is in one

@@ -1,4 +1,4 @@
-"""What is kept of each submission: a file of JSON in ``verdicts/``, written whole or not at all.
+"""Store of the verdicts: a file of JSON for each submission in ``verdicts/``, written whole.
 
 So an interruption or a full disk costs no verdict that is there already, and the same command
 goes on. What people decide stands in ``adjustments.csv``; see `labkit.course.grading.marks`.
@@ -26,7 +26,7 @@ VERDICTS = "verdicts"
 
 @dataclass(frozen=True, kw_only=True)
 class Record:
-    """What is known of one submission."""
+    """The record of one submission."""
 
     verdict: SubmissionVerdict  # as the machine gave it
     fingerprint: str  # what the verdict follows from

@@ -1,4 +1,4 @@
-"""What the functions are called with: tables of the visible cases and of the hidden ones."""
+"""Arguments of the functions: tables of the visible cases and of the hidden ones."""
 
 from labkit.course.authoring.cases import alignment, correspondences, loop, odometry, se2
 

@@ -56,7 +56,7 @@ def _but(place, check):
 
 
 def _some(choose):
-    """Of the four checks only some, or what else is made of them."""
+    """Make a mistake that knows only some of the four checks, or combines them otherwise."""
     return lambda *arguments: choose(_checks(*arguments))
 
 

@@ -154,5 +154,5 @@ def read_secret(path: Path, *, make: bool = False) -> bytes:
 
 
 def salt_of(secret: bytes) -> str:
-    """What is stored beside the cases; it chooses the variants."""
+    """The salt beside the cases; it chooses the variants."""
     return hashlib.sha256(b"salt" + secret).hexdigest() if secret else ""

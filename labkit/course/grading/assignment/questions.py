@@ -16,7 +16,7 @@ from labkit.errors import InvalidParameterError
 
 
 class Answer(Enum):
-    """What a function is to return; `judging.kinds` knows how each is read."""
+    """Kinds of answers; `judging.kinds` reads each."""
 
     MATRIX = "matrix"  # (2, 2) or (3, 3)
     VECTOR = "vector"  # (K,) of numbers with one unit
@@ -142,7 +142,7 @@ class Assignment:
 
     @property
     def points(self) -> float:
-        """What all questions are worth together."""
+        """Points of all questions together."""
         return sum(question.points for question in self.questions)
 
     def question(self, id: str) -> Question:
@@ -160,7 +160,7 @@ class Assignment:
         raise InvalidParameterError(f"must be one of {known}, got {id!r}", parameter="question")
 
     def variant(self, student: str) -> int:
-        """Which variant a student gets: always the same one for the same name."""
+        """The variant of a student: always the same one for the same name."""
         digest = hashlib.sha256((self.salt + student).encode("utf-8", "surrogatepass")).digest()
         return int.from_bytes(digest[:8], "big") % max(1, len(self.variants))
 

@@ -50,7 +50,7 @@ def grade_for_gradescope(root: Path) -> None:
 
 
 def results_of(verdict: SubmissionVerdict) -> dict[str, Any]:
-    r"""What Gradescope reads of a verdict.
+    r"""A verdict as Gradescope reads it.
 
     Examples
     --------
@@ -94,12 +94,12 @@ def _test(number: str, name: str, passed: bool, output: str) -> dict[str, Any]:
 
 
 def _cut(text: str) -> str:
-    """What fits: a student may hand in as often as Gradescope lets one, and read it each time."""
+    """Cut a text to the length that fits Gradescope's page."""
     return text if len(text) <= MOST else f"{text[:MOST]}…"
 
 
 def read_metadata(path: str | os.PathLike[str]) -> tuple[str, float]:
-    """Who hands in, and how many days after the due date, as Gradescope says.
+    """Read the student and the days after the due date, as Gradescope says.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""All that runs in the box, beside the student's code; imports nothing else of labkit."""
+"""Modules that run in the box, beside the student's code; imports nothing else of labkit."""

@@ -1,4 +1,4 @@
-"""What a process gives up before it runs a student's code: resources, its user, system calls."""
+"""Confine a process before it runs a student's code: resources, its user, system calls."""
 
 from __future__ import annotations
 

@@ -116,7 +116,7 @@ def _array(value: Any) -> dict[str, Any]:
 
 
 def from_json(tree: Any, depth: int = 0) -> Any:  # noqa: PLR0911 (one for each form)
-    """What `to_json` was given; `ValueError` for what it cannot have written.
+    """The data that `to_json` was given; `ValueError` for text that it cannot have written.
 
     Examples
     --------

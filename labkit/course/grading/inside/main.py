@@ -247,7 +247,7 @@ def seed() -> None:
 
 
 def is_definition(node: ast.stmt) -> bool:
-    """Whether a statement defines or imports something, or sets a constant: it calls nothing."""
+    """True if a statement defines or imports something, or sets a constant: it calls nothing."""
     constant = isinstance(node, ast.Assign | ast.AnnAssign) and not any(
         isinstance(part, ast.Call | ast.comprehension) for part in ast.walk(node)
     )
@@ -255,7 +255,7 @@ def is_definition(node: ast.stmt) -> bool:
 
 
 def is_stub(value: Any) -> bool:
-    """Whether a function does nothing but raise `NotImplementedError`, as it was handed out."""
+    """True if a function does nothing but raise `NotImplementedError`, as it was handed out."""
     code = getattr(value, "__code__", None)
     return code is not None and code.co_names == ("NotImplementedError",)
 

@@ -195,12 +195,12 @@ RELATIONS: dict[str, tuple[set[Answer], Callable[[FloatArray], FloatArray]]] = {
 
 
 def is_right(question: Question, case: Case, value: Value) -> bool:
-    """Whether a value agrees with one of the accepted answers."""
+    """True if a value agrees with one of the accepted answers."""
     return _is_accepted(_read(question.answer, value), question, case)
 
 
 def is_answer_of(misconception: str, question: Question, case: Case, value: Value) -> bool:
-    """Whether a value is what that mistake gives here, be it a form that cannot be read."""
+    """True if a value is what that mistake gives here, be it a form that cannot be read."""
     return _is_mistake(_read(question.answer, value), misconception, question, case)
 
 
@@ -264,7 +264,7 @@ def _wrong(answer: Answer, case: Case, misconception: str) -> tuple[FloatArray |
 
 
 def _close(got: FloatArray, wanted: FloatArray, tolerance: FloatArray | float) -> bool:
-    """Whether all entries agree, NaN with NaN and infinity with itself."""
+    """True if all entries agree, NaN with NaN and infinity with itself."""
     if got.shape != wanted.shape:
         return False
     with np.errstate(all="ignore"):
@@ -278,7 +278,7 @@ def _scale(wrong: FloatArray) -> float:
 
 
 def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
-    """Why there is nothing to compare; of a hidden case without the student's own words."""
+    """Reason why there is nothing to compare; of a hidden case without the student's own words."""
     message = "" if case.hidden else outcome.message
     if outcome.error == "NotImplementedError":
         return "it is not written yet."
@@ -319,14 +319,14 @@ def _said_once(
 
 
 def _in_every_case(verdicts: Sequence[CaseVerdict]) -> str:
-    """What is wrong in every case, in the same words; empty where it is a known mistake."""
+    """The fault of every case, in the same words; empty where it is a known mistake."""
     texts = {verdict.reason.partition(": ")[2] for verdict in verdicts}
     known = any(verdict.misconception for verdict in verdicts)
     return texts.pop() if len(texts) == 1 and not known else ""
 
 
 def _is_unwritten(outcomes: Sequence[Outcome]) -> bool:
-    """Whether the function still is a stub, or calls one in every case."""
+    """True if the function still is a stub, or calls one in every case."""
     return all(outcome.error == "NotImplementedError" for outcome in outcomes)
 
 

@@ -127,7 +127,7 @@ def _floats(value: Value, answer: Answer) -> FloatArray:
 
 
 def _is_numeric(value: Value) -> bool:
-    """Whether it is numbers alone: of many texts numpy would give each the room of the longest."""
+    """True if it is numbers alone: of many texts numpy would give each the room of the longest."""
     if isinstance(value, tuple):
         return all(map(_is_numeric, value))
     return isinstance(value, np.ndarray | float | int)
@@ -140,7 +140,7 @@ def _kind(value: Value) -> str:
 
 
 def difference(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> str:
-    """What went in and, at the first entry that is wrong, what came out and what should.
+    """Arguments and, at the first wrong entry, the value got and the value wanted.
 
     Examples
     --------
@@ -291,7 +291,7 @@ def _size(number: float, unit: str, case: Case) -> str:
 
 
 def _share(wrong: BoolArray, case: Case) -> str:
-    """Of a hidden case a student may know how much is wrong, but not how long it is."""
+    """Share of the wrong entries: of a hidden case a student may not know their number."""
     share = float(np.mean(wrong))
     if share == 1.0:
         return "all"

@@ -1,4 +1,4 @@
-"""What a grading ends in: one verdict for each case, question and submission.
+"""Verdicts: one for each case, question and submission.
 
 Plain frozen data that goes to JSON and back without loss, so that a verdict can be stored
 as soon as it is known and every report and export reads the same thing. All texts are for
@@ -17,7 +17,7 @@ FORMAT = 2
 
 @dataclass(frozen=True, kw_only=True)
 class CaseVerdict:
-    """How one call of the student's function went.
+    """Verdict on one call of the student's function.
 
     `id` is the case within its question; of a `hidden` one the `reason` tells no number. `credit`
     is in [0, 1]; `reason` holds one or two sentences, or nothing where all is well, and
@@ -32,13 +32,13 @@ class CaseVerdict:
 
     @property
     def passed(self) -> bool:
-        """Whether the case gave full credit."""
+        """True if the case gave full credit."""
         return self.credit >= 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class QuestionVerdict:
-    """How one question went.
+    """Verdict on one question.
 
     `misconception` is the id of the known mistake that explains all wrong answers, `message` what
     to tell the student of the whole. `replaced` names the functions of earlier questions that are
@@ -57,18 +57,18 @@ class QuestionVerdict:
 
     @property
     def passed(self) -> bool:
-        """Whether the question gave all its points."""
+        """True if the question gave all its points."""
         return self.score >= self.points
 
     @property
     def cases_passed(self) -> int:
-        """How many cases gave full credit."""
+        """Number of cases with full credit."""
         return sum(case.passed for case in self.cases)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SubmissionVerdict:
-    """How one submission went.
+    """Verdict on one submission.
 
     `mode` is the isolation that it ran in. `notes` say what else the student should know,
     `unread` what was not read and why, `adjustments` what an instructor changed. `late` counts
@@ -99,12 +99,12 @@ class SubmissionVerdict:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """All that the student should know of how the submission was read."""
+        """Remarks for the student on how the submission was read."""
         return self.adjustments + self.unread + self.notes
 
     @property
     def fields(self) -> dict[str, Any]:
-        """What JSON needs of it, in the order of the attributes; below by ``default=vars``."""
+        """Fields for JSON, in the order of the attributes; those below by ``default=vars``."""
         return {"format": FORMAT, **vars(self)}
 
     @classmethod
