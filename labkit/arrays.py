@@ -97,12 +97,13 @@ def as_poses(poses: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
     return as_finite(checked, name)
 
 
-def as_pose(pose: ArrayLike, name: str) -> FloatArray:
-    """Check one pose or increment: (x [m], y [m], angle [rad]), shape (3,), finite."""
-    checked = as_floats(pose, name, hint="give three numbers: metres, metres, radians")
-    if checked.shape != (3,) or not np.isfinite(checked).all():
+def as_numbers(values: ArrayLike, name: str, what: str = "x, y, angle") -> FloatArray:
+    """Check a few finite numbers, as many as `what` names: a pose (3,), a point (2,)."""
+    count = what.count(",") + 1
+    checked = as_floats(values, name, hint=f"give {what}")
+    if checked.shape != (count,) or not np.isfinite(checked).all():
         raise InvalidPointsError(
-            f"`{name}` must be three finite numbers (x, y, angle), got {checked.tolist()}"
+            f"`{name}` must be {count} finite numbers ({what}), got {checked.tolist()}"
         )
     return checked
 

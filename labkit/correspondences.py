@@ -185,16 +185,6 @@ def loss(residual: float, huber_delta: float) -> float:
     return capped * (2.0 * residual - capped)
 
 
-@compiled
-def inlier_count(pairs: Pairs) -> int:
-    """Number of kept pairs."""
-    count = 0
-    for weight in pairs.weights:
-        if weight > 0.0:
-            count += 1
-    return count
-
-
 def distance_gate(distances: ArrayLike, max_correspondence_distance: float) -> BoolArray:
     """(A) Mask of the pairs within the gate: ``d <= max_correspondence_distance`` [m]."""
     check_range(max_correspondence_distance, "max_correspondence_distance", above=0.0, unit="m")

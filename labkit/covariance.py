@@ -34,7 +34,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_covariance, as_pose, check_range
+from labkit.arrays import FloatArray, as_covariance, as_numbers, check_range
 from labkit.degeneracy import observability
 from labkit.errors import DegenerateAlignmentError
 from labkit.line_alignment import MIN_INFORMATION
@@ -107,7 +107,7 @@ def fuse(
         covariance += (v @ P @ v) * lean
     information = _information(covariance, seen, free)
     covariance = np.linalg.inv(information + np.linalg.inv(P))
-    believed = as_pose(prior, "prior")
+    believed = as_numbers(prior, "prior")
     off = to_xytheta(result.T_target_source) - believed
     off[2] = math.remainder(off[2], math.tau)
     return believed + covariance @ information @ off, covariance

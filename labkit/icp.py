@@ -17,7 +17,6 @@ from labkit.correspondences import (
     associate,
     closest,
     cost,
-    inlier_count,
     reject_and_weigh,
 )
 from labkit.errors import DegenerateAlignmentError
@@ -177,7 +176,7 @@ def check(
             return CONVERGED_POSE  # first, since it needs no pairs
         if abs(costs[-1] - costs[-2]) < parameters.cost_tolerance:
             ending = CONVERGED_COST
-    return ending if inlier_count(pairs) >= MIN_PAIRS else why_none(pairs, stage)
+    return ending if np.count_nonzero(pairs.weights) >= MIN_PAIRS else why_none(pairs, stage)
 
 
 @compiled

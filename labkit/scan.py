@@ -14,8 +14,8 @@ from labkit.arrays import (
     IntArray,
     as_finite,
     as_floats,
+    as_numbers,
     as_points,
-    as_pose,
     as_poses,
     read_only,
 )
@@ -168,6 +168,6 @@ def scanner_poses(poses: ArrayLike, laser_offset: ArrayLike) -> FloatArray:
     [[0.25, 0.0, 0.0], [1.0, 0.25, 1.570796327]]
     """
     rows = as_poses(poses, "poses")
-    x, y, theta = as_pose(laser_offset, "laser_offset")
+    x, y, theta = as_numbers(laser_offset, "laser_offset")
     T_w_laser = from_xytheta(rows) @ transform(x, y, 0.0)
     return np.column_stack([T_w_laser[:, :2, 2], wrap(rows[:, 2] + theta)])

@@ -57,7 +57,7 @@ def stage_of(parameters: LoopParameters, count: int, far: bool, may_converge: bo
     """The stage of an iteration for `count` source points, far from the answer or near it."""
     gate, delta, share = parameters.max_correspondence_distance, parameters.huber_delta, POINT_SHARE
     if parameters.approach and not far:
-        gate = close_gate(gate, delta)
+        gate = min(gate, CLOSE_GATE * delta)
     if not far or math.isinf(delta):
         share = 0.0
     return Stage(
@@ -71,12 +71,6 @@ def stage_of(parameters: LoopParameters, count: int, far: bool, may_converge: bo
         far,
         may_converge,
     )
-
-
-@compiled
-def close_gate(gate: float, huber_delta: float) -> float:
-    """The gate [m] near the answer."""
-    return min(gate, CLOSE_GATE * huber_delta)
 
 
 @compiled

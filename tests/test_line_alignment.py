@@ -14,6 +14,7 @@ from labkit.line_alignment import (
     align_to_lines,
     least_information,
     line_information,
+    line_step,
     solve_constrained,
 )
 from labkit.se2 import apply, invert, rotation, to_xytheta, transform
@@ -120,7 +121,7 @@ def scene(seed, count=60):
 def test_a_share_of_one_is_point_to_point(seed):
     """Second order apart, as one is linearised: |step|² ~ 1e-6."""
     source, target, normals, weights = scene(seed)
-    step = align_to_lines(source, target, normals, weights, 1.0)
+    step, _ = line_step(source, target, normals, weights, 1.0)
     np.testing.assert_allclose(step, align(source, target, weights), atol=1e-6)
 
 
@@ -138,7 +139,7 @@ def test_a_share_minimises_the_sum_of_both_costs(seed, share):
         right.append(-root * (along * offset).sum(axis=1))
     dx, dy, turn = np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0]
     center = weights @ source / weights.sum()
-    step = align_to_lines(source, target, normals, weights, share)
+    step, _ = line_step(source, target, normals, weights, share)
     assert to_xytheta(step)[2] == pytest.approx(turn, abs=1e-12)
     np.testing.assert_allclose(apply(step, center[None])[0] - center, [dx, dy], atol=1e-12)
 
@@ -148,7 +149,7 @@ def test_a_share_does_not_slide_a_wall_along_itself():
     target = np.column_stack([np.linspace(-2.0, 2.0, 81), np.full(81, 2.0)])
     source = target[10:-10] + np.array([0.02, 0.3])
     normals = np.tile([0.0, -1.0], (len(source), 1))
-    step = align_to_lines(source, target[10:-10], normals, np.ones(len(source)), 0.2)
+    step, _ = line_step(source, target[10:-10], normals, np.ones(len(source)), 0.2)
     x, y, theta = to_xytheta(step)
     assert (x, theta) == pytest.approx((0.0, 0.0), abs=1e-12)
     assert y < -0.2

@@ -13,7 +13,7 @@ from labkit import IcpParameters, Termination, icp
 from labkit.correspondences import pairs_at
 from labkit.covariance import censi_covariance
 from labkit.degeneracy import observability
-from labkit.schedule import CLOSE_GATE, FEW, LONG, WIDTH, close_gate, displacement
+from labkit.schedule import CLOSE_GATE, FEW, LONG, WIDTH, displacement
 from labkit.se2 import apply, invert, to_xytheta, transform
 from labkit.target import Target
 
@@ -27,11 +27,6 @@ PARAMETERS = IcpParameters(
     cost_tolerance=0.0,
 )
 GUESS = transform(0.5, 0.4, math.radians(24.0))
-
-
-def test_the_close_gate_is_never_wider_than_the_gate():
-    assert close_gate(0.5, 0.02) == CLOSE_GATE * 0.02
-    assert close_gate(0.1, 0.02) == 0.1
 
 
 poses = st.builds(transform, st.floats(-5, 5), st.floats(-5, 5), st.floats(-math.pi, math.pi))

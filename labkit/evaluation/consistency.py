@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import as_pose, as_poses
+from labkit.arrays import as_numbers, as_poses
 from labkit.evaluation.pose_errors import PoseErrors, as_trajectories, pose_differences
 from labkit.se2 import from_xytheta, invert
 
@@ -81,5 +81,5 @@ def loop_closure(increments: ArrayLike, closing: ArrayLike = (0.0, 0.0, 0.0)) ->
     T_first_last = np.eye(3)
     for T in from_xytheta(as_poses(increments, "increments")):
         T_first_last = T_first_last @ T
-    expected = from_xytheta(as_pose(closing, "closing"))
+    expected = from_xytheta(as_numbers(closing, "closing"))
     return PoseErrors(*pose_differences(expected[None], T_first_last[None]))

@@ -18,8 +18,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from labkit.errors import InvalidParameterError
-from labkit.interactive.explorer.front_end import FOLDER as EXPLORER
-from labkit.interactive.explorer.front_end import joined
+from labkit.interactive.explorer.widget import FOLDER as EXPLORER
+from labkit.interactive.explorer.widget import joined
 from labkit.plotting import book_figure
 
 Value = TypeVar("Value")

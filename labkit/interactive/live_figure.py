@@ -16,9 +16,8 @@ from numpy.typing import ArrayLike
 
 from labkit.arrays import as_floats
 from labkit.errors import InvalidParameterError
-from labkit.interactive.explorer.front_end import FOLDER as EXPLORER
-from labkit.interactive.explorer.front_end import joined, style
-from labkit.interactive.explorer.widget import base64_of, told
+from labkit.interactive.explorer.widget import FOLDER as EXPLORER
+from labkit.interactive.explorer.widget import base64_of, joined, style, told
 from labkit.parameters import IcpParameters
 
 FOLDER = Path(__file__).parent

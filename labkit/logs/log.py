@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from labkit.arrays import FloatArray
-from labkit.errors import InvalidPointsError
 from labkit.scan import Scan
 
 
@@ -56,15 +55,6 @@ class Log:
     format: str
     skipped: tuple[SkippedLine, ...] = ()
     remarks: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        for field in ("odometry", "reference"):
-            poses = getattr(self, field)
-            if poses is not None and np.shape(poses) != (len(self.scans), 3):
-                raise InvalidPointsError(
-                    f"`{field}` must have shape ({len(self.scans)}, 3), one pose per scan, "
-                    f"got {np.shape(poses)}"
-                )
 
     def __len__(self) -> int:
         """Number of scans."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_finite, as_floats, as_pose, as_transform
+from labkit.arrays import FloatArray, as_finite, as_floats, as_numbers, as_transform
 from labkit.errors import InvalidPointsError
 from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
 
@@ -57,7 +57,7 @@ def as_row(pose: ArrayLike, name: str) -> FloatArray:
     given = as_floats(pose, name, hint="give three numbers: metres, metres, radians")
     if given.shape == (3, 3):
         return to_xytheta(as_transform(given, name))
-    return as_pose(given, name)
+    return as_numbers(given, name)
 
 
 def as_rows(poses: ArrayLike, name: str) -> FloatArray:

@@ -12,7 +12,6 @@ from labkit.plotting.observability import plot_observability
 from labkit.plotting.pairs import Fate, fates, plot_correspondences
 from labkit.plotting.quality import plot_quality
 from labkit.plotting.scans import plot_scans
-from labkit.plotting.search_cells import plot_search_cells
 from labkit.plotting.style import book_figure
 from labkit.plotting.trajectory import map_points, plot_trajectory
 
@@ -27,6 +26,5 @@ __all__ = [
     "plot_observability",
     "plot_quality",
     "plot_scans",
-    "plot_search_cells",
     "plot_trajectory",
 ]

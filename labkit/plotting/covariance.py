@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Ellipse
 from numpy.typing import ArrayLike
 
-from labkit.arrays import as_covariance
-from labkit.plotting.scans import single_point
+from labkit.arrays import as_covariance, as_numbers
 
 SHARE = 0.95  # of the estimates, inside the ellipse
 
@@ -38,7 +37,7 @@ def plot_covariance(ax: Axes, mean: ArrayLike, covariance: ArrayLike, **style: A
     >>> round(ax.patches[0].width, 2), round(ax.patches[0].height, 2)
     (9.79, 4.9)
     """
-    center = single_point(mean, "mean")
+    center = as_numbers(mean, "mean", "x, y")
     matrix = as_covariance(covariance, "covariance", 2)
     values, vectors = np.linalg.eigh(matrix)
     reach = math.sqrt(-2.0 * math.log(1.0 - SHARE))

@@ -13,7 +13,7 @@ from labkit.plotting.scans import draw_target, scan_points
 from labkit.plotting.style import GREY, METHODS, PURPLE, legend_below, style_plane
 from labkit.scan import Scan
 
-ARROWS = 24  # so many are drawn along the scan
+ARROWS = 24  # about so many are drawn along the scan
 COLORS = (*METHODS, PURPLE)  # of the first, second and third free direction
 ARROW_SHARE = 0.1  # of the scan's longer side: the longest arrow
 NARROWEST = 0.15  # of the longer side is shown to either side of the middle
@@ -37,7 +37,7 @@ def plot_observability(ax: Axes, target: Scan | ArrayLike, information: Informat
     handles = [draw_target(ax, points)]
     count = information.free.shape[1]
     directions = information.free if count else information.vectors[:, :1]
-    at = _spread_out(points)
+    at = points[:: max(1, len(points) // ARROWS)]
     extent = max(float(np.ptp(points, axis=0).max()), 1e-9)
     size = ARROW_SHARE * extent
     for direction, color in zip(directions.T, COLORS if count else [GREY], strict=False):
@@ -74,13 +74,3 @@ def motion_field(information: Information, direction: FloatArray, points: FloatA
     arm = points - information.center
     turned = np.column_stack([-arm[:, 1], arm[:, 0]])
     return np.asarray(direction[:2] + direction[2] / information.length * turned)
-
-
-def _spread_out(points: FloatArray) -> FloatArray:
-    """At most `ARROWS` of the points, each in turn the farthest from those before."""
-    distance = np.full(len(points), np.inf)
-    chosen = [0]
-    while len(chosen) < min(ARROWS, len(points)):
-        distance = np.minimum(distance, np.hypot(*(points - points[chosen[-1]]).T))
-        chosen.append(int(distance.argmax()))
-    return points[chosen]

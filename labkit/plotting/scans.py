@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats, as_points, as_transform
-from labkit.errors import InvalidPointsError
+from labkit.arrays import FloatArray, as_points, as_transform
 from labkit.plotting.style import SOURCE, TARGET, legend_below, style_plane
 from labkit.scan import Scan
 from labkit.se2 import apply
@@ -42,7 +40,8 @@ def plot_scans(
         p = apply(as_transform(T_target_source, "T_target_source"), p)
     draw_target(ax, q)
     name = "source" if T_target_source is None else "source, moved"
-    draw_source(ax, p, f"{name} ({len(p)} points)")
+    label = f"{name} ({len(p)} points)"
+    ax.plot(*p.T, "o", ms=3.8, mew=0.8, mfc="none", color=SOURCE, label=label)
     ax.set_title("Scans as measured" if T_target_source is None else "Source moved onto the target")
     style_plane(ax)
     legend_below(ax)
@@ -58,27 +57,6 @@ def draw_target(ax: Axes, points: FloatArray) -> Line2D:
     return line
 
 
-def draw_source(ax: Axes, points: FloatArray, label: str) -> Line2D:
-    """The newer scan, shape (N, 2) [m], as open circles that let the target show."""
-    (line,) = ax.plot(
-        *points.T, "o", markersize=3.8, color=SOURCE, markeredgewidth=0.8, label=label
-    )
-    line.set_markerfacecolor("none")
-    return line
-
-
 def scan_points(scan: Scan | ArrayLike, name: str) -> FloatArray:
     """The points of a scan, or a checked array of them, shape (N, 2) [m]; not empty."""
     return as_points(scan.points if isinstance(scan, Scan) else scan, name)
-
-
-def single_point(point: ArrayLike, name: str) -> FloatArray:
-    """Check one point (x, y), shape (2,), finite."""
-    checked = as_floats(point, name, hint="give two numbers (x, y)")
-    if checked.shape != (2,):
-        raise InvalidPointsError(
-            f"`{name}` must be one point (x, y), shape (2,), got shape {checked.shape}"
-        )
-    if not np.isfinite(checked).all():
-        raise InvalidPointsError(f"`{name}` must be finite, got {checked.tolist()}")
-    return checked

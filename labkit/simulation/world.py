@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_finite, as_floats, check_count
+from labkit.arrays import FloatArray, as_finite, as_floats, as_numbers, check_count
 from labkit.errors import InvalidParameterError, InvalidPointsError
 
 
@@ -29,11 +29,7 @@ class MovingObject:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "segments", as_segments(self.segments, "segments"))
-        velocity = as_floats(self.velocity, "velocity", hint="give (vx, vy) in m/s")
-        if velocity.shape != (2,) or not np.isfinite(velocity).all():
-            raise InvalidPointsError(
-                f"`velocity` must be finite (vx, vy) in m/s, got {velocity.tolist()}"
-            )
+        velocity = as_numbers(self.velocity, "velocity", "vx, vy [m/s]")
         object.__setattr__(self, "velocity", velocity)
 
     def at(self, stamp: float) -> FloatArray:

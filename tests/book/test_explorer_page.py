@@ -350,7 +350,7 @@ def test_on_a_telephone_a_finger_scrolls_but_for_one_on_the_scan(browser, addres
     page.evaluate("() => scrollTo(0, 0)")
     box = page.locator(".icp-plane").bounding_box()
     swipe(box["x"] + 0.08 * box["width"], box["y"] + 0.41 * box["height"])  # the scanner
-    assert page.evaluate("() => scrollY") == 0
+    assert page.evaluate("() => scrollY") < 5  # the swipe before may still run out
     assert guess(page) != at
     page.close()
 

@@ -58,7 +58,7 @@ def test_there_and_back_does_not_see_a_wrong_scale():
     [
         (forward_backward, ([[0, 0, 0]], [[0, 0, 0]] * 2), "same length, got 1 and 2 rows"),
         (disagreement, ([[0, 0, 0]], [[0, 0, np.nan]]), "`prior` must be finite"),
-        (loop_closure, ([[0, 0, 0]], [1, 2]), "`closing` must be three finite numbers"),
+        (loop_closure, ([[0, 0, 0]], [1, 2]), "`closing` must be 3 finite numbers"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(check, rows, message):

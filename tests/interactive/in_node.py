@@ -12,9 +12,8 @@ from typing import Any
 
 import pytest
 
-from labkit.interactive.explorer.front_end import front_end
 from labkit.interactive.explorer.scenes import Scene
-from labkit.interactive.explorer.widget import packed
+from labkit.interactive.explorer.widget import front_end, packed
 
 PATIENCE = 240  # seconds
 

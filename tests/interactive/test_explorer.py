@@ -17,7 +17,7 @@ import anywidget
 import labkit
 from labkit import IcpParameters, LabkitError, Scan
 from labkit.interactive import Scene, default_scenes, icp_explorer, killian_scene
-from labkit.interactive.explorer.front_end import FOLDER
+from labkit.interactive.explorer.widget import FOLDER
 from labkit.result import Termination
 
 CORNER = Scan.from_points([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [0.0, 3.0]])

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 pytest.importorskip("anywidget")
 
@@ -16,7 +17,6 @@ import labkit
 from labkit import IcpParameters, LabkitError
 from labkit.interactive import live_figure
 from labkit.interactive.live_figure import MODELS, LiveFigure
-from labkit.plotting.search_cells import search_cells
 from labkit.se2 import relative
 from labkit.simulation import Lidar, cast, room
 
@@ -89,6 +89,22 @@ def test_an_outlier_pulls_by_its_weight(tmp_path):
         }
 
 
+def search_cells(points, depth):
+    """The cells of scipy's KD-tree after `depth` cuts: rows (left, low, right, high)."""
+
+    def cut(node, low, high, depth):
+        if depth == 0 or node.split_dim < 0:
+            return [[*low, *high]]
+        below, above = high.copy(), low.copy()
+        below[node.split_dim] = above[node.split_dim] = node.split
+        return cut(node.lesser, low, below, depth - 1) + cut(node.greater, above, high, depth - 1)
+
+    tree = cKDTree(points, leafsize=1)
+    low, high = np.asarray(tree.mins), np.asarray(tree.maxes)
+    margin = 0.02 * float((high - low).max()) or 0.5
+    return np.array(cut(tree.tree, low - margin, high + margin, depth))
+
+
 @pytest.mark.parametrize("points", [older.points, lattice, np.ones((3, 2))])
 def test_the_cells_of_a_tree_are_those_that_are_drawn(tmp_path, points):
     """Equal coordinates, too: a lattice is full of them, and one place cannot be cut."""
@@ -96,7 +112,7 @@ def test_the_cells_of_a_tree_are_those_that_are_drawn(tmp_path, points):
     found = shown(tmp_path, moves, "cuts", target=points)
     for (cuts, x, y), answer in zip(moves, found, strict=True):
         marks, radius = answer["panels"][0], np.hypot(*(points - [x, y]).T).min()
-        cells = np.array([np.concatenate(cell) for cell in search_cells(points, cuts)])
+        cells = search_cells(points, cuts)
         beyond = np.maximum(np.maximum(cells[:, :2] - [x, y], [x, y] - cells[:, 2:]), 0.0)
         to_open = cells[np.hypot(*beyond.T) <= radius]
         inside = (points[:, None] >= to_open[:, :2]) & (points[:, None] < to_open[:, 2:])

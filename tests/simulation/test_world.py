@@ -32,7 +32,7 @@ def test_bad_segments(segments, message):
 
 
 def test_bad_numbers():
-    with pytest.raises(InvalidPointsError, match="`velocity` must be finite"):
+    with pytest.raises(InvalidPointsError, match="`velocity` must be 2 finite numbers"):
         MovingObject(segments=np.zeros((1, 2, 2)), velocity=[1.0, math.inf])
     with pytest.raises(InvalidParameterError, match="`stamp` must be a finite time in s, got"):
         World(segments=np.zeros((1, 2, 2))).at(math.nan)
