@@ -124,6 +124,8 @@ def run(
             return stacked(poses), far, ending  # I
         poses.append(dT @ poses[-1])  # G: the update composes on the left
         stage = schedule(stage, poses, source, parameters)
+        if stage.may_converge and stands_still(poses, parameters):  # H
+            return stacked(poses), far, CONVERGED_POSE  # I
 
 
 @compiled
@@ -163,20 +165,25 @@ def check(
     stage: Stage,
     parameters: LoopParameters,
 ) -> int:
-    """(H) Stop or go on: the ending, or `GOES_ON`.
+    """(H) Stop or go on, by the pairs, the cost and the budget: the ending, or `GOES_ON`.
 
-    The two pose tests hold together: a scan that turns about its own centre has Δt ≈ 0
-    from the first step on, and under "any of them" it would stop there. The run never
-    stops as converged right after a step of the far phase, however short.
+    The run never stops as converged right after a step of the far phase, however short.
     """
     ending = BUDGET_SPENT if len(poses) > parameters.max_iterations else GOES_ON
-    if len(poses) > 1 and stage.may_converge:
-        moved, turned = step_length(poses[-2], poses[-1])
-        if moved < parameters.translation_tolerance and turned < parameters.rotation_tolerance:
-            return CONVERGED_POSE  # first, since it needs no pairs
-        if abs(costs[-1] - costs[-2]) < parameters.cost_tolerance:
-            ending = CONVERGED_COST
+    if stage.may_converge and abs(costs[-1] - costs[-2]) < parameters.cost_tolerance:
+        ending = CONVERGED_COST
     return ending if np.count_nonzero(pairs.weights) >= MIN_PAIRS else why_none(pairs, stage)
+
+
+@compiled
+def stands_still(poses: list[FloatArray], parameters: LoopParameters) -> bool:
+    """(H) True if the last step was below both pose tolerances.
+
+    The two tests hold together: a scan that turns about its own centre has Δt ≈ 0 from the
+    first step on, and under "any of them" it would stop there.
+    """
+    moved, turned = step_length(poses[-2], poses[-1])
+    return moved < parameters.translation_tolerance and turned < parameters.rotation_tolerance
 
 
 @compiled
