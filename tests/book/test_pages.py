@@ -17,9 +17,11 @@ from print_book import WHOLE, files, print_book
 from pypdf import PdfReader
 from students_edition import without_staff_pages
 
+import labkit
 from labkit.course.report.pages import ReportError
 
 WRITTEN_HERE = "BOOK_HTML" not in os.environ
+DOCUMENTED = labkit.logs, labkit.odometry, labkit.evaluation, labkit.simulation, labkit.plotting
 own_book = pytest.mark.skipif(not WRITTEN_HERE, reason="its pages are written by the fixture")
 _TOC = (Path(__file__).parents[2] / "_toc.yml").read_text("utf-8")
 TOC = yaml.safe_load(without_staff_pages(_TOC) if WRITTEN_HERE else _TOC)
@@ -336,3 +338,14 @@ def test_on_paper_pages_follow_one_another_with_contents_answers_and_pictures(br
 def test_a_page_that_is_not_built_cannot_be_printed(tmp_path):
     with pytest.raises(ReportError, match=r"no page book/moon.html; run `make book` first"):
         print_book(tmp_path, ["book/moon"], "A book", "Me")
+
+
+def test_all_that_labkit_exports_is_on_the_page(html: Path):
+    page = (html / "book/api.html").read_text("utf-8")
+    told = set(re.findall(r'id="labkit\.(?:\w+\.)*(\w+)"', page))
+    assert not {name for package in (labkit, *DOCUMENTED) for name in package.__all__} - told
+
+
+def test_a_chapter_leads_to_the_api_page(html: Path):
+    chapter = (html / "notebooks/02_alignment.html").read_text("utf-8")
+    assert 'href="../book/api.html#labkit.align"' in chapter

@@ -6,7 +6,7 @@ import copy
 import importlib
 import inspect
 import pkgutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
@@ -63,7 +63,7 @@ class Exercise:
                     arguments=arguments,
                     expected=(wanted,),
                     tolerance=self.tolerance * sizes[np.isfinite(sizes)].max(initial=1.0),
-                    mistaken=self._mistaken(arguments),
+                    mistaken=_Later(partial(self._mistaken, arguments)),
                 )
             )
         known = (Misconception(id=one, says=one, chapter="", credit=0.0) for one in self.mistakes)
@@ -86,6 +86,26 @@ class Exercise:
             except (ArithmeticError, ValueError, IndexError):
                 continue
         return found
+
+
+class _Later(Mapping[str, Any]):
+    """A mapping that is computed when it is first asked: a stub and a right answer never do."""
+
+    def __init__(self, compute: Callable[[], dict[str, Any]]) -> None:
+        self._compute = compute
+
+    @cached_property
+    def _found(self) -> dict[str, Any]:
+        return self._compute()
+
+    def __getitem__(self, name: str) -> Any:
+        return self._found[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._found)
+
+    def __len__(self) -> int:
+        return len(self._found)
 
 
 def _data(value: Any) -> Any:
