@@ -30,7 +30,7 @@ from functools import cached_property
 import numpy as np
 
 from labkit.arrays import FloatArray
-from labkit.correspondences import MIN_PAIRS
+from labkit.correspondences import MIN_PAIRS, loss
 from labkit.degeneracy import spread_ratio
 from labkit.icp import icp
 from labkit.odometry.agreement import THROUGH, beams_of, seen_through
@@ -40,7 +40,7 @@ from labkit.odometry.search import STARTS, alike, apart, completed, search, unli
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
-from labkit.schedule import CLOSE_GATE
+from labkit.schedule import stage_of
 from labkit.se2 import from_xytheta, invert, to_xytheta
 from labkit.target import Target
 
@@ -299,7 +299,5 @@ class _Step:
 
 def _worst_cost(parameters: IcpParameters) -> float:
     """The cost J [m²] of a scan without any partner near the answer (4.1)."""
-    gate, delta = parameters.max_correspondence_distance, parameters.huber_delta
-    gate = min(gate, CLOSE_GATE * delta) if parameters.approach else gate
-    capped = min(gate, delta)
-    return capped * (2.0 * gate - capped) if gate < math.inf else math.inf
+    near = stage_of(parameters.for_loop, 1, False, True)
+    return loss(near.gate, near.huber_delta) if near.gate < math.inf else math.inf

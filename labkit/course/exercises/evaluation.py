@@ -90,7 +90,7 @@ def _path(steps, chain=lambda T, step: T @ step):
 })
 def closing_gap(increments, *, gap=lambda s: np.hypot(*_path(s)[-1, :2]),
                 turn=lambda angles: abs(math.remainder(angles.sum(), math.tau))):
-    """Where the path ends."""
+    """Distance and turn from the start of the path to its end."""
     return gap(increments), turn(increments[:, 2])
 
 

@@ -91,7 +91,7 @@ def colleagues_icp(source, target, *, chain=lambda dT, T: dT @ T, rounds=30):
 })
 def first_stops(translation_steps, rotation_steps, tolerance, *,
                 of=lambda t, r: (np.minimum(t, r), np.maximum(t, r))):
-    """Where the smaller of the two, and where the larger, is small first."""
+    """First iterations at which the smaller of the two, and the larger, is small."""
     return tuple(int(np.argmax(s < tolerance)) for s in of(translation_steps, rotation_steps))
 
 

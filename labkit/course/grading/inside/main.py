@@ -39,7 +39,7 @@ STATUS = {data.NotDataError: "NOT_DATA", data.TooMuchError: "TOO_LARGE", OutOfTi
 
 
 class Shell(standins.StandIn):
-    """What `get_ipython()` gives: magics that define what they run do so, others do nothing."""
+    """IPython's shell for `get_ipython()`: magics that run code run it, others do nothing."""
 
     session: Session
 
