@@ -143,7 +143,8 @@ def windows_along_sweep(points: FloatArray) -> tuple[IntArray, IntArray]:
     count = len(points)
     step = np.empty(count + 1)  # before each point [m]; at both ends that of the neighbour
     for i in range(1, count):
-        step[i] = math.hypot(points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1])
+        dx, dy = points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1]
+        step[i] = math.sqrt(dx * dx + dy * dy)
     step[0], step[count] = step[1], step[count - 1]
     start, stop, edge = np.empty(count, np.intp), np.empty(count, np.intp), 0
     for i in range(count):
