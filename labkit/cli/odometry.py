@@ -46,9 +46,10 @@ The prior is where a step's search begins, and what it falls back to:
   auto       the first of these that the log allows (the default)"""
 
 SIMULATED_WHEELS = WheelNoise(along=0.10, across=0.05, turn=0.10, drift=0.05)
-FILTERS = ("range_min", "range_max")
+LIMITS, FILTERS = ("max_translation",), ("range_min", "range_max")
 NOTHING = "none"  # the word for no file
 SHOWN_DAMAGE = 5  # damaged lines that are named one by one
+MANY = 0.05  # share of steps too long to be believed at which the limit is named
 Writer = Callable[[str, Log, OdometryResult], None]
 
 
@@ -62,6 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     defaults = OdometryParameters()
     add_options(parser, "matching", defaults.icp, MATCHING)
     add_options(parser, "map", defaults, ("against",))
+    add_options(parser, "limits", defaults.limits, LIMITS)
     add_options(parser, "filters", defaults.preprocessing, FILTERS)
     group = parser.add_argument_group("output, in this folder by default; `none` writes nothing")
     group.add_argument("--out", metavar="FILE", help="trajectory, TUM or .g2o (LOG-odometry.tum)")
@@ -89,6 +91,7 @@ def run(args: argparse.Namespace) -> int:
     parameters = replace(
         defaults,
         icp=replace(defaults.icp, **chosen(args, MATCHING)),
+        limits=replace(defaults.limits, **chosen(args, LIMITS)),
         preprocessing=replace(defaults.preprocessing, **chosen(args, FILTERS)),
         against=args.against,
     )
@@ -109,6 +112,14 @@ def run(args: argparse.Namespace) -> int:
     if outputs:
         print("wrote " + ", ".join(path for path, _ in outputs))
     print(_decisions(result, seconds))
+    unbelieved = [record for record in result.records[1:] if not record.decision.matched]
+    too_long = sum("translation" in record.reason for record in unbelieved)
+    if too_long > MANY * len(result.records):
+        print(
+            f"note: {too_long} steps were not believed where a match moved the robot by more than "
+            f"{args.max_translation:g} m; `--max-translation` allows longer ones",
+            file=sys.stderr,
+        )
     if log.reference is not None:
         trajectories = {"odometry": result.poses}
         if prior is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from labkit.arrays import FloatArray, check_range
 
@@ -27,7 +27,10 @@ class SanityLimits:
         odometry's own matcher never reaches this: its gate closes to 0.16 m.
     """
 
-    max_translation: float = 2.0
+    max_translation: float = field(
+        default=2.0,
+        metadata={"unit": "m", "help": "the farthest the robot can move between two scans"},
+    )
     max_rotation: float = math.radians(90.0)
     max_prior_translation: float = 0.75
     max_prior_rotation: float = math.radians(30.0)

@@ -44,6 +44,17 @@ def test_what_is_odd_about_a_log_is_told_and_overridden(run, carmen_log):
         assert "8.191" not in run("odometry", odd, "--no-return", value, *nothing)[2]
 
 
+def test_a_limit_that_many_steps_exceed_is_named(run, carmen_log):
+    nothing = ("--out", "none", "--quality", "none", "--plot", "none")
+    _, out, err = run("odometry", carmen_log[0], "--max-translation", "0.001", *nothing)
+    assert "7 from the prior" in out
+    assert "7 steps were not believed where a match moved the robot by more than 0.001 m" in err
+    assert "not believed" not in run("odometry", carmen_log[0], *nothing)[2]
+    status, _, err = run("odometry", carmen_log[0], "--max-translation", "-1", *nothing)
+    assert status == 2
+    assert "must be in (0, inf] m, got -1.0" in err
+
+
 def test_the_quality_file_has_a_row_a_scan(run, carmen_log, tmp_path):
     run("odometry", carmen_log[0], "--plot", "none", "--out", "none", "--quality", "q.csv")
     rows = list(csv.DictReader((tmp_path / "q.csv").read_text().splitlines()))
