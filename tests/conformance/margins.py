@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cases import Case, Content
 from compare import disagreement
-from reference import Files, answer
+from reference import Content, Files, answer
 
 JITTER = 1e-10  # of each input number
 JITTER_POSE = 1e-7  # how far that may move an answer
@@ -22,20 +21,20 @@ class OnAnEdgeError(ValueError):
     """Two correct programs could answer this case differently."""
 
 
-def refuse_edges(case: Case, files: Files) -> None:
+def refuse_edges(name: str, command: list[str], files: Files) -> None:
     """Raise `OnAnEdgeError`, naming the case, where a jitter of its inputs changes the answer.
 
     What is degenerate is left out: a jitter takes points apart that coincide.
     """
-    expected = answer(case.command, files)
+    expected = answer(command, files)
     if "degenerate" in (expected.get("error"), expected.get("termination")):
         return
     for seed in range(SEEDS):
         rng = np.random.default_rng(seed)
-        shaken = {path: _shake(files[path], rng) for path in case.command if path in files}
-        reason = disagreement(answer(case.command, shaken), expected, JITTER_POSE)
+        shaken = {path: _shake(files[path], rng) for path in command if path in files}
+        reason = disagreement(answer(command, shaken), expected, JITTER_POSE)
         if reason:
-            raise OnAnEdgeError(f"{case.name}: a relative jitter of {JITTER:g}: {reason}")
+            raise OnAnEdgeError(f"{name}: a relative jitter of {JITTER:g}: {reason}")
 
 
 def _shake(content: Content, rng: np.random.Generator) -> Content:
