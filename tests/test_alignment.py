@@ -72,14 +72,6 @@ def test_moving_the_frames_moves_the_answer(solve, seed, A, B):
 
 
 @SOLVERS
-@pytest.mark.parametrize("factor", [1e-9, 1e9])
-def test_only_the_ratios_of_weights_matter(solve, factor):
-    source, target, weights = problem(3)
-    expected = solve(source, target, weights)
-    np.testing.assert_allclose(solve(source, target, factor * weights), expected, atol=1e-13)
-
-
-@SOLVERS
 def test_a_whole_weight_is_a_repeated_pair(solve):
     source, target, _ = problem(6, count=10)
     repeats = np.arange(10) % 4
@@ -111,13 +103,12 @@ def test_far_from_the_origin(solve):
 
 
 @SOLVERS
-@pytest.mark.parametrize("scale", [1e-6, 1e3])
-def test_scale_is_not_judged(solve, scale):
+@pytest.mark.parametrize(("scale", "factor"), [(1e-6, 1e9), (1e3, 1e-9)])
+def test_neither_scale_nor_the_size_of_the_weights_is_judged(solve, scale, factor):
     source, target, weights = problem(10)
     expected = to_xytheta(solve(source, target, weights)) * [scale, scale, 1.0]
-    np.testing.assert_allclose(
-        to_xytheta(solve(scale * source, scale * target, weights)), expected, rtol=1e-11
-    )
+    T = solve(scale * source, scale * target, factor * weights)
+    np.testing.assert_allclose(to_xytheta(T), expected, rtol=1e-11)
 
 
 @SOLVERS

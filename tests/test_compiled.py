@@ -3,13 +3,10 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
-import numpy as np
 import pytest
 
 from labkit.compiled import load_numba
-from labkit.neighbors import select
 
 NEEDS_NUMBA = pytest.mark.skipif(load_numba() is None, reason="numba is not to be had")
 STAGE = "import numpy as np; from labkit.neighbors import select; "
@@ -100,10 +97,3 @@ def test_without_numba_python_runs_the_same_function(tmp_path, how):
     said = answer(tmp_path, broken + ASKED)
     assert said.startswith("Python runs the matcher, slowly: ")
     assert said.count("\n") == 1
-
-
-def test_a_stage_is_the_function_that_is_read():
-    assert Path(select.__wrapped__.__code__.co_filename).name == "neighbors.py"
-    assert select.__doc__.startswith("The value of that rank")
-    v = np.array([5.0, 4.0])
-    assert select(v, 0) == select.__wrapped__(v, 0) == 4.0

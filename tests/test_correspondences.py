@@ -16,13 +16,8 @@ from labkit.correspondences import (
     huber_weights,
     overlap,
     overlap_count,
-    pairs_at,
 )
 from labkit.errors import InvalidParameterError, InvalidPointsError
-from labkit.parameters import IcpParameters
-from labkit.schedule import CLOSE_GATE, FEW
-from labkit.se2 import apply, transform
-from labkit.target import Target
 
 distances = arrays(float, st.integers(1, 40), elements=st.integers(0, 8).map(lambda k: 0.25 * k))
 ratios = st.integers(1, 32).map(lambda k: k / 32)  # exact, so that ⌊ρN⌋ is beyond doubt
@@ -41,14 +36,6 @@ def test_overlap_keeps_an_exact_count_of_the_closest_first_of_ties(d, ratio):
     by_rank = sorted(range(len(d)), key=lambda i: (d[i], i))[:count]
     np.testing.assert_array_equal(np.flatnonzero(kept), sorted(by_rank))
     assert overlap_count(len(d), ratio) == count
-
-
-@pytest.mark.parametrize(
-    ("points", "ratio", "count"),
-    [(10, 1.0, 10), (10, 0.85, 8), (10, 0.05, 3), (2, 0.5, 2)],
-)
-def test_overlap_count_rounds_down_but_keeps_three(points, ratio, count):
-    assert overlap_count(points, ratio) == count
 
 
 @given(distances, ratios, st.sampled_from([0.25, 0.75, 1.5, math.inf]))
@@ -96,28 +83,3 @@ def test_bad_input(function, interval):
     for wrong in (-0.1, math.nan):
         with pytest.raises(InvalidPointsError, match=f"distances, .*got {wrong} at index 1"):
             function([0.1, wrong], 0.5)
-
-
-def test_each_point_is_paired_with_the_nearest():
-    rng = np.random.default_rng(0)
-    source, target = rng.uniform(-4.0, 4.0, (2, 50, 2))
-    T = transform(0.1, -0.2, 0.3)
-    pairs = pairs_at(source, Target(target), T, IcpParameters())
-    moved = apply(T, source)
-    index = np.hypot(*(moved[:, None] - target).transpose(2, 0, 1)).argmin(axis=1)
-    np.testing.assert_allclose(pairs.source, moved, atol=1e-14)
-    np.testing.assert_array_equal(pairs.target, target[index])
-    np.testing.assert_array_equal(pairs.target_index, index)
-    with pytest.raises(ValueError, match="read-only"):
-        pairs.kept[:] = False
-
-
-def test_pairs_are_those_near_the_answer_unless_told():
-    rng = np.random.default_rng(0)
-    source, target = rng.uniform(-4.0, 4.0, (2, 500, 2))
-    told = IcpParameters(metric="point_to_line", huber_delta=0.02, approach=True)
-    near, far = (
-        pairs_at(source, Target(target), np.eye(3), told, **of) for of in ({}, {"far": True})
-    )
-    assert (near.stride, far.stride) == (1, 500 // FEW)
-    assert near.distances[near.kept].max() <= CLOSE_GATE * 0.02 < far.distances[far.kept].max()
