@@ -10,14 +10,20 @@ import numpy as np
 import pytest
 
 COMMANDS = ("demo", "odometry", "match", "evaluate")
+MODULE = ["-m", "labkit"]
+
+
+def python(*arguments, start=(), **options):
+    """What a new process of Python ends with."""
+    command = [*start, sys.executable, *map(str, arguments)]
+    options = {"stdout": subprocess.PIPE, "encoding": "utf-8"} | options
+    return subprocess.run(command, stderr=subprocess.PIPE, check=False, **options)
 
 
 def test_the_version_names_the_packages_without_loading_numba():
     program = "import sys, labkit_command\ntry: labkit_command.main()\nexcept SystemExit: "
     program += "print(sorted({'numba', 'llvmlite'} & sys.modules.keys()))"
-    command = [sys.executable, "-c", program, "--version"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    line, loaded = done.stdout.splitlines()
+    line, loaded = python("-c", program, "--version").stdout.splitlines()
     assert line.startswith(f"labkit {version('labkit')} (Python ")
     assert f", numpy {np.__version__}, scipy " in line
     assert ", numba " in line or ", without numba" in line
@@ -53,37 +59,26 @@ def test_a_wrong_command_line_ends_with_2(run, arguments, message):
     assert "Traceback" not in err
 
 
-def test_the_module_runs_as_the_command_does():
-    done = subprocess.run(
-        [sys.executable, "-m", "labkit", "demo"], capture_output=True, text=True, check=True
-    )
-    assert "theta = 6.011 deg" in done.stdout
-
-
 def test_a_code_page_without_a_sign_ends_no_run(tmp_path, scan_files):
     """As where output goes to a file on Windows: a sign it does not know becomes a `?`."""
-    done = subprocess.run(
-        [sys.executable, "-m", "labkit", "match", *scan_files[:2]],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONIOENCODING": "gbk"},
-        capture_output=True,
-        check=False,
-    )
-    assert (done.returncode, done.stderr) == (0, b"")
-    assert b" m?" in done.stdout
+    env = os.environ | {"PYTHONIOENCODING": "gbk"}
+    done = python(*MODULE, "match", *scan_files[:2], cwd=tmp_path, env=env, encoding="gbk")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert " m?" in done.stdout
 
 
 def test_a_reader_that_stops_early_is_no_error():
-    shell = f"{sys.executable} -m labkit demo --help | true"
-    done = subprocess.run(["sh", "-c", shell], capture_output=True, text=True, check=True)
-    assert done.stderr == ""
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = python(*MODULE, "demo", stdout=writing)
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs Linux's device of no room")
 def test_a_full_disk_is_said_in_one_line():
     with open("/dev/full", "w") as full:
-        command = [sys.executable, "-m", "labkit", "demo"]
-        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        done = python(*MODULE, "demo", stdout=full)
     assert done.returncode == 1
     assert done.stderr == (
         "labkit: the output cannot be written: No space left on device; send it elsewhere\n"
@@ -115,10 +110,9 @@ def test_a_place_without_permission_is_refused_before_the_work(
     (folder / "mine.png").write_text("mine")
     folder.chmod(0o555)
     shut.chmod(0)
-    command = [*AS_ANYBODY, sys.executable, "-m", "labkit"]
-    command += [argument.format(log=carmen_log[0]) for argument in arguments]
+    told = [argument.format(log=carmen_log[0]) for argument in arguments]
     try:
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        done = python(*MODULE, *told, start=AS_ANYBODY, cwd=folder)
     finally:
         folder.chmod(0o755)
         shut.chmod(0o755)
@@ -151,8 +145,7 @@ def test_ctrl_c_while_the_command_loads_prints_no_traceback(start, module):
         f"        if name == {module!r}: os.kill(os.getpid(), signal.SIGINT)\n"
         f"sys.meta_path.insert(0, Finder())\n{start}"
     )
-    command = [sys.executable, "-c", program, "demo"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = python("-c", program, "demo")
     assert (done.returncode, done.stdout) == (130, "")
     assert done.stderr == "\nlabkit: interrupted; no file is left half-written\n"
 
@@ -174,8 +167,7 @@ def test_ctrl_c_leaves_no_file(tmp_path, carmen_log):
         "        yield scan\n"
         "odometry.tqdm = interrupted; sys.exit(main())"
     )
-    command = [sys.executable, "-c", program, "odometry", str(long_log)]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    done = python("-c", program, "odometry", long_log, cwd=folder)
     assert done.returncode == 130
     assert "40 scans" in done.stdout
     assert done.stderr.endswith("\nlabkit odometry: interrupted; no file is left half-written\n")
