@@ -99,6 +99,7 @@ def test_imports_point_one_way():
 
 
 def test_who_draws_shows_widgets_and_prints():
+    assert not [name for name in MODULES if "matplotlib.pyplot" in imported(name)]
     assert not offenders({"matplotlib"}, allowed_in={"plotting", "interactive", "cli"})
     assert not offenders({"ipywidgets", "anywidget"}, allowed_in={"interactive"})
     printing = {

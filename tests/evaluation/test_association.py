@@ -1,13 +1,10 @@
 """Association by stamp: one to one, nearest, symmetric."""
 
-import math
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.evaluation import associate
 
 # Quarter seconds, so that ties and equal stamps do occur.
@@ -29,17 +26,3 @@ def test_pairs_are_one_to_one_and_within_tolerance(a, b, tolerance):
 @pytest.mark.parametrize(("a", "b"), [([], [1.0]), ([1.0], []), ([], []), ([0.0], [9.0])])
 def test_nothing_in_common(a, b):
     assert associate(a, b, 1.0).shape == (0, 2)
-
-
-@pytest.mark.parametrize(
-    ("stamps", "message"),
-    [
-        ([[0.0]], r"`stamps_b` must have shape \(K,\), got \(1, 1\)"),
-        ([0.0, math.nan], "`stamps_b` must be finite, got nan at index 1"),
-    ],
-)
-def test_stamps_that_are_none(stamps, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        associate([0.0], stamps, 1.0)
-    with pytest.raises(InvalidParameterError, match=r"`tolerance` must be in .* s, got nan"):
-        associate([0.0], [0.0], math.nan)

@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit import from_xytheta, invert, to_xytheta
-from labkit.errors import InvalidPointsError
 from labkit.evaluation import disagreement, forward_backward, loop_closure
 
 pose = st.tuples(st.floats(-5, 5), st.floats(-5, 5), st.floats(-3, 3))
@@ -51,16 +50,3 @@ def test_there_and_back_does_not_see_a_wrong_scale():
     there = [(1.0, 0.0, 0.0)] * 4 + [(0.0, 0.0, np.pi)]
     steps = np.array(there * 2) * [1.03, 1.0, 1.0]
     assert loop_closure(steps).translation.max < 1e-12
-
-
-@pytest.mark.parametrize(
-    ("check", "rows", "message"),
-    [
-        (forward_backward, ([[0, 0, 0]], [[0, 0, 0]] * 2), "same length, got 1 and 2 rows"),
-        (disagreement, ([[0, 0, 0]], [[0, 0, np.nan]]), "`prior` must be finite"),
-        (loop_closure, ([[0, 0, 0]], [1, 2]), "`closing` must be 3 finite numbers"),
-    ],
-)
-def test_what_cannot_be_meant_is_refused(check, rows, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        check(*rows)

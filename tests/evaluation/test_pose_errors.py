@@ -6,8 +6,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from labkit.errors import InvalidPointsError
-from labkit.evaluation import ErrorSummary
+from labkit.evaluation import ErrorSummary, rpe
 
 
 def test_known_numbers():
@@ -25,13 +24,11 @@ def test_nothing_has_no_number():
     assert all(math.isnan(value) for value in others)
 
 
-@pytest.mark.parametrize(
-    ("errors", "message"),
-    [
-        ([1.0, math.nan], r"`errors` must be finite and of shape \(N,\), got nan"),
-        ([[1.0]], r"`errors` must be finite and of shape \(N,\), got shape \(1, 1\)"),
-    ],
-)
-def test_errors_that_are_none(errors, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        ErrorSummary.of(errors)
+@pytest.mark.parametrize("unit", ["steps", "metres"])
+def test_a_trajectory_that_is_too_short_has_no_number(unit):
+    straight = np.column_stack([np.arange(11.0), np.zeros(11), np.zeros(11)])
+    errors = rpe(straight, straight, delta=50, unit=unit)
+    assert errors.pairs.shape == (0, 2)
+    assert errors.translation.count == errors.rotation.count == 0
+    assert math.isnan(errors.translation.mean)
+    assert math.isnan(errors.rotation.rmse)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from labkit.errors import InvalidPointsError
 from labkit.plotting import plot_covariance
 from labkit.se2 import rotation
 
@@ -29,18 +28,3 @@ def test_the_share_inside(ax, angle):
 def test_a_flat_one_is_a_line(ax):
     plot_covariance(ax, MEAN, [[1.0, 0.0], [0.0, 0.0]])
     assert ax.patches[0].height == 0.0
-
-
-@pytest.mark.parametrize(
-    ("mean", "covariance", "message"),
-    [
-        (MEAN, np.eye(3), "shape .2, 2., got .* take a block"),
-        (MEAN, [[1.0, np.nan], [0.0, 1.0]], "must be finite and of shape"),
-        (MEAN, [[1.0, 0.5], [0.0, 1.0]], "symmetric and positive"),
-        (MEAN, [[1.0, 2.0], [2.0, 1.0]], "symmetric and positive"),
-        ([0.0, 0.0, 0.0], np.eye(2), r"`mean` must be 2 finite numbers \(x, y\)"),
-    ],
-)
-def test_what_is_no_covariance(ax, mean, covariance, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        plot_covariance(ax, mean, covariance)

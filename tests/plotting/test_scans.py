@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from labkit.errors import InvalidPointsError
 from labkit.plotting import plot_scans
 from labkit.scan import Scan
 from labkit.se2 import apply, transform
@@ -26,17 +25,3 @@ def test_the_source_is_drawn_where_the_transform_puts_it(ax):
     target, source = ax.lines
     np.testing.assert_allclose(source.get_xydata(), apply(T_target_source, SOURCE))
     np.testing.assert_array_equal(target.get_xydata(), TARGET)
-
-
-@pytest.mark.parametrize(
-    ("source", "target", "T", "message"),
-    [
-        (np.empty((0, 2)), TARGET, None, r"`source` is empty, got shape \(0, 2\)"),
-        (SOURCE, [[0.0, np.nan]], None, r"`target` must be finite, got \[0.0, nan\] at index 0"),
-        (SOURCE, TARGET, 2.0 * np.eye(3), r"`T_target_source` must be a proper rigid"),
-    ],
-)
-def test_bad_input(ax, source, target, T, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        plot_scans(ax, source, target, T)
-    assert not ax.lines

@@ -1,9 +1,7 @@
 """The trajectory, its map, its reference and its two ends."""
 
 import numpy as np
-import pytest
 
-from labkit.errors import InvalidPointsError
 from labkit.plotting import map_points, plot_trajectory
 from labkit.scan import Scan
 from labkit.se2 import apply, from_xytheta
@@ -41,20 +39,6 @@ def test_the_reference_is_another_line(ax, labels):
     assert labels(ax) == ["reference", "estimate", "start", "end"]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"poses": POSES[:, :2]}, r"`poses` must have shape \(K, 3\)"),
-        ({"poses": POSES, "scans": SCANS[:2]}, "got 2 scans and 3 poses"),
-        ({"poses": POSES, "reference": [[0, 0, np.inf]]}, "`reference` must be finite"),
-    ],
-)
-def test_bad_input_draws_nothing(ax, arguments, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        plot_trajectory(ax, **arguments)
-    assert not ax.lines
-
-
 EMPTY = Scan.from_ranges([np.inf], [0.0])
 
 
@@ -70,16 +54,3 @@ def test_far_points_are_left_out():
         [101.0, 0.0],
         [100.0, 3.0],
     ]
-
-
-@pytest.mark.parametrize(
-    ("poses", "count", "message"),
-    [
-        (np.zeros((2, 3)), 3, "must be one to one, got 3 scans and 2 poses"),
-        (np.zeros((0, 3)), 0, r"`poses` needs at least 1 pose, got 0"),
-        ([[0, 0, np.nan]], 1, r"`poses` must be finite, got \[0.0, 0.0, nan\] at index 0"),
-    ],
-)
-def test_what_makes_no_map(poses, count, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        map_points(poses, [EMPTY] * count)

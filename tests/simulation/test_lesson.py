@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.simulation import lesson_experiment, lesson_world, sample_scan
 
 # (count, first point, last point, sum of all coordinates), printed by the lesson's listing
@@ -43,10 +42,3 @@ def test_clutter_is_one_return_in_forty_and_never_fewer_than_five(count, clutter
     scan = sample_scan(ahead, np.eye(3), rng=0)
     assert len(scan) == count + clutter
     assert (np.abs(scan.points[count:]) <= 2.0).all()
-
-
-def test_bad_input():
-    with pytest.raises(InvalidParameterError, match="`count` must be a whole number of at least 4"):
-        lesson_world(3, rng=0)
-    with pytest.raises(InvalidPointsError, match="`T_world_scanner` must be a proper rigid"):
-        sample_scan([[1.0, 0.0]], 2.0 * np.eye(3), rng=0)

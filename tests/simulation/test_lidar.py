@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.se2 import from_xytheta, transform
 from labkit.simulation import Lidar, MovingObject, World, cast, room, scan_along
 from labkit.simulation.lidar import first_hits
@@ -125,30 +124,3 @@ def test_an_object_comes_nearer_with_the_stamps():
     np.testing.assert_allclose([scan.stamp for scan in default], [0.0, 0.1, 0.2])
     stamped = scan_along(world, np.zeros((2, 3)), lidar, rng=0, stamps=[0.5, 2.0])
     np.testing.assert_allclose([scan.ranges[1] for scan in stamped], [4.0, 1.0])
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"beam_count": 1}, "`beam_count` must be a whole number of at least 2, got 1"),
-        ({"field_of_view": 0.0}, r"`field_of_view` must be in \(0, 6.28319\] rad, got 0.0"),
-        ({"range_max": math.nan}, "`range_max` must exceed `range_min`, got nan and 0.1 m"),
-        ({"noise_std": -0.1}, r"`noise_std` must be in \[0, 10\] m, got -0.1"),
-        ({"dropout_ratio": 1.1}, r"`dropout_ratio` must be in \[0, 1\], got 1.1"),
-    ],
-)
-def test_parameters_out_of_range(change, message):
-    with pytest.raises(InvalidParameterError, match=message):
-        Lidar(**change)
-
-
-@pytest.mark.parametrize(
-    ("poses", "stamps", "message"),
-    [
-        (np.empty((0, 3)), None, "`poses` needs at least 1 pose, got 0"),
-        ([[0, 0, 0]], [0.0, 0.1], r"`stamps` must have shape \(1,\), one per pose, got \(2,\)"),
-    ],
-)
-def test_trajectories_that_cannot_be_meant(poses, stamps, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        scan_along(room(), poses, Lidar(), rng=0, stamps=stamps)

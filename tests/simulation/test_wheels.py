@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.se2 import compose, from_xytheta
 from labkit.simulation import WheelNoise, wheel_increments
 
@@ -57,21 +56,3 @@ def test_headings_stay_wrapped():
     steps = wheel_increments(repeated([0.0, 0.0, 3.1], 500), WheelNoise(turn=0.5), rng=0)
     assert (steps[:, 2] > -math.pi).all()
     assert (steps[:, 2] <= math.pi).all()
-
-
-@pytest.mark.parametrize(("name", "value"), [("drift", math.nan)])
-def test_noise_out_of_range(name, value):
-    with pytest.raises(InvalidParameterError, match=rf"`{name}` must be in \[0, 10\], got {value}"):
-        WheelNoise(**{name: value})
-
-
-@pytest.mark.parametrize(
-    ("poses", "message"),
-    [
-        ([[0.0, 0.0, 0.0]], "`poses` needs at least 2 poses, got 1"),
-        (np.zeros((4, 2)), r"`poses` must have shape \(K, 3\), rows \(x, y, theta\), got \(4, 2\)"),
-    ],
-)
-def test_trajectories_that_cannot_be_meant(poses, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        wheel_increments(poses, WheelNoise(), rng=0)

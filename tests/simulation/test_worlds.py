@@ -1,14 +1,15 @@
-"""Places: closed where they should be, and as observable as they claim."""
+"""Places and what moves in them: closed where they should be, and as observable as they claim."""
 
 import math
 
 import numpy as np
 import pytest
 
-from labkit.errors import InvalidParameterError
 from labkit.se2 import apply, transform
 from labkit.simulation import (
     Lidar,
+    MovingObject,
+    World,
     cast,
     corridor,
     crowd,
@@ -16,6 +17,7 @@ from labkit.simulation import (
     two_rooms,
 )
 from labkit.simulation.lidar import first_hits
+from labkit.simulation.world import polyline
 
 QUIET = Lidar(noise_std=0.0)
 AROUND = Lidar(beam_count=720, field_of_view=2.0 * math.pi, noise_std=0.0)
@@ -93,15 +95,9 @@ def test_two_rooms_overlap_in_part():
     assert np.isfinite(ranges(two_rooms(), 2.0, -1.0, 0.1)).all()
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: room(width=0.0), r"`width` must be in \(0, 10000\] m, got 0.0"),
-        (lambda: crowd(-1, rng=0), "`count` must be a whole number of at least 0, got -1"),
-        (lambda: crowd(rng=0, speed=-1.0), r"`speed` must be in \[0, 100\] m/s, got -1.0"),
-        (lambda: two_rooms(doorway=6.0), r"`doorway` must be in \(0, depth = 6\) m, got 6.0"),
-    ],
-)
-def test_places_that_cannot_be_built(make, message):
-    with pytest.raises(InvalidParameterError, match=message):
-        make()
+def test_objects_move_and_walls_stay():
+    wall = polyline([[0.0, 0.0], [1.0, 0.0]])
+    world = World(segments=wall, moving=(MovingObject(segments=wall, velocity=[1.0, -2.0]),))
+    np.testing.assert_array_equal(world.at(0.0), np.concatenate([wall, wall]))
+    there = wall + np.array([0.5, -1.0])
+    np.testing.assert_array_equal(world.at(0.5), np.concatenate([wall, there]))
