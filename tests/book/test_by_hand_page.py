@@ -14,13 +14,14 @@ from playwright.sync_api import Browser, Page, expect
 pytest.importorskip("anywidget")
 pytest.importorskip("rtbdata")
 
-from widget_page import written_page
+from widget_page import TWO_FRAMES, opened, written_page
 
 import labkit
 from labkit.interactive import Explorer, align_by_hand, killian_scene
 
 OFF = float("inf")
 TOLD = labkit.IcpParameters(overlap_ratio=0.8, max_correspondence_distance=OFF, huber_delta=OFF)
+SIGN = ".icp-distance:has-text('m')"  # of a widget that is drawn
 START = labkit.transform(1.5, -0.6, 0.3)  # from which ICP is stuck
 NEAR = labkit.transform(0.9, -0.2, 0.1)
 
@@ -44,15 +45,9 @@ def address(pair: Explorer, tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.fixture
 def page(browser: Browser, address: str) -> Iterator[Page]:
-    page = browser.new_page(viewport={"width": 800, "height": 700}, reduced_motion="reduce")
-    complaints: list[str] = []
-    page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
-    page.on("pageerror", lambda e: complaints.append(str(e)))
-    page.goto(address)
-    page.locator(".icp-distance", has_text="m").wait_for()
-    yield page
-    page.close()
-    assert complaints == []
+    size = {"width": 800, "height": 700}
+    with opened(browser, address, SIGN, viewport=size, reduced_motion="reduce") as page:
+        yield page
 
 
 def misfit(pair: Explorer, T: np.ndarray) -> str:
@@ -64,7 +59,7 @@ def misfit(pair: Explorer, T: np.ndarray) -> str:
 
 
 def distance(page: Page) -> float:
-    page.evaluate("() => new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
+    page.evaluate(TWO_FRAMES)
     return float(page.locator(".icp-distance").inner_text().removesuffix(" m"))
 
 
@@ -89,29 +84,23 @@ def test_the_number_falls_as_the_scans_meet_and_icp_that_is_stuck_says_so(page, 
 
 def test_icp_never_lets_its_number_rise_and_ends_found(browser, pair, tmp_path):
     (scene,) = pair.scenes.values()
-    page = browser.new_page()  # in motion
-    page.goto(written_page(align_by_hand(replace(scene, T_init=NEAR), TOLD), tmp_path))
-    page.locator(".icp-distance", has_text="m").wait_for()
-    page.evaluate(WATCH)
-    page.get_by_role("button", name="Let ICP finish").click()
-    x, y, turn = labkit.to_xytheta(
-        labkit.icp(scene.source, scene.target, NEAR, TOLD).T_target_source
-    )
-    expect(page.locator(".icp-verdict")).to_have_text(
-        f"Found: the robot moved {np.hypot(x, y):.2f} m and turned {np.degrees(turn):.1f}°.",
-        timeout=20_000,
-    )
-    seen = page.evaluate("() => window.seen")
+    run = labkit.icp(scene.source, scene.target, NEAR, TOLD)
+    x, y, turn = labkit.to_xytheta(run.T_target_source)
+    found = f"Found: the robot moved {np.hypot(x, y):.2f} m and turned {np.degrees(turn):.1f}°."
+    near = written_page(align_by_hand(replace(scene, T_init=NEAR), TOLD), tmp_path)
+    with opened(browser, near, SIGN) as page:  # in motion
+        page.evaluate(WATCH)
+        page.get_by_role("button", name="Let ICP finish").click()
+        expect(page.locator(".icp-verdict")).to_have_text(found, timeout=20_000)
+        seen = page.evaluate("() => window.seen")
     assert len(seen) > 5
     assert seen == sorted(seen, reverse=True)
-    page.close()
 
 
 def test_from_too_far_off_icp_says_that_it_gives_up(browser, pair, tmp_path):
     (scene,) = pair.scenes.values()
     far = replace(scene, T_init=labkit.transform(80.0, 0.0, 0.0))
-    page = browser.new_page(reduced_motion="reduce")
-    page.goto(written_page(align_by_hand(far), tmp_path))
-    page.get_by_role("button", name="Let ICP finish").click()
-    expect(page.locator(".icp-verdict")).to_contain_text("gives up")
-    page.close()
+    address = written_page(align_by_hand(far), tmp_path)
+    with opened(browser, address, ".icp-distance", reduced_motion="reduce") as page:
+        page.get_by_role("button", name="Let ICP finish").click()
+        expect(page.locator(".icp-verdict")).to_contain_text("gives up")

@@ -12,13 +12,13 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 pytest.importorskip("anywidget")
 
-from widget_page import written_page
+from widget_page import TWO_FRAMES, opened, written_page
 
 import labkit
 from labkit.interactive import Explorer, icp_explorer
 
 FIT = "() => document.documentElement.scrollWidth <= window.innerWidth"
-TWO_FRAMES = "() => new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))"
+SIGN = ".icp-readouts dd"  # of an explorer that is drawn
 
 # A slider that moves without taking the focus, as when Python moves it.
 MOVED = "node => { node.value = 40; node.dispatchEvent(new Event('input')); }"
@@ -44,19 +44,8 @@ def address(explorer: Explorer, tmp_path_factory: pytest.TempPathFactory) -> str
 
 @pytest.fixture
 def page(browser: Browser, address: str) -> Iterator[Page]:
-    """The page, read; on leaving, nothing has been asked of the network, and nothing failed."""
-    page = browser.new_page(viewport={"width": 800, "height": 1400})
-    asked: list[str] = []
-    complaints: list[str] = []
-    page.on("request", lambda r: asked.append(r.url) if r.url.startswith("http") else None)
-    page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
-    page.on("pageerror", lambda e: complaints.append(str(e)))
-    page.goto(address)
-    page.locator(".icp-readouts dd").first.wait_for()
-    yield page
-    page.close()
-    assert asked == []
-    assert complaints == []
+    with opened(browser, address, SIGN, viewport={"width": 800, "height": 1400}) as page:
+        yield page
 
 
 def readout(page: Page, name: str) -> Locator:
@@ -259,11 +248,8 @@ def test_a_copied_state_is_a_link_to_it(page, address):
     expect(page.get_by_label("gate")).to_have_attribute("aria-valuetext", "0.05 m")
     assert guess(page) == [0.0, 0.05, 0.0]
     assert picture(page) == before
-
-
-def test_a_link_that_makes_no_sense_is_ignored(page, address):
     page.goto("about:blank")
-    page.goto(f"{address}#icp?state=nonsense")
+    page.goto(f"{link}state=nonsense")  # is ignored
     expect(readout(page, "shown")).to_have_text("the guess, iteration 0 of 28")
 
 
@@ -327,10 +313,15 @@ def test_it_fits_a_laptop_s_screen_at_one_height_and_stays_off_paper(page, explo
     expect(page.locator(".icp-explorer")).to_be_hidden()
 
 
-def test_on_a_telephone_a_finger_scrolls_but_for_one_on_the_scan(browser, address):
-    page = browser.new_page(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
-    page.goto(address)
-    page.locator(".icp-readouts dd").first.wait_for()
+@pytest.fixture
+def telephone(browser: Browser, address: str) -> Iterator[Page]:
+    told = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+    with opened(browser, address, SIGN, **told) as page:
+        yield page
+
+
+def test_on_a_telephone_a_finger_scrolls_but_for_one_on_the_scan(telephone):
+    page = telephone
     page.evaluate(TWO_FRAMES)
     assert page.evaluate(FIT)
     box = page.locator(".icp-plane").bounding_box()
@@ -352,7 +343,6 @@ def test_on_a_telephone_a_finger_scrolls_but_for_one_on_the_scan(browser, addres
     swipe(box["x"] + 0.08 * box["width"], box["y"] + 0.41 * box["height"])  # the scanner
     assert page.evaluate("() => scrollY") < 5  # the swipe before may still run out
     assert guess(page) != at
-    page.close()
 
 
 def test_one_sentence_is_spoken(page):

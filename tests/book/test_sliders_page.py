@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -12,31 +14,37 @@ from playwright.sync_api import Browser, Page
 
 pytest.importorskip("anywidget")
 
-from widget_page import written_page
+from widget_page import TWO_FRAMES, opened, written_page
 
 import labkit
-from labkit.interactive import Explorer, icp_sliders, live_figure
+from labkit.interactive import icp_sliders, live_figure
 
 LESSON = labkit.simulation.lesson_experiment()
 
 
-def opened(
-    browser: Browser, folder: Path, sliders: dict[str, list[float]]
-) -> tuple[Page, Explorer]:
-    explorer = icp_sliders(LESSON.source, LESSON.target, LESSON.T_init, sliders=sliders)
-    page = browser.new_page(viewport={"width": 800, "height": 700})
-    page.goto(written_page(explorer, folder))
-    page.locator(".icp-readouts dd").first.wait_for()
-    return page, explorer
+@pytest.fixture
+def show(browser: Browser, tmp_path: Path) -> Iterator[Callable[..., Page]]:
+    """A function that shows a widget in a window as wide as given."""
+    with ExitStack() as pages:
+        yield lambda widget, width=800: pages.enter_context(
+            opened(
+                browser,
+                written_page(widget, tmp_path),
+                "[data-readout]",
+                viewport={"width": width, "height": 700},
+            )
+        )
 
 
 def readout(page: Page, name: str) -> str:
-    page.evaluate("() => new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
+    page.evaluate(TWO_FRAMES)
     return page.locator(f"[data-readout='{name}']").inner_text()
 
 
-def test_a_slider_of_the_guess_shows_where_the_run_ends(browser: Browser, tmp_path: Path):
-    page, explorer = opened(browser, tmp_path, {"turn": [-20.0, 0.0, 20.0], "x": [0.0, 0.2]})
+def test_a_slider_of_the_guess_shows_where_the_run_ends(show):
+    sliders = {"turn": [-20.0, 0.0, 20.0], "x": [0.0, 0.2]}
+    explorer = icp_sliders(LESSON.source, LESSON.target, LESSON.T_init, sliders=sliders)
+    page = show(explorer)
     assert page.locator(".icp-sliders label").all_inner_texts() == ["guess turn", "guess x"]
     page.get_by_label("guess turn").press("End")
     explorer.guess = [*explorer.guess[:2], math.radians(20.0)]
@@ -46,11 +54,11 @@ def test_a_slider_of_the_guess_shows_where_the_run_ends(browser: Browser, tmp_pa
     x, y, theta = labkit.to_xytheta(result.T_target_source)
     pose = f"({x:.3f}, {y:.3f}) m, {math.degrees(theta):.2f}°"
     assert readout(page, "pose").replace("−", "-") == pose
-    page.close()
 
 
-def test_a_gate_of_millimetres_is_told_whole(browser: Browser, tmp_path: Path):
-    page, _ = opened(browser, tmp_path, {"max_correspondence_distance": [0.005, 0.5, math.inf]})
+def test_a_gate_of_millimetres_is_told_whole(show):
+    sliders = {"max_correspondence_distance": [0.005, 0.5, math.inf]}
+    page = show(icp_sliders(LESSON.source, LESSON.target, LESSON.T_init, sliders=sliders))
     gate = page.get_by_label("gate")
     told = []
     for key in ("Home", "ArrowRight", "ArrowRight"):
@@ -58,10 +66,9 @@ def test_a_gate_of_millimetres_is_told_whole(browser: Browser, tmp_path: Path):
         readout(page, "pose")  # it is drawn
         told.append(gate.get_attribute("aria-valuetext"))
     assert told == ["0.005 m", "0.50 m", "off"]
-    page.close()
 
 
-def test_a_live_figure_follows_its_sliders_and_the_hand(browser: Browser, tmp_path: Path):
+def test_a_live_figure_follows_its_sliders_and_the_hand(show):
     figure = live_figure(
         "turn",
         {"turn [°]": range(-30, 31), "x [m]": [-0.5, 0.0, 0.5], "y [m]": [-0.5, 0.0, 0.5]},
@@ -72,8 +79,7 @@ def test_a_live_figure_follows_its_sliders_and_the_hand(browser: Browser, tmp_pa
         source=LESSON.source.points,
         target=LESSON.target.points,
     )
-    page = browser.new_page(viewport={"width": 390, "height": 700})
-    page.goto(written_page(figure, tmp_path))
+    page = show(figure, 390)
     picture = page.get_by_role("img", name="two scans")
     before = picture.evaluate("canvas => canvas.toDataURL()")
     page.get_by_label("turn [°]").press("ArrowRight")
@@ -86,14 +92,13 @@ def test_a_live_figure_follows_its_sliders_and_the_hand(browser: Browser, tmp_pa
     assert picture.evaluate("canvas => canvas.toDataURL()") != before
     x, y = middle(picture)
     drag(page, (x, y), (12.0, -12.0))
-    page.evaluate("() => new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
+    page.evaluate(TWO_FRAMES)
     assert page.get_by_label("x [m]").get_attribute("aria-valuetext") == "0.5"
     assert page.get_by_label("y [m]").get_attribute("aria-valuetext") == "0.5"
     page.get_by_role("button", name="Reset").click()
-    page.evaluate("() => new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
+    page.evaluate(TWO_FRAMES)
     assert page.get_by_label("x [m]").get_attribute("aria-valuetext") == "0.0"
     boxes = [each.bounding_box() for each in (picture, page.get_by_label("turn [°]"))]
     assert boxes[0]
     assert boxes[1]
     assert boxes[0]["y"] + boxes[0]["height"] < boxes[1]["y"] < 700
-    page.close()

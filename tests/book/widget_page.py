@@ -1,13 +1,18 @@
-"""A page that holds one widget, as a page of the book does."""
+"""A page that holds one widget, as a page of the book does, and the browser's eye on it."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import browser_files
 from anywidget import AnyWidget
 from ipywidgets.embed import embed_data
+from playwright.sync_api import Browser, Page
+
+TWO_FRAMES = "() => new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))"
 
 
 def written_page(widget: AnyWidget, folder: Path) -> str:
@@ -26,3 +31,18 @@ def written_page(widget: AnyWidget, folder: Path) -> str:
         "utf-8",
     )
     return page.as_uri()
+
+
+@contextmanager
+def opened(browser: Browser, address: str, sign: str, **options: object) -> Iterator[Page]:
+    """A page, once the sign is there; on leaving, nothing came from the network, nothing failed."""
+    page = browser.new_page(**options)
+    complaints: list[str] = []
+    page.on("request", lambda r: complaints.append(r.url) if r.url.startswith("http") else None)
+    page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
+    page.on("pageerror", lambda e: complaints.append(str(e)))
+    page.goto(address)
+    page.locator(sign).first.wait_for()
+    yield page
+    page.close()
+    assert complaints == []
