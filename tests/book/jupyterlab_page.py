@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-import socket
 import subprocess
 import sys
 import time
-import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,7 +15,6 @@ from typing import Any
 from playwright.sync_api import Page
 
 PATIENCE = 60.0  # seconds for the server to answer
-RUN = 120_000  # ms for a notebook to run
 
 READY = "() => window.jupyterapp?.restored.then(() => true)"
 OPEN = """async path => {
@@ -78,9 +75,6 @@ def jupyterlab(root: Path, home: Path) -> Iterator[str]:
         file = home / "settings" / "@jupyterlab" / f"{name}.jupyterlab-settings"
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(json.dumps(values), "utf-8")
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
     folders = {
         "JUPYTER_CONFIG_DIR": home / "config",
         "JUPYTER_RUNTIME_DIR": home / "runtime",
@@ -89,8 +83,7 @@ def jupyterlab(root: Path, home: Path) -> Iterator[str]:
     }
     options = {
         "ServerApp.ip": "127.0.0.1",
-        "ServerApp.port": port,
-        "ServerApp.port_retries": 0,
+        "ServerApp.port": 0,  # any that is free
         "ServerApp.root_dir": root,
         "IdentityProvider.token": "",
         "LabApp.expose_app_in_browser": True,
@@ -105,10 +98,8 @@ def jupyterlab(root: Path, home: Path) -> Iterator[str]:
             stdout=stream,
             stderr=subprocess.STDOUT,
         )
-    address = f"http://127.0.0.1:{port}"
     try:
-        _await(address, server, log)
-        yield address
+        yield _address(home / "runtime", server, log)
     finally:
         server.terminate()  # it ends its kernels first, which may take long
         try:
@@ -118,17 +109,15 @@ def jupyterlab(root: Path, home: Path) -> Iterator[str]:
             server.wait()
 
 
-def _await(address: str, server: subprocess.Popen[bytes], log: Path) -> None:
+def _address(folder: Path, server: subprocess.Popen[bytes], log: Path) -> str:
+    """Where it listens, as it notes once it does."""
     until = time.monotonic() + PATIENCE
-    while True:
-        try:
-            urllib.request.urlopen(f"{address}/api/status").close()
-            return
-        except OSError:
-            said = log.read_text("utf-8", errors="replace")[-2000:]
-            assert server.poll() is None, said
-            assert time.monotonic() < until, said
-            time.sleep(0.2)
+    while not (notes := list(folder.glob("jpserver-*.json"))):
+        said = log.read_text("utf-8", errors="replace")[-2000:]
+        assert server.poll() is None, said
+        assert time.monotonic() < until, said
+        time.sleep(0.2)
+    return str(json.loads(notes[0].read_text("utf-8"))["url"]).rstrip("/")
 
 
 def open_lab(page: Page, address: str) -> None:
@@ -146,13 +135,6 @@ def notebook_read(page: Page, name: str) -> Iterator[str]:
         yield "\n".join(page.evaluate(TEXTS))
     finally:
         page.evaluate(CLOSE)
-
-
-def run_all(page: Page) -> None:
-    """Run all cells of the open notebook."""
-    page.set_default_timeout(RUN)
-    page.evaluate(RUN_ALL)
-    page.set_default_timeout(30_000)
 
 
 def errors(page: Page) -> list[str]:

@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import excerpts
 import launch
@@ -37,21 +38,15 @@ def test_the_examples_in_the_docstrings(module):
 # What is taken out
 
 
-def test_a_marked_region_becomes_a_stub_and_the_metadata_stay():
-    cell = new_code_cell(CODE, metadata={"nbgrader": dict(NBGRADER)})
+def test_a_marked_region_becomes_an_open_stub_and_the_other_metadata_stay():
+    folded = {"tags": ["hide-input", "raises"], "jupyter": {"source_hidden": True}}
+    cell = new_code_cell(CODE, metadata={"nbgrader": dict(NBGRADER)} | folded)
     left, taken = strip_notebook(new_notebook(cells=[cell]), "a.ipynb")
     assert left.cells[0].source == STUB
-    assert left.cells[0].metadata["nbgrader"] == NBGRADER
+    opened = {"nbgrader": NBGRADER, "tags": ["raises"], "jupyter": {}}
+    assert left.cells[0].metadata == opened
     assert taken == ["    return 2 * x"]
     assert left.metadata["mystnb"]["execution_mode"] == "off"
-
-
-def test_a_folded_solution_becomes_an_open_stub():
-    metadata = {"tags": ["hide-input", "raises"], "jupyter": {"source_hidden": True}}
-    cell = new_code_cell(CODE, metadata=metadata)
-    left, _ = strip_notebook(new_notebook(cells=[cell]), "a.ipynb")
-    assert left.cells[0].source == STUB
-    assert left.cells[0].metadata == {"tags": ["raises"], "jupyter": {}}
 
 
 def test_cells_with_the_tag_go_with_all_they_hold():
@@ -104,28 +99,25 @@ def test_a_mark_without_its_partner_is_refused(source, message):
 # The search finds what is there
 
 
-def hide_in_markup(file: Path) -> None:
-    marked = SECRET.replace(" ", "</em> <b class='k'>")
-    file.with_suffix(".html").write_text(f"<p>So {marked} &amp; on.</p>", "utf-8")
+MARKED = SECRET.replace(" ", "</em> <b class='k'>")
+CELL = new_markdown_cell("\n".join(SECRET.split()))
 
 
-def hide_in_a_notebook(file: Path) -> None:
-    cells = [new_markdown_cell("\n".join(SECRET.split()))]
-    nbformat.write(new_notebook(cells=cells), file.with_suffix(".ipynb"))
-
-
-def hide_in_upper_case(file: Path) -> None:
-    file.write_text(SECRET.upper(), "utf-8")
-
-
-@pytest.mark.parametrize("hide", [hide_in_markup, hide_in_a_notebook, hide_in_upper_case])
-def test_a_planted_leak_is_found(tmp_path, hide):
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("page.html", f"<p>So {MARKED} &amp; on.</p>"),
+        ("cells.ipynb", nbformat.writes(new_notebook(cells=[CELL]))),
+        ("loud", SECRET.upper()),
+    ],
+)
+def test_a_planted_leak_is_found(tmp_path, name, text):
     secrets = only_secret([SECRET], [PUBLIC])
     (tmp_path / "clean.html").write_text(f"<p>{PUBLIC}</p>", "utf-8")
     assert find_leaks(tmp_path, secrets) == []
-    hide(tmp_path / "planted")
+    (tmp_path / name).write_text(text, "utf-8")
     (leak,) = find_leaks(tmp_path, secrets)
-    assert leak.file.stem == "planted"
+    assert leak.file.name == name
 
 
 def test_a_drawn_formula_counts_by_its_source(tmp_path):
@@ -240,19 +232,15 @@ def test_a_notebook_fetches_labkit_where_it_is_missing(course, lab):
     assert "missing" not in namespace  # here it is not
 
 
-@pytest.mark.parametrize("url", ["some-course", "https://github.com/some-school"])
-def test_an_address_that_leads_nowhere_is_refused(url):
-    class Options:
-        html_theme_options = {"repository_url": url, "launch_buttons": {"colab_url": "x"}}  # noqa: RUF012
-
-    with pytest.raises(Exception, match=re.escape(f"got '{url}'")):
-        launch.settle_buttons(None, Options)
+def options(url: str) -> SimpleNamespace:
+    buttons = {"repository_url": url, "launch_buttons": {"colab_url": "x"}}
+    return SimpleNamespace(html_theme_options=buttons)
 
 
-def test_without_an_address_there_are_no_buttons():
-    class Options:
-        html_theme_options = {"repository_url": "", "launch_buttons": {"colab_url": "x"}}  # noqa: RUF012
-
-    launch.settle_buttons(None, Options)
-    assert Options.html_theme_options["launch_buttons"] == {}
+def test_without_an_address_there_are_no_buttons_and_one_that_leads_nowhere_is_refused():
+    launch.settle_buttons(None, without := options(""))
+    assert without.html_theme_options["launch_buttons"] == {}
     assert launch.repository(ROOT / "_config.yml")[0] == ""
+    for url in ("some-course", "https://github.com/some-school"):
+        with pytest.raises(Exception, match=re.escape(f"got '{url}'")):
+            launch.settle_buttons(None, options(url))

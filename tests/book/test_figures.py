@@ -1,13 +1,11 @@
-"""Pictures that become figures, and links that tell what a word means."""
+"""Pictures that become figures."""
 
 from __future__ import annotations
 
 import figures
 import pytest
-import terms
 from docutils import nodes
 from docutils.utils import new_document
-from sphinx import addnodes
 
 
 def cell(*mime_types: str) -> nodes.container:
@@ -48,47 +46,30 @@ def test_a_drawn_picture_and_the_italic_words_below_it_are_a_figure():
     assert [each.astext() for each in document.findall(nodes.paragraph)] == ["So."]
 
 
-def test_what_follows_the_italic_words_stays_text():
-    document = page(cell("image/png"), words(italic("A wall."), nodes.Text(" It is proven.")))
-    assert captions(document) == ["A wall."]
-    assert [each.astext().strip() for each in document.findall(nodes.paragraph)] == [
-        "It is proven."
-    ]
-
-
-def test_each_figure_of_a_page_has_an_id_of_its_own():
-    one = [cell("image/png"), words(italic("One."))]
+def test_each_figure_of_a_page_has_an_id_of_its_own_and_what_follows_its_caption_stays_text():
+    one = [cell("image/png"), words(italic("One."), nodes.Text(" It is proven."))]
     two = [words(nodes.image(uri="map.png")), words(italic("Two."))]
-    ids = [each["ids"] for each in page(*one, *two).findall(nodes.figure)]
-    assert ids == [["figure-1"], ["figure-2"]]
+    document = page(*one, *two)
+    assert [each["ids"] for each in document.findall(nodes.figure)] == [["figure-1"], ["figure-2"]]
+    assert captions(document) == ["One.", "Two."]
+    texts = [each.astext().strip() for each in document.findall(nodes.paragraph)]
+    assert [text for text in texts if text] == ["It is proven."]
 
 
-def test_a_picture_for_paper_gets_no_number():
-    picture = cell("image/png")
-    picture["classes"].append("tag_on-paper")
-    assert captions(page(picture, words(italic("On paper.")))) == []
+ON_PAPER = cell("image/png")
+ON_PAPER["classes"].append("tag_on-paper")
+SLIDER = cell("application/vnd.jupyter.widget-view+json", "text/plain")
 
 
 @pytest.mark.parametrize(
     "parts",
     [
         [cell("text/plain"), words(italic("No picture."))],
-        [
-            cell("application/vnd.jupyter.widget-view+json", "text/plain"),
-            words(italic("A slider.")),
-        ],
+        [SLIDER, words(italic("A slider."))],
         [cell("image/png"), words(nodes.Text("Between.")), words(italic("Too late."))],
+        [ON_PAPER, words(italic("On paper."))],
     ],
-    ids=["text", "slider", "apart"],
+    ids=["text", "slider", "apart", "on paper"],
 )
 def test_other_words_are_no_caption(parts):
     assert captions(page(*parts)) == []
-
-
-def test_a_meaning_is_told_without_citations_and_chapters():
-    link = addnodes.pending_xref("", nodes.Text("chapter 8"))
-    meaning = nodes.paragraph("", "", nodes.Text("How far it is\noff ("), link, nodes.Text(")."))
-    entry = nodes.definition_list_item(
-        "", nodes.term("", "ATE", ids=["term-ATE"]), nodes.definition("", meaning)
-    )
-    assert terms._plain(entry) == "How far it is off."

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import nbformat
 import pytest
-from jupyterlab_page import ask, errors, jupyterlab, notebook_read, open_lab, run_all
+from jupyterlab_page import RUN_ALL, ask, errors, jupyterlab, notebook_read, open_lab
 from mouse import drag, thumb
 from nbformat.v4 import new_code_cell, new_notebook
 from playwright.sync_api import Browser, Locator, Page, expect
@@ -70,7 +70,7 @@ def test_text_is_drawn_as_in_the_book_and_answers_are_folded(page, name):
 def test_every_kind_of_widget_lives(page):
     """Buys what no kernel alone can show: messages, focus and mouse, all together."""
     with notebook_read(page, "widgets.ipynb"):
-        run_all(page)
+        page.evaluate(RUN_ALL)
         assert errors(page) == []
         turn_a_page(page, page.locator(".flipbook:visible"))
         explorers = page.locator(".icp-explorer:visible").all()
