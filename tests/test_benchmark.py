@@ -54,17 +54,6 @@ def test_the_bench_runs_and_its_errors_are_small(results):
         assert 0.0 < score["time_ms"]["median"] <= score["time_ms"]["p95"]
 
 
-def test_a_part_of_the_bench_makes_a_page_too(results, tmp_path):
-    done = report(results[0], tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
-    page = (tmp_path / "benchmark.md").read_text()
-    assert "### Ray-cast rooms, 180 beams\n\n2 pairs" in page
-    assert "| labkit point-to-line |" in page
-    assert "## Conditions" in page
-    assert "## Growth" not in page
-    assert "## Basin" not in page
-
-
 def test_the_book_shows_the_results_as_they_were_written(tmp_path):
     """Nobody has touched up a number: page and figures come from the JSON beside them."""
     done = report(BOOK / "_static" / "benchmark.json", tmp_path)

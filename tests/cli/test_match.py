@@ -62,16 +62,3 @@ def test_what_is_odd_about_a_file_is_told(run, scan_files, tmp_path):
     _, _, err = run("match", *scan_files[:2])
     notes = [line.partition(": half of the points")[0] for line in err.splitlines()]
     assert notes == ["note: target.csv", "note: source.csv"]
-
-
-@pytest.mark.parametrize(
-    ("guess", "message"),
-    [
-        (("a", 0, 0), "argument --initial: invalid float value: 'a'"),
-        ((0, 0, "inf"), "--initial must be three finite numbers x, y, theta, got [0.0, 0.0, inf]"),
-    ],
-)
-def test_a_guess_that_is_none(run, scan_files, guess, message):
-    status, out, err = run("match", "target.csv", "source.csv", "--initial", *guess)
-    assert (status, out) == (2, "")
-    assert message in err

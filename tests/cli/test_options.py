@@ -26,14 +26,9 @@ def test_no_option_gives_the_defaults_and_each_can_be_set():
         assert chosen(args, MATCHING) == chosen(parser.parse_args([]), MATCHING) | {name: value}
 
 
-def test_the_help_tells_meaning_unit_and_default():
+def test_the_help_tells_meaning_unit_and_default_and_off_is_infinity():
+    parser = parser_of(Preprocessing(range_max=5.0), ("range_max",))
+    assert parser.parse_args(["--range-max", "OFF"]).range_max == float("inf")
     told = parser_of(Preprocessing(), ("range_max",)).format_help()
     assert "drop points farther than this; inf turns it off [m] (default inf)" in told
     assert "--range-min" not in told
-
-
-def test_off_is_infinity():
-    args = parser_of(Preprocessing(range_max=5.0), ("range_max",)).parse_args(
-        ["--range-max", "OFF"]
-    )
-    assert args.range_max == float("inf")

@@ -72,20 +72,21 @@ def difference(expected: IcpResult, answer: dict[str, Any], whole: bool = True) 
 
     Of the costs that led there only a `whole` comparison knows: labkit takes long to replay them.
     """
-    pose = labkit.to_xytheta(expected.poses[-1])
-    apart = np.abs([*(pose - answer["pose"])[:2], labkit.wrap(pose[2] - answer["pose"][2])])
-    kept = "".join("01"[int(each)] for each in expected.correspondences.kept)
+    pose = labkit.to_xytheta(expected.poses[-1]) - answer["pose"]
+    told = {
+        "termination": expected.termination.name,
+        "iterations": expected.iterations,
+        "kept": "".join("01"[int(each)] for each in expected.correspondences.kept),
+        "inlier_count": expected.inlier_count,
+    }
+    if not expected.termination.failed:
+        told["unobservable"] = list(expected.unobservable)
+    for name, value in told.items():
+        if answer[name] != value:
+            return f"{name}: {answer[name]}, not {value}"
     costs = [each.cost for each in expected.history] if whole else [expected.cost]
-    if expected.termination.name != answer["termination"]:
-        return f"ends {answer['termination']}, not {expected.termination.name}"
-    if expected.iterations != answer["iterations"]:
-        return f"takes {answer['iterations']} steps, not {expected.iterations}"
-    if kept != answer["kept"] or expected.inlier_count != answer["inlier_count"]:
-        return f"keeps {answer['inlier_count']} pairs, not the {expected.inlier_count}"
-    if not apart.max() <= POSE:
-        return f"is off by {apart.max():.3g}"
-    if not expected.termination.failed and list(expected.unobservable) != answer["unobservable"]:
-        return f"cannot see {answer['unobservable']}, not {expected.unobservable}"
+    if not max(*abs(pose[:2]), abs(labkit.wrap(pose[2]))) <= POSE:
+        return f"is off by {pose}"
     if not np.allclose(costs, answer["costs"][-len(costs) :], rtol=COST, atol=COST):
         return "has other costs"
     return None

@@ -17,14 +17,6 @@ TARGET = [[0.0, 0.0], [4.0, 0.0], [0.0, 3.0], [4.0, 3.0], [2.0, 5.0]]
 SOURCE = [[0.1, 0.0], [4.1, 0.1], [0.1, 3.0], [4.1, 3.0], [2.0, 5.9]]
 
 
-def test_they_start_with_labkit_s_own_run():
-    sliders = icp_sliders(SOURCE, TARGET)
-    expected = labkit.icp(SOURCE, TARGET)
-    assert sliders.form == "sliders"
-    assert sliders.parameters == IcpParameters()
-    assert np.array_equal(sliders.run().T_target_source, expected.T_target_source)
-
-
 def test_guess_parameters_and_truth_reach_the_page():
     told = IcpParameters(math.inf, 0.6, 0.025, metric="point_to_line")
     T_init, truth = labkit.transform(0.1, 0.0, 0.05), labkit.transform(0.2, 0.0, 0.0)

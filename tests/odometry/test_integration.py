@@ -38,11 +38,6 @@ def test_increments_come_back(increments, start):
     assert_same_poses(increments_between(integrate(increments, start)), increments)
 
 
-@given(rows.filter(len))
-def test_poses_come_back(trajectory):
-    assert_same_poses(integrate(increments_between(trajectory), trajectory[0]), trajectory)
-
-
 def test_an_increment_is_in_the_robots_own_frame():
     """Turn left, then drive: the robot goes up. Drive, then turn: it went ahead."""
     turn, drive = [0.0, 0.0, PI / 2], [1.0, 0.0, 0.0]

@@ -50,12 +50,16 @@ def test_every_step_is_a_dot_of_each_signal():
 
 
 def test_fallbacks_are_marked_where_they_happened():
-    axes = plot_quality(book_figure(7.0), make_records())
+    """The last one, without a match, only in the panel of decisions."""
+    blank = StepRecord(increment=np.zeros(3), decision=Decision.HOLD)
+    *upper, lowest = plot_quality(book_figure(7.0), [*make_records(), blank])
     for decision in FALLBACKS:
         at = [k for k, each in enumerate(DECISIONS) if each is decision]
-        for ax in axes:
+        for ax in upper:
             (line,) = marks(ax, decision)
             np.testing.assert_array_equal(line.get_xdata(), at)
+        last = [len(DECISIONS)] if decision is Decision.HOLD else []
+        np.testing.assert_array_equal(marks(lowest, decision)[0].get_xdata(), [*at, *last])
 
 
 def test_the_lowest_panel_counts_decisions():
@@ -64,13 +68,6 @@ def test_the_lowest_panel_counts_decisions():
     assert rows == ["icp", "retry", "search", "prior", "hold", "stand"]
     assert [text.get_text() for text in axes[-1].texts] == ["95", "1", "1", "2", "1", "1"]
     assert axes[0].get_title() == "Quality of 101 steps, 6 of them fell back"
-
-
-def test_a_fallback_without_a_match_is_marked_below_only():
-    blank = StepRecord(increment=np.zeros(3), decision=Decision.HOLD)
-    axes = plot_quality(book_figure(7.0), [*make_records(), blank])
-    assert marks(axes[0], Decision.HOLD)[0].get_xdata().tolist() == [94]
-    assert marks(axes[-1], Decision.HOLD)[0].get_xdata().tolist() == [94, len(DECISIONS)]
 
 
 def test_limits_are_dashed_lines():

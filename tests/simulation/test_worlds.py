@@ -48,13 +48,6 @@ def test_the_room_shows_every_motion(x, y):
     assert np.isfinite(ranges(room(), x, y)).all()
 
 
-def test_the_room_looks_different_after_any_half_or_quarter_turn():
-    here = ranges(room())
-    for quarter in (1, 2, 3):
-        turned = np.roll(here, quarter * len(here) // 4)
-        assert np.abs(turned - here).mean() > 0.2
-
-
 def test_a_corridor_hides_the_motion_along_it():
     straight = sensitivity(corridor(), y=0.3)
     assert straight[-1] < 1e-6 < 0.1 < straight[-2]
@@ -62,19 +55,12 @@ def test_a_corridor_hides_the_motion_along_it():
 
 
 def test_people_stand_clear_of_the_scanner_and_of_the_walls():
-    world = crowd(50, rng=0)
+    world = crowd(50, rng=0, speed=1.5)
     assert len(world.moving) == 50
+    np.testing.assert_allclose([np.hypot(*person.velocity) for person in world.moving], 1.5)
     distance = np.array([np.hypot(*person.segments[:, 0].T) for person in world.moving])
     assert distance.min() >= 1.0
     assert distance.max() <= 3.0 + 1e-12
-
-
-def test_people_walk_at_their_speed_and_the_walls_stay():
-    world = crowd(8, rng=1, speed=1.5)
-    np.testing.assert_allclose([np.hypot(*person.velocity) for person in world.moving], 1.5)
-    walls = len(room().segments)
-    np.testing.assert_array_equal(world.at(3.0)[:walls], room().segments)
-    assert not np.allclose(world.at(3.0)[walls:], world.at(0.0)[walls:])
 
 
 def test_people_hide_walls():
