@@ -39,8 +39,8 @@ test: $(TESTS) ## check style and types, then test code, notebooks and pages
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	@$(WARM)
-	$(BIN)/pytest tests labkit $(NOTEBOOKS) -m "not others" \
-	    --nbval-lax --nbval-current-env --numprocesses 2 --dist loadfile --no-loadscope-reorder
+	$(BIN)/pytest tests labkit $(NOTEBOOKS) -m "not others" --nbval-lax --nbval-current-env \
+	    --numprocesses 3 --dist loadfile --no-loadscope-reorder
 
 others: $(TESTS) ## test the ports in their languages, the pages in Firefox, the exports in other graders
 	$(BIN)/pytest tests -m others --numprocesses 2 --dist loadfile
