@@ -75,9 +75,10 @@ def changed(text: str, number: int) -> tuple[str, str]:
 
 
 def tests_of(module: str) -> list[Path]:
-    """Examples in the module, its own tests, and those of the loop or the step that it serves."""
+    """Examples in the module, its own tests, refusals, and the loop or step that it serves."""
     own = ROOT / "tests" / Path(module).parent / f"test_{Path(module).name}"
-    served = ("icp", "schedule") if own.parent.name == "tests" else ("step", "search", "estimator")
+    core = ("refusals", "icp", "schedule")
+    served = core if own.parent.name == "tests" else ("step", "search", "estimator")
     tests = [own, *(own.with_name(f"test_{name}.py") for name in served)]
     return [LAB / module, *dict.fromkeys(test for test in tests if test.exists())]
 

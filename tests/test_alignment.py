@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit.alignment import align, align_svd
-from labkit.errors import DegenerateAlignmentError, InvalidPointsError
+from labkit.errors import DegenerateAlignmentError
 from labkit.se2 import apply, invert, to_xytheta, transform, wrap
 
 PI = math.pi
@@ -150,20 +150,3 @@ SQUARE = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
 def test_pairs_that_leave_the_rotation_open(solve, source, target, weights, message):
     with pytest.raises(DegenerateAlignmentError, match=message):
         solve(source, target, weights)
-
-
-@pytest.mark.parametrize(
-    ("source", "target", "weights", "message"),
-    [
-        ([], LINE, None, r"`source` is empty, got shape \(0,\); it needs at least 1 point \("),
-        (LINE, LINE[:3], None, r"must be pairs, got 4 and 3 points; row i of one"),
-        (LINE, LINE * [math.nan, 1], None, r"`target` must be finite, got \[nan, 0\.0\] at ind"),
-        (LINE, LINE, [1, 1], r"`weights` must have shape \(4,\), one per pair, got \(2,\)"),
-        (LINE, LINE, [1, 1, -2, 1], r"must be finite and not negative, got -2\.0 at index 2"),
-        (LINE, LINE, [1, math.inf, 1, 1], r"must be finite and not negative, got inf at index 1"),
-        (LINE, LINE, "heavy", r"`weights` must hold numbers, got 'heavy'; give one number per"),
-    ],
-)
-def test_bad_input(source, target, weights, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        align(source, target, weights)

@@ -7,7 +7,6 @@ import pytest
 
 from labkit import IcpParameters, Scan, Target, icp
 from labkit.covariance import censi_covariance, censi_information, fuse
-from labkit.errors import DegenerateAlignmentError, InvalidParameterError, InvalidPointsError
 from labkit.odometry import OdometryParameters
 from labkit.se2 import apply, from_xytheta, to_xytheta, transform
 from labkit.simulation import Lidar, cast, corner, corridor, room
@@ -195,38 +194,3 @@ def test_rough_surfaces_count_as_noise():
     told = censi_covariance(result, 1e-4)
     np.testing.assert_allclose(told, censi_covariance(result, 1e-3), rtol=1e-9)
     assert np.sqrt(told[0, 0]) > 1e-3
-
-
-@pytest.mark.parametrize(
-    ("prior", "message"),
-    [
-        (np.eye(2), "must be finite and of shape (3, 3), got [[1.0, 0.0], [0.0, 1.0]]"),
-        (np.diag([1.0, 1.0, 0.0]), "must be symmetric and positive definite, got"),
-        (np.eye(3) + np.eye(3, k=1), "must be symmetric and positive definite, got"),
-    ],
-)
-def test_bad_prior_covariances(prior, message):
-    with pytest.raises(InvalidPointsError) as caught:
-        fuse(matched(5)[2], RANGE_STD, np.zeros(3), prior)
-    assert message in str(caught.value)
-
-
-def test_no_covariance_without_an_estimate():
-    points = np.array([[0.0, 1.0], [1.0, 0.0]])
-    result = icp(points, points)
-    with pytest.raises(DegenerateAlignmentError, match="without an estimate: failed: fewer than 3"):
-        censi_covariance(result, RANGE_STD)
-
-
-def test_no_covariance_without_surfaces():
-    sparse = 3.0 * np.stack(np.meshgrid(np.arange(1.0, 6), np.arange(4.0)), axis=-1).reshape(-1, 2)
-    with pytest.raises(DegenerateAlignmentError, match="no pair lies on a surface"):
-        censi_covariance(icp(sparse, sparse), RANGE_STD)
-
-
-@pytest.mark.parametrize("std", [0.0, -0.01, math.nan])
-def test_bad_noise(std):
-    with pytest.raises(
-        InvalidParameterError, match=rf"`range_std` must be in \(0, inf\] m, got {std}"
-    ):
-        censi_covariance(matched(5)[2], std)

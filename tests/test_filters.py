@@ -10,7 +10,6 @@ from hypothesis.extra.numpy import arrays
 from scipy.spatial.distance import cdist
 
 from labkit import Scan
-from labkit.errors import InvalidParameterError
 from labkit.filters import Preprocessing, range_band, remove_isolated, voxel_downsample
 
 clouds = arrays(float, st.tuples(st.integers(1, 30), st.just(2)), elements=st.floats(-5, 5))
@@ -105,21 +104,3 @@ def test_each_filter_can_stand_alone():
     ):
         np.testing.assert_array_equal(Preprocessing(**settings)(scan).points, expected.points)
         assert len(expected) < len(scan)
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda p: range_band(p, -1.0), r"`minimum` must be in \[0, inf\] m, got -1\.0"),
-        (lambda p: range_band(p, 2.0, 2.0), r"`maximum` must be in \(2, inf\] m, got 2\.0"),
-        (lambda p: voxel_downsample(p, 0.0), r"`size` must be in \(0, inf\] m, got 0\.0"),
-        (lambda p: remove_isolated(p, -0.1), r"`radius` must be in \(0, inf\] m, got -0\.1"),
-        (lambda p: Preprocessing(range_min=math.nan), r"`range_min` must be in \[0, inf\] m"),
-        (lambda p: Preprocessing(range_min=3, range_max=2), r"`range_max` must be in \(3, inf\] m"),
-        (lambda p: Preprocessing(voxel_size=-1), r"`voxel_size` must be in \[0, inf\] m, got -1"),
-        (lambda p: Preprocessing(isolation_radius=-1), r"`isolation_radius` must be in \[0, inf"),
-    ],
-)
-def test_bad_parameters(call, message):
-    with pytest.raises(InvalidParameterError, match=message):
-        call([[1.0, 0.0]])

@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labkit import IcpParameters, Scan, Target, Termination, icp
-from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit import IcpParameters, Target, Termination, icp
 from labkit.se2 import apply, invert, to_xytheta, transform, wrap
 from labkit.simulation import Lidar, cast, lesson_experiment, room
 
@@ -361,25 +360,3 @@ def test_lines_converge_sooner_and_no_worse_in_a_room():
 
 
 # ---------------------------------------------------------------- the caller's mistakes
-
-
-@pytest.mark.parametrize(
-    ("target", "T_init", "message"),
-    [
-        (Scan.from_ranges([math.inf], [0.0]), None, r"`target` is empty, got shape \(0, 2\)"),
-        (scatter(0, 6).T, None, r"`target` must have shape \(N, 2\), got \(2, 6\); transpose it"),
-        (scatter(0, 6), np.eye(2), r"`T_init` must be a \(3, 3\) transform, got shape \(2, 2\); b"),
-        (scatter(0, 6), np.diag([1, -1, 1]), r"`T_init` must be a proper rigid transform"),
-        (scatter(0, 6), 2 * np.eye(3), r"`T_init` must be a proper rigid transform, got \[\[2\.0"),
-        (scatter(0, 6), np.full((3, 3), math.nan), r"proper rigid transform, got \[\[nan, nan"),
-        (scatter(0, 6), np.diag([1, 1, math.inf]), r"proper rigid transform, .*`labkit\.transform"),
-        (scatter(0, 6), "here", r"`T_init` must hold numbers, got 'here'; build one with"),
-    ],
-)
-def test_bad_input(target, T_init, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        icp(scatter(0, 6), target, T_init)
-    with pytest.raises(InvalidPointsError, match="`source` is empty"):
-        icp([], scatter(0, 6))
-    with pytest.raises(InvalidParameterError, match="`parameters` must be of the class IcpParam"):
-        icp(np.eye(3, 2), np.eye(3, 2), parameters=0.7)

@@ -1,15 +1,11 @@
 """Nearest neighbours: the grid held against all distances."""
 
-import math
-
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.distance import cdist
 
-from labkit.errors import InvalidPointsError
 from labkit.neighbors import (
     NearestNeighbors,
     build_grid,
@@ -94,15 +90,3 @@ def test_brute_force_works_through_its_blocks():
     points, target = rng.normal(size=(600, 2)), rng.normal(size=(3000, 2))
     expected = cdist(points, target).argmin(axis=1)
     np.testing.assert_array_equal(nearest_by_brute_force(points, target), expected)
-
-
-@pytest.mark.parametrize(
-    ("target", "points", "message"),
-    [
-        ([[0, math.inf]], [[0, 0]], r"`target` must be finite, got \[0\.0, inf\] at index 0"),
-        ([[0, 0]], [[math.nan, 0]], r"`points` must be finite, got \[nan, 0\.0\] at index 0"),
-    ],
-)
-def test_bad_points(target, points, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        NearestNeighbors(target).query(points)

@@ -32,19 +32,13 @@ NAN, INF = math.nan, math.inf
         ("approach", 1, "True or False"),
     ],
 )
-def test_a_parameter_that_it_cannot_be(name, value, expected):
+def test_parameters_of_icp(name, value, expected):
     with pytest.raises(InvalidParameterError) as caught:
         IcpParameters(**{name: value})
     assert str(caught.value) == f"`{name}` must be {expected}, got {value!r}"
 
 
 def test_everything_can_be_turned_off():
-    IcpParameters(
-        max_correspondence_distance=INF,
-        overlap_ratio=1.0,
-        huber_delta=INF,
-        max_iterations=np.int64(1),
-        translation_tolerance=0.0,
-        rotation_tolerance=0.0,
-        cost_tolerance=0.0,
-    )
+    off = dict.fromkeys(("translation_tolerance", "rotation_tolerance", "cost_tolerance"), 0.0)
+    wide = dict.fromkeys(("max_correspondence_distance", "huber_delta"), INF)
+    IcpParameters(**off, **wide, overlap_ratio=1.0, max_iterations=np.int64(1))

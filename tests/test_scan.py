@@ -70,51 +70,6 @@ def test_select_takes_points_with_their_beams():
     assert Scan.from_points([[1.0, 2.0], [3.0, 4.0]]).select(np.array([1])).beams is None
 
 
-@pytest.mark.parametrize(
-    ("points", "message"),
-    [
-        (np.empty((0, 2)), r"`points` is empty, got shape \(0, 2\); it needs at least 1 point \("),
-        ([1.0, 2.0], r"`points` must have shape \(N, 2\), got \(2,\)$"),
-        (np.zeros((2, 5)), r"must have shape \(N, 2\), got \(2, 5\); transpose it \(`\.T`\)$"),
-        (np.zeros((5, 3)), r"must have shape \(N, 2\), got \(5, 3\)$"),
-        ([[0, 0], [1, NAN]], r"`points` must be finite, got \[1\.0, nan\] at index 1; drop"),
-        ([[INF, 0], [1, NAN]], r"`points` must be finite, got \[inf, 0\.0\] at index 0; drop"),
-        ([["a", "b"]], r"`points` must hold numbers, got \[\['a', 'b'\]\]; give an \(N, 2\) array"),
-        (None, r"`points`"),
-        ([["x" * 99, 0]], r"must hold numbers, got .{57}\.\.\.; give"),
-    ],
-)
-def test_bad_points(points, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        Scan.from_points(points)
-
-
-@pytest.mark.parametrize(
-    ("ranges", "angles", "message"),
-    [
-        ([1.0, 2.0], [0.0], r"must have one shape \(B,\), got \(2,\) and \(1,\)"),
-        ([[1.0]], [[0.0]], r"`ranges` must have shape \(B,\), got \(1, 1\)"),
-        ([1.0, 1.0], [0.0, NAN], r"`angles` must be finite, got nan at index 1"),
-    ],
-)
-def test_bad_beams(ranges, angles, message):
-    for make in (Scan.from_ranges, lambda r, a: Scan(points=[[1.0, 0.0]], ranges=r, angles=a)):
-        with pytest.raises(InvalidPointsError, match=message):
-            make(ranges, angles)
-
-
-@pytest.mark.parametrize(
-    ("beams", "message"),
-    [
-        (np.arange(3), r"`beams` must be 5 whole numbers, one per point, got shape \(3,\)"),
-        (np.arange(5.0), r"`beams` must be 5 whole .* got shape \(5,\) of float64"),
-    ],
-)
-def test_beams_are_one_per_point(beams, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        Scan(points=np.zeros((5, 2)), beams=beams)
-
-
 def test_nobody_writes_to_a_scan():
     """Neither to its arrays nor, through those that it was made of, to what it holds."""
     given = {

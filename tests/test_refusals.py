@@ -1,0 +1,184 @@
+"""What a caller cannot mean is refused, with the value that was received."""
+
+import math
+from functools import partial
+
+import numpy as np
+import pytest
+
+from labkit import Scan, Target, icp
+from labkit.alignment import align
+from labkit.correspondences import distance_gate, huber_loss, huber_weights, overlap
+from labkit.covariance import censi_covariance, fuse
+from labkit.degeneracy import spread_ratio
+from labkit.errors import DegenerateAlignmentError, InvalidParameterError, InvalidPointsError
+from labkit.filters import Preprocessing, range_band, remove_isolated, voxel_downsample
+from labkit.neighbors import NearestNeighbors
+
+NAN, INF = math.nan, math.inf
+POINTS = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [4.0, 1.0]])
+SPARSE = 3.0 * np.stack(np.meshgrid(np.arange(1.0, 6), np.arange(4.0)), axis=-1).reshape(-1, 2)
+NORMALS = np.array([[0.0, -1.0], [NAN, NAN], [0.0, -1.0], [0.0, -2.0]])
+
+
+def scan(ranges, angles):
+    return Scan(points=POINTS, ranges=ranges, angles=angles)
+
+
+def started(T_init):
+    return icp(POINTS, POINTS, T_init)
+
+
+@pytest.fixture(scope="module")
+def result(in_the_room):
+    return icp(in_the_room.source, in_the_room.target)
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        (np.empty((0, 2)), r"`points` is empty, got shape \(0, 2\); it needs at least 1 point \("),
+        ([1.0, 2.0], r"`points` must have shape \(N, 2\), got \(2,\)$"),
+        (np.zeros((2, 5)), r"must have shape \(N, 2\), got \(2, 5\); transpose it \(`\.T`\)$"),
+        (np.zeros((5, 3)), r"must have shape \(N, 2\), got \(5, 3\)$"),
+        ([[0, 0], [1, NAN]], r"`points` must be finite, got \[1\.0, nan\] at index 1; drop"),
+        ([[INF, 0], [1, NAN]], r"`points` must be finite, got \[inf, 0\.0\] at index 0; drop"),
+        ([["a", "b"]], r"`points` must hold numbers, got \[\['a', 'b'\]\]; give an \(N, 2\) array"),
+        (None, "`points`"),
+        ([["x" * 99, 0]], r"must hold numbers, got .{57}\.\.\.; give"),
+    ],
+)
+def test_points(points, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        Scan.from_points(points)
+
+
+@pytest.mark.parametrize(
+    ("call", "arguments", "message"),
+    [
+        (scan, ([1.0, 2.0], [0.0]), r"must have one shape \(B,\), got \(2,\) and \(1,\)"),
+        (scan, ([[1.0]], [[0.0]]), r"`ranges` must have shape \(B,\), got \(1, 1\)"),
+        (Scan.from_ranges, ([1, 1], [0, NAN]), "`angles` must be finite, got nan at index 1"),
+        (
+            NearestNeighbors,
+            (np.full((1, 2), INF),),
+            r"`target` must be finite, got \[inf, inf\] at",
+        ),
+        (
+            NearestNeighbors(POINTS).query,
+            (POINTS * NAN,),
+            "`points` must be finite, .* at index 0",
+        ),
+        (Target, (POINTS, NORMALS), "`normals` must be unit vectors, .* at index 3"),
+        (Target, (POINTS, NORMALS[:2]), r"`normals` must have shape \(4, 2\), one per"),
+        (Target, (POINTS * NAN,), r"`target` must be finite, got \[nan, nan\]"),
+        (align, ([], POINTS), r"`source` is empty, got shape \(0,\); it needs at least 1 point \("),
+        (align, (POINTS, POINTS[:3]), "must be pairs, got 4 and 3 points; row i of one"),
+        (align, (POINTS, POINTS * [NAN, 1]), r"`target` must be finite, got \[nan, 0\.0\] at ind"),
+        (
+            align,
+            (POINTS, POINTS, [1, 1]),
+            r"`weights` must have shape \(4,\), one per pair, got",
+        ),
+        (align, (POINTS, POINTS, [1, 1, -2, 1]), r"finite and not negative, got -2\.0 at index 2"),
+        (align, (POINTS, POINTS, [1, INF, 1, 1]), "finite and not negative, got inf at index 1"),
+        (align, (POINTS, POINTS, "heavy"), "`weights` must hold numbers, got 'heavy'; give one n"),
+        (icp, ([], POINTS), "`source` is empty"),
+        (icp, (POINTS, Scan.from_ranges([INF], [0.0])), r"`target` is empty, got shape \(0, 2\)"),
+        (icp, (POINTS, POINTS.T), r"`target` must have shape \(N, 2\), got \(2, 4\); transpose it"),
+        (
+            started,
+            (np.eye(2),),
+            r"`T_init` must be a \(3, 3\) transform, got shape \(2, 2\)",
+        ),
+        (started, (np.diag([1, -1, 1]),), "`T_init` must be a proper rigid transform"),
+        (started, (2 * np.eye(3),), r"`T_init` must be a proper rigid transform, got \[\[2\.0"),
+        (started, (np.full((3, 3), NAN),), r"proper rigid transform, got \[\[nan, nan"),
+        (started, (np.diag([1, 1, INF]),), r"proper rigid transform, .*`labkit\.transform"),
+        (started, ("here",), "`T_init` must hold numbers, got 'here'; build one with"),
+        (spread_ratio, (POINTS, [1, 0, 0]), r"`motion` must have shape \(2,\), got \(3,"),
+    ],
+)
+def test_arrays(call, arguments, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        call(*arguments)
+
+
+@pytest.mark.parametrize("beams", [np.arange(3), np.arange(4.0)])
+def test_beams_are_one_per_point(beams):
+    message = rf"`beams` must be 4 whole numbers, one per point, got shape \({len(beams)},\)"
+    with pytest.raises(InvalidPointsError, match=message):
+        Scan(points=POINTS, beams=beams)
+
+
+@pytest.mark.parametrize(
+    ("call", "arguments", "message"),
+    [
+        (range_band, (POINTS, -1.0), r"`minimum` must be in \[0, inf\] m, got -1\.0"),
+        (range_band, (POINTS, 2.0, 2.0), r"`maximum` must be in \(2, inf\] m, got 2\.0"),
+        (voxel_downsample, (POINTS, 0.0), r"`size` must be in \(0, inf\] m, got 0\.0"),
+        (remove_isolated, (POINTS, -0.1), r"`radius` must be in \(0, inf\] m, got -0\.1"),
+        (partial(Preprocessing, range_min=NAN), (), r"`range_min` must be in \[0, inf\] m"),
+        (
+            partial(Preprocessing, range_min=3, range_max=2),
+            (),
+            r"`range_max` must be in \(3, inf\] m",
+        ),
+        (
+            partial(Preprocessing, voxel_size=-1),
+            (),
+            r"`voxel_size` must be in \[0, inf\] m, got -1",
+        ),
+        (
+            partial(Preprocessing, isolation_radius=-1),
+            (),
+            r"`isolation_radius` must be in \[0, inf",
+        ),
+        (icp, (POINTS, POINTS, None, 0.7), "`parameters` must be of the class IcpParam"),
+        (huber_weights, ([0.1], 0.0), r"`huber_delta` must be in \(0, inf\] m, got 0.0"),
+        (huber_loss, ([0.1], 0.0), r"`huber_delta` must be in \(0, inf\] m, got 0.0"),
+        (overlap, ([0.1], 0.0), r"`overlap_ratio` must be in \(0, 1\], got 0.0"),
+        (distance_gate, ([0.1], 0.0), r"`max_correspondence_distance` must be in .*, got 0.0"),
+    ],
+)
+def test_parameters(call, arguments, message):
+    with pytest.raises(InvalidParameterError, match=message):
+        call(*arguments)
+
+
+@pytest.mark.parametrize("stage", [huber_weights, huber_loss, overlap, distance_gate])
+@pytest.mark.parametrize("wrong", [-0.1, NAN])
+def test_distances(stage, wrong):
+    with pytest.raises(InvalidPointsError, match=f"distances, .*got {wrong} at index 1"):
+        stage([0.1, wrong], 0.5)
+
+
+@pytest.mark.parametrize("std", [0.0, -0.01, NAN])
+def test_noise(result, std):
+    with pytest.raises(InvalidParameterError, match=rf"`range_std` must be in .* m, got {std}"):
+        censi_covariance(result, std)
+
+
+@pytest.mark.parametrize(
+    ("prior", "message"),
+    [
+        (np.eye(2), r"finite and of shape \(3, 3\), got \[\[1\.0, 0\.0\], \[0\.0, 1\.0\]\]"),
+        (np.diag([1.0, 1.0, 0.0]), "must be symmetric and positive definite, got"),
+        (np.eye(3) + np.eye(3, k=1), "must be symmetric and positive definite, got"),
+    ],
+)
+def test_covariances_of_a_prior(result, prior, message):
+    with pytest.raises(InvalidPointsError, match=message):
+        fuse(result, 0.01, np.zeros(3), prior)
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        (POINTS[:2], "without an estimate: failed: fewer than 3"),
+        (SPARSE, "no pair lies on a surface"),
+    ],
+)
+def test_what_has_no_covariance(points, message):
+    with pytest.raises(DegenerateAlignmentError, match=message):
+        censi_covariance(icp(points, points), 0.01)
