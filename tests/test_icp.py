@@ -151,13 +151,6 @@ def test_no_step_raises_the_cost_between_any_two_clouds(seed, guess, parameters)
     assert_cost_never_rises(icp(source, target, guess, parameters), scale=4.0)
 
 
-def test_no_step_raises_the_cost_on_a_real_log(killian):
-    parameters = IcpParameters(cost_tolerance=0.0)
-    for k in range(0, len(killian) - 1, 200):
-        older, newer = killian.scans[k : k + 2]
-        assert_cost_never_rises(icp(newer, older, None, parameters), scale=50.0)
-
-
 # ---------------------------------------------------------------- the endings
 
 
