@@ -24,13 +24,10 @@ def disagreement(answer: Any, expected: dict[str, Any], tolerance: float = TOLER
         return f"the error {expected['error']!r} was expected, got {answer}"
     if answer.keys() != expected.keys():
         return f"the keys {sorted(expected)} were expected, got {answer}"
-    for key, value in expected.items():
-        reason = _poses(answer[key], value, tolerance) if key == "poses" else None
-        if key != "poses":
-            reason = _value(key, answer[key], value, tolerance)
-        if reason:
-            return reason
-    return None
+    if "poses" in expected:
+        return _poses(answer["poses"], expected["poses"], tolerance)
+    reasons = (_value(key, answer[key], expected[key], tolerance) for key in expected)
+    return next(filter(None, reasons), None)
 
 
 def _poses(answer: Any, expected: list[list[float]], tolerance: float) -> str | None:

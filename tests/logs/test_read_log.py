@@ -42,6 +42,7 @@ PACKINGS = {
 def test_packing_and_format_are_told_from_the_content(save, run, packing):
     log = read_log(save(PACKINGS[packing](run), "run.csv"), strict=True)
     assert (len(log), log.format, log.name) == (5, "carmen", "run")
+    assert repr(log) == "Log(run: 5 scans, carmen, odometry)"
 
 
 @pytest.mark.parametrize(
@@ -203,7 +204,3 @@ def test_a_bomb_takes_little_memory(save, content, monkeypatch):
         assert tracemalloc.get_traced_memory()[1] < 24 << 20
     finally:
         tracemalloc.stop()
-
-
-def test_a_log_says_what_it_is_in_a_line(save, run):
-    assert repr(read_log(save(run))) == "Log(run: 5 scans, carmen, odometry)"

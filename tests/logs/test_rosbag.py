@@ -7,6 +7,7 @@ import pytest
 from labkit.errors import LogError
 from labkit.extras import MissingExtraError
 from labkit.logs import read_log
+from labkit.se2 import from_xytheta, to_xytheta
 
 pytest.importorskip("rosbags")
 from rosbags import rosbag1, rosbag2
@@ -113,7 +114,8 @@ def test_scans_and_interpolated_odometry(any_bag):
     any_bag.scan(10.25)
     any_bag.odometry(11.0, 1.0, 2.0, -3.0)
     any_bag.scan(11.0)
-    log = read_log(any_bag.close(), strict=True)
+    path = any_bag.close()
+    log = read_log(path, strict=True)
     assert (len(log), log.name, log.format, log.reference) == (2, "run", "ros", None)
     assert log.stamps.tolist() == [10.25, 11.0]
     scan = log.scans[0]
@@ -122,21 +124,18 @@ def test_scans_and_interpolated_odometry(any_bag):
     np.testing.assert_allclose(scan.points[0], [math.cos(-0.5), math.sin(-0.5)])
     quarter = 3.0 + 0.25 * (2.0 * math.pi - 6.0)
     np.testing.assert_allclose(log.odometry, [[0.25, 0.5, quarter], [1.0, 2.0, -3.0]])
+    log = read_log(path, range_max=1.5, laser_offset=(0.2, 0.1, 0.3))
+    assert log.scans[0].beams.tolist() == [0]
+    mounted = from_xytheta([1.0, 2.0, -3.0]) @ from_xytheta([0.2, 0.1, 0.3])
+    np.testing.assert_allclose(log.odometry[1], to_xytheta(mounted))
+    for storage in path.glob("*.db3" if any_bag.ros == 2 else "*.mcap"):
+        assert len(read_log(storage)) == 2  # the file inside a bag of ROS 2
 
 
 @pytest.mark.parametrize("range_max", [math.inf, np.finfo(np.float32).max])
 def test_the_largest_number_there_is_is_no_return(bag, range_max):
     bag.scan(10.0, ranges=(1.0, 3.4e38, 2.0, np.finfo(np.float32).max, 30.0), range_max=range_max)
     assert read_log(bag.close()).scans[0].beams.tolist() == [0, 2, 4]
-
-
-def test_options(bag):
-    bag.odometry(10.0, 0.0, 0.0, math.pi / 2)
-    bag.scan(10.0)
-    path = bag.close()
-    log = read_log(path, range_max=1.5, laser_offset=(0.2, 0.1, 0.3))
-    assert log.scans[0].beams.tolist() == [0]
-    np.testing.assert_allclose(log.odometry, [[-0.1, 0.2, math.pi / 2 + 0.3]])
 
 
 def test_a_header_without_time_takes_that_of_the_bag(any_bag):
@@ -174,14 +173,6 @@ def test_a_scan_outside_the_odometry_is_skipped(bag):
     assert [s.line for s in log.skipped] == [3]
     with pytest.raises(LogError, match=r":3: a scan 0\.500 s outside the odometry"):
         read_log(path, strict=True)
-
-
-@pytest.mark.parametrize("ros", [2, "mcap"])
-def test_the_file_inside_a_ros_2_bag(tmp_path, ros):
-    bag = Bag(tmp_path / "run", ros)
-    bag.scan(10.0)
-    (storage,) = (path for path in bag.close().iterdir() if path.suffix in {".db3", ".mcap"})
-    assert len(read_log(storage)) == 1
 
 
 @pytest.mark.parametrize(
