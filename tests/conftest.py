@@ -1,14 +1,13 @@
 """What the core's tests share: a hypothesis profile, and two scans with a known motion."""
 
 import os
-from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import settings
 
-from labkit import Scan, transform
-from labkit.arrays import FloatArray
+from labkit import transform
 from labkit.logs import Log, read_log
 from labkit.simulation import Lidar, cast, room
 
@@ -26,22 +25,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: (item.path not in slow, item.path.suffix != ".ipynb"))
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Pair:
-    """Two scans and the true ``T_target_source`` between them."""
-
-    source: Scan
-    target: Scan
-    T_target_source: FloatArray
-
-
 @pytest.fixture(scope="session")
-def in_the_room() -> Pair:
-    """A noisy look at the room, and another after (0.1, 0.05) m and 3°."""
+def in_the_room() -> SimpleNamespace:
+    """A noisy look at the room, and another after (0.1, 0.05) m and 3°: the scans and the truth."""
     T = transform(0.1, 0.05, np.radians(3.0))
     rng = np.random.default_rng(5)
     target, source = (cast(room(), pose, Lidar(), rng=rng) for pose in (np.eye(3), T))
-    return Pair(source=source, target=target, T_target_source=T)
+    return SimpleNamespace(source=source, target=target, T_target_source=T)
 
 
 @pytest.fixture(scope="session")

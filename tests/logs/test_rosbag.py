@@ -1,5 +1,6 @@
 import math
 import sys
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -13,86 +14,60 @@ pytest.importorskip("rosbags")
 from rosbags import rosbag1, rosbag2
 from rosbags.typesys import Stores, get_typestore
 
-LASER_SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
+GEOMETRY = "geometry_msgs/msg/"
+RANGES = (1.0, 2.0, math.inf, 0.05, 30.0)
 
 
 class Bag:
     """A bag under construction: ROS 1 in one file, ROS 2 in a directory."""
 
     def __init__(self, path, ros):
-        self.ros = ros
-        self.path = path
+        self.ros, self.path, self.connections = ros, path, {}
         self.store = get_typestore(Stores.ROS1_NOETIC if ros == 1 else Stores.ROS2_HUMBLE)
-        plugin = rosbag2.StoragePlugin.MCAP if ros == "mcap" else rosbag2.StoragePlugin.SQLITE3
-        self.writer = (
-            rosbag1.Writer(path)
-            if ros == 1
-            else rosbag2.Writer(path, version=9, storage_plugin=plugin)
-        )
+        if ros == 1:
+            self.writer = rosbag1.Writer(path)
+        else:
+            plugin = rosbag2.StoragePlugin["MCAP" if ros == "mcap" else "SQLITE3"]
+            self.writer = rosbag2.Writer(path, version=9, storage_plugin=plugin)
         self.writer.open()
-        self.connections = {}
 
-    def add(self, topic, msgtype, message, stamp):
+    def made(self, name, **given):
+        """A message; numbers that are not given are 0."""
+        kind = self.store.types[name]
+        for each in fields(kind):
+            if each.name not in given and "__msg__" in str(each.type):
+                given[each.name] = self.made(str(each.type).replace("__", "/"))
+            given.setdefault(each.name, 0)
+        return kind(**given)
+
+    def add(self, topic, name, stamp, header=None, **given):
+        """Write a message that arrives half a second after it was stamped."""
         if topic not in self.connections:
-            self.connections[topic] = self.writer.add_connection(
-                topic, msgtype, typestore=self.store
-            )
+            self.connections[topic] = self.writer.add_connection(topic, name, typestore=self.store)
+        sec, part = divmod(stamp if header is None else header, 1.0)
+        time = self.made("builtin_interfaces/msg/Time", sec=int(sec), nanosec=round(part * 1e9))
+        head = self.made("std_msgs/msg/Header", stamp=time, frame_id="laser")
         encode = self.store.serialize_ros1 if self.ros == 1 else self.store.serialize_cdr
-        raw = encode(message, msgtype)
+        raw = encode(self.made(name, header=head, **given), name)
         self.writer.write(self.connections[topic], round((stamp + 0.5) * 1e9), bytes(raw))
 
-    def header(self, stamp):
-        types = self.store.types
-        time = types["builtin_interfaces/msg/Time"](
-            sec=int(stamp), nanosec=round((stamp % 1.0) * 1e9)
-        )
-        sequence = {"seq": 0} if self.ros == 1 else {}
-        return types["std_msgs/msg/Header"](stamp=time, frame_id="laser", **sequence)
-
-    def scan(
-        self,
-        stamp,
-        ranges=(1.0, 2.0, math.inf, 0.05, 30.0),
-        topic="/scan",
-        header=None,
-        range_max=25.0,
-    ):
-        message = self.store.types[LASER_SCAN](
-            header=self.header(stamp if header is None else header),
-            angle_min=-0.5,
-            angle_max=0.5,
-            angle_increment=0.25,
-            time_increment=0.0,
-            scan_time=0.1,
-            range_min=0.1,
-            range_max=range_max,
-            ranges=np.array(ranges, dtype=np.float32),
-            intensities=np.zeros(0, dtype=np.float32),
-        )
-        self.add(topic, LASER_SCAN, message, stamp)
+    def scan(self, stamp, ranges=RANGES, topic="/scan", range_max=25.0, **given):
+        angles = {"angle_min": -0.5, "angle_max": 0.5, "angle_increment": 0.25}
+        given |= {"ranges": np.array(ranges, np.float32), "intensities": np.zeros(0, np.float32)}
+        limits = {"range_min": 0.1, "range_max": range_max}
+        self.add(topic, "sensor_msgs/msg/LaserScan", stamp, **angles, **limits, **given)
 
     def odometry(self, stamp, x, y, theta, topic="/odom", orientation=None):
-        types = self.store.types
-        vector, point = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Point"]
-        quaternion = types["geometry_msgs/msg/Quaternion"]
-        pose = types["geometry_msgs/msg/Pose"](
-            position=point(x=x, y=y, z=0.0),
-            orientation=quaternion(
-                **orientation
-                or {"x": 0.0, "y": 0.0, "z": math.sin(theta / 2), "w": math.cos(theta / 2)}
-            ),
-        )
-        still = vector(x=0.0, y=0.0, z=0.0)
-        twist = types["geometry_msgs/msg/Twist"](linear=still, angular=still)
-        message = types[ODOMETRY](
-            header=self.header(stamp),
-            child_frame_id="base",
-            pose=types["geometry_msgs/msg/PoseWithCovariance"](pose=pose, covariance=np.zeros(36)),
-            twist=types["geometry_msgs/msg/TwistWithCovariance"](
-                twist=twist, covariance=np.zeros(36)
-            ),
-        )
-        self.add(topic, ODOMETRY, message, stamp)
+        upright = {"z": math.sin(theta / 2), "w": math.cos(theta / 2)}
+        place = self.made(GEOMETRY + "Point", x=x, y=y)
+        turn = self.made(GEOMETRY + "Quaternion", **(orientation or upright))
+        pose = self.made(GEOMETRY + "Pose", position=place, orientation=turn)
+        unsure = {"covariance": np.zeros(36)}
+        given = {
+            "pose": self.made(GEOMETRY + "PoseWithCovariance", pose=pose, **unsure),
+            "twist": self.made(GEOMETRY + "TwistWithCovariance", **unsure),
+        }
+        self.add(topic, "nav_msgs/msg/Odometry", stamp, child_frame_id="base", **given)
 
     def close(self):
         self.writer.close()
