@@ -70,30 +70,25 @@ def test_an_answer_in_words_becomes_a_stub():
     assert taken == [SECRET]
 
 
-@pytest.mark.parametrize(
-    "page",
-    [
-        f"Why?\n\n:::{{solution}} ex-a\n{SECRET}\n:::",
-        f"Why?\n\n:::{{dropdown}} Solution to the first part\n{SECRET}\n:::",
-        f"Why?\n\n- one\n\n  ```{{admonition}} Solution\n  {SECRET}\n  ```",
-    ],
-)
-def test_a_solution_without_the_tag_is_refused(page):
-    with pytest.raises(SolutionMarkError, match=r"a.ipynb, cell 1: .* with the tag `solution`"):
-        strip_notebook(new_notebook(cells=[new_markdown_cell(page)]), "a.ipynb")
+UNTAGGED = "a.ipynb, cell 1: .* with the tag `solution`"
 
 
 @pytest.mark.parametrize(
-    ("source", "message"),
+    ("made", "source", "message"),
     [
-        ("### BEGIN SOLUTION\nx = 1", "a.ipynb, cell 1: 'BEGIN SOLUTION' without 'END SOLUTION'"),
-        ("x = 1\n### END SOLUTION", "a.ipynb, cell 1, line 2: '### END SOLUTION' without"),
-        ("### BEGIN SOLUTION\n### BEGIN SOLUTION", "a.ipynb, cell 1, line 2: '### BEGIN"),
+        (new_markdown_cell, f"Why?\n\n:::{{solution}} ex-a\n{SECRET}\n:::", UNTAGGED),
+        (new_markdown_cell, f":::{{dropdown}} Solution to the first part\n{SECRET}\n:::", UNTAGGED),
+        (new_markdown_cell, f"- one\n\n  ```{{admonition}} Solution\n  {SECRET}\n  ```", UNTAGGED),
+        (new_code_cell, "### BEGIN SOLUTION\nx = 1", "cell 1: 'BEGIN SOLUTION' without 'END SOL"),
+        (new_code_cell, "x = 1\n### END SOLUTION", "cell 1, line 2: '### END SOLUTION' without"),
+        (new_code_cell, "### BEGIN SOLUTION\n### BEGIN SOLUTION", "cell 1, line 2: '### BEGIN"),
     ],
 )
-def test_a_mark_without_its_partner_is_refused(source, message):
-    with pytest.raises(SolutionMarkError, match=re.escape(message)):
-        strip_notebook(new_notebook(cells=[new_code_cell(source)]), "a.ipynb")
+def test_a_solution_without_the_tag_and_a_mark_without_its_partner_are_refused(
+    made, source, message
+):
+    with pytest.raises(SolutionMarkError, match=message):
+        strip_notebook(new_notebook(cells=[made(source)]), "a.ipynb")
 
 
 # The search finds what is there

@@ -5,8 +5,7 @@ from __future__ import annotations
 import io
 import os
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import browser_files
@@ -16,6 +15,7 @@ from playwright.sync_api import Browser, Page, expect
 from print_book import WHOLE, files, print_book
 from pypdf import PdfReader
 from students_edition import without_staff_pages
+from widget_page import opened
 
 import labkit
 from labkit.course.report.pages import ReportError
@@ -73,23 +73,10 @@ CUT_FORMULAS = """all => all
 """
 
 
-@contextmanager
-def visit(browser: Browser, base: str, name: str) -> Iterator[Page]:
-    """Open a page; on leaving, require that all it asked for is its own and nothing failed."""
-    page = browser.new_page(color_scheme="light", reduced_motion="reduce")
-    outside: list[str] = []
-    complaints: list[str] = []
-    own = (base, "data:", "blob:")
-    page.on("request", lambda r: None if r.url.startswith(own) else outside.append(r.url))
-    page.on("requestfailed", lambda r: complaints.append(f"{r.url}: {r.failure}"))
-    page.on("response", lambda r: complaints.append(r.url) if r.status >= 400 else None)
-    page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
-    page.on("pageerror", lambda e: complaints.append(str(e)))
-    page.goto(f"{base}/{name}.html", wait_until="networkidle")
-    yield page
-    page.close()
-    assert outside == []
-    assert complaints == []
+def visit(browser: Browser, base: str, name: str) -> AbstractContextManager[Page]:
+    """A page of the book, at rest."""
+    at_rest = {"color_scheme": "light", "reduced_motion": "reduce"}
+    return opened(browser, f"{base}/{name}.html", own=base, **at_rest)
 
 
 @pytest.fixture(scope="session")
@@ -192,13 +179,11 @@ SIZES = [(1366, 768), (1920, 1080), (390, 844)]
 
 @pytest.mark.parametrize(("width", "height"), SIZES)
 def test_the_first_screen_holds_the_two_scans_whole(browser, html, width, height):
-    page = browser.new_page(viewport={"width": width, "height": height})
-    page.goto(f"{html.as_uri()}/{TOC['root']}.html")
-    page.locator(".icp-distance", has_text="m").wait_for()
-    for part in (".icp-by-hand .icp-plane", ".icp-verdict", ".icp-by-hand button >> nth=0"):
-        box = page.locator(part).bounding_box()
-        assert box["y"] + box["height"] < height, part
-    page.close()
+    address, size = f"{html.as_uri()}/{TOC['root']}.html", {"width": width, "height": height}
+    with opened(browser, address, ".icp-distance:has-text('m')", viewport=size) as page:
+        for part in (".icp-by-hand .icp-plane", ".icp-verdict", ".icp-by-hand button >> nth=0"):
+            box = page.locator(part).bounding_box()
+            assert box["y"] + box["height"] < height, part
 
 
 def test_the_map_unfolds_from_the_wheels_to_the_places_recognised(browser, html):

@@ -21,49 +21,43 @@ def box(answer: str | None, choices: int = 0, dropdowns: int = 1) -> nodes.admon
 
 
 @pytest.mark.parametrize(
-    ("answer", "choices", "kind"),
+    ("answer", "choices", "kinds"),
     [
-        ("2.", 3, "predict-answer-2"),
-        ("3", 3, "predict-answer-3"),
-        ("0.35 m", 0, "predict-number"),
-        ("−12°", 0, "predict-number"),
-        ("40 %", 0, "predict-number"),
+        ("2.", 3, ["predict-answer-2"]),
+        ("3", 3, ["predict-answer-3"]),
+        ("0.35 m", 0, ["predict-number"]),
+        ("−12°", 0, ["predict-number"]),
+        ("40 %", 0, ["predict-number"]),
+        ("(62 %, 5 %)", 0, ["predict-place", "predict-at-62-5"]),
     ],
 )
-def test_the_answer_decides_what_is_asked_for(answer, choices, kind):
+def test_the_answer_decides_what_is_asked_for(answer, choices, kinds):
     prediction = box(answer, choices)
     mark(prediction)
-    assert prediction["classes"] == ["predict", kind]
+    assert prediction["classes"] == ["predict", *kinds]
     lists = list(prediction.findall(nodes.enumerated_list))
     assert [each["classes"] for each in lists] == [["predict-choices"]] * bool(choices)
 
 
+KINDS = "must be a choice, a number or a place"
+
+
 @pytest.mark.parametrize(
-    ("answer", "got"), [("4.", "'4.'"), ("0", "'0'"), ("b", "'b'"), (None, "''")]
+    ("asked", "message"),
+    [
+        (box("4.", choices=3), "with 3 choices .* got '4.'"),
+        (box("0", choices=3), "with 3 choices .* got '0'"),
+        (box("b", choices=3), "with 3 choices .* got 'b'"),
+        (box(None, choices=3), "with 3 choices .* got ''"),
+        (box("(60, 35)"), KINDS),
+        (box("many"), KINDS),
+        (box("2 of the 5 runs end elsewhere"), KINDS),
+        (box(None), KINDS),
+        (box("(62 %, 105 %)"), r"got '\(62 %, 105 %\)'"),  # outside the picture
+        (box("1.", dropdowns=0), "needs one dropdown, got 0"),
+        (box("1.", dropdowns=2), "needs one dropdown, got 2"),
+    ],
 )
-def test_an_answer_that_is_no_choice_is_refused(answer, got):
-    with pytest.raises(PredictionError, match=f"with 3 choices .* got {got}"):
-        mark(box(answer, choices=3))
-
-
-@pytest.mark.parametrize("answer", ["(60, 35)", "many", "2 of the 5 runs end elsewhere", None])
-def test_an_answer_in_words_is_refused(answer):
-    with pytest.raises(PredictionError, match="must be a choice, a number or a place"):
-        mark(box(answer))
-
-
-def test_a_place_is_asked_for_by_its_percent_of_the_picture():
-    prediction = box("(62 %, 5 %)")
-    mark(prediction)
-    assert prediction["classes"] == ["predict", "predict-place", "predict-at-62-5"]
-
-
-def test_a_place_outside_the_picture_is_refused():
-    with pytest.raises(PredictionError, match=r"got '\(62 %, 105 %\)'"):
-        mark(box("(62 %, 105 %)"))
-
-
-@pytest.mark.parametrize("count", [0, 2])
-def test_a_prediction_has_one_dropdown(count):
-    with pytest.raises(PredictionError, match=f"needs one dropdown, got {count}"):
-        mark(box("1.", dropdowns=count))
+def test_what_cannot_be_asked_for_is_refused(asked, message):
+    with pytest.raises(PredictionError, match=message):
+        mark(asked)

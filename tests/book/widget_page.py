@@ -34,15 +34,23 @@ def written_page(widget: AnyWidget, folder: Path) -> str:
 
 
 @contextmanager
-def opened(browser: Browser, address: str, sign: str, **options: object) -> Iterator[Page]:
-    """A page, once the sign is there; on leaving, nothing came from the network, nothing failed."""
+def opened(
+    browser: Browser, address: str, sign: str = "", own: str = "file:", **options: object
+) -> Iterator[Page]:
+    """A page, once the sign is there; on leaving, it asked for its own alone and nothing failed."""
     page = browser.new_page(**options)
+    outside: list[str] = []
     complaints: list[str] = []
-    page.on("request", lambda r: complaints.append(r.url) if r.url.startswith("http") else None)
+    known = (own, "data:", "blob:")
+    page.on("request", lambda r: None if r.url.startswith(known) else outside.append(r.url))
+    page.on("requestfailed", lambda r: complaints.append(f"{r.url}: {r.failure}"))
+    page.on("response", lambda r: complaints.append(r.url) if r.status >= 400 else None)
     page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
     page.on("pageerror", lambda e: complaints.append(str(e)))
-    page.goto(address)
-    page.locator(sign).first.wait_for()
+    page.goto(address, wait_until="load" if sign else "networkidle")
+    if sign:
+        page.locator(sign).first.wait_for()
     yield page
     page.close()
+    assert outside == []
     assert complaints == []
