@@ -120,12 +120,6 @@ def _address(folder: Path, server: subprocess.Popen[bytes], log: Path) -> str:
     return str(json.loads(notes[0].read_text("utf-8"))["url"]).rstrip("/")
 
 
-def open_lab(page: Page, address: str) -> None:
-    """Load JupyterLab, without any notebook."""
-    page.goto(f"{address}/lab?reset")
-    page.wait_for_function(READY, timeout=60_000)
-
-
 @contextmanager
 def notebook_read(page: Page, name: str) -> Iterator[str]:
     """Open a notebook; yield its text as drawn, which needs a kernel; close it in the end."""
@@ -135,12 +129,6 @@ def notebook_read(page: Page, name: str) -> Iterator[str]:
         yield "\n".join(page.evaluate(TEXTS))
     finally:
         page.evaluate(CLOSE)
-
-
-def errors(page: Page) -> list[str]:
-    """Messages of all that has failed in the notebook so far."""
-    found: list[str] = page.evaluate(ERRORS)
-    return found
 
 
 def ask(page: Page, expression: str) -> Any:

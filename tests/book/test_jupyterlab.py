@@ -9,7 +9,7 @@ from pathlib import Path
 
 import nbformat
 import pytest
-from jupyterlab_page import RUN_ALL, ask, errors, jupyterlab, notebook_read, open_lab
+from jupyterlab_page import ERRORS, READY, RUN_ALL, ask, jupyterlab, notebook_read
 from mouse import drag, thumb
 from nbformat.v4 import new_code_cell, new_notebook
 from playwright.sync_api import Browser, Locator, Page, expect
@@ -50,7 +50,8 @@ def page(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator
     nbformat.write(new_notebook(cells=cells, metadata=kernel), root / "widgets.ipynb")
     with jupyterlab(root, home) as address:
         page = browser.new_page(viewport={"width": 1300, "height": 1000})
-        open_lab(page, address)
+        page.goto(f"{address}/lab?reset")
+        page.wait_for_function(READY, timeout=60_000)
         yield page
         page.close()
 
@@ -71,14 +72,14 @@ def test_every_kind_of_widget_lives(page):
     """Buys what no kernel alone can show: messages, focus and mouse, all together."""
     with notebook_read(page, "widgets.ipynb"):
         page.evaluate(RUN_ALL)
-        assert errors(page) == []
+        assert page.evaluate(ERRORS) == []
         turn_a_page(page, page.locator(".flipbook:visible"))
         explorers = page.locator(".icp-explorer:visible").all()
         assert len(explorers) == 3
         for explorer in explorers:
             move_each_slider(page, explorer)
         play_with(page, explorers[0])
-        assert errors(page) == []
+        assert page.evaluate(ERRORS) == []
 
 
 def turn_a_page(page: Page, flipbook: Locator) -> None:

@@ -143,21 +143,13 @@ def test_the_page_ends_the_vectors_as_labkit_does(tmp_path):
     assert endings == set(Termination)
 
 
-def bare(name: str, source: Any, target: Any) -> Scene:
-    return Scene(
-        name=name,
-        source=labkit.Scan.from_points(source),
-        target=labkit.Scan.from_points(target),
-        T_init=np.eye(3),
-    )
-
-
 def test_of_equally_near_points_the_first_is_taken(tmp_path):
     """The page's tree and brute force settle ties alike; a lattice is full of them."""
     lattice = np.stack(np.meshgrid(np.arange(12.0), np.arange(12.0)), axis=-1).reshape(-1, 2)
     shuffled = np.random.default_rng(1).permutation(lattice)
     between = np.vstack([lattice + shift for shift in ([0.5, 0.5], [0.5, 0.0], [0.0, 0.5])])
-    scene = bare("lattice", between, shuffled)
+    scans = {"source": as_scan(between), "target": as_scan(shuffled)}
+    scene = Scene(name="lattice", T_init=np.eye(3), **scans)
     run = as_json(0, [0.0, 0.0, 0.0], IcpParameters(max_iterations=1))
     (answer,) = answers([scene], [run], tmp_path)
     assert answer["first_index"] == nearest_by_brute_force(between, shuffled).tolist()

@@ -16,7 +16,7 @@ import anywidget
 
 import labkit
 from labkit import IcpParameters, LabkitError, Scan
-from labkit.interactive import Scene, default_scenes, icp_explorer, killian_scene
+from labkit.interactive import Scene, default_scenes, icp_explorer, icp_sliders, killian_scene
 from labkit.interactive.explorer.widget import FOLDER
 from labkit.result import Termination
 
@@ -129,6 +129,38 @@ def test_the_truck_is_outlived_by_trimming(killian):
         errors[ratio] = math.dist(found[:2, 2], truck.T_reference[:2, 2])
     assert errors[0.7] < 0.02
     assert errors[0.95] > 0.2
+
+
+# ---- sliders of the caller's own
+
+
+def test_guess_parameters_and_truth_reach_the_page():
+    told = IcpParameters(math.inf, 0.6, 0.025, metric="point_to_line")
+    T_init, truth = labkit.transform(0.1, 0.0, 0.05), labkit.transform(0.2, 0.0, 0.0)
+    prepared = labkit.Target(CORNER)
+    sliders = icp_sliders(CORNER, prepared, T_init, told, T_reference=truth, runs=False)
+    assert (sliders.parameters, sliders.runs) == (told, False)
+    assert sliders.max_correspondence_distance is None
+    assert sliders.guess == pytest.approx([0.1, 0.0, 0.05])
+    assert sliders.scene_data[0]["answer"] == pytest.approx([0.2, 0.0, 0.0])
+
+
+def test_other_sliders_reach_the_page_with_their_values():
+    gates, turns = [0.1, math.inf], np.arange(0.0, 0.35, 0.1)
+    sliders = icp_sliders(
+        CORNER, CORNER, sliders={"max_correspondence_distance": gates, "turn": turns}
+    )
+    assert sliders.sliders == {
+        "max_correspondence_distance": [0.1, None],
+        "turn": [0.0, 0.1, 0.2, 0.3],  # without the dust of adding up
+    }
+    assert icp_sliders(CORNER, CORNER, sliders={}).sliders == {}
+
+
+@pytest.mark.parametrize("sliders", [{"metric": [1.0, 2.0]}, {"x": [0.0]}])
+def test_a_slider_that_cannot_be_is_named(sliders):
+    with pytest.raises(LabkitError, match=f"{next(iter(sliders))!r}"):
+        icp_sliders(CORNER, CORNER, sliders=sliders)
 
 
 # ---- the front end as text
