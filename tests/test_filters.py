@@ -13,7 +13,6 @@ from labkit import Scan
 from labkit.filters import Preprocessing, range_band, remove_isolated, voxel_downsample
 
 clouds = arrays(float, st.tuples(st.integers(1, 30), st.just(2)), elements=st.floats(-5, 5))
-EMPTY = Scan.from_ranges([math.inf], [0.0])
 
 
 def beam_scan(points):

@@ -33,9 +33,6 @@ class Firefox:
         self._send("session.subscribe", events=COMPLAINTS)
         tree = self._send("browsingContext.getTree")
         self._tab = {"context": tree["contexts"][0]["context"]}
-        self._send(
-            "browsingContext.setViewport", **self._tab, viewport={"width": 1366, "height": 768}
-        )
 
     def open(self, address: str) -> None:
         """Load a page whole."""
@@ -54,11 +51,8 @@ class Firefox:
     def press(self, key: str) -> None:
         """Press one key, named as in WebDriver's table, where the focus is."""
         actions = [{"type": kind, "value": key} for kind in ("keyDown", "keyUp")]
-        self._send(
-            "input.performActions",
-            **self._tab,
-            actions=[{"type": "key", "id": "keys", "actions": actions}],
-        )
+        keys = {"type": "key", "id": "keys", "actions": actions}
+        self._send("input.performActions", **self._tab, actions=[keys])
 
     def complaints(self) -> list[str]:
         """Errors since the last call: of scripts, and of files that could not be had."""

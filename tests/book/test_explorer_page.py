@@ -183,9 +183,10 @@ def test_the_scan_is_dragged_turned_and_typed(page):
         assert -8.0 < y < 8.0
 
 
-def test_steps_play_and_pause(page):
-    shown = readout(page, "shown")
+def test_steps_play_and_pause_and_are_told_in_one_sentence(page):
+    shown, spoken = readout(page, "shown"), page.locator(".icp-spoken")
     expect(shown).to_have_text("the guess, iteration 0 of 28")
+    expect(spoken).to_contain_text("keep 143 of 180 pairs", timeout=3000)
     expect(page.get_by_role("button", name="Start")).to_be_disabled()
     press(page, "Step")
     expect(shown).to_have_text("iteration 1 of 28")
@@ -201,6 +202,7 @@ def test_steps_play_and_pause(page):
     press(page, "Play")
     expect(shown).to_have_text("iteration 28 of 28")
     expect(page.get_by_role("button", name="Step")).to_be_disabled()
+    expect(spoken).to_contain_text("28 iterations, converged", timeout=3000)
 
 
 def test_the_wheel_zooms_about_the_cursor_within_bounds(page):
@@ -343,10 +345,3 @@ def test_on_a_telephone_a_finger_scrolls_but_for_one_on_the_scan(telephone):
     swipe(box["x"] + 0.08 * box["width"], box["y"] + 0.41 * box["height"])  # the scanner
     assert page.evaluate("() => scrollY") < 5  # the swipe before may still run out
     assert guess(page) != at
-
-
-def test_one_sentence_is_spoken(page):
-    spoken = page.locator(".icp-spoken")
-    expect(spoken).to_contain_text("keep 143 of 180 pairs", timeout=3000)
-    press(page, "End")
-    expect(spoken).to_contain_text("28 iterations, converged", timeout=3000)

@@ -27,10 +27,6 @@ def moved(motion, poses):
     return to_xytheta(from_xytheta(motion) @ from_xytheta(poses))
 
 
-def noisy(seed, poses):
-    return poses + np.random.default_rng(seed).normal(0.0, 0.05, poses.shape)
-
-
 @pytest.mark.parametrize("align", ["rigid", "origin"])
 @given(seed=seeds, motion=motions)
 def test_a_moved_copy_has_no_error(align, seed, motion):

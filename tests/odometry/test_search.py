@@ -19,7 +19,6 @@ LIDAR = Lidar(beam_count=181, field_of_view=math.pi)
 WINDOW = 2.0, math.radians(90.0)
 MOTIONS = [(0.9, 0.3, 60.0), (-0.8, 0.0, -60.0), (0.0, -1.5, 85.0), (1.7, 0.4, 10.0)]
 PARAMETERS = OdometryParameters()
-SCAN_TO_SCAN = OdometryParameters(against="scan")
 
 
 def looks(motion, world=None, rng=0):

@@ -6,10 +6,9 @@ import math
 import pytest
 
 from compare import disagreement
-from margins import OnAnEdgeError, refuse_edges
 from reference import answer
 from runner import CONFORMANCE, GROUPS, LABKIT_TOLERANCE, NAMES, VECTORS, labkit_reasons
-from write_vectors import texts
+from write_vectors import OnAnEdgeError, refuse_edges, texts
 
 LIMIT = 400_000  # bytes, all of them together
 
