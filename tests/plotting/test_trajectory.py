@@ -23,20 +23,13 @@ def test_the_line_is_the_trajectory(ax, labels):
     assert labels(ax) == ["estimate", "start", "end"]
 
 
-def test_the_map_is_drawn_point_for_point_and_rasterised(ax, labels):
-    plot_trajectory(ax, POSES, SCANS)
-    grey = ax.lines[0]
-    np.testing.assert_array_equal(grey.get_xydata(), map_points(POSES, SCANS))
-    assert grey.get_rasterized()
-    assert labels(ax)[-1] == "map"
-
-
-def test_the_reference_is_another_line(ax, labels):
+def test_map_and_reference_are_drawn_point_for_point_the_map_as_pixels(ax, labels):
     reference = POSES + 0.1
-    plot_trajectory(ax, POSES, reference=reference)
-    lines = by_label(ax)
-    np.testing.assert_array_equal(lines["reference"].get_xydata(), reference[:, :2])
-    assert labels(ax) == ["reference", "estimate", "start", "end"]
+    plot_trajectory(ax, POSES, SCANS, reference)
+    np.testing.assert_array_equal(ax.lines[0].get_xydata(), map_points(POSES, SCANS))
+    assert ax.lines[0].get_rasterized()
+    np.testing.assert_array_equal(by_label(ax)["reference"].get_xydata(), reference[:, :2])
+    assert labels(ax) == ["reference", "estimate", "start", "end", "map"]
 
 
 EMPTY = Scan.from_ranges([np.inf], [0.0])
