@@ -271,6 +271,28 @@ def test_a_task_ticks_itself_off_when_all_it_asks_for_was_seen(page):
         press(page, "Step")
         expect(readout(page, "shown")).to_contain_text(f"iteration {k + 1} of")
     expect(said).to_have_text("Things to try: 2 of 6 done")
+    page.reload()
+    expect(said).to_have_text("Things to try: 2 of 6 done")
+    said.click()
+    press(page, "Start over")
+    expect(said).to_have_text("Things to try: 0 of 6 done")
+
+
+def test_a_page_has_its_state_again_when_it_is_reloaded(page):
+    choose(page, "Room")
+    page.get_by_label("gate").press("Home")
+    page.locator(".icp-plane").press("ArrowUp")
+    page.wait_for_timeout(300)
+    before, at = picture(page), guess(page)
+    page.reload()
+    expect(page.get_by_label("gate")).to_have_attribute("aria-valuetext", "0.05 m")
+    expect(page.get_by_label("scans", exact=True)).to_have_value("Room")
+    assert guess(page) == at
+    assert picture(page) == before
+    press(page, "Reset")
+    page.wait_for_timeout(300)
+    page.reload()
+    expect(page.get_by_label("gate")).not_to_have_attribute("aria-valuetext", "0.05 m")
 
 
 def test_the_basin_is_labkit_s_and_the_page_listens_meanwhile(page, explorer):

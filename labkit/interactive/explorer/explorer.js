@@ -3,7 +3,6 @@
 // The model is the widget's state. In JupyterLab it is tied to Python, in a page to nothing.
 
 import { Basin, outcomeOf } from "./basin.js";
-import { storeBet, storedBet } from "./bets.js";
 import { HandView } from "./by_hand.js";
 import { palette, watchTheme } from "./canvas.js";
 import {
@@ -11,11 +10,12 @@ import {
 } from "./controls.js";
 import { drawCost } from "./cost.js";
 import { failed, icp, pairsOnly } from "./icp.js";
+import { storeBet, storedBet } from "./memory.js";
 import { Plane, between, tween } from "./plane.js";
 import { Readouts, outcome } from "./readouts.js";
 import { unpacked } from "./scene.js";
 import { apply, toXYTheta, transform } from "./se2.js";
-import { copyState, stateFromAddress } from "./state.js";
+import { copyState, keepState, keptState, stateFromAddress } from "./state.js";
 import { Tasks } from "./tasks.js";
 
 const PLAY = 350; // ms that an iteration takes at speed 1
@@ -46,11 +46,12 @@ class ExplorerView {
     const resized = new ResizeObserver(() => this.request());
     resized.observe(this.root);
     signal.addEventListener("abort", () => resized.disconnect());
-    const given = !this.compact && stateFromAddress(this.names());
+    const linked = !this.compact && stateFromAddress(this.names());
+    const given = linked || (!this.compact && keptState(this.names()));
     if (given) this.set(given.values);
     this.enter();
-    if (!given) return;
-    this.shown = given.shown;
+    if (!linked) return;
+    this.shown = linked.shown;
     setTimeout(() => this.root.scrollIntoView({ block: "center" }), 300);
   }
 
@@ -134,6 +135,12 @@ class ExplorerView {
 
   set(values) {
     for (const [name, value] of Object.entries(values)) this.model.set(name, value);
+    clearTimeout(this.keeping);
+    if (!this.compact) this.keeping = setTimeout(() => keepState(this.model), SYNC);
+    this.sync();
+  }
+
+  sync() {
     clearTimeout(this.syncing);
     this.syncing = setTimeout(() => this.model.save_changes(), SYNC);
   }
@@ -285,7 +292,8 @@ class ExplorerView {
       this.computed = key;
       this.result = (this.model.get("runs") ? icp : pairsOnly)(this.source, this.target, transform(...guess), parameters);
       this.basin.outdate(this.basinJob().key);
-      this.set({ outcome: outcome(this.result) });
+      this.model.set("outcome", outcome(this.result));
+      this.sync();
       this.readouts.speak({ result: this.result, told: this.told, ...this.reference() });
     }
     for (const name of [...SLIDERS, "scene"]) this.controls[name].set(this.model.get(name));

@@ -1,45 +1,62 @@
-// A state of the explorer as text: in a page a link to it, in JupyterLab the lines that set it.
+// A state of the explorer as text: in a page a link to it, in JupyterLab the lines that set it. A
+// page has its last state again when it is reloaded; in JupyterLab Python has it.
 
 import { SLIDERS } from "./controls.js";
+import { recall, remember } from "./memory.js";
 
 const HASH = "#icp?";
+const TOLD = ["scene", ...SLIDERS, "guess"];
+
+const isPage = () => document.documentElement.hasAttribute("data-content_root");
+const stateOf = (model) => Object.fromEntries(TOLD.map((name) => [name, model.get(name)]));
+const stateKey = () => `state of ${location.pathname}`;
 
 // Put the text on the clipboard; resolves to what to tell the reader.
 export async function copyState(model, shown) {
-  const isPage = document.documentElement.hasAttribute("data-content_root");
-  const text = isPage ? link(model, shown) : lines(model);
+  const text = isPage() ? link(model, shown) : lines(model);
   try {
     await navigator.clipboard.writeText(text);
-    return isPage ? "A link to this state is on the clipboard." : "The lines that set this state are on the clipboard.";
+    return isPage() ? "A link to this state is on the clipboard." : "The lines that set this state are on the clipboard.";
   } catch {
     return `Copy this: ${text}`; // no clipboard here
   }
 }
 
 function link(model, shown) {
-  const values = Object.fromEntries([...SLIDERS, "scene", "guess"].map((name) => [name, model.get(name)]));
-  const told = new URLSearchParams({ state: JSON.stringify({ ...values, shown }) });
+  const told = new URLSearchParams({ state: JSON.stringify({ ...stateOf(model), shown }) });
   return location.href.split("#")[0] + HASH + told;
 }
 
 function lines(model) {
   const python = (value) => ({ null: "None", true: "True", false: "False" })[value] ?? JSON.stringify(value);
-  return ["scene", ...SLIDERS, "guess"].map((name) => `explorer.${name} = ${python(model.get(name))}`).join("\n");
+  return TOLD.map((name) => `explorer.${name} = ${python(model.get(name))}`).join("\n");
 }
 
-// The state that the page's address asks for; null without one, or where it makes no sense.
+export function keepState(model) {
+  if (isPage()) remember(stateKey(), { ...stateOf(model), shown: 0 });
+}
+
+// The state that the page's address asks for.
 export function stateFromAddress(scenes) {
   if (!location.hash.startsWith(HASH)) return null;
+  return sensible(scenes, () => JSON.parse(new URLSearchParams(location.hash.slice(HASH.length)).get("state")));
+}
+
+// The state that the reader left.
+export function keptState(scenes) {
+  return isPage() ? sensible(scenes, () => recall(stateKey())) : null;
+}
+
+// Null without a state, or where it makes no sense.
+function sensible(scenes, read) {
   try {
-    const told = JSON.parse(new URLSearchParams(location.hash.slice(HASH.length)).get("state"));
-    const { shown, ...values } = told;
-    const names = [...SLIDERS, "scene", "guess"];
-    if (!names.every((name) => name in values) || !scenes.includes(values.scene)) return null;
+    const { shown, ...values } = read();
+    if (!TOLD.every((name) => name in values) || !scenes.includes(values.scene)) return null;
     const distances = [values.max_correspondence_distance, values.huber_delta];
     const numbers = [...values.guess, values.overlap_ratio, ...distances.filter((each) => each !== null)];
     if (values.guess.length !== 3 || !numbers.every(Number.isFinite)) return null;
     if (!["point_to_point", "point_to_line"].includes(values.metric)) return null;
-    return { shown, values: Object.fromEntries(names.map((name) => [name, values[name]])) };
+    return { shown, values: Object.fromEntries(TOLD.map((name) => [name, values[name]])) };
   } catch {
     return null;
   }

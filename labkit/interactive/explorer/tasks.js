@@ -1,6 +1,7 @@
 // Things to try in the default scenes; each ticks itself off once all that it asks for was seen.
 
-import { element } from "./controls.js";
+import { button, element } from "./controls.js";
+import { recall, remember } from "./memory.js";
 
 const near = (value, wanted) => value !== null && Math.abs(value - wanted) < 0.011;
 const atEnd = ({ shown, last }) => shown === last;
@@ -41,18 +42,26 @@ const TASKS = [
 // The list, for those tasks whose scene can be chosen; without any, nothing is shown.
 export class Tasks {
   constructor(scenes) {
+    const done = recall("tasks") ?? {};
     this.tasks = TASKS.filter(({ scene }) => scenes.includes(scene)).map((task) => ({
-      ...task, done: 0, item: element("li", {}, `${task.scene}: ${task.text}`),
+      ...task, done: done[task.scene] ?? 0, item: element("li", {}, `${task.scene}: ${task.text}`),
     }));
     this.summary = element("summary");
     const items = this.tasks.map(({ item }) => item);
-    this.node = element("details", { class: "icp-more", hidden: !items.length }, this.summary, element("ul", { class: "icp-tasks" }, ...items));
+    const over = button("Start over", "Untick all", () => this.record(() => 0));
+    this.node = element("details", { class: "icp-more", hidden: !items.length }, this.summary, element("ul", { class: "icp-tasks" }, ...items), over);
     this.tell();
   }
 
   notice(view) {
-    for (const task of this.tasks)
-      if (task.scene === view.scene && task.seen[task.done]?.(view)) task.done++;
+    this.record(({ scene, seen, done }) => (scene === view.scene && seen[done]?.(view) ? done + 1 : done));
+  }
+
+  record(progress) {
+    const before = this.tasks.map(({ done }) => done);
+    for (const task of this.tasks) task.done = progress(task);
+    if (this.tasks.some(({ done }, k) => done !== before[k]))
+      remember("tasks", Object.fromEntries(this.tasks.map(({ scene, done }) => [scene, done])));
     this.tell();
   }
 
