@@ -91,9 +91,10 @@
     if (ways.childElementCount) document.body.prepend(ways);
 
     // What scrolls sideways can be scrolled by keys. First all is read, then all is written: a
-    // page is laid out once, not once for each.
+    // page is laid out once, not once for each. To measure what is folded would unfold it.
     const reach = () => {
-      const nodes = [...document.querySelectorAll(".pst-scrollable-table-container, div.math, .bd-article pre")];
+      const all = document.querySelectorAll(".pst-scrollable-table-container, div.math, .bd-article pre");
+      const nodes = [...all].filter((node) => !node.closest("details:not([open])"));
       nodes.forEach((node) => node.removeAttribute("tabindex")); // its margin would make it scroll on
       const wide = nodes.filter((node) => node.scrollWidth > node.clientWidth);
       wide.forEach((node) => { node.tabIndex = 0; });

@@ -3,8 +3,9 @@
     python tests/bench/pages.py [PAGE ...] [--lab]
 
 It opens the pages of `make book` in Chromium, each from its folder and with nothing cached, on a
-processor slowed down four times, and prints their weight, the time to the largest paint, and how
-long scripts blocked the page. Then, at full speed, it moves every slider and every scan, by
+processor slowed down four times, and prints their weight, the time to the largest paint, how long
+scripts blocked the page, and its long tasks (over 50 ms): how many, all of them together, and the
+longest. Then, at full speed, it moves every slider and every scan, by
 keyboard and by mouse, and prints the median time from an input to the picture that it changes.
 With `--lab` it moves the same ones in the notebooks, run in a JupyterLab; that takes minutes.
 """
@@ -43,7 +44,11 @@ IS_QUIET = """() => document.readyState === "complete" && performance.now() - 15
 COST = """() => {
     const [first] = performance.getEntriesByName("first-contentful-paint");
     const late = seen.tasks.filter(([start]) => start >= first.startTime);
-    return [seen.largest, late.reduce((sum, [, duration]) => sum + duration - 50, 0)];
+    const times = seen.tasks.map(([, duration]) => duration);
+    const sum = all => all.reduce((a, b) => a + b, 0);
+    const blocked = sum(late.map(([, duration]) => duration - 50));
+    return [seen.largest, blocked, sum(times), Math.max(0, ...times)].map(each => each / 1e3)
+        .concat(times.length);
 }"""
 # An event is over when the frame that it asked for is handed on; pictures are decoded by then.
 STOPWATCH = """widget => {
@@ -80,8 +85,8 @@ def names() -> list[str]:
     return [page.relative_to(BUILT).with_suffix("").as_posix() for page in pages]
 
 
-def weigh(browser: Browser, name: str) -> tuple[float, float, float]:
-    """Bytes of a page with all that it loads, its largest paint and how long it blocks in ms."""
+def weigh(browser: Browser, name: str) -> list[float]:
+    """Megabytes of a page with all that it loads, and what `COST` tells of it, in seconds."""
     page = browser.new_page(viewport={"width": 1280, "height": 720})
     loaded: set[Path] = set()
     page.on("request", lambda r: loaded.add(Path(unquote(urlsplit(r.url).path))))
@@ -89,10 +94,10 @@ def weigh(browser: Browser, name: str) -> tuple[float, float, float]:
     page.context.new_cdp_session(page).send("Emulation.setCPUThrottlingRate", {"rate": SLOWER})
     page.goto((BUILT / f"{name}.html").as_uri())
     page.wait_for_function(IS_QUIET, timeout=120_000, polling=200)
-    largest, blocked = page.evaluate(COST)
+    cost = page.evaluate(COST)
     page.evaluate(DRAW_ALL)
     page.close()
-    return sum(each.stat().st_size for each in loaded if each.is_file()), largest, blocked
+    return [sum(each.stat().st_size for each in loaded if each.is_file()) / 1e6, *cost]
 
 
 def responses(page: Page, root: Locator) -> Iterator[tuple[str, float, float]]:
@@ -179,23 +184,22 @@ def main() -> None:
     parser.add_argument(
         "--lab", action="store_true", help="move the sliders of the notebooks instead"
     )
-    told = parser.parse_args()
-    wanted = told.pages or names()
+    asked = parser.parse_args()
+    wanted = asked.pages or names()
     with sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=find_browser(), args=QUIET)
-        if not told.lab:
-            print(f"| page | MB | largest paint [s], {SLOWER} times slower | blocked [s] |")
-            print("| --- | ---: | ---: | ---: |")
+        if not asked.lab:
+            print(f"In seconds, {SLOWER} times slower:\n")
+            print("| page | MB | largest paint | blocked | long tasks | the longest | number |")
+            print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |")
             for name in wanted:
-                size, largest, blocked = weigh(browser, name)
-                numbers = " | ".join(
-                    f"{each:.2f}" for each in (size / 1e6, largest / 1e3, blocked / 1e3)
-                )
-                print(f"| {name} | {numbers} |", flush=True)
+                *numbers, count = weigh(browser, name)
+                told = " | ".join(f"{each:.2f}" for each in numbers)
+                print(f"| {name} | {told} | {count:.0f} |", flush=True)
             print()
         print("| page | control | by mouse [ms] | by keys [ms] |")
         print("| --- | --- | ---: | ---: |")
-        for name, control, mouse, keys in (in_lab if told.lab else in_pages)(browser, wanted):
+        for name, control, mouse, keys in (in_lab if asked.lab else in_pages)(browser, wanted):
             print(f"| {name} | {control} | {mouse:.0f} | {keys:.0f} |", flush=True)
         browser.close()
 
