@@ -1,7 +1,7 @@
 // A live figure: sliders, the picture that a model draws of their values, and its numbers.
 
 import { freshContext, palette, watchTheme } from "./explorer/canvas.js";
-import { button, element, keepToItself, slider } from "./explorer/controls.js";
+import { button, element, fixed, keepToItself, slider } from "./explorer/controls.js";
 import { drawCost } from "./explorer/cost.js";
 import { Frame } from "./explorer/frame.js";
 import { PATIENCE, writeRows } from "./explorer/readouts.js";
@@ -28,7 +28,7 @@ class LiveFigure {
     this.sliders = model.get("sliders").map(({ label, values }, k) => {
       const digits = Math.max(...values.map((each) => (String(each).split(".")[1] ?? "").length));
       const onValue = (value) => this.set(model.get("values").map((old, i) => (i === k ? value : old)));
-      return slider({ name: `value-${k}`, label, values, read: (value) => value.toFixed(digits), onValue });
+      return slider({ name: `value-${k}`, label, values, read: (value) => fixed(value, digits), onValue });
     });
     this.build();
     const changed = () => this.request();

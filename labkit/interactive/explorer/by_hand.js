@@ -11,7 +11,7 @@ import { unpacked } from "./scene.js";
 import { DEGREE, apply, poseDifference, toXYTheta, transform } from "./se2.js";
 
 const TRAIL = 150; // numbers that the curve remembers
-const BY_TOUCH = "Drag the blue scan onto the black one; turn it by its knob.";
+const BY_TOUCH = "Drag the newer scan, blue, onto the older one; turn it by its knob.";
 const BY_KEYS = "Arrow keys move it by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
 
 export class HandView {

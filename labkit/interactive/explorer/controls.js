@@ -125,8 +125,11 @@ const VALUES = {
   huber_delta: [...round.filter((each) => each <= 0.5), null],
 };
 
+// So many digits after the point, a true minus, and no negative zero.
+export const fixed = (value, count) => (Math.round(value * 10 ** count) / 10 ** count || 0).toFixed(count).replace("-", "−");
+
 // Two digits after the point where they tell all of it, else three.
-export const digits = (value) => value.toFixed(Math.abs(100 * value - Math.round(100 * value)) < 1e-6 ? 2 : 3);
+export const digits = (value) => fixed(value, Math.abs(100 * value - Math.round(100 * value)) < 1e-6 ? 2 : 3);
 
 // One control for each slider's name, and "scene"; `tell(name)` makes what takes its value, `words`
 // are the labels, units and explanations of labkit's IcpParameters, and `values` what a slider can
@@ -162,7 +165,7 @@ export function guessSliders({ values, guess, place }) {
   const chosen = Object.entries(PARTS).filter(([name]) => name in values);
   const sliders = chosen.map(([name, { index, unit, factor }]) => {
     const onValue = (value) => place(guess().map((old, k) => (k === index ? value / factor : old)));
-    const read = (value) => (unit === "°" ? `${Number(value.toFixed(1))}°` : `${digits(value)} ${unit}`);
+    const read = (value) => (unit === "°" ? `${fixed(value, value % 1 ? 1 : 0)}°` : `${digits(value)} ${unit}`);
     return [name, slider({ name, label: `guess ${name}`, values: values[name], read, onValue })];
   });
   const set = (row) => sliders.forEach(([name, each]) => each.set(row[PARTS[name].index] * PARTS[name].factor));

@@ -114,14 +114,14 @@ class ExplorerView {
     const part = (name, ...children) => element("div", { class: `icp-${name}` }, ...children);
     const tools = [this.nearer, this.farther, this.modes.pan.node];
     if (this.compact) tools.push(reset);
-    else tools.push(this.modes.bet.node, reset, copy, full);
+    else tools.push(this.modes.bet.node, reset, copy);
     const map = part("left", this.plane.canvas, part("row", ...tools), legend, this.said);
     const playing = [this.start, this.step, this.play, this.end, ...(this.compact ? [] : [this.speed.node])];
     const run = this.model.get("runs") ? [part("row", ...playing), this.scrubber.node] : [];
     const more = this.compact ? [] : [approach.node, this.guess.node];
     const side = part("right", part("sliders", ...rows, ...more), part("run", ...run), sentence, numbers, spoken);
     if (!this.compact) side.append(this.cost), map.append(this.basin.node);
-    const top = this.compact ? [] : [part("top", scene.node, metric.node)];
+    const top = this.compact ? [] : [part("top", scene.node, metric.node, full)];
     this.root = element(
       "div", { class: `icp-explorer${this.compact ? " icp-compact" : ""}`, role: "group", "aria-label": this.model.get("label") },
       part("frame", ...top, map, side, ending), ...(this.compact ? [] : [this.tasks.node]),

@@ -1,5 +1,7 @@
 // A part of the plane on a canvas: x to the right, y up, a metre as long in both, over a grid.
 
+import { fixed } from "./controls.js";
+
 export class Frame {
   // Its middle shows the place `center` [x, y]; a metre takes `scale` of its pixels.
   look({ width, height, center, scale }) {
@@ -25,12 +27,12 @@ export class Frame {
     for (let k = Math.ceil(corner[0] / step); k * step < corner[0] + this.width / this.scale; k++) {
       const [u] = this.pixel(k * step, 0);
       context.moveTo(u, 0), context.lineTo(u, this.height);
-      if (u > 20 && u < this.width - 70) context.fillText((k * step).toFixed(digits), u + 3, this.height - 4);
+      if (u > 20 && u < this.width - 70) context.fillText(fixed(k * step, digits), u + 3, this.height - 4);
     }
     for (let k = Math.ceil(corner[1] / step); k * step < corner[1] + this.height / this.scale; k++) {
       const [, v] = this.pixel(0, k * step);
       context.moveTo(0, v), context.lineTo(this.width, v);
-      if (v > 34 && v < this.height - 18) context.fillText((k * step).toFixed(digits), 3, v - 3);
+      if (v > 34 && v < this.height - 18) context.fillText(fixed(k * step, digits), 3, v - 3);
     }
     context.stroke();
     context.textBaseline = "top";

@@ -1,6 +1,6 @@
 // What the explorer says in words and numbers about the iteration that is shown and the run.
 
-import { digits, element } from "./controls.js";
+import { digits, element, fixed } from "./controls.js";
 import { FATES, fates, inlierCount, inlierRmse } from "./correspondences.js";
 import { TERMINATIONS, failed } from "./icp.js";
 import { unobservable } from "./line_alignment.js";
@@ -39,12 +39,13 @@ export class Readouts {
   // One sentence on what the stages keep, its words in their colours.
   judge(pairs, { max_correspondence_distance: gate, overlap_ratio: overlap, huber_delta: delta }) {
     const word = (name, text) => element("b", { class: `icp-word-${name}` }, text);
-    const metres = (value) => (value === null ? "off" : `${digits(value)} m`);
     const down = fates(pairs).filter((each) => each === 3).length;
+    const gated = gate === null ? [word("max_correspondence_distance", "No gate")] : ["A ", word("max_correspondence_distance", `gate of ${digits(gate)} m`)];
+    const softened = delta === null ? word("huber_delta", "no δ") : word("huber_delta", `δ = ${digits(delta)} m`);
+    const weighed = delta === null ? " weighs any down." : down ? ` weighs ${down} of them down.` : " weighs none down.";
     const parts = [
-      "A ", word("max_correspondence_distance", `gate of ${metres(gate)}`), " and an ", word("overlap_ratio", `overlap of ${digits(overlap)}`),
-      ` keep ${inlierCount(pairs)} of ${pairs.kept.length} pairs; `, word("huber_delta", `δ = ${metres(delta)}`),
-      down ? ` weighs ${down} of them down.` : " weighs none down.",
+      ...gated, " and an ", word("overlap_ratio", `overlap of ${digits(overlap)}`),
+      ` keep ${inlierCount(pairs)} of ${pairs.kept.length} pairs; `, softened, weighed,
     ];
     const said = parts.map((each) => each.textContent ?? each).join("");
     if (said !== this.sentence.textContent) this.sentence.replaceChildren(...parts);
@@ -103,9 +104,6 @@ function ending({ result: { termination, history }, target }) {
   const blind = unseen.length ? `; unobservable: ${unseen.join(", ")}` : "";
   return `${history.length - 1} iterations, ${TERMINATIONS[termination]}${blind}`;
 }
-
-// So many digits after the point, a true minus, and no negative zero.
-const fixed = (value, count) => (Math.round(value * 10 ** count) / 10 ** count || 0).toFixed(count).replace("-", "−");
 
 function sayPose(T) {
   const [x, y, theta] = toXYTheta(T);
