@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import json
 import re
+import unicodedata
 from collections.abc import Iterator
 from pathlib import Path
 
 from docutils import nodes
+from sphinx import addnodes
 from sphinx.application import Sphinx
 
 FILE = "excerpts.js"
 UNREAD = (nodes.comment, nodes.raw, nodes.target, nodes.substitution_definition)
-UNREAD += (nodes.literal_block, nodes.math_block, nodes.math)
+UNREAD += (nodes.literal_block, nodes.math_block)
 Entry = tuple[str, str, str]  # anchor, title, text
 
 
@@ -62,7 +64,37 @@ def _text(node: nodes.Node) -> str:
     """The words of a node, without code and without what is an entry of its own."""
     if isinstance(node, nodes.Text):
         return re.sub(r"\s+", " ", node.astext())
-    if isinstance(node, UNREAD) or _is_entry(node) or "cell_output" in node.get("classes", ()):
+    if isinstance(node, nodes.math):
+        return _symbols(node.astext())
+    if isinstance(node, UNREAD) or _is_entry(node) or _is_code_or_citation(node):
         return ""
     between = "" if isinstance(node, nodes.TextElement) else " "
     return between.join(map(_text, node.children))
+
+
+def _is_code_or_citation(node: nodes.Element) -> bool:
+    if isinstance(node, addnodes.pending_xref):
+        return node.get("refdomain") == "cite"  # its text is still the work's key
+    return {"cell_output", "literal-block-wrapper"} & set(node.get("classes", ())) != set()
+
+
+def _symbols(tex: str) -> str:
+    r"""A short formula in letters; of others the search shows nothing.
+
+    Examples
+    --------
+    >>> _symbols(r"\delta = 0.2"), _symbols(r"d_{\max}"), _symbols(r"\frac{a}{b}")
+    ('δ = 0.2', 'd_max', '…')
+    """
+    letters = re.sub(r"\\([a-z]+)", lambda name: _greek(name[1]), tex)
+    plain = re.sub(r"[{}]|\\,", "", letters)
+    return "…" if "\\" in plain else plain
+
+
+def _greek(name: str) -> str:
+    if name in {"max", "min"}:
+        return name
+    try:
+        return unicodedata.lookup(f"GREEK SMALL LETTER {name}")
+    except KeyError:
+        return f"\\{name}"

@@ -4,8 +4,7 @@ A picture often takes cells of numbers and a cell that draws them. JupyterLab fo
 In the book a folded cell that shows nothing goes into the fold of the next one that shows
 something, or else of the last one before. The cells of a solution go into the dropdown of its
 text, or into one of their own. Marks of solutions, and what an unsolved exercise's check says,
-are left out. On paper nothing unfolds: folded code is left out there, but for solutions, which
-get a class.
+are left out. On paper nothing unfolds: folded code is left out there, but for solutions.
 """
 
 from __future__ import annotations
@@ -29,9 +28,8 @@ def join_folds(app: Sphinx, doctree: nodes.document) -> None:
     waiting: list[nodes.container] = []
     shown: nodes.container | None = None
     for cell in list(doctree.findall(nodes.container)):
-        if _is_solution(cell):
-            cell["classes"].append("solved")
-            cell["prompt_show"] = cell["prompt_hide"] = IN_CODE
+        if _is_solution(cell) and cell.get("hide_mode") == "input":
+            _put_into(None, [cell])
         elif _is_folded(cell) and len(cell) == 1:
             waiting.append(cell)
         elif _is_folded(cell):

@@ -22,7 +22,7 @@ from predictions import mark_all
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.errors import ExtensionError
-from terms import explain_terms
+from terms import explain_terms, link_chapters
 
 from labkit.plotting.style import css_variables
 
@@ -82,6 +82,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("doctree-read", make_figures)
     app.connect("doctree-read", join_folds)
     app.connect("doctree-resolved", explain_terms)
+    app.connect("doctree-resolved", link_chapters)
     app.connect("doctree-resolved", api.link_names)
     app.connect("html-page-context", draw_formulas, priority=900)
     app.connect("html-page-context", declare_thebe_once, priority=900)

@@ -1,4 +1,4 @@
-"""What a word means, where it stands: links to the glossary tell it when the mouse rests there."""
+"""Links from words: terms to their meaning in the glossary, sections of chapters to their place."""
 
 from __future__ import annotations
 
@@ -29,6 +29,20 @@ def explain_terms(app: Sphinx, doctree: nodes.document, page: str) -> None:
             target = link.get("refid") or link["refuri"].partition("#")[2]
             link["reftitle"] = meanings[target]
             link["classes"] += [f"w-{WORN[each]}" for each in WORN if each in target.lower()][:1]
+
+
+def link_chapters(app: Sphinx, doctree: nodes.document, page: str) -> None:
+    """Lead from a line such as *3 points; see chapter 1, “Rotation”* to that section."""
+    for line in doctree.findall(nodes.emphasis):
+        named = re.search(r"(.*)(chapter (\d+))(, “(.+)”.*)", line.astext())
+        if named:
+            before, words, number, after, title = named.groups()
+            (chapter,) = (k for k in app.env.tocs if k.startswith(f"notebooks/{number:0>2}_"))
+            links = app.env.tocs[chapter].findall(nodes.reference)
+            anchor = next((each["anchorname"] for each in links if each.astext() == title), "")
+            address = app.builder.get_relative_uri(page, chapter) + anchor
+            link = nodes.reference("", words, internal=True, refuri=address)
+            line[:] = [nodes.Text(before), link, nodes.Text(after)]
 
 
 def meanings_in(env: BuildEnvironment) -> dict[str, str]:

@@ -38,7 +38,7 @@ def test_cells_that_show_nothing_join_the_next_that_does():
 def test_a_solution_stays_alone_and_does_not_show_its_marks():
     one = cell("### BEGIN SOLUTION\nx = 1\n### END SOLUTION")
     assert joined(cell("y"), one, cell("x", output=True)) == ["x = 1\n", "y\n\n\nx"]
-    assert one["classes"] == ["solved"]
+    assert one.parent[0].astext() == folds.IN_CODE
 
 
 @pytest.mark.parametrize(("said", "kept"), [("○ `f` is not written yet.", 1), ("12", 2)])
