@@ -36,6 +36,7 @@ EVERY, BEAMS, RANGE_MAX = (
     90,
     15.0,
 )  # every so many-th scan, its beams, and how far they reach [m]
+TURN = 0.58  # lays the building along the picture's width, as `map.js` does [rad]
 LAST = "closed"  # what the last cell that is run sets
 STATES = {
     "wheels": "What the wheels say",
@@ -109,12 +110,17 @@ def _base64(array: Any) -> str:
 
 def draw(names: dict[str, Any]) -> None:
     """Draw the map with the loops closed, for readers without JavaScript, paper and README."""
-    log, poses = names["log"], names[LAST]
-    figure = book_figure(4.3)
+    log, turned = names["log"], labkit.transform(0.0, 0.0, TURN)
+    poses = labkit.to_xytheta(turned @ labkit.from_xytheta(names[LAST]))
+    figure = book_figure(3.9)
     ax = figure.subplots()
     x, y = map_points(poses, log.scans, range_max=RANGE_MAX).T
     ax.plot(-y, x, ",", color=TARGET, alpha=0.06)
     ax.plot(-poses[:, 1], poses[:, 0], color=SOURCE, linewidth=0.5)
+    ax.plot(-poses[0, 1], poses[0, 0], "o", color=TARGET, markersize=5.0)
+    ax.annotate(
+        "start and end", (-poses[0, 1], poses[0, 0]), (5.0, 4.0), textcoords="offset points"
+    )
     ax.set_aspect("equal")
     ax.set_axis_off()
     left, bottom = ax.get_xlim()[0], ax.get_ylim()[0]

@@ -3,6 +3,7 @@
 (() => {
   const vendor = new URL("vendor/killian/map.js", document.currentScript.src).href;
   const MARGIN = 12, PLAY = 7000, ENDS = ["wheels", "places recognised"]; // m, ms
+  const TURN = 0.58, BAR = 50; // the building along the picture's width; m
   const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const make = (tag, attributes, ...children) => {
     const node = Object.assign(document.createElement(tag), attributes);
@@ -22,6 +23,23 @@
     return steps;
   };
 
+  // Where the drive starts and ends, and how long 50 m are.
+  const label = (context, dense, [start, end], bar) => {
+    const write = (text, left, top) => (context.strokeText(text, left, top), context.fillText(text, left, top));
+    const { width, height } = context.canvas, isClosed = Math.hypot(start[0] - end[0], start[1] - end[1]) < 12 * dense;
+    context.font = `600 ${13 * dense}px system-ui, sans-serif`;
+    Object.assign(context, { fillStyle: "white", strokeStyle: "#0f151c", lineWidth: 4 * dense, lineJoin: "round" });
+    for (const [[left, top], text] of isClosed ? [[end, "start and end"]] : [[start, "start"], [end, "end"]]) {
+      context.beginPath();
+      context.arc(left, top, 4.5 * dense, 0, 2 * Math.PI);
+      context.stroke(), context.fill();
+      const wide = context.measureText(text).width, isAtEdge = left + wide + 20 * dense > width;
+      write(text, isAtEdge ? left - wide - 9 * dense : left + 9 * dense, top + (text === "end" ? 17 : -7) * dense);
+    }
+    context.fillRect(16 * dense, height - 12 * dense, bar, 2 * dense);
+    write(`${BAR} m`, 16 * dense, height - 18 * dense);
+  };
+
   const enliven = (figure, { beams, reach, ranges, states }) => {
     const seen = bytes(ranges), steps = states.map(({ poses }) => stepsOf(new Float32Array(bytes(poses).buffer)));
     const count = steps[0].length / 3, path = new Float64Array(3 * count);
@@ -37,7 +55,7 @@
 
     const walk = (at) => {
       const i = Math.min(1, Math.floor(at)), w = at - i, [a, b] = [steps[i], steps[i + 1]];
-      let [x, y, turn] = a, low = [x, y], high = [x, y];
+      let [x, y] = a, turn = a[2] + TURN, low = [x, y], high = [x, y];
       for (let k = 0; k < 3 * count; k += 3) {
         if (k) {
           const [dx, dy, dt] = [0, 1, 2].map((n) => a[k + n] + w * (b[k + n] - a[k + n]));
@@ -78,6 +96,7 @@
       context.beginPath();
       for (let k = 0; k < 3 * count; k += 3) context.lineTo(u(path[k + 1]), v(path[k]));
       context.stroke();
+      label(context, dense, [0, 3 * count - 3].map((k) => [u(path[k + 1]), v(path[k])]), BAR * scale);
       name.textContent = state.name;
       off.textContent = `${state.off < 10 ? state.off.toFixed(1) : Math.round(state.off)} m off, in the median`;
       slider.setAttribute("aria-valuetext", `${state.name}: ${off.textContent}`);

@@ -121,7 +121,8 @@ export class HandView {
     this.distance.textContent = `${misfit.toFixed(3)} m`;
     this.judge(T);
     const colors = palette(this.root);
-    this.plane.draw({ target: this.target.points, source: apply(T, this.source), pairs, path, answer: null, pose, colors });
+    const names = ["before", "now", ...(this.trail.length > 1 ? [] : ["turn"])];
+    this.plane.draw({ target: this.target.points, source: apply(T, this.source), pairs, path, answer: null, pose, colors, names });
     const title = "that distance [m], as you move";
     drawCost(this.curve, { series: [this.trail], shown: this.trail.length - 1, colors, title });
     this.curve.setAttribute("aria-label", `${title}: now ${misfit.toFixed(3)} m`);

@@ -206,7 +206,8 @@ export class Plane extends Frame {
     this.onPose({ x: x + move[0], y: y + move[1], theta: theta + move[2] });
   }
 
-  draw({ target, source, pairs, path, answer, pose, colors, below = () => {} }) {
+  // `names` are words for the older scanner, the newer one and its knob.
+  draw({ target, source, pairs, path, answer, pose, colors, names = [], below = () => {} }) {
     const [[left, right], [bottom, top]] = this.bounds;
     const full = document.fullscreenElement?.contains(this.canvas);
     const fresh = freshContext(this.canvas, (width) => (full ? 0.64 * innerHeight : Math.min(370, (width < 365 ? 0.72 : 0.9) * width)));
@@ -231,7 +232,13 @@ export class Plane extends Frame {
     }
     const fate = fates(pairs);
     for (let f = 0; f < FATES.length; f++) this.drawFate(context, pairs, fate, f, colors);
-    this.drawScanners(context, path, answer, pose, colors);
+    const tip = this.drawScanners(context, path, answer, pose, colors), here = this.pixel(pose.x, pose.y);
+    context.textAlign = "center";
+    [this.pixel(0, 0), here, tip].slice(0, names.length).forEach(([u, v], i) => {
+      context.fillStyle = i ? colors.source : colors.ink;
+      context.fillText(names[i], u, v + (i ? -12 : 20));
+    });
+    context.textAlign = "left";
   }
 
   drawFate(context, pairs, fate, f, colors) {
@@ -254,7 +261,7 @@ export class Plane extends Frame {
     else context.stroke();
   }
 
-  // Where the older scanner stood, the way of the newer one, its knob, and the answer.
+  // Where the older scanner stood, the way of the newer one, the answer, and the knob: where that is.
   drawScanners(context, path, answer, pose, colors) {
     context.fillStyle = context.strokeStyle = colors.ink;
     context.lineWidth = 1.2;
@@ -289,6 +296,7 @@ export class Plane extends Frame {
     if (!isGuess) ring([u, v], 5, colors.source);
     ring(tip, 7, colors.paper);
     if (this.bet) this.drawBet(context, colors);
+    return tip;
   }
 
   drawBet(context, colors) {
