@@ -2,7 +2,8 @@
 
 The poses are those of chapter 10: its cells are run up to the graph with all loops. What they
 give is kept beside the browser's files until these cells or labkit change. As a command this
-draws the map with the loops closed, as README shows it::
+draws the map with the loops closed, as README shows it, and the one of the odometry alone, with
+which chapters 5 and 10 begin::
 
     python book/_ext/killian_map.py
 """
@@ -22,6 +23,7 @@ import numpy as np
 from PIL import Image
 
 import labkit
+from labkit.cli.outputs import write_map
 from labkit.evaluation import ate
 from labkit.odometry import integrate
 from labkit.plotting import book_figure, map_points
@@ -31,11 +33,8 @@ BOOK = Path(__file__).parents[1]
 CHAPTER = BOOK.parent / "notebooks" / "10_closing.ipynb"
 DATA = BOOK / "_static" / "vendor" / "killian" / "map.js"
 PICTURE = BOOK / "_static" / "killian-closed.webp"
-EVERY, BEAMS, RANGE_MAX = (
-    6,
-    90,
-    15.0,
-)  # every so many-th scan, its beams, and how far they reach [m]
+DRIFT = PICTURE.with_name("killian-map.png")
+EVERY, BEAMS, RANGE_MAX = 6, 90, 15.0  # every so many-th scan, its beams, their reach [m]
 TURN = 0.58  # lays the building along the picture's width, as `map.js` does [rad]
 LAST = "closed"  # what the last cell that is run sets
 STATES = {
@@ -109,7 +108,7 @@ def _base64(array: Any) -> str:
 
 
 def draw(names: dict[str, Any]) -> None:
-    """Draw the map with the loops closed, for readers without JavaScript, paper and README."""
+    """Draw both maps; the closed one is for paper, README and readers without JavaScript, too."""
     log, turned = names["log"], labkit.transform(0.0, 0.0, TURN)
     poses = labkit.to_xytheta(turned @ labkit.from_xytheta(names[LAST]))
     figure = book_figure(3.9)
@@ -129,6 +128,8 @@ def draw(names: dict[str, Any]) -> None:
     drawn = io.BytesIO()
     figure.savefig(drawn, format="png", dpi=200)
     Image.open(drawn).convert("RGB").quantize(64).convert("RGB").save(PICTURE, lossless=True)
+    write_map(str(DRIFT), log, names["run"])
+    Image.open(DRIFT).convert("RGB").quantize(64).save(DRIFT, optimize=True)
 
 
 if __name__ == "__main__":

@@ -59,7 +59,7 @@ def write_map(path: str, log: Log, result: OdometryResult) -> None:
 
     from labkit.plotting import plot_trajectory  # noqa: PLC0415
 
-    figure = Figure(figsize=(10.0, 7.0), layout="constrained")
+    figure = Figure(figsize=(7.0, 5.6), layout="constrained")  # letters are read on a page
     ax = figure.add_subplot()
     every = -(-len(log) // MOST_DRAWN)
     plot_trajectory(ax, result.poses[::every], scans=log.scans[::every], reference=log.reference)
