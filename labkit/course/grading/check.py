@@ -18,10 +18,9 @@ from typing import Any
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.assignment.questions import Case, Question
 from labkit.course.grading.contract import Outcome, OutcomeStatus
-from labkit.course.grading.feedback import to_html
 from labkit.course.grading.inside.data import NotDataError, TooMuchError, plain
 from labkit.course.grading.judging.compare import assess
-from labkit.course.grading.judging.verdict import QuestionVerdict
+from labkit.course.grading.judging.verdict import QuestionVerdict, to_html
 from labkit.errors import InvalidParameterError
 
 LONGEST_ERROR = 500

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import sys
 import zipfile
-from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import as_completed
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,17 +19,20 @@ from labkit.course.grading.assignment import FOLDER, load_assignment
 from labkit.course.grading.assignment.files import cases_beside
 from labkit.course.grading.assignment.questions import Assignment
 from labkit.course.grading.box import Wall, open_wall
-from labkit.course.grading.classrun import grade_one, open_executor
 from labkit.course.grading.contract import Limits
 from labkit.course.grading.exports.gradebooks import read_canvas, read_moodle, write_scores
 from labkit.course.grading.exports.gradescope import write_autograder
 from labkit.course.grading.exports.pages import templates, write_pages
+from labkit.course.grading.grade import grade_one
 from labkit.course.grading.handins import LAYOUTS, Submission, find_submissions, one_submission
 from labkit.course.grading.marks import make_marks, read_adjustments, read_roster
 from labkit.course.grading.store import VERDICTS, Record, file_name, read_records, write_record
+from labkit.errors import LabkitError
+from labkit.extras import need
 from labkit.files import atomic_write
 
 SHOWN = 5  # names in a message
+PATIENCE = 10.0  # [s] for a cluster to answer
 PUBLIC = """\
 the hidden cases are the public ones, which anybody can compute; draw your own with
 `python -m labkit.course.authoring --secret FILE`, and grade with --secret FILE"""
@@ -183,7 +187,7 @@ def _grade(
     Whatever goes wrong is one submission's own: it is named, and the others are graded.
     """
     failures: dict[str, str] = {}
-    with open_executor(args.jobs, args.cluster) as executor:
+    with _open_executor(args.jobs, args.cluster) as executor:
         settings = str(args.assignment), wall, limits
         graded = {
             executor.submit(grade_one, one, *settings, records.get(one.student)): one.student
@@ -198,6 +202,30 @@ def _grade(
                 records[student] = future.result()
                 write_record(args.out, records[student])
     return failures
+
+
+@contextlib.contextmanager
+def _open_executor(jobs: int | None, cluster: str | None) -> Iterator[Executor]:
+    """Threads of this process, each with a box at work; or the workers of a Dask cluster."""
+    if cluster is None:
+        spare = 2  # a box that starts leaves cores idle
+        executor = ThreadPoolExecutor(jobs or (os.cpu_count() or 1) + spare)
+        try:
+            yield executor
+        finally:
+            executor.shutdown(cancel_futures=True)
+        return
+    distributed = need("distributed", purpose="grading on a cluster", extra="cluster")
+    try:
+        client = distributed.Client(cluster, timeout=PATIENCE, set_as_default=False)
+        client.wait_for_workers(1, timeout=PATIENCE)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise LabkitError(
+            f"no Dask worker answers at {cluster!r} ({error}); start `dask scheduler`, and "
+            f"`dask worker {cluster}`"
+        ) from None
+    with client:
+        yield client.get_executor(pure=False)
 
 
 def _write_code(out: Path, records: Mapping[str, Record], assignment: Assignment) -> None:

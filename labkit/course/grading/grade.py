@@ -11,17 +11,22 @@ written before a hidden input came into the box. In follow-through hidden cases 
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.assignment.questions import Assignment, Case, Question
 from labkit.course.grading.box import Box, BoxError, Wall
 from labkit.course.grading.contract import Limits, Outcome, OutcomeStatus
-from labkit.course.grading.inside import data
+from labkit.course.grading.files import read_sources
+from labkit.course.grading.handins import Submission
+from labkit.course.grading.inside import data, reading
 from labkit.course.grading.judging.compare import assess
 from labkit.course.grading.judging.verdict import QuestionVerdict, SubmissionVerdict
+from labkit.course.grading.store import Record, fingerprint
 
 MAX_NOTES = 20
 MAX_RESTARTS = 2
@@ -262,3 +267,33 @@ def _follow_through(
         if not best.passed and question.id in assignment.right:
             wrong[question.function] = assignment.right[question.id]
     return better
+
+
+def grade_one(
+    submission: Submission, assignment: str, wall: Wall, limits: Limits, known: Record | None = None
+) -> Record:
+    """Read a submission, and grade it by the assignment in a folder unless `known` still holds."""
+    asked = load_assignment(assignment)
+    files, unread = read_sources(submission.files)
+    mark = fingerprint(files, asked, limits, wall.mode)
+    late = submission.late
+    if late is None:  # nobody says: what was said before holds
+        late = known.late if known else 0.0
+    if known and known.fingerprint == mark:
+        return replace(known, late=late)
+    verdict = grade_submission(
+        files, wall, limits, asked, submission.student, submission=submission.name, unread=unread
+    )
+    return Record(verdict=verdict, fingerprint=mark, code=code_of(files), late=late)
+
+
+def code_of(files: Mapping[str, bytes]) -> str:
+    """All code of a submission, for tools that look for copies; what cannot be read is left out."""
+    found: list[str] = []
+    for name, content in files.items():
+        with contextlib.suppress(Exception):  # untrusted
+            if name.lower().endswith(reading.NOTEBOOK):
+                found += [cell.source for cell in reading.notebook_cells("", content)]
+            else:
+                found.append(reading.decoded(content))
+    return "\n\n".join(found).encode("utf-8", "replace").decode()

@@ -13,14 +13,15 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from labkit.course.grading.assignment.questions import Assignment
 from labkit.course.grading.contract import Limits
-from labkit.course.grading.judging.verdict import FORMAT, SubmissionVerdict
+from labkit.course.grading.judging.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
 from labkit.errors import LabkitError, WriteError
 from labkit.files import atomic_write
 
-RULES = 7  # raise it when the same files would get other points or messages than before
+RULES = 8  # raise it when the same files would get other points or messages than before
 VERDICTS = "verdicts"
 
 
@@ -52,24 +53,30 @@ def read_records(out: str | os.PathLike[str]) -> dict[str, Record]:
     records = {}
     for path in sorted(folder.glob("*.json")):
         try:
-            fields = json.loads(path.read_text("utf-8"))
-            verdict = SubmissionVerdict.from_fields(fields.pop("verdict"))
-            records[verdict.student] = Record(verdict=verdict, **fields)
-        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            record: Record = json.loads(path.read_text("utf-8"), object_hook=_restored)
+            records[record.verdict.student] = record
+        except (ValueError, TypeError, AttributeError) as error:
             raise LabkitError(
                 f"{path}: is damaged, or of another labkit ({error}); take it out, and run again"
             ) from None
     return records
 
 
+def _restored(fields: dict[str, Any]) -> object:
+    """The object of which JSON holds the fields."""
+    kinds = {"reason": CaseVerdict, "cases": QuestionVerdict, "questions": SubmissionVerdict}
+    kind = next((kinds[name] for name in kinds if name in fields), Record)
+    return kind(
+        **{name: tuple(one) if isinstance(one, list) else one for name, one in fields.items()}
+    )
+
+
 def write_record(out: str | os.PathLike[str], record: Record) -> None:
     """Store a record; it replaces the one of the same student."""
-    text = json.dumps({**vars(record), "verdict": record.verdict.fields}, default=vars)
+    path = Path(out) / VERDICTS / f"{file_name(record.verdict.student)}.json"
     try:
-        with atomic_write(
-            Path(out) / VERDICTS / f"{file_name(record.verdict.student)}.json"
-        ) as file:
-            file.write(text)
+        with atomic_write(path) as file:
+            file.write(json.dumps(record, default=vars))
     except WriteError as error:
         raise WriteError(
             f"{error}; all verdicts until now are kept: make room, and run the same command again"
@@ -92,7 +99,7 @@ def fingerprint(
     files: Mapping[str, bytes], assignment: Assignment, limits: Limits, mode: str
 ) -> str:
     """A digest of all that a verdict follows from: files, assignment, limits, wall, rules."""
-    digest = hashlib.sha256(f"{assignment.digest} {limits} {mode} {RULES} {FORMAT}".encode())
+    digest = hashlib.sha256(f"{assignment.digest} {limits} {mode} {RULES}".encode())
     for name in sorted(files):
         digest.update(json.dumps([name, len(files[name])]).encode())
         digest.update(files[name])

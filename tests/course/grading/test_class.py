@@ -114,7 +114,7 @@ def test_one_submission_that_cannot_be_read_costs_nobody_else(grade, tmp_path, m
     def broken(one, *_):
         raise OverflowError("beyond all")
 
-    monkeypatch.setattr("labkit.course.grading.classrun.read_sources", broken)
+    monkeypatch.setattr("labkit.course.grading.grade.read_sources", broken)
     assert grade("class") == 1
     err = capsys.readouterr().err
     assert "zoe was not graded: OverflowError: beyond all" in err
@@ -235,7 +235,7 @@ def test_a_cluster_gives_the_same_marks(grade, tmp_path):
 
 def test_a_cluster_that_is_not_there_is_named(grade, tmp_path, monkeypatch, capsys):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("labkit.course.grading.classrun.PATIENCE", 0.2)
+    monkeypatch.setattr("labkit.course.grading.command.PATIENCE", 0.2)
     hand_in(tmp_path / "class", 1)
     assert grade("class", "--cluster", "tcp://127.0.0.1:9") == 1
     assert "no Dask worker answers at 'tcp://127.0.0.1:9'" in capsys.readouterr().err

@@ -129,7 +129,7 @@ def test_nothing_is_gained_by_forging(name, graded, safe_wall, assignment):
     double, negate = verdict.questions
     assert double.score == (2.0 if name.startswith("answers for itself") else 0.0)
     assert negate.score in (0.0, 3.0)
-    json.dumps(verdict.fields, default=vars, allow_nan=False).encode("ascii")
+    json.dumps(verdict, default=vars, allow_nan=False).encode("ascii")
 
 
 def test_a_value_guessed_right_is_all_that_forging_can_send(graded, safe_wall, assignment):

@@ -4,7 +4,7 @@ from labkit.course.grading.judging.verdict import CaseVerdict, QuestionVerdict, 
 
 
 def case(id, credit, reason="", *, hidden=True):
-    return CaseVerdict(id=id, hidden=hidden, credit=credit, reason=reason)
+    return CaseVerdict(id=id, hidden=hidden, passed=credit == 1.0, reason=reason)
 
 
 def question(id, points, score, *cases, message="", mistake=None, title=""):

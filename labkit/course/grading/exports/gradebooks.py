@@ -14,8 +14,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from labkit.course.grading.feedback import short
-from labkit.course.grading.judging.verdict import SubmissionVerdict
+from labkit.course.grading.judging.verdict import SubmissionVerdict, short
 from labkit.course.grading.tables import Row, number, plain, read_rows, write_rows
 from labkit.errors import LabkitError
 

@@ -22,8 +22,8 @@ from typing import Any
 
 from labkit.course.grading.assignment import FOLDER, load_assignment
 from labkit.course.grading.box import open_wall
-from labkit.course.grading.classrun import grade_one
 from labkit.course.grading.contract import Limits
+from labkit.course.grading.grade import grade_one
 from labkit.course.grading.handins import one_submission
 from labkit.course.grading.judging.verdict import SubmissionVerdict
 from labkit.course.grading.marks import ADJUSTMENTS, CLASS, HEADER, read_adjustments
@@ -62,8 +62,8 @@ def results_of(verdict: SubmissionVerdict) -> dict[str, Any]:
     tests: list[dict[str, Any]] = []
     for place, one in enumerate(verdict.questions, 1):
         reasons = [case.reason for case in one.cases if not case.hidden]
-        passed = f"{one.cases_passed} of {len(one.cases)} cases passed."
-        told = "\n\n".join(filter(None, dict.fromkeys([one.message, *reasons, passed])))
+        count = "" if one.cases_passed in one.message else one.cases_passed
+        told = "\n\n".join(filter(None, dict.fromkeys([one.message, *reasons, count])))
         points = {"score": round(one.score, 6), "max_score": one.points}
         tests.append(_test(f"{place}", one.title, one.passed, told) | points)
         for n, case in enumerate((case for case in one.cases if case.hidden), 1):

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from labkit.course.grading.assignment.questions import Assignment, Question
-from labkit.course.grading.feedback import short, to_html
-from labkit.course.grading.judging.verdict import SubmissionVerdict
+from labkit.course.grading.judging.verdict import SubmissionVerdict, short, to_html
 from labkit.course.grading.store import file_name
 from labkit.extras import need
 from labkit.files import atomic_write

@@ -22,27 +22,13 @@ REFUSED = """
 def confine(*, seconds: float, memory: int, file_bytes: int, user: int, isolated: bool) -> None:
     """Give up what the student's code shall not have; for good.
 
-    Parameters
-    ----------
-    seconds : float
-        Processor time of the whole submission [s].
-    memory, file_bytes : int
-        Address space, and the largest file that can be written [bytes].
-    user : int
-        Whom to become; 0 to stay who one is.
-    isolated : bool
-        Whether system calls are refused; without it there are limits alone.
+    That is more than so many seconds of processor time, and bytes of address space and of a file;
+    the user that one is, unless `user` is 0; and, where it is `isolated`, many system calls.
     """
-    limits = {
-        resource.RLIMIT_CPU: int(seconds) + 1,
-        resource.RLIMIT_FSIZE: file_bytes,
-        resource.RLIMIT_NOFILE: 128,
-        resource.RLIMIT_CORE: 0,
-    }
-    if sys.platform == "linux":  # macOS cannot limit it
-        limits[resource.RLIMIT_AS] = memory
+    limits = {"CPU": int(seconds) + 1, "FSIZE": file_bytes, "NOFILE": 128, "CORE": 0, "AS": memory}
     for kind, most in limits.items():
-        resource.setrlimit(kind, (most, most))
+        if kind != "AS" or sys.platform == "linux":  # macOS cannot limit it
+            resource.setrlimit(getattr(resource, f"RLIMIT_{kind}"), (most, most))
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     if user:
         os.setgroups([])

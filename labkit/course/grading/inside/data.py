@@ -28,27 +28,8 @@ class TooMuchError(ValueError):
 
 
 def plain(value: Any, most: int = MOST) -> Any:
-    """Turn a returned value into numbers, text, arrays, tuples and dicts.
+    """Turn a returned value into numbers, text, arrays, tuples and dicts, as `to_json` does.
 
-    Numbers of any kind become float, int or bool; arrays float64, int64 or bool; lists
-    and named tuples become tuples.
-
-    Parameters
-    ----------
-    value : object
-        What the student's function returned.
-    most : int
-        How many bytes it may hold.
-
-    Raises
-    ------
-    NotDataError
-        If it is, or holds, anything but numbers, strings, None, arrays, tuples and dicts.
-    TooMuchError
-        If it is larger than `most`, or too deeply nested.
-
-    Examples
-    --------
     >>> plain([np.float32(0.5), np.int8(3)])
     (0.5, 3)
     """
@@ -56,7 +37,17 @@ def plain(value: Any, most: int = MOST) -> Any:
 
 
 def to_json(value: Any, most: int = MOST) -> Any:
-    """The form in JSON of what `plain` takes; raises the same errors.
+    """The form in JSON of a value of at most so many bytes.
+
+    Numbers of any kind become float, int or bool; arrays float64, int64 or bool; lists
+    and named tuples become tuples.
+
+    Raises
+    ------
+    NotDataError
+        If it is, or holds, anything but numbers, strings, None, arrays, tuples and dicts.
+    TooMuchError
+        If it is larger than `most`, or too deeply nested.
 
     Examples
     --------

@@ -43,19 +43,17 @@ class Shell(standins.StandIn):
 
     session: Session
 
-    def run_line_magic(self, name: str, line: str, *_: Any) -> None:
-        """``%time statement`` and ``%run script.py``."""
-        if name in RUNNING_MAGICS:
-            self.session.run_source(line)
-        elif name == "run":
-            self.session.run_source(self.session.finder.scripts.get(line.strip("'\" "), ""))
+    def run_line_magic(self, name: str, line: str, body: str = "") -> None:
+        """``%time statement``, ``%run script.py``, ``%%capture``, ``%%writefile script.py``."""
+        scripts, script = self.session.finder.scripts, line.strip("'\" ").rpartition(" ")[2]
+        if name == "writefile":
+            scripts[script] = body
+        elif name in (*RUNNING_MAGICS, "run"):
+            source = scripts.get(script, "") if name == "run" else body or line
+            for node in reading.statements(reading.Cell(source, MAGIC), self.session.transform):
+                self.session.run(node, MAGIC)
 
-    def run_cell_magic(self, name: str, line: str, body: str) -> None:
-        """``%%time``, ``%%capture``, ``%%writefile script.py`` and the like."""
-        if name in RUNNING_MAGICS:
-            self.session.run_source(body)
-        elif name == "writefile":
-            self.session.finder.scripts[line.rpartition(" ")[2]] = body
+    run_cell_magic = run_line_magic
 
 
 class Session:
@@ -80,9 +78,7 @@ class Session:
 
     def tell(self, **answer: Any) -> None:
         """Write one line, whole."""
-        line = json.dumps(answer).encode("ascii") + b"\n"
-        while line:
-            line = line[os.write(self.writing, line) :]
+        os.write(self.writing, json.dumps(answer).encode("ascii") + b"\n")
 
     def cut(self, *_: Any) -> None:
         """End what takes too long; again and again, since code may catch it."""
@@ -99,8 +95,8 @@ class Session:
             yield
         finally:
             self.armed = False
-            signal.setitimer(signal.ITIMER_PROF, 0.0)
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            for timer in (signal.ITIMER_PROF, signal.ITIMER_REAL):
+                signal.setitimer(timer, 0.0)
 
     def read(
         self, files: dict[str, str], functions: list[str], seconds: float, skipped: list[int]
@@ -152,11 +148,6 @@ class Session:
                 left = 0.0 if isinstance(error, OutOfTime) else left
         return fault
 
-    def run_source(self, source: str) -> None:
-        """Run what a magic holds, as part of the cell that it stands in."""
-        for node in reading.statements(reading.Cell(source, MAGIC), self.transform):
-            self.run(node, MAGIC)
-
     def run(self, node: ast.stmt, label: str) -> None:
         """Run one statement; note what it defines. Neither stubs nor labkit's hide an answer."""
         code = self.compile(ast.Module([node], []), label, "exec")  # type: ignore[arg-type]
@@ -183,14 +174,12 @@ class Session:
         found = {}
         for name in self.answers:
             own, end = self.states["own", name], self.states["end", name]
-            used, waiting = set[str](), [name]
-            while waiting:
-                fresh = self.uses.get(waiting.pop(), set()) - used
-                used |= fresh
-                waiting += fresh
+            used = [name]
+            for one in used:  # which grows meanwhile
+                used += self.uses.get(one, set()).difference(used)
             found[name] = {
-                "changes": any(own.get(one) is not end.get(one) for one in used | {name}),
-                "calls": [one for one in self.functions if one in used and one != name],
+                "changes": any(own.get(one) is not end.get(one) for one in used),
+                "calls": [one for one in self.functions if one in used[1:]],
                 "hands_on": self.hands_on[name],
             }
         return found

@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 NOTEBOOK = (".ipynb", ".ipynb.txt", ".ipynb.json")
-MAX_PROGRAMS = 8
 MARK = re.compile(r"^(?=# (?:%%|In\[[ \d]*\]:))", re.MULTILINE)
 
 
@@ -62,10 +61,7 @@ def programs(
             answers[name] = len(set().union(*found))
         except Exception as error:
             notes.append(f"{name} cannot be read: {error}")
-    best = sorted(filter(answers.get, answers), key=answers.__getitem__)
-    for name in best[:-MAX_PROGRAMS]:
-        notes.append(f"{name} is not run: {MAX_PROGRAMS} other files hold more answers")
-    chosen = best[-MAX_PROGRAMS:] or list(read)[:1]
+    chosen = sorted(filter(answers.get, answers), key=answers.__getitem__) or list(read)[:1]
     return [cell for name in chosen for cell in read[name]], scripts
 
 
@@ -107,30 +103,25 @@ def statements(cell: Cell, transform: Callable[[str], str]) -> list[ast.stmt]:
     the error is taken; a notebook's cell raises `SyntaxError`.
     """
     source = cell.source
+    above = len(source) - len(source.lstrip("\n"))
     with warnings.catch_warnings(action="ignore"):
         try:
-            tree = ast.parse(source, cell.label)
-        except SyntaxError as error:
-            above = len(source) - len(source.lstrip("\n"))
-            lines = ("\n" * above + transform(source)).splitlines(keepends=True)
-            tree = _parsed(lines, error, cell.is_script)
+            nodes = ast.parse(source, cell.label).body
+        except SyntaxError as first:
+            nodes, source = [], "\n" * above + transform(source)
+            while source:
+                try:
+                    nodes, source = ast.parse(source).body, ""
+                except SyntaxError as error:
+                    if not cell.is_script:
+                        raise first from None
+                    lines = source.splitlines(keepends=True)
+                    source = "".join(lines[: min(error.lineno or 1, len(lines)) - 1])
     found: list[ast.stmt] = []
-    for node in tree.body:
-        if isinstance(node, ast.Import):
-            found += [ast.copy_location(ast.Import([alias]), node) for alias in node.names]
-        else:
-            found.append(node)
+    for node in nodes:
+        parts = node.names if isinstance(node, ast.Import) else ()
+        found += [ast.copy_location(ast.Import([alias]), node) for alias in parts] or [node]
     return found
-
-
-def _parsed(lines: list[str], first: SyntaxError, is_script: bool) -> ast.Module:
-    while True:
-        try:
-            return ast.parse("".join(lines))
-        except SyntaxError as error:
-            if not is_script:
-                raise first from None
-            del lines[min(error.lineno or 1, len(lines)) - 1 :]
 
 
 def load_transformer() -> Callable[[str], str]:

@@ -57,11 +57,8 @@ class StandIn(types.ModuleType):
     def __array__(self, *_: Any, **__: Any) -> Any:
         raise TypeError(f"{self.__name__} is not available while grading: it gives no numbers")
 
-    def _same(self, *_: Any) -> StandIn:
-        return self
-
-    __enter__ = __getitem__ = _same
-    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __or__ = _same
+    __enter__ = __getitem__ = __call__
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __or__ = __call__
 
 
 def subplots(nrows: int = 1, ncols: int = 1, **_: Any) -> tuple[Any, Any]:

@@ -55,53 +55,46 @@ def assess(
     """
     pairs = list(zip(cases, outcomes, strict=True))
     verdicts = [judge(question, *pair) for pair in pairs]
-    right = [verdict.passed for verdict in verdicts]
-    known = None if all(right) else recognise(question, cases, outcomes)
+    known = None if all(one.passed for one in verdicts) else recognise(question, cases, outcomes)
+    if known:
+        verdicts = [judge(question, *pair, is_known=True) for pair in pairs]
     counting = [place for place, case in enumerate(cases) if case.hidden] or range(len(cases))
-    share = sum(right[place] for place in counting) / len(counting)
+    share = sum(verdicts[place].passed for place in counting) / len(counting)
     share = max(0.0, (share - question.chance) / (1.0 - question.chance))
     if known:
         answered = sum(outcomes[place].status is OutcomeStatus.RETURNED for place in counting)
         share = max(share, known.credit * answered / len(counting))
-        verdicts = [
-            verdict if verdict.passed else judge(question, *pair, known)
-            for pair, verdict in zip(pairs, verdicts, strict=True)
-        ]
+    message, is_said = _message(question, verdicts, outcomes, known)
     return QuestionVerdict(
         question=question.id,
         title=question.title,
         points=question.points,
         score=round(question.points * share, 2),
-        cases=_said_once(verdicts, outcomes),
+        cases=_few_reasons(verdicts, is_said),
         misconception=known.id if known else None,
-        message=_message(question, verdicts, outcomes, known),
+        message=message,
     )
 
 
 def judge(
-    question: Question, case: Case, outcome: Outcome, known: Misconception | None = None
+    question: Question, case: Case, outcome: Outcome, *, is_known: bool = False
 ) -> CaseVerdict:
-    """The verdict on one call: the credit 1, or 0 with the reason and the `known` mistake."""
+    """The verdict on one call; that of a known mistake needs no numbers."""
     got = _read(question.answer, outcome.value)
     if outcome.status is not OutcomeStatus.RETURNED:
         text = _no_value(question, case, outcome)
     elif isinstance(got, str):
         text = f"{got}."
-    elif _is_accepted(got, question, case):
+    elif is_right(question, case, outcome.value):
         text = ""
     else:
         wanted = _accepted(question.answer, case)[0]
         got = _adjusted(got, wanted, question, case)
         text = how_wrong(question, case, got, wanted)
-        if not (case.hidden or known):
+        if not (case.hidden or is_known):
             text += " " + difference(question, case, got, wanted)
-    return CaseVerdict(
-        id=case.id,
-        hidden=case.hidden,
-        credit=0.0 if text else 1.0,
-        reason=f"{case.about[:1].upper()}{case.about[1:]}: {text}" if text else "",
-        misconception=known.id if known else None,
-    )
+    reason = f"{_capital(case.about)}: {text}" if text else ""
+    return CaseVerdict(id=case.id, hidden=case.hidden, passed=not text, reason=reason)
 
 
 def recognise(
@@ -114,12 +107,11 @@ def recognise(
     fits. One that is not listed may still be a relation to the right answers that all mistaken
     ones have, as the inverse has (`GENERAL`).
     """
-    answers = [
-        (case, _read(question.answer, outcome.value))
-        for case, outcome in zip(cases, outcomes, strict=True)
-        if outcome.status is OutcomeStatus.RETURNED
-    ]
-    wrong = [(case, got) for case, got in answers if not _is_accepted(got, question, case)]
+    wrong, right = list[tuple[Case, Value]](), list[tuple[Case, Value]]()
+    for case, outcome in zip(cases, outcomes, strict=True):
+        if outcome.status is OutcomeStatus.RETURNED:
+            of_these = right if is_right(question, case, outcome.value) else wrong
+            of_these.append((case, outcome.value))
     if not wrong:
         return None
     explaining = [
@@ -127,37 +119,30 @@ def recognise(
         for known in question.misconceptions
         if any(known.id in case.mistaken for case, _ in wrong)
         and all(
-            _is_mistake(got, known.id, question, case)
-            if known.id in case.mistaken
-            else not _is_accepted(got, question, case)
-            for case, got in answers
+            known.id not in case.mistaken or is_answer_of(known.id, question, case, value)
+            for case, value in wrong
         )
+        and all(is_answer_of(known.id, question, case, value) for case, value in right)
     ]
     if explaining:
         return explaining[0] if len(explaining) == 1 else None
-    return _related(question, wrong)
+    related = (known for known in GENERAL if _is_related(known.id, question, wrong))
+    return next((replace(known, chapter=question.chapter) for known in related), None)
 
 
-def _related(
-    question: Question, wrong: Sequence[tuple[Case, FloatArray | str]]
-) -> Misconception | None:
-    """The relation that all wrong answers have to the right ones, where these are not whole."""
-    for known in GENERAL:
-        kinds, relation = RELATIONS[known.id]
-        found = [
-            not isinstance(got, str)
-            and any(
-                got.shape == wanted.shape
-                and _close(got, related := relation(wanted), case.tolerance * _scale(related))
-                and (question.answer is Answer.MASK or (wanted != np.round(wanted)).any())
-                for wanted in _accepted(question.answer, case)
-            )
-            for case, got in wrong
-            if question.answer in kinds
-        ]
-        if found and all(found):
-            return replace(known, chapter=question.chapter)
-    return None
+def _is_related(id: str, question: Question, wrong: Sequence[tuple[Case, Value]]) -> bool:
+    """True if all wrong answers have a relation to the right ones, where these are not whole."""
+    kinds, relation = RELATIONS[id]
+    return question.answer in kinds and all(
+        any(
+            (question.answer is Answer.MASK or (wanted != np.round(wanted)).any())
+            and not isinstance(got := _read(question.answer, value), str)
+            and got.shape == wanted.shape
+            and _close(got, related := relation(wanted), case.tolerance * _scale(related))
+            for wanted in _accepted(question.answer, case)
+        )
+        for case, value in wrong
+    )
 
 
 def _of_rotation(change: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]):  # type: ignore[no-untyped-def]
@@ -196,15 +181,7 @@ RELATIONS: dict[str, tuple[set[Answer], Callable[[FloatArray], FloatArray]]] = {
 
 def is_right(question: Question, case: Case, value: Value) -> bool:
     """True if a value agrees with one of the accepted answers."""
-    return _is_accepted(_read(question.answer, value), question, case)
-
-
-def is_answer_of(misconception: str, question: Question, case: Case, value: Value) -> bool:
-    """True if a value is what that mistake gives here, be it a form that cannot be read."""
-    return _is_mistake(_read(question.answer, value), misconception, question, case)
-
-
-def _is_accepted(got: FloatArray | str, question: Question, case: Case) -> bool:
+    got = _read(question.answer, value)
     if isinstance(got, str):
         return False
     for wanted in _accepted(question.answer, case):
@@ -216,13 +193,16 @@ def _is_accepted(got: FloatArray | str, question: Question, case: Case) -> bool:
     return False
 
 
-def _is_mistake(got: FloatArray | str, misconception: str, question: Question, case: Case) -> bool:
-    return any(
-        isinstance(wrong, str) and got == wrong
-        if isinstance(got, str)
-        else not isinstance(wrong, str) and _close(got, wrong, case.tolerance * _scale(wrong))
-        for wrong in _wrong(question.answer, case, misconception)
-    )
+def is_answer_of(misconception: str, question: Question, case: Case, value: Value) -> bool:
+    """True if a value is what that mistake gives here, be it a form that cannot be read."""
+    got = _read(question.answer, value)
+    for wrong in _wrong(question.answer, case, misconception):
+        if isinstance(got, str) or isinstance(wrong, str):
+            if isinstance(got, str) and isinstance(wrong, str) and got == wrong:
+                return True
+        elif _close(got, wrong, case.tolerance * _scale(wrong)):
+            return True
+    return False
 
 
 def _adjusted(got: FloatArray, wanted: FloatArray, question: Question, case: Case) -> FloatArray:
@@ -300,34 +280,18 @@ def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
     return text
 
 
-def _said_once(
-    verdicts: Sequence[CaseVerdict], outcomes: Sequence[Outcome]
-) -> tuple[CaseVerdict, ...]:
-    """The verdicts without what the message says of all of them, and with few hidden reasons.
+def _few_reasons(verdicts: Sequence[CaseVerdict], is_said: bool) -> tuple[CaseVerdict, ...]:
+    """The verdicts without reasons where the message `is_said` of all, and with few hidden ones.
 
     What goes wrong in one hidden case after the other could be made to spell out their inputs.
     """
-    if _is_unwritten(outcomes) or _in_every_case(verdicts):
-        return tuple(replace(verdict, reason="") for verdict in verdicts)
-    told = [verdict.id for verdict in verdicts if verdict.hidden and verdict.reason]
-    return tuple(
-        replace(one, reason=f"{one.reason.partition(':')[0]}: this fails, too.")
-        if one.hidden and one.id in told[HIDDEN_REASONS:]
-        else one
-        for one in verdicts
-    )
-
-
-def _in_every_case(verdicts: Sequence[CaseVerdict]) -> str:
-    """The fault of every case, in the same words; empty where it is a known mistake."""
-    texts = {verdict.reason.partition(": ")[2] for verdict in verdicts}
-    known = any(verdict.misconception for verdict in verdicts)
-    return texts.pop() if len(texts) == 1 and not known else ""
-
-
-def _is_unwritten(outcomes: Sequence[Outcome]) -> bool:
-    """True if the function still is a stub, or calls one in every case."""
-    return all(outcome.error == "NotImplementedError" for outcome in outcomes)
+    left, found = HIDDEN_REASONS, []
+    for one in verdicts:
+        left -= one.hidden and not one.passed
+        text = f"{one.reason.partition(':')[0]}: this fails, too." if left < 0 else one.reason
+        shown = text if one.hidden and one.reason else one.reason
+        found.append(replace(one, reason="" if is_said else shown))
+    return tuple(found)
 
 
 def _message(
@@ -335,23 +299,32 @@ def _message(
     verdicts: Sequence[CaseVerdict],
     outcomes: Sequence[Outcome],
     known: Misconception | None,
-) -> str:
+) -> tuple[str, bool]:
+    """What to tell of the whole question, and whether it says the fault of every case."""
     passed = sum(verdict.passed for verdict in verdicts)
     hidden = [verdict.passed for verdict in verdicts if verdict.hidden]
+    always = {verdict.reason.partition(": ")[2] for verdict in verdicts}
     if passed == len(verdicts):
-        return "All cases pass." if hidden else "All visible cases pass; grading tries others."
-    if _is_unwritten(outcomes):
-        return f"`{question.function}` is not written yet."
-    if always := _in_every_case(verdicts):
-        if all(outcome.status in WHOLE_QUESTION for outcome in outcomes):
-            return f"{always[:1].upper()}{always[1:]}"
-        return f"In every case {always}"
+        return (
+            "All cases pass." if hidden else "All visible cases pass; grading tries others.",
+            True,
+        )
+    if all(outcome.error == "NotImplementedError" for outcome in outcomes):
+        return f"`{question.function}` is not written yet.", True
     if known:
         read_on = f" See {known.chapter}." if known.chapter else ""
-        return f"This looks like a known mistake: {known.says}{read_on}"
+        return f"This looks like a known mistake: {known.says}{read_on}", False
+    if len(always) == 1:
+        if all(outcome.status in WHOLE_QUESTION for outcome in outcomes):
+            return _capital(*always), True
+        return f"In every case {always.pop()}", True
     text = f"{passed} of {len(verdicts)} cases pass."
     if passed and hidden:
         text += f" Points are for the hidden ones: {sum(hidden)} of {len(hidden)}."
     if question.chance and passed:
         text += " An answer without an idea would pass some of them: points begin beyond that."
-    return text
+    return text, False
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

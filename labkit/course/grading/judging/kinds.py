@@ -184,8 +184,9 @@ def how_wrong(question: Question, case: Case, got: FloatArray, wanted: FloatArra
         return "where nothing is left there is no number: NaN is expected."
     if (~np.isfinite(got) & np.isfinite(wanted)).any():
         return "the result holds NaN or infinity; look for a division by zero."
+    says = _TEXTS.get(question.answer, _numbers)
     with np.errstate(all="ignore"):  # 1e300 is an answer, too
-        first, *more = list(_TEXTS[question.answer](question, case, got, wanted))[:2]
+        first, *more = list(says(question, case, got, wanted))[:2]
     return " ".join([first, *(sentence[:1].upper() + sentence[1:] for sentence in more)])
 
 
@@ -239,7 +240,7 @@ def _numbers(question: Question, case: Case, got: FloatArray, wanted: FloatArray
     if low is not None and high is not None and (outside := (got < low) | (got > high)).any():
         yield f"{_share(outside, case)} of the numbers lie outside [{low:g}, {high:g}]."
     share = _share(error > case.tolerance, case)
-    yield f"{share} of the numbers are off, by {_up_to(most, unit, case)}."
+    yield f"{share} of the numbers are off, by {_size(most, unit, case, 'up to ')}."
 
 
 def _matches(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
@@ -248,7 +249,7 @@ def _matches(question: Question, case: Case, got: FloatArray, wanted: FloatArray
         yield f"{_share(wrong, case)} of the indices are wrong."
     error = float(np.abs(got[:, 1] - wanted[:, 1]).max())
     if error > case.tolerance:
-        yield f"the distances are off by {_up_to(error, ' m', case)}."
+        yield f"the distances are off by {_size(error, ' m', case, 'up to ')}."
 
 
 def _mask(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
@@ -269,8 +270,8 @@ def _poses(question: Question, case: Case, got: FloatArray, wanted: FloatArray) 
         yield "the poses are right, but some headings lie outside (−π, π]: wrap them."
         return
     yield (
-        f"the positions are off by {_up_to(shift, ' m', case)}, "
-        f"the headings by {_up_to(math.degrees(turn.max()), '°', case)}."
+        f"the positions are off by {_size(shift, ' m', case, 'up to ')}, "
+        f"the headings by {_size(math.degrees(turn.max()), '°', case, 'up to ')}."
     )
 
 
@@ -278,16 +279,12 @@ def _flag(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -
     yield f"it returned {bool(got)}; the rule says otherwise."
 
 
-def _up_to(number: float, unit: str, case: Case) -> str:
-    return f"{'' if case.hidden else 'up to '}{_size(number, unit, case)}"
-
-
-def _size(number: float, unit: str, case: Case) -> str:
+def _size(number: float, unit: str, case: Case, most: str = "") -> str:
     """A size that can be read: 180° and not 1.8e+02°; of a hidden case its power of ten."""
     if case.hidden and 0.0 < number < math.inf:
         power = min(max(math.floor(math.log10(number)), LEAST_POWER), MOST_POWER)
         return f"more than {10.0**power:g}{unit}"
-    return f"{float(f'{number:.2g}'):g}{unit}"
+    return f"{'' if case.hidden else most}{float(f'{number:.2g}'):g}{unit}"
 
 
 def _share(wrong: BoolArray, case: Case) -> str:
@@ -306,12 +303,9 @@ def _pairs(count: int, case: Case) -> str:
 
 _TEXTS: dict[Answer, Callable[[Question, Case, FloatArray, FloatArray], Iterator[str]]] = {
     Answer.MATRIX: _matrix,
-    Answer.VECTOR: _numbers,
-    Answer.NUMBERS: _numbers,
     Answer.TRANSFORM: _matrix,
     Answer.MATCHES: _matches,
     Answer.MASK: _mask,
     Answer.POSES: _poses,
-    Answer.NUMBER: _numbers,
     Answer.FLAG: _flag,
-}
+}  # of all others `_numbers`

@@ -7,33 +7,23 @@ the student: none holds a hidden input, an expected value or a traceback.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
-from typing import Any
-
-from labkit.errors import LabkitError
-
-FORMAT = 2
+from html import escape
 
 
 @dataclass(frozen=True, kw_only=True)
 class CaseVerdict:
     """Verdict on one call of the student's function.
 
-    `id` is the case within its question; of a `hidden` one the `reason` tells no number. `credit`
-    is in [0, 1]; `reason` holds one or two sentences, or nothing where all is well, and
-    `misconception` the id of the known mistake whose answer this was.
+    `id` is the case within its question. `reason` holds one or two sentences, or nothing where all
+    is well; that of a `hidden` case tells no number.
     """
 
     id: str
     hidden: bool
-    credit: float
+    passed: bool
     reason: str
-    misconception: str | None = None
-
-    @property
-    def passed(self) -> bool:
-        """True if the case gave full credit."""
-        return self.credit >= 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,9 +51,9 @@ class QuestionVerdict:
         return self.score >= self.points
 
     @property
-    def cases_passed(self) -> int:
-        """Number of cases with full credit."""
-        return sum(case.passed for case in self.cases)
+    def cases_passed(self) -> str:
+        """Count of the cases that pass: "3 of 4 cases pass."."""
+        return f"{sum(case.passed for case in self.cases)} of {len(self.cases)} cases pass."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,16 +63,6 @@ class SubmissionVerdict:
     `mode` is the isolation that it ran in. `notes` say what else the student should know,
     `unread` what was not read and why, `adjustments` what an instructor changed. `late` counts
     days. `seconds` is the only part that differs from run to run.
-
-    Examples
-    --------
-    >>> import json
-    >>> verdict = SubmissionVerdict(
-    ...     student="ada", submission="ada.py", mode="none", questions=(),
-    ...     score=0.0, points=0.0, notes=("no answer found",), seconds=0.01)
-    >>> text = json.dumps(verdict.fields, default=vars)
-    >>> SubmissionVerdict.from_fields(json.loads(text)) == verdict
-    True
     """
 
     student: str
@@ -102,36 +82,20 @@ class SubmissionVerdict:
         """Remarks for the student on how the submission was read."""
         return self.adjustments + self.unread + self.notes
 
-    @property
-    def fields(self) -> dict[str, Any]:
-        """Fields for JSON, in the order of the attributes; those below by ``default=vars``."""
-        return {"format": FORMAT, **vars(self)}
 
-    @classmethod
-    def from_fields(cls, fields: dict[str, Any]) -> SubmissionVerdict:
-        """Build it from `fields` as they came back from JSON.
+def short(value: float) -> str:
+    """A score as people write it.
 
-        Raises
-        ------
-        LabkitError
-            For what is no verdict, or one of another version.
-        """
-        try:
-            own = {name: _tuple(value) for name, value in fields.items()}
-            if own.pop("format") != FORMAT:
-                raise KeyError("another format")
-            return cls(**own | {"questions": tuple(map(_question, fields["questions"]))})
-        except (TypeError, KeyError, AttributeError) as error:
-            raise LabkitError(
-                f"this is no verdict of this labkit ({error}): {str(fields)[:60]!r}; "
-                f"grade the submission again"
-            ) from None
+    >>> short(3.0), short(2.5), short(1 / 3)
+    ('3', '2.5', '0.33')
+    """
+    return f"{value:.2f}".rstrip("0").rstrip(".")
 
 
-def _question(fields: dict[str, Any]) -> QuestionVerdict:
-    cases = tuple(CaseVerdict(**case) for case in fields["cases"])
-    return QuestionVerdict(**{name: _tuple(fields[name]) for name in fields} | {"cases": cases})
+def to_html(text: str) -> str:
+    """Text as HTML: a student's own is escaped, whatever stands in it.
 
-
-def _tuple(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
+    >>> to_html("`x` < 2")
+    '<code>x</code> &lt; 2'
+    """
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text))

@@ -23,7 +23,7 @@ def test_gradescope_has_a_test_for_each_question_and_hides_the_hidden_cases(verd
         assert [test["visibility"] for test in hidden] == ["hidden"] * len(verdict.questions)
     visible = results_of(verdicts[1])["tests"][0]
     assert visible["output"] == (
-        "About gate.\n\nA wide gate: it returned a list.\n\n0 of 2 cases passed."
+        "About gate.\n\nA wide gate: it returned a list.\n\n0 of 2 cases pass."
     )
 
 

@@ -67,6 +67,12 @@ def test_a_student_reads_score_reason_and_chapter(pages):
     assert "Graded in isolation: bubblewrap." in words
 
 
+def test_the_count_of_cases_is_said_once(pages):
+    for message in ("", "0 of 1 cases pass."):
+        asked = question(GATE.id, 4.0, 0.0, case("1", 0.0), message=message)
+        assert pages(submission("ada", asked))[1].text.count("0 of 1 cases pass.") == 1
+
+
 def test_whatever_a_student_wrote_stays_text_and_asks_for_nothing(pages):
     hostile = replace(verdict(HOSTILE, 0.0, text=HOSTILE), submission=HOSTILE)
     for words in pages(hostile, failures=[(HOSTILE, HOSTILE)], missing=[(HOSTILE, HOSTILE)]):

@@ -212,7 +212,6 @@ def test_the_score_is_the_share_of_the_cases_beyond_chance():
     wrong = hidden[:2]
     values = [case.expected[0] ^ (case in wrong) for case in cases]
     verdict = assess(question, cases, [returned(*pair) for pair in zip(cases, values, strict=True)])
-    assert verdict.cases_passed == len(cases) - 2
     assert verdict.score == round(question.points * (1 - 4 / len(hidden)), 2)
     assert "28 of 30 cases pass. Points are for the hidden ones: 18 of 20." in verdict.message
 
