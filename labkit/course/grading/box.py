@@ -31,7 +31,6 @@ from functools import cache
 from pathlib import Path
 from typing import IO, Any, NamedTuple
 
-from labkit.course.grading.contract import Limits
 from labkit.course.grading.inside import data
 from labkit.errors import LabkitError
 from labkit.extras import MissingExtraError
@@ -81,13 +80,27 @@ class BoxError(Exception):
 
 
 class Wall(NamedTuple):
-    """The wall around a box: "bubblewrap", "user" or "none", and the paths hidden behind it."""
+    """The wall around a box, and the time in it, from which all limits of time follow.
+
+    Attributes
+    ----------
+    mode : str
+        "bubblewrap", "user" or "none".
+    hidden : tuple of str
+        The paths hidden behind it.
+    seconds : float
+        Processor time of one cell, and of the calls of one question in a row [s]. A whole
+        submission may take four times as much, and ten times by the clock.
+    """
 
     mode: str
     hidden: tuple[str, ...] = ()
+    seconds: float = 3.0
 
 
-def open_wall(hidden: Sequence[str | os.PathLike[str]], *, isolation: bool = True) -> Wall:
+def open_wall(
+    hidden: Sequence[str | os.PathLike[str]], seconds: float = 3.0, *, isolation: bool = True
+) -> Wall:
     """The strongest wall that works here, tried with a box that looks for holes.
 
     Raises
@@ -96,10 +109,10 @@ def open_wall(hidden: Sequence[str | os.PathLike[str]], *, isolation: bool = Tru
         Where none does; the message says why, and what to do.
     """
     if not isolation and os.name == "posix":
-        return Wall(mode="none")
+        return Wall("none", seconds=seconds)
     reasons = []
     for mode in ("bubblewrap", "user"):
-        wall = Wall(mode=mode, hidden=tuple(map(os.path.realpath, hidden)))
+        wall = Wall(mode, tuple(map(os.path.realpath, hidden)), seconds)
         reason = why_not(wall)
         if not reason:
             return wall
@@ -121,7 +134,7 @@ def why_not(wall: Wall) -> str:
         return "it needs root, as in a container"
     end, paths = time.monotonic() + START, data.to_json((*wall.hidden, "/etc/shadow"))
     try:
-        with Box(wall, Limits()) as box:
+        with Box(wall) as box:
             box.send(end, files={"probe.py": PROBE}, functions=["holes"], skipped=[])
             while "answers" not in box.receive(end):
                 pass
@@ -132,14 +145,14 @@ def why_not(wall: Wall) -> str:
 
 
 class Box:
-    """A running box, behind a wall and within limits; a context manager."""
+    """A running box behind a wall; a context manager."""
 
-    def __init__(self, wall: Wall, limits: Limits) -> None:
-        self.limits = limits
+    def __init__(self, wall: Wall) -> None:
+        self.wall = wall
         self._buffer = b""
         self._folder = tempfile.TemporaryDirectory(prefix="labkit-")
         settings = {
-            "seconds": limits.processor,
+            "seconds": 4.0 * wall.seconds,
             "memory": MEMORY,
             "file_bytes": 0 if wall.mode == "user" else FILE_BYTES,
             "user": unused_user() if wall.mode != "none" and os.geteuid() == 0 else 0,
@@ -183,7 +196,7 @@ class Box:
 
     def send(self, end: float, **order: Any) -> None:
         """Have it run the cells (`Session.read`) or call a function (`Session.ask`)."""
-        line = json.dumps({**order, "seconds": self.limits.seconds}).encode("ascii") + b"\n"
+        line = json.dumps({**order, "seconds": self.wall.seconds}).encode("ascii") + b"\n"
         for start in range(0, len(line), select.PIPE_BUF):  # as much as a free pipe takes at once
             number = self._wait(self.process.stdin, select.POLLOUT, end)
             try:

@@ -14,12 +14,11 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from labkit.arrays import check_count
+from labkit.arrays import check_count, check_range
 from labkit.course.grading.assignment import FOLDER, load_assignment
 from labkit.course.grading.assignment.files import cases_beside
 from labkit.course.grading.assignment.questions import Assignment
 from labkit.course.grading.box import Wall, open_wall
-from labkit.course.grading.contract import Limits
 from labkit.course.grading.exports.gradebooks import read_canvas, read_moodle, write_scores
 from labkit.course.grading.exports.gradescope import write_autograder
 from labkit.course.grading.exports.pages import templates, write_pages
@@ -72,7 +71,7 @@ def add_grade(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     add(
         "--seconds",
         type=float,
-        default=Limits().seconds,
+        default=3.0,
         metavar="S",
         help="of processor time, for a cell and for a question (%(default)s)",
     )
@@ -116,7 +115,8 @@ def grade(args: argparse.Namespace) -> int:
     """Grade what has no verdict yet; status 1 where a submission could not be graded."""
     if args.jobs is not None:
         check_count(args.jobs, "jobs", at_least=1)
-    limits, out = Limits(seconds=args.seconds), Path(args.out)
+    check_range(args.seconds, "seconds", above=0.0, at_most=600.0, unit="s")
+    out = Path(args.out)
     templates()  # or say what they need, before the work
     submissions, assignment = _submissions(args), _load(args)
     books = {"canvas.csv": read_canvas(*args.canvas)} if args.canvas else {}
@@ -133,8 +133,8 @@ def grade(args: argparse.Namespace) -> int:
     adjustments = read_adjustments(out, assignment, names | missing)
     handed_in = [file.path for one in submissions[:1] for _, file in one.files[:1]]
     closed = [Path(args.assignment, "hidden"), out / VERDICTS, *handed_in]
-    wall = open_wall(closed, isolation=not args.no_isolation)
-    failures = _grade(args, submissions, wall, limits, records)
+    wall = open_wall(closed, args.seconds, isolation=not args.no_isolation)
+    failures = _grade(args, submissions, wall, records)
     marks = make_marks(records, adjustments, assignment)
     for mark in marks:
         missing.pop(mark.student, None)
@@ -179,7 +179,6 @@ def _grade(
     args: argparse.Namespace,
     submissions: Sequence[Submission],
     wall: Wall,
-    limits: Limits,
     records: dict[str, Record],
 ) -> dict[str, str]:
     """Grade side by side, store each record as it comes, and say why where there is none.
@@ -188,9 +187,9 @@ def _grade(
     """
     failures: dict[str, str] = {}
     with _open_executor(args.jobs, args.cluster) as executor:
-        settings = str(args.assignment), wall, limits
+        folder = str(args.assignment)
         graded = {
-            executor.submit(grade_one, one, *settings, records.get(one.student)): one.student
+            executor.submit(grade_one, one, folder, wall, records.get(one.student)): one.student
             for one in submissions
         }
         for future in tqdm(as_completed(graded), total=len(graded), disable=None):

@@ -8,8 +8,6 @@ from typing import Any, TypeAlias
 
 from numpy.typing import NDArray
 
-from labkit.arrays import check_range
-
 Value: TypeAlias = (
     NDArray[Any] | float | int | bool | str | tuple["Value", ...] | dict[str, "Value"] | None
 )
@@ -53,30 +51,3 @@ class Outcome:
     value: Value = None
     message: str = ""
     error: str = ""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Limits:
-    """Limits of a submission, in seconds of processor time; all else follows from it.
-
-    Attributes
-    ----------
-    seconds : float
-        Processor time of one cell, and of the calls of one question in a row [s]. By the
-        clock they may take three times as long.
-    """
-
-    seconds: float = 3.0
-
-    def __post_init__(self) -> None:
-        check_range(self.seconds, "seconds", above=0.0, at_most=600.0, unit="s")
-
-    @property
-    def processor(self) -> float:
-        """Processor time of a whole submission [s]."""
-        return 4.0 * self.seconds
-
-    @property
-    def clock(self) -> float:
-        """Time of a whole submission by the clock, restarts included [s]."""
-        return 10.0 * self.seconds

@@ -20,7 +20,7 @@ from typing import Any
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.assignment.questions import Assignment, Case, Question
 from labkit.course.grading.box import Box, BoxError, Wall
-from labkit.course.grading.contract import Limits, Outcome, OutcomeStatus
+from labkit.course.grading.contract import Outcome, OutcomeStatus
 from labkit.course.grading.files import read_sources
 from labkit.course.grading.handins import Submission
 from labkit.course.grading.inside import data, reading
@@ -35,23 +35,14 @@ STATUS = {"it took too long": OutcomeStatus.TIMEOUT, "it said too much": Outcome
 
 
 class Sitting:
-    """One submission in its box, which is started anew where the code ends it.
+    """The files of one submission in a box, which is started anew where the code ends it.
 
-    Parameters
-    ----------
-    files : mapping of str to bytes
-        Its notebooks and scripts.
-    functions : sequence of str
-        The names of the functions that are asked for.
-    wall, limits
-        What stands around the box, and what the code may use.
+    Each of some functions is asked for.
     """
 
-    def __init__(
-        self, files: Mapping[str, bytes], functions: Sequence[str], wall: Wall, limits: Limits
-    ) -> None:
-        self.files, self.functions, self.wall, self.limits = files, functions, wall, limits
-        self.end = time.monotonic() + limits.clock
+    def __init__(self, files: Mapping[str, bytes], functions: Sequence[str], wall: Wall) -> None:
+        self.files, self.functions, self.wall = files, functions, wall
+        self.end = time.monotonic() + 10.0 * wall.seconds
         self.box: Box | None = None
         self.skipped: list[int] = []
         self.restarts = -1
@@ -65,7 +56,7 @@ class Sitting:
         while self.box is None and self.restarts < MAX_RESTARTS:
             self.restarts += 1
             cell = -1
-            box = Box(self.wall, self.limits)  # an error here is the machine's, not the student's
+            box = Box(self.wall)  # an error here is the machine's, not the student's
             try:
                 files = {name: content.decode("latin-1") for name, content in self.files.items()}
                 order = {"files": files, "functions": self.functions, "skipped": self.skipped}
@@ -86,7 +77,7 @@ class Sitting:
     def _soon(self) -> float:
         """Until when a single step may take; after it has hung once there is less patience."""
         patience = 3.0 if self.restarts <= 0 else 1.5
-        return min(self.end, time.monotonic() + patience * self.limits.seconds + 1.0)
+        return min(self.end, time.monotonic() + patience * self.wall.seconds + 1.0)
 
     def told(self, question: Question) -> dict[str, Any]:
         """Remarks of the box on an answer; they decide no mark."""
@@ -170,30 +161,29 @@ def _as(kind: type, value: Any) -> Any:
 def grade_submission(
     files: Mapping[str, bytes],
     wall: Wall,
-    limits: Limits,
     assignment: Assignment,
     student: str,
     *,
-    submission: str = "",
+    name: str = "",
     unread: Sequence[str] = (),
 ) -> SubmissionVerdict:
-    """Grade one submission; the verdict is always the same, but for `seconds`.
+    """Grade a student's files; the verdict is always the same, but for `seconds`.
 
     Parameters
     ----------
     files : mapping of str to bytes
-        Its notebooks and scripts.
-    wall, limits
-        Where they run, and what they may use.
+        Notebooks and scripts.
+    wall : Wall
+        Where they run.
     assignment : Assignment
         What they are held to; `student` chooses the variant of the hidden cases.
-    student, submission : str
-        Who handed it in, and its name for a person.
+    student, name : str
+        Who handed it in, and the name for a person.
     unread : sequence of str
-        What of it was not read.
+        What was not read.
     """
     start = time.perf_counter()
-    sitting = Sitting(files, [one.function for one in assignment.questions], wall, limits)
+    sitting = Sitting(files, [one.function for one in assignment.questions], wall)
     try:
         found = _first_round(sitting, assignment, student)
         found |= _follow_through(sitting, assignment, student, found)
@@ -204,7 +194,7 @@ def grade_submission(
         verdicts = tuple(replace(one, message="Nothing was found to grade.") for one in verdicts)
     return SubmissionVerdict(
         student=student,
-        submission=submission or student,
+        submission=name or student,
         mode=wall.mode,
         questions=verdicts,
         score=round(sum(one.score for one in verdicts), 2),
@@ -270,20 +260,19 @@ def _follow_through(
 
 
 def grade_one(
-    submission: Submission, assignment: str, wall: Wall, limits: Limits, known: Record | None = None
+    submission: Submission, assignment: str, wall: Wall, known: Record | None = None
 ) -> Record:
     """Read a submission, and grade it by the assignment in a folder unless `known` still holds."""
     asked = load_assignment(assignment)
     files, unread = read_sources(submission.files)
-    mark = fingerprint(files, asked, limits, wall.mode)
+    mark = fingerprint(files, asked, wall)
     late = submission.late
     if late is None:  # nobody says: what was said before holds
         late = known.late if known else 0.0
     if known and known.fingerprint == mark:
         return replace(known, late=late)
-    verdict = grade_submission(
-        files, wall, limits, asked, submission.student, submission=submission.name, unread=unread
-    )
+    student, name = submission.student, submission.name
+    verdict = grade_submission(files, wall, asked, student, name=name, unread=unread)
     return Record(verdict=verdict, fingerprint=mark, code=code_of(files), late=late)
 
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from labkit.course.grading.assignment.questions import Assignment
-from labkit.course.grading.contract import Limits
+from labkit.course.grading.box import Wall
 from labkit.course.grading.judging.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
 from labkit.errors import LabkitError, WriteError
 from labkit.files import atomic_write
@@ -95,11 +95,10 @@ def file_name(student: str) -> str:
     return plain
 
 
-def fingerprint(
-    files: Mapping[str, bytes], assignment: Assignment, limits: Limits, mode: str
-) -> str:
-    """A digest of all that a verdict follows from: files, assignment, limits, wall, rules."""
-    digest = hashlib.sha256(f"{assignment.digest} {limits} {mode} {RULES}".encode())
+def fingerprint(files: Mapping[str, bytes], assignment: Assignment, wall: Wall) -> str:
+    """A digest of all that a verdict follows from: files, assignment, wall, rules."""
+    head = f"{assignment.digest} {wall.mode} {wall.seconds} {RULES}"
+    digest = hashlib.sha256(head.encode())
     for name in sorted(files):
         digest.update(json.dumps([name, len(files[name])]).encode())
         digest.update(files[name])

@@ -10,7 +10,7 @@ import pytest
 from verdicts import question, submission
 
 from labkit.course.grading.assignment import load_assignment
-from labkit.course.grading.contract import Limits
+from labkit.course.grading.box import Wall
 from labkit.course.grading.marks import ADJUSTMENTS, make_marks, read_adjustments, read_roster
 from labkit.course.grading.store import (
     VERDICTS,
@@ -164,11 +164,11 @@ def test_every_student_has_files_of_their_own():
 def test_another_wall_limit_or_file_is_another_verdict(small):
     assignment = load_assignment(small)
     marks = {
-        fingerprint({"a.py": b"1"}, assignment, Limits(), "user"),
-        fingerprint({"a.py": b"1"}, assignment, Limits(), "none"),
-        fingerprint({"a.py": b"1"}, assignment, Limits(seconds=9.0), "user"),
-        fingerprint({"b.py": b"1"}, assignment, Limits(), "user"),
-        fingerprint({"a.py": b"2"}, replace(assignment, digest="x"), Limits(), "user"),
+        fingerprint({"a.py": b"1"}, assignment, Wall("user")),
+        fingerprint({"a.py": b"1"}, assignment, Wall("none")),
+        fingerprint({"a.py": b"1"}, assignment, Wall("user", seconds=9.0)),
+        fingerprint({"b.py": b"1"}, assignment, Wall("user")),
+        fingerprint({"a.py": b"2"}, replace(assignment, digest="x"), Wall("user")),
     }
     assert len(marks) == 5
 

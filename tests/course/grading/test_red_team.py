@@ -22,7 +22,7 @@ from labkit.course.grading.box import (
     unused_user,
     why_not,
 )
-from labkit.course.grading.contract import Limits, OutcomeStatus
+from labkit.course.grading.contract import OutcomeStatus
 from labkit.course.grading.grade import outcome
 from labkit.errors import LabkitError
 
@@ -159,10 +159,10 @@ def test_nothing_is_left_of_a_box(safe_wall):
                 found += own in path.read_bytes()
         return found
 
-    limits = Limits(seconds=2.718281)  # by which its process is told from others
-    own = f'"seconds": {limits.processor}'.encode()
+    wall = safe_wall._replace(seconds=2.718281)  # by which its process is told from others
+    own = f'"seconds": {4.0 * wall.seconds}'.encode()
     code = "import threading, time\nthreading.Thread(target=time.sleep, args=(99,)).start()\n"
-    with Box(safe_wall, limits) as box:
+    with Box(wall) as box:
         end = time.monotonic() + 30
         box.send(end, files={"a.py": code + RIGHT}, functions=["double"], skipped=[])
         while "answers" not in box.receive(end):

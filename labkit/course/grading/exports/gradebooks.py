@@ -13,6 +13,7 @@ import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from labkit.course.grading.judging.verdict import SubmissionVerdict, short
 from labkit.course.grading.tables import Row, number, plain, read_rows, write_rows
@@ -25,8 +26,7 @@ _NUMBER = re.compile(r"\D*(\d+)\s*")
 UNITS = {"week": 7.0, "day": 1.0, "hour": 1 / 24, "min": 1 / 1440, "sec": 1 / 86400}
 
 
-@dataclass(frozen=True, kw_only=True)
-class Person:
+class Person(NamedTuple):
     """A row of a gradebook."""
 
     line: int
@@ -49,16 +49,10 @@ class Gradebook:
     people: Sequence[Person]
 
     def fill(self, marks: Iterable[SubmissionVerdict], out: str | os.PathLike[str]) -> list[str]:
-        """Write the rows of those who have a mark; return the students that have no row.
-
-        Raises
-        ------
-        LabkitError
-            Where two are in one row.
-        """
-        holders: dict[str, Person] = {}
-        for place in reversed(range(len(CANVAS_KEYS))):  # one's own number is nobody else's login
-            holders |= {one.names[place]: one for one in self.people if place < len(one.names)}
+        """Write the rows of those who have a mark; return the students that have no row."""
+        known = [(place, name, one) for one in self.people for place, name in enumerate(one.names)]
+        known.sort(key=lambda entry: -entry[0])  # one's own number is nobody else's login
+        holders = {name: person for _, name, person in known}
         filled: dict[int, Row] = {}
         unlisted = []
         for mark in marks:
@@ -83,11 +77,6 @@ def read_canvas(path: str | os.PathLike[str], title: str) -> Gradebook:
     """Read Canvas's gradebook, to fill in the column "title" or "title (number)".
 
     Where its "Points Possible" are no number above zero, the scores stay as they are.
-
-    Raises
-    ------
-    LabkitError
-        Where it cannot be read, or has no such column, or several.
     """
     columns, rows = read_rows(path, ("Student", "ID"))
     pattern = re.compile(re.escape(title) + r"( \(\d+\))?")
@@ -99,17 +88,12 @@ def read_canvas(path: str | os.PathLike[str], title: str) -> Gradebook:
     (grade,) = grades
     head = [row for _, row in rows if row["Student"].strip().startswith(POINTS_POSSIBLE)]
     possible = number(head[0][grade]) if head else math.nan
-    people = [
-        Person(
-            line=line,
-            row=row,
-            names=tuple(row.get(key, "").strip() for key in CANVAS_KEYS),
-            shown=row["Student"],
-            maximum=possible if 0.0 < possible < math.inf else math.nan,
-        )
-        for line, row in rows
-        if row["ID"].strip()
-    ]
+    maximum = possible if 0.0 < possible < math.inf else math.nan
+    people = []
+    for line, row in rows:
+        if row["ID"].strip():
+            names = tuple(row.get(key, "").strip() for key in CANVAS_KEYS)
+            people.append(Person(line, row, names, row["Student"], maximum))
     kept = [name for name in (*CANVAS_STUDENT, grade) if name in columns]
     return Gradebook(path=path, columns=kept, grade=grade, head=head, people=people)
 
@@ -120,36 +104,23 @@ def read_moodle(path: str | os.PathLike[str]) -> Gradebook:
     Moodle translates the header and keeps the order: who it is comes first ("Participant 12"),
     the maximum grade, one number in all rows, right after the grade, and the comments last. Its
     words on lateness are read in English alone.
-
-    Raises
-    ------
-    LabkitError
-        Where it cannot be read, or lacks a column.
     """
     columns, rows = read_rows(path)
     cells = {name: {row[name] for _, row in rows} for name in columns}
     grade, maximum, comment = "Grade", "Maximum Grade", "Feedback comments"
     if not {"Identifier", grade} <= set(columns):
-        maxima = [
-            name
-            for name in columns[2:]
-            if len(cells[name]) == 1 and not math.isnan(number(min(cells[name])))
-        ]
+        alike = [name for name in columns[2:] if len(cells[name]) == 1]
+        maxima = [name for name in alike if not math.isnan(number(min(cells[name])))]
         if not maxima or not all(map(_NUMBER.fullmatch, cells[columns[0]])):
             read_rows(path, ("Identifier", grade))  # it says what is missing
         grade, maximum = columns[columns.index(maxima[0]) - 1], maxima[0]
         comment = columns[-1] if cells[columns[-1]] == {""} else ""
-    people = [
-        Person(
-            line=line,
-            row=row,
-            names=(_NUMBER.sub(r"\1", row[columns[0]]),),
-            shown=row[columns[1]],
-            maximum=number(row.get(maximum, "")),
-            late=_days(row["Status"]) if "Status" in columns else None,
-        )
-        for line, row in rows
-    ]
+    people = []
+    for line, row in rows:
+        names = (_NUMBER.sub(r"\1", row[columns[0]]),)
+        late = _days(row["Status"]) if "Status" in columns else None
+        worth = number(row.get(maximum, ""))
+        people.append(Person(line, row, names, row[columns[1]], worth, late))
     return Gradebook(path=path, columns=columns, grade=grade, comment=comment, people=people)
 
 

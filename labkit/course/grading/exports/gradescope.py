@@ -15,6 +15,7 @@ import json
 import os
 import sys
 import zipfile
+from collections.abc import Iterable
 from datetime import datetime
 from importlib.metadata import requires
 from pathlib import Path
@@ -22,7 +23,6 @@ from typing import Any
 
 from labkit.course.grading.assignment import FOLDER, load_assignment
 from labkit.course.grading.box import open_wall
-from labkit.course.grading.contract import Limits
 from labkit.course.grading.grade import grade_one
 from labkit.course.grading.handins import one_submission
 from labkit.course.grading.judging.verdict import SubmissionVerdict
@@ -43,7 +43,7 @@ def grade_for_gradescope(root: Path) -> None:
     student, days = read_metadata(root / "submission_metadata.json")
     submission = one_submission(root / "submission", student)
     wall = open_wall([FOLDER / "hidden", root / "submission"])
-    record = grade_one(submission, str(FOLDER), wall, Limits())
+    record = grade_one(submission, str(FOLDER), wall)
     rules = read_adjustments(".", load_assignment(), {})
     with atomic_write(root / "results" / "results.json") as file:
         json.dump(results_of(rules.apply(record.verdict, days, student)), file, indent=1)
@@ -63,49 +63,36 @@ def results_of(verdict: SubmissionVerdict) -> dict[str, Any]:
     for place, one in enumerate(verdict.questions, 1):
         reasons = [case.reason for case in one.cases if not case.hidden]
         count = "" if one.cases_passed in one.message else one.cases_passed
-        told = "\n\n".join(filter(None, dict.fromkeys([one.message, *reasons, count])))
+        told = filter(None, dict.fromkeys([one.message, *reasons, count]))
         points = {"score": round(one.score, 6), "max_score": one.points}
         tests.append(_test(f"{place}", one.title, one.passed, told) | points)
         for n, case in enumerate((case for case in one.cases if case.hidden), 1):
             name = f"{one.title}, hidden case {case.id}"
-            shown = _test(f"{place}.{n}", name, case.passed, case.reason)
+            shown = _test(f"{place}.{n}", name, case.passed, [case.reason])
             tests.append(shown | {"visibility": "hidden"})
-    remarks = [f"Graded in isolation: {verdict.mode}.", *verdict.remarks]
     return {
         "score": round(verdict.score, 6),
         "execution_time": round(verdict.seconds, 3),
-        "output": _cut("\n\n".join(remarks)),
-        "output_format": "text",
-        "visibility": "visible",
+        **_shown([f"Graded in isolation: {verdict.mode}.", *verdict.remarks]),
         "stdout_visibility": "hidden",
         "tests": tests,
     }
 
 
-def _test(number: str, name: str, passed: bool, output: str) -> dict[str, Any]:
-    return {
-        "number": number,
-        "name": name,
-        "status": "passed" if passed else "failed",
-        "output": _cut(output),
-        "output_format": "text",
-        "visibility": "visible",
-    }
+def _test(number: str, name: str, passed: bool, told: Iterable[str]) -> dict[str, Any]:
+    status = "passed" if passed else "failed"
+    return {"number": number, "name": name, "status": status, **_shown(told)}
 
 
-def _cut(text: str) -> str:
-    """Cut a text to the length that fits Gradescope's page."""
-    return text if len(text) <= MOST else f"{text[:MOST]}…"
+def _shown(told: Iterable[str]) -> dict[str, str]:
+    """Text as Gradescope shows it to a student."""
+    text = "\n\n".join(told)
+    output = text if len(text) <= MOST else f"{text[:MOST]}…"
+    return {"output": output, "output_format": "text", "visibility": "visible"}
 
 
 def read_metadata(path: str | os.PathLike[str]) -> tuple[str, float]:
-    """Read the student and the days after the due date, as Gradescope says.
-
-    Raises
-    ------
-    LabkitError
-        Where the file is not Gradescope's ``submission_metadata.json``.
-    """
+    """Read the student and the days after the due date from ``submission_metadata.json``."""
     try:
         told = json.loads(Path(path).read_text(encoding="utf-8"))
         users = sorted(str(user.get("email") or user["id"]) for user in told["users"])
