@@ -38,6 +38,7 @@ from labkit.extras import MissingExtraError
 MEBIBYTE = 1 << 20
 MEMORY, FILE_BYTES, DISK_BYTES = 1536 * MEBIBYTE, 16 * MEBIBYTE, 64 * MEBIBYTE
 MAX_LINE = 4 * MEBIBYTE
+SECONDS, IN_ALL, BY_THE_CLOCK = 3.0, 4.0, 10.0  # for a step; for a submission, in steps
 START = 60.0  # [s] until a box must be ready, on a machine at its limit
 PACKAGE = Path(__file__).resolve().parents[2]
 OWN = str(PACKAGE / "course/grading/inside")
@@ -80,26 +81,15 @@ class BoxError(Exception):
 
 
 class Wall(NamedTuple):
-    """The wall around a box, and the time in it, from which all limits of time follow.
+    """The wall around a box, and the time in it, from which all limits of time follow."""
 
-    Attributes
-    ----------
-    mode : str
-        "bubblewrap", "user" or "none".
-    hidden : tuple of str
-        The paths hidden behind it.
-    seconds : float
-        Processor time of one cell, and of the calls of one question in a row [s]. A whole
-        submission may take four times as much, and ten times by the clock.
-    """
-
-    mode: str
-    hidden: tuple[str, ...] = ()
-    seconds: float = 3.0
+    mode: str  # "bubblewrap", "user" or "none"
+    hidden: tuple[str, ...] = ()  # paths that lie behind it
+    seconds: float = SECONDS  # of processor time, for a cell and for all calls of a question [s]
 
 
 def open_wall(
-    hidden: Sequence[str | os.PathLike[str]], seconds: float = 3.0, *, isolation: bool = True
+    hidden: Sequence[str | os.PathLike[str]], seconds: float = SECONDS, *, isolation: bool = True
 ) -> Wall:
     """The strongest wall that works here, tried with a box that looks for holes.
 
@@ -152,7 +142,7 @@ class Box:
         self._buffer = b""
         self._folder = tempfile.TemporaryDirectory(prefix="labkit-")
         settings = {
-            "seconds": 4.0 * wall.seconds,
+            "seconds": IN_ALL * wall.seconds,
             "memory": MEMORY,
             "file_bytes": 0 if wall.mode == "user" else FILE_BYTES,
             "user": unused_user() if wall.mode != "none" and os.geteuid() == 0 else 0,
@@ -174,11 +164,8 @@ class Box:
         )
         try:
             self.receive(time.monotonic() + START)
-        except BaseException as error:
-            complaint = self.close()
-            if isinstance(error, BoxError):
-                raise BoxError(complaint or "the box did not start") from None
-            raise
+        except BoxError:
+            raise BoxError(self.close() or "the box did not start") from None
 
     def __enter__(self) -> Box:
         return self

@@ -18,7 +18,7 @@ from labkit.arrays import check_count, check_range
 from labkit.course.grading.assignment import FOLDER, load_assignment
 from labkit.course.grading.assignment.files import cases_beside
 from labkit.course.grading.assignment.questions import Assignment
-from labkit.course.grading.box import Wall, open_wall
+from labkit.course.grading.box import SECONDS, Wall, open_wall
 from labkit.course.grading.exports.gradebooks import read_canvas, read_moodle, write_scores
 from labkit.course.grading.exports.gradescope import write_autograder
 from labkit.course.grading.exports.pages import templates, write_pages
@@ -71,7 +71,7 @@ def add_grade(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     add(
         "--seconds",
         type=float,
-        default=3.0,
+        default=SECONDS,
         metavar="S",
         help="of processor time, for a cell and for a question (%(default)s)",
     )

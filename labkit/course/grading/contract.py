@@ -31,23 +31,13 @@ class OutcomeStatus(Enum):
 class Outcome:
     """The outcome of one call.
 
-    Attributes
-    ----------
-    id : str
-        The case's id.
-    status : OutcomeStatus
-    value : Value
-        Only with RETURNED: rebuilt outside, bounds checked. NaN is data.
-    message : str
-        The student's own error, "IndexError: ... (line 3 of cell 7)", or what the box saw; at
-        most 600 printable characters. A student can write any text here, the arguments of this
-        call among it: of a hidden case it is never shown.
-    error : str
-        With RAISED: the name of the exception, or "".
+    The `message` is the student's own error, "IndexError: ... (line 3 of cell 7)", or what the box
+    saw: at most 600 printable characters. A student can write any text here, the arguments of this
+    call among it: of a hidden case it is never shown.
     """
 
-    id: str
+    id: str  # the case's
     status: OutcomeStatus
-    value: Value = None
+    value: Value = None  # only with RETURNED: rebuilt outside, bounds checked; NaN is data
     message: str = ""
-    error: str = ""
+    error: str = ""  # with RAISED: the name of the exception, or ""

@@ -19,7 +19,7 @@ from typing import Any
 
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.assignment.questions import Assignment, Case, Question
-from labkit.course.grading.box import Box, BoxError, Wall
+from labkit.course.grading.box import BY_THE_CLOCK, Box, BoxError, Wall
 from labkit.course.grading.contract import Outcome, OutcomeStatus
 from labkit.course.grading.files import read_sources
 from labkit.course.grading.handins import Submission
@@ -42,7 +42,7 @@ class Sitting:
 
     def __init__(self, files: Mapping[str, bytes], functions: Sequence[str], wall: Wall) -> None:
         self.files, self.functions, self.wall = files, functions, wall
-        self.end = time.monotonic() + 10.0 * wall.seconds
+        self.end = time.monotonic() + BY_THE_CLOCK * wall.seconds
         self.box: Box | None = None
         self.skipped: list[int] = []
         self.restarts = -1

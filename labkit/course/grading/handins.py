@@ -10,7 +10,7 @@ import os
 import re
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from labkit.course.grading.files import Handed, is_source, list_files, may_hold_source, printable
 from labkit.errors import LabkitError
@@ -49,6 +49,7 @@ LAYOUTS = {
     ),
 }
 PLATFORMS = ("canvas", "moodle", "gradescope")  # known by their names alone
+Named: TypeAlias = tuple[dict[str, str], Handed]  # the parts of a name, and the file
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,36 +98,29 @@ def find_submissions(
         if PurePosixPath(file.name).name not in OTHERS
         and not (ours and file.path.resolve().is_relative_to(ours))
     ]
-    inside = path.resolve().name == SUBMITTED
-    if not layout and (inside or all(one.name.startswith(f"{SUBMITTED}/") for one in files)):
-        layout = NBGRADER
     if not files:
         raise LabkitError(
             f"{path}: nothing was handed in; name a folder or zip archive with one folder or "
             f"file for each student"
         )
     layout = layout or _fitting(path, files)
+    pattern, feedback = LAYOUTS[layout]
     remarks = []
-    named: list[tuple[dict[str, str], Handed]] = []
+    named: dict[str, dict[str, list[Named]]] = {}  # by assignment and student
     for file in files:
-        found = LAYOUTS[layout].pattern.match(file.name)
+        found = pattern.match(file.name)
         if found and (found["file"] or may_hold_source(file.name)):
-            named.append((found.groupdict(), file))
+            lab = named.setdefault(found.groupdict().get("lab", ""), {})
+            lab.setdefault(found["student"], []).append((found.groupdict(), file))
         else:
             remarks.append(f"{path}: {file.name} is nobody's work, and is passed over")
     if not named:
         raise LabkitError(f"{path}: no name is {layout}'s, as {files[0].name}; say another layout")
-    labs = sorted({parts["lab"] for parts, _ in named if "lab" in parts})
-    if within not in labs and (within or len(labs) > 1):
-        known = ", ".join(labs) or "not told apart by these names"
+    chosen = within or min(named)
+    if chosen not in named or (len(named) > 1 and not within):
+        known = ", ".join(sorted(named)) or "not told apart by these names"
         raise LabkitError(f"{path}: the assignments are {known}, got --within {within!r}")
-    by_student: dict[str, list[tuple[dict[str, str], Handed]]] = {}
-    chosen = within or "".join(labs)
-    for parts, file in named:
-        if parts.get("lab", chosen) == chosen:
-            by_student.setdefault(parts["student"], []).append((parts, file))
-    feedback = LAYOUTS[layout].feedback
-    return [_submission(named, feedback) for _, named in sorted(by_student.items())], remarks
+    return [_submission(one, feedback) for _, one in sorted(named[chosen].items())], remarks
 
 
 def one_submission(path: str | os.PathLike[str], student: str) -> Submission:
@@ -140,6 +134,8 @@ def one_submission(path: str | os.PathLike[str], student: str) -> Submission:
 
 def _fitting(path: Path, files: list[Handed]) -> str:
     """The one layout that fits all files."""
+    if path.resolve().name == SUBMITTED or all(one.name.startswith("submitted/") for one in files):
+        return NBGRADER
     for name in PLATFORMS:
         odd = [one.name for one in files if not LAYOUTS[name].pattern.match(one.name)]
         if not odd:
@@ -160,7 +156,7 @@ def _fitting(path: Path, files: list[Handed]) -> str:
     return FOLDERS
 
 
-def _submission(named: list[tuple[dict[str, str], Handed]], feedback: str) -> Submission:
+def _submission(named: list[Named], feedback: str) -> Submission:
     """One student's files; of two with one name, as of two uploads, the newest counts."""
     named.sort(key=lambda one: int(one[0].get("upload") or 0))
     newest = named[-1][0]

@@ -13,6 +13,7 @@ from small import RIGHT
 
 from labkit.course.grading.assignment import FOLDER, load_assignment
 from labkit.course.grading.box import (
+    IN_ALL,
     PACKAGE,
     SYSTEM,
     Box,
@@ -160,7 +161,7 @@ def test_nothing_is_left_of_a_box(safe_wall):
         return found
 
     wall = safe_wall._replace(seconds=2.718281)  # by which its process is told from others
-    own = f'"seconds": {4.0 * wall.seconds}'.encode()
+    own = f'"seconds": {IN_ALL * wall.seconds}'.encode()
     code = "import threading, time\nthreading.Thread(target=time.sleep, args=(99,)).start()\n"
     with Box(wall) as box:
         end = time.monotonic() + 30

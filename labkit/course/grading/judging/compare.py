@@ -36,6 +36,9 @@ ADVICE_ON = {
     "EOFError": "nobody types while grading, so take `input` out",
 }
 ADVICE = {
+    OutcomeStatus.NOT_DEFINED: "there is no function `{function}`; was it renamed or left out?",
+    OutcomeStatus.SOURCE_FAILED: "its cell did not run{why}; "
+    "run the whole notebook afresh to see why.",
     OutcomeStatus.TIMEOUT: "it took too long; does a loop have no end?",
     OutcomeStatus.KILLED: "the program ended in it: too much memory, or an exit.",
     OutcomeStatus.TOO_LARGE: "it returned far more data than the answer holds.",
@@ -262,22 +265,14 @@ def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
     message = "" if case.hidden else outcome.message
     if outcome.error == "NotImplementedError":
         return "it is not written yet."
-    match outcome.status:
-        case OutcomeStatus.NOT_DEFINED:
-            text = f"there is no function `{question.function}`; was it renamed or left out?"
-        case OutcomeStatus.SOURCE_FAILED:
-            shown = f": {message}" if message else ""
-            text = f"its cell did not run{shown}; run the whole notebook afresh to see why."
-        case OutcomeStatus.RAISED if message:
-            advice = f"; {ADVICE_ON[outcome.error]}" if outcome.error in ADVICE_ON else ""
-            text = f"it raised {message}{advice}."
-        case OutcomeStatus.RAISED:
-            text = f"it raised {outcome.error if outcome.error in TELLING_NOTHING else 'an error'}."
-        case OutcomeStatus.NOT_DATA if message:
-            text = f"it {message}" + ("" if message.endswith("?") else ".")
-        case _:
-            text = ADVICE[outcome.status]
-    return text
+    if outcome.status is OutcomeStatus.RAISED:
+        advice = f"; {ADVICE_ON[outcome.error]}" if message and outcome.error in ADVICE_ON else ""
+        name = outcome.error if outcome.error in TELLING_NOTHING else "an error"
+        return f"it raised {message or name}{advice}."
+    if outcome.status is OutcomeStatus.NOT_DATA and message:
+        return f"it {message}" + ("" if message.endswith("?") else ".")
+    why = f": {message}" if message else ""
+    return ADVICE[outcome.status].format(function=question.function, why=why)
 
 
 def _few_reasons(verdicts: Sequence[CaseVerdict], is_said: bool) -> tuple[CaseVerdict, ...]:
@@ -288,9 +283,9 @@ def _few_reasons(verdicts: Sequence[CaseVerdict], is_said: bool) -> tuple[CaseVe
     left, found = HIDDEN_REASONS, []
     for one in verdicts:
         left -= one.hidden and not one.passed
-        text = f"{one.reason.partition(':')[0]}: this fails, too." if left < 0 else one.reason
-        shown = text if one.hidden and one.reason else one.reason
-        found.append(replace(one, reason="" if is_said else shown))
+        is_short = one.hidden and not one.passed and left < 0
+        short = f"{one.reason.partition(':')[0]}: this fails, too."
+        found.append(replace(one, reason="" if is_said else short if is_short else one.reason))
     return tuple(found)
 
 

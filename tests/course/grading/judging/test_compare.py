@@ -182,20 +182,6 @@ def turned(value, by):
     return value @ turn
 
 
-def test_one_wrong_answer_learnt_by_heart_is_worth_one_case():
-    """The answer that a known mistake gives to a visible case, and an error everywhere else."""
-    for question in ASSIGNMENT.questions:
-        cases = ASSIGNMENT.cases(question.id, "mallory")
-        for known in question.misconceptions:
-            outcomes = [Outcome(id=c.id, status=OutcomeStatus.RAISED) for c in cases]
-            answers = cases[0].mistaken.get(known.id, ())
-            if answers:
-                outcomes[0] = returned(cases[0], answers[0])
-            least = sum(known.id not in case.mistaken for case in cases)
-            most = max(1, least + 1) / len(cases)
-            assert assess(question, cases, outcomes).score <= question.points * most + 0.01
-
-
 def test_a_constant_earns_nothing_where_half_the_answers_are_yes():
     question = ASSIGNMENT.question("has_converged")
     cases = ASSIGNMENT.cases(question.id, "ada")
