@@ -131,7 +131,7 @@ def grade(args: argparse.Namespace) -> int:
     listed = [*read_roster(out), *((one.names, one.shown) for one in people)]
     missing = {known[0]: name for known, name in listed if not names.keys() & {*known}}
     adjustments = read_adjustments(out, assignment, names | missing)
-    handed_in = [file.path for one in submissions[:1] for _, file in one.files[:1]]
+    handed_in = [file.path for one in submissions[:1] for file in one.files[:1]]
     closed = [Path(args.assignment, "hidden"), out / VERDICTS, *handed_in]
     wall = open_wall(closed, args.seconds, isolation=not args.no_isolation)
     failures = _grade(args, submissions, wall, records)

@@ -76,9 +76,7 @@ def _in_folder(folder: Path) -> Iterator[Handed]:
                 yield Handed(printable(path.relative_to(folder).as_posix()), path)
 
 
-def read_sources(
-    handed_in: Sequence[tuple[str, Handed]],
-) -> tuple[dict[str, bytes], tuple[str, ...]]:
+def read_sources(handed_in: Sequence[Handed]) -> tuple[dict[str, bytes], tuple[str, ...]]:
     """The notebooks and scripts of a submission, and what was not read and why.
 
     Whatever a file makes a reader raise is said of that file, and the others are read.
@@ -86,11 +84,11 @@ def read_sources(
     unread: list[str] = []
     found: dict[str, bytes] = {}
     left = MAX_TOGETHER
-    sources = [(name, file) for name, file in handed_in if may_hold_source(name)]
-    for name, file in sorted(sources, key=lambda named: likely_first(named[0])):
+    sources = [file for file in handed_in if may_hold_source(file.name)]
+    for file in sorted(sources, key=lambda one: likely_first(one.name)):
         try:
             data = file.read()
-            inner = {name: data} if is_source(name) else unzip(name, data, left)
+            inner = {file.name: data} if is_source(file.name) else unzip(file.name, data, left)
             left -= sum(map(len, inner.values()))
             if left < 0 or len(data) > MAX_FILE:
                 raise LabkitError(
@@ -99,9 +97,9 @@ def read_sources(
                 )
             found |= {inside: held for inside, held in inner.items() if not is_handed_out(inside)}
         except Exception as error:  # untrusted: zipfile and its like raise anything
-            unread.append(f"{name} cannot be read: {error}")
+            unread.append(f"{file.name} cannot be read: {error}")
     if not found and not unread:
-        names = ", ".join(name for name, _ in handed_in[:5]) or "nothing"
+        names = ", ".join(file.name for file in handed_in[:5]) or "nothing"
         unread.append(f"no notebook (.ipynb) or script (.py) of your own is in it, but {names}")
     if len(found) > MAX_FILES:
         unread.append(f"of {len(found)} files {MAX_FILES} are read; hand in your own alone")

@@ -58,7 +58,7 @@ class Submission:
 
     student: str  # unique in the class: the platform's number, or the name of folder or file
     name: str  # for a person
-    files: tuple[tuple[str, Handed], ...]  # each under its own name, without the platform's part
+    files: tuple[Handed, ...]  # each under its own name, without the platform's part
     late: float | None = None  # days, where names tell; Canvas's "late" counts as one
     feedback_name: str = ""  # under which its platform takes a page for this student back
 
@@ -111,7 +111,8 @@ def find_submissions(
         found = pattern.match(file.name)
         if found and (found["file"] or may_hold_source(file.name)):
             lab = named.setdefault(found.groupdict().get("lab", ""), {})
-            lab.setdefault(found["student"], []).append((found.groupdict(), file))
+            own = file._replace(name=found["file"] or file.name)
+            lab.setdefault(found["student"], []).append((found.groupdict(), own))
         else:
             remarks.append(f"{path}: {file.name} is nobody's work, and is passed over")
     if not named:
@@ -129,7 +130,7 @@ def one_submission(path: str | os.PathLike[str], student: str) -> Submission:
     alone = is_source(path.name) and os.path.isfile(path)
     listed = [Handed(printable(path.name), path)] if alone else list_files(path)
     name = printable(student)
-    return Submission(student=name, name=name, files=tuple((file.name, file) for file in listed))
+    return Submission(student=name, name=name, files=tuple(listed))
 
 
 def _fitting(path: Path, files: list[Handed]) -> str:
@@ -163,7 +164,7 @@ def _submission(named: list[Named], feedback: str) -> Submission:
     return Submission(
         student=newest["student"],
         name=newest.get("name") or newest["student"],
-        files=tuple({parts["file"] or file.name: file for parts, file in named}.items()),
+        files=tuple({file.name: file for _, file in named}.values()),
         late=float(any(parts["late"] for parts, _ in named)) if "late" in newest else None,
         feedback_name=feedback.format(**newest),
     )

@@ -104,7 +104,7 @@ def test_nbgraders_assignments_are_told_apart(tmp_path):
         find_submissions(folder)
     for place in (folder, folder / "submitted"):
         (ada,), _ = find_submissions(place, within="lab2")
-        assert [name for name, _ in ada.files] == ["b.py"]
+        assert [file.name for file in ada.files] == ["b.py"]
 
 
 def test_marks_and_leftovers_are_nobodys_work(tmp_path):
