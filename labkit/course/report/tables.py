@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import MISSING, fields, is_dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from numbers import Integral, Real
 from typing import Any
 
@@ -118,37 +118,35 @@ def parameter_table(parameters: object, reasons: Mapping[str, str] | None = None
     |---|--:|--:|---|
     | `overlap_ratio` | 0.7 | 0.85 | a third of the scan is a crowd |
     """
-    given, leaves = dict(reasons or {}), list(_leaves(parameters))
-    known = sorted(name for name, *_ in leaves)
-    for name in given.keys() - known:
-        raise InvalidParameterError(
-            f"must be for parameters, got {name!r}; there are {', '.join(known)}",
-            parameter="reasons",
-        )
-    rows = [
-        [f"`{name}`", _show(value, unit), _show(default, unit), given.get(name) or UNANSWERED]
-        for name, value, default, unit in leaves
-        if name in given or value != default
-    ]
-    head = Table.of(["parameter", "value", "default", "reason"], rows)
-    return Table(head.replace("|---|--:|--:|--:|", "|---|--:|--:|---|", 1))
-
-
-def _leaves(parameters: object) -> Iterator[tuple[str, Any, Any, str]]:
-    """Name, value, default and unit of each parameter, those within parameters included."""
     if not is_dataclass(parameters) or isinstance(parameters, type):
         raise InvalidParameterError(
             f"must be a parameter object such as IcpParameters(), got {parameters!r}",
             parameter="parameters",
         )
+    given, usual = dict(reasons or {}), _leaves(type(parameters)())
+    chosen = _leaves(parameters)
+    for name in given.keys() - chosen.keys():
+        raise InvalidParameterError(
+            f"must be for parameters, got {name!r}; there are {', '.join(sorted(chosen))}",
+            parameter="reasons",
+        )
+    rows = [
+        [f"`{name}`", _show(*chosen[name]), _show(*usual[name]), given.get(name) or UNANSWERED]
+        for name in chosen
+        if name in given or chosen[name] != usual[name]
+    ]
+    head = Table.of(["parameter", "value", "default", "reason"], rows)
+    return Table(head.replace("|---|--:|--:|--:|", "|---|--:|--:|---|", 1))
+
+
+def _leaves(parameters: Any) -> dict[str, tuple[object, str]]:
+    """Value and unit of each parameter by its name, those within parameters included."""
+    found: dict[str, tuple[object, str]] = {}
     for field in fields(parameters):
         value = getattr(parameters, field.name)
-        default = field.default_factory() if field.default_factory is not MISSING else field.default
-        if not is_dataclass(value):
-            yield field.name, value, default, field.metadata.get("unit", "")
-            continue
-        usual = {name: each for name, each, *_ in _leaves(default)}
-        yield from ((name, each, usual.get(name), unit) for name, each, _, unit in _leaves(value))
+        leaf = {field.name: (value, field.metadata.get("unit", ""))}
+        found |= _leaves(value) if is_dataclass(value) else leaf
+    return found
 
 
 def _show(value: object, unit: str) -> str:
