@@ -8,9 +8,11 @@ is the instructor's notebook, from which nbgrader makes its release: solutions s
 from __future__ import annotations
 
 import inspect
-import json
 from collections.abc import Iterator, Mapping
 from typing import Any
+
+import nbformat
+from nbformat import v4
 
 from labkit.course.authoring import solution
 from labkit.course.authoring.write import read_questions, read_toml
@@ -36,8 +38,7 @@ def notebook_text(solutions: bool = False) -> str:
     for question in questions:
         cells.extend(_section(question, solutions))
     cells.extend(_closing_cell(one, solutions) for one in read_toml("closing")["cells"])
-    notebook = {"cells": cells, "metadata": KERNEL, "nbformat": 4, "nbformat_minor": 5}
-    return json.dumps(notebook, ensure_ascii=False, indent=1, sort_keys=True) + "\n"
+    return f"{nbformat.writes(v4.new_notebook(cells=cells, metadata=KERNEL))}\n"
 
 
 def _points(questions: tuple[Question, ...]) -> str:
@@ -46,7 +47,7 @@ def _points(questions: tuple[Question, ...]) -> str:
     return f"| question | points |\n|---|---|\n{rows}| **together** | **{total:g}** |"
 
 
-def _section(question: Question, solutions: bool) -> Iterator[dict[str, Any]]:
+def _section(question: Question, solutions: bool) -> Iterator[Any]:
     name = question.id.replace("_", "-")
     plural = "" if question.points == 1 else "s"
     about = f"*{question.points:g} point{plural}; see {question.chapter}.*"
@@ -63,7 +64,7 @@ def _section(question: Question, solutions: bool) -> Iterator[dict[str, Any]]:
     yield _cell("code", f"check-{name}", check, grade=True, locked=True, points=question.points)
 
 
-def _closing_cell(given: Mapping[str, str], solutions: bool) -> dict[str, Any]:
+def _closing_cell(given: Mapping[str, str], solutions: bool) -> Any:
     """A cell after the questions; an answer in words is the student's, and worth no points here."""
     id, kind, text = given["id"], given["kind"], given["text"].strip()
     if kind == "answer":
@@ -72,19 +73,16 @@ def _closing_cell(given: Mapping[str, str], solutions: bool) -> dict[str, Any]:
         return _cell("markdown", id, text, grade=True, solution=True, points=0)
     cell = _cell(kind, id, text)
     if "alt" in given:
-        cell["metadata"] = {"mystnb": {"image": {"alt": given["alt"]}}}
+        cell.metadata.mystnb = {"image": {"alt": given["alt"]}}
     return cell
 
 
-def _cell(kind: str, id: str, source: str, **marks: Any) -> dict[str, Any]:
+def _cell(kind: str, id: str, source: str, **marks: Any) -> Any:
     """A cell; with marks, nbgrader knows it. A text that is locked is not graded."""
-    lines = source.splitlines(True)
-    cell: dict[str, Any] = {"cell_type": kind, "id": id, "metadata": {}, "source": lines}
-    if kind == "code":
-        cell |= {"execution_count": None, "outputs": []}
+    cell = {"code": v4.new_code_cell, "markdown": v4.new_markdown_cell}[kind](source, id=id)
     if marks:
         usual = {"grade": False, "locked": False, "solution": False, "task": False}
-        cell["metadata"] = {"nbgrader": {"schema_version": 3, "grade_id": id, **usual, **marks}}
+        cell.metadata.nbgrader = {"schema_version": 3, "grade_id": id, **usual, **marks}
     return cell
 
 
