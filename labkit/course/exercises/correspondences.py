@@ -4,9 +4,10 @@ from functools import cache
 
 import numpy as np
 
-from labkit import Scan, Target, align, apply, filters, icp, invert, se2, transform
+from labkit import Scan, Target, apply, filters, icp, invert, se2, transform
 from labkit.correspondences import huber_weights
 from labkit.course.exercises.exercise import exercise
+from labkit.course.exercises.se2 import icp_by_hand
 from labkit.simulation import Lidar, cast, room
 
 
@@ -126,14 +127,8 @@ def _gate_at(p, q, T):
 })
 def match_by_median_gate(source, target, T_init, *, gate=lambda d: 3 * np.median(d),
                          update=lambda dT, T: dT @ T):
-    """Sixty rounds."""
-    T, search = T_init, Target(target).search
-    for _ in range(60):
-        moved = apply(T, source)
-        index, d = search.query(moved)
-        near = d <= gate(d)
-        T = update(align(moved[near], target[index[near]]), T)
-    return T
+    """Sixty rounds of the first loop, with a gate."""
+    return icp_by_hand(source, target, T_init, gate=gate, update=update, rounds=60)
 
 
 @cache

@@ -6,7 +6,8 @@ import copy
 import importlib
 import inspect
 import pkgutil
-from collections.abc import Callable, Iterator, Mapping
+from collections import UserDict
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
@@ -26,26 +27,13 @@ _FOUND: dict[str, Exercise] = {}
 
 @dataclass(frozen=True, eq=False)
 class Exercise:
-    """A function that students write.
-
-    Attributes
-    ----------
-    title : str
-    right : callable
-        A right one, of the same name; keyword arguments make it wrong.
-    arguments : callable
-        Makes what it is tried on, by words that say what is tried.
-    mistakes : mapping of str to callable
-        Wrong ones, by the sentence that is said of them.
-    tolerance : float
-        How far off an entry may be, relative to the largest one of its result or to 1.
-    """
+    """A function that students write."""
 
     title: str
-    right: Function
-    arguments: Callable[[], Arguments]
-    mistakes: Mapping[str, Function]
-    tolerance: float
+    right: Function  # of the same name; keyword arguments make it wrong
+    arguments: Callable[[], Arguments]  # makes what it is tried on, by words that say what
+    mistakes: Mapping[str, Function]  # wrong ones, by the sentence that is said of them
+    tolerance: float  # how far off an entry may be, relative to the largest of its result or to 1
 
     @cached_property
     def asked(self) -> tuple[Question, list[Case]]:
@@ -88,24 +76,16 @@ class Exercise:
         return found
 
 
-class _Later(Mapping[str, Any]):
+class _Later(UserDict[str, Any]):
     """A mapping that is computed when it is first asked: a stub and a right answer never do."""
 
     def __init__(self, compute: Callable[[], dict[str, Any]]) -> None:
         self._compute = compute
 
     @cached_property
-    def _found(self) -> dict[str, Any]:
+    def data(self) -> dict[str, Any]:  # type: ignore[override]
+        """All of it."""
         return self._compute()
-
-    def __getitem__(self, name: str) -> Any:
-        return self._found[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._found)
-
-    def __len__(self) -> int:
-        return len(self._found)
 
 
 def _data(value: Any) -> Any:

@@ -133,10 +133,13 @@ def _three_turns():
     "R of the step is transposed.": {"update": lambda dT, T: put(dT, dT[:2, :2].T) @ T},
     "This is the motion since the guess alone.": lambda p, q, T: icp_by_hand(p, q, T) @ invert(T),
 }, tolerance=0.02)
-def icp_by_hand(source, target, T_init, *, update=lambda dT, T: dT @ T, move=apply, rounds=15):
+def icp_by_hand(source, target, T_init, *, update=lambda dT, T: dT @ T, move=apply, rounds=15,
+                gate=lambda d: np.inf):
     """Each loop that converges ends within the tolerance of this one."""
     T, search = T_init, Target(target).search
     for _ in range(rounds):
         moved = move(T, source)
-        T = update(align(moved, target[search.query(moved)[0]]), T)
+        index, d = search.query(moved)
+        near = d <= gate(d)
+        T = update(align(moved[near], target[index[near]]), T)
     return T
