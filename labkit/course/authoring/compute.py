@@ -15,13 +15,7 @@ import numpy as np
 from labkit.course.authoring.cases import RECIPES
 from labkit.course.authoring.entries import Arguments, Entry, Exact, Mistake, Rng
 from labkit.course.authoring.misconceptions import MISTAKES
-from labkit.course.authoring.references import (
-    MOST_BYTES,
-    answers,
-    perturbed,
-    round_up,
-    tolerance,
-)
+from labkit.course.authoring.references import MOST_BYTES, answers, perturbed, round_up, tolerance
 from labkit.course.grading.assignment.questions import Case, Question
 from labkit.course.grading.contract import Outcome, OutcomeStatus, Value
 from labkit.course.grading.inside.data import plain
@@ -120,20 +114,26 @@ def draw_case(question: Question, id: str, about: str, entry: Entry, rng: Rng) -
             arguments=arguments,
             expected=rounded(answers(question.id, arguments)),
             tolerance=round_up(allowed),
-            mistaken=mistaken(question, arguments),
+            mistaken={},
         )
         if exact:
-            return case
-        again = mistaken(question, perturbed(arguments, np.random.default_rng(1)))
-        settled = {
-            id: wrong
-            for id, wrong in case.mistaken.items()
-            if id in again and all(is_answer_of(id, question, case, one) for one in again[id])
-        }
+            return replace(case, mistaken=mistaken(question, arguments))
         moved = answers(question.id, perturbed(arguments, np.random.default_rng(2)))
         if all(is_right(question, case, one) for one in moved):
-            return replace(case, mistaken=settled)
+            return settled(question, case)
     raise LabkitError(f"no draw of {question.id}, {about!r}, is stable; ease its recipe")
+
+
+def settled(question: Question, case: Case) -> Case:
+    """The case with the answers of all mistakes that slightly other arguments do not change."""
+    case = replace(case, mistaken=mistaken(question, case.arguments))
+    again = mistaken(question, perturbed(case.arguments, np.random.default_rng(1)))
+    kept = {
+        id: wrong
+        for id, wrong in case.mistaken.items()
+        if id in again and all(is_answer_of(id, question, case, one) for one in again[id])
+    }
+    return replace(case, mistaken=kept)
 
 
 def mistaken(question: Question, arguments: Arguments) -> dict[str, Arguments]:
@@ -148,10 +148,9 @@ def mistaken(question: Question, arguments: Arguments) -> dict[str, Arguments]:
 def answers_of(one: Mistake, arguments: Arguments) -> Arguments:
     """Answers of a mistake to the arguments; none where it fails."""
     try:
-        answer = one.function(*arguments)
+        return rounded(tuple(way(*arguments) for way in one.ways))
     except (ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError):
         return ()
-    return rounded(tuple(answer) if isinstance(answer, list) else (answer,))
 
 
 def rounded(values: Arguments) -> Arguments:

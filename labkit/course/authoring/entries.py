@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -10,6 +10,7 @@ import numpy as np
 
 import labkit
 from labkit.arrays import FloatArray
+from labkit.course.authoring.edits import Edits, edited
 from labkit.course.grading.contract import Value
 
 Rng = np.random.Generator
@@ -62,23 +63,34 @@ def motion(rng: Rng, turn: tuple[float, float], reach: float = 1.0) -> FloatArra
 
 @dataclass(frozen=True)
 class Mistake:
-    """A wrong function, which returns a list where it can come out in more than one way: what the
-    student is told, the share of the points that it earns, and the chapter that explains it (empty
-    for the question's own)."""
+    """A known mistake: what the student is told, the share of the points that it earns, the chapter
+    that explains it (empty for the question's own), and how the right function goes wrong."""
 
     question: str
     id: str
     says: str
     credit: float
     chapter: str
-    function: Callable[..., Any]
+    wrong: Callable[..., Any] | Edits | Sequence[Edits]
+
+    @property
+    def ways(self) -> list[Callable[..., Any]]:
+        """The wrong functions, one for each way in which the mistake can come out."""
+        if callable(self.wrong):
+            return [self.wrong]
+        several = [self.wrong] if isinstance(self.wrong, Mapping) else self.wrong
+        return [way for edits in several for way in edited(self.question, edits)]
 
 
 MISTAKES: list[Mistake] = []
 
 
 def mistakes(question: str, table: Mapping[str, tuple[Any, ...]]) -> None:
-    """Enter wrong functions by their id, each with its credit, what is said, and the chapter that
-    explains it where it is not the question's own."""
-    for id, (credit, says, function, *chapter) in table.items():
-        MISTAKES.append(Mistake(question, id, says, credit, "".join(chapter), function))
+    """Enter the mistakes of a question by their id, each with its credit, what is said of it, how
+    it goes wrong, and the chapter that explains it where that is not the question's own.
+
+    A mistake is a function, or the solution with some texts replaced by others; several of them
+    where it can come out in several ways.
+    """
+    for id, (credit, says, wrong, *chapter) in table.items():
+        MISTAKES.append(Mistake(question, id, says, credit, "".join(chapter), wrong))

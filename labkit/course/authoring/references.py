@@ -1,7 +1,6 @@
 """The right answers, and how far another answer may lie from them.
 
-They are those of the `solution`. The lesson trims in two ways (book, Errata: "Trimming: of which
-points?"), so the ICP questions have two right answers each, one a reading; all others have one.
+They are those of the `solution`, in each reading that is right.
 
 A submission may compute in single precision. Its inputs then carry a relative error of up
 to ε = 2⁻²⁴ each, and the answer moves by ε times the condition of the case. That
@@ -19,21 +18,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import lru_cache
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from labkit.arrays import BoolArray, FloatArray
-from labkit.course.authoring import solution
+from labkit.arrays import FloatArray
+from labkit.course.authoring.edits import right
 from labkit.course.authoring.entries import Arguments
 from labkit.course.grading.assignment.questions import Answer
 from labkit.course.grading.inside.data import plain
 from labkit.course.grading.judging.kinds import read
 
-Keep = Callable[[FloatArray, float, float], BoolArray]
-right: Any = solution
 EPSILON = 2.0**-24
 DRAWS = 4
 MARGIN, STOP_MARGIN = 16.0, 2.0
@@ -41,82 +37,8 @@ FLOOR = 64.0 * EPSILON
 STOP_BELOW = 1e-5  # m and rad; the question asks for 1e-6, but ten times that is no mistake
 SETTLED, FAR_FROM_STOPPING = 1e-9, 1e-3
 LOOP_FLOOR = 2e-5  # m and rad; the noise of the scans is 1 cm
-MOST_STEPS, STANDSTILL = 500, 1e-13
+STANDSTILL = 1e-13
 MOST_BYTES = 1 << 20
-
-
-def keep_of_all(d: FloatArray, max_distance: float, overlap_ratio: float) -> BoolArray:
-    """ρ of all source points, then the gate."""
-    kept: BoolArray = right.distance_gate(d, max_distance) & right.overlap(d, overlap_ratio)
-    return kept
-
-
-def keep_of_gated(d: FloatArray, max_distance: float, overlap_ratio: float) -> BoolArray:
-    """The gate, then ρ of what it left: the reading of the lesson's other listings."""
-    kept: BoolArray = right.distance_gate(d, max_distance)
-    kept[kept] = right.overlap(d[kept], overlap_ratio)
-    return kept
-
-
-READINGS: tuple[Keep, ...] = (keep_of_all, keep_of_gated)
-
-
-def paired(p: FloatArray, q: FloatArray, T: FloatArray, *limits: float, keep: Keep) -> Any:
-    """The kept points at T, their partners and distances; and the mask of the kept ones.
-
-    Raises
-    ------
-    ValueError
-        If fewer than two pairs are left.
-    """
-    moved = p @ T[:2, :2].T + T[:2, 2]
-    indices, d = right.nearest_neighbors(moved, q)
-    kept = keep(d, *limits)
-    if np.count_nonzero(kept) < 2:
-        raise ValueError("fewer than two pairs are left")
-    return moved[kept], q[indices[kept]], d[kept], kept
-
-
-def aligned(p: FloatArray, q: FloatArray, w: FloatArray) -> FloatArray:
-    """The best motion of weighted pairs, as (3, 3)."""
-    return rigid(*right.align_weighted(p, q, w))
-
-
-def rigid(R: FloatArray, t: FloatArray) -> FloatArray:
-    """The transform (3, 3) of a rotation and a translation."""
-    return np.vstack([np.column_stack([R, t]), [0.0, 0.0, 1.0]])
-
-
-def step(
-    p: FloatArray, q: FloatArray, T: FloatArray, gate: float, ratio: float, delta: float,
-    keep: Any, *, weigh: Any = right.huber_weights, update: Any = right.compose,
-) -> Any:  # fmt: skip
-    """One ICP step in one reading: the right one, but for the stages that are handed in."""
-    moved, matched, d, _ = paired(p, q, T, gate, ratio, keep=keep)
-    return update(aligned(moved, matched, weigh(d, delta)), T)
-
-
-def path(p: FloatArray, q: FloatArray, T: FloatArray, *settings: float, keep: Keep) -> Any:
-    """The transforms of the right loop, one a step, until nothing moves any more."""
-    return _path(p.tobytes(), q.tobytes(), T.tobytes(), settings, keep)
-
-
-@lru_cache(maxsize=8)
-def _path(p: bytes, q: bytes, T: bytes, settings: Any, keep: Keep) -> Any:
-    source, target = (np.frombuffer(one).reshape(-1, 2) for one in (p, q))
-    found = [np.frombuffer(T).reshape(3, 3)]
-    while len(found) <= MOST_STEPS:
-        gate, ratio, delta = settings
-        found.append(step(source, target, found[-1], gate, ratio, delta, keep))
-        if np.abs(found[-1] - found[-2]).max() < STANDSTILL:
-            break
-    return found
-
-
-def loop(*arguments: Any, keep: Keep) -> Any:
-    """The transform at which the budget ends the loop, or where nothing moves any more."""
-    found = path(*arguments[:-1], keep=keep)
-    return found[min(arguments[-1], len(found) - 1)]
 
 
 def answers(question: str, arguments: Arguments) -> Arguments:
@@ -127,11 +49,15 @@ def answers(question: str, arguments: Arguments) -> Arguments:
     ValueError
         If too few pairs are left in a step of ICP.
     """
-    given: dict[str, Any] = {"icp_step": step, "icp": loop}
-    if question in given:
-        return tuple(given[question](*arguments, keep=keep) for keep in READINGS)
-    answer = getattr(right, question)(*arguments)
-    return (rigid(*answer) if question.startswith("align") else plain(answer, MOST_BYTES),)
+    found = [function(*arguments) for function in right(question)]
+    if question.startswith("align"):
+        found = [rigid(*answer) for answer in found]
+    return tuple(plain(answer, MOST_BYTES) for answer in found)
+
+
+def rigid(R: FloatArray, t: FloatArray) -> FloatArray:
+    """The transform (3, 3) of a rotation and a translation."""
+    return np.vstack([np.column_stack([R, t]), [0.0, 0.0, 1.0]])
 
 
 def tolerance(question: str, answer: Answer, arguments: Arguments) -> float:
@@ -171,10 +97,9 @@ def apart(a: FloatArray, b: FloatArray) -> float:
 
 def stop_error(arguments: tuple[Any, ...]) -> float:
     """Distance of the loop from its end where it may stop: the first step below `STOP_BELOW`."""
-    *begin, iterations = arguments
     worst = 0.0
-    for keep in READINGS:
-        found = path(*begin, keep=keep)[: iterations + 1]
+    for step in right("icp_step"):
+        found = path(step, *arguments)
         moves = [apart(a, b) for a, b in pairwise(found)]
         if moves[-1] > SETTLED:  # the budget ends it: no rule may come near to ending it before
             if min(moves) < FAR_FROM_STOPPING:
@@ -183,6 +108,19 @@ def stop_error(arguments: tuple[Any, ...]) -> float:
         stop = next(k for k, move in enumerate(moves) if move < STOP_BELOW)
         worst = max(worst, apart(found[stop + 1], found[-1]))
     return STOP_MARGIN * worst
+
+
+def path(
+    step: Callable[..., Any], source: Any, target: Any, T: FloatArray, *settings: Any
+) -> list[FloatArray]:
+    """The transforms of the loop, one a step, until its budget is spent or nothing moves."""
+    *limits, iterations = settings
+    found = [T]
+    for _ in range(iterations):
+        found.append(step(source, target, found[-1], *limits))
+        if apart(found[-2], found[-1]) < STANDSTILL:
+            break
+    return found
 
 
 def round_up(number: float) -> float:

@@ -23,13 +23,7 @@ from labkit.course.authoring import solution
 from labkit.course.authoring.compute import hidden_cases, visible_cases
 from labkit.course.authoring.misconceptions import MISTAKES
 from labkit.course.grading.assignment.files import COURSE, FORMAT, salt_of
-from labkit.course.grading.assignment.questions import (
-    Answer,
-    Case,
-    Cases,
-    Misconception,
-    Question,
-)
+from labkit.course.grading.assignment.questions import Answer, Case, Cases, Misconception, Question
 from labkit.course.grading.inside.data import to_json
 from labkit.files import atomic_write
 

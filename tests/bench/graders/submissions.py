@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from itertools import count, cycle
 from types import ModuleType
@@ -13,7 +13,7 @@ from typing import Any
 
 from right_answers import RIGHT
 
-from labkit.course.authoring.entries import Mistake
+from labkit.course.authoring.edits import SOURCE
 from labkit.course.authoring.misconceptions import MISTAKES
 from labkit.course.grading.assignment import load_assignment
 
@@ -31,13 +31,13 @@ Answers = dict[str, str]
 
 def lab_answers() -> Iterator[Answers]:
     """The functions of one submission after the other; "" holds what they share."""
-    mistakes = cycle(_plain_mistakes())
+    mistakes = cycle(_mistaken())
     names = cycle(question.function for question in load_assignment().questions)
     failures = cycle(FAILURES)
     for number, kind in zip(count(), cycle(KINDS)):
         answers = {**_functions(RIGHT[number % len(RIGHT)])}
         if kind == "mistaken":
-            answers |= dict(_renamed(next(mistakes)) for _ in range(MISTAKES_EACH))
+            answers |= dict(next(mistakes) for _ in range(MISTAKES_EACH))
         elif kind == "failing":
             name = next(names)
             answers |= {name: next(failures).format(name=name)}
@@ -92,25 +92,15 @@ def _source(source: str, name: str) -> str:
     )
 
 
-def _plain_mistakes() -> list[Mistake]:
-    """Those that are written out, and need numpy and nothing else."""
-    written = [one for one in MISTAKES if getattr(one.function, "__qualname__", "<").isidentifier()]
-    written = [one for one in written if inspect.isfunction(one.function)]
-    return [one for one in written if _names_used(one.function) <= {"np"}]
-
-
-def _names_used(function: Callable[..., Any]) -> set[str]:
-    tree = ast.parse(inspect.getsource(function))
-    names = {node.id for node in ast.walk(tree.body[0]) if isinstance(node, ast.Name)}
-    return names & set(function.__globals__)
-
-
 @cache
-def _renamed(mistake: Mistake) -> tuple[str, str]:
-    """A mistake's function as a student would have written it, under the question's name."""
-    name = next(q.function for q in load_assignment().questions if q.id == mistake.question)
-    source = inspect.getsource(mistake.function)
-    (definition,) = ast.parse(source).body
-    assert isinstance(definition, ast.FunctionDef)
-    definition.name = name
-    return name, "import numpy as np\n" + ast.unparse(definition)
+def _mistaken() -> list[tuple[str, str]]:
+    """Functions that make a known mistake, as students would have written them, with their name."""
+    found = []
+    for one in MISTAKES:
+        source = SOURCE
+        for text, wrong in one.wrong.items() if isinstance(one.wrong, Mapping) else ():
+            source = source.replace(text, wrong)
+        function = _source(source, one.question)
+        if function != _source(SOURCE, one.question):
+            found.append((one.question, f"import numpy as np\n\n\n{function}"))
+    return found

@@ -9,8 +9,8 @@ import pytest
 
 from labkit.course.authoring import solution as right
 from labkit.course.authoring.compute import answers_of, outcomes_of
+from labkit.course.authoring.edits import edited
 from labkit.course.authoring.misconceptions import MISTAKES
-from labkit.course.authoring.references import step
 from labkit.course.grading.check import tried
 from labkit.course.grading.judging.compare import assess, is_answer_of
 
@@ -69,108 +69,87 @@ def exists(chapter):
     return re.search(rf"^#+ {re.escape(heading.strip('“”'))}$", text, re.MULTILINE) is not None
 
 
-def looping(
-    ends=lambda k, s, t, c, n: s < 1e-6 and t < 1e-6,
-    use=right.icp_step,
-    most=lambda iterations: iterations,
-    begin=lambda T: T,
-    give=lambda T, before: T,
-):
-    """An `icp` that ends as `ends` says of the step's number, its shift and turn, the change of
-    the RMSE and the count of pairs, with `use` for a step and `most` for its budget."""
+def looping(ends):
+    """An `icp` that ends as `ends` says of the step's shift and turn, the change of the RMSE and
+    the count of pairs."""
 
     def icp(source, target, T_init, gate, ratio, delta, iterations):
-        T, rmse = begin(T_init), np.inf
-        before = T
-        for k in range(most(iterations)):
+        T, rmse, shift, turn = T_init, np.inf, 1.0, 1.0
+        for _ in range(iterations):
             d = right.nearest_neighbors(source @ T[:2, :2].T + T[:2, 2], target)[1]
             kept = (right.distance_gate(d, gate) & right.overlap(d, ratio)).sum()
             change, rmse = rmse - np.sqrt(np.mean(d**2)), np.sqrt(np.mean(d**2))
-            dT = T @ right.invert(before)
-            turn = abs(np.arctan2(dT[1, 0], dT[0, 0]))
-            if ends(k, np.hypot(*dT[:2, 2]) if k else 1, turn if k else 1, abs(change), kept):
+            if ends(shift, turn, abs(change), kept):
                 break
-            before, T = T, use(source, target, T, gate, ratio, delta)
-        return give(T, before)
+            before, T = T, right.icp_step(source, target, T, gate, ratio, delta)
+            dT = T @ right.invert(before)
+            shift, turn = np.hypot(*dT[:2, 2]), abs(np.arctan2(dT[1, 0], dT[0, 0]))
+        return T
 
     return icp
 
 
-def gated(stays):
-    """A right step but for its gate."""
-    return lambda p, q, T, *rest: step(
-        p, q, T, *rest, lambda d, gate, ratio: stays(d, gate) & right.overlap(d, ratio)
-    )
+LOOPS = {  # full marks once, or marks that hung on the variant
+    "without the rotation test": looping(lambda s, t, c, n: s < 1e-6),
+    "without the translation test": looping(lambda s, t, c, n: t < 1e-6),
+    "a translation below 1e-2": looping(lambda s, t, c, n: s < 1e-2 and t < 1e-6),
+    "a translation below 1e-3": looping(lambda s, t, c, n: s < 1e-3 and t < 1e-6),
+    "a rotation below 1e-3": looping(lambda s, t, c, n: s < 1e-6 and t < 1e-3),
+    "a step below 1e-4": looping(lambda s, t, c, n: s < 1e-4 and t < 1e-4),
+    "either test": looping(lambda s, t, c, n: s < 1e-6 or t < 1e-6),
+    "an RMSE that hardly changes": looping(lambda s, t, c, n: c < 1e-6),
+    "six pairs at least": looping(lambda s, t, c, n: n < 6 or (s < 1e-6 and t < 1e-6)),
+    "ten pairs at least": looping(lambda s, t, c, n: n < 10 or (s < 1e-6 and t < 1e-6)),
+}
+GATE = "distance_gate(d, max_distance)"
+EDITED = {
+    ("icp", "the pose before the last"): {"break\n    return T": "break\n    return T_before"},
+    ("icp", "a budget of 20 at most"): {"range(max_iterations)": "range(min(20, max_iterations))"},
+    ("icp_step", "a gate that is 1 mm wider"): {GATE: "distance_gate(d, max_distance + 0.001)"},
+}
+WRONG = {("icp", name): loop for name, loop in LOOPS.items()}
+WRONG |= {key: edited(key[0], edits)[0] for key, edits in EDITED.items()}
 
 
-WRONG = {  # full marks once, or marks that hung on the variant
-    "icp": {
-        "without the rotation test": looping(lambda k, s, t, c, n: s < 1e-6),
-        "without the translation test": looping(lambda k, s, t, c, n: t < 1e-6),
-        "a translation below 1e-2": looping(lambda k, s, t, c, n: s < 1e-2 and t < 1e-6),
-        "a translation below 1e-3": looping(lambda k, s, t, c, n: s < 1e-3 and t < 1e-6),
-        "a rotation below 1e-3": looping(lambda k, s, t, c, n: s < 1e-6 and t < 1e-3),
-        "a step below 1e-4": looping(lambda k, s, t, c, n: s < 1e-4 and t < 1e-4),
-        "either test": looping(lambda k, s, t, c, n: s < 1e-6 or t < 1e-6),
-        "an RMSE that hardly changes": looping(lambda k, s, t, c, n: c < 1e-6),
-        "six pairs at least": looping(lambda k, s, t, c, n: n < 6 or (s < 1e-6 and t < 1e-6)),
-        "ten pairs at least": looping(lambda k, s, t, c, n: n < 10 or (s < 1e-6 and t < 1e-6)),
-        "no guess": looping(begin=lambda T: np.eye(3)),
-        "the pose before the last": looping(give=lambda T, before: before),
-        "a gate twice as wide": looping(use=gated(lambda d, gate: d <= 2 * gate)),
-        "a gate half as wide again": looping(use=gated(lambda d, gate: d <= 1.5 * gate)),
-        "a budget of 20": looping(most=lambda iterations: 20),
-        "a budget of 20 at most": looping(most=lambda iterations: min(20, iterations)),
-        "gate or trimming": looping(use=lambda *a: step(*a, lambda d, gate, ratio: (
-            right.distance_gate(d, gate) | right.overlap(d, ratio)))),
-    },
-    "icp_step": {
-        "a strict gate": gated(lambda d, gate: d < gate),
-        "a gate that is 1 mm wider": gated(lambda d, gate: d <= gate + 0.001),
-        "a gate twice as wide": gated(lambda d, gate: d <= 2 * gate),
-        "no gate": gated(lambda d, gate: d < np.inf),
-    },
-    "wrap": {
-        "[-pi, pi)": lambda angle: (angle + np.pi) % (2 * np.pi) - np.pi,
-        "one turn": lambda a: a - 2 * np.pi if a > np.pi else a + 2 * np.pi if a < -np.pi else a,
-    },
-    "integrate": {
-        "[-pi, pi)": lambda steps, start: (
-            right.integrate(steps, start) * [1, 1, 1]
-            - [0, 0, 2 * np.pi] * (right.integrate(steps, start)[:, 2:] == np.pi)
-        ),
-    },
-    "has_converged": {
-        "closed": lambda dT, c, k, et, ep, ec, m: (
-            np.hypot(*dT[:2, 2]) <= et and abs(np.arctan2(dT[1, 0], dT[0, 0])) <= ep
-        ) or abs(c) <= ec or k >= m,
-    },
-}  # fmt: skip
-NOT_SHOWN = {"a gate that is 1 mm wider", "[-pi, pi)", "closed"}
-
-
-@pytest.mark.parametrize(("question", "name"), [(q, name) for q in WRONG for name in WRONG[q]])
+@pytest.mark.parametrize(("question", "name"), WRONG)
 def test_a_wrong_function_that_looks_right_loses_points_alike_in_every_variant(
     assignment, question, name
 ):
     """And the examples show it, where the rule that it breaks is one of the text's."""
-    asked, function = assignment.question(question), WRONG[question][name]
+    asked, function = assignment.question(question), WRONG[question, name]
     visible = assignment.visible[question]
     scores = [
         tried(asked, visible + hidden[question], function).score for hidden in assignment.variants
     ]
     assert max(scores) < asked.points
     assert max(scores) - min(scores) <= 2.0
-    if question != "icp" and name not in NOT_SHOWN:
+    if question != "icp":
         assert not tried(asked, visible, function).passed
+
+
+@pytest.mark.parametrize("wider", [1.1, 1.25, 1.4, 1.5, 1.75, 2.0, 2.5, 3.0])
+@pytest.mark.parametrize("question", ["icp_step", "icp"])
+def test_a_gate_that_is_too_wide_is_called_so_or_nothing(assignment, question, wider):
+    """Usual ones by their name, and for the same points in every variant and reading."""
+    asked, visible = assignment.question(question), assignment.visible[question]
+    verdicts = [
+        tried(asked, visible + hidden[question], function)
+        for function in edited(question, {GATE: f"distance_gate(d, {wider} * max_distance)"})
+        for hidden in assignment.variants
+    ]
+    names = {verdict.misconception for verdict in verdicts}
+    assert names <= {"wide_gate", None}
+    if wider in (1.25, 1.5, 2.0, 3.0):
+        assert names == {"wide_gate"}
+        assert len({verdict.score for verdict in verdicts}) == 1
 
 
 @pytest.mark.parametrize(
     "ends",
     [
-        lambda k, s, t, c, n: s < 1e-6 and t < 1e-6,
-        lambda k, s, t, c, n: s < 1e-5 and t < 1e-5,
-        lambda k, s, t, c, n: False,
+        lambda s, t, c, n: s < 1e-6 and t < 1e-6,
+        lambda s, t, c, n: s < 1e-5 and t < 1e-5,
+        lambda s, t, c, n: False,
     ],
     ids=["both", "ten times earlier", "the budget"],
 )

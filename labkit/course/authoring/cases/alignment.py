@@ -9,14 +9,7 @@ import numpy as np
 
 import labkit
 from labkit.arrays import FloatArray
-from labkit.course.authoring.entries import (
-    Arguments,
-    Recipes,
-    Rng,
-    motion,
-    points,
-    whole_points,
-)
+from labkit.course.authoring.entries import Arguments, Recipes, Rng, motion, points, whole_points
 from labkit.se2 import rotation
 
 LEFT, RIGHT, WIDE, BACK = (0.3, 1.2), (-1.2, -0.3), (1.8, 2.8), (-2.8, -1.8)

@@ -9,8 +9,9 @@ import numpy as np
 
 import labkit
 from labkit.arrays import FloatArray
+from labkit.course.authoring.edits import right
 from labkit.course.authoring.entries import Arguments, Draw, Exact, Recipes, Rng, points, uniform
-from labkit.course.authoring.references import apart, keep_of_all, path
+from labkit.course.authoring.references import apart, path
 
 STEP, TURN, COST, BUDGET = 1e-3, 1e-3, 1e-6, 50  # of the convergence test
 DIAGONAL = math.pi / 4
@@ -128,7 +129,7 @@ def _on_the_spot(rng: Rng) -> Arguments:
     """
     while True:
         arguments: Any = _about_the_origin(rng)
-        found = path(*arguments[:-1], keep=keep_of_all)
+        found = path(right("icp_step")[0], *arguments)
         if apart(found[min(20, len(found) - 1)], found[-1]) > 3e-4:
             return tuple(arguments)
 
@@ -146,17 +147,27 @@ def _about_the_origin(rng: Rng) -> Arguments:
     return *both, guess, 3.0, 1.0, 0.05, 2 * LOOP_BUDGET
 
 
-def _at_the_gate(beyond: float) -> Draw:
-    """Pairs of which one lies exactly on the gate, or a little beyond it."""
+CORNERS = np.array([[0, 0], [8, 0], [16, 2], [2, 10], [12, 12], [-8, 6], [-20, -20]])
+
+
+def _about_the_gate(
+    gate: float, *beyond: float, apart: float = 0.25, delta: float = 10.0, loop: int = 0
+) -> Draw:
+    """Pairs that are some `apart` [m], and others that lie so far `beyond` the gate, or on it."""
 
     def draw(rng: Rng) -> Arguments:
-        target = np.array([[0.0, 0.0], [4.0, 0.0], [8.0, 1.0], [1.0, 5.0], [6.0, 6.0], [-4.0, 3.0]])
-        target += rng.integers(-4, 5, target.shape) / 8
-        source = target + np.array([[1, 0], [0, 1], [1, 1], [-1, 2], [2, 1], [0, 0]]) / 16
-        source[5] += (0.0, -0.5 - beyond) if beyond else (0.5, 0.0)
-        return source, target, np.eye(3), 0.5, 1.0, 10.0
+        target = CORNERS[: 5 + len(beyond)]
+        target = gate * (target + rng.integers(-4, 5, target.shape) / 4)
+        source = target.copy()
+        source[:5] += apart * np.array([[1, 0], [0, 1], [1, 1], [-1, 2], [2, 1]])
+        source[5:, 1] -= gate + np.array(beyond)
+        arguments = (source, target, np.eye(3), gate, 1.0, delta)
+        return (*arguments, loop) if loop else arguments
 
     return draw
+
+
+_LOOP_AT_THE_GATE = _about_the_gate(2.0, 0.05, 6.0, apart=0.02, delta=0.02, loop=LOOP_BUDGET)
 
 
 # fmt: off
@@ -200,7 +211,8 @@ RECIPES = {
         "the gate alone": _scans(20, 0.6, 1.0, OFF),
         "trimming alone": _scans(20, OFF, 0.7, OFF),
         "the weights alone": _scans(20, OFF, 1.0, 0.1),
-        "a pair on the gate": Exact(_at_the_gate(0.0)),
+        "a pair on the gate": Exact(_about_the_gate(0.5, 0.0, apart=0.0625)),
+        "a pair a little beyond a wide gate": _about_the_gate(2.0, 0.0005, 6.0),
     }, {
         "the gate alone": _scans(24, 0.6, 1.0, OFF),
         "the gate alone, in clutter": _scans(30, 0.5, 1.0, OFF),
@@ -208,8 +220,8 @@ RECIPES = {
         "the weights alone": _scans(24, OFF, 1.0, 0.1),
         "all stages at work": _scans(30, 0.45, 0.9, 0.1),
         "a guess far from no motion": _scans(24, 0.5, 0.95, 0.15, turn=FAR),
-        "a pair on the gate": Exact(_at_the_gate(0.0)),
-        "a pair a little beyond the gate": _at_the_gate(0.0005),
+        "a pair on the gate": Exact(_about_the_gate(0.5, 0.0, apart=0.0625)),
+        "a pair a little beyond a wide gate": _about_the_gate(2.0, 0.0005, 6.0),
     }),
     "icp": Recipes({
         "all stages at work": _scans(20, 0.9, 0.8, 0.1, loop=LOOP_BUDGET),
@@ -217,6 +229,7 @@ RECIPES = {
         "a budget that ends the loop": _scans(20, 1.5, 0.8, 0.1, error=0.15, loop=3),
         "a way straight ahead, without a turn": _straight_ahead,
         "a turn on the spot, without a shift": _on_the_spot,
+        "a pair a little beyond a wide gate": _LOOP_AT_THE_GATE,
     }, {
         "the gate alone": _loop(28, 0.45, 1.0, OFF),
         "trimming alone": _loop(24, OFF, 0.7, OFF),
@@ -229,5 +242,6 @@ RECIPES = {
         "walls along which each step slides a little": _walls,
         "a way straight ahead, without a turn": _straight_ahead,
         "a turn on the spot, without a shift": _on_the_spot,
+        "a pair a little beyond a wide gate": _LOOP_AT_THE_GATE,
     }),
 }

@@ -4,13 +4,6 @@ The functions take what the question's function takes. What is said of them is r
 """
 
 from labkit.course.authoring.entries import MISTAKES
-from labkit.course.authoring.misconceptions import (
-    alignment,
-    correspondences,
-    loop,
-    odometry,
-    se2,
-    stopping,
-)  # fmt: skip
+from labkit.course.authoring.misconceptions import alignment, correspondences, loop, odometry, se2
 
-__all__ = ["MISTAKES", "alignment", "correspondences", "loop", "odometry", "se2", "stopping"]
+__all__ = ["MISTAKES", "alignment", "correspondences", "loop", "odometry", "se2"]

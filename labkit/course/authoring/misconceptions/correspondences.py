@@ -4,23 +4,9 @@ import math
 
 import numpy as np
 
+from labkit.correspondences import huber_loss
 from labkit.course.authoring import solution as right
 from labkit.course.authoring.entries import mistakes
-
-
-def _neighbors(change):
-    """The right indices and distances, changed."""
-    return lambda p, q: change(*right.nearest_neighbors(p, q))
-
-
-def _manhattan(p, q):
-    distances = np.abs(p[:, None] - q[None]).sum(axis=2)
-    return distances.argmin(axis=1), distances.min(axis=1)
-
-
-def _farthest(p, q):
-    distances = np.linalg.norm(p[:, None] - q[None], axis=2)
-    return distances.argmax(axis=1), distances.max(axis=1)
 
 
 def _used_once(p, q):
@@ -32,51 +18,27 @@ def _used_once(p, q):
     return np.array(indices), np.linalg.norm(p - q[indices], axis=1)
 
 
-def _closest(*counts):
-    """The closest pairs, by other counts of ρN; several ways where there are several."""
-
-    def overlap(d, ratio):
-        ranks = d.argsort().argsort()
-        return [ranks < count(ratio * len(d)) for count in counts]
-
-    return overlap
-
-
-def _loss(residuals, delta):
-    capped = np.minimum(residuals, delta)
-    return capped * (2.0 * residuals - capped)
-
-
-def _whole_numbers(residuals, delta):
-    weights = np.ones_like(residuals)
-    far = residuals > delta
-    weights[far] = (delta / np.maximum(residuals, 1e-12))[far]
-    return weights
-
-
-def _of_kept(measure):
-    """A measure of the kept distances, NaN where there are none."""
-    return lambda d, kept: measure(d[kept]) if kept.any() else np.nan
-
-
+DISTANCES = "np.sqrt((offsets**2).sum(axis=2))"
+ROOT_MEAN_SQUARE = "np.sqrt(np.mean(distances[kept] ** 2))"
 INVERTED = (0.4, "The mask is True for the pairs to reject; it is to be True for those that stay.")
 
 # fmt: off
 mistakes("nearest_neighbors", {
     "squared": (0.7, "The distances are squared; gates and weights are in metres: take the root.",
-        _neighbors(lambda i, d: (i, d**2))),
+        {DISTANCES: "(offsets**2).sum(axis=2)"}),
     "swapped": (0.4, "This is the nearest source point of each target point: turn it round.",
         lambda p, q: right.nearest_neighbors(q, p)),
     "manhattan": (0.4, "These are sums of |Δx| and |Δy|; a distance is the root of squares.",
-        _manhattan),
+        {DISTANCES: "np.abs(offsets).sum(axis=2)"}),
     "used_once": (0.4, "Every target point is given away once; several source points may share "
         "their nearest.", _used_once),
     "from_one": (0.8, "The indices count from 1; Python's rows count from 0.",
-        _neighbors(lambda i, d: (i + 1, d))),
+        {"return indices,": "return indices + 1,"}),
     "order_of_results": (0.8, "The results are in the wrong order: indices, then distances.",
-        _neighbors(lambda i, d: (d, i))),
+        {"return indices, distances[np.arange(len(source)), indices]":
+         "return distances[np.arange(len(source)), indices], indices"}),
     "farthest": (0.1, "These are the farthest points: take the smallest distance, not the largest.",
-        _farthest),
+        {"argmin": "argmax"}),
 })
 mistakes("distance_gate", {
     "squared_distance": (0.6, "The squared distance is held against the gate: both are in metres.",
@@ -95,30 +57,30 @@ mistakes("distance_gate", {
 })
 mistakes("overlap", {
     "worst_kept": (0.3, "The worst pairs are kept: trimming keeps the closest ones.",
-        lambda d, ratio: right.overlap(-d, ratio)),
+        {"np.argsort(distances)": "np.argsort(-distances)"}),
     "not_sorted": (0.3, "The first pairs are kept, in the order they came: sort them first.",
-        lambda d, ratio: right.overlap(np.arange(len(d)), ratio)),
+        {"kept[np.argsort(distances)[:count]]": "kept[:count]"}),
     "rounded_up": (0.7, "ρN is rounded up; the count is ⌊ρN⌋, rounded down.",
-        _closest(lambda n: max(3, math.ceil(n)))),
+        {"int(overlap_ratio * len(distances))": "int(np.ceil(overlap_ratio * len(distances)))"}),
     "rounded": (0.7, "ρN is rounded to the nearest; the count is ⌊ρN⌋, rounded down.",
-        _closest(lambda n: max(3, round(n)))),
+        {"int(overlap_ratio": "round(overlap_ratio"}),
     "one_too_many": (0.7, "One pair too many is kept: rank ⌊ρN⌋ counted from 0?",
-        _closest(lambda n: max(3, int(n)) + 1)),
+        {"[:count]": "[:count + 1]"}),
     "one_too_few": (0.7, "One pair too few is kept: is the threshold itself excluded?",
-        _closest(lambda n: max(3, int(n)) - 1)),
+        {"[:count]": "[:count - 1]"}),
     "no_minimum": (0.85, "Fewer than 3 pairs are kept where ρN is small: a step needs 3.",
-        _closest(int)),
+        {"max(3, ": "max(0, "}),
     "share_of_range": (0.7, "ρ is taken as a share of the largest distance; it is of the pairs.",
         lambda d, ratio: d <= ratio * d.max()),
     "quantile": (0.7, "A quantile interpolates between pairs and keeps ⌊ρ(N − 1)⌋ + 1 of them, "
         "not ⌊ρN⌋.", lambda d, ratio: d <= np.quantile(d, ratio)),
     "share_removed": (0.4, "ρ is taken as the share to remove; it is the share to keep.",
-        lambda d, ratio: right.overlap(d, 1.0 - ratio)),
+        {"int(overlap_ratio": "int((1 - overlap_ratio)"}),
     "indices": (0.7, "These are indices of the pairs that stay; asked for is a mask, one entry a "
         "pair.", lambda d, ratio: np.argsort(d)[:max(3, int(ratio * len(d)))]),
-    "inverted": (*INVERTED, lambda d, ratio: ~right.overlap(d, ratio)),
+    "inverted": (*INVERTED, {"return kept": "return ~kept"}),
     "other_minimum": (0.85, "Where ρN is small another number of pairs than 3 is kept.",
-        _closest(lambda n: max(2, int(n)), lambda n: max(4, int(n)))),
+        [{"max(3, ": "max(2, "}, {"max(3, ": "max(4, "}]),
 })
 mistakes("huber_weights", {
     "squared": (0.5, "The residuals are squared before they meet δ: both are distances in metres.",
@@ -135,11 +97,14 @@ mistakes("huber_weights", {
         lambda r, delta: np.maximum(r, delta) / delta),
     "branches_swapped": (0.4, "The branches are swapped: 1 belongs up to δ, δ/r beyond.",
         lambda r, delta: np.where(r > delta, 1.0, delta / r)),
-    "loss": (0.3, "This is Huber's loss; asked for are the weights that go with it.", _loss),
+    "loss": (0.3, "This is Huber's loss; asked for are the weights that go with it.", huber_loss),
     "half_loss": (0.3, "This is Huber's loss, halved as in many books; asked for are weights.",
-        lambda r, delta: _loss(r, delta) / 2.0),
+        lambda r, delta: huber_loss(r, delta) / 2.0),
     "whole_numbers": (0.8, "`np.ones_like` of whole numbers holds whole numbers, so δ/r is cut off "
-        "to 0: ask for `dtype=float`.", _whole_numbers),
+        "to 0: ask for `dtype=float`.",
+        {"return delta / np.maximum(residuals, delta)":
+         "weights = np.ones_like(residuals)\n    weights[residuals > delta] = "
+         "delta / residuals[residuals > delta]\n    return weights"}),
     "over_square": (0.4, "Beyond δ this is δ/r²; the weight is δ/r.",
         lambda r, delta: np.where(r > delta, delta / np.maximum(r, 1e-12) ** 2.0, 1.0)),
 })
@@ -149,15 +114,15 @@ mistakes("inlier_rmse", {
     "divided_by_all": (0.5, "The squares of the kept pairs are divided by the number of all pairs.",
         lambda d, kept: np.sqrt(np.sum(d[kept] ** 2) / len(d))),
     "mean": (0.4, "This is the mean distance; the RMSE is the root of the mean square.",
-        _of_kept(np.mean)),
+        {ROOT_MEAN_SQUARE: "np.mean(distances[kept])"}),
     "no_root": (0.5, "The root is missing: this is the mean square, in m².",
-        _of_kept(lambda d: np.mean(d**2))),
+        {ROOT_MEAN_SQUARE: "np.mean(distances[kept] ** 2)"}),
     "no_mean": (0.5, "The sum of squares is not divided by the number of kept pairs.",
-        _of_kept(lambda d: np.sqrt(np.sum(d**2)))),
+        {ROOT_MEAN_SQUARE: "np.sqrt(np.sum(distances[kept] ** 2))"}),
     "spread": (0.3, "This is the standard deviation: it subtracts the mean, the RMSE does not.",
-        _of_kept(np.std)),
+        {ROOT_MEAN_SQUARE: "np.std(distances[kept])"}),
     "zero_for_none": (0.8, "Where no pair is left this is 0, as of a perfect match: return NaN.",
-        lambda d, kept: right.inlier_rmse(d, kept) if kept.any() else 0.0),
+        {"return np.nan": "return 0.0"}),
 })
 mistakes("fitness", {
     "count": (0, "This is the number of pairs that are kept; asked for is their share.",

@@ -12,25 +12,20 @@ def _composed(translation):
     return lambda T, U: rigid((T @ U)[:2, :2], translation(T[:2, :2], T[:2, 2], U[:2, 2]))
 
 
-def _inverted(parts):
-    """Inversion with another rotation and translation, made of R and t."""
-    return lambda T: rigid(*parts(T[:2, :2], T[:2, 2]))
-
-
 # fmt: off
 mistakes("rotation", {
     "transposed": (0.5, "R is transposed: a positive angle turns counter-clockwise.",
-        lambda theta: right.rotation(theta).T),
+        {"[[c, -s], [s, c]]": "[[c, s], [-s, c]]"}),
     "degrees": (0.5, "The angle is taken for degrees; `theta` is in radians already.",
         lambda theta: right.rotation(np.deg2rad(theta))),
     "reflection": (0.25, "This is a reflection, [[c, s], [s, −c]]: its determinant is −1.",
-        lambda theta: right.rotation(theta) * [1, -1]),
+        {"[[c, -s], [s, c]]": "[[c, s], [s, -c]]"}),
     "sine_and_cosine_swapped": (0.25, "Sine and cosine are swapped: at angle 0, R is the identity.",
-        lambda theta: right.rotation(np.pi / 2 - theta)),
+        {"c, s = np.cos(theta), np.sin(theta)": "s, c = np.cos(theta), np.sin(theta)"}),
     "no_minus": (0.25, "The minus before the sine is missing: the columns are not at right angles.",
-        lambda theta: right.rotation(theta) * [[1, -1], [1, 1]]),
+        {"[[c, -s], [s, c]]": "[[c, s], [s, c]]"}),
     "small_angle": (0.25, "This is the small-angle [[1, −θ], [θ, 1]]: it stretches what it turns.",
-        lambda theta: np.array([[1.0, -theta], [theta, 1.0]])),
+        {"np.cos(theta), np.sin(theta)": "1.0, theta"}),
 })
 mistakes("compose", {
     "reversed": (0.5, "The factors are in the wrong order: in T_a_b @ T_b_c equal letters meet.",
@@ -48,13 +43,13 @@ mistakes("invert", {
     "whole_matrix_transposed": (0.1, "The whole (3, 3) is transposed: R⁻¹ = Rᵀ holds for the "
         "rotation, not for the transform.", lambda T: T.T),
     "translation_negated": (0.4, "The translation is only negated; in the other frame it is −Rᵀ t.",
-        _inverted(lambda R, t: (R.T, -t))),
+        {"-R.T @ t": "-t"}),
     "sign_lost": (0.4, "The minus is missing: the inverse translation is −Rᵀ t.",
-        _inverted(lambda R, t: (R.T, R.T @ t))),
+        {"-R.T @ t": "R.T @ t"}),
     "translation_turned_forwards": (0.4, "The translation is turned by R, not by Rᵀ: it is −Rᵀ t.",
-        _inverted(lambda R, t: (R.T, -R @ t))),
+        {"-R.T @ t": "-R @ t"}),
     "rotation_kept": (0.25, "The rotation is left as it was; the inverse turns back, by Rᵀ.",
-        _inverted(lambda R, t: (R, -R.T @ t))),
+        {"= R.T\n": "= R\n"}),
 })
 mistakes("wrap", {
     "as_it_came": (0.05, "The angle comes back as it came: whole turns are to be taken off.",
