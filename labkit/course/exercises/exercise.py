@@ -58,10 +58,17 @@ class Exercise:
         taken = inspect.signature(self.right).parameters.values()
         names = [one.name for one in taken if one.kind is not one.KEYWORD_ONLY]
         question = Question(
-            id=self.right.__name__, title=self.title, chapter="", points=float(len(cases)),
-            function=self.right.__name__, signature=f"({', '.join(names)})", task="", docstring="",
-            answer=answer, misconceptions=tuple(known),
-        )  # fmt: skip
+            id=self.right.__name__,
+            title=self.title,
+            chapter="",
+            points=float(len(cases)),
+            function=self.right.__name__,
+            signature=f"({', '.join(names)})",
+            task="",
+            docstring="",
+            answer=answer,
+            misconceptions=tuple(known),
+        )
         return question, cases
 
     def _mistaken(self, arguments: tuple[Any, ...]) -> dict[str, tuple[Any, ...]]:

@@ -110,8 +110,12 @@ def seen_step(A, g, least, *, use=lambda v, least: (v >= least) / v, take=np.arr
 def _two_sources():
     wheels = np.array([[160.0, 20.0, 5.0], [20.0, 400.0, 0.0], [5.0, 0.0, 3000.0]])
     return {
-        about: (np.array([0.10, 0.01, 0.035]), np.diag([along, 40000.0, 90000.0]),
-                np.array([0.52, 0.03, 0.02]), wheels)
+        about: (
+            np.array([0.10, 0.01, 0.035]),
+            np.diag([along, 40000.0, 90000.0]),
+            np.array([0.52, 0.03, 0.02]),
+            wheels,
+        )
         for about, along in (("a smooth corridor", 0.0), ("a corridor with doors", 900.0))
     }
 

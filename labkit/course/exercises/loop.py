@@ -101,8 +101,10 @@ def _two_gates():
     older, newer = _look(np.eye(3)), _look(T).copy()
     newer[::5] += (0.6, 0.3)  # what has moved between the scans
     far = T @ transform(-0.3, -0.2, -0.1)
-    return {f"gates of {a:g} m and {b:g} m": (newer, older, far, (a, b))
-            for a, b in ((1.0, 0.1), (0.8, 0.15))}
+    return {
+        f"gates of {a:g} m and {b:g} m": (newer, older, far, (a, b))
+        for a, b in ((1.0, 0.1), (0.8, 0.15))
+    }
 
 
 def _end(p, q, T, gate):
@@ -140,8 +142,15 @@ def _errors():
     T = transform(0.8, -0.6, 0.5)
     errors = np.radians([-170.0, -8.0, 0.0, 8.0, 100.0])
     told = IcpParameters(max_correspondence_distance=0.5)
-    return {"guesses turned by −170°, −8°, 0°, 8° and 100°": (
-        _look(T), _look(np.eye(3)), T, errors, told)}
+    return {
+        "guesses turned by −170°, −8°, 0°, 8° and 100°": (
+            _look(T),
+            _look(np.eye(3)),
+            T,
+            errors,
+            told,
+        )
+    }
 
 
 @exercise("How far the heading may be off", _errors, {
