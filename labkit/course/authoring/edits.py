@@ -28,7 +28,7 @@ ENOUGH = """\
 IN_TWO_READINGS = ("icp_step", "icp")
 
 
-def right(question: str) -> list[Callable[..., Any]]:
+def readings(question: str) -> list[Callable[..., Any]]:
     """The right functions of a question, one for each reading."""
     return edited(question, {})
 

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from labkit.arrays import FloatArray
-from labkit.course.authoring.edits import right
+from labkit.course.authoring.edits import readings
 from labkit.course.authoring.entries import Arguments
 from labkit.course.grading.assignment.questions import Answer
 from labkit.course.grading.inside.data import plain
@@ -49,7 +49,7 @@ def answers(question: str, arguments: Arguments) -> Arguments:
     ValueError
         If too few pairs are left in a step of ICP.
     """
-    found = [function(*arguments) for function in right(question)]
+    found = [function(*arguments) for function in readings(question)]
     if question.startswith("align"):
         found = [rigid(*answer) for answer in found]
     return tuple(plain(answer, MOST_BYTES) for answer in found)
@@ -98,7 +98,7 @@ def apart(a: FloatArray, b: FloatArray) -> float:
 def stop_error(arguments: tuple[Any, ...]) -> float:
     """Distance of the loop from its end where it may stop: the first step below `STOP_BELOW`."""
     worst = 0.0
-    for step in right("icp_step"):
+    for step in readings("icp_step"):
         found = path(step, *arguments)
         moves = [apart(a, b) for a, b in pairwise(found)]
         if moves[-1] > SETTLED:  # the budget ends it: no rule may come near to ending it before

@@ -12,7 +12,7 @@ import labkit
 from labkit.correspondences import Correspondences, distance_gate, huber_weights, overlap
 from labkit.course.authoring.__main__ import main
 from labkit.course.authoring.compute import confusion, draw_case, hidden_cases, visible_cases
-from labkit.course.authoring.edits import right
+from labkit.course.authoring.edits import readings
 from labkit.course.authoring.write import cases_file, questions_file, read_questions
 from labkit.course.grading.assignment import FOLDER
 from labkit.course.grading.inside.data import plain
@@ -111,7 +111,7 @@ def test_the_texts_are_those_committed():
 def test_the_stored_answers_are_those_of_the_references_and_of_an_oracle(assignment, question):
     """Of the visible cases and of one variant; buys that no stored answer is a relic."""
     for case in assignment.visible[question.id] + assignment.variants[3][question.id]:
-        for found in (right(question.id), ORACLES[question.id]):
+        for found in (readings(question.id), ORACLES[question.id]):
             for wanted, function in zip(case.expected, found, strict=True):
                 answer = plain(function(*case.arguments))
                 assert is_right(question, replace(case, expected=(wanted,)), answer), case.about

@@ -53,6 +53,11 @@ def test_the_stored_answers_are_those_of_the_mistake(assignment, one):
             assert all(is_answer_of(one.id, question, case, answer) for answer in answers)
 
 
+def test_an_edit_of_what_the_solution_does_not_hold_is_told():
+    with pytest.raises(AssertionError, match=r"the solution holds no \['np.sin\(angle'\], .* wrap"):
+        edited("wrap", {"np.sin(angle": "np.cos(angle"})
+
+
 def test_every_question_points_at_a_chapter(assignment):
     assert [one.id for one in assignment.questions if not exists(one.chapter)] == []
 

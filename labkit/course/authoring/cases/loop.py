@@ -9,7 +9,7 @@ import numpy as np
 
 import labkit
 from labkit.arrays import FloatArray
-from labkit.course.authoring.edits import right
+from labkit.course.authoring.edits import readings
 from labkit.course.authoring.entries import Arguments, Draw, Exact, Recipes, Rng, points, uniform
 from labkit.course.authoring.references import apart, path
 
@@ -129,7 +129,7 @@ def _on_the_spot(rng: Rng) -> Arguments:
     """
     while True:
         arguments: Any = _about_the_origin(rng)
-        found = path(right("icp_step")[0], *arguments)
+        found = path(readings("icp_step")[0], *arguments)
         if apart(found[min(20, len(found) - 1)], found[-1]) > 3e-4:
             return tuple(arguments)
 

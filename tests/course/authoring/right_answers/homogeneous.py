@@ -97,21 +97,13 @@ def icp(source, target, T_init, max_distance, overlap_ratio, delta, max_iteratio
     return {"R": T[:2, :2], "t": T[:2, 2]}
 
 
-def has_converged(
-    dT,
-    cost_change,
-    iteration,
-    translation_tolerance,
-    rotation_tolerance,
-    cost_tolerance,
-    max_iterations,
-):
+def has_converged(dT, cost_change, iteration, eps_t, eps_psi, eps_cost, k_max):
     reasons = [
-        np.linalg.norm(dT[:2, 2]) < translation_tolerance
-        and np.abs(np.arcsin(dT[1, 0])) < rotation_tolerance
+        np.linalg.norm(dT[:2, 2]) < eps_t
+        and np.abs(np.arcsin(dT[1, 0])) < eps_psi
         and dT[0, 0] > 0,
-        np.abs(cost_change) < cost_tolerance,
-        iteration + 1 > max_iterations,
+        np.abs(cost_change) < eps_cost,
+        iteration + 1 > k_max,
     ]
     return np.any(reasons)
 
@@ -126,13 +118,11 @@ def integrate(increments, start):
     return np.array([[M[0, 2], M[1, 2], np.arctan2(M[1, 0], M[0, 0])] for M in T])
 
 
-def is_plausible(
-    increment, inlier_ratio, rmse, max_translation, max_rotation, min_inlier_ratio, max_rmse
-):
+def is_plausible(increment, inlier_ratio, rmse, max_shift, max_turn, min_ratio, max_rmse):
     checks = {
-        "translation": np.linalg.norm(increment[:2]) <= max_translation,
-        "rotation": -max_rotation <= increment[2] <= max_rotation,
-        "inliers": inlier_ratio >= min_inlier_ratio,
+        "translation": np.linalg.norm(increment[:2]) <= max_shift,
+        "rotation": -max_turn <= increment[2] <= max_turn,
+        "inliers": inlier_ratio >= min_ratio,
         "rmse": rmse <= max_rmse,
     }
     return all(checks.values())

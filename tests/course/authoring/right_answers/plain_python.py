@@ -120,20 +120,12 @@ def icp(source, target, T_init, max_distance, overlap_ratio, delta, max_iteratio
     return T
 
 
-def has_converged(
-    dT,
-    cost_change,
-    iteration,
-    translation_tolerance,
-    rotation_tolerance,
-    cost_tolerance,
-    max_iterations,
-):
-    if iteration >= max_iterations or abs(cost_change) < cost_tolerance:
+def has_converged(dT, cost_change, iteration, eps_t, eps_psi, eps_cost, k_max):
+    if iteration >= k_max or abs(cost_change) < eps_cost:
         return True
-    if math.sqrt(dT[0][2] ** 2 + dT[1][2] ** 2) >= translation_tolerance:
+    if math.sqrt(dT[0][2] ** 2 + dT[1][2] ** 2) >= eps_t:
         return False
-    return math.fabs(math.atan2(dT[1][0], dT[1][1])) < rotation_tolerance
+    return math.fabs(math.atan2(dT[1][0], dT[1][1])) < eps_psi
 
 
 def integrate(increments, start):
@@ -151,10 +143,8 @@ def integrate(increments, start):
     return poses
 
 
-def is_plausible(
-    increment, inlier_ratio, rmse, max_translation, max_rotation, min_inlier_ratio, max_rmse
-):
+def is_plausible(increment, inlier_ratio, rmse, max_shift, max_turn, min_ratio, max_rmse):
     dx, dy, dpsi = increment
-    if math.isnan(rmse) or rmse > max_rmse or inlier_ratio < min_inlier_ratio:
+    if math.isnan(rmse) or rmse > max_rmse or inlier_ratio < min_ratio:
         return False
-    return not (dx * dx + dy * dy > max_translation**2 or abs(dpsi) > max_rotation)
+    return not (dx * dx + dy * dy > max_shift**2 or abs(dpsi) > max_turn)

@@ -103,20 +103,12 @@ def icp(source, target, T_init, max_distance, overlap_ratio, delta, max_iteratio
     return T
 
 
-def has_converged(
-    dT,
-    cost_change,
-    iteration,
-    translation_tolerance,
-    rotation_tolerance,
-    cost_tolerance,
-    max_iterations,
-):
+def has_converged(dT, cost_change, iteration, eps_t, eps_psi, eps_cost, k_max):
     dT = np.asarray(dT, dtype=F)
     step = np.abs(dT[0, 2] + 1j * dT[1, 2])
     turn = np.abs(np.angle(dT[0, 0] + 1j * dT[1, 0]))
-    small = (step < translation_tolerance) & (turn < rotation_tolerance)
-    return int(small | (abs(F(cost_change)) < cost_tolerance) | (iteration >= max_iterations))
+    small = (step < eps_t) & (turn < eps_psi)
+    return int(small | (abs(F(cost_change)) < eps_cost) | (iteration >= k_max))
 
 
 def integrate(increments, start):
@@ -130,13 +122,11 @@ def integrate(increments, start):
     return np.array(poses, dtype=F)
 
 
-def is_plausible(
-    increment, inlier_ratio, rmse, max_translation, max_rotation, min_inlier_ratio, max_rmse
-):
+def is_plausible(increment, inlier_ratio, rmse, max_shift, max_turn, min_ratio, max_rmse):
     dx, dy, dpsi = np.asarray(increment, dtype=F)
     return bool(
-        np.sqrt(dx * dx + dy * dy) <= F(max_translation)
-        and np.abs(dpsi) <= F(max_rotation)
-        and F(inlier_ratio) >= F(min_inlier_ratio)
+        np.sqrt(dx * dx + dy * dy) <= F(max_shift)
+        and np.abs(dpsi) <= F(max_turn)
+        and F(inlier_ratio) >= F(min_ratio)
         and F(rmse) <= F(max_rmse)
     )
