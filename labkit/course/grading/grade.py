@@ -35,10 +35,7 @@ STATUS = {"it took too long": OutcomeStatus.TIMEOUT, "it said too much": Outcome
 
 
 class Sitting:
-    """The files of one submission in a box, which is started anew where the code ends it.
-
-    Each of some functions is asked for.
-    """
+    """The files of one submission in a box, which is started anew where the code ends it."""
 
     def __init__(self, files: Mapping[str, bytes], functions: Sequence[str], wall: Wall) -> None:
         self.files, self.functions, self.wall = files, functions, wall
