@@ -33,14 +33,9 @@ LEANING_ON_LITTLE = {
 GRADED = {"", "alignment", "correspondences", "line_alignment", "icp", "odometry"}
 
 
-def modules():
-    """Every source file by its dotted name below labkit; packages by the package's name."""
-    for path in sorted(ROOT.rglob("*.py")):
-        parts = path.relative_to(ROOT).with_suffix("").parts
-        yield ".".join(part for part in parts if part != "__init__"), path
-
-
-MODULES = dict(modules())
+# Every source file by its dotted name below labkit; packages by the package's name.
+FILES = {path.relative_to(ROOT).with_suffix(""): path for path in sorted(ROOT.rglob("*.py"))}
+MODULES = {".".join(name.parts).removesuffix("__init__").rstrip("."): FILES[name] for name in FILES}
 
 
 def layer(name):

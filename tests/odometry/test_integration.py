@@ -46,26 +46,20 @@ def test_an_increment_is_in_the_robots_own_frame():
 
 
 @pytest.mark.parametrize(
-    ("call", "message"),
+    ("function", "arguments", "message"),
     [
-        (lambda: integrate([1.0, 2.0, 3.0]), r"`increments` must be rows .*, got shape \(3,\)"),
-        (lambda: integrate([[1.0, 2.0]]), r"`increments` must be rows .*, got shape \(1, 2\)"),
-        (
-            lambda: integrate([["a", 0, 0]]),
-            r"`increments` must hold numbers, got \[\['a', 0, 0\]\]",
-        ),
-        (lambda: integrate([[0, 0, 0], [1]]), r"`increments` .*give rows"),
-        (lambda: integrate([[math.nan, 0, 0]]), r"`increments` must be .* got \[nan, 0\.0, 0\.0\]"),
-        (lambda: integrate([[0, 0, 0]], [0, 0]), r"`start` must be .*got \[0\.0, 0\.0\]"),
-        (
-            lambda: integrate_step([0, 0, math.inf], [0, 0, 0]),
-            r"`pose` must be .*got \[0\.0, 0\.0, inf",
-        ),
-        (lambda: integrate_step([0, 0, 0], [[0, 0, 0]]), r"`increment` must be .*\[\[0\.0"),
-        (lambda: increments_between([0, 0, 0]), r"`poses` must be rows .*, got shape \(3,\)"),
-        (lambda: increments_between([[0, 0, math.nan]]), r"`poses` must be finite, .* at index 0"),
+        (integrate, ([1.0, 2.0, 3.0],), r"`increments` must be rows .*, got shape \(3,\)"),
+        (integrate, ([[1.0, 2.0]],), r"`increments` must be rows .*, got shape \(1, 2\)"),
+        (integrate, ([["a", 0, 0]],), r"`increments` must hold numbers, got \[\['a', 0, 0\]\]"),
+        (integrate, ([[0, 0, 0], [1]],), "`increments` .*give rows"),
+        (integrate, ([[math.nan, 0, 0]],), r"`increments` must be .* got \[nan, 0\.0, 0\.0\]"),
+        (integrate, ([[0, 0, 0]], [0, 0]), r"`start` must be .*got \[0\.0, 0\.0\]"),
+        (integrate_step, ([0, 0, math.inf], [0, 0, 0]), r"`pose` must be .*got \[0\.0, 0\.0, inf"),
+        (integrate_step, ([0, 0, 0], [[0, 0, 0]]), r"`increment` must be .*\[\[0\.0"),
+        (increments_between, ([0, 0, 0],), r"`poses` must be rows .*, got shape \(3,\)"),
+        (increments_between, ([[0, 0, math.nan]],), "`poses` must be finite, .* at index 0"),
     ],
 )
-def test_bad_input(call, message):
+def test_bad_input(function, arguments, message):
     with pytest.raises(InvalidPointsError, match=message):
-        call()
+        function(*arguments)
