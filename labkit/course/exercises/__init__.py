@@ -21,12 +21,12 @@ topic here, what it is tried on, and the mistakes that it knows (a new module is
         "a turn by 0.7 rad about (2, −1)": (np.array([2.0, -1.0]), 0.7),
     }, {
         "This turns about the origin: bring `c` there first.": lambda c, theta: ...,
-        "This turns the other way.": {"way": -1},
+        "This turns the other way.": {"rotation(theta)": "rotation(-theta)"},
     })
-    def turn_about(c, theta, *, way=1):
+    def turn_about(c, theta):
         ...  # by another way than the solution in the notebook, where there is one
 
-Each mistake is a wrong function, or the options by which the right one goes wrong, by the sentence
+Each mistake is a wrong function, or the right one with some of its text replaced, by the sentence
 that is said of it. A name is said only where its function gives all of the answers that came, the
 right ones among them; so a mistake may be right in some cases, and no two may agree in all.
 Relations to the right answer that need no idea of the question (the inverse, the sign, the square,

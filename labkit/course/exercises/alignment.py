@@ -103,24 +103,24 @@ def _walls():
 
 @exercise("How sure is the translation?", _walls, {
     "The lever is missing: an error of the angle moves the image of the centroid, too.":
-        {"factor": lambda r2, spread: 1.0},
+        {"(1 + (p.mean(0) ** 2).sum() / p.var(0).sum())": "1"},
     "The noise of the centroid is missing across: two independent errors add as squares.":
-        {"factor": lambda r2, spread: (r2 / spread) ** 0.5},
+        {"(1 + (p": "((p"},
     "The root is missing across: 1 + r²/ℓ² is the factor of the variance.":
-        {"factor": lambda r2, spread: 1 + r2 / spread},
+        {".sum()) ** 0.5": ".sum())"},
     "ℓ² is the mean squared distance from the *centroid*, not from the origin.":
-        {"factor": lambda r2, spread: (1 + r2 / (r2 + spread)) ** 0.5},
+        {"p.var(0).sum()": "(p**2).sum(1).mean()"},
     "ℓ² is a mean: divide the sum of the squares by N.":
-        {"factor": lambda r2, spread: (1 + r2 / spread / 100) ** 0.5},
+        {"/ p.var(0).sum()": "/ p.var(0).sum() / len(p)"},
     "The noise is divided by N; that of a mean falls with the root of N.":
         lambda p, s: std_of_translation(p, s / len(p) ** 0.5),
     "The noise is not divided by the root of N: the centroid is a mean of N points.":
         lambda p, s: std_of_translation(p, s * len(p) ** 0.5),
 }, tolerance=1e-8)
-def std_of_translation(p, sigma, *, factor=lambda r2, spread: (1 + r2 / spread) ** 0.5):
+def std_of_translation(p, sigma):
     """By (2.10)."""
     along = sigma / len(p) ** 0.5
-    return along, along * factor((p.mean(0) ** 2).sum(), p.var(0).sum())
+    return along, along * (1 + (p.mean(0) ** 2).sum() / p.var(0).sum()) ** 0.5
 
 
 def _outliers():
@@ -134,24 +134,26 @@ def _outliers():
 
 
 @exercise("Weigh by the residual, again and again", _outliers, {
-    "This is least squares: the weights never reach `labkit.align`.": {"rounds": 1},
-    "The weight is δ/r for small residuals, too; up to δ it is 1.": {"weigh": lambda r, d: d / r},
+    "This is least squares: the weights never reach `labkit.align`.": {"range(20)": "range(1)"},
+    "The weight is δ/r for small residuals, too; up to δ it is 1.":
+        {"huber_weights(r, delta)": "delta / r"},
     "The weight is (δ/r)²: that is no longer Huber's loss, and not convex.":
-        {"weigh": lambda r, d: huber_weights(r, d) ** 2},
-    "This is the root of δ/r; take δ/r itself.": {"weigh": lambda r, d: huber_weights(r, d) ** 0.5},
+        {"(r, delta)": "(r, delta) ** 2"},
+    "This is the root of δ/r; take δ/r itself.": {"(r, delta)": "(r, delta) ** 0.5"},
     "The residuals are squared before they meet δ; both are lengths in metres.":
-        {"weigh": lambda r, d: huber_weights(r**2, d)},
-    "The residuals are of the *unmoved* points: apply T to p first.": {"move": lambda T, p: p},
+        {"(r, delta)": "(r**2, delta)"},
+    "The residuals are of the *unmoved* points: apply T to p first.": {"apply(T, p)": "p"},
     "Pairs beyond δ weigh nothing: that is a gate. Huber's weight falls as δ/r.":
-        {"weigh": lambda r, d: (r <= d) + 1e-12},
-    "The weights are used once; asked for are twenty rounds.": {"rounds": 2},
+        {"huber_weights(r, delta)": "(r <= delta) + 1e-12"},
+    "The weights are used once; asked for are twenty rounds.": {"range(20)": "range(2)"},
     "The arguments of `huber_weights` are exchanged: first the residuals, then δ.":
-        {"weigh": lambda r, d: np.minimum(1.0, r / d)},
+        {"huber_weights(r, delta)": "np.minimum(1.0, r / delta)"},
 })
-def align_robustly(p, q, delta, *, weigh=huber_weights, rounds=20, move=apply):
+def align_robustly(p, q, delta):
     """Twenty rounds of reweighing."""
     weights = np.ones(len(p))
-    for _ in range(rounds):
+    for _ in range(20):
         T = align(p, q, weights)
-        weights = weigh(np.hypot(*(move(T, p) - q).T), delta)
+        r = np.hypot(*(apply(T, p) - q).T)
+        weights = huber_weights(r, delta)
     return T

@@ -4,10 +4,8 @@ from functools import cache
 
 import numpy as np
 
-from labkit import Scan, Target, apply, filters, icp, invert, se2, transform
-from labkit.correspondences import huber_weights
+from labkit import Scan, Target, align, apply, filters, icp, invert, se2, transform
 from labkit.course.exercises.exercise import exercise
-from labkit.course.exercises.se2 import icp_by_hand
 from labkit.simulation import Lidar, cast, room
 
 
@@ -17,22 +15,22 @@ from labkit.simulation import Lidar, cast, room
     "a gate of 2 m": (np.array([1.5, 4.0, 2.0, 0.3]), 2.0),
 }, {
     "A pair beyond the gate is charged nothing. Then the scan could lower its cost by losing "
-    "pairs; charge d_max² instead.": {"loss": lambda r, d: r**2 * (r <= d)},
-    "These are Huber's weights; beyond the gate the slope is 0.": {"weight": huber_weights},
-    "The loss is not cut: beyond the gate it stays at d_max².": {"loss": lambda r, d: r**2},
-    "A pair exactly on the gate is inside, as in `distance_gate`.": {"weight": lambda r, d: r < d},
+    "pairs; charge d_max² instead.": {"np.minimum(r, d_max) ** 2": "r**2 * (r <= d_max)"},
+    "These are Huber's weights; beyond the gate the slope is 0.":
+        {"r <= d_max": "d_max / np.maximum(r, d_max)"},
+    "The loss is not cut: beyond the gate it stays at d_max².": {"np.minimum(r, d_max)": "r"},
+    "A pair exactly on the gate is inside, as in `distance_gate`.": {"r <= d_max": "r < d_max"},
     "The square is held against d_max; both are squares, d_max² is the limit.":
-        {"loss": lambda r, d: np.minimum(r**2, d)},
-    "The losses are not squared: they are min(r², d_max²), in m².": {"loss": np.minimum},
-    "The losses are halved; this book's loss is min(r², d_max²), without ½.":
-        {"loss": lambda r, d: np.minimum(r, d) ** 2 / 2},
+        {"(r, d_max) ** 2": "(r**2, d_max)"},
+    "The losses are not squared: they are min(r², d_max²), in m².": {" ** 2": ""},
+    "The losses are halved; this book's loss is min(r², d_max²), without ½.": {"** 2": "** 2 / 2"},
     "The weights are the losses' slope in r; asked for is the slope in s = r².":
-        {"weight": lambda r, d: 2 * r * (r <= d)},
+        {"r <= d_max": "2 * r * (r <= d_max)"},
 })
-def truncated_square(r, d_max, *, loss=lambda r, d: np.minimum(r, d) ** 2,
-                     weight=lambda r, d: r <= d):
+def truncated_square(r, d_max):
     """Two lines."""
-    return loss(r, d_max), weight(r, d_max) * 1.0
+    loss, weight = np.minimum(r, d_max) ** 2, r <= d_max
+    return loss, weight * 1.0
 
 
 def _sharing():
@@ -46,18 +44,19 @@ def _sharing():
     "This asks whether a *target* point's partner leads back to it; begin with the source point.":
         lambda p, q: mutual_pairs(q, p),
     "This asks whether a partner is nobody else's. A far point can have one, too; search back.":
-        {"mutual": lambda there, back: (there[:, None] == there).sum(1) == 1},
+        {"back[there] == np.arange(len(p))": "(there[:, None] == there).sum(1) == 1"},
     "`back[there]` is a source point: compare it with the one that it began with, not its partner.":
-        {"mutual": lambda there, back: back[there] == there},
+        {"np.arange(len(p))": "there"},
     "`there` and `back` are compared entry by entry; they count different points.":
-        {"mutual": lambda there, back: there == back},
+        {"back[there] == np.arange(len(p))": "there == back"},
     "These are the indices of the mutual points; asked for is a mask, one entry a point.":
         lambda p, q: np.flatnonzero(mutual_pairs(p, q)),
 })
-def mutual_pairs(p, q, *, mutual=lambda there, back: back[there] == np.arange(len(there))):
+def mutual_pairs(p, q):
     """From the table of all distances."""
     gaps = np.hypot(*(p[:, None] - q).transpose(2, 0, 1))
-    return mutual(gaps.argmin(axis=1), gaps.argmin(axis=0))
+    there, back = gaps.argmin(axis=1), gaps.argmin(axis=0)
+    return back[there] == np.arange(len(p))
 
 
 def _beams():
@@ -72,13 +71,12 @@ def _beams():
     "The window is counted in rows. Beams without a return are missing from the points, so compare "
     "`beams_p` with `beams_q`.": lambda p, q, a, b, w: nearest_in_window(
         p, q, np.arange(len(p)), np.arange(len(q)), w),
-    "A beam exactly `width` away is inside the window.": {"inside": lambda gap, w: abs(gap) < w},
-    "The window has no effect: it is the nearest of all.": {"inside": lambda gap, w: abs(gap) >= 0},
-    "Where the window is empty the answer is −1; `argmin` says 0.": {"empty": 0},
+    "A beam exactly `width` away is inside the window.": {"<= width": "< width"},
+    "The window has no effect: it is the nearest of all.": {"<= width": ">= 0"},
+    "Where the window is empty the answer is −1; `argmin` says 0.": {"-1": "0"},
     "The window reaches to one side only: take the absolute difference of the beams.":
-        {"inside": lambda gap, w: gap <= w},
-    "The window is half as wide: `width` counts to either side.":
-        {"inside": lambda gap, w: abs(gap) <= w / 2},
+        {"= abs(": "= ("},
+    "The window is half as wide: `width` counts to either side.": {"<= width": "<= width / 2"},
     "These are beams; asked for are the rows of `q`.":
         lambda p, q, a, b, w: np.where((i := nearest_in_window(p, q, a, b, w)) < 0, -1, b[i]),
     "This is the nearest *beam* in the window; asked for is the nearest point.":
@@ -87,12 +85,11 @@ def _beams():
         lambda p, q, a, b, w: np.where(
             abs(a - b[(i := nearest_in_window(p, q, a, b, 99))]) <= w, i, -1),
 })
-def nearest_in_window(p, q, beams_p, beams_q, width, *, empty=-1,
-                      inside=lambda gap, w: abs(gap) <= w):
+def nearest_in_window(p, q, beams_p, beams_q, width):
     """Infinite distances outside the window."""
-    allowed = inside(beams_q - beams_p[:, None], width)
-    squares = np.where(allowed, np.square(p[:, None] - q).sum(axis=2), np.inf)
-    return np.where(allowed.any(axis=1), squares.argmin(axis=1), empty)
+    inside = abs(beams_q - beams_p[:, None]) <= width
+    squares = np.where(inside, np.square(p[:, None] - q).sum(axis=2), np.inf)
+    return np.where(inside.any(axis=1), squares.argmin(axis=1), -1)
 
 
 @cache
@@ -109,26 +106,28 @@ def _two_guesses():
     }
 
 
-def _gate_at(p, q, T):
-    gate = 3 * np.median(Target(q).search.query(apply(T, p))[1])
-    return lambda d: gate
-
-
 @exercise("A gate that follows the data", _two_guesses, {
-    "The gate is the median itself; three times the median is asked.": {"gate": np.median},
-    "The gate is thrice the *mean*, which far points pull up.": {"gate": lambda d: 3 * d.mean()},
-    "No pair is rejected: align only those within the gate.": {"gate": lambda d: np.inf},
-    "The step is on the wrong side: it acts after `T`, `dT @ T`.": {"update": lambda dT, T: T @ dT},
-    "This is the last step alone, `T = dT`; chain them, `dT @ T`.": {"update": lambda dT, T: dT},
+    "The gate is the median itself; three times the median is asked.": {"3 * np": "np"},
+    "The gate is thrice the *mean*, which far points pull up.": {"np.median(d)": "d.mean()"},
+    "No pair is rejected: align only those within the gate.": {"3 * np.median(d)": "np.inf"},
+    "The step is on the wrong side: it acts after `T`, `dT @ T`.": {"dT @ T": "T @ dT"},
+    "This is the last step alone, `T = dT`; chain them, `dT @ T`.": {"dT @ T": "dT"},
     "The gate is three times the median of the *squares*; distances are in metres.":
-        {"gate": lambda d: 3 * np.median(d**2)},
+        {"np.median(d)": "np.median(d**2)"},
     "The gate is found once, at the guess; it follows the distances in each round.":
-        lambda p, q, T: match_by_median_gate(p, q, T, gate=_gate_at(p, q, T)),
+        {"(target).search": "(target).search\n    first = search.query(apply(T, source))[1]",
+         "np.median(d)": "np.median(first)"},
 })
-def match_by_median_gate(source, target, T_init, *, gate=lambda d: 3 * np.median(d),
-                         update=lambda dT, T: dT @ T):
-    """Sixty rounds of the first loop, with a gate."""
-    return icp_by_hand(source, target, T_init, gate=gate, update=update, rounds=60)
+def match_by_median_gate(source, target, T_init):
+    """Sixty rounds."""
+    T, search = T_init, Target(target).search
+    for _ in range(60):
+        moved = apply(T, source)
+        index, d = search.query(moved)
+        near = d <= 3 * np.median(d)
+        dT = align(moved[near], target[index[near]])
+        T = dT @ T
+    return T
 
 
 @cache
@@ -149,22 +148,17 @@ def _behind_a_mast(T, rng):
     return Scan.from_ranges(ranges, scan.angles)
 
 
-def _as_it_is(clean):
-    return lambda scan: scan
-
-
 @exercise("A mast in the way", _masts, {
-    "The filter is on the older scan alone; the mast is in the newer, too.": {"newer": _as_it_is},
-    "The filter is on the newer scan alone; the mast is in the older, too.": {"older": _as_it_is},
-    "The scans are matched as they are: `clean` each.": {"newer": _as_it_is, "older": _as_it_is},
-    "This is the mean; one failed match would decide it alone.": {"take": np.mean},
-    "This is the largest error; asked for is the median.": {"take": np.max},
-    "Source and target are swapped: the newer scan is the source.": {"run": lambda p, q: icp(q, p)},
+    "The filter is on the older scan alone; the mast is in the newer, too.": {"clean(a)": "a"},
+    "The filter is on the newer scan alone; the mast is in the older, too.": {"clean(b)": "b"},
+    "The scans are matched as they are: `clean` each.": {"clean(a), clean(b)": "a, b"},
+    "This is the mean; one failed match would decide it alone.": {"np.median": "np.mean"},
+    "This is the largest error; asked for is the median.": {"np.median": "np.max"},
+    "Source and target are swapped: the newer scan is the source.": {"for a, b in": "for b, a in"},
     "This is the length of the motion found; its error is held against `T_true`.":
         lambda pairs, T, f: typical_error(pairs, np.eye(3), f),
 })
-def typical_error(pairs, T_true, clean, *, newer=lambda f: f, older=lambda f: f, run=icp,
-                  take=np.median):
+def typical_error(pairs, T_true, clean):
     """The median is not moved by a match that fails."""
-    ends = np.array([run(newer(clean)(a), older(clean)(b)).T_target_source for a, b in pairs])
-    return take(np.hypot(*se2.relative(T_true, ends)[:, :2, 2].T))
+    ends = np.array([icp(clean(a), clean(b)).T_target_source for a, b in pairs])
+    return np.median(np.hypot(*se2.relative(T_true, ends)[:, :2, 2].T))

@@ -9,7 +9,7 @@ import pkgutil
 from collections import UserDict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from labkit.errors import InvalidParameterError
 Function = Callable[..., Any]
 Arguments = Mapping[str, tuple[Any, ...]]
 _FOUND: dict[str, Exercise] = {}
+_source = cache(inspect.getsource)
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +31,7 @@ class Exercise:
     """A function that students write."""
 
     title: str
-    right: Function  # of the same name; keyword arguments make it wrong
+    right: Function  # of the same name
     arguments: Callable[[], Arguments]  # makes what it is tried on, by words that say what
     mistakes: Mapping[str, Function]  # wrong ones, by the sentence that is said of them
     tolerance: float  # how far off an entry may be, relative to the largest of its result or to 1
@@ -55,8 +56,7 @@ class Exercise:
                 )
             )
         known = (Misconception(id=one, says=one, chapter="", credit=0.0) for one in self.mistakes)
-        taken = inspect.signature(self.right).parameters.values()
-        names = [one.name for one in taken if one.kind is not one.KEYWORD_ONLY]
+        names = inspect.signature(self.right).parameters
         question = Question(
             id=self.right.__name__,
             title=self.title,
@@ -115,7 +115,7 @@ def _kind(right: Any) -> Answer:
 def exercise(
     title: str,
     arguments: Arguments | Callable[[], Arguments],
-    mistakes: Mapping[str, Function | Mapping[str, Any]],
+    mistakes: Mapping[str, Function | Mapping[str, str]],
     *,
     tolerance: float = 1e-6,
 ) -> Callable[[Function], Function]:
@@ -125,12 +125,23 @@ def exercise(
         assert right.__name__ not in _FOUND, f"{right.__name__} is checked twice"
         made = arguments if callable(arguments) else lambda: arguments
         wrong = {
-            says: one if callable(one) else partial(right, **one) for says, one in mistakes.items()
+            says: one if callable(one) else edited(right, one) for says, one in mistakes.items()
         }
         _FOUND[right.__name__] = Exercise(title, right, made, wrong, tolerance)
         return right
 
     return enter
+
+
+def edited(right: Function, edits: Mapping[str, str]) -> Function:
+    """The function with each text of `edits` replaced by another, wherever it stands in it."""
+    _, head, source = _source(right).partition(f"def {right.__name__}(")
+    for text, wrong in edits.items():
+        assert text in source, f"{right.__name__} does not hold {text!r}, which a mistake replaces"
+        source = source.replace(text, wrong)
+    names: dict[str, Function] = {}
+    exec(head + source, right.__globals__, names)
+    return names[right.__name__]
 
 
 def exercises() -> Mapping[str, Exercise]:

@@ -74,6 +74,9 @@ def fastest_speed(period, rate):
     return period / 2 / (1 / rate)
 
 
+CHEAPEST = "np.where(converged, costs, np.inf).argmin()"
+
+
 @exercise("Which of many starts to keep", {
     "five ends, of which the cheapest has not converged": (
         np.array([0.005, 0.02, 0.0012, 0.0009, 0.031]), np.array([1, 0, 1, 0, 1], dtype=bool)),
@@ -83,21 +86,22 @@ def fastest_speed(period, rate):
         np.array([0.031, 0.0009, 0.0012]), np.zeros(3, dtype=bool)),
 }, {
     "This takes the smallest cost of all; that run had not converged.":
-        {"choose": lambda c, ok: c.argmin(), "none": np.argmin},
+        {"return -1": "return costs.argmin()", CHEAPEST: "costs.argmin()"},
     "This takes the smallest cost of all where any has converged; look at those alone.":
-        {"choose": lambda c, ok: c.argmin()},
-    "This is the first that converged; take the cheapest.": {"choose": lambda c, ok: ok.argmax()},
+        {CHEAPEST: "costs.argmin()"},
+    "This is the first that converged; take the cheapest.": {CHEAPEST: "converged.argmax()"},
     "This takes the first that converged, and the first of all where none has.":
-        {"choose": lambda c, ok: ok.argmax(), "none": lambda c: 0},
-    "None has converged: say so by −1 instead of choosing one.": {"none": lambda c: 0},
+        {CHEAPEST: "converged.argmax()", "return -1": "return 0"},
+    "None has converged: say so by −1 instead of choosing one.": {"return -1": "return 0"},
     "The index counts among those that converged; asked for is that among all.":
-        {"choose": lambda c, ok: c[ok].argmin()},
-    "This is the smallest cost; give the index of that run.": {"choose": lambda c, ok: c[ok].min()},
-    "The index counts from 1; count from 0.": {"choose": lambda c, ok: best_start(c, ok) + 1},
+        {CHEAPEST: "costs[converged].argmin()"},
+    "This is the smallest cost; give the index of that run.": {CHEAPEST: "costs[converged].min()"},
+    "The index counts from 1; count from 0.": {CHEAPEST: f"{CHEAPEST} + 1"},
     "The costs of the others are set to 0, which is the smallest of all: set them to infinity.":
-        {"choose": lambda c, ok: (c * ok).argmin()},
+        {CHEAPEST: "(costs * converged).argmin()"},
 })
-def best_start(costs, converged, *, none=lambda c: -1,
-               choose=lambda c, ok: np.where(ok, c, np.inf).argmin()):
+def best_start(costs, converged):
     """The smallest of those that may be kept."""
-    return choose(costs, converged) if converged.any() else none(costs)
+    if not converged.any():
+        return -1
+    return np.where(converged, costs, np.inf).argmin()

@@ -36,49 +36,44 @@ def line_errors(p, q, n):
 @exercise("How a turn changes the residual", {
     "twelve points with normals": _pairs(2)[::2], "twelve others": _pairs(3)[::2],
 }, {
-    "This turns about the origin; the step turns about the centroid.": {"center": lambda p: 0.0},
+    "This turns about the origin; the step turns about the centroid.": {" - p.mean(axis=0)": ""},
     "This is minus the answer, about the origin, not the centroid.": lambda p, n: -_cross(p, n),
-    "This is n·(p − c); a turn moves across that arm.": {"moved": lambda arm, n: (arm * n).sum(1)},
+    "This is n·(p − c); a turn moves across that arm.": {"_cross(arm, n)": "(arm * n).sum(1)"},
     "The perpendicular is (v, u): one of the two has to change its sign, (−v, u).":
-        {"moved": lambda arm, n: (arm[:, ::-1] * n).sum(1)},
+        {"_cross(arm, n)": "(arm[:, ::-1] * n).sum(1)"},
     "This is the length of the arms; project their perpendicular on the normal.":
-        {"moved": lambda arm, n: np.hypot(*arm.T)},
+        {"_cross(arm, n)": "np.hypot(*arm.T)"},
 })
-def turning_column(p, n, *, center=lambda p: p.mean(axis=0), moved=_cross):
+def turning_column(p, n):
     """The arm's perpendicular on the normal."""
-    return moved(p - center(p), n)
-
-
-def _root_mean_square(arm, w):
-    return np.average((arm**2).sum(axis=1), weights=w) ** 0.5
-
-
-def _about(p, w):
-    return np.average(p, axis=0, weights=w)
+    arm = p - p.mean(axis=0)
+    return _cross(arm, n)
 
 
 @exercise("The matrix of the step", {
     "twelve weighted points with normals": (*_pairs(4)[::2], _pairs(4)[3]),
     "twelve others": (*_pairs(5)[::2], _pairs(5)[3]),
 }, {
-    "This is the sum; divide it by W, the sum of the weights.": {"by": lambda w: 1.0},
-    "The sum is divided by N; divide it by W, the sum of the weights.": {"by": len},
+    "This is the sum; divide it by W, the sum of the weights.": {" / w.sum()": ""},
+    "The sum is divided by N; divide it by W, the sum of the weights.": {"w.sum()": "len(w)"},
     "The weights are missing: with these all points count alike.":
         lambda p, n, w: line_matrix(p, n, np.ones(len(w))),
-    "The third column is in metres per radian: divide it by ℓ.": {"length": lambda arm, w: 1.0},
-    "The centroid has to be the weighted one.": {"center": lambda p, w: p.mean(0)},
-    "The turn is about the origin: take the weighted centroid off.": {"center": lambda p, w: 0.0},
-    "ℓ has to be weighted, too.": {"length": lambda arm, w: _root_mean_square(arm, None)},
-    "ℓ² stands for ℓ: take the root.": {"length": lambda arm, w: _root_mean_square(arm, w) ** 2},
-    "Centroid and ℓ are weighted, but the sum of a aᵀ is not.": {"power": 0, "by": len},
-    "The third column has the wrong sign: (u, v)⊥ = (−v, u).":
-        {"length": lambda arm, w: -_root_mean_square(arm, w)},
+    "The third column is in metres per radian: divide it by ℓ.": {" / length": ""},
+    "The centroid has to be the weighted one.": {"(p, axis=0, weights=w)": "(p, axis=0)"},
+    "The turn is about the origin: take the weighted centroid off.":
+        {" - np.average(p, axis=0, weights=w)": ""},
+    "ℓ has to be weighted, too.": {"(axis=1), weights=w)": "(axis=1))"},
+    "ℓ² stands for ℓ: take the root.": {" ** 0.5": ""},
+    "Centroid and ℓ are weighted, but the sum of a aᵀ is not.":
+        {"w, a, a) / w.sum()": "np.ones(len(w)), a, a) / len(w)"},
+    "The third column has the wrong sign: (u, v)⊥ = (−v, u).": {"/ length": "/ -length"},
 })
-def line_matrix(p, n, w, *, center=_about, length=_root_mean_square, power=1, by=np.sum):
+def line_matrix(p, n, w):
     """The weighted mean of a aᵀ."""
-    arm = p - center(p, w)
-    a = np.column_stack([n, _cross(arm, n) / length(arm, w)])
-    return np.einsum("i,ij,ik->jk", w**power, a, a) / by(w)
+    arm = p - np.average(p, axis=0, weights=w)
+    length = np.average((arm**2).sum(axis=1), weights=w) ** 0.5
+    a = np.column_stack([n, _cross(arm, n) / length])
+    return np.einsum("i,ij,ik->jk", w, a, a) / w.sum()
 
 
 def _corridor_and_room():
@@ -89,22 +84,25 @@ def _corridor_and_room():
 
 
 @exercise("A step in the directions that are seen", _corridor_and_room, {
-    "This solves for every direction, even where all is noise.": {"use": lambda v, least: 1 / v},
-    "This solves for every direction, and the sign is wrong.": {"use": lambda v, least: -1 / v},
-    "This keeps the free directions and drops the rest.": {"use": lambda v, least: (v < least) / v},
-    "Eigenvectors are the *columns* of what `eigh` returns, not rows.": {"take": np.transpose},
-    "The parts are not divided by their eigenvalues.": {"use": lambda v, least: 1.0 * (v >= least)},
-    "The parts are multiplied by eigenvalues; divide.": {"use": lambda v, least: (v >= least) * v},
+    "This solves for every direction, even where all is noise.": {"(values >= least)": "1"},
+    "This solves for every direction, and the sign is wrong.": {"(values >= least)": "-1"},
+    "This keeps the free directions and drops the rest.": {">=": "<"},
+    "Eigenvectors are the *columns* of what `eigh` returns, not rows.":
+        {"    parts": "    V = V.T\n    parts"},
+    "The parts are not divided by their eigenvalues.": {" / values": ""},
+    "The parts are multiplied by eigenvalues; divide.": {" / values": " * values"},
     "Small eigenvalues are raised to `least`; a direction that is not seen gets no step at all.":
-        {"use": lambda v, least: 1 / np.maximum(v, least)},
+        {"(values >= least) / values": "1 / np.maximum(values, least)"},
     "This is the step in the coordinates of the eigenvectors; turn it back by V.":
         lambda A, g, least: np.linalg.eigh(A)[1].T @ seen_step(A, g, least),
-    "Adding `least` to A damps all and drops none.": {"use": lambda v, least: 1 / (v + least)},
+    "Adding `least` to A damps all and drops none.":
+        {"(values >= least) / values": "1 / (values + least)"},
 })
-def seen_step(A, g, least, *, use=lambda v, least: (v >= least) / v, take=np.array):
+def seen_step(A, g, least):
     """A sum over the eigenvectors that are seen."""
     values, V = np.linalg.eigh(A)
-    return -take(V) @ (use(values, least) * (take(V).T @ g))
+    parts = (values >= least) / values * (V.T @ g)
+    return -V @ parts
 
 
 def _two_sources():

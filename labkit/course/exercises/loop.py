@@ -1,20 +1,15 @@
 """Chapter 4: the cost of the loop, its order, its stops, gates that close, wrong headings."""
 
-import math
 from functools import cache
 
 import numpy as np
 
-from labkit import IcpParameters, Target, align, apply, icp, invert, to_xytheta, transform, wrap
+from labkit import IcpParameters, Target, align, apply, icp, to_xytheta, transform, wrap
 from labkit.correspondences import huber_loss
 from labkit.course.exercises.exercise import exercise
 from labkit.course.exercises.se2 import look
 
 R = np.array([0.9, 0.02, 0.3, 0.05, 2.0, 0.6, 0.15, 0.01, 0.4, 0.08, 0.7])
-
-
-def _closest(r, ratio):
-    return np.sort(r)[: int(ratio * len(r))]
 
 
 # fmt: off
@@ -24,28 +19,30 @@ def _closest(r, ratio):
     "eleven pairs, of which the overlap keeps nine": (R, 0.65, 0.85, 0.2),
 }, {
     "The sum is divided by the number of kept pairs. That number changes, and then the cost can "
-    "rise; divide by all N.": {"by": lambda r, o: int(o * len(r))},
+    "rise; divide by all N.": {"/ len(distances)": "/ len(kept)"},
     "Pairs outside the gate are charged nothing, so the scan could lower its cost by losing pairs; "
-    "charge them as if they stood on the gate.": {"charged": lambda r, d: r[r <= d]},
+    "charge them as if they stood on the gate.": {"np.minimum(kept, d_max)": "kept[kept <= d_max]"},
     "Pairs outside the gate are left out, and the sum is divided by what is left; charge d_max.":
-        lambda r, d, o, h: huber_loss((s := _closest(r, o))[s <= d], h).mean(),
-    "These are plain squares; Huber's loss grows linearly beyond δ.": {"loss": lambda r, h: r**2},
-    "All pairs are in the sum; only the closest ⌊ρN⌋ are.": {"kept": lambda r, o: r},
-    "ρN is rounded up; round down.": {"kept": lambda r, o: np.sort(r)[:math.ceil(o * len(r))]},
-    "ρN is rounded to nearest, not down.": {"kept": lambda r, o: np.sort(r)[:round(o * len(r))]},
-    "The distances are not sorted; keep the closest.": {"kept": lambda r, o: r[:int(o * len(r))]},
+        {"np.minimum(kept, d_max), delta).sum() / len(distances)":
+         "kept[kept <= d_max], delta).mean()"},
+    "These are plain squares; Huber's loss grows linearly beyond δ.":
+        {"huber_loss(np.minimum(kept, d_max), delta)": "(np.minimum(kept, d_max) ** 2)"},
+    "All pairs are in the sum; only the closest ⌊ρN⌋ are.":
+        {"[:int(overlap_ratio * len(distances))]": ""},
+    "ρN is rounded up; round down.": {"[:int(": "[:1 + int("},
+    "ρN is rounded to nearest, not down.": {"int(": "round("},
+    "The distances are not sorted; keep the closest.": {"np.sort(distances)": "distances"},
     "The trimming comes after the gate: ⌊ρN⌋ of *all* N pairs are in the sum.":
-        lambda r, d, o, h: huber_loss(_closest(r[r <= d], o), h).sum() / len(r),
+        lambda r, d, o, h: cost_of(r[r <= d], d, o, h) * (r <= d).mean(),
     "This is Huber's loss with ½, as in many textbooks; this book's is r² up to δ.":
-        {"loss": lambda r, h: huber_loss(r, h) / 2},
+        {".sum() / ": ".sum() / 2 / "},
     "The distances are squared before Huber's loss.": lambda r, d, o, h: cost_of(r**2, d, o, h),
-    "This is the sum; divide it by N.": {"by": lambda r, o: 1},
+    "This is the sum; divide it by N.": {" / len(distances)": ""},
 }, tolerance=1e-9)
-def cost_of(distances, d_max, overlap_ratio, delta, *, kept=_closest, charged=np.minimum,
-            loss=huber_loss, by=lambda r, o: len(r)):
+def cost_of(distances, d_max, overlap_ratio, delta):
     """Trimmed, charged at most what stands on the gate, summed, divided by N."""
-    losses = loss(charged(kept(distances, overlap_ratio), d_max), delta)
-    return losses.sum() / by(distances, overlap_ratio)
+    kept = np.sort(distances)[:int(overlap_ratio * len(distances))]
+    return huber_loss(np.minimum(kept, d_max), delta).sum() / len(distances)
 
 
 def _look(T_first_scanner):
@@ -60,16 +57,16 @@ def _turned():
 
 
 @exercise("Find the bug", _turned, {
-    "The steps are in the wrong order: which one acts first?": {"chain": lambda dT, T: T @ dT},
-    "This is the last step alone; the answer is the product of all.": {"chain": lambda dT, T: dT},
-    "Each step is inverted; it maps source onto target.": {"chain": lambda dT, T: invert(dT) @ T},
+    "The steps are in the wrong order: which one acts first?": {"dT @ T": "T @ dT"},
+    "This is the last step alone; the answer is the product of all.": {"dT @ T": "dT"},
+    "Each step is inverted; it maps source onto target.": {"dT @ T": "np.linalg.inv(dT) @ T"},
 })
-def colleagues_icp(source, target, *, chain=lambda dT, T: dT @ T, rounds=30):
+def colleagues_icp(source, target):
     """Each step acts after all before it."""
     p, T, search = source, np.eye(3), Target(target).search
-    for _ in range(rounds):
+    for _ in range(30):
         dT = align(p, target[search.query(p)[0]])
-        p, T = apply(dT, p), chain(dT, T)
+        p, T = apply(dT, p), dT @ T
     return T
 
 
@@ -82,17 +79,20 @@ def colleagues_icp(source, target, *, chain=lambda dT, T: dT @ T, rounds=30):
         np.array([0.5, 0.5, 0.25, 0.1, 0.3, 0.2, 0.1, 0.1]), 0.25),
 }, {
     "They are exchanged: any holds first, both later.": lambda t, r, e: first_stops(t, r, e)[::-1],
-    "These are the first of each kind; both have to be small at once.": {"of": lambda t, r: (t, r)},
+    "These are the first of each kind; both have to be small at once.":
+        {"one <": "translation_steps <", "both <": "rotation_steps <"},
     "The second is where the later kind is small first; both have to be small at the same time.":
         lambda t, r, e: (first_stops(t, r, e)[0], max(np.argmax(t < e), np.argmax(r < e))),
     "These count from 1, not 0.": lambda t, r, e: tuple(one + 1 for one in first_stops(t, r, e)),
     "A step exactly at the limit is not small.": lambda t, r, e: first_stops(t, r, e * (1 + 1e-9)),
-    "The steps are added; hold each to the limit.": {"of": lambda t, r: (np.minimum(t, r), t + r)},
+    "The steps are added; hold each to the limit.":
+        {"both <": "translation_steps + rotation_steps <"},
 })
-def first_stops(translation_steps, rotation_steps, tolerance, *,
-                of=lambda t, r: (np.minimum(t, r), np.maximum(t, r))):
+def first_stops(translation_steps, rotation_steps, tolerance):
     """First iterations at which the smaller of the two, and the larger, is small."""
-    return tuple(int(np.argmax(s < tolerance)) for s in of(translation_steps, rotation_steps))
+    one = np.minimum(translation_steps, rotation_steps)
+    both = np.maximum(translation_steps, rotation_steps)
+    return np.argmax(one < tolerance), np.argmax(both < tolerance)
 
 
 @cache
@@ -120,20 +120,20 @@ def _end(p, q, T, gate):
     "The guess is not used: the first run starts from `T_init`.":
         lambda p, q, T, gates: match_through_gates(p, q, np.eye(3), gates),
     "The gates do not reach the runs: pass `IcpParameters(max_correspondence_distance=gate)`.":
-        {"run": lambda p, q, T, gate: icp(p, q, T).T_target_source},
+        {"_end(source, target, T, gate)": "icp(source, target, T).T_target_source"},
     "The ends are multiplied; a run returns the whole motion, its guess included.":
         lambda p, q, T, gates: match_through_gates(p, q, T, gates) @ _end(p, q, T, gates[0]),
     "The ends are multiplied; a run returns the whole motion, guess included.":
-        {"run": lambda p, q, T, gate: _end(p, q, T, gate) @ T},
+        {"T, gate)": "T, gate) @ T"},
     "Source and target are swapped: the newer scan is the source.":
         lambda p, q, T, gates: match_through_gates(q, p, T, gates),
-    "The guess comes back as it was: no run reaches it.": {"run": lambda p, q, T, gate: T},
+    "The guess comes back as it was: no run reaches it.": {"_end(source, target, T, gate)": "T"},
 }, tolerance=1e-9)
-def match_through_gates(source, target, T_init, gates, *, run=_end):
+def match_through_gates(source, target, T_init, gates):
     """Each run from where the last one ended."""
     T = T_init
     for gate in gates:
-        T = run(source, target, T, gate)
+        T = _end(source, target, T, gate)
     return T
 
 
@@ -155,20 +155,20 @@ def _errors():
 
 @exercise("How far the heading may be off", _errors, {
     "This asks how far a run went from its guess; ask how far its end is from the truth.":
-        {"small": lambda off, e: abs(wrap(off - e)) < np.radians(2)},
-    "A heading is held to 2 as if it were in degrees.": {"small": lambda off, e: abs(off) < 2},
+        {"abs(off)": "abs(wrap(off - errors))"},
+    "A heading is held to 2 as if it were in degrees.": {"np.radians(2)": "2"},
     "The error keeps its sign, so that a heading far to the right passes: take its size.":
-        {"small": lambda off, e: off < np.radians(2)},
+        {"abs(off)": "off"},
     "The errors are turned into radians once more; they are radians already.":
         lambda p, q, T, e, told: headings_that_work(p, q, T, np.radians(e), told),
-    "These are the headings' errors; asked for is a mask.": {"small": lambda off, e: off},
+    "These are the headings' errors; asked for is a mask.": {"abs(off) < np.radians(2)": "off"},
 })
-def headings_that_work(source, target, T_true, errors, parameters, *,
-                       small=lambda off, e: abs(off) < np.radians(2)):
+def headings_that_work(source, target, T_true, errors, parameters):
     """The error of the end, in either direction."""
     guesses = [T_true @ transform(0, 0, each) for each in errors]
     ends = np.array([icp(source, target, T, parameters).T_target_source for T in guesses])
-    return small(wrap(to_xytheta(ends)[:, 2] - to_xytheta(T_true)[2]), errors)
+    off = wrap(to_xytheta(ends)[:, 2] - to_xytheta(T_true)[2])
+    return abs(off) < np.radians(2)
 
 
 @exercise("The price of a lost pair", {
@@ -177,19 +177,17 @@ def headings_that_work(source, target, T_true, errors, parameters, *,
         np.array([0.3, 0.1, 0.8, 0.6]), np.array([0.2, 0.1, 0.4, 0.7]), 0.5),
 }, {
     "The cost charges nothing for a pair outside; charge it as if it stood on the gate.":
-        {"cost": lambda d, g: (d**2 * (d <= g)).mean()},
+        {"(np.minimum(d, gate) ** 2)": "(d**2 * (d <= gate))"},
     "The mean square is divided by all pairs; divide it by the pairs within the gate.":
-        {"square": lambda d, g: (d**2 * (d <= g)).mean()},
-    "The cost is not cut off at the gate.": {"cost": lambda d, g: (d**2).mean()},
+        {"(d[d <= gate] ** 2)": "(d**2 * (d <= gate))"},
+    "The cost is not cut off at the gate.": {"np.minimum(d, gate) ** 2": "d**2"},
     "The first is the change of the RMSE; asked for is that of the mean square.":
-        {"square": lambda d, g: (d[d <= g] ** 2).mean() ** 0.5},
-    "These are means of distances; asked for are means of their squares.":
-        {"square": lambda d, g: d[d <= g].mean(), "cost": lambda d, g: np.minimum(d, g).mean()},
-    "These are sums; asked for are means.":
-        {"square": lambda d, g: (d[d <= g] ** 2).sum(),
-         "cost": lambda d, g: (np.minimum(d, g) ** 2).sum()},
+        {"(d[d <= gate] ** 2).mean()": "(d[d <= gate] ** 2).mean() ** 0.5"},
+    "These are means of distances; asked for are means of their squares.": {" ** 2": ""},
+    "These are sums; asked for are means.": {".mean()": ".sum()"},
 }, tolerance=1e-9)
-def change_of_both(before, after, gate, *, square=lambda d, g: (d[d <= g] ** 2).mean(),
-                   cost=lambda d, g: (np.minimum(d, g) ** 2).mean()):
+def change_of_both(before, after, gate):
     """After minus before."""
-    return tuple(of(after, gate) - of(before, gate) for of in (square, cost))
+    squares = [(d[d <= gate] ** 2).mean() for d in (before, after)]
+    costs = [(np.minimum(d, gate) ** 2).mean() for d in (before, after)]
+    return squares[1] - squares[0], costs[1] - costs[0]

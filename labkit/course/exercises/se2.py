@@ -27,13 +27,13 @@ def put(T, R=None, t=None):
     "The inverse is missing: in `T_w_k @ T_w_k1` letters `k` and `w` meet.": lambda k, k1: k @ k1,
     "The inverse is missing, and the order is wrong: `T_w_k1 @ T_w_k`.": lambda k, k1: k1 @ k,
     "The (3, 3) is transposed; that inverts a rotation, not a transform.": lambda k, k1: k.T @ k1,
-    "The translation is along the *world's* axes, not the robot's.": {"turned": lambda R, t: t},
-    "The translation is turned by R; to the robot it is Rᵀ.": {"turned": lambda R, t: R @ t},
+    "The translation is along the *world's* axes, not the robot's.": {"R.T @ moved": "moved"},
+    "The translation is turned by R; to the robot it is Rᵀ.": {"R.T @ moved": "R @ moved"},
 })
-def motion_between(T_w_k, T_w_k1, *, turned=lambda R, t: R.T @ t):
+def motion_between(T_w_k, T_w_k1):
     """Positions are turned into the older frame, headings subtracted."""
-    R = T_w_k[:2, :2]
-    return put(np.eye(3), R.T @ T_w_k1[:2, :2], turned(R, T_w_k1[:2, 2] - T_w_k[:2, 2]))
+    R, moved = T_w_k[:2, :2], T_w_k1[:2, 2] - T_w_k[:2, 2]
+    return put(np.eye(3), R.T @ T_w_k1[:2, :2], R.T @ moved)
 
 
 @exercise("Turn about a point", {
@@ -72,18 +72,19 @@ def _two_looks():
     "`labkit.IcpParameters`, and these are the `parameters=`.":
         lambda p, q, gate: match_and_count(p, q, IcpParameters().max_correspondence_distance),
     "The first number is `fitness`, the share that was kept; the count is `inlier_count`.":
-        {"give": lambda run: (run.fitness, run.inlier_rmse)},
+        {"run.inlier_count": "run.fitness"},
     "Source and target are swapped: the newer scan is the source.":
         lambda p, q, gate: match_and_count(q, p, gate),
     "The first number counts all points; asked for are those that were kept.":
         lambda p, q, gate: (len(p), match_and_count(p, q, gate)[1]),
     "The gate is squared; it is in metres.": lambda p, q, gate: match_and_count(p, q, gate**2),
     "The second number is the mean square; asked for is its root.":
-        {"give": lambda run: (run.inlier_count, run.inlier_rmse**2)},
+        {"run.inlier_rmse": "run.inlier_rmse**2"},
 })
-def match_and_count(source, target, gate, *, give=lambda run: (run.inlier_count, run.inlier_rmse)):
+def match_and_count(source, target, gate):
     """Both numbers stand in the result."""
-    return give(icp(source, target, parameters=IcpParameters(max_correspondence_distance=gate)))
+    run = icp(source, target, parameters=IcpParameters(max_correspondence_distance=gate))
+    return run.inlier_count, run.inlier_rmse
 
 
 @exercise("Turns harm the far points", {
@@ -94,21 +95,20 @@ def match_and_count(source, target, gate, *, give=lambda run: (run.inlier_count,
         np.array([0.06, 0.05, 0.3, 0.1, 0.4, 0.02, 0.03, 0.5]),
         np.array([1.4, 1.2, 1.0, 11.0, 20.2, 2.0, 30.2, 60.0])),
 }, {
-    "These are counts; a share is the mean of the mask.": {"share": np.sum},
-    "The shares are of all points; divide by each half.": {"share": lambda wrong: wrong.mean() / 2},
+    "These are counts; a share is the mean of the mask.": {".mean()": ".sum()"},
+    "The shares are of all points; divide by each half.": {".mean()": ".mean() / 2"},
     "The halves part at the *mean* range; half of the points lie on either side of the median.":
-        {"far": lambda off, r: r > r.mean()},
+        {"np.median(ranges)": "ranges.mean()"},
     "The halves part in the middle between the smallest and the largest range; take the median.":
-        {"far": lambda off, r: r > (r.min() + r.max()) / 2},
-    "A point exactly 0.10 m off counts as wrong; only those above are.": {"limit": 0.1 - 1e-9},
+        {"np.median(ranges)": "(ranges.min() + ranges.max()) / 2"},
+    "A point exactly 0.10 m off counts as wrong; only those above are.": {"> 0.1": ">= 0.1"},
     "These are means of `off`; asked for is the share above 0.10 m.":
         lambda off, r: (off[r <= np.median(r)].mean(), off[r > np.median(r)].mean()),
 })
-def wrong_near_and_far(off, ranges, *, far=lambda off, r: r > np.median(r), share=np.mean,
-                       limit=0.1):
+def wrong_near_and_far(off, ranges):
     """The median parts the points in halves."""
-    beyond = far(off, ranges)
-    return share(off[~beyond] > limit), share(off[beyond] > limit)
+    far, wrong = ranges > np.median(ranges), off > 0.1
+    return wrong[~far].mean(), wrong[far].mean()
 
 
 @cache
@@ -123,23 +123,22 @@ def _three_turns():
 
 @exercise("Your first loop", _three_turns, {
     "The step is composed on the wrong side, `T @ dT`. It was estimated in the target's frame, so "
-    "it acts after `T`: `dT @ T`.": {"update": lambda dT, T: T @ dT},
-    "The pairs are those of the unmoved points: move them by `T` first.": {"move": lambda T, p: p},
-    "This is the last step alone, `T = dT`; chain them, `dT @ T`.": {"update": lambda dT, T: dT},
+    "it acts after `T`: `dT @ T`.": {"dT @ T": "T @ dT"},
+    "The pairs are those of the unmoved points: move them by `T` first.":
+        {"apply(T, source)": "source"},
+    "This is the last step alone, `T = dT`; chain them, `dT @ T`.": {"dT @ T": "dT"},
     "Source and target are swapped in `align`: it maps its first points onto its second.":
-        {"update": lambda dT, T: invert(dT) @ T},
+        {"dT @ T": "invert(dT) @ T"},
     "The guess is not used: begin with `T = T_init`.": lambda p, q, T: icp_by_hand(p, q, np.eye(3)),
-    "This is one round; asked for are fifteen.": {"rounds": 1},
-    "R of the step is transposed.": {"update": lambda dT, T: put(dT, dT[:2, :2].T) @ T},
+    "This is one round; asked for are fifteen.": {"range(15)": "range(1)"},
+    "R of the step is transposed.": {"dT @ T": "put(dT, dT[:2, :2].T) @ T"},
     "This is the motion since the guess alone.": lambda p, q, T: icp_by_hand(p, q, T) @ invert(T),
 }, tolerance=0.02)
-def icp_by_hand(source, target, T_init, *, update=lambda dT, T: dT @ T, move=apply, rounds=15,
-                gate=lambda d: np.inf):
+def icp_by_hand(source, target, T_init):
     """Each loop that converges ends within the tolerance of this one."""
     T, search = T_init, Target(target).search
-    for _ in range(rounds):
-        moved = move(T, source)
-        index, d = search.query(moved)
-        near = d <= gate(d)
-        T = update(align(moved[near], target[index[near]]), T)
+    for _ in range(15):
+        moved = apply(T, source)
+        dT = align(moved, target[search.query(moved)[0]])
+        T = dT @ T
     return T

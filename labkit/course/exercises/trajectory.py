@@ -35,22 +35,25 @@ def lever_error(D, epsilon):
     "a path across ±180°": (np.array([(-1.0, 3.0, 2.6), (-1.9, 3.2, 3.0), (-2.8, 3.0, -2.9)]),),
 }, {
     "The positions are shifted, and still measured along the world's axes: turn them by the first "
-    "heading.": {"way": 0},
-    "The positions are turned the wrong way: into the robot's frame it is R(−ψ).": {"way": 1},
+    "heading.": {" @ se2.rotation(-poses[0, 2]).T": ""},
+    "The positions are turned the wrong way: into the robot's frame it is R(−ψ).":
+        {"rotation(-": "rotation("},
     "The positions are right; the headings are still those in the world.":
         lambda p: np.column_stack([seen_from_first(p)[:, :2], p[:, 2]]),
-    "The headings are shifted, but not wrapped to (−π, π].": {"heading": np.array},
-    "The headings lie in [0, 2π), not in (−π, π].": {"heading": lambda angle: angle % (2 * np.pi)},
-    "The positions are turned, but not shifted: take the first position off.": {"shift": 0},
+    "The headings are shifted, but not wrapped to (−π, π].": {"se2.wrap(turned)": "turned"},
+    "The headings lie in [0, 2π), not in (−π, π].": {"se2.wrap(turned)": "turned % (2 * np.pi)"},
+    "The positions are turned, but not shifted: take the first position off.":
+        {" - poses[0, :2]": ""},
     "The first pose is subtracted as it is; its heading turns the axes, too.": lambda p: p - p[0],
-    "The positions are still in the world; only the headings are shifted.": {"way": 0, "shift": 0},
+    "The positions are still in the world; only the headings are shifted.":
+        {"away @ se2.rotation(-poses[0, 2]).T": "poses[:, :2]"},
     "The product is in the wrong order: the first pose's inverse stands on the left.":
         lambda p: se2.to_xytheta(se2.from_xytheta(p) @ se2.invert(se2.from_xytheta(p[0]))),
 })
-def seen_from_first(poses, *, way=-1, heading=se2.wrap, shift=1):
+def seen_from_first(poses):
     """Shifted, turned back, wrapped."""
-    away, first = poses[:, :2] - shift * poses[0, :2], poses[0, 2]
-    return np.column_stack([away @ se2.rotation(way * first).T, heading(poses[:, 2] - first)])
+    away, turned = poses[:, :2] - poses[0, :2], poses[:, 2] - poses[0, 2]
+    return np.column_stack([away @ se2.rotation(-poses[0, 2]).T, se2.wrap(turned)])
 
 
 @exercise("The guess from the key scan", {
@@ -67,12 +70,12 @@ def seen_from_first(poses, *, way=-1, heading=se2.wrap, shift=1):
     "The numbers are added; the step has to be turned by the robot's heading.":
         lambda T, s: se2.from_xytheta(se2.to_xytheta(T) + s),
     "The turn of the step is missing.": lambda T, s: guess_from_key(T, s * (1, 1, 0)),
-    "The step is turned the wrong way: by R(−ψ) instead of R(ψ).": {"way": -1},
+    "The step is turned the wrong way: by R(−ψ) instead of R(ψ).": {"math.sin": "-math.sin"},
 })
-def guess_from_key(T_key_before, step, *, way=1):
+def guess_from_key(T_key_before, step):
     """The coordinates of (5.2)."""
     (x, y, heading), (dx, dy, turn) = se2.to_xytheta(T_key_before), step
-    c, s = math.cos(heading), way * math.sin(heading)
+    c, s = math.cos(heading), math.sin(heading)
     return se2.transform(x + c * dx - s * dy, y + s * dx + c * dy, heading + turn)
 
 
@@ -82,23 +85,24 @@ def guess_from_key(T_key_before, step, *, way=1):
     "a robot that has turned left": (se2.transform(0.5, 0.1, 0.21), 2.0, math.radians(15.0)),
     "a robot that has turned right": (se2.transform(0.6, -0.1, -0.35), 2.0, math.radians(15.0)),
 }, {
-    "A robot that turns to the right has a negative angle: take |Δψ|.": {"angle": float},
-    "Only Δx with its sign is looked at; a robot also backs.": {"length": lambda x, y: x},
+    "A robot that turns to the right has a negative angle: take |Δψ|.": {"abs(psi)": "psi"},
+    "Only Δx with its sign is looked at; a robot also backs.": {"math.hypot(x, y)": "x"},
     "Δx with its sign, and the angle with its sign: a robot backs, and turns to the right.":
-        {"length": lambda x, y: x, "angle": float},
-    "Only |Δx| is looked at; a robot moves aside, too.": {"length": lambda x, y: abs(x)},
-    "Δx and Δy are added; the way is their length.": {"length": lambda x, y: abs(x) + abs(y)},
-    "Take the larger share, not the sum.": {"choose": lambda way, turn: way + turn},
-    "This is the smaller share; the larger one decides.": {"choose": min},
-    "This is the mean; the larger share decides.": {"choose": lambda way, turn: (way + turn) / 2},
-    "The angle is in degrees and its limit in radians.": {"angle": lambda a: math.degrees(abs(a))},
-    "Only the way is looked at.": {"choose": lambda way, turn: way},
-    "Only the turn is looked at.": {"choose": lambda way, turn: turn},
+        {"math.hypot(x, y)": "x", "abs(psi)": "psi"},
+    "Only |Δx| is looked at; a robot moves aside, too.": {"math.hypot(x, y)": "abs(x)"},
+    "Δx and Δy are added; the way is their length.": {"math.hypot(x, y)": "(abs(x) + abs(y))"},
+    "Take the larger share, not the sum.": {"max(way, turned)": "way + turned"},
+    "This is the smaller share; the larger one decides.": {"max": "min"},
+    "This is the mean; the larger share decides.": {"max(way, turned)": "(way + turned) / 2"},
+    "The angle is in degrees and its limit in radians.": {"abs(psi)": "math.degrees(abs(psi))"},
+    "Only the way is looked at.": {"max(way, turned)": "way"},
+    "Only the turn is looked at.": {"max(way, turned)": "turned"},
 })
-def key_used_up(T_key_now, reach, turn, *, length=math.hypot, angle=abs, choose=max):
+def key_used_up(T_key_now, reach, turn):
     """The larger share."""
     x, y, psi = se2.to_xytheta(T_key_now)
-    return choose(length(x, y) / reach, angle(psi) / turn)
+    way, turned = math.hypot(x, y) / reach, abs(psi) / turn
+    return max(way, turned)
 
 
 @exercise("The error of an edge", {
@@ -110,22 +114,24 @@ def key_used_up(T_key_now, reach, turn, *, length=math.hypot, angle=abs, choose=
         (0.5, 1.0, -3.0), (-0.6, 1.4, 0.1), (0.9, 0.1, -0.2)))),
 }, {
     "The displacement is still measured along the world's axes: turn it by R(ψ_i)ᵀ.":
-        {"shift": lambda i, j, z: j[:2] - i[:2] - z[:2]},
+        {"se2.rotation(-pose_i[2]) @ (x, y)": "(x, y)"},
     "The displacement is turned the wrong way: into the frame of pose i it is R(ψ_i)ᵀ.":
-        {"shift": lambda i, j, z: se2.rotation(i[2]) @ (j - i)[:2] - z[:2]},
+        {"-pose_i[2]": "pose_i[2]"},
     "The displacement is turned by the heading of pose j; the edge is measured from pose i.":
-        {"shift": lambda i, j, z: se2.rotation(-j[2]) @ (j - i)[:2] - z[:2]},
-    "The angle may be a whole turn off: wrap it.": {"turn": lambda i, j, z: (j - i - z)[2]},
-    "The angle is in [0, 2π), not (−π, π].": {"turn": lambda i, j, z: (j - i - z)[2] % (2 * np.pi)},
+        {"-pose_i[2]": "-pose_j[2]"},
+    "The angle may be a whole turn off: wrap it.": {"se2.wrap(": "("},
+    "The angle is in [0, 2π), not (−π, π].":
+        {"se2.wrap(turn - measured[2])": "(turn - measured[2]) % (2 * np.pi)"},
     "Only the difference of the headings is wrapped; wrap the error itself.":
-        {"turn": lambda i, j, z: se2.wrap((j - i)[2]) - z[2]},
+        {"turn - measured[2])": "turn) - measured[2]"},
     "This is the prediction; subtract what it measured.": lambda i, j, z: edge_error(i, j, 0 * z),
     "The measurement is turned with the displacement; it is in the frame of pose i already.":
-        {"shift": lambda i, j, z: se2.rotation(-i[2]) @ (j - i - z)[:2]},
+        {"(x, y) - measured[:2]": "((x, y) - measured[:2])"},
     "The error is measured along the world's axes; turn it into the frame of pose i.":
-        {"shift": lambda i, j, z: (j - i)[:2] - se2.rotation(i[2]) @ z[:2]},
+        {"se2.rotation(-pose_i[2]) @ (x, y) -": "(x, y) - se2.rotation(pose_i[2]) @"},
 })
-def edge_error(pose_i, pose_j, measured, *, turn=lambda i, j, z: se2.wrap((j - i - z)[2]),
-               shift=lambda i, j, z: se2.rotation(-i[2]) @ (j - i)[:2] - z[:2]):
+def edge_error(pose_i, pose_j, measured):
     """In the frame of pose i."""
-    return np.append(shift(pose_i, pose_j, measured), turn(pose_i, pose_j, measured))
+    x, y, turn = pose_j - pose_i
+    shift = se2.rotation(-pose_i[2]) @ (x, y) - measured[:2]
+    return np.append(shift, se2.wrap(turn - measured[2]))

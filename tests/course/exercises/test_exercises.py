@@ -11,7 +11,7 @@ from answers import RIGHT, WRONG
 from IPython.core.inputtransformer2 import TransformerManager
 
 from labkit.course.exercises import check, exercises
-from labkit.course.exercises.exercise import Exercise
+from labkit.course.exercises.exercise import Exercise, edited
 from labkit.errors import InvalidParameterError
 
 FOLDER = Path(__file__).parents[3] / "notebooks"
@@ -110,6 +110,11 @@ def test_a_function_may_change_its_arguments(monkeypatch):
     exercise = Exercise("F", lambda numbers: numbers[-1], lambda: cases, {}, 1e-6)
     monkeypatch.setitem(exercises(), "f", exercise)
     assert checked("f", lambda numbers: numbers.pop()).passed
+
+
+def test_an_edit_of_what_the_right_function_does_not_hold_is_told():
+    with pytest.raises(AssertionError, match="turn_about does not hold 'sin', which a mistake"):
+        edited(EXERCISES["turn_about"].right, {"sin": "cos"})
 
 
 @pytest.mark.parametrize(
