@@ -113,9 +113,9 @@ def _walls():
     "ℓ² is a mean: divide the sum of the squares by N.":
         {"/ p.var(0).sum()": "/ p.var(0).sum() / len(p)"},
     "The noise is divided by N; that of a mean falls with the root of N.":
-        lambda p, s: std_of_translation(p, s / len(p) ** 0.5),
+        {"len(p) ** 0.5": "len(p)"},
     "The noise is not divided by the root of N: the centroid is a mean of N points.":
-        lambda p, s: std_of_translation(p, s * len(p) ** 0.5),
+        {"sigma / len(p) ** 0.5": "sigma"},
 }, tolerance=1e-8)
 def std_of_translation(p, sigma):
     """By (2.10)."""

@@ -44,11 +44,11 @@ def _sharing():
     "This asks whether a *target* point's partner leads back to it; begin with the source point.":
         lambda p, q: mutual_pairs(q, p),
     "This asks whether a partner is nobody else's. A far point can have one, too; search back.":
-        {"back[there] == np.arange(len(p))": "(there[:, None] == there).sum(1) == 1"},
+        {"rows == back[there]": "(there[:, None] == there).sum(1) == 1"},
     "`back[there]` is a source point: compare it with the one that it began with, not its partner.":
-        {"np.arange(len(p))": "there"},
+        {"rows == back": "there == back"},
     "`there` and `back` are compared entry by entry; they count different points.":
-        {"back[there] == np.arange(len(p))": "there == back"},
+        {"rows == back[there]": "there == back"},
     "These are the indices of the mutual points; asked for is a mask, one entry a point.":
         lambda p, q: np.flatnonzero(mutual_pairs(p, q)),
 })
@@ -56,7 +56,8 @@ def mutual_pairs(p, q):
     """From the table of all distances."""
     gaps = np.hypot(*(p[:, None] - q).transpose(2, 0, 1))
     there, back = gaps.argmin(axis=1), gaps.argmin(axis=0)
-    return back[there] == np.arange(len(p))
+    rows = np.arange(len(p))
+    return rows == back[there]
 
 
 def _beams():
@@ -69,8 +70,8 @@ def _beams():
 
 @exercise("Search among nearby beams", _beams, {
     "The window is counted in rows. Beams without a return are missing from the points, so compare "
-    "`beams_p` with `beams_q`.": lambda p, q, a, b, w: nearest_in_window(
-        p, q, np.arange(len(p)), np.arange(len(q)), w),
+    "`beams_p` with `beams_q`.":
+        {"beams_q - beams_p[:, None]": "np.arange(len(q)) - np.arange(len(p))[:, None]"},
     "A beam exactly `width` away is inside the window.": {"<= width": "< width"},
     "The window has no effect: it is the nearest of all.": {"<= width": ">= 0"},
     "Where the window is empty the answer is −1; `argmin` says 0.": {"-1": "0"},
@@ -78,12 +79,13 @@ def _beams():
         {"= abs(": "= ("},
     "The window is half as wide: `width` counts to either side.": {"<= width": "<= width / 2"},
     "These are beams; asked for are the rows of `q`.":
-        lambda p, q, a, b, w: np.where((i := nearest_in_window(p, q, a, b, w)) < 0, -1, b[i]),
+        {"squares.argmin(axis=1)": "beams_q[squares.argmin(axis=1)]"},
     "This is the nearest *beam* in the window; asked for is the nearest point.":
-        lambda p, q, a, b, w: np.where((gap := abs(a[:, None] - b)).min(1) <= w, gap.argmin(1), -1),
+        {"np.square(p[:, None] - q).sum(axis=2)": "abs(beams_q - beams_p[:, None])"},
     "The nearest point is sought first and dropped if it lies outside; seek inside the window.":
-        lambda p, q, a, b, w: np.where(
-            abs(a - b[(i := nearest_in_window(p, q, a, b, 99))]) <= w, i, -1),
+        {"np.where(inside, np.square(p[:, None] - q).sum(axis=2), np.inf)":
+         "np.square(p[:, None] - q).sum(axis=2)",
+         "inside.any(axis=1)": "inside[np.arange(len(p)), squares.argmin(axis=1)]"},
 })
 def nearest_in_window(p, q, beams_p, beams_q, width):
     """Infinite distances outside the window."""
@@ -156,7 +158,7 @@ def _behind_a_mast(T, rng):
     "This is the largest error; asked for is the median.": {"np.median": "np.max"},
     "Source and target are swapped: the newer scan is the source.": {"for a, b in": "for b, a in"},
     "This is the length of the motion found; its error is held against `T_true`.":
-        lambda pairs, T, f: typical_error(pairs, np.eye(3), f),
+        {"se2.relative(T_true, ends)": "ends"},
 })
 def typical_error(pairs, T_true, clean):
     """The median is not moved by a match that fails."""

@@ -41,16 +41,16 @@ def _figures():
     "The threshold is taken from all matches; the false alarms are among the good.":
         {"quantile(good": "quantile(np.append(good, bad)"},
     "The second number is the share of all matches; asked is that of the bad.":
-        {"bad > limit": "np.append(good, bad) > limit"},
-    "The second is the share *not* caught.": {"bad > limit": "bad <= limit"},
+        {"bad > least": "np.append(good, bad) > least"},
+    "The second is the share *not* caught.": {"bad > least": "bad <= least"},
     "The second is a count; give a share.": {".mean()": ".sum()"},
     "The share is taken as a percentage: `np.percentile` takes 100 times what `np.quantile` takes.":
         {"np.quantile": "np.percentile"},
 }, tolerance=0.02)  # each threshold that parts the good ones so is right
 def caught_share(good, bad, alarms):
     """A quantile of the good ones."""
-    limit = np.quantile(good, 1 - alarms)
-    return limit, (bad > limit).mean()
+    least = np.quantile(good, 1 - alarms)
+    return least, (bad > least).mean()
 
 
 def _path(steps, chain=lambda T, step: T @ step):

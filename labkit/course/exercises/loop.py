@@ -36,7 +36,8 @@ R = np.array([0.9, 0.02, 0.3, 0.05, 2.0, 0.6, 0.15, 0.01, 0.4, 0.08, 0.7])
         lambda r, d, o, h: cost_of(r[r <= d], d, o, h) * (r <= d).mean(),
     "This is Huber's loss with ½, as in many textbooks; this book's is r² up to δ.":
         {".sum() / ": ".sum() / 2 / "},
-    "The distances are squared before Huber's loss.": lambda r, d, o, h: cost_of(r**2, d, o, h),
+    "The distances are squared before Huber's loss.":
+        {"np.sort(distances)": "np.sort(distances**2)"},
     "This is the sum; divide it by N.": {" / len(distances)": ""},
 }, tolerance=1e-9)
 def cost_of(distances, d_max, overlap_ratio, delta):
@@ -113,12 +114,10 @@ def _end(p, q, T, gate):
 
 @exercise("Start wide, end narrow", _two_gates, {
     "Each run starts from the first guess again; start it from where the last one ended.":
-        lambda p, q, T, gates: _end(p, q, T, gates[-1]),
-    "The narrow gate comes first; take the gates in their order.":
-        lambda p, q, T, gates: match_through_gates(p, q, T, gates[::-1]),
-    "Only the first gate: is `return` in the loop?": lambda p, q, T, gates: _end(p, q, T, gates[0]),
-    "The guess is not used: the first run starts from `T_init`.":
-        lambda p, q, T, gates: match_through_gates(p, q, np.eye(3), gates),
+        {"target, T, gate": "target, T_init, gate"},
+    "The narrow gate comes first; take the gates in their order.": {"in gates": "in gates[::-1]"},
+    "Only the first gate: is `return` in the loop?": {"T = _end": "return _end"},
+    "The guess is not used: the first run starts from `T_init`.": {"T = T_init": "T = np.eye(3)"},
     "The gates do not reach the runs: pass `IcpParameters(max_correspondence_distance=gate)`.":
         {"_end(source, target, T, gate)": "icp(source, target, T).T_target_source"},
     "The ends are multiplied; a run returns the whole motion, its guess included.":
@@ -126,7 +125,7 @@ def _end(p, q, T, gate):
     "The ends are multiplied; a run returns the whole motion, guess included.":
         {"T, gate)": "T, gate) @ T"},
     "Source and target are swapped: the newer scan is the source.":
-        lambda p, q, T, gates: match_through_gates(q, p, T, gates),
+        {"_end(source, target": "_end(target, source"},
     "The guess comes back as it was: no run reaches it.": {"_end(source, target, T, gate)": "T"},
 }, tolerance=1e-9)
 def match_through_gates(source, target, T_init, gates):
@@ -160,7 +159,7 @@ def _errors():
     "The error keeps its sign, so that a heading far to the right passes: take its size.":
         {"abs(off)": "off"},
     "The errors are turned into radians once more; they are radians already.":
-        lambda p, q, T, e, told: headings_that_work(p, q, T, np.radians(e), told),
+        {"for each in errors": "for each in np.radians(errors)"},
     "These are the headings' errors; asked for is a mask.": {"abs(off) < np.radians(2)": "off"},
 })
 def headings_that_work(source, target, T_true, errors, parameters):

@@ -70,14 +70,14 @@ def _two_looks():
 @exercise("A gate and what it reports", _two_looks, {
     "The gate does not reach the run: it is `max_correspondence_distance` of "
     "`labkit.IcpParameters`, and these are the `parameters=`.":
-        lambda p, q, gate: match_and_count(p, q, IcpParameters().max_correspondence_distance),
+        {"max_correspondence_distance=gate": ""},
     "The first number is `fitness`, the share that was kept; the count is `inlier_count`.":
         {"run.inlier_count": "run.fitness"},
     "Source and target are swapped: the newer scan is the source.":
-        lambda p, q, gate: match_and_count(q, p, gate),
+        {"icp(source, target": "icp(target, source"},
     "The first number counts all points; asked for are those that were kept.":
-        lambda p, q, gate: (len(p), match_and_count(p, q, gate)[1]),
-    "The gate is squared; it is in metres.": lambda p, q, gate: match_and_count(p, q, gate**2),
+        {"run.inlier_count": "len(source)"},
+    "The gate is squared; it is in metres.": {"=gate": "=gate**2"},
     "The second number is the mean square; asked for is its root.":
         {"run.inlier_rmse": "run.inlier_rmse**2"},
 })
@@ -102,13 +102,12 @@ def match_and_count(source, target, gate):
     "The halves part in the middle between the smallest and the largest range; take the median.":
         {"np.median(ranges)": "(ranges.min() + ranges.max()) / 2"},
     "A point exactly 0.10 m off counts as wrong; only those above are.": {"> 0.1": ">= 0.1"},
-    "These are means of `off`; asked for is the share above 0.10 m.":
-        lambda off, r: (off[r <= np.median(r)].mean(), off[r > np.median(r)].mean()),
+    "These are means of `off`; asked for is the share above 0.10 m.": {"off > 0.1": "off"},
 })
 def wrong_near_and_far(off, ranges):
     """The median parts the points in halves."""
-    far, wrong = ranges > np.median(ranges), off > 0.1
-    return wrong[~far].mean(), wrong[far].mean()
+    beyond, wrong = ranges > np.median(ranges), off > 0.1
+    return wrong[~beyond].mean(), wrong[beyond].mean()
 
 
 @cache
@@ -129,10 +128,10 @@ def _three_turns():
     "This is the last step alone, `T = dT`; chain them, `dT @ T`.": {"dT @ T": "dT"},
     "Source and target are swapped in `align`: it maps its first points onto its second.":
         {"dT @ T": "invert(dT) @ T"},
-    "The guess is not used: begin with `T = T_init`.": lambda p, q, T: icp_by_hand(p, q, np.eye(3)),
+    "The guess is not used: begin with `T = T_init`.": {"T_init, Target": "np.eye(3), Target"},
     "This is one round; asked for are fifteen.": {"range(15)": "range(1)"},
     "R of the step is transposed.": {"dT @ T": "put(dT, dT[:2, :2].T) @ T"},
-    "This is the motion since the guess alone.": lambda p, q, T: icp_by_hand(p, q, T) @ invert(T),
+    "This is the motion since the guess alone.": {"return T": "return T @ invert(T_init)"},
 }, tolerance=0.02)
 def icp_by_hand(source, target, T_init):
     """Each loop that converges ends within the tolerance of this one."""

@@ -39,7 +39,7 @@ def lever_error(D, epsilon):
     "The positions are turned the wrong way: into the robot's frame it is R(−ψ).":
         {"rotation(-": "rotation("},
     "The positions are right; the headings are still those in the world.":
-        lambda p: np.column_stack([seen_from_first(p)[:, :2], p[:, 2]]),
+        {"se2.wrap(turned)": "poses[:, 2]"},
     "The headings are shifted, but not wrapped to (−π, π].": {"se2.wrap(turned)": "turned"},
     "The headings lie in [0, 2π), not in (−π, π].": {"se2.wrap(turned)": "turned % (2 * np.pi)"},
     "The positions are turned, but not shifted: take the first position off.":
