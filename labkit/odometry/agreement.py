@@ -32,13 +32,7 @@ def seen_through(bearing: FloatArray, end: FloatArray, target: FloatArray, T: Fl
         dx, dy = target[i, 0] - T[0, 2], target[i, 1] - T[1, 2]
         x, y = T[0, 0] * dx + T[1, 0] * dy, T[0, 1] * dx + T[1, 1] * dy
         angle, distance = math.atan2(y, x), math.hypot(x, y)
-        low, right = 0, count  # the first beam whose bearing is at least the angle
-        while low < right:
-            middle = (low + right) // 2
-            if bearing[middle] < angle:
-                low = middle + 1
-            else:
-                right = middle
+        right = np.searchsorted(bearing, angle)  # the first beam at this bearing or beyond
         if right in (0, count) or bearing[right] - bearing[right - 1] >= GAP:
             continue
         if distance < min(end[right], end[right - 1]) - CLEARANCE:

@@ -14,6 +14,7 @@ import numpy as np
 
 from labkit.arrays import FloatArray
 from labkit.correspondences import MIN_PAIRS
+from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import apply, from_xytheta, invert
 from labkit.target import Target
@@ -39,20 +40,16 @@ class LocalMap:
     def add(self, scan: Scan, increment: FloatArray, *, matched: bool) -> None:
         """Take the newest scan, one `increment` (Δx, Δy, Δψ) on."""
         self.T_target_last = self.T_target_last @ from_xytheta(increment)
+        moved, turned = step_length(np.eye(3), self.T_target_last)
         if len(scan) < MIN_PAIRS:
             return
         if self.target is None:
             self.target = self._thinned(scan)
-        elif self.last_scan or not matched or self._is_far():
+        elif self.last_scan or not matched or moved > KEY_DISTANCE or turned > KEY_ROTATION:
             self.target = self._with_key(self.target, self._thinned(scan))
         else:
             return
         self.T_target_last = np.eye(3)
-
-    def _is_far(self) -> bool:
-        (c, _, x), (s, _, y), _ = self.T_target_last.tolist()
-        moved, turned = math.hypot(x, y), abs(math.atan2(s, c))
-        return moved > KEY_DISTANCE or turned > KEY_ROTATION
 
     def _thinned(self, scan: Scan) -> Target:
         """A key scan: of each cell the first point, with the normal among all points."""
