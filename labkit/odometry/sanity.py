@@ -46,11 +46,7 @@ class SanityLimits:
 
 
 def complaints(
-    increment: FloatArray,
-    inlier_ratio: float,
-    rmse: float,
-    limits: SanityLimits,
-    prior: FloatArray | None = None,
+    increment: FloatArray, inlier_ratio: float, rmse: float, limits: SanityLimits
 ) -> list[str]:
     """Reasons to reject a match; empty if there is none. NaN never passes."""
     x, y, turn = increment.tolist()
@@ -59,18 +55,24 @@ def complaints(
         found.append(f"translation {moved:.2f} m > {limits.max_translation:.2f} m")
     if not abs(turn) <= limits.max_rotation:
         found.append(f"rotation {_degrees(turn)} > {_degrees(limits.max_rotation)}")
-    if prior is not None:
-        prior_x, prior_y, prior_turn = prior.tolist()
-        apart = math.hypot(x - prior_x, y - prior_y)
-        turned, most = math.remainder(turn - prior_turn, math.tau), limits.max_prior_rotation
-        if not apart <= limits.max_prior_translation:
-            found.append(f"{apart:.2f} m from the prior > {limits.max_prior_translation:.2f} m")
-        if not abs(turned) <= most:
-            found.append(f"{_degrees(turned)} from the prior > {_degrees(most)}")
     if not inlier_ratio >= limits.min_inlier_ratio:
         found.append(f"inlier ratio {inlier_ratio:.3f} < {limits.min_inlier_ratio:.3f}")
     if not rmse <= limits.max_rmse:
         found.append(f"RMSE {rmse:.3f} m > {limits.max_rmse:.3f} m")
+    return found
+
+
+def conflicts(increment: FloatArray, prior: FloatArray | None, limits: SanityLimits) -> list[str]:
+    """How far a match lies from the prior, where that is too far; empty without a prior."""
+    if prior is None:
+        return []
+    x, y, turn = (increment - prior).tolist()
+    turn, most = math.remainder(turn, math.tau), limits.max_prior_rotation
+    found = []
+    if not (apart := math.hypot(x, y)) <= limits.max_prior_translation:
+        found.append(f"{apart:.2f} m from the prior > {limits.max_prior_translation:.2f} m")
+    if not abs(turn) <= most:
+        found.append(f"{_degrees(turn)} from the prior > {_degrees(most)}")
     return found
 
 

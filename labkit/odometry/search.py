@@ -1,10 +1,10 @@
 """Correlative search for the pose of a scan over a window of poses [1]_.
 
 ICP finds the answer that is nearest to its guess. Without wheels the guess is often nearer to
-another one. So the search tries all poses of a window, from coarse to fine. A table, made once
-per target, says for each place how near the target's points are; a pose's score is the mean
-over the source's points. The coarse table holds the best value within half a coarse step, so a
-coarse score is at least as high as that of any fine pose around it, as in branch and bound [2]_.
+another one. So the search tries all poses of a window, from coarse to fine. A table says for
+each place how near the target's points are; a pose's score is the mean over the source's points.
+The coarse table holds the best value within half a coarse step, so a coarse score is at least
+as high as that of any fine pose around it, as in branch and bound [2]_.
 
 Scans leave some motions open: along a corridor any motion fits, and where two places look
 alike, both fit. Wheels tell the right one; without wheels, one of the last few motions does.
@@ -20,7 +20,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from weakref import WeakKeyDictionary
 
 import numpy as np
 import scipy  # its parts are loaded when they are used
@@ -30,18 +29,17 @@ from labkit.compiled import compiled
 from labkit.line_alignment import Information
 from labkit.result import step_length
 from labkit.scan import Scan
-from labkit.se2 import from_xytheta, relative, to_xytheta
+from labkit.se2 import apply, from_xytheta, relative
 from labkit.target import Target
 
-CELL = 0.1  # [m], of the table
-SPREAD = 0.15  # [m]: a point this far off counts exp(−½)
+CELL = 0.1  # [m], of the table; a point this far off counts exp(−½)
 COARSE = 4  # cells of a coarse step
 TURN = math.radians(2.0)  # of a coarse step
-FINE_TURNS = np.radians([-1.0, -0.5, 0.0, 0.5, 1.0])
+FINE_TURNS = from_xytheta([[0.0, 0.0, math.radians(turn)] for turn in (-1, -0.5, 0, 0.5, 1)])
 REACH = 20.0  # [m]: points farther away move too far in a coarse turn
 MOST_POINTS = 100  # of the source that are looked up
-PROMISING = 60  # coarse poses that are looked at finely
-STARTS = 16  # fine poses that are worth trying with ICP
+PROMISING = 200  # coarse poses that are looked at finely
+STARTS = 8  # fine poses that are worth trying with ICP
 APART = 0.3, math.radians(6.0)  # starts nearer to each other than this are one
 REMEMBERED = 20  # motions
 USUAL = 0.5, math.radians(20.0)  # [m] and [rad]: motions that differ so much are unlike
@@ -72,7 +70,7 @@ class LikelihoodField:
     """Nearness of each cell to the target's points, in [0, 1]."""
 
     origin: FloatArray  # (2,): the corner of the first cell [m]
-    fine: FloatArray  # (H, W): exp(−½ (d/SPREAD)²) of the distance d to the nearest point
+    fine: FloatArray  # (H, W): exp(−½ d²) of the distance d [cells] to the nearest point
     coarse: FloatArray  # (H, W): its largest value within half a coarse step
 
     @classmethod
@@ -82,22 +80,15 @@ class LikelihoodField:
         margin = CELL * (COARSE + 6)
         low = near.min(axis=0, initial=0.0) - margin
         size = np.ceil((near.max(axis=0, initial=0.0) + margin - low) / CELL).astype(np.intp)
-        cells = np.unique(np.floor((near - low) / CELL) @ [1j, 1.0])
-        cells = np.column_stack([cells.imag, cells.real]).astype(np.intp)
-        offsets = _square(4)
-        values = np.exp(-0.5 * (np.hypot(*offsets.T) * CELL / SPREAD) ** 2)
-        fine = np.zeros(size)
-        for k in np.argsort(values, kind="stable"):  # from the edge in, so that the best remains
-            fine[cells[:, 0] + offsets[k, 0], cells[:, 1] + offsets[k, 1]] = values[k]
+        empty = np.ones(size, dtype=bool)
+        empty[*np.floor((near - low) / CELL).astype(np.intp).T] = False
+        fine = np.exp(-0.5 * scipy.ndimage.distance_transform_edt(empty) ** 2)
         coarse = scipy.ndimage.maximum_filter(fine, size=COARSE + 1, mode="constant")
         return cls(origin=low, fine=fine, coarse=coarse)
 
     def cells(self, points: FloatArray) -> IntArray:
         """The cells that points (..., 2) lie in."""
         return np.floor((points - self.origin) / CELL).astype(np.intp)
-
-
-_fields: WeakKeyDictionary[Target, LikelihoodField] = WeakKeyDictionary()
 
 
 def search(
@@ -111,33 +102,28 @@ def search(
     points = points[:: max(1, math.ceil(len(points) / MOST_POINTS))]
     if len(points) == 0:
         return []
-    if target not in _fields:
-        _fields[target] = LikelihoodField.of(target.points)
-    field = _fields[target]
-    x, y, turn = to_xytheta(T_target_source).tolist()
-    shifts = COARSE * _square(math.ceil(window[0] / (COARSE * CELL)))
+    field = LikelihoodField.of(target.points)
     most = math.ceil(window[1] / TURN)
-    turns, middle = turn + TURN * np.arange(-most, most + 1), np.array([x, y])
-    scores = mean_values(field.coarse, field.cells(_turned(points, turns) + middle), shifts)
+    turns = np.outer(TURN * np.arange(-most, most + 1), [0.0, 0.0, 1.0])
+    turned = T_target_source @ from_xytheta(turns)
+    shifts = COARSE * _square(math.ceil(window[0] / (COARSE * CELL)))
+    scores = mean_values(field.coarse, field.cells(apply(turned, points)), shifts)
     best = np.argsort(scores, axis=None)[::-1][:PROMISING]
     i, j = np.unravel_index(best, scores.shape)
-    return apart(_finely(points, field, turns[i], middle + CELL * shifts[j]), STARTS)
+    poses = turned[i]
+    poses[:, :2, 2] += CELL * shifts[j]
+    return apart(_finely(points, field, poses), STARTS)
 
 
-def _finely(
-    points: FloatArray, field: LikelihoodField, turns: FloatArray, places: FloatArray
-) -> FloatArray:
-    """The best fine pose around each of the coarse ones (P,) and (P, 2), the best first."""
-    shifts = _square(COARSE // 2)
-    fine_turns = turns[:, None] + FINE_TURNS
-    moved = _turned(points, fine_turns) + places[:, None, None]
-    cells = field.cells(moved).reshape(-1, len(points), 2)
-    scores = mean_values(field.fine, cells, shifts).reshape(len(turns), -1)
-    winner = scores.argmax(axis=1)
-    which = np.arange(len(turns))
-    k, s = np.unravel_index(winner, (len(FINE_TURNS), len(shifts)))
-    poses = np.column_stack([places + CELL * shifts[s], fine_turns[which, k]])
-    return from_xytheta(poses[np.argsort(-scores[which, winner], kind="stable")])
+def _finely(points: FloatArray, field: LikelihoodField, poses: FloatArray) -> FloatArray:
+    """The best fine pose around each of the coarse ones (P, 3, 3), the best first."""
+    shifts, turned = _square(COARSE // 2), poses[:, None] @ FINE_TURNS
+    cells = field.cells(apply(turned, points)).reshape(-1, len(points), 2)
+    scores = mean_values(field.fine, cells, shifts).reshape(len(poses), -1)
+    k, s = np.unravel_index(scores.argmax(axis=1), (len(FINE_TURNS), len(shifts)))
+    fine = turned[np.arange(len(poses)), k]
+    fine[:, :2, 2] += CELL * shifts[s]
+    return fine[np.argsort(-scores.max(axis=1), kind="stable")]
 
 
 def apart(poses: Iterable[FloatArray], count: int) -> list[FloatArray]:
@@ -151,23 +137,20 @@ def apart(poses: Iterable[FloatArray], count: int) -> list[FloatArray]:
 
 def alike(T: FloatArray, other: FloatArray) -> bool:
     """True if two poses are so near to each other that they count as one."""
-    if not math.hypot(T[0, 2] - other[0, 2], T[1, 2] - other[1, 2]) < APART[0]:
-        return False  # most pairs of poses end here
-    return step_length(np.array(other), np.array(T))[1] < APART[1]
+    moved, turned = step_length(np.array(other), np.array(T))
+    return moved < APART[0] and turned < APART[1]
 
 
 def unlikeliness(T: FloatArray, expected: FloatArray) -> float:
     """0 where the pose T is the likeliest that is expected, 1 where it is unlike any."""
-    least = float(_surprise(T, expected, np.zeros((1, 2))).min())
+    least = float(_surprise(T, expected, np.empty((0, 2))).min())
     return least / (1.0 + least)
 
 
 def completed(T: FloatArray, seen: Information, expected: FloatArray) -> FloatArray:
     """The pose T, moved along what `seen` leaves free to the likeliest expected pose."""
     shifts = [v[:2] / math.hypot(v[0], v[1]) for v in seen.free.T if math.hypot(*v[:2]) > abs(v[2])]
-    if not shifts:
-        return T
-    free = np.array(shifts)
+    free = np.reshape(shifts, (-1, 2))
     likeliest = expected[int(_surprise(T, expected, free).argmin())]
     moved = T.copy()
     moved[:2, 2] += ((likeliest[:2, 2] - T[:2, 2]) @ free.T) @ free
@@ -187,15 +170,7 @@ def _surprise(T: FloatArray, expected: FloatArray, free: FloatArray) -> FloatArr
     return np.asarray(moved**2 + turned**2 + AGE * np.arange(len(expected)))
 
 
-def _turned(points: FloatArray, angles: FloatArray) -> FloatArray:
-    """Points (N, 2) turned by angles (...): (..., N, 2)."""
-    c, s = np.cos(angles)[..., None], np.sin(angles)[..., None]
-    x, y = points.T
-    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
-
-
 def _square(most: int) -> IntArray:
     """All (i, j) with entries from −most to most, shape (S, 2)."""
-    steps = np.arange(-most, most + 1)
-    i, j = np.meshgrid(steps, steps, indexing="ij")
-    return np.column_stack([i.ravel(), j.ravel()])
+    side = 2 * most + 1
+    return np.indices((side, side)).reshape(2, -1).T - most

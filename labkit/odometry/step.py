@@ -5,19 +5,16 @@ B  `_Step.judged`     the increment (Δx, Δy, Δψ) in the frame of scan k
 C  `integrate_step`   the pose, in `labkit.odometry.integration`
 D  `_Step.judged`     the sanity checks; `_Step.choose`: the best of several matches
 E  `estimate_step`    the match that is believed
-F  `_Step.fall_back`  reduced steps, or a search; `estimate_step`: the prior, or skip
+F  `_Step.fall_back`  a search, and ICP from its peaks, where the first match is not believed,
+                      agrees too little with the target, or leaves open what no prior tells;
+                      without the search, ICP with a reduced gate and reduced steps
+   `estimate_step`    the prior; without one, skip: hold the last motion once, or stand still
 
-1. ICP from the prior, or from the last motion.
-2. Where that match is not believed, or agrees too little with the target: a search, and ICP
-   from its peaks. Without the search: once more, with a reduced gate and reduced steps.
-3. Where no match near the prior has support: the same as if there were no prior. A match that
-   has, and that is alone, is believed against it.
-4. The prior; without one, skip the update: hold the last motion once, or stand still.
-
+A match that has support, and is alone, is believed against the prior.
 If a scan fits in several places within the limits, the match is not a measurement: the prior
 is taken, where there is one. Motions that no wall fixes, such as the way along a corridor, are
-taken from the prior or, with the search, from the last motions; without either the step is not
-believed.
+taken from the prior or, with the search, from the last motions, unless the scan fits clearly
+less well there; without either the step is not believed.
 """
 
 from __future__ import annotations
@@ -35,9 +32,8 @@ from labkit.degeneracy import spread_ratio
 from labkit.icp import icp
 from labkit.odometry.agreement import THROUGH, beams_of, seen_through
 from labkit.odometry.parameters import OdometryParameters
-from labkit.odometry.sanity import complaints
-from labkit.odometry.search import STARTS, alike, apart, completed, search, unlikeliness
-from labkit.parameters import IcpParameters
+from labkit.odometry.sanity import complaints, conflicts
+from labkit.odometry.search import REMEMBERED, alike, apart, completed, search, unlikeliness
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
 from labkit.schedule import stage_of
@@ -146,40 +142,32 @@ def estimate_step(
     T_target_last : ndarray, shape (3, 3)
         Where scan k was taken in the target's frame; the identity where it is the target.
     """
-    likely = np.atleast_2d(motions if prior is None else prior)
+    likely = np.atleast_2d(motions)
     last_resort = Decision.HOLD if likely[0].any() else Decision.STAND
-    last_resort = last_resort if prior is None else Decision.PRIOR
-    resort = StepRecord(increment=likely[0], decision=last_resort)
+    if prior is not None:
+        likely, last_resort = np.vstack([prior, likely]), Decision.PRIOR
     if target is None or len(source) < MIN_PAIRS:
-        which = "older" if target is None else "newer"
-        return replace(resort, reason=f"the {which} scan has fewer than {MIN_PAIRS} points")
+        reason = (
+            f"the {'older' if target is None else 'newer'} scan has fewer than {MIN_PAIRS} points"
+        )
+        return StepRecord(increment=likely[0], decision=last_resort, reason=reason)
 
     expected = T_target_last @ from_xytheta(likely)
     step = _Step(source, target, T_target_last, prior, expected, parameters)
     tried = [step.match(expected[0], Decision.ICP)]
-    if tried[0].complaints or step.is_doubtful(tried[0]):
-        step.fall_back(tried)
+    if step.is_doubtful(tried[0]):
+        tried += step.fall_back()
     best = step.choose(tried)
     shift, R = best.record.increment[:2], from_xytheta(best.record.increment)[:2, :2]
     record = replace(best.record, spread=spread_ratio(source, R.T @ shift))
-    believed = not best.complaints and not (record.ambiguous and prior is not None)
-    if prior is not None and parameters.search and (not believed or step.is_doubtful(best)):
-        alone = estimate_step(
-            source, target, None, motions, parameters, T_target_last=T_target_last
-        )
-        if alone.decision.matched and alone.agreement >= SUPPORTED and not alone.ambiguous:
-            against = complaints(
-                alone.increment, alone.inlier_ratio, alone.rmse, parameters.limits, prior
-            )
-            return replace(alone, reason=record.reason, against_prior=bool(against))
-    if believed:
+    if not best.complaints and not (record.ambiguous and prior is not None):
         return record  # E
-    return replace(record, increment=resort.increment, decision=resort.decision)  # F
+    return replace(record, increment=likely[0], decision=last_resort, against_prior=False)  # F
 
 
 @dataclass(frozen=True, eq=False)
 class _Match:
-    """A match that was tried, where it ended, and the sanity checks that it fails."""
+    """A match that was tried, where it ended, and the checks that forbid to believe it."""
 
     record: StepRecord
     T_target_source: FloatArray  # NaN where it failed
@@ -189,7 +177,7 @@ class _Match:
 
 @dataclass(frozen=True, eq=False)
 class _Step:
-    """Context of all matches of a step; `expected` are poses, the likeliest first."""
+    """Context of all matches; `expected` are poses after the prior, if any, and last motions."""
 
     source: Scan
     target: Target
@@ -202,13 +190,16 @@ class _Step:
         """Match once (A), and judge the outcome."""
         told = self.parameters.retry if decision is Decision.RETRY else self.parameters.icp
         result = icp(self.source, self.target, T_guess, told)
-        seen = result.observability
+        found, seen = self.judged(result, decision), result.observability
         # From a prior, a free direction stays there; from elsewhere it is put where expected.
         elsewhere = self.parameters.search and (self.prior is None or decision is Decision.SEARCH)
-        if elsewhere and self._on_lines and seen is not None and seen.degenerate:
-            T_guess = completed(result.T_target_source, seen, self.expected)
-            result = icp(self.source, self.target, T_guess, told)
-        return self.judged(result, decision)
+        if elsewhere and seen is not None and seen.degenerate:
+            T = result.T_target_source
+            T_guess = completed(T, seen, self.expected_of(found.record))
+            there = self.judged(icp(self.source, self.target, T_guess, told), decision)
+            if there.record.agreement > found.record.agreement - ALIKE:
+                return there
+        return found
 
     def judged(self, result: IcpResult, decision: Decision) -> _Match:
         """The motion of a match (B), and every sanity check that it fails (D)."""
@@ -226,63 +217,79 @@ class _Step:
             termination=result.termination,
         )
         if result.termination.failed:
-            return _Match(record, T, [result.message])
+            return _Match(replace(record, reason=result.message), T, [result.message])
         pairs, seen = result.correspondences, result.observability
         through = seen_through(*self._view, np.array(T))
-        agreement = 1.0 - result.cost / _worst_cost(told)
+        near = stage_of(told.for_loop, 1, False, True)
+        worst = loss(near.gate, near.huber_delta) if near.gate < math.inf else math.inf  # (4.1)
+        agreement = 1.0 - result.cost / worst
         agreement -= THROUGH * (0.0 if math.isnan(through) else through)
+        free = seen is None or seen.degenerate
+        rmse = math.sqrt(np.mean(pairs.residuals[pairs.kept] ** 2))
+        information = 0.0 if seen is None else float(seen.values[0])
+        found = complaints(increment, result.fitness, rmse, limits)
+        is_expected = self.prior is not None or self.parameters.search
+        if free and not (told.metric == "point_to_line" and is_expected):
+            found.append(f"degenerate: information {information:.3f}")
+        against = conflicts(increment, self.prior, limits)
+        supported = self.parameters.search and agreement >= SUPPORTED
         record = replace(
             record,
-            rmse=math.sqrt(np.mean(pairs.residuals[pairs.kept] ** 2)),
+            reason=", ".join([*found, *against]),
+            rmse=rmse,
             seen_through=through,
             agreement=agreement,
-            information=0.0 if seen is None else float(seen.values[0]),
-            degenerate=seen is None or seen.degenerate,
+            against_prior=supported and bool(against),
+            information=information,
+            degenerate=free,
         )
-        found = complaints(increment, result.fitness, record.rmse, limits, self.prior)
-        is_expected = self.prior is not None or self.parameters.search
-        if record.degenerate and not (self._on_lines and is_expected):
-            found.append(f"degenerate: information {record.information:.3f}")
-        score = agreement - SURPRISE * unlikeliness(T, self.expected)
-        return _Match(record, T, found, score)
+        score = agreement - SURPRISE * unlikeliness(T, self.expected_of(record))
+        return _Match(record, T, found if supported else [*found, *against], score)
+
+    def expected_of(self, record: StepRecord) -> FloatArray:
+        """The poses that are expected of a match near the prior, or of one against it."""
+        if self.prior is None:
+            return self.expected
+        return self.expected[1:] if record.against_prior else self.expected[:1]
 
     def is_doubtful(self, match: _Match) -> bool:
-        """True if a search should say if there is a better match than one that passes."""
-        asked = SURE if self.prior is None else SUPPORTED
-        return self.parameters.search and match.record.agreement < asked
+        """True if there may be a better match than this first one."""
+        record, asked = match.record, SURE if self.prior is None else SUPPORTED
+        untold = record.against_prior or (record.degenerate and self.prior is None)
+        weak = untold or record.agreement < asked
+        return bool(match.complaints) or (self.parameters.search and weak)
 
-    def fall_back(self, tried: list[_Match]) -> None:
-        """Add a match with reduced steps (F), or from a search's starts where none has ended."""
-        limits, middle = self.parameters.limits, self.expected[0]
-        window = limits.max_prior_translation, limits.max_prior_rotation
+    def fall_back(self) -> list[_Match]:
+        """A match with reduced steps (F), or those from a search's starts."""
         if not self.parameters.search:
-            tried.append(self.match(middle, Decision.RETRY))
-            return
-        if self.prior is None:
-            middle, window = self.T_target_last, (limits.max_translation, limits.max_rotation)
-        found = search(self.source, self.target, middle, window)
-        for T_guess in [*apart(self.expected, STARTS // 2), *found]:
-            if not any(alike(T_guess, each.T_target_source) for each in tried):
-                tried.append(self.match(T_guess, Decision.SEARCH))
+            return [self.match(self.expected[0], Decision.RETRY)]
+        window = self.parameters.limits.max_translation, self.parameters.limits.max_rotation
+        found = search(self.source, self.target, self.T_target_last, window)
+        starts = [*apart(self.expected, REMEMBERED)[1:], *found]
+        return [self.match(T_guess, Decision.SEARCH) for T_guess in starts]
 
     def choose(self, tried: list[_Match]) -> _Match:
         """The best match, compared with those that ended elsewhere.
 
-        With a search, a match with a complaint must be better than those without by `ALIKE`.
+        With a search, a match with a complaint, or against the prior, must be better than those
+        without by `ALIKE`.
         """
         best = tried[-1]
         if self.parameters.search:
-            scores = [each.score - ALIKE * bool(each.complaints) for each in tried]
-            best = tried[int(np.argmax(np.array(scores) >= max(scores) - SAME))]
+            questioned = [each.record.against_prior or bool(each.complaints) for each in tried]
+            scores = [each.score for each in tried] - ALIKE * np.array(questioned)
+            best = tried[int(np.argmax(scores >= scores.max() - SAME))]
         others = [
             each.record.agreement
             for each in tried
-            if not each.complaints and not alike(best.T_target_source, each.T_target_source)
+            if not each.complaints
+            and each.record.against_prior <= best.record.against_prior
+            and not alike(best.T_target_source, each.T_target_source)
         ]
         margin = best.record.agreement - max(others, default=math.nan)
         ambiguous = self.parameters.search and not best.complaints and margin < ALIKE
-        bad = [each for each in tried if each.complaints]
-        reasons = [f"{each.record.decision.value}: {', '.join(each.complaints)}" for each in bad]
+        why = {each.record.decision.value: each.record.reason for each in (tried[0], best)}
+        reasons = [f"{decision}: {reason}" for decision, reason in why.items() if reason]
         if ambiguous:
             reasons.append(f"ambiguous: it fits elsewhere, too ({margin:+.3f})")
         told = replace(best.record, margin=margin, ambiguous=ambiguous, reason="; ".join(reasons))
@@ -291,13 +298,3 @@ class _Step:
     @cached_property
     def _view(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         return *beams_of(self.source), np.array(self.target.points)
-
-    @property
-    def _on_lines(self) -> bool:
-        return self.parameters.icp.metric == "point_to_line"
-
-
-def _worst_cost(parameters: IcpParameters) -> float:
-    """The cost J [m²] of a scan without any partner near the answer (4.1)."""
-    near = stage_of(parameters.for_loop, 1, False, True)
-    return loss(near.gate, near.huber_delta) if near.gate < math.inf else math.inf

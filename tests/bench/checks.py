@@ -45,7 +45,7 @@ from labkit.odometry import (
     estimate_step,
     increments_between,
 )
-from labkit.odometry.sanity import complaints
+from labkit.odometry.sanity import complaints, conflicts
 from labkit.result import IcpResult
 from labkit.se2 import relative
 from labkit.warm import warm
@@ -65,7 +65,7 @@ VALUES: dict[str, tuple[float, ...]] = {
     "ALIKE": (0.05, 0.0),
     "SURPRISE": (0.1, 0.0),
     "THROUGH": (0.5, 0.0),
-    "STARTS": (16, 8),
+    "STARTS": (8, 4),
 }
 HEADER = ("limit", "left out", "value", *GUESSES, "lost, wrong % alone", "with wheels")
 STILL = np.zeros(3)
@@ -125,7 +125,7 @@ def alarms(matches: list[Any], limits: SanityLimits) -> BoolArray:
     """Which first matches fail a check."""
     return np.array(
         [
-            bool(complaints(increment, ratio, rmse, limits, prior))
+            bool(complaints(increment, ratio, rmse, limits) + conflicts(increment, prior, limits))
             for increment, prior, ratio, rmse, *_ in matches
         ]
     )

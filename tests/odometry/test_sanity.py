@@ -8,6 +8,7 @@ import pytest
 from labkit.errors import InvalidParameterError
 from labkit.odometry import SanityLimits
 from labkit.odometry.sanity import complaints as found
+from labkit.odometry.sanity import conflicts
 
 LIMITS = SanityLimits(
     max_translation=1.0,
@@ -48,13 +49,15 @@ GOOD = np.array([0.6, -0.6, math.radians(-40.0)])
 )
 def test_motion(increment, prior, complaints):
     prior = None if prior is None else np.array(prior, dtype=float)
-    assert found(np.array(increment), 0.5, 0.1, LIMITS, prior) == complaints
+    increment = np.array(increment)
+    against = conflicts(increment, prior, LIMITS)
+    assert found(increment, 0.5, 0.1, LIMITS) + against == complaints
 
 
 def test_the_distance_to_the_prior_is_measured_across_the_cut_at_pi():
     wide = SanityLimits(max_rotation=4.0, max_prior_rotation=0.1)
     increment, prior = np.array([0.0, 0.0, math.pi]), np.array([0.0, 0.0, -math.pi + 0.05])
-    assert found(increment, 0.5, 0.1, wide, prior) == []
+    assert found(increment, 0.5, 0.1, wide) + conflicts(increment, prior, wide) == []
 
 
 @pytest.mark.parametrize(

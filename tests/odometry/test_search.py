@@ -9,7 +9,7 @@ import pytest
 from labkit import Scan, Target
 from labkit.odometry import Decision, OdometryParameters, estimate_step
 from labkit.odometry.agreement import CLEARANCE, beams_of, seen_through
-from labkit.odometry.search import SPREAD, LikelihoodField, alike, mean_values, search
+from labkit.odometry.search import CELL, LikelihoodField, alike, mean_values, search
 from labkit.odometry.step import ALIKE
 from labkit.se2 import apply, from_xytheta, relative, to_xytheta
 from labkit.simulation import Lidar, cast, corridor, room
@@ -70,7 +70,7 @@ def test_the_field_is_the_distance_to_the_nearest_point():
     assert alike(start, np.eye(3))
     there, off = field.cells(np.array([[3.05, 2.05], [3.05, 1.75]])).tolist()
     assert field.fine[*there] == 1.0
-    assert field.fine[*off] == pytest.approx(math.exp(-0.5 * (0.3 / SPREAD) ** 2))
+    assert field.fine[*off] == pytest.approx(math.exp(-0.5 * (0.3 / CELL) ** 2))
 
 
 def test_a_scan_without_points_has_no_start():
@@ -172,3 +172,13 @@ def test_what_fits_in_several_places_is_no_measurement(monkeypatch):
     one_place = estimate_step(source, target, between, STILL, PARAMETERS)
     assert not one_place.ambiguous
     np.testing.assert_allclose(one_place.increment, STILL, atol=0.02)
+
+
+@pytest.mark.parametrize("ahead", [0.25, 0.8])
+def test_a_few_pillars_tell_more_than_the_last_motion(ahead):
+    """Pairs alone leave the way along open. Where the scan fits clearly better, it is taken."""
+    target = Target(Scan.from_points(colonnade([-4.4, -1.2, 0.0, 2.0], 5.0)))
+    source = Scan.from_points(colonnade([-1.2, 0.0, 2.0], 3.5))
+    record = estimate_step(source, target, None, np.array([ahead, 0.0, 0.0]), PARAMETERS)
+    assert record.decision is Decision.SEARCH
+    np.testing.assert_allclose(record.increment, STILL, atol=0.02)
