@@ -33,7 +33,7 @@ from labkit.icp import icp
 from labkit.odometry.agreement import THROUGH, beams_of, seen_through
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.sanity import complaints, conflicts
-from labkit.odometry.search import REMEMBERED, alike, apart, completed, search, unlikeliness
+from labkit.odometry.search import STARTS, alike, apart, completed, search, unlikeliness
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
 from labkit.schedule import stage_of
@@ -265,7 +265,7 @@ class _Step:
             return [self.match(self.expected[0], Decision.RETRY)]
         window = self.parameters.limits.max_translation, self.parameters.limits.max_rotation
         found = search(self.source, self.target, self.T_target_last, window)
-        starts = [*apart(self.expected, REMEMBERED)[1:], *found]
+        starts = [*apart(self.expected, STARTS)[1:], *found]
         return [self.match(T_guess, Decision.SEARCH) for T_guess in starts]
 
     def choose(self, tried: list[_Match]) -> _Match:
