@@ -49,7 +49,8 @@ def entries(tree: nodes.Element) -> Iterator[Entry]:
         name = _text(node[0]).strip() if len(node) else ""
         if isinstance(node, nodes.Admonition):
             name = name.removeprefix("Exercise").strip()
-        yield ids[-1], name or "Exercise", " ".join(" ".join(map(_text, node.children[1:])).split())
+        words = " ".join(" ".join(map(_text, node.children[1:])).split())
+        yield ids[-1], name or "Exercise", re.sub(r" (?=[.,;)])", "", words)
 
 
 def _is_entry(node: nodes.Node) -> bool:
@@ -75,6 +76,8 @@ def _text(node: nodes.Node) -> str:
 def _is_code_or_citation(node: nodes.Element) -> bool:
     if isinstance(node, addnodes.pending_xref):
         return node.get("refdomain") == "cite"  # its text is still the work's key
+    if isinstance(node, nodes.paragraph) and len(node) == 1:
+        return isinstance(node[0], nodes.literal)  # the file that is listed below
     return {"cell_output", "literal-block-wrapper"} & set(node.get("classes", ())) != set()
 
 
