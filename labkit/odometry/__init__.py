@@ -1,10 +1,6 @@
 """Scan-matching odometry with sanity checks and fallbacks (section 5 of the lesson)."""
 
-from labkit.odometry.estimator import (
-    OdometryResult,
-    ScanMatchingOdometry,
-    estimate_odometry,
-)
+from labkit.odometry.estimator import OdometryResult, ScanMatchingOdometry, estimate_odometry
 from labkit.odometry.integration import increments_between, integrate, integrate_step
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.sanity import SanityLimits

@@ -147,9 +147,8 @@ def estimate_step(
     if prior is not None:
         likely, last_resort = np.vstack([prior, likely]), Decision.PRIOR
     if target is None or len(source) < MIN_PAIRS:
-        reason = (
-            f"the {'older' if target is None else 'newer'} scan has fewer than {MIN_PAIRS} points"
-        )
+        which = "older" if target is None else "newer"
+        reason = f"the {which} scan has fewer than {MIN_PAIRS} points"
         return StepRecord(increment=likely[0], decision=last_resort, reason=reason)
 
     expected = T_target_last @ from_xytheta(likely)
@@ -186,14 +185,16 @@ class _Step:
     expected: FloatArray
     parameters: OdometryParameters
 
-    def match(self, T_guess: FloatArray, decision: Decision) -> _Match:
-        """Match once (A), and judge the outcome."""
+    def match(self, T_guess: FloatArray, decision: Decision, *, is_peak: bool = False) -> _Match:
+        """Match once (A), and judge the outcome.
+
+        A peak of the search tells no free direction: its match goes there where expected, unless
+        the scan fits clearly less well.
+        """
         told = self.parameters.retry if decision is Decision.RETRY else self.parameters.icp
         result = icp(self.source, self.target, T_guess, told)
         found, seen = self.judged(result, decision), result.observability
-        # From a prior, a free direction stays there; from elsewhere it is put where expected.
-        elsewhere = self.parameters.search and (self.prior is None or decision is Decision.SEARCH)
-        if elsewhere and seen is not None and seen.degenerate:
+        if is_peak and seen is not None and seen.degenerate:
             T = result.T_target_source
             T_guess = completed(T, seen, self.expected_of(found.record))
             there = self.judged(icp(self.source, self.target, T_guess, told), decision)
@@ -265,8 +266,9 @@ class _Step:
             return [self.match(self.expected[0], Decision.RETRY)]
         window = self.parameters.limits.max_translation, self.parameters.limits.max_rotation
         found = search(self.source, self.target, self.T_target_last, window)
-        starts = [*apart(self.expected, STARTS)[1:], *found]
-        return [self.match(T_guess, Decision.SEARCH) for T_guess in starts]
+        others, told = apart(self.expected, STARTS)[1:], self.prior is not None
+        tried = [self.match(T_guess, Decision.SEARCH, is_peak=told) for T_guess in others]
+        return tried + [self.match(T_guess, Decision.SEARCH, is_peak=True) for T_guess in found]
 
     def choose(self, tried: list[_Match]) -> _Match:
         """The best match, compared with those that ended elsewhere.

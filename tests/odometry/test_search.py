@@ -149,6 +149,17 @@ def colonnade(places, reach):
     return np.vstack([*walls, *pillars])
 
 
+@pytest.mark.parametrize("driven", [0.9, 0.1])
+def test_a_small_mark_in_a_corridor_tells_which_of_the_last_motions_goes_on(driven):
+    """It says too little to measure the way by, but enough to choose between two."""
+    target = Target(Scan.from_points(colonnade([1.0], 6.0)))
+    source = Scan.from_points(colonnade([1.0 - driven], 5.0))
+    before = np.array([[0.1, 0.0, 0.0], [0.9, 0.0, 0.0]])
+    record = estimate_step(source, target, None, before, PARAMETERS)
+    assert record.degenerate
+    np.testing.assert_allclose(record.increment, [driven, 0.0, 0.0], atol=0.02)
+
+
 def test_what_fits_in_several_places_is_no_measurement(monkeypatch):
     for name in ("SUPPORTED", "SURE"):  # search for every step
         monkeypatch.setattr(f"labkit.odometry.step.{name}", 1.0)
