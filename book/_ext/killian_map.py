@@ -47,7 +47,9 @@ STATES = {
 def provide() -> None:
     """Write the map's data as a script, unless the one that is there is of today's sources."""
     code = cells()
-    core = [path.read_text("utf-8") for path in sorted(Path(labkit.__file__).parent.glob("*.py"))]
+    package = Path(labkit.__file__).parent
+    files = sorted([*package.glob("*.py"), *package.glob("odometry/*.py")])
+    core = [path.read_text("utf-8") for path in files]
     mark = hashlib.sha256("\n".join([*code, *core]).encode()).hexdigest()
     if DATA.exists() and mark in DATA.read_text("utf-8")[:100]:
         return

@@ -252,7 +252,7 @@ def test_a_copied_state_is_a_link_to_it(page, address):
     assert picture(page) == before
     page.goto("about:blank")
     page.goto(f"{link}state=nonsense")  # is ignored
-    expect(readout(page, "shown")).to_have_text("the guess, iteration 0 of 28")
+    expect(readout(page, "shown")).to_contain_text("the guess, iteration 0 of")
 
 
 def test_a_task_ticks_itself_off_when_all_it_asks_for_was_seen(page):
