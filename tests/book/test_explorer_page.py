@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 pytest.importorskip("anywidget")
 
-from widget_page import TWO_FRAMES, opened, written_page
+from widget_page import TWO_FRAMES, come_back, opened, written_page
 
 import labkit
 from labkit.interactive import Explorer, icp_explorer
@@ -125,7 +125,7 @@ def test_a_run_tells_its_end_only_once_it_was_played(page):
         press(page, "End")
         expect(readout(page, "your bet")).to_have_text(re.compile(r"0\.4\d m from the end"))
         press(page, "Start")
-    page.reload()  # the bet is kept
+    come_back(page)  # the bet is kept
     press(page, "End")
     expect(readout(page, "your bet")).to_have_count(1)
     press(page, "Reset", "End")
@@ -271,7 +271,7 @@ def test_a_task_ticks_itself_off_when_all_it_asks_for_was_seen(page):
         press(page, "Step")
         expect(readout(page, "shown")).to_contain_text(f"iteration {k + 1} of")
     expect(said).to_have_text("Things to try: 2 of 6 done")
-    page.reload()
+    come_back(page)
     expect(said).to_have_text("Things to try: 2 of 6 done")
     said.click()
     press(page, "Start over")
@@ -282,16 +282,14 @@ def test_a_page_has_its_state_again_when_it_is_reloaded(page):
     choose(page, "Room")
     page.get_by_label("gate").press("Home")
     page.locator(".icp-plane").press("ArrowUp")
-    page.wait_for_timeout(300)
     before, at = picture(page), guess(page)
-    page.reload()
+    come_back(page)
     expect(page.get_by_label("gate")).to_have_attribute("aria-valuetext", "0.05 m")
     expect(page.get_by_label("scans", exact=True)).to_have_value("Room")
     assert guess(page) == at
     assert picture(page) == before
     press(page, "Reset")
-    page.wait_for_timeout(300)
-    page.reload()
+    come_back(page)
     expect(page.get_by_label("gate")).not_to_have_attribute("aria-valuetext", "0.05 m")
 
 

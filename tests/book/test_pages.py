@@ -15,7 +15,7 @@ from playwright.sync_api import Browser, Page, expect
 from print_book import WHOLE, files, print_book
 from pypdf import PdfReader
 from students_edition import without_staff_pages
-from widget_page import opened
+from widget_page import come_back, opened
 
 import labkit
 from labkit.course.report.pages import ReportError
@@ -259,7 +259,7 @@ def test_a_prediction_holds_the_answer_back_until_the_reader_commits(browser, ht
         expect(box.get_by_text("The cell below")).to_be_visible()
         expect(answer).to_be_visible()
         expect(page.get_by_text("Ten numbers.")).to_be_visible()
-        page.reload(wait_until="networkidle")  # the answer is kept
+        come_back(page)  # the answer is kept
         expect(box.get_by_role("status")).to_have_text("You said 2; it is 3.")
         expect(answer).to_be_visible()
         box.get_by_role("button", name="Ask me again").click()
@@ -301,7 +301,7 @@ def test_a_prediction_takes_a_place_in_the_picture(browser, html):
         left.press("Enter")
         expect(said).to_have_text("Your place is 10 % of the picture's width from the ring.")
         expect(ring).to_be_visible()
-        page.reload(wait_until="networkidle")  # the place is kept
+        come_back(page)  # the place is kept
         expect(said).to_have_text("Your place is 10 % of the picture's width from the ring.")
         expect(page.locator(".predict-flag")).to_be_visible()
         box.get_by_role("button", name="Ask me again").click()

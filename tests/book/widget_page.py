@@ -12,6 +12,7 @@ from anywidget import AnyWidget
 from ipywidgets.embed import embed_data
 from playwright.sync_api import Browser, Page
 
+KEPT = 500  # ms in which the browser puts away what a page told it to keep
 TWO_FRAMES = "() => new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))"
 
 
@@ -31,6 +32,12 @@ def written_page(widget: AnyWidget, folder: Path) -> str:
         "utf-8",
     )
     return page.as_uri()
+
+
+def come_back(page: Page) -> None:
+    """Load the page again, as a reader does who comes back to it."""
+    page.wait_for_timeout(KEPT)
+    page.reload(wait_until="networkidle")
 
 
 @contextmanager
