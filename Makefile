@@ -98,6 +98,7 @@ $(READY): requirements.lock pyproject.toml
 	$(UV) --require-hashes --requirement requirements.lock || \
 	    $(PIP) --require-hashes --requirement requirements.lock
 	@$(BIN)/python -B -m pip uninstall --quiet --yes uv  # 40 MB that only make needs
+	@find $(VENV) -path '*/pip/*' -name __pycache__ -prune -exec rm -rf {} +  # 8 MB likewise
 	$(PIP) --no-deps --no-build-isolation --editable .
 	$(BIN)/python -c 'import matplotlib.font_manager'  # finds the fonts, once
 	$(WARM)
