@@ -30,7 +30,7 @@ def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:
     other in memory, the one layout that the stages are compiled for. A masked entry is not a
     number.
     """
-    if np.ma.is_masked(values):
+    if np.ma.isMaskedArray(values) and np.ma.is_masked(values):
         first = np.argwhere(np.ma.getmaskarray(np.ma.asarray(values)))[0].tolist()
         raise InvalidPointsError(
             f"`{name}` must hold numbers, got a masked array, masked first at {first}; "

@@ -47,7 +47,8 @@ class Pairs(NamedTuple):
     rows: IntArray  # (N,), of the partner in the target; −1 for none
     distances: FloatArray  # (N,) [m]; inf where the search ended before a partner
     residuals: FloatArray  # (N,) [m], what the metric minimises; NaN without a normal
-    weights: FloatArray  # (N,), 0 for a rejected pair
+    within_overlap: BoolArray  # (N,), which are among the ⌊ρN⌋ closest; empty until judged
+    weights: FloatArray  # (N,), 0 for a rejected pair; empty until judged
     huber_delta: float  # δ [m] of these weights
     point_share: float  # share of the point-to-point metric in a step to lines
 
@@ -86,16 +87,26 @@ def associate(
             dx, dy = moved[i, 0] - target_points[i, 0], moved[i, 1] - target_points[i, 1]
             normals[i, 0], normals[i, 1] = nx, ny
             residuals[i] = abs(nx * dx + ny * dy)  # |n·(p − q)|
-    weights = np.ones(count)
+    near, weights = np.empty(0, np.bool_), np.empty(0)
     return Pairs(
-        moved, target_points, normals, index, distances, residuals, weights, stage.huber_delta, 0.0
+        moved,
+        target_points,
+        normals,
+        index,
+        distances,
+        residuals,
+        near,
+        weights,
+        stage.huber_delta,
+        0.0,
     )
 
 
 @compiled
 def reject_and_weigh(pairs: Pairs, stage: Stage) -> Pairs:
     """(E) The same pairs, weighted: 0 beyond the gate or the overlap, else Huber's weight."""
-    kept = closest(pairs.distances, stage.overlap_ratio)  # (B)
+    near = closest(pairs.distances, stage.overlap_ratio)  # (B)
+    kept = near.copy()
     for i in range(len(kept)):
         within_gate = pairs.distances[i] <= stage.gate  # (A)
         kept[i] = kept[i] and within_gate and math.isfinite(pairs.residuals[i])
@@ -107,8 +118,8 @@ def reject_and_weigh(pairs: Pairs, stage: Stage) -> Pairs:
     for i in range(len(kept)):
         if not kept[i]:
             weights[i] = 0.0
-    moved, partners, normals, rows, distances, residuals, _, _, _ = pairs
-    return Pairs(moved, partners, normals, rows, distances, residuals, weights, delta, share)
+    moved, partners, normals, rows, distances, residuals, _, _, _, _ = pairs
+    return Pairs(moved, partners, normals, rows, distances, residuals, near, weights, delta, share)
 
 
 @compiled
@@ -151,14 +162,10 @@ def huber(residuals: FloatArray, huber_delta: float) -> FloatArray:
 @compiled
 def widened(residuals: FloatArray, kept: BoolArray, stage: Stage) -> float:
     """δ [m] of this iteration: from afar as wide as the median of the kept residuals asks."""
-    count, some = 0, np.empty(len(residuals))
-    for i in range(len(residuals)):
-        if kept[i]:
-            some[count] = residuals[i]
-            count += 1
-    if stage.widening == 0.0 or count == 0:
+    if stage.widening == 0.0 or not kept.any():
         return stage.huber_delta
-    return max(stage.huber_delta, stage.widening * select(some[:count], count // 2))
+    some = residuals[kept]
+    return max(stage.huber_delta, stage.widening * select(some, len(some) // 2))
 
 
 @compiled
@@ -168,14 +175,14 @@ def cost(pairs: Pairs, stage: Stage) -> float:
     A pair outside the gate counts as if it lay at the gate; one without a normal, by its
     distance.
     """
-    counted, total = closest(pairs.distances, stage.overlap_ratio), 0.0
-    for i in range(len(counted)):
-        if counted[i]:
+    count, total = len(pairs.distances), 0.0
+    for i in range(count):
+        if pairs.within_overlap[i]:
             r = min(pairs.distances[i], stage.gate)
             if pairs.distances[i] <= stage.gate and math.isfinite(pairs.residuals[i]):
                 r = pairs.residuals[i]
             total += loss(r, pairs.huber_delta)
-    return total / len(counted)
+    return total / count
 
 
 @compiled
@@ -341,6 +348,7 @@ class Correspondences:
             np.array(self.target_index),
             np.array(self.distances),
             np.array(self.residuals),
+            self.within_overlap,
             np.array(self.weights),
             self.huber_delta,
             self.point_share,

@@ -15,7 +15,6 @@ from labkit.correspondences import (
     Correspondences,
     Pairs,
     associate,
-    closest,
     cost,
     reject_and_weigh,
 )
@@ -93,7 +92,7 @@ def icp(
     poses, far, ending = run(source.points, arrays, T, numbers)
     return IcpResult(
         poses=read_only(poses),
-        far=read_only(np.arange(len(poses)) < far),
+        far=far,
         termination=ENDINGS[ending],
         source=source,
         target=target,
@@ -172,7 +171,7 @@ def check(
     ending = BUDGET_SPENT if len(poses) > parameters.max_iterations else GOES_ON
     if stage.may_converge and abs(costs[-1] - costs[-2]) < parameters.cost_tolerance:
         ending = CONVERGED_COST
-    return ending if np.count_nonzero(pairs.weights) >= MIN_PAIRS else why_none(pairs, stage)
+    return ending if np.count_nonzero(pairs.weights) >= MIN_PAIRS else why_none(pairs, stage.gate)
 
 
 @compiled
@@ -187,12 +186,9 @@ def stands_still(poses: list[FloatArray], parameters: LoopParameters) -> bool:
 
 
 @compiled
-def why_none(pairs: Pairs, stage: Stage) -> int:
+def why_none(pairs: Pairs, gate: float) -> int:
     """The ending of a run in which fewer than 3 pairs were kept."""
-    near, matched = closest(pairs.distances, stage.overlap_ratio), 0
-    for i in range(len(near)):
-        if near[i] and pairs.distances[i] <= stage.gate:
-            matched += 1
+    matched = np.count_nonzero(pairs.within_overlap & (pairs.distances <= gate))
     return DEGENERATE if matched >= MIN_PAIRS else TOO_FEW_CORRESPONDENCES  # on no surface
 
 

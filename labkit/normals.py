@@ -30,6 +30,9 @@ GAP_FLOOR = 0.05  # [m]: a step this short never does
 LINEARITY = 0.5  # largest ratio of the spreads across and along that still is a line
 MIN_ON_LINE = 3  # points that a line needs
 
+Sums = tuple[float, float, float, float, float]  # of x, y, x², xy, y²
+NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0)
+
 
 def estimate_normals(scan: Scan, grid: Grid | None = None) -> FloatArray:
     """Find the direction of the surface at every point.
@@ -65,72 +68,65 @@ def estimate_normals(scan: Scan, grid: Grid | None = None) -> FloatArray:
 def normals_along_sweep(points: FloatArray) -> FloatArray:
     """Normals from a window of beams around each point, shape (N, 2).
 
-    The moments of a window are differences of running sums, so that wide ones cost no more.
+    The sums of a window are differences of running sums, so that wide ones cost no more.
     """
     count, middle = len(points), points[len(points) // 2]  # running sums round by their size
-    sums = np.zeros((count + 1, 5))
+    sums = [NOTHING]
     for i in range(count):
-        x, y = points[i, 0] - middle[0], points[i, 1] - middle[1]
-        add(sums[i + 1], sums[i], x, y)
+        sums.append(added(sums[i], points[i, 0] - middle[0], points[i, 1] - middle[1]))
     start, stop = windows_along_sweep(points)
-    rounding = 64.0 * EPSILON * (sums[count, 2] + sums[count, 4])
-    normals, moments = np.empty((count, 2)), np.empty(5)
+    rounding = 64.0 * EPSILON * (sums[count][2] + sums[count][4])
+    normals = np.empty((count, 2))
     for i in range(count):
-        for k in range(5):
-            moments[k] = sums[stop[i], k] - sums[start[i], k]
-        set_normal(normals[i], points[i], moments, stop[i] - start[i], rounding)
+        (x, y, xx, xy, yy), before = sums[stop[i]], sums[start[i]]
+        window = x - before[0], y - before[1], xx - before[2], xy - before[3], yy - before[4]
+        towards = points[i, 0], points[i, 1]
+        normals[i, 0], normals[i, 1] = normal_of(window, stop[i] - start[i], rounding, towards)
     return normals
 
 
 @compiled
 def normals_in_space(points: FloatArray, grid: Grid) -> FloatArray:
     """Normals from the nearest `NEIGHBORS` within `REACH` of each point, shape (N, 2)."""
-    normals, moments = np.empty((len(points), 2)), np.empty(5)
+    normals = np.empty((len(points), 2))
     rows, squares = np.empty(NEIGHBORS, np.intp), np.empty(NEIGHBORS)
     for i in range(len(points)):
-        found = neighbors_of(points[i, 0], points[i, 1], grid, REACH, rows, squares)
-        for k in range(5):
-            moments[k] = 0.0
+        x, y, sums = points[i, 0], points[i, 1], NOTHING
+        found = neighbors_of(x, y, grid, REACH, rows, squares)
         for row in rows[:found]:
-            x, y = points[row, 0] - points[i, 0], points[row, 1] - points[i, 1]
-            add(moments, moments, x, y)
-        set_normal(normals[i], points[i], moments, found, 0.0)
+            sums = added(sums, points[row, 0] - x, points[row, 1] - y)
+        normals[i, 0], normals[i, 1] = normal_of(sums, found, 0.0, (x, y))
     return normals
 
 
 @compiled
-def add(moments: FloatArray, before: FloatArray, x: float, y: float) -> None:
-    """Add a point to the sums of x, y, x², xy, y² that stand in `before`."""
-    moments[0] = before[0] + x
-    moments[1] = before[1] + y
-    moments[2] = before[2] + x * x
-    moments[3] = before[3] + x * y
-    moments[4] = before[4] + y * y
+def added(sums: Sums, x: float, y: float) -> Sums:
+    """The sums with one more point."""
+    return sums[0] + x, sums[1] + y, sums[2] + x * x, sums[3] + x * y, sums[4] + y * y
 
 
 @compiled
-def set_normal(
-    normal: FloatArray, point: FloatArray, moments: FloatArray, count: int, rounding: float
-) -> None:
-    """Set the normal of the line through `count` points with these sums, towards the scanner.
+def normal_of(
+    sums: Sums, count: int, rounding: float, point: tuple[float, float]
+) -> tuple[float, float]:
+    """The normal at a point of the line through `count` points with these sums: to the scanner.
 
     NaN where they lie on no line, or where their spread [m²] is `rounding` alone.
     """
-    normal[0] = normal[1] = math.nan
     if count < MIN_ON_LINE:
-        return
-    x, y = moments[0] / count, moments[1] / count
-    xx, xy, yy = moments[2] / count - x * x, moments[3] / count - x * y, moments[4] / count - y * y
+        return math.nan, math.nan
+    x, y = sums[0] / count, sums[1] / count
+    xx, xy, yy = sums[2] / count - x * x, sums[3] / count - x * y, sums[4] / count - y * y
     half = 0.5 * (xx - yy)
     root = math.sqrt(half * half + xy * xy)
     least, most = 0.5 * (xx + yy) - root, 0.5 * (xx + yy) + root  # eigenvalues of M
     if not least < LINEARITY**2 * most or most <= rounding:
-        return
+        return math.nan, math.nan
     u, v = (-xy, root + half) if half > 0.0 else (half - root, xy)  # eigenvector to the least
     if u * point[0] + v * point[1] > 0.0:  # away from the scanner
         u, v = 0.0 - u, 0.0 - v
     length = math.sqrt(u * u + v * v)
-    normal[0], normal[1] = u / length, v / length
+    return u / length, v / length
 
 
 @compiled

@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from labkit.arrays import BoolArray, FloatArray, read_only
+from labkit.arrays import FloatArray, read_only
 from labkit.compiled import compiled
 from labkit.correspondences import Correspondences, pairs_at
 from labkit.degeneracy import free_motions, observability
@@ -101,8 +101,8 @@ class IcpResult:
         The parameters of the run.
     poses : ndarray, shape (K+1, 3, 3)
         ``T_target_source`` from the initial guess (number 0) to the last step.
-    far : ndarray of bool, shape (K+1,)
-        Which of them counted as far from the answer; see `labkit.schedule`.
+    far : int
+        How many of them, the first ones, counted as far from the answer; see `labkit.schedule`.
     """
 
     termination: Termination
@@ -110,7 +110,7 @@ class IcpResult:
     target: Target
     parameters: IcpParameters
     poses: FloatArray
-    far: BoolArray
+    far: int
 
     def __repr__(self) -> str:
         """One line: the ending, and the number of kept pairs."""
@@ -135,7 +135,7 @@ class IcpResult:
                 correspondences=pairs[k],
                 translation_step=moved,
                 rotation_step=turned,
-                far=bool(self.far[k]),
+                far=k < self.far,
             )
             for k, (T, (moved, turned)) in enumerate(zip(self.poses, steps, strict=True))
         )
@@ -146,8 +146,8 @@ class IcpResult:
         return self._pairs_at(self.iterations)
 
     def _pairs_at(self, k: int) -> Correspondences:
-        T, far = self.poses[k], bool(self.far[k])
-        return pairs_at(self.source.points, self.target, T, self.parameters, far=far)
+        points, T = self.source.points, self.poses[k]
+        return pairs_at(points, self.target, T, self.parameters, far=k < self.far)
 
     @property
     def inlier_count(self) -> int:

@@ -60,7 +60,6 @@ def test_a_result_cannot_be_written_to(in_the_room):
     for array in (
         result.T_target_source,
         result.poses,
-        result.far,
         result.source.points,
         result.target.points,
         result.target.normals,
