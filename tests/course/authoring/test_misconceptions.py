@@ -11,6 +11,7 @@ from labkit.course.authoring import solution as right
 from labkit.course.authoring.compute import answers_of, outcomes_of
 from labkit.course.authoring.edits import edited
 from labkit.course.authoring.misconceptions import MISTAKES
+from labkit.course.authoring.misconceptions.loop import WIDER
 from labkit.course.grading.check import tried
 from labkit.course.grading.judging.compare import assess, is_answer_of
 
@@ -132,7 +133,7 @@ def test_a_wrong_function_that_looks_right_loses_points_alike_in_every_variant(
         assert not tried(asked, visible, function).passed
 
 
-@pytest.mark.parametrize("wider", [1.1, 1.25, 1.4, 1.5, 1.75, 2.0, 2.5, 3.0])
+@pytest.mark.parametrize("wider", [*WIDER, 1.1, 1.75, 2.5])
 @pytest.mark.parametrize("question", ["icp_step", "icp"])
 def test_a_gate_that_is_too_wide_is_called_so_or_nothing(assignment, question, wider):
     """Usual ones by their name, and for the same points in every variant and reading."""
@@ -144,7 +145,7 @@ def test_a_gate_that_is_too_wide_is_called_so_or_nothing(assignment, question, w
     ]
     names = {verdict.misconception for verdict in verdicts}
     assert names <= {"wide_gate", None}
-    if wider in (1.25, 1.5, 2.0, 3.0):
+    if wider in WIDER:
         assert names == {"wide_gate"}
         assert len({verdict.score for verdict in verdicts}) == 1
 

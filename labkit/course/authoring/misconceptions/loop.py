@@ -20,6 +20,7 @@ SHIFT, TURN = "np.hypot(*dT[:2, 2])", "abs(np.arctan2(dT[1, 0], dT[0, 0]))"
 STOP = f"{SHIFT} < 1e-7 and {TURN} < 1e-7"
 BUDGET = "range(max_iterations)"
 STEP = "T, icp_step(source, target, T, max_distance, overlap_ratio, delta)"
+WIDER = (2, 1.2, 1.3, 1.4, 1.5, 1.65, 1.8, 2.3, 2.6, 3)
 RMSE = "np.sqrt(np.mean(nearest_neighbors(source @ T[:2, :2].T + T[:2, 2], target)[1] ** 2))"
 
 # fmt: off
@@ -72,7 +73,7 @@ WRONG_STAGES = {  # in a step, and in the whole loop
     "no_trimming": ("The trimming is not applied: all pairs within the gate are aligned.",
         {" & overlap(d, overlap_ratio)": ""}),
     "wide_gate": ("The gate is too wide, as if doubled: no pair beyond `max_distance` stays.",
-        [{GATE: f"distance_gate(d, {wider} * max_distance)"} for wider in (2, 1.25, 1.5, 3)]),
+        [{GATE: f"distance_gate(d, {wider} * max_distance)"} for wider in WIDER]),
     "gate_or_trimming": ("A pair stays that passes the gate or the trimming; it has to pass both.",
         {"& overlap": "| overlap"}),
     "wide_delta": ("Huber's δ is twice as large as asked: is δ doubled, or the residual halved?",
@@ -126,7 +127,7 @@ mistakes("icp", {
         {RESULT: "break\n    return invert(T)"}),
     **_in_stages({
         "no_weights": 0.6, "weights_of_squares": 0.6, "gate_on_squares": 0.95, "no_gate": 0.85,
-        "no_trimming": 0.75, "wide_gate": 0.95, "gate_or_trimming": 0.55, "wide_delta": 0.35}),
+        "no_trimming": 0.75, "wide_gate": 0.85, "gate_or_trimming": 0.55, "wide_delta": 0.35}),
     "budget_ignored": (0.85, "Another budget ends the loop: take at most `max_iterations` steps.",
         [{BUDGET: f"range({most})"} for most in (10, 20, 200)]),
     "one_less": (0.85, "A step of the budget is lost, or the transform before the last returned.",

@@ -295,7 +295,7 @@ def _message(
     outcomes: Sequence[Outcome],
     known: Misconception | None,
 ) -> tuple[str, bool]:
-    """What to tell of the whole question, and whether it says the fault of every case."""
+    """The words on the whole question, and whether they say the fault of every case."""
     passed = sum(verdict.passed for verdict in verdicts)
     hidden = [verdict.passed for verdict in verdicts if verdict.hidden]
     always = {verdict.reason.partition(": ")[2] for verdict in verdicts}
