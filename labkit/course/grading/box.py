@@ -140,13 +140,14 @@ class Box:
     def __init__(self, wall: Wall) -> None:
         self.wall = wall
         self._buffer = b""
-        self._folder = tempfile.TemporaryDirectory(prefix="labkit-")
+        bare = wall.mode == "none"  # then it has a folder of this machine's to write into
+        self._folder = tempfile.TemporaryDirectory(prefix="labkit-") if bare else None
         settings = {
             "seconds": IN_ALL * wall.seconds,
             "memory": MEMORY,
             "file_bytes": 0 if wall.mode == "user" else FILE_BYTES,
-            "user": unused_user() if wall.mode != "none" and os.geteuid() == 0 else 0,
-            "isolated": wall.mode != "none",
+            "user": unused_user() if os.geteuid() == 0 and not bare else 0,
+            "isolated": not bare,
         }
         command = [os.path.realpath(sys.executable), "-I", "-S", "-B", "-X", "utf8", "-c"]
         paths = sorted({os.path.dirname(path) for path in libraries()[1:]})
@@ -155,7 +156,7 @@ class Box:
         self.process = subprocess.Popen(
             [*bubblewrap(wall), *command] if wall.mode == "bubblewrap" else command,
             env=ENVIRONMENT,
-            cwd=self._folder.name if wall.mode == "none" else "/",
+            cwd=self._folder.name if self._folder else "/",
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -178,7 +179,8 @@ class Box:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self.process.pid, signal.SIGKILL)  # with what it started, where it may
         _, complaint = self.process.communicate()
-        self._folder.cleanup()
+        if self._folder:
+            self._folder.cleanup()
         return complaint.decode(errors="replace").strip().rpartition("\n")[2]
 
     def send(self, end: float, **order: Any) -> None:
