@@ -1,7 +1,6 @@
-"""The assignment as it is committed, and submissions that are run in this process."""
+"""The assignment as it is committed."""
 
 import pytest
-from right_answers import RIGHT
 
 from labkit.course.grading.assignment import load_assignment
 
@@ -9,9 +8,3 @@ from labkit.course.grading.assignment import load_assignment
 @pytest.fixture(scope="session")
 def assignment():
     return load_assignment()
-
-
-@pytest.fixture(params=RIGHT, ids=lambda module: module.__name__)
-def variant(request):
-    """A whole submission, all of it right."""
-    return request.param

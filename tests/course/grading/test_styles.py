@@ -6,7 +6,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from right_answers import homogeneous, plain_python, single_precision
+from right_answers import homogeneous, plain_python
 
 import labkit
 from labkit.course.grading.assignment import load_assignment
@@ -124,7 +124,6 @@ SCRIPTS = {
                   + "\n# In[ ]:\n\nget_ipython().system('ls')\n").encode(),
     "main": (SCRIPT + "\nif __name__ == '__main__':\n    assert rotation(0)[0, 0] == 2\n").encode(),
     "broken end": (SCRIPT + "\ndef half(\n").encode(),
-    "single precision": Path(single_precision.__file__).read_bytes(),
 }  # fmt: skip
 
 

@@ -1,17 +1,10 @@
-"""A submission in (3, 3) matrices: the SVD for every alignment, general inverses, no shortcut."""
+"""The solution in (3, 3) matrices: the SVD for every alignment, and answers in other forms."""
 
 import numpy as np
 
 
 def rotation(theta):
     return np.cos(theta) * np.eye(2) + np.sin(theta) * np.array([[0, -1], [1, 0]])
-
-
-def compose(T_a_b, T_b_c):
-    T_a_c = np.eye(3)
-    T_a_c[:2, :2] = T_a_b[:2, :2] @ T_b_c[:2, :2]
-    T_a_c[:2, 2] = T_a_b[:2, :2] @ T_b_c[:2, 2] + T_a_b[:2, 2]
-    return T_a_c
 
 
 def invert(T_a_b):
@@ -71,15 +64,6 @@ def huber_weights(residuals, delta):
     return weights
 
 
-def inlier_rmse(distances, kept):
-    d = np.asarray(distances)[np.asarray(kept)]
-    return float(np.linalg.norm(d) / np.sqrt(d.size)) if d.size else float("nan")
-
-
-def fitness(kept):
-    return np.count_nonzero(kept) / np.size(kept)
-
-
 def icp_step(source, target, T, max_distance, overlap_ratio, delta):
     homogeneous = np.column_stack([source, np.ones(len(source))])
     moved = (T @ homogeneous.T).T[:, :2]
@@ -97,17 +81,6 @@ def icp(source, target, T_init, max_distance, overlap_ratio, delta, max_iteratio
     return {"R": T[:2, :2], "t": T[:2, 2]}
 
 
-def has_converged(dT, cost_change, iteration, eps_t, eps_psi, eps_cost, k_max):
-    reasons = [
-        np.linalg.norm(dT[:2, 2]) < eps_t
-        and np.abs(np.arcsin(dT[1, 0])) < eps_psi
-        and dT[0, 0] > 0,
-        np.abs(cost_change) < eps_cost,
-        iteration + 1 > k_max,
-    ]
-    return np.any(reasons)
-
-
 def integrate(increments, start):
     def pose(x, y, psi):
         return np.array([[np.cos(psi), -np.sin(psi), x], [np.sin(psi), np.cos(psi), y], [0, 0, 1]])
@@ -116,13 +89,3 @@ def integrate(increments, start):
     for increment in increments:
         T.append(T[-1] @ pose(*increment))
     return np.array([[M[0, 2], M[1, 2], np.arctan2(M[1, 0], M[0, 0])] for M in T])
-
-
-def is_plausible(increment, inlier_ratio, rmse, max_shift, max_turn, min_ratio, max_rmse):
-    checks = {
-        "translation": np.linalg.norm(increment[:2]) <= max_shift,
-        "rotation": -max_turn <= increment[2] <= max_turn,
-        "inliers": inlier_ratio >= min_ratio,
-        "rmse": rmse <= max_rmse,
-    }
-    return all(checks.values())
