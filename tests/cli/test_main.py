@@ -48,10 +48,7 @@ def test_the_help_names_every_command_and_each_explains_itself(run):
         (("demo", "--metric", "point_to_plane"), "argument --metric: invalid choice"),
         (("match", "a.csv"), "the following arguments are required: SOURCE"),
         (("match", "a", "b", "--initial", "a", 0, 0), "--initial: invalid float value: 'a'"),
-        (
-            ("match", "a", "b", "--initial", 0, 0, "inf"),
-            "three finite numbers x, y, theta, got",
-        ),
+        (("match", "a", "b", "--initial", 0, 0, "inf"), "three finite numbers x, y, theta, got"),
         (("evaluate", "a", "--reference", "b", "--stretch", "nan"), "--stretch must be in (0, 1e"),
         (("odometry", "killian", "--scans", "1"), "--scans must be a whole number of at least 2"),
         (("odometry", "killian", "--angles", "nan", "1"), "--angles must be 2 finite numbers"),

@@ -84,9 +84,7 @@ def test_a_table_without_points(save):
 
 @given(
     points=hnp.arrays(
-        np.float64,
-        st.tuples(st.integers(1, 20), st.just(2)),
-        elements=st.floats(-1e9, 1e9),
+        np.float64, st.tuples(st.integers(1, 20), st.just(2)), elements=st.floats(-1e9, 1e9)
     )
 )
 def test_points_come_back_bit_for_bit(scratch, points):

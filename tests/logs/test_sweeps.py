@@ -76,11 +76,7 @@ def test_a_scanner_that_sees_farther_has_no_code_there(save, flaser):
 
 @pytest.mark.parametrize(
     ("declared", "codes"),
-    [
-        (8.19, (8.183, 8.191)),
-        (40.0, (32.763, 32.767)),
-        (81.92, (81.83, 81.91)),
-    ],
+    [(8.19, (8.183, 8.191)), (40.0, (32.763, 32.767)), (81.92, (81.83, 81.91))],
 )
 def test_a_declared_maximum_above_the_code_keeps_none(save, robotlaser, declared, codes):
     rows = sweeps(0.9 * codes[0], codes)

@@ -21,7 +21,7 @@ from labkit.simulation import (
 )
 from labkit.simulation.world import circle
 
-NAN, STAMPS, WALL = math.nan, [0.0, 0.1], np.zeros((1, 2, 2))
+NAN, POSE, WALL = math.nan, np.zeros((1, 3)), np.zeros((1, 2, 2))
 
 
 @pytest.mark.parametrize(
@@ -29,23 +29,14 @@ NAN, STAMPS, WALL = math.nan, [0.0, 0.1], np.zeros((1, 2, 2))
     [
         (lambda: World(segments=WALL[0]), r"`segments` must have shape \(M, 2, 2\), got \(2, 2\)"),
         (lambda: World(segments=WALL * NAN), "`segments` must be finite, got .*nan.* at index 0"),
-        (
-            lambda: MovingObject(segments=WALL, velocity=[1, math.inf]),
-            "`velocity` must be 2 finite numbers",
-        ),
-        (
-            lambda: scan_along(room(), np.empty((0, 3)), Lidar(), rng=0),
-            "at least 1 pose, got 0",
-        ),
-        (
-            lambda: scan_along(room(), [[0, 0, 0]], Lidar(), rng=0, stamps=STAMPS),
-            r"`stamps` must have shape \(1,\), one per pose, got \(2,\)",
-        ),
+        (lambda: MovingObject(segments=WALL, velocity=[1, NAN]), "`velocity` must be 2 finite num"),
+        (lambda: scan_along(room(), np.empty((0, 3)), Lidar(), rng=0), "at least 1 pose, got 0"),
+        (lambda: scan_along(room(), POSE, Lidar(), rng=0, stamps=[0, 1]), r"\(1,\), .* got \(2,\)"),
         (lambda: sample_scan([[1, 0]], 2 * np.eye(3), rng=0), "`T_world_scanner` must be a proper"),
-        (lambda: wheel_increments([[0, 0, 0]], WheelNoise(), rng=0), "at least 2 poses, got 1"),
+        (lambda: wheel_increments(POSE, WheelNoise(), rng=0), "at least 2 poses, got 1"),
         (
-            lambda: wheel_increments(np.zeros((4, 2)), WheelNoise(), rng=0),
-            r"`poses` must have shape \(K, 3\), rows \(x, y, theta\), got \(4, 2\)",
+            lambda: wheel_increments(WALL[0], WheelNoise(), rng=0),
+            r"\(K, 3\), rows .*, got \(2, 2\)",
         ),
     ],
 )
@@ -58,10 +49,7 @@ def test_points_and_poses_that_cannot_be_meant(call, message):
     ("call", "message"),
     [
         (lambda: Lidar(beam_count=1), "`beam_count` must be a whole number of at least 2, got 1"),
-        (
-            lambda: Lidar(field_of_view=0.0),
-            r"`field_of_view` must be in \(0, 6.28319\] rad",
-        ),
+        (lambda: Lidar(field_of_view=0.0), r"`field_of_view` must be in \(0, 6.28319\] rad"),
         (lambda: Lidar(range_max=NAN), "`range_max` must exceed `range_min`, got nan and 0.1 m"),
         (lambda: Lidar(noise_std=-0.1), r"`noise_std` must be in \[0, 10\] m, got -0.1"),
         (lambda: Lidar(dropout_ratio=1.1), r"`dropout_ratio` must be in \[0, 1\], got 1.1"),

@@ -6,16 +6,7 @@ import numpy as np
 import pytest
 
 from labkit.se2 import apply, transform
-from labkit.simulation import (
-    Lidar,
-    MovingObject,
-    World,
-    cast,
-    corridor,
-    crowd,
-    room,
-    two_rooms,
-)
+from labkit.simulation import Lidar, MovingObject, World, cast, corridor, crowd, room, two_rooms
 from labkit.simulation.lidar import first_hits
 from labkit.simulation.world import polyline
 
