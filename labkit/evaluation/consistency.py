@@ -51,7 +51,7 @@ def disagreement(increments: ArrayLike, prior: ArrayLike) -> PoseErrors:
 
     Examples
     --------
-    >>> disagreement([[0.5, 0.0, 0.0]], [[0.5, 0.1, 0.0]]).translation.max
+    >>> disagreement([[0.5, 0.0, 0.1]], [[0.5, 0.1, 0.0]]).translation.max
     0.1
     """
     estimated, expected = map(from_xytheta, as_trajectories(increments=increments, prior=prior))

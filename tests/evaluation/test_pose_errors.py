@@ -1,4 +1,4 @@
-"""Summaries: numpy's statistics, and NaN where there is nothing."""
+"""Summaries: numpy's statistics, and NaN or a refusal where there is nothing."""
 
 import math
 from dataclasses import fields
@@ -6,7 +6,8 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from labkit.evaluation import ErrorSummary, rpe
+from labkit.errors import DegenerateAlignmentError
+from labkit.evaluation import ErrorSummary, ate, rpe
 
 
 def test_known_numbers():
@@ -32,3 +33,9 @@ def test_a_trajectory_that_is_too_short_has_no_number(unit):
     assert errors.translation.count == errors.rotation.count == 0
     assert math.isnan(errors.translation.mean)
     assert math.isnan(errors.rotation.rmse)
+
+
+@pytest.mark.parametrize("poses", [np.zeros((1, 3)), np.zeros((5, 3)), np.full((7, 3), 0.1)])
+def test_a_robot_that_stays_has_no_rigid_alignment(poses):
+    with pytest.raises(DegenerateAlignmentError, match="leave the rotation undetermined"):
+        ate(poses, np.arange(3.0 * len(poses)).reshape(-1, 3))
