@@ -12,16 +12,9 @@ TARGET = np.array([[0.0, 0.9], [2.1, 1.0]])
 
 
 @pytest.mark.parametrize("make", [np.asarray, np.ndarray.tolist, Scan.from_points])
-def test_every_point_is_drawn(ax, make):
-    assert plot_scans(ax, make(SOURCE), make(TARGET)) is ax
-    target, source = ax.lines
-    np.testing.assert_array_equal(source.get_xydata(), SOURCE)
-    np.testing.assert_array_equal(target.get_xydata(), TARGET)
-
-
-def test_the_source_is_drawn_where_the_transform_puts_it(ax):
-    T_target_source = transform(1.0, -2.0, 0.7)
-    plot_scans(ax, SOURCE, TARGET, T_target_source)
+@pytest.mark.parametrize("T_target_source", [np.eye(3), transform(1.0, -2.0, 0.7)])
+def test_every_point_is_drawn_the_source_where_the_transform_puts_it(ax, make, T_target_source):
+    assert plot_scans(ax, make(SOURCE), make(TARGET), T_target_source) is ax
     target, source = ax.lines
     np.testing.assert_allclose(source.get_xydata(), apply(T_target_source, SOURCE))
     np.testing.assert_array_equal(target.get_xydata(), TARGET)

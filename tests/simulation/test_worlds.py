@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from labkit.se2 import apply, transform
-from labkit.simulation import Lidar, MovingObject, World, cast, corridor, crowd, room, two_rooms
+from labkit.simulation import Lidar, cast, corridor, crowd, room, two_rooms
 from labkit.simulation.lidar import first_hits
-from labkit.simulation.world import polyline
 
 QUIET = Lidar(noise_std=0.0)
 AROUND = Lidar(beam_count=720, field_of_view=2.0 * math.pi, noise_std=0.0)
@@ -70,11 +69,3 @@ def test_two_rooms_overlap_in_part():
     assert np.mean(west[:, 0] < 0.01) > 0.6
     assert np.mean(east[:, 0] > -0.01) > 0.6
     assert np.isfinite(ranges(two_rooms(), 2.0, -1.0, 0.1)).all()
-
-
-def test_objects_move_and_walls_stay():
-    wall = polyline([[0.0, 0.0], [1.0, 0.0]])
-    world = World(segments=wall, moving=(MovingObject(segments=wall, velocity=[1.0, -2.0]),))
-    np.testing.assert_array_equal(world.at(0.0), np.concatenate([wall, wall]))
-    there = wall + np.array([0.5, -1.0])
-    np.testing.assert_array_equal(world.at(0.5), np.concatenate([wall, there]))

@@ -27,13 +27,6 @@ def replaced(name, old, new):
 
 STEP = RIGHT["icp_step"]
 ICP = RIGHT["icp"]
-OWN_MATRIX = {
-    "icp_step": "def matrix(R, t):\n    T = np.eye(3)\n    T[:2, :2], T[:2, 2] = R, t\n"
-    "    return T\n\n\n"
-    + STEP.replace("dT = np.eye(3)\n", "dT = matrix(R, t)\n", 1).replace(
-        "    dT[:2, :2], dT[:2, 2] = R, t\n", ""
-    )
-}
 HELPED = "def {helper}(T, p):\n    return p @ T[:2, :2].T + T[:2, 2]\n\n\n" + STEP.replace(
     "source @ T[:2, :2].T + T[:2, 2]", "{helper}(T, source)"
 )
@@ -66,7 +59,6 @@ TIMED = {name: f"%%time\n{RIGHT[name]}" for name in ("rotation", "icp")} | {
 }
 STYLES = {
     "the handed-out notebook": answered(),
-    "own matrix(R, t)": answered(OWN_MATRIX),
     "own LIMITS": answered(LIMITED),
     "own matched": answered({"icp_step": HELPED.format(helper="matched")}),
     "transform, and an experiment": answered(
@@ -106,8 +98,6 @@ STYLES = {
     "cKDTree": answered({"nearest_neighbors": "from scipy.spatial import cKDTree\n\n\n"
         "def nearest_neighbors(source, target):\n    d, i = cKDTree(target).query(source)\n"
         "    return i, d\n"}),
-    "complex numbers": answered({"rotation": "def rotation(theta):\n    z = np.exp(1j * theta)\n"
-        "    return np.array([[z.real, -z.imag], [z.imag, z.real]])\n"}),
     "ends the program in a cell": answered(after=("import os\nos._exit(0)",)),
 }  # fmt: skip
 SCRIPTS = {

@@ -84,10 +84,3 @@ def test_a_pdf_has_its_pages_counted(tmp_path):
     page = "<h1>One</h1>" + '<h1 style="break-before: page">Two</h1>' * 2
     assert write_pdf(page, tmp_path / "mine.pdf") == 3
     assert (tmp_path / "mine.pdf").read_bytes().startswith(b"%PDF")
-
-
-def test_without_a_browser_the_way_out_is_named(tmp_path, monkeypatch):
-    monkeypatch.setattr(pdf, "BROWSERS", ())
-    with pytest.raises(ReportError, match=r"needs Chromium, .*apt install chromium"):
-        write_pdf("<p>", tmp_path / "mine.pdf")
-    assert list(tmp_path.iterdir()) == []
