@@ -21,8 +21,8 @@ SPARSE = 3.0 * np.stack(np.meshgrid(np.arange(1.0, 6), np.arange(4.0)), axis=-1)
 NORMALS = np.array([[0.0, -1.0], [NAN, NAN], [0.0, -1.0], [0.0, -2.0]])
 
 
-def scan(ranges, angles):
-    return Scan(points=POINTS, ranges=ranges, angles=angles)
+def scan(ranges, angles, beams=None):
+    return Scan(points=POINTS, ranges=ranges, angles=angles, beams=beams)
 
 
 def started(T_init):
@@ -58,6 +58,8 @@ def test_points(points, message):
     [
         (scan, ([1.0, 2.0], [0.0]), r"must have one shape \(B,\), got \(2,\) and \(1,\)"),
         (scan, ([[1.0]], [[0.0]]), r"`ranges` must have shape \(B,\), got \(1, 1\)"),
+        (scan, (None, None, np.arange(3)), r"`beams` must be 4 whole .*, got shape \(3,\)"),
+        (scan, (None, None, np.arange(4.0)), r"`beams` must be 4 whole .*, got shape \(4,\)"),
         (Scan.from_ranges, ([1, 1], [0, NAN]), "`angles` must be finite, got nan at index 1"),
         (NearestNeighbors, (POINTS + INF,), r"`target` must be finite, got \[inf, inf\] at"),
         (NearestNeighbors(POINTS).query, (POINTS * NAN,), "`points` must be finite, .* at index 0"),
@@ -81,18 +83,15 @@ def test_points(points, message):
         (started, (np.diag([1, 1, INF]),), r"proper rigid transform, .*`labkit\.transform"),
         (started, ("here",), "`T_init` must hold numbers, got 'here'; build one with"),
         (spread_ratio, (POINTS, [1, 0, 0]), r"`motion` must have shape \(2,\), got \(3,"),
+        (huber_weights, ([0.1, -0.1], 0.5), "distances, .* got -0.1 at index 1"),
+        (huber_loss, ([0.1, NAN], 0.5), "distances, .* got nan at index 1"),
+        (overlap, ([0.1, NAN], 0.5), "distances, .* got nan at index 1"),
+        (distance_gate, ([0.1, -0.1], 0.5), "distances, .* got -0.1 at index 1"),
     ],
 )
 def test_arrays(call, arguments, message):
     with pytest.raises(InvalidPointsError, match=message):
         call(*arguments)
-
-
-@pytest.mark.parametrize("beams", [np.arange(3), np.arange(4.0)])
-def test_beams_are_one_per_point(beams):
-    message = rf"`beams` must be 4 whole numbers, one per point, got shape \({len(beams)},\)"
-    with pytest.raises(InvalidPointsError, match=message):
-        Scan(points=POINTS, beams=beams)
 
 
 @pytest.mark.parametrize(
@@ -116,13 +115,6 @@ def test_beams_are_one_per_point(beams):
 def test_parameters(call, arguments, message):
     with pytest.raises(InvalidParameterError, match=message):
         call(*arguments)
-
-
-@pytest.mark.parametrize("stage", [huber_weights, huber_loss, overlap, distance_gate])
-@pytest.mark.parametrize("wrong", [-0.1, NAN])
-def test_distances(stage, wrong):
-    with pytest.raises(InvalidPointsError, match=f"distances, .*got {wrong} at index 1"):
-        stage([0.1, wrong], 0.5)
 
 
 @pytest.mark.parametrize("std", [0.0, -0.01, NAN])

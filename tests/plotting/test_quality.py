@@ -34,19 +34,29 @@ def marks(ax, decision):
     return [line for line in ax.lines if line.get_marker() == marker and line.get_color() == color]
 
 
-def test_every_step_is_a_dot_of_each_signal():
+def test_every_step_is_a_dot_of_each_signal_below_or_above_a_dashed_limit_and_counted():
     records = make_records()
-    axes = plot_quality(book_figure(7.0), records)
+    limits = SanityLimits(max_rmse=0.15, min_inlier_ratio=0.3)
+    axes = plot_quality(book_figure(7.0), records, limits=limits)
     signals = (
         [r.rmse for r in records],
         [r.inlier_ratio for r in records],
         np.degrees([r.rotation for r in records]),
         [r.information for r in records],
     )
-    for ax, values in zip(axes, signals, strict=False):
-        dots = ax.lines[0]
+    bounds = (0.15, 0.3, 90.0, MIN_INFORMATION)
+    for ax, values, bound in zip(axes, signals, bounds, strict=False):
+        dots, limit = ax.lines[0], ax.lines[-1]
         np.testing.assert_array_equal(dots.get_xdata(), range(len(records)))
         np.testing.assert_array_equal(dots.get_ydata(), values)
+        assert limit.get_linestyle() == "--"
+        np.testing.assert_allclose(limit.get_ydata(), bound)
+    assert axes[0].get_ylim()[1] > 0.15
+    assert axes[2].get_ylim()[1] < 20.0  # 90° would flatten what there is to see
+    rows = [label.get_text() for label in axes[-1].get_yticklabels()]
+    assert rows == ["icp", "retry", "search", "prior", "hold", "stand"]
+    assert [text.get_text() for text in axes[-1].texts] == ["95", "1", "1", "2", "1", "1"]
+    assert axes[0].get_title() == "Quality of 101 steps, 6 of them fell back"
 
 
 def test_fallbacks_are_marked_where_they_happened():
@@ -60,26 +70,6 @@ def test_fallbacks_are_marked_where_they_happened():
             np.testing.assert_array_equal(line.get_xdata(), at)
         last = [len(DECISIONS)] if decision is Decision.HOLD else []
         np.testing.assert_array_equal(marks(lowest, decision)[0].get_xdata(), [*at, *last])
-
-
-def test_the_lowest_panel_counts_decisions():
-    axes = plot_quality(book_figure(7.0), make_records())
-    rows = [label.get_text() for label in axes[-1].get_yticklabels()]
-    assert rows == ["icp", "retry", "search", "prior", "hold", "stand"]
-    assert [text.get_text() for text in axes[-1].texts] == ["95", "1", "1", "2", "1", "1"]
-    assert axes[0].get_title() == "Quality of 101 steps, 6 of them fell back"
-
-
-def test_limits_are_dashed_lines():
-    limits = SanityLimits(max_rmse=0.15, min_inlier_ratio=0.3)
-    axes = plot_quality(book_figure(7.0), make_records(), limits=limits)
-    bounds = (0.15, 0.3, 90.0, MIN_INFORMATION)
-    for ax, bound in zip(axes, bounds, strict=False):
-        line = ax.lines[-1]
-        assert line.get_linestyle() == "--"
-        np.testing.assert_allclose(line.get_ydata(), bound)
-    assert axes[0].get_ylim()[1] > 0.15
-    assert axes[2].get_ylim()[1] < 20.0  # 90° would flatten what there is to see
 
 
 def test_a_run_without_any_match():

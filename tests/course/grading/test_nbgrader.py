@@ -12,6 +12,7 @@ import pytest
 from right_answers import plain_python
 
 from labkit.cli import main
+from labkit.course.authoring import solution
 from labkit.course.authoring.notebook import notebook_text
 from labkit.course.authoring.write import read_toml
 from labkit.course.grading.assignment import load_assignment
@@ -87,7 +88,7 @@ def course(tmp_path_factory):
     nbgrader(folder)
     release = (folder / "release/lab1/assignment.ipynb").read_text(encoding="utf-8")
     handed_in = {
-        "ada": answered(release, inspect.getsource(plain_python)),
+        "ada": answered(release, inspect.getsource(solution) + inspect.getsource(plain_python)),
         "emmy": answered(release, MISTAKEN),
         "grace": release,
     }

@@ -1,4 +1,4 @@
-"""A submission without numpy: loops, lists and `math`; ρ of the pairs that pass the gate."""
+"""The solution without numpy: loops, lists and `math`; ρ of the pairs that pass the gate."""
 
 import math
 
@@ -26,12 +26,6 @@ def wrap(angle):
     return angle
 
 
-def best_translation(R, source, target):
-    px, py = centroid(source, [1] * len(source))
-    qx, qy = centroid(target, [1] * len(target))
-    return [qx - R[0][0] * px - R[0][1] * py, qy - R[1][0] * px - R[1][1] * py]
-
-
 def centroid(points, weights):
     total = sum(weights)
     x = sum(w * p[0] for w, p in zip(weights, points, strict=True)) / total
@@ -55,10 +49,6 @@ def align_weighted(source, target, weights):
     return R, [qx - R[0][0] * px - R[0][1] * py, qy - R[1][0] * px - R[1][1] * py]
 
 
-def align_svd(source, target):
-    return align(source, target)
-
-
 def nearest_neighbors(source, target):
     indices, distances = [], []
     for p in source:
@@ -72,10 +62,6 @@ def nearest_neighbors(source, target):
     return indices, distances
 
 
-def distance_gate(distances, max_distance):
-    return [bool(d <= max_distance) for d in distances]
-
-
 def overlap(distances, overlap_ratio):
     count = max(3, math.floor(overlap_ratio * len(distances)))
     closest = sorted(range(len(distances)), key=lambda i: distances[i])[:count]
@@ -84,15 +70,6 @@ def overlap(distances, overlap_ratio):
 
 def huber_weights(residuals, delta):
     return [1.0 if r <= delta else delta / r for r in residuals]
-
-
-def inlier_rmse(distances, kept):
-    squares = [d * d for d, keep in zip(distances, kept, strict=True) if keep]
-    return math.sqrt(sum(squares) / len(squares)) if squares else math.nan
-
-
-def fitness(kept):
-    return sum(map(bool, kept)) / len(kept)
 
 
 def icp_step(source, target, T, max_distance, overlap_ratio, delta):
@@ -120,14 +97,6 @@ def icp(source, target, T_init, max_distance, overlap_ratio, delta, max_iteratio
     return T
 
 
-def has_converged(dT, cost_change, iteration, eps_t, eps_psi, eps_cost, k_max):
-    if iteration >= k_max or abs(cost_change) < eps_cost:
-        return True
-    if math.sqrt(dT[0][2] ** 2 + dT[1][2] ** 2) >= eps_t:
-        return False
-    return math.fabs(math.atan2(dT[1][0], dT[1][1])) < eps_psi
-
-
 def integrate(increments, start):
     x, y, psi = start
     poses = [(x, y, psi)]
@@ -141,10 +110,3 @@ def integrate(increments, start):
             psi += 2 * math.pi
         poses.append((x, y, psi))
     return poses
-
-
-def is_plausible(increment, inlier_ratio, rmse, max_shift, max_turn, min_ratio, max_rmse):
-    dx, dy, dpsi = increment
-    if math.isnan(rmse) or rmse > max_rmse or inlier_ratio < min_ratio:
-        return False
-    return not (dx * dx + dy * dy > max_shift**2 or abs(dpsi) > max_turn)
