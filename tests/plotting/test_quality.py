@@ -12,21 +12,15 @@ DECISIONS = [Decision.START, *[Decision.ICP] * 90, *FALLBACKS, *[Decision.ICP] *
 
 
 def make_records(decisions=DECISIONS):
-    rng = np.random.default_rng(0)
-    records = [StepRecord(increment=np.zeros(3), decision=Decision.START)]
-    for decision in decisions[1:]:
-        rmse, ratio, turn, information = rng.uniform(0.0, 0.1, 4)
-        records.append(
-            StepRecord(
-                increment=np.zeros(3),
-                decision=decision,
-                rmse=rmse,
-                inlier_ratio=0.8 + ratio,
-                rotation=turn,
-                information=information,
-            )
-        )
-    return records
+    """Steps with signals drawn at random; the start has none."""
+    names = ("rmse", "inlier_ratio", "rotation", "information")
+    low = np.array([0.0, 0.8, 0.0, 0.0])
+    drawn = np.random.default_rng(0).uniform(low, low + 0.1, (len(decisions), 4))
+    drawn[0] = np.nan
+    return [
+        StepRecord(increment=np.zeros(3), decision=decision, **dict(zip(names, row, strict=True)))
+        for decision, row in zip(decisions, drawn, strict=True)
+    ]
 
 
 def marks(ax, decision):
@@ -34,7 +28,7 @@ def marks(ax, decision):
     return [line for line in ax.lines if line.get_marker() == marker and line.get_color() == color]
 
 
-def test_every_step_is_a_dot_of_each_signal_below_or_above_a_dashed_limit_and_counted():
+def test_a_step_is_a_dot_a_limit_a_dashed_line_and_a_decision_a_count():
     records = make_records()
     limits = SanityLimits(max_rmse=0.15, min_inlier_ratio=0.3)
     axes = plot_quality(book_figure(7.0), records, limits=limits)

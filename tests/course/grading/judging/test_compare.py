@@ -182,15 +182,6 @@ def turned(value, by):
     return value @ turn
 
 
-def test_a_constant_earns_nothing_where_half_the_answers_are_yes():
-    question = ASSIGNMENT.question("has_converged")
-    cases = ASSIGNMENT.cases(question.id, "ada")
-    for value, name in ((True, "always"), (False, "never")):
-        verdict = assess(question, cases, [returned(case, value) for case in cases])
-        assert verdict.score == 0.0
-        assert verdict.misconception == name
-
-
 def test_the_score_is_the_share_of_the_cases_beyond_chance():
     question = ASSIGNMENT.question("has_converged")
     cases = ASSIGNMENT.cases(question.id, "ada")
