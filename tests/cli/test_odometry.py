@@ -28,6 +28,15 @@ def test_a_log_becomes_a_trajectory_a_table_and_a_map(run, carmen_log, files, tm
     c, s = np.cos(path[0, 2]), np.sin(path[0, 2])
     assert np.abs(poses[:, :2] - driven[:, :2] @ [[c, -s], [s, c]]).max() < 0.01
     assert "Traceback" not in err
+    rows = list(csv.DictReader((tmp_path / "room-quality.csv").read_text().splitlines()))
+    assert [row["decision"] for row in rows] == ["start"] + 7 * ["icp"]
+    assert rows[0]["rmse_m"] == ""
+    assert 0.0 < float(rows[3]["rmse_m"]) < 0.1
+    assert 0.4 < float(rows[3]["inlier_ratio"]) <= 1.0
+    assert rows[3]["termination"].startswith("converged")
+    assert 0.0 < float(rows[3]["cost_m2"]) < float(rows[3]["rmse_m"]) ** 2
+    assert 0.0 <= float(rows[3]["seen_through"]) < 0.1
+    assert (rows[0]["ambiguous"], rows[3]["ambiguous"], rows[3]["margin"]) == ("", "0", "")
 
 
 def test_what_is_odd_about_a_log_is_told_and_overridden(run, carmen_log):
@@ -53,19 +62,6 @@ def test_a_limit_that_many_steps_exceed_is_named(run, carmen_log):
     status, _, err = run("odometry", carmen_log[0], "--max-translation", "-1", *nothing)
     assert status == 2
     assert "must be in (0, inf] m, got -1.0" in err
-
-
-def test_the_quality_file_has_a_row_a_scan(run, carmen_log, tmp_path):
-    run("odometry", carmen_log[0], "--plot", "none", "--out", "none", "--quality", "q.csv")
-    rows = list(csv.DictReader((tmp_path / "q.csv").read_text().splitlines()))
-    assert [row["decision"] for row in rows] == ["start"] + 7 * ["icp"]
-    assert rows[0]["rmse_m"] == ""
-    assert 0.0 < float(rows[3]["rmse_m"]) < 0.1
-    assert 0.4 < float(rows[3]["inlier_ratio"]) <= 1.0
-    assert rows[3]["termination"].startswith("converged")
-    assert 0.0 < float(rows[3]["cost_m2"]) < float(rows[3]["rmse_m"]) ** 2
-    assert 0.0 <= float(rows[3]["seen_through"]) < 0.1
-    assert (rows[0]["ambiguous"], rows[3]["ambiguous"], rows[3]["margin"]) == ("", "0", "")
 
 
 def test_a_table_of_ranges_needs_angles_and_none_writes_nothing(run, carmen_log, files, tmp_path):

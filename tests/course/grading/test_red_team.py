@@ -37,19 +37,16 @@ def session():
 NESTED = "pass\n"
 for _ in range(19):
     NESTED = "try:\n pass\nfinally:\n " + NESTED.replace("\n", "\n ").rstrip(" ")
-# Code of `double`, and what it may earn: 2 points would be the right function's.
+# What `double` does, below WORKER. The right function would earn 2 points.
 FORGING = {
-    "answers for itself, as it likes": WORKER + """
-def double(x):
+    "answers for itself, as it likes": """
     for place in range(99):
         session().tell(call=place, status="RETURNED", value=6.0)
 """,
-    "claims a verdict": WORKER + """
-def double(x):
+    "claims a verdict": """
     session().tell(call=0, status="FULL_MARKS", score=100, value=1)
 """,
-    "writes to every descriptor": WORKER + """
-def double(x):
+    "writes to every descriptor": """
     for number in range(64):
         try:
             os.write(number, b'{"score": 100}' * 9 + b"\\n")
@@ -57,52 +54,48 @@ def double(x):
             pass
     return 0
 """,
-    "says more than can be read": WORKER + """
-def double(x):
+    "says more than can be read": """
     while True:
         os.write(session().writing, b"[" * 65536)
 """,
-    "sends what chokes a reader": WORKER + """
-def double(x):
+    "sends what chokes a reader": """
     os.write(session().writing, b"[" * 200000 + b"]" * 200000 + b"\\n")
 """,
-    "answers from a thread, for ever": WORKER + """
-def forge(own):
-    while True:
-        own.tell(call=0, status="RETURNED", value=-3.0)
-def double(x):
+    "answers from a thread, for ever": """
+    def forge(own):
+        while True:
+            own.tell(call=0, status="RETURNED", value=-3.0)
     threading.Thread(target=forge, args=(session(),), daemon=True).start()
     return 0
 """,
     "lies about its type": """
-import numpy as np
-class Liar(float):
-    def __float__(self): return 6.0
-    def __eq__(self, other): return True
-    def __class__(self): return np.ndarray
-    def __array__(self, *_): return np.array(6.0)
-def double(x):
+    class Liar(float):
+        def __float__(self): return 6.0
+        def __eq__(self, other): return True
+        def __class__(self): return __import__("numpy").ndarray
+        def __array__(self, *_): return __import__("numpy").array(6.0)
     return [Liar(1.0), Liar(2.0)]
 """,
-    "ends in a lie": "class Odd(Exception):\n    def __str__(self): raise self\n"
-    "def double(x):\n    raise Odd('hidden', x)\n",
-    "hangs in C": "def double(x):\n    return 10 ** 10 ** 9\n",
-    "fills the memory": "def double(x):\n    return ['a' * 2 ** 28 + str(k) for k in range(99)]\n",
+    "ends in a lie": """
+    class Odd(Exception):
+        def __str__(self): raise self
+    raise Odd("hidden", x)
+""",
+    "hangs in C": "    return 10 ** 10 ** 9",
+    "fills the memory": "    return ['a' * 2 ** 28 + str(k) for k in range(99)]",
     "fills the disk": """
-def double(x):
     for k in range(10 ** 6):
         with open(f"/box/{k}", "wb") as file:
             file.write(b"x" * 2 ** 24)
 """,
     "catches its own end": """
-def double(x):
     while True:
         try:
             while True: pass
         except BaseException:
             pass
 """,
-}  # fmt: skip
+}
 # Each expression must come to nothing: an error, or a value that `double` does not return.
 PEEKING = {
     "labkit": "__import__('labkit').alignment.align([[0, 0]], [[0, 0]]).R.sum()",
@@ -124,9 +117,13 @@ def assignment(small):
     return load_assignment(small)
 
 
+def forged(name):
+    return f"{WORKER}def double(x):\n{FORGING[name]}\n{NEGATE}".encode()
+
+
 @pytest.mark.parametrize("name", FORGING)
 def test_nothing_is_gained_by_forging(name, graded, safe_wall, assignment):
-    verdict = graded({"a.py": f"{FORGING[name]}\n{NEGATE}".encode()}, assignment, seconds=0.5)
+    verdict = graded({"a.py": forged(name)}, assignment, seconds=0.5)
     double, negate = verdict.questions
     assert double.score == (2.0 if name.startswith("answers for itself") else 0.0)
     assert negate.score in (0.0, 3.0)
@@ -135,7 +132,7 @@ def test_nothing_is_gained_by_forging(name, graded, safe_wall, assignment):
 
 def test_a_value_guessed_right_is_all_that_forging_can_send(graded, safe_wall, assignment):
     """It sends 6.0, the answer of one variant's case; in the other variant that earns nothing."""
-    text = f"{FORGING['answers for itself, as it likes']}\n{NEGATE}".encode()
+    text = forged("answers for itself, as it likes")
     for student in ("ada", "emmy", "grace", "alan"):
         score = graded({"a.py": text}, assignment, student=student).questions[0].score
         assert score == 2.0 * (assignment.variant(student) == 0)
