@@ -126,13 +126,7 @@ def test_a_share_does_not_slide_a_wall_along_itself():
 
 def test_a_share_lifts_the_least_information_with_it():
     """τ adds itself to every eigenvalue, and a calm step needs a quarter of the rest."""
-    expected = {
-        0.0: 0.02,
-        0.02: 0.98 * 0.02 + 0.02,
-        0.03: 0.97 * 0.005 + 0.03,
-        0.5: 0.5 * 0.005 + 0.5,
-        1.0: 1.0,
-    }
+    expected = {0.0: 0.02, 0.02: 0.98 * 0.02 + 0.02, 0.03: 0.97 * 0.005 + 0.03, 1.0: 1.0}
     for share, least in expected.items():
         assert least_information(share) == pytest.approx(least, rel=1e-11)
         assert least_information(share) < least

@@ -27,14 +27,7 @@ def saved(save, line, rows, **options):
     return save("".join(line(row, **options) for row in rows.tolist()))
 
 
-CODES = [
-    (8.183, 8.187, 8.191),
-    (32.77,),
-    (50.9, 51.07, 51.11, 51.16),
-    (81.83, 81.91),
-    (30.0,),
-    (9.999, 10.0),
-]
+CODES = [(8.183, 8.187, 8.191), (32.77,), (50.9, 51.07, 51.16), (81.83, 81.91), (9.999, 10.0)]
 
 
 @pytest.mark.parametrize("codes", CODES)

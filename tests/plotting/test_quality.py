@@ -9,16 +9,16 @@ from labkit.plotting.pairs import STYLES
 from labkit.plotting.quality import FALLBACKS
 
 DECISIONS = [Decision.START, *[Decision.ICP] * 90, *FALLBACKS, *[Decision.ICP] * 5, Decision.PRIOR]
+SIGNALS = ("rmse", "inlier_ratio", "rotation", "information")
 
 
 def make_records(decisions=DECISIONS):
     """Steps with signals drawn at random; the start has none."""
-    names = ("rmse", "inlier_ratio", "rotation", "information")
     low = np.array([0.0, 0.8, 0.0, 0.0])
     drawn = np.random.default_rng(0).uniform(low, low + 0.1, (len(decisions), 4))
     drawn[0] = np.nan
     return [
-        StepRecord(increment=np.zeros(3), decision=decision, **dict(zip(names, row, strict=True)))
+        StepRecord(increment=np.zeros(3), decision=decision, **dict(zip(SIGNALS, row, strict=True)))
         for decision, row in zip(decisions, drawn, strict=True)
     ]
 
@@ -32,12 +32,8 @@ def test_a_step_is_a_dot_a_limit_a_dashed_line_and_a_decision_a_count():
     records = make_records()
     limits = SanityLimits(max_rmse=0.15, min_inlier_ratio=0.3)
     axes = plot_quality(book_figure(7.0), records, limits=limits)
-    signals = (
-        [r.rmse for r in records],
-        [r.inlier_ratio for r in records],
-        np.degrees([r.rotation for r in records]),
-        [r.information for r in records],
-    )
+    signals = np.array([[getattr(each, name) for each in records] for name in SIGNALS])
+    signals[2] = np.degrees(signals[2])
     bounds = (0.15, 0.3, 90.0, MIN_INFORMATION)
     for ax, values, bound in zip(axes, signals, bounds, strict=False):
         dots, limit = ax.lines[0], ax.lines[-1]

@@ -50,16 +50,10 @@ MISTAKEN = (
 
 def nbgrader(folder):
     """What nbgrader prints of the course in a folder, once it has made or graded it."""
-    command = [PYTHON, COURSE, folder]
     path = f"{PYTHON.parent}{os.pathsep}{os.environ['PATH']}"  # it calls alembic by name
-    done = subprocess.run(
-        command,
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=folder,
-        env={**os.environ, "PATH": path},
-    )
+    options = {"capture_output": True, "text": True, "cwd": folder}
+    command, env = [PYTHON, COURSE, folder], os.environ | {"PATH": path}
+    done = subprocess.run(command, check=False, env=env, **options)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
