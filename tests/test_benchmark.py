@@ -23,11 +23,6 @@ def python(*arguments):
     )
 
 
-def report(results, folder):
-    (folder / "_static").mkdir()
-    return python(BENCH / "report.py", results, "--book", folder)
-
-
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     """A run of two pairs, as JSON, and what it printed."""
@@ -56,7 +51,8 @@ def test_the_bench_runs_and_its_errors_are_small(results):
 
 def test_the_book_shows_the_results_as_they_were_written(tmp_path):
     """Nobody has touched up a number: page and figures come from the JSON beside them."""
-    done = report(BOOK / "_static" / "benchmark.json", tmp_path)
+    (tmp_path / "_static").mkdir()
+    done = python(BENCH / "report.py", BOOK / "_static/benchmark.json", "--book", tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert (tmp_path / "benchmark.md").read_text() == (BOOK / "benchmark.md").read_text()
     for name in ("benchmark-error.svg", "benchmark-growth.svg"):

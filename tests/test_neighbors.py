@@ -15,26 +15,19 @@ from labkit.neighbors import (
     select,
 )
 
+sizes, seeds = st.tuples(st.integers(1, 40), st.just(2)), st.integers(0, 2**32 - 1)
 # On a coarse lattice ties and duplicates are the rule.
-lattice = arrays(
-    float,
-    st.tuples(st.integers(1, 40), st.just(2)),
-    elements=st.integers(-3, 3).map(lambda k: 0.5 * k),
-)
-clouds = arrays(float, st.tuples(st.integers(1, 40), st.just(2)), elements=st.floats(-1e3, 1e3))
+lattice = arrays(float, sizes, elements=st.integers(-3, 3).map(lambda k: 0.5 * k))
+clouds = arrays(float, sizes, elements=st.floats(-1e3, 1e3))
 
 
-# Walls with a few returns far off, as a scanner sees them: most cells of the grid are empty.
-walls = st.builds(
-    lambda seed, count: np.vstack(
-        [
-            np.column_stack([np.linspace(-5.0, 5.0, count), np.full(count, 2.0)]),
-            np.random.default_rng(seed).normal(0.0, 80.0, (3, 2)),
-        ]
-    ),
-    st.integers(0, 2**32 - 1),
-    st.integers(1, 300),
-)
+def wall(seed, count):
+    """A wall and a few returns far off, as a scanner sees them: most cells are empty."""
+    far = np.random.default_rng(seed).normal(0.0, 80.0, (3, 2))
+    return np.vstack([np.column_stack([np.linspace(-5.0, 5.0, count), np.full(count, 2.0)]), far])
+
+
+scenes = st.one_of(lattice, clouds, st.builds(wall, seeds, st.integers(1, 300)))
 
 
 def table(points, target):
@@ -43,19 +36,14 @@ def table(points, target):
     return dx * dx + dy * dy
 
 
-@given(st.one_of(lattice, clouds, walls), st.one_of(lattice, clouds, walls))
+@given(scenes, scenes)
 def test_grid_and_brute_force_agree_bit_for_bit(points, target):
     index, distance = NearestNeighbors(target).query(points)
     np.testing.assert_array_equal(index, nearest_by_brute_force(points, target))
     np.testing.assert_array_equal(distance, np.sqrt(table(points, target).min(axis=1)))
 
 
-@given(
-    st.one_of(lattice, clouds, walls),
-    st.one_of(lattice, clouds, walls),
-    st.sampled_from([0.1, 0.5, 3.0, 1e4]),
-    st.integers(0, 2**32 - 1),
-)
+@given(scenes, scenes, st.sampled_from([0.1, 0.5, 3.0, 1e4]), seeds)
 def test_a_search_ends_at_its_reach_wherever_it_begins(points, target, reach, seed):
     guess = np.random.default_rng(seed).integers(-1, len(target), len(points))
     index, distance = nearest(points, target, build_grid(target), reach, guess)
@@ -66,7 +54,7 @@ def test_a_search_ends_at_its_reach_wherever_it_begins(points, target, reach, se
     assert np.isposinf(distance[~there]).all()
 
 
-@given(st.one_of(lattice, clouds, walls), st.sampled_from([0.1, 0.5, 1e4]))
+@given(scenes, st.sampled_from([0.1, 0.5, 1e4]))
 def test_the_nearest_few_are_found_in_order(target, reach):
     grid, rows, squares = build_grid(target), np.empty(7, np.intp), np.empty(7)
     for x, y in target[:10] + 0.01:

@@ -1,7 +1,6 @@
 """Association by stamp: one to one, nearest, symmetric."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -21,8 +20,3 @@ def test_pairs_are_one_to_one_and_within_tolerance(a, b, tolerance):
         gap = abs(a[i] - b[j])
         assert gap <= tolerance
         assert gap == min(abs(a[i] - t) for t in b) == min(abs(b[j] - t) for t in a)
-
-
-@pytest.mark.parametrize(("a", "b"), [([], [1.0]), ([1.0], []), ([], []), ([0.0], [9.0])])
-def test_nothing_in_common(a, b):
-    assert associate(a, b, 1.0).shape == (0, 2)

@@ -79,12 +79,8 @@ def median_error(pairs, T, new, old, take=np.median, truth=True):
 
 
 def works(p, q, T, errors, told, guess, test):
-    return np.array(
-        [
-            test(to_xytheta(relative(T, icp(p, q, guess(T, e), told).T_target_source))[2], e)
-            for e in errors
-        ]
-    )
+    ends = [icp(p, q, guess(T, e), told).T_target_source for e in errors]
+    return np.array([test(to_xytheta(relative(T, ends[k]))[2], e) for k, e in enumerate(errors)])
 
 
 def share(a, b, tie=0.5):
