@@ -128,6 +128,7 @@ def test_what_is_fused_is_the_most_likely_motion():
     prior = to_xytheta(result.T_target_source) + np.array([3e-3, -2e-3, math.tau + 1e-3])
     x, C = fuse(result, RANGE_STD, prior, P)
     informations = np.linalg.inv(censi_covariance(result, RANGE_STD)), np.linalg.inv(P)
+    np.testing.assert_allclose(censi_information(result, RANGE_STD), informations[0], rtol=1e-6)
     np.testing.assert_allclose(C, np.linalg.inv(sum(informations)), rtol=1e-6)
     estimate = to_xytheta(result.T_target_source)
     turned = prior - [0.0, 0.0, math.tau]
