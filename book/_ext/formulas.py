@@ -76,13 +76,7 @@ def pen() -> Pen:
 def draw_formulas(
     app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: object
 ) -> None:
-    """Put drawings in the place of the formulas' sources, and drop MathJax from the page."""
-    context["script_files"] = [
-        file
-        for file in context.get("script_files", [])
-        if "mathjax" not in str(getattr(file, "filename", file)).lower()
-        and "window.MathJax" not in (getattr(file, "attributes", {}).get("body") or "")
-    ]
+    """Put drawings in the place of the formulas' sources."""
     if body := context.get("body"):
         context["body"] = drawn(body, page, pen())
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,8 @@ from terms import explain_terms, link_chapters
 
 from labkit.plotting.style import css_variables
 
+UNUSED = re.compile("mathjax|thebe", re.IGNORECASE)
+
 
 def provide_browser_files(app: Sphinx, config: Config) -> None:
     """Fetch what the pages load, or stop the build."""
@@ -42,17 +45,12 @@ def write_colors(app: Sphinx, error: Exception | None) -> None:
         Path(app.outdir, "_static", "colors.css").write_text(css_variables(), "utf-8")
 
 
-def declare_thebe_once(
+def drop_unused(
     app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: object
 ) -> None:
-    """Drop the second copy of a script body that two extensions both put on the page."""
-    kept, seen = [], False
-    for file in context.get("script_files", []):
-        is_thebe = "THEBE_JS_URL" in (getattr(file, "attributes", {}).get("body") or "")
-        if not (is_thebe and seen):
-            kept.append(file)
-        seen = seen or is_thebe
-    context["script_files"] = kept
+    """Drop from a page what draws formulas, which are drawn already, and what runs code there."""
+    for kind in ("script_files", "css_files"):
+        context[kind] = [each for each in context[kind] if not UNUSED.search(str(each))]
 
 
 def describe(
@@ -61,7 +59,7 @@ def describe(
     """Tell what a page is about to those who list or share it: its title and first paragraph."""
     if doctree is not None:
         first = next(iter(doctree.findall(nodes.paragraph)), None)
-        words = {"og:title": context.get("title", ""), "og:type": "article"}
+        words = {"og:title": app.env.titles[page].astext(), "og:type": "article"}
         words["og:description"] = " ".join(first.astext().split())[:200] if first else ""
         if app.config.html_baseurl:
             words["og:image"] = f"{app.config.html_baseurl.rstrip('/')}/_static/{PICTURE.name}"
@@ -85,7 +83,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("doctree-resolved", link_chapters)
     app.connect("doctree-resolved", api.link_names)
     app.connect("html-page-context", draw_formulas, priority=900)
-    app.connect("html-page-context", declare_thebe_once, priority=900)
+    app.connect("html-page-context", drop_unused, priority=900)
     app.connect("build-finished", write_colors)
     app.connect("build-finished", write_excerpts)
     app.connect("build-finished", lighten)

@@ -81,14 +81,12 @@
     });
     document.addEventListener("keydown", ({ key }) => key === "Escape" && hide());
 
-    // Ways past all links to what moves under the hand.
-    const ways = document.createElement("p");
-    ways.className = "skip-ways";
+    // Ways past all links to what moves under the hand, in the theme's bar of such ways.
     each('.cell_output:has(script[type*="widget-view"], .widget-subarea)', (node, k) => {
       Object.assign(node, { id: node.id || `widget-${k + 1}`, tabIndex: -1 });
-      ways.append(Object.assign(document.createElement("a"), { href: `#${node.id}`, textContent: `Skip to widget ${k + 1}` }));
+      const way = Object.assign(document.createElement("a"), { href: `#${node.id}`, textContent: `Skip to widget ${k + 1}` });
+      document.getElementById("pst-skip-link").append(way);
     });
-    if (ways.childElementCount) document.body.prepend(ways);
 
     // What scrolls sideways can be scrolled by keys. First all is read, then all is written: a
     // page is laid out once, not once for each. To measure what is folded would unfold it.
@@ -98,9 +96,12 @@
       nodes.forEach((node) => node.removeAttribute("tabindex")); // its margin would make it scroll on
       const wide = nodes.filter((node) => node.scrollWidth > node.clientWidth);
       wide.forEach((node) => { node.tabIndex = 0; });
+      due = null;
     };
-    addEventListener("load", reach); // once the page is laid out
-    addEventListener("resize", reach);
-    document.addEventListener("toggle", reach, true); // an answer is opened
+    let due = null;
+    const soon = () => (due ??= requestAnimationFrame(reach));
+    addEventListener("load", soon); // once the page is laid out
+    addEventListener("resize", soon);
+    document.addEventListener("toggle", soon, true); // an answer is opened
   });
 })();
