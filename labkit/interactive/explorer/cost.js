@@ -36,7 +36,7 @@ export function drawCost(canvas, { series, shown, colors, last = series[0].lengt
   for (let k = 0; k <= last; k += step) context.fillText(k, u(k), height - BOTTOM + 15);
   context.textAlign = "left";
   context.textBaseline = "top";
-  context.fillText(title, 3, 2);
+  context.fillText(title, 3, 2, width - 6);
 
   series.forEach((costs, i) => {
     context.strokeStyle = context.fillStyle = series.length > 1 ? colors[`method-${i + 1}`] : colors.source;
