@@ -1,18 +1,18 @@
 // A live figure: sliders, the picture that a model draws of their values, and its numbers.
 
-import { freshContext, palette, watchTheme } from "./explorer/canvas.js";
-import { button, element, fixed, keepToItself, slider } from "./explorer/controls.js";
+import { freshContext, palette } from "./explorer/canvas.js";
+import { button, element, fixed, part, slider } from "./explorer/controls.js";
 import { drawCost } from "./explorer/cost.js";
 import { Frame } from "./explorer/frame.js";
 import { PATIENCE, writeRows } from "./explorer/readouts.js";
 import { floats } from "./explorer/scene.js";
+import { View } from "./explorer/view.js";
 import { drawMark, signOf } from "./marks.js";
 import { MODELS } from "./models.js";
 
 const HIGHEST = 400; // px
 const TRAIL = 150; // numbers that the curve remembers
 const BEAT = 120; // ms that a value stands while one slider plays
-const SYNC = 120; // ms of rest before Python is told
 
 // What Python packed: arrays are base64, all else is as it is.
 export function unpackedArrays(given) {
@@ -20,9 +20,9 @@ export function unpackedArrays(given) {
   return Object.fromEntries(Object.entries(given).map(read));
 }
 
-class LiveFigure {
+class LiveFigure extends View {
   constructor(model, signal) {
-    Object.assign(this, { model, signal });
+    super(model, signal);
     this.first = model.get("values");
     this.answer = MODELS[model.get("model_name")](unpackedArrays(model.get("given")));
     this.sliders = model.get("sliders").map(({ label, values }, k) => {
@@ -31,24 +31,18 @@ class LiveFigure {
       return slider({ name: `value-${k}`, label, values, read: (value) => fixed(value, digits), onValue });
     });
     this.build();
-    const changed = () => this.request();
-    model.on("change:values", changed);
-    watchTheme(changed, signal);
-    const resized = new ResizeObserver(changed);
-    resized.observe(this.root);
-    signal.addEventListener("abort", () => {
-      model.off("change:values", changed);
-      resized.disconnect();
-      clearTimeout(this.syncing);
-      clearTimeout(this.speaking);
-      clearInterval(this.playing);
-    });
+    this.live();
+    this.follow(["values"]);
     this.trail = [];
-    this.draw();
+    this.update();
+  }
+
+  leave() {
+    clearTimeout(this.speaking);
+    clearInterval(this.playing);
   }
 
   build() {
-    const part = (name, ...children) => element("div", { class: `icp-${name}` }, ...children);
     const { panels } = this.answer(...this.model.get("values"));
     this.canvases = panels.map(() => element("canvas", { class: "icp-panel", role: "img" }));
     if (this.answer.drag) for (const canvas of this.canvases) this.letDrag(canvas);
@@ -72,15 +66,13 @@ class LiveFigure {
         part("right", part("sliders", ...this.sliders.map(({ node }) => node)), part("row", ...tools), this.numbers, this.curve, this.spoken),
       ),
     );
-    keepToItself(this.root, this.signal);
   }
 
   // Each slider's nearest value; what is dragged stays among those that can be chosen.
   set(values) {
     const nearest = ({ values }, wanted) => values.reduce((best, each) => (Math.abs(each - wanted) < Math.abs(best - wanted) ? each : best));
     this.model.set("values", this.model.get("sliders").map((each, k) => nearest(each, values[k])));
-    clearTimeout(this.syncing);
-    this.syncing = setTimeout(() => this.model.save_changes(), SYNC);
+    this.sync();
   }
 
   // In the picture the thing itself is dragged; a finger elsewhere scrolls the page.
@@ -118,14 +110,7 @@ class LiveFigure {
     this.playing = setInterval(() => (this.set([values[++at]]), at === values.length - 1 && stop()), BEAT);
   }
 
-  request() {
-    this.frame ??= requestAnimationFrame(() => {
-      this.frame = null;
-      if (!this.signal.aborted) this.draw();
-    });
-  }
-
-  draw() {
+  update() {
     const values = this.model.get("values"), { panels, numbers, curve } = this.answer(...values);
     this.sliders.forEach((each, k) => each.set(values[k]));
     writeRows(this.numbers, numbers);

@@ -24,7 +24,7 @@ FOLDER = Path(__file__).parent
 MODELS = ("turn", "outlier", "cuts", "race")
 MODULES = (
     *("se2", "neighbors", "correspondences", "alignment", "line_alignment", "icp", "scene"),
-    *("canvas", "controls", "frame", "cost", "readouts"),
+    *("canvas", "controls", "view", "frame", "cost", "readouts"),
 )
 """Those of the explorer that a live figure needs."""
 

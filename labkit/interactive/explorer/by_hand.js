@@ -1,40 +1,35 @@
 // Two scans and one number: the reader does by hand what ICP does, then lets ICP finish.
 
 import { outcomeOf } from "./basin.js";
-import { palette, watchTheme } from "./canvas.js";
-import { button, element, keepToItself } from "./controls.js";
+import { palette } from "./canvas.js";
+import { button, element, part } from "./controls.js";
 import { drawCost } from "./cost.js";
 import { icp, pairsOnly } from "./icp.js";
 import { Plane, between, tween } from "./plane.js";
 import { sayDifference } from "./readouts.js";
 import { unpacked } from "./scene.js";
 import { DEGREE, apply, poseDifference, toXYTheta, transform } from "./se2.js";
+import { View } from "./view.js";
 
 const TRAIL = 150; // numbers that the curve remembers
 const BY_TOUCH = "Drag the newer scan, blue, onto the older one; turn it by its knob.";
 const BY_KEYS = "Arrow keys move it by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
 
-export class HandView {
+export class HandView extends View {
   constructor(model, signal) {
-    Object.assign(this, { model, signal });
+    super(model, signal);
     this.build();
-    const changed = () => this.request();
-    const moved = () => { // by the reader's hand, or by a loop in Python
+    this.live();
+    this.follow(["guess"], () => { // moved by the reader's hand, or by a loop in Python
       this.stop();
       this.path = null;
-      changed();
-    };
-    model.on("change:guess", moved);
-    signal.addEventListener("abort", () => {
-      model.off("change:guess", moved);
-      this.playing?.stop();
-      clearTimeout(this.syncing);
+      this.request();
     });
-    watchTheme(changed, signal);
-    const resized = new ResizeObserver(changed);
-    resized.observe(this.root);
-    signal.addEventListener("abort", () => resized.disconnect());
     this.start();
+  }
+
+  leave() {
+    this.playing?.stop();
   }
 
   build() {
@@ -49,14 +44,12 @@ export class HandView {
     const run = button("Let ICP finish", "Run the loop from where the scan lies", () => this.run());
     const again = button("Start again", "Put the scan back", () => this.start());
     const misfit = element("p", { class: "icp-misfit" }, this.distance, " between the scans, where they overlap");
-    const part = (name, ...children) => element("div", { class: `icp-${name}` }, ...children);
     const help = element("p", { class: "icp-status icp-keys" }, BY_KEYS);
     const side = part("right", misfit, this.verdict, part("row", run, again), this.curve, help, this.spoken);
     this.root = element(
       "div", { class: "icp-explorer icp-by-hand", role: "group", "aria-label": this.model.get("label") },
       part("frame", part("left", this.plane.canvas), side),
     );
-    keepToItself(this.root, this.signal);
   }
 
   start() {
@@ -77,8 +70,7 @@ export class HandView {
     this.stop();
     this.path = this.ended = null;
     this.model.set("guess", [x, y, Math.atan2(Math.sin(theta), Math.cos(theta))]);
-    clearTimeout(this.syncing);
-    this.syncing = setTimeout(() => this.model.save_changes(), 120);
+    this.sync();
     this.request();
   }
 
@@ -104,14 +96,7 @@ export class HandView {
     if (this.path) this.shown = this.path.length - 1;
   }
 
-  request() {
-    this.frame ??= requestAnimationFrame(() => {
-      this.frame = null;
-      if (!this.signal.aborted) this.draw();
-    });
-  }
-
-  draw() {
+  update() {
     const at = this.pose(), path = this.path?.slice(0, this.shown + 1) ?? [transform(at.x, at.y, at.theta)];
     const T = this.part ? between(path.at(-1), this.path[this.shown + 1], this.part) : path.at(-1);
     const [x, y, theta] = toXYTheta(T), pose = { x, y, theta };

@@ -21,6 +21,10 @@ export function element(tag, attributes = {}, ...children) {
   return node;
 }
 
+export function part(name, ...children) {
+  return element("div", { class: `icp-${name}` }, ...children);
+}
+
 // A slider over `values`, the last of which may be null: off.
 export function slider({ name, label, title = null, values, read, onValue }) {
   const id = freshId(name);
@@ -148,36 +152,32 @@ export function parameterControls({ scenes, words, choose, tell, values }) {
   };
 }
 
-const DEGREES = 180 / Math.PI;
-const PARTS = {
-  x: { index: 0, unit: "m", factor: 1 },
-  y: { index: 1, unit: "m", factor: 1 },
-  turn: { index: 2, unit: "°", factor: DEGREES },
-};
 const GUESS = [
-  { label: "x [m]", step: 0.05, digits: 3, factor: 1 },
-  { label: "y [m]", step: 0.05, digits: 3, factor: 1 },
-  { label: "turn [°]", step: 1, digits: 2, factor: DEGREES },
+  { name: "x", unit: "m", factor: 1, step: 0.05, places: 3 },
+  { name: "y", unit: "m", factor: 1, step: 0.05, places: 3 },
+  { name: "turn", unit: "°", factor: 180 / Math.PI, step: 1, places: 2 },
 ];
+const replaced = (guess, k, value) => guess.map((old, i) => (i === k ? value : old));
 
 // Sliders of the guess, those of x, y and turn for which there are `values`.
 export function guessSliders({ values, guess, place }) {
-  const chosen = Object.entries(PARTS).filter(([name]) => name in values);
-  const sliders = chosen.map(([name, { index, unit, factor }]) => {
-    const onValue = (value) => place(guess().map((old, k) => (k === index ? value / factor : old)));
+  const nodes = {}, all = GUESS.map(({ name, unit, factor }, k) => {
+    if (!(name in values)) return { set() {} };
+    const onValue = (value) => place(replaced(guess(), k, value / factor));
     const read = (value) => (unit === "°" ? `${fixed(value, value % 1 ? 1 : 0)}°` : `${digits(value)} ${unit}`);
-    return [name, slider({ name, label: `guess ${name}`, values: values[name], read, onValue })];
+    const made = slider({ name, label: `guess ${name}`, values: values[name], read, onValue });
+    nodes[name] = made.node;
+    return made;
   });
-  const set = (row) => sliders.forEach(([name, each]) => each.set(row[PARTS[name].index] * PARTS[name].factor));
-  return { ...Object.fromEntries(sliders.map(([name, { node }]) => [name, node])), set };
+  return { ...nodes, set: (row) => all.forEach(({ set }, k) => set(row[k] * GUESS[k].factor)) };
 }
 
 // The guess as three numbers, for those who would rather type than drag.
 export function guessFields({ guess, move }) {
-  const fields = GUESS.map(({ label, step, digits, factor }, i) => {
-    const onValue = (value) => move(guess().map((old, k) => (k === i ? value / factor : old)));
-    return number({ name: `guess-${i}`, label, step, digits, onValue });
+  const fields = GUESS.map(({ name, unit, factor, step, places }, k) => {
+    const onValue = (value) => move(replaced(guess(), k, value / factor));
+    return number({ name: `guess-${k}`, label: `${name} [${unit}]`, step, digits: places, onValue });
   });
   const node = element("fieldset", {}, element("legend", {}, "guess"), ...fields.map((each) => each.node));
-  return { node, set: (values) => fields.forEach((each, i) => each.set(values[i] * GUESS[i].factor)) };
+  return { node, set: (row) => fields.forEach(({ set }, k) => set(row[k] * GUESS[k].factor)) };
 }

@@ -4,9 +4,9 @@
 
 import { Basin, outcomeOf } from "./basin.js";
 import { HandView } from "./by_hand.js";
-import { palette, watchTheme } from "./canvas.js";
+import { palette } from "./canvas.js";
 import {
-  SLIDERS, button, choice, element, guessFields, guessSliders, keepToItself, parameterControls, slider, steps, toggle,
+  SLIDERS, button, choice, element, guessFields, guessSliders, parameterControls, part, slider, steps, toggle,
 } from "./controls.js";
 import { drawCost } from "./cost.js";
 import { failed, icp, pairsOnly } from "./icp.js";
@@ -17,35 +17,24 @@ import { unpacked } from "./scene.js";
 import { apply, toXYTheta, transform } from "./se2.js";
 import { copyState, keepState, keptState, stateFromAddress } from "./state.js";
 import { Tasks } from "./tasks.js";
+import { View } from "./view.js";
 
 const PLAY = 350; // ms that an iteration takes at speed 1
 const MOVE = 100; // ms of them in which the scan moves
 const SPEEDS = [[1, "1×"], [3, "3×"], [10, "10×"]];
-const SYNC = 120; // ms of rest before Python is told
+const REST = 120; // ms after which the browser keeps the state
 const KEYS = "Arrow keys move the guess by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
 const HINT = "Drag the scan, or its knob to turn it.";
 const BET = "Where will the run end? Click on the map, or move the flag by arrow keys; then play.";
 
-class ExplorerView {
+class ExplorerView extends View {
   constructor(model, signal) {
-    this.model = model;
-    this.signal = signal;
+    super(model, signal);
     this.compact = model.get("form") === "sliders";
     this.build();
-    const watched = [...SLIDERS, "guess"].map((name) => `change:${name}`).join(" ");
-    const changed = () => this.request(), entered = () => this.enter();
-    model.on(watched, changed);
-    model.on("change:scene", entered);
-    signal.addEventListener("abort", () => {
-      model.off(watched, changed);
-      model.off("change:scene", entered);
-      this.playing?.stop();
-      clearTimeout(this.syncing);
-    });
-    watchTheme(() => this.request(), signal);
-    const resized = new ResizeObserver(() => this.request());
-    resized.observe(this.root);
-    signal.addEventListener("abort", () => resized.disconnect());
+    this.live();
+    this.follow([...SLIDERS, "guess"]);
+    this.follow(["scene"], () => this.enter());
     const linked = !this.compact && stateFromAddress(this.names());
     const given = linked || (!this.compact && keptState(this.names()));
     if (given) this.set(given.values);
@@ -53,6 +42,10 @@ class ExplorerView {
     if (!linked) return;
     this.shown = linked.shown;
     setTimeout(() => this.root.scrollIntoView({ block: "center" }), 300);
+  }
+
+  leave() {
+    this.playing?.stop();
   }
 
   build() {
@@ -111,7 +104,6 @@ class ExplorerView {
     const rows = shown.map((name) => sliders[name]?.node ?? this.guessSliders[name]);
     const full = button("Full screen", "Larger, for a lecture; the key F does the same", () => this.enlarge());
     const { sentence, numbers, legend, ending, spoken } = this.readouts;
-    const part = (name, ...children) => element("div", { class: `icp-${name}` }, ...children);
     const tools = [this.nearer, this.farther, this.modes.pan.node];
     if (this.compact) tools.push(reset);
     else tools.push(this.modes.bet.node, reset, copy);
@@ -128,7 +120,6 @@ class ExplorerView {
     );
     const key = ({ key, target, ctrlKey, metaKey }) => key === "f" && !ctrlKey && !metaKey && !target.matches("input[type=number]") && this.enlarge();
     if (!this.compact) this.root.addEventListener("keydown", key, { signal: this.signal });
-    keepToItself(this.root, this.signal);
   }
 
   // ---- what the reader does
@@ -136,13 +127,8 @@ class ExplorerView {
   set(values) {
     for (const [name, value] of Object.entries(values)) this.model.set(name, value);
     clearTimeout(this.keeping);
-    if (!this.compact) this.keeping = setTimeout(() => keepState(this.model), SYNC);
+    if (!this.compact) this.keeping = setTimeout(() => keepState(this.model), REST);
     this.sync();
-  }
-
-  sync() {
-    clearTimeout(this.syncing);
-    this.syncing = setTimeout(() => this.model.save_changes(), SYNC);
   }
 
   choose(name) {
@@ -276,13 +262,6 @@ class ExplorerView {
     this.told = this.compact; // the end of a run is told once it was seen
     this.basin.forget();
     this.request();
-  }
-
-  request() {
-    this.frame ??= requestAnimationFrame(() => {
-      this.frame = null;
-      if (!this.signal.aborted) this.update();
-    });
   }
 
   update() {
