@@ -22,7 +22,6 @@ help: ## list these commands
 
 book: $(READY) ## run every notebook and build the book
 	@$(WARM)
-	@$(BIN)/python book/_ext/browser_files.py
 	$(BIN)/jupyter-book build . --all -W -n --keep-going
 	@echo "Open $(CURDIR)/_build/html/index.html in a browser."
 
@@ -31,7 +30,6 @@ pdf: $(TESTS) book ## the same as one PDF, _build/book.pdf; needs Chromium
 
 student: $(READY) ## write what students get: the lab and its book without solutions
 	@$(WARM)
-	@$(BIN)/python book/_ext/browser_files.py
 	$(BIN)/python book/_ext/students_edition.py
 
 test: $(TESTS) ## check style and types, then test code, notebooks and pages

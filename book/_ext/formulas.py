@@ -1,8 +1,7 @@
 """Formulas, drawn while the book is built: a page shows them at once and loads no program for it.
 
-MathJax, one of the browser files, runs in QuickJS beside Python. Each formula
-becomes a drawing in the text's own colour, and MathML that is read aloud; the shapes of
-the letters stand once at the end of the page.
+MathJax runs in QuickJS beside Python. Each formula becomes a drawing in the text's own colour, and
+MathML that is read aloud; the shapes of the letters stand once at the end of the page.
 """
 
 from __future__ import annotations
@@ -11,17 +10,21 @@ import html
 import json
 import re
 from functools import cache
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import browser_files
 import quickjs
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
-DRIVER = Path(__file__).with_suffix(".js")
-PARTS = ("startup", "core", "liteDOM", "tex-full", "svg", "tex", "assistive-mml")
-MATHJAX = "var MathJax = { loader: { load: [] }, startup: { typeset: false } };"
+DRIVER = Path(__file__).with_suffix(".js").read_text("utf-8")
+MATHJAX = files("mathjax").joinpath("static", "mathjax", "es5")
+PARTS = ("startup", "core", "adaptors/liteDOM", "input/tex-full")
+PARTS += ("output/svg", "output/svg/fonts/tex", "a11y/assistive-mml")
+SETTINGS = (
+    "var window = globalThis; var MathJax = { loader: { load: [] }, startup: { typeset: false } };"
+)
 # As Sphinx writes a formula for MathJax: its source in an element of its own. In a line, brackets
 # and marks that touch a formula stay with it.
 INLINE = re.compile(
@@ -43,11 +46,11 @@ class FormulaError(Exception):
 class Pen:
     """Draws formulas, each once."""
 
-    def __init__(self, parts: Path = browser_files.VENDOR / "mathjax") -> None:
+    def __init__(self) -> None:
         self._engine = quickjs.Context()
-        self._engine.eval(f"var window = globalThis; {MATHJAX}")
-        for part in (*(parts / f"{name}.js" for name in PARTS), DRIVER):
-            self._engine.eval(f"{part.read_text('utf-8')};\n0")
+        parts = (MATHJAX.joinpath(f"{name}.js").read_text("utf-8") for name in PARTS)
+        for code in (SETTINGS, *parts, DRIVER):
+            self._engine.eval(f"{code};\n0")
         self._drawn: dict[tuple[str, bool], str] = {}
         self.shapes: dict[str, str] = {}
 

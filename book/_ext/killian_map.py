@@ -1,7 +1,7 @@
 """The first page's map: the sweeps of Killian Court under three sets of poses.
 
 The poses are those of chapter 10: its cells are run up to the graph with all loops. What they
-give is kept beside the browser's files until these cells or labkit change. As a command this
+give is kept until these cells or labkit change. As a command this
 draws the map with the loops closed, as README shows it, and the one of the odometry alone, with
 which chapters 5 and 10 begin::
 
@@ -44,7 +44,7 @@ STATES = {
 }
 
 
-def provide() -> None:
+def provide(*_: object) -> None:
     """Write the map's data as a script, unless the one that is there is of today's sources."""
     code = cells()
     package = Path(labkit.__file__).parent

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import api
-import browser_files
 import killian_map
 from diagrams import MermaidDirective
 from docutils import nodes
@@ -21,22 +20,11 @@ from launch import settle_buttons
 from lighter import ICONS, lighten
 from predictions import mark_all
 from sphinx.application import Sphinx
-from sphinx.config import Config
-from sphinx.errors import ExtensionError
 from terms import explain_terms, link_chapters
 
 from labkit.plotting.style import css_variables
 
 UNUSED = re.compile("mathjax|thebe", re.IGNORECASE)
-
-
-def provide_browser_files(app: Sphinx, config: Config) -> None:
-    """Fetch what the pages load, or stop the build."""
-    try:
-        browser_files.provide()
-    except browser_files.BrowserFilesError as error:
-        raise ExtensionError(str(error)) from error
-    killian_map.provide()
 
 
 def write_colors(app: Sphinx, error: Exception | None) -> None:
@@ -69,32 +57,26 @@ def describe(
         context["metatags"] = "\n".join([context.get("metatags") or "", *tags])
 
 
+STEPS = {
+    "config-inited": (killian_map.provide, settle_buttons),
+    "autodoc-process-signature": (api.hide_signature,),
+    "doctree-read": (mark_all, make_figures, join_folds),
+    "doctree-resolved": (explain_terms, link_chapters, api.link_names),
+    "html-page-context": (draw_formulas, drop_unused, describe),
+    "build-finished": (write_colors, write_excerpts, lighten),
+}
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Register the steps above, the diagrams, and what the pages load."""
+    """Register the steps, the diagrams, and what the pages load."""
     app.setup_extension("sphinx.ext.autodoc")
     app.connect("autodoc-process-docstring", api.clean, priority=400)  # before napoleon
-    app.connect("autodoc-process-signature", api.hide_signature)
-    app.connect("config-inited", provide_browser_files)
-    app.connect("config-inited", settle_buttons)
-    app.connect("doctree-read", mark_all)
-    app.connect("doctree-read", make_figures)
-    app.connect("doctree-read", join_folds)
-    app.connect("doctree-resolved", explain_terms)
-    app.connect("doctree-resolved", link_chapters)
-    app.connect("doctree-resolved", api.link_names)
-    app.connect("html-page-context", draw_formulas, priority=900)
-    app.connect("html-page-context", drop_unused, priority=900)
-    app.connect("build-finished", write_colors)
-    app.connect("build-finished", write_excerpts)
-    app.connect("build-finished", lighten)
-    app.connect("html-page-context", describe)
+    for event, steps in STEPS.items():
+        for step in steps:
+            app.connect(event, step, priority=900 if event == "html-page-context" else 500)
     app.add_directive("mermaid", MermaidDirective)
-    app.add_css_file("colors.css")
-    app.add_css_file("labbook.css")
-    app.add_css_file(ICONS)
-    app.add_js_file("formulas.js")
-    app.add_js_file("access.js")
-    app.add_js_file("map.js")
-    app.add_js_file("search.js")
-    app.add_js_file("predictions.js")
+    for sheet in ("colors.css", "labbook.css", ICONS):
+        app.add_css_file(sheet)
+    for script in ("formulas", "access", "map", "search", "predictions"):
+        app.add_js_file(f"{script}.js")
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -10,7 +10,6 @@ from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
-import browser_files
 import killian_map
 import pytest
 import students_edition as edition
@@ -62,9 +61,8 @@ def html(browser: Browser, lab: Path, tmp_path_factory: pytest.TempPathFactory) 
     toc = yaml.safe_load((source / "_toc.yml").read_text("utf-8"))
     toc["parts"][-1]["chapters"].append({"file": "widgets"})
     (source / "_toc.yml").write_text(yaml.safe_dump(toc, sort_keys=False), "utf-8")
-    browser_files.provide()
     killian_map.provide()
-    return edition.build_book(source, source.parent, browser_files.VENDOR)
+    return edition.build_book(source, source.parent, killian_map.DATA.parents[1])
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 
-import browser_files
 import formulas
 import pytest
 
@@ -17,7 +16,6 @@ BODY = (
 
 @pytest.fixture(scope="module")
 def pen():
-    browser_files.provide()
     return formulas.Pen()
 
 

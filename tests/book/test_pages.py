@@ -6,9 +6,9 @@ import io
 import os
 import re
 from contextlib import AbstractContextManager
+from importlib import resources
 from pathlib import Path
 
-import browser_files
 import pytest
 import yaml
 from playwright.sync_api import Browser, Page, expect
@@ -82,9 +82,7 @@ def visit(browser: Browser, base: str, name: str) -> AbstractContextManager[Page
 @pytest.fixture(scope="session")
 def axe() -> str:
     """The program that looks for barriers."""
-    folder = Path(__file__).parent
-    browser_files.provide(folder / "vendor", folder / "axe.toml")
-    return (folder / "vendor" / "axe-core" / "axe.min.js").read_text("utf-8")
+    return resources.files("axe_playwright_python").joinpath("axe.min.js").read_text("utf-8")
 
 
 @pytest.mark.slow

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import browser_files
 from anywidget import AnyWidget
 from ipywidgets.embed import embed_data
 from playwright.sync_api import Browser, Page
@@ -18,8 +17,7 @@ TWO_FRAMES = "() => new Promise(r => requestAnimationFrame(() => requestAnimatio
 
 def written_page(widget: AnyWidget, folder: Path) -> str:
     """A page that shows the widget as it is now; it loads the book's own files for widgets."""
-    browser_files.provide()
-    book = browser_files.VENDOR.parent.as_uri()
+    book = (Path(__file__).parents[2] / "book" / "_static").as_uri()
     data = embed_data(views=[widget], drop_defaults=False)
     state, view = json.dumps(data["manager_state"]), json.dumps(data["view_specs"][0])
     kinds = "application/vnd.jupyter.widget-state+json", "application/vnd.jupyter.widget-view+json"
