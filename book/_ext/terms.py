@@ -8,8 +8,10 @@ from docutils import nodes
 from sphinx import addnodes
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
+from sphinx.util import logging
 
 GLOSSARY = "book/glossary"
+log = logging.getLogger(__name__)
 WORN = {
     "gate": "gate",
     "overlap": "overlap",
@@ -39,8 +41,10 @@ def link_chapters(app: Sphinx, doctree: nodes.document, page: str) -> None:
             before, words, number, after, title = named.groups()
             (chapter,) = (k for k in app.env.tocs if k.startswith(f"notebooks/{number:0>2}_"))
             links = app.env.tocs[chapter].findall(nodes.reference)
-            anchor = next((each["anchorname"] for each in links if each.astext() == title), "")
-            address = app.builder.get_relative_uri(page, chapter) + anchor
+            anchors = [each["anchorname"] for each in links if each.astext() == title]
+            if not anchors:
+                log.warning("%s has no section %r", chapter, title, location=page)
+            address = app.builder.get_relative_uri(page, chapter) + "".join(anchors[:1])
             link = nodes.reference("", words, internal=True, refuri=address)
             line[:] = [nodes.Text(before), link, nodes.Text(after)]
 
