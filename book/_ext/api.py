@@ -14,7 +14,7 @@ PAGE = "book/api"
 def clean(  # noqa: PLR0917 (as autodoc calls it)
     app: Sphinx, kind: str, name: str, thing: object, options: object, lines: list[str]
 ) -> None:
-    """Drop the text of modules, for which the page has words; keep |Δψ| and [1] as they are."""
+    """Drop the text of modules, for which the page has words; keep |Δψ|, [1] and (A) as such."""
     if kind == "module":
         lines.clear()
     if kind == "property":
@@ -22,6 +22,7 @@ def clean(  # noqa: PLR0917 (as autodoc calls it)
     for number, line in enumerate(lines):
         if ">>>" not in line and "``" not in line:
             lines[number] = re.sub(r"(?:\.\. )?(\[\d\])_?", r"\1", line).replace("|", r"\|")
+        lines[number] = re.sub(r"^(?=\([A-I]\) )", r"\\", lines[number])  # a stage, not a list
 
 
 def hide_signature(  # noqa: PLR0917 (as autodoc calls it)
