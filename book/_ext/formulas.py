@@ -10,7 +10,7 @@ import html
 import json
 import re
 from functools import cache
-from importlib.resources import files
+from importlib.metadata import distribution
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,8 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 
 DRIVER = Path(__file__).with_suffix(".js").read_text("utf-8")
-MATHJAX = files("mathjax").joinpath("static", "mathjax", "es5")
+BROUGHT = "sphinx-mathjax-offline"
+MATHJAX = Path(str(distribution(BROUGHT).locate_file(f"{BROUGHT}/static/mathjax")))
 PARTS = ("startup", "core", "adaptors/liteDOM", "input/tex-full")
 PARTS += ("output/svg", "output/svg/fonts/tex", "a11y/assistive-mml")
 SETTINGS = (
@@ -48,7 +49,7 @@ class Pen:
 
     def __init__(self) -> None:
         self._engine = quickjs.Context()
-        parts = (MATHJAX.joinpath(f"{name}.js").read_text("utf-8") for name in PARTS)
+        parts = ((MATHJAX / f"{name}.js").read_text("utf-8") for name in PARTS)
         for code in (SETTINGS, *parts, DRIVER):
             self._engine.eval(f"{code};\n0")
         self._drawn: dict[tuple[str, bool], str] = {}
