@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from labkit.course.authoring import solution as right
 from labkit.course.authoring.compute import answers_of, outcomes_of
 from labkit.course.authoring.edits import edited
 from labkit.course.authoring.misconceptions import MISTAKES
@@ -142,3 +143,37 @@ def test_a_loop_may_end_by_any_usual_rule(assignment, ends):
     for hidden in assignment.variants:
         for function in edited("icp", {ENDS: ends}):
             assert tried(question, visible + hidden["icp"], function).passed
+
+
+ONE_LINERS = {
+    "rotation": lambda theta: np.eye(2),
+    "compose": lambda T, U: T * U,
+    "invert": lambda T: T.T,
+    "wrap": lambda angle: angle,
+    "best_translation": lambda R, p, q: q.mean(0) - p.mean(0),
+    "align": lambda p, q: (np.eye(2), q.mean(0) - p.mean(0)),
+    "align_weighted": lambda p, q, w: right.align(p, q),
+    "align_svd": lambda p, q: (np.eye(2), q.mean(0) - p.mean(0)),
+    "nearest_neighbors": lambda p, q: (np.arange(len(p)), np.linalg.norm(p, axis=1)),
+    "distance_gate": lambda d, gate: d < gate,
+    "overlap": lambda d, ratio: d <= ratio,
+    "huber_weights": lambda r, delta: delta / r,
+    "inlier_rmse": lambda d, kept: d.mean(),
+    "fitness": lambda kept: kept.sum(),
+    "icp_step": lambda p, q, T, *rest: T,
+    "icp": lambda *arguments: right.icp_step(*arguments[:-1]),
+    "has_converged": lambda dT, c, k, et, ep, ec, most: k >= most,
+    "integrate": lambda steps, start: np.vstack([start, start + np.cumsum(steps, axis=0)]),
+    "is_plausible": lambda step, ratio, rmse, *limits: rmse <= limits[3],
+}
+
+
+def test_nineteen_lines_without_an_idea_earn_next_to_nothing(assignment):
+    for hidden in assignment.variants:
+        with np.errstate(all="ignore"):
+            scores = {
+                id: tried(assignment.question(id), hidden[id], function).score
+                for id, function in ONE_LINERS.items()
+            }
+        assert len(scores) == 19
+        assert sum(scores.values()) < 5.0, scores
