@@ -183,9 +183,9 @@ def outcomes_of(id: str, cases: Sequence[Case]) -> list[list[Outcome]]:
     ways = max(len(case.mistaken.get(id, ())) for case in cases)
     return [
         [
-            Outcome(id=case.id, status=OutcomeStatus.RETURNED, value=case.mistaken[id][way])
+            Outcome(status=OutcomeStatus.RETURNED, value=case.mistaken[id][way])
             if id in case.mistaken
-            else Outcome(id=case.id, status=OutcomeStatus.RAISED, error="ValueError")
+            else Outcome(status=OutcomeStatus.RAISED, error="ValueError")
             for case in cases
         ]
         for way in range(ways)

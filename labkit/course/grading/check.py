@@ -168,7 +168,7 @@ def _outcome(case: Case, function: Callable[..., Any], called: Calls | None) -> 
                 value = function(*arguments)
             finally:
                 sys.setprofile(before)
-        return Outcome(id=case.id, status=OutcomeStatus.RETURNED, value=plain(value))
+        return Outcome(status=OutcomeStatus.RETURNED, value=plain(value))
     except (Exception, SystemExit) as error:  # the student's own, whatever it is
         status = STATUS.get(type(error), OutcomeStatus.RAISED)
         name, said, trace = type(error).__name__, "", error.__traceback__
@@ -178,4 +178,4 @@ def _outcome(case: Case, function: Callable[..., Any], called: Calls | None) -> 
             where = trace.tb_next if trace else None
             line = f" (line {where.tb_lineno} of its cell)" if where else ""
             said = f"{name}: {said}"[:LONGEST_ERROR] + line
-        return Outcome(id=case.id, status=status, message=said, error=name)
+        return Outcome(status=status, message=said, error=name)

@@ -36,7 +36,6 @@ class Outcome:
     call among it: of a hidden case it is never shown.
     """
 
-    id: str  # the case's
     status: OutcomeStatus
     value: Value = None  # only with RETURNED: rebuilt outside, bounds checked; NaN is data
     message: str = ""

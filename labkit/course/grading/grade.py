@@ -105,13 +105,13 @@ class Sitting:
             try:
                 calls = [[data.to_json(argument) for argument in case.arguments] for case in cases]
                 self.box.send(end, function=name, state=state, right=dict(right or {}), calls=calls)
-                for case in cases:
-                    outcomes.append(outcome(case.id, self.box.receive(end)))
+                for _ in cases:
+                    outcomes.append(outcome(self.box.receive(end)))
             except BoxError as error:
                 status = STATUS.get(str(error), status)
                 self.close()
-        rest = cases[len(outcomes) :]
-        return outcomes + [Outcome(id=case.id, status=status, message=message) for case in rest]
+        missing = len(cases) - len(outcomes)
+        return outcomes + [Outcome(status=status, message=message)] * missing
 
     def close(self) -> None:
         """End the box."""
@@ -120,7 +120,7 @@ class Sitting:
             self.box = None
 
 
-def outcome(id: str, said: Mapping[str, Any]) -> Outcome:
+def outcome(said: Mapping[str, Any]) -> Outcome:
     """Read what the box says of a call; nothing is taken on trust.
 
     Raises
@@ -137,7 +137,6 @@ def outcome(id: str, said: Mapping[str, Any]) -> Outcome:
         raise BoxError("it spoke out of turn") from None
     error = str(said.get("error") or "")
     return Outcome(
-        id=id,
         status=status,
         value=value,
         message=shown(said.get("message") or ""),

@@ -226,8 +226,8 @@ def test_what_the_box_says_is_checked_word_by_word():
               array | {"data": [1e99]}, array | {"shape": ["9"]})  # fmt: skip
     for said in ({}, {"status": 3}, *({"status": "RETURNED", "value": value} for value in values)):
         with pytest.raises(BoxError):
-            outcome("1", said)
-    told = outcome("1", {"status": "RAISED", "error": "a b", "message": "\x1b[2J\u202e" * 999})
+            outcome(said)
+    told = outcome({"status": "RAISED", "error": "a b", "message": "\x1b[2J\u202e" * 999})
     assert told.status is OutcomeStatus.RAISED
     assert told.error == ""
     assert told.message.isprintable()

@@ -17,7 +17,7 @@ MEASURED = [one for one in ASSIGNMENT.questions if one.answer not in YES_OR_NO]
 
 
 def returned(case, value):
-    return Outcome(id=case.id, status=OutcomeStatus.RETURNED, value=value)
+    return Outcome(status=OutcomeStatus.RETURNED, value=value)
 
 
 def first(question, hidden):
@@ -81,7 +81,7 @@ SECRET = "3.14159 is the first input"
 )
 def test_a_call_without_an_answer_is_explained(status, error, of_hidden, of_visible):
     """The student's own text is shown of a visible case alone: it may hold the arguments."""
-    outcome = Outcome(id="1", status=OutcomeStatus[status], error=error, message=SECRET)
+    outcome = Outcome(status=OutcomeStatus[status], error=error, message=SECRET)
     for hidden, reason in ((True, of_hidden), (False, of_visible or of_hidden)):
         said = judge(ASSIGNMENT.question("align"), first("align", hidden), outcome).reason
         assert reason in said
@@ -194,7 +194,7 @@ def test_the_examples_learnt_by_heart_are_worth_nothing(question):
         raised = [
             returned(case, table[case.id])
             if case.id in table
-            else Outcome(id=case.id, status=OutcomeStatus.RAISED)
+            else Outcome(status=OutcomeStatus.RAISED)
             for case in cases
         ]
         assert assess(question, cases, raised).score == 0.0
