@@ -17,23 +17,16 @@ from sphinx.util.docutils import SphinxDirective
 
 # mermaid computes with colours, so it is given real ones; the page's own take their place.
 COLOURS = {
-    "#e8f1fa": "var(--diagram-fill)",
-    "#2f6f9f": "var(--diagram-border)",
-    "#12212e": "var(--diagram-text)",
-    "#7a8794": "var(--diagram-line)",
-    "#fefefe": "var(--diagram-background)",
+    "primaryColor": ("#e8f1fa", "var(--diagram-fill)"),
+    "primaryBorderColor": ("#2f6f9f", "var(--diagram-border)"),
+    "primaryTextColor": ("#12212e", "var(--diagram-text)"),
+    "lineColor": ("#7a8794", "var(--diagram-line)"),
+    "edgeLabelBackground": ("#fefefe", "var(--diagram-background)"),
 }
+FONT = {"fontFamily": "Helvetica, Arial, sans-serif", "fontSize": "15px"}
 CONFIG = {
     "theme": "base",
-    "themeVariables": {
-        "fontFamily": "Helvetica, Arial, sans-serif",
-        "fontSize": "15px",
-        "primaryColor": "#e8f1fa",
-        "primaryBorderColor": "#2f6f9f",
-        "primaryTextColor": "#12212e",
-        "lineColor": "#7a8794",
-        "edgeLabelBackground": "#fefefe",
-    },
+    "themeVariables": FONT | {name: fixed for name, (fixed, _) in COLOURS.items()},
     "flowchart": {"wrappingWidth": 420, "rankSpacing": 28, "padding": 10},
 }
 
@@ -43,7 +36,7 @@ def draw(source: str) -> str:
     svg = str(mermaidx.render(source, config=CONFIG).svg())
     name = "diagram-" + hashlib.sha256(source.encode()).hexdigest()[:8]
     svg = svg.replace("my-svg", name).replace('role="graphics-document document"', "")
-    for fixed, variable in COLOURS.items():
+    for fixed, variable in COLOURS.values():
         svg = svg.replace(fixed, variable)
     return svg
 
