@@ -29,19 +29,8 @@ from labkit.target import Target, as_target
 FOLDER = Path(__file__).parent
 MODULES = (  # each imports only from those before it; the last one exports the widget
     *("se2", "neighbors", "correspondences", "alignment", "line_alignment", "icp", "scene"),
-    *(
-        "canvas",
-        "controls",
-        "view",
-        "frame",
-        "memory",
-        "state",
-        "basin",
-        "plane",
-        "cost",
-        "readouts",
-    ),
-    *("tasks", "by_hand", "explorer"),
+    *("canvas", "controls", "view", "frame", "memory", "state", "basin", "plane", "cost"),
+    *("readouts", "tasks", "by_hand", "explorer"),
 )
 FOUND = 0.10, math.radians(2.0)  # [m], [rad]: a start in the basin ends nearer to the answer
 _CHOICES = ("max_correspondence_distance", "overlap_ratio", "huber_delta", "x", "y", "turn")
