@@ -8,17 +8,17 @@ gradient ∂J/∂x vanishes, the implicit function theorem tells how x follows z
 J is the point-to-line cost Σ wᵢ rᵢ², rᵢ = nᵢ·(R pᵢ + t − qᵢ), with the correspondences,
 normals and weights of the last association held fixed. Three things are added to [1]:
 
-- A free direction of the motion carries no information.
+- A free direction of the motion carries no information. It is taken from the normals, which
+  stagger with the noise: they show it 3° off at 541 beams with 30 mm. So the scan is moved along it
+  to either side, and back onto the surfaces; the free direction joins the two places.
 - Where the residuals are larger than cov(z) explains, cov(z) grows with them.
 - The point-to-point metric pulls along the surfaces as well. These pulls do not hold the
   scan, because the pairs change when it slides: their sum counts as noise.
 
 The formula knows one minimum, and cannot know whether it is the right one. If the points lie
 closer together than the noise is wide, the standard deviations are too small (by a fifth at
-541 beams with 30 mm of noise); those of a point-to-point match by a factor of 1.2 to 1.8. A
-free direction leans a little with the noise, too: where the guess is 0.3 m off along a
-corridor, the error across it is up to five times as large as promised at 541 beams with 30 mm
-(`tests/bench/nees.py`). `fuse` knows of this.
+541 beams with 30 mm of noise); those of a point-to-point match by a factor of 1.2 to 1.8
+(`tests/bench/nees.py`).
 
 References
 ----------
@@ -35,15 +35,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.arrays import FloatArray, as_covariance, as_numbers, check_range
+from labkit.correspondences import pairs_at
 from labkit.degeneracy import observability
 from labkit.errors import DegenerateAlignmentError
 from labkit.line_alignment import MIN_INFORMATION
 from labkit.normals import estimate_normals
 from labkit.result import IcpResult
-from labkit.se2 import to_xytheta
+from labkit.se2 import from_xytheta, to_xytheta
 
-ALONG_AN_AXIS = 0.05  # share of a free direction below which an axis is not part of it
-SHARED = 3.0  # normals of neighbours that have their noise in common
+ALONG_AN_AXIS = 0.02  # share of a free direction below which an axis is not part of it
+SLIDE, SLIDE_STEPS = 0.5, 6  # [m or rad] to either side along a free motion; steps back from there
 
 
 def censi_covariance(result: IcpResult, range_std: float) -> FloatArray:
@@ -61,14 +62,14 @@ def censi_covariance(result: IcpResult, range_std: float) -> FloatArray:
     -------
     ndarray, shape (3, 3)
         Of (Δx, Δy, Δψ), in m², m rad and rad²: infinite along free directions, and for an
-        axis that leans towards one by more than 3°.
+        axis that leans towards one by more than 1°.
 
     Raises
     ------
     DegenerateAlignmentError
         Where the match failed, or no pair lies on a surface.
     """
-    covariance, _, free, _ = _measured(result, range_std)
+    covariance, _, free = _measured(result, range_std)
     for direction in free.T:
         moved = np.where(np.abs(direction) > ALONG_AN_AXIS, np.sign(direction), 0.0)
         along = np.outer(moved, moved)
@@ -78,7 +79,7 @@ def censi_covariance(result: IcpResult, range_std: float) -> FloatArray:
 
 def censi_information(result: IcpResult, range_std: float) -> FloatArray:
     """Information Ω, the inverse of `censi_covariance`: a free direction v has ``Ω @ v == 0``."""
-    return _information(*_measured(result, range_std)[:3])
+    return _information(*_measured(result, range_std))
 
 
 def fuse(
@@ -87,7 +88,7 @@ def fuse(
     """Fuse a match with the prior that it began from: the most likely motion, and its covariance.
 
     Informations add, and the mean is weighted by them. Along a free direction the prior alone
-    counts; as far as that direction leans, the prior's doubt along it spreads across it.
+    counts.
 
     Parameters
     ----------
@@ -102,10 +103,7 @@ def fuse(
         (Δx, Δy, Δψ), shape (3,), and its covariance, shape (3, 3).
     """
     P = as_covariance(prior_covariance, "prior_covariance", 3, definite=True)
-    covariance, seen, free, lean = _measured(result, range_std)
-    for v in free.T:
-        covariance += (v @ P @ v) * lean
-    information = _information(covariance, seen, free)
+    information = censi_information(result, range_std)
     covariance = np.linalg.inv(information + np.linalg.inv(P))
     believed = as_numbers(prior, "prior")
     off = to_xytheta(result.T_target_source) - believed
@@ -120,14 +118,12 @@ def _information(covariance: FloatArray, seen: FloatArray, free: FloatArray) -> 
     return np.asarray(coordinates.T @ np.linalg.solve(measured, coordinates))
 
 
-def _measured(
-    result: IcpResult, range_std: float
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def _measured(result: IcpResult, range_std: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """(6.4) where the pairs see, and what `_seen_and_free` says."""
     check_range(range_std, "range_std", above=0.0, unit="m")
     if result.termination.failed:
         raise DegenerateAlignmentError(f"no covariance without an estimate: {result.message}")
-    seen, free, lean = _seen_and_free(result)
+    seen, free = _seen_and_free(result)
     T, pairs = result.T_target_source, result.correspondences
     normals = result.target.normals[pairs.target_index]
     used = pairs.kept & np.isfinite(normals[:, 0])
@@ -153,14 +149,13 @@ def _measured(
         pull = 2.0 * (w * _dot(along, offset)) @ _slope(along, turned)
         noise += np.outer(pull, pull)
     gain = seen @ np.linalg.inv(seen.T @ A @ seen) @ seen.T  # A⁻¹ where seen
-    return gain @ noise @ gain.T, seen, free, lean
+    return gain @ noise @ gain.T, seen, free
 
 
-def _seen_and_free(result: IcpResult) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Bases (3, ·) of the motions that the pairs see and leave free, and how far these lean.
+def _seen_and_free(result: IcpResult) -> tuple[FloatArray, FloatArray]:
+    """Bases (3, ·) of the motions that the pairs see, and of those that they leave free.
 
-    How far they lean is the covariance (3, 3) of a free motion of length 1. Normals stagger
-    with the noise: structure below the mean sin² between the scans' normals is noise.
+    Structure below the mean sin² between the normals of the two scans is noise.
     """
     pairs, T = result.correspondences, result.T_target_source
     normals = estimate_normals(result.source)[:: pairs.stride] @ T[:2, :2].T
@@ -175,9 +170,26 @@ def _seen_and_free(result: IcpResult) -> tuple[FloatArray, FloatArray, FloatArra
     to_motion[:, 2] /= information.length
     motions = to_motion @ information.vectors
     is_free = information.values < MIN_INFORMATION + stagger
-    free = motions[:, is_free]
-    lean = SHARED * stagger / np.count_nonzero(used) * to_motion @ to_motion.T
-    return motions[:, ~is_free], free / np.linalg.norm(free, axis=0), lean
+    seen = motions[:, ~is_free]
+    free = [_along_surfaces(result, seen, v / np.linalg.norm(v)) for v in motions[:, is_free].T]
+    return seen, np.reshape(free, (-1, 3)).T
+
+
+def _along_surfaces(result: IcpResult, seen: FloatArray, v: FloatArray) -> FloatArray:
+    """The free motion v, (3,), led to where the scan lies on the surfaces at `SLIDE` along it."""
+    ends = []
+    for slide in (SLIDE, -SLIDE):
+        x = to_xytheta(result.T_target_source) + slide * v
+        for _ in range(SLIDE_STEPS):
+            T = from_xytheta(x)
+            pairs = pairs_at(result.source.points, result.target, T, result.parameters)
+            normals = result.target.normals[pairs.target_index]
+            used = pairs.kept & np.isfinite(normals[:, 0])
+            root, p, n = np.sqrt(pairs.weights[used]), pairs.source[used], normals[used]
+            slope = root[:, None] * (_slope(n, p - T[:2, 2]) @ seen)
+            x -= seen @ np.linalg.lstsq(slope, root * _dot(n, p - pairs.target[used]), None)[0]
+        ends.append(x)
+    return (ends[0] - ends[1]) / (2.0 * SLIDE)
 
 
 def _slope(direction: FloatArray, turned: FloatArray) -> FloatArray:

@@ -137,22 +137,22 @@ def test_what_is_fused_is_the_most_likely_motion():
 
 
 @pytest.mark.parametrize(
-    ("world", "at", "along"),
+    ("world", "at", "seen", "along", "beams", "noise"),
     [
-        (room(), HERE, 0.05),
-        (corner(), transform(2.0, 2.0, math.radians(-135.0)), 0.05),
-        (corridor(), HERE, 0.3),
+        (room(), HERE, 3, 0.05, 180, 0.01),
+        (corner(), transform(2.0, 2.0, math.radians(-135.0)), 3, 0.05, 180, 0.01),
+        (corridor(), HERE, 2, 0.3, 541, 0.03),
     ],
     ids=["room", "corner", "corridor"],
 )
-def test_errors_are_as_large_as_promised_at_every_heading(world, at, along):
-    """Fused with wheels that are `along` [m] off along the corridor: 12 headings, 8 draws each.
+def test_errors_are_as_large_as_promised_at_every_heading(world, at, seen, along, beams, noise):
+    """From wheels that are `along` [m] off, with `seen` degrees of freedom: 12 headings, 8 draws.
 
-    The mean NEES of three degrees of freedom is 3. Twice that would be errors 1.4 times as
-    large as promised; half of it, 1.4 times as small.
+    The mean NEES a degree of freedom is 1, without the wheels and fused with them. Twice that
+    would be errors 1.4 times as large as promised; half of it, 1.4 times as small.
     """
     rng, spread, nees = np.random.default_rng(0), np.array([along, 0.03, 0.02]), []
-    lidar = Lidar(beam_count=180, noise_std=RANGE_STD)
+    lidar = Lidar(beam_count=beams, noise_std=noise)
     for turn in 0.1 + np.arange(12) * math.pi / 6.0:
         there, world_axes = at @ transform(0.0, 0.0, turn), transform(0.0, 0.0, -turn)
         P = world_axes @ np.diag(spread**2) @ world_axes.T
@@ -160,10 +160,12 @@ def test_errors_are_as_large_as_promised_at_every_heading(world, at, along):
             target, source = (cast(world, there @ T, lidar, rng=rng) for T in (HERE, MOTION))
             prior = to_xytheta(MOTION) + world_axes @ rng.normal(0.0, spread)
             result = icp(source, target, from_xytheta(prior), ODOMETRY)
-            x, C = fuse(result, RANGE_STD, prior, P)
-            error = x - to_xytheta(MOTION)
-            nees.append(error @ np.linalg.solve(C, error))
-    assert 1.5 < np.mean(nees) < 6.0
+            alone = to_xytheta(result.T_target_source) - to_xytheta(MOTION)
+            x, C = fuse(result, noise, prior, P)
+            fused = x - to_xytheta(MOTION)
+            information = censi_information(result, noise)
+            nees.append([alone @ information @ alone / seen, fused @ np.linalg.solve(C, fused) / 3])
+    assert ((np.mean(nees, axis=0) > 0.5) & (np.mean(nees, axis=0) < 2.0)).all()
 
 
 def test_point_to_point_knows_that_its_pairs_stick():
