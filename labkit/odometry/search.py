@@ -6,9 +6,6 @@ each place how near the target's points are; a pose's score is the mean over the
 The coarse table holds the best value within half a coarse step, so a coarse score is at least
 as high as that of any fine pose around it, as in branch and bound [2]_.
 
-Scans leave some motions open: along a corridor any motion fits, and where two places look
-alike, both fit. Wheels tell the right one; without wheels, one of the last few motions does.
-
 References
 ----------
 .. [1] Olson, "Real-time correlative scan matching", ICRA 2009.
@@ -18,11 +15,9 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-import scipy  # its parts are loaded when they are used
 
 from labkit.arrays import FloatArray, IntArray
 from labkit.compiled import compiled
@@ -32,7 +27,7 @@ from labkit.scan import Scan
 from labkit.se2 import apply, from_xytheta, relative
 from labkit.target import Target
 
-CELL = 0.1  # [m], of the table; a point this far off counts exp(−½)
+CELL, NEAR = 0.1, 4  # [m]: a point this far off counts exp(−½); so many cells off, nothing
 COARSE = 4  # cells of a coarse step
 TURN = math.radians(2.0)  # of a coarse step
 FINE_TURNS = from_xytheta([[0.0, 0.0, math.radians(turn)] for turn in (-1, -0.5, 0, 0.5, 1)])
@@ -65,8 +60,20 @@ def mean_values(table: FloatArray, cells: IntArray, shifts: IntArray) -> FloatAr
     return means
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class LikelihoodField:
+@compiled
+def nearness(occupied: IntArray, shape: tuple[int, int], blunt: int) -> FloatArray:
+    """The largest exp(−½ d²) within `blunt` cells, d [cells] away from the nearest `occupied`."""
+    field, reach = np.zeros(shape), NEAR + blunt
+    values = np.exp(-0.5 * np.maximum(np.abs(np.arange(-reach, reach + 1)) - blunt, 0) ** 2)
+    for row, column in occupied:
+        for i in range(-reach, reach + 1):
+            for j in range(-reach, reach + 1):
+                value = values[reach + i] * values[reach + j]
+                field[row + i, column + j] = max(field[row + i, column + j], value)
+    return field
+
+
+class LikelihoodField(NamedTuple):
     """Nearness of each cell to the target's points, in [0, 1]."""
 
     origin: FloatArray  # (2,): the corner of the first cell [m]
@@ -77,14 +84,11 @@ class LikelihoodField:
     def of(cls, points: FloatArray) -> LikelihoodField:
         """The field of points (M, 2) [m], of those within `REACH` of the origin."""
         near = points[np.hypot(points[:, 0], points[:, 1]) < REACH]
-        margin = CELL * (COARSE + 6)
+        margin = CELL * (NEAR + COARSE)
         low = near.min(axis=0, initial=0.0) - margin
-        size = np.ceil((near.max(axis=0, initial=0.0) + margin - low) / CELL).astype(np.intp)
-        empty = np.ones(size, dtype=bool)
-        empty[*np.floor((near - low) / CELL).astype(np.intp).T] = False
-        fine = np.exp(-0.5 * scipy.ndimage.distance_transform_edt(empty) ** 2)
-        coarse = scipy.ndimage.maximum_filter(fine, size=COARSE + 1, mode="constant")
-        return cls(origin=low, fine=fine, coarse=coarse)
+        rows, columns = np.ceil((near.max(axis=0, initial=0.0) + margin - low) / CELL).astype(int)
+        occupied = np.floor((near - low) / CELL).astype(np.intp)
+        return cls(low, *(nearness(occupied, (rows, columns), by) for by in (0, COARSE // 2)))
 
     def cells(self, points: FloatArray) -> IntArray:
         """The cells that points (..., 2) lie in."""
@@ -104,8 +108,7 @@ def search(
         return []
     field = LikelihoodField.of(target.points)
     most = math.ceil(window[1] / TURN)
-    turns = np.outer(TURN * np.arange(-most, most + 1), [0.0, 0.0, 1.0])
-    turned = T_target_source @ from_xytheta(turns)
+    turned = T_target_source @ from_xytheta(np.outer(np.arange(-most, most + 1), [0.0, 0.0, TURN]))
     shifts = COARSE * _square(math.ceil(window[0] / (COARSE * CELL)))
     scores = mean_values(field.coarse, field.cells(apply(turned, points)), shifts)
     best = np.argsort(scores, axis=None)[::-1][:PROMISING]
@@ -126,7 +129,7 @@ def _finely(points: FloatArray, field: LikelihoodField, poses: FloatArray) -> Fl
     return fine[np.argsort(-scores.max(axis=1), kind="stable")]
 
 
-def apart(poses: Iterable[FloatArray], count: int) -> list[FloatArray]:
+def apart(poses: FloatArray, count: int) -> list[FloatArray]:
     """The first `count` poses that are not alike one before them."""
     chosen: list[FloatArray] = []
     for T in poses:
@@ -172,5 +175,4 @@ def _surprise(T: FloatArray, expected: FloatArray, free: FloatArray) -> FloatArr
 
 def _square(most: int) -> IntArray:
     """All (i, j) with entries from −most to most, shape (S, 2)."""
-    side = 2 * most + 1
-    return np.indices((side, side)).reshape(2, -1).T - most
+    return np.indices((2 * most + 1, 2 * most + 1)).reshape(2, -1).T - most
