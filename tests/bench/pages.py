@@ -25,7 +25,7 @@ from playwright.sync_api import Browser, Locator, Page, sync_playwright
 from labkit.course.report.pdf import QUIET, find_browser
 
 sys.path.append(str(Path(__file__).parents[1] / "book"))
-from jupyterlab_page import CLOSE, OPEN, jupyterlab, open_lab, run_all
+from jupyterlab_page import CLOSE, OPEN, READY, RUN_ALL, jupyterlab
 
 ROOT = Path(__file__).parents[2]
 BUILT = ROOT / "_build" / "html"
@@ -163,13 +163,14 @@ def in_lab(browser: Browser, wanted: list[str]) -> Iterator[tuple[str, str, floa
     """All controls of the notebooks, each run in a JupyterLab."""
     with tempfile.TemporaryDirectory() as home, jupyterlab(ROOT / "notebooks", Path(home)) as lab:
         page = browser.new_page(viewport={"width": 1366, "height": 768})
-        open_lab(page, lab)
+        page.goto(f"{lab}/lab?reset")
+        page.wait_for_function(READY, timeout=60_000)
         for name in wanted:
             notebook = ROOT / f"{name}.ipynb"
             if not notebook.is_file() or "labkit.interactive" not in notebook.read_text("utf-8"):
                 continue
             page.evaluate(OPEN, notebook.name)
-            run_all(page)
+            page.evaluate(RUN_ALL)
             for told in responses(page, page.locator(".jp-Notebook:visible")):
                 yield name, *told
             page.evaluate(CLOSE)
