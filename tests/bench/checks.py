@@ -102,9 +102,11 @@ def set_to(name: str, value: float) -> Iterator[OdometryParameters]:
     before = [getattr(each, name) for each in modules]
     for each in modules:
         setattr(each, name, value)
-    yield changed(OdometryParameters(), {name: repr(value)})
-    for each, old in zip(modules, before, strict=True):
-        setattr(each, name, old)
+    try:
+        yield changed(OdometryParameters(), {name: repr(value)})
+    finally:
+        for each, old in zip(modules, before, strict=True):
+            setattr(each, name, old)
 
 
 def error_seen(result: IcpResult, motion: FloatArray) -> tuple[float, float]:
