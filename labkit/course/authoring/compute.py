@@ -17,7 +17,7 @@ from labkit.course.authoring.entries import Arguments, Entry, Exact, Mistake, Rn
 from labkit.course.authoring.misconceptions import MISTAKES
 from labkit.course.authoring.references import MOST_BYTES, answers, perturbed, round_up, tolerance
 from labkit.course.grading.assignment.questions import Case, Question
-from labkit.course.grading.contract import Outcome, OutcomeStatus, Value
+from labkit.course.grading.contract import Outcome, Value
 from labkit.course.grading.inside.data import plain
 from labkit.course.grading.judging.compare import is_answer_of, is_right, recognise
 from labkit.errors import LabkitError
@@ -183,9 +183,9 @@ def outcomes_of(id: str, cases: Sequence[Case]) -> list[list[Outcome]]:
     ways = max(len(case.mistaken.get(id, ())) for case in cases)
     return [
         [
-            Outcome(status=OutcomeStatus.RETURNED, value=case.mistaken[id][way])
+            Outcome(value=case.mistaken[id][way])
             if id in case.mistaken
-            else Outcome(status=OutcomeStatus.RAISED, error="ValueError")
+            else Outcome(error="ValueError")
             for case in cases
         ]
         for way in range(ways)

@@ -125,7 +125,7 @@ def why_not(wall: Wall) -> str:
     end, paths = time.monotonic() + START, data.to_json((*wall.hidden, "/etc/shadow"))
     try:
         with Box(wall) as box:
-            box.send(end, files={"probe.py": PROBE}, functions=["holes"], skipped=[])
+            box.send(end, cells=[(PROBE, "probe", True)], scripts={}, functions=["holes"])
             while "answers" not in box.receive(end):
                 pass
             box.send(end, function="holes", state="own", right={}, calls=[[paths]])

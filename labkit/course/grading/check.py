@@ -17,17 +17,12 @@ from typing import Any
 
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.assignment.questions import Case, Question
-from labkit.course.grading.contract import Outcome, OutcomeStatus
-from labkit.course.grading.inside.data import NotDataError, TooMuchError, plain
+from labkit.course.grading.contract import Outcome
+from labkit.course.grading.inside.data import NoAnswerError, plain, said_of
 from labkit.course.grading.judging.compare import assess
 from labkit.course.grading.judging.verdict import QuestionVerdict, to_html
 from labkit.errors import InvalidParameterError
 
-LONGEST_ERROR = 500
-STATUS: dict[type[BaseException], OutcomeStatus] = {
-    NotDataError: OutcomeStatus.NOT_DATA,
-    TooMuchError: OutcomeStatus.TOO_LARGE,
-}
 Calls = set[tuple[str, str]]  # of functions, by name and module
 
 
@@ -168,14 +163,10 @@ def _outcome(case: Case, function: Callable[..., Any], called: Calls | None) -> 
                 value = function(*arguments)
             finally:
                 sys.setprofile(before)
-        return Outcome(status=OutcomeStatus.RETURNED, value=plain(value))
+        return Outcome(value=plain(value))
+    except NoAnswerError as error:
+        return Outcome(error=type(error).__name__, message=str(error))
     except (Exception, SystemExit) as error:  # the student's own, whatever it is
-        status = STATUS.get(type(error), OutcomeStatus.RAISED)
-        name, said, trace = type(error).__name__, "", error.__traceback__
-        with contextlib.suppress(Exception, SystemExit):  # it may raise another one instead
-            said = str(error)
-        if status is OutcomeStatus.RAISED:
-            where = trace.tb_next if trace else None
-            line = f" (line {where.tb_lineno} of its cell)" if where else ""
-            said = f"{name}: {said}"[:LONGEST_ERROR] + line
-        return Outcome(status=status, message=said, error=name)
+        where = error.__traceback__ and error.__traceback__.tb_next
+        line = f" (line {where.tb_lineno} of its cell)" if where else ""
+        return Outcome(error=type(error).__name__, message=said_of(error) + line)

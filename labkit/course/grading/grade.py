@@ -11,7 +11,6 @@ written before a hidden input came into the box. In follow-through hidden cases 
 
 from __future__ import annotations
 
-import contextlib
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -20,29 +19,31 @@ from typing import Any
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.assignment.questions import Assignment, Case, Question
 from labkit.course.grading.box import BY_THE_CLOCK, Box, BoxError, Wall
-from labkit.course.grading.contract import Outcome, OutcomeStatus
+from labkit.course.grading.contract import CELL_FAILED, KILLED, NOT_DEFINED, Outcome
 from labkit.course.grading.files import read_sources
 from labkit.course.grading.handins import Submission
-from labkit.course.grading.inside import data, reading
+from labkit.course.grading.inside import data
 from labkit.course.grading.judging.compare import assess
 from labkit.course.grading.judging.verdict import QuestionVerdict, SubmissionVerdict
+from labkit.course.grading.reading import Program, read_program
 from labkit.course.grading.store import Record, fingerprint
 
 MAX_NOTES = 20
 MAX_RESTARTS = 2
 OWN, END = "own", "end"
-STATUS = {"it took too long": OutcomeStatus.TIMEOUT, "it said too much": OutcomeStatus.TOO_LARGE}
+ENDED_BY = {"it took too long": "OutOfTime", "it said too much": "TooMuchError"}
 
 
 class Sitting:
-    """The files of one submission in a box, which is started anew where the code ends it."""
+    """One submission in a box, which is started anew where the code ends it."""
 
-    def __init__(self, files: Mapping[str, bytes], functions: Sequence[str], wall: Wall) -> None:
-        self.files, self.functions, self.wall = files, functions, wall
+    def __init__(self, program: Program, functions: Sequence[str], wall: Wall) -> None:
+        self.cells, self.scripts = list(program.cells), program.scripts
+        self.functions, self.wall = functions, wall
         self.end = time.monotonic() + BY_THE_CLOCK * wall.seconds
         self.box: Box | None = None
-        self.skipped: list[int] = []
         self.restarts = -1
+        self.left_out = list(program.notes)
         self.notes: list[str] = []
         self.answers: dict[str, Any] = {}  # what the box says of each, as data without a type
         self.broken: dict[str, str] = {}
@@ -55,13 +56,12 @@ class Sitting:
             cell = -1
             box = Box(self.wall)  # an error here is the machine's, not the student's
             try:
-                files = {name: content.decode("latin-1") for name, content in self.files.items()}
-                order = {"files": files, "functions": self.functions, "skipped": self.skipped}
+                order = {"cells": self.cells, "scripts": self.scripts, "functions": self.functions}
                 box.send(self._soon(), **order)
                 while "answers" not in (said := box.receive(self._soon())):
                     place = said.get("cell")
                     cell = place if isinstance(place, int) else cell
-                self.notes = [shown(note) for note in _as(list, said.get("notes"))[:MAX_NOTES]]
+                self.notes = [*self.left_out, *_as(list, said.get("notes"))]
                 broken = _as(dict, said.get("broken"))
                 self.broken = {name: shown(why) for name, why in broken.items()}
                 self.answers = _as(dict, said["answers"])
@@ -69,7 +69,9 @@ class Sitting:
             except BoxError as error:
                 box.close()
                 self.notes = [f"the notebook could not be run to its end: {error}"]
-                self.skipped.append(cell)
+                if 0 <= cell < len(self.cells):
+                    label = self.cells.pop(cell).label
+                    self.left_out.append(f"{label} ended the program or hung, so it is left out")
 
     def _soon(self) -> float:
         """Until when a single step may take; after it has hung once there is less patience."""
@@ -95,11 +97,11 @@ class Sitting:
         """The outcomes of some cases of one question, all visible or all hidden."""
         name = question.function
         self.open()
-        status, message = OutcomeStatus.KILLED, ""
+        failure = Outcome(error=KILLED)
         outcomes: list[Outcome] = []
         if self.box is not None and name not in self.answers:
-            message = self.broken.get(name, "")
-            status = OutcomeStatus.SOURCE_FAILED if message else OutcomeStatus.NOT_DEFINED
+            fault = self.broken.get(name, "")
+            failure = Outcome(error=CELL_FAILED if fault else NOT_DEFINED, message=fault)
         elif self.box is not None:
             end = self._soon()
             try:
@@ -108,10 +110,9 @@ class Sitting:
                 for _ in cases:
                     outcomes.append(outcome(self.box.receive(end)))
             except BoxError as error:
-                status = STATUS.get(str(error), status)
+                failure = Outcome(error=ENDED_BY.get(str(error), KILLED))
                 self.close()
-        missing = len(cases) - len(outcomes)
-        return outcomes + [Outcome(status=status, message=message)] * missing
+        return outcomes + [failure] * (len(cases) - len(outcomes))
 
     def close(self) -> None:
         """End the box."""
@@ -128,20 +129,14 @@ def outcome(said: Mapping[str, Any]) -> Outcome:
     BoxError
         Where it is no answer.
     """
-    status = OutcomeStatus.__members__.get(str(said.get("status")))
-    if status is None:
-        raise BoxError("it spoke out of turn")
     try:
-        value = data.from_json(said.get("value")) if status is OutcomeStatus.RETURNED else None
-    except (ValueError, RecursionError):
+        if "error" not in said:
+            return Outcome(value=data.from_json(said["value"]))
+    except (KeyError, ValueError, RecursionError):
         raise BoxError("it spoke out of turn") from None
-    error = str(said.get("error") or "")
-    return Outcome(
-        status=status,
-        value=value,
-        message=shown(said.get("message") or ""),
-        error=error if error.isidentifier() else "",
-    )
+    error = str(said["error"])
+    error = error if error.isidentifier() else "Exception"
+    return Outcome(error=error, message=shown(said.get("message") or ""))
 
 
 def shown(text: object) -> str:
@@ -155,7 +150,7 @@ def _as(kind: type, value: Any) -> Any:
 
 
 def grade_submission(
-    files: Mapping[str, bytes],
+    program: Program,
     wall: Wall,
     assignment: Assignment,
     student: str,
@@ -163,12 +158,12 @@ def grade_submission(
     name: str = "",
     unread: Sequence[str] = (),
 ) -> SubmissionVerdict:
-    """Grade a student's files; the verdict is always the same, but for `seconds`.
+    """Grade a student's program; the verdict is always the same, but for `seconds`.
 
     Parameters
     ----------
-    files : mapping of str to bytes
-        Notebooks and scripts.
+    program : Program
+        The cells of notebooks and scripts.
     wall : Wall
         Where they run.
     assignment : Assignment
@@ -179,14 +174,14 @@ def grade_submission(
         What was not read.
     """
     start = time.perf_counter()
-    sitting = Sitting(files, [one.function for one in assignment.questions], wall)
+    sitting = Sitting(program, [one.function for one in assignment.questions], wall)
     try:
         found = _first_round(sitting, assignment, student)
         found |= _follow_through(sitting, assignment, student, found)
     finally:
         sitting.close()
     verdicts = tuple(found[one.id] for one in assignment.questions)
-    if not files:
+    if not program.cells:
         verdicts = tuple(replace(one, message="Nothing was found to grade.") for one in verdicts)
     return SubmissionVerdict(
         student=student,
@@ -195,7 +190,7 @@ def grade_submission(
         questions=verdicts,
         score=round(sum(one.score for one in verdicts), 2),
         points=round(sum(one.points for one in verdicts), 2),
-        notes=tuple(sitting.notes),
+        notes=tuple(map(shown, sitting.notes[:MAX_NOTES])),
         unread=tuple(unread),
         seconds=time.perf_counter() - start,
     )
@@ -268,17 +263,6 @@ def grade_one(
     if known and known.fingerprint == mark:
         return replace(known, late=late)
     student, name = submission.student, submission.name
-    verdict = grade_submission(files, wall, asked, student, name=name, unread=unread)
-    return Record(verdict=verdict, fingerprint=mark, code=code_of(files), late=late)
-
-
-def code_of(files: Mapping[str, bytes]) -> str:
-    """All code of a submission, for tools that look for copies; what cannot be read is left out."""
-    found: list[str] = []
-    for name, content in files.items():
-        with contextlib.suppress(Exception):  # untrusted
-            if name.lower().endswith(reading.NOTEBOOK):
-                found += [cell.source for cell in reading.notebook_cells("", content)]
-            else:
-                found.append(reading.decoded(content))
-    return "\n\n".join(found).encode("utf-8", "replace").decode()
+    program = read_program(files, [one.function for one in asked.questions])
+    verdict = grade_submission(program, wall, asked, student, name=name, unread=unread)
+    return Record(verdict=verdict, fingerprint=mark, code=program.code, late=late)

@@ -10,6 +10,7 @@ from small import write_assignment
 
 from labkit.course.grading.box import Wall, open_wall
 from labkit.course.grading.grade import grade_submission
+from labkit.course.grading.reading import read_program
 from labkit.errors import LabkitError
 
 
@@ -39,6 +40,7 @@ def graded(wall):
 
     def run(files, assignment, *, student="ada", seconds=3.0, **more):
         timed = wall._replace(seconds=seconds)
-        return grade_submission(files, timed, assignment, student, **more)
+        program = read_program(files, [one.function for one in assignment.questions])
+        return grade_submission(program, timed, assignment, student, **more)
 
     return run

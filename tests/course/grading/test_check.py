@@ -153,7 +153,7 @@ class Mute(Exception):
 
 @pytest.mark.parametrize(
     ("error", "reason"),
-    [(SystemExit(3), "it raised SystemExit: 3 (line"), (Mute(), "Mute:  (line")],
+    [(SystemExit(3), "it raised SystemExit: 3 (line"), (Mute(), "Mute (line")],
 )
 def test_what_a_function_raises_is_a_verdict(error, reason):
     def raising(theta):

@@ -23,7 +23,6 @@ from labkit.course.grading.box import (
     unused_user,
     why_not,
 )
-from labkit.course.grading.contract import OutcomeStatus
 from labkit.course.grading.grade import outcome
 from labkit.errors import LabkitError
 
@@ -41,10 +40,10 @@ for _ in range(19):
 FORGING = {
     "answers for itself, as it likes": """
     for place in range(99):
-        session().tell(call=place, status="RETURNED", value=6.0)
+        session().tell(value=6.0)
 """,
     "claims a verdict": """
-    session().tell(call=0, status="FULL_MARKS", score=100, value=1)
+    session().tell(score=100, values=[6.0])
 """,
     "writes to every descriptor": """
     for number in range(64):
@@ -64,7 +63,7 @@ FORGING = {
     "answers from a thread, for ever": """
     def forge(own):
         while True:
-            own.tell(call=0, status="RETURNED", value=-3.0)
+            own.tell(value=-3.0)
     threading.Thread(target=forge, args=(session(),), daemon=True).start()
     return 0
 """,
@@ -162,7 +161,7 @@ def test_nothing_is_left_of_a_box(safe_wall):
     code = "import threading, time\nthreading.Thread(target=time.sleep, args=(99,)).start()\n"
     with Box(wall) as box:
         end = time.monotonic() + 30
-        box.send(end, files={"a.py": code + RIGHT}, functions=["double"], skipped=[])
+        box.send(end, cells=[(code + RIGHT, "a", True)], scripts={}, functions=["double"])
         while "answers" not in box.receive(end):
             pass
         assert running()
@@ -224,12 +223,11 @@ def test_what_the_box_says_is_checked_word_by_word():
     array = {"dtype": "int64", "shape": [1], "data": [1]}
     values = ([1], 1 << 64, array | {"dtype": "object"}, array | {"shape": [9]},
               array | {"data": [1e99]}, array | {"shape": ["9"]})  # fmt: skip
-    for said in ({}, {"status": 3}, *({"status": "RETURNED", "value": value} for value in values)):
+    for said in ({}, {"values": 3}, *({"value": value} for value in values)):
         with pytest.raises(BoxError):
             outcome(said)
-    told = outcome({"status": "RAISED", "error": "a b", "message": "\x1b[2J\u202e" * 999})
-    assert told.status is OutcomeStatus.RAISED
-    assert told.error == ""
+    told = outcome({"error": "a b", "message": "\x1b[2J\u202e" * 999})
+    assert told.error == "Exception"
     assert told.message.isprintable()
     assert len(told.message) == 600
 

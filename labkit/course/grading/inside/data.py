@@ -16,14 +16,19 @@ import numpy as np
 MOST = 1 << 20
 MAX_NESTING = 12
 NODE = 24
+MAX_MESSAGE = 480
 DTYPES = {"f": "float64", "i": "int64", "u": "int64", "b": "bool"}
 
 
-class NotDataError(TypeError):
-    """A value that is no data; the message says what it is and what to return instead."""
+class NoAnswerError(Exception):
+    """A returned value that is no answer; the message says what to return instead."""
 
 
-class TooMuchError(ValueError):
+class NotDataError(NoAnswerError):
+    """A value that is no data."""
+
+
+class TooMuchError(NoAnswerError):
     """A value beyond what one answer may return."""
 
 
@@ -131,3 +136,11 @@ def from_json(tree: Any, depth: int = 0) -> Any:  # noqa: PLR0911 (one for each 
             with contextlib.suppress(TypeError, OverflowError, MemoryError):
                 return np.array(data, dtype=dtype).reshape(shape)
     raise ValueError("it is no data, or nested too deeply")
+
+
+def said_of(error: BaseException) -> str:
+    """The error's name and text; it may raise another one instead of its text."""
+    said = type(error).__name__
+    with contextlib.suppress(BaseException):
+        said += f": {error}"
+    return said[:MAX_MESSAGE]

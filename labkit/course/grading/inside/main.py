@@ -23,19 +23,14 @@ from typing import Any
 
 import numpy as np
 
-from labkit.course.grading.inside import confine, data, reading, standins
+from labkit.course.grading.inside import confine, data, parsing, standins
 
-MAX_MESSAGE = 480
 MAGIC = "a magic"
-DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Import, ast.ImportFrom)
 RUNNING_MAGICS = ("time", "capture", "prun")
 
 
 class OutOfTime(BaseException):
     """A cell or a call that is cut short."""
-
-
-STATUS = {data.NotDataError: "NOT_DATA", data.TooMuchError: "TOO_LARGE", OutOfTime: "TIMEOUT"}
 
 
 class Shell(standins.StandIn):
@@ -50,7 +45,7 @@ class Shell(standins.StandIn):
             scripts[script] = body
         elif name in (*RUNNING_MAGICS, "run"):
             source = scripts.get(script, "") if name == "run" else body or line
-            for node in reading.statements(reading.Cell(source, MAGIC), self.session.transform):
+            for node in parsing.statements(source, MAGIC, self.session.transform):
                 self.session.run(node, MAGIC)
 
     run_cell_magic = run_line_magic
@@ -70,7 +65,7 @@ class Session:
         self.hands_on: dict[str, str] = {}
         self.finder = standins.Finder()
         self.compile = codeop.Compile()  # it remembers imports of __future__
-        self.transform = reading.load_transformer()
+        self.transform = parsing.load_transformer()
         self.left = 0.0
         self.armed = False
         for number in (signal.SIGALRM, signal.SIGPROF):
@@ -99,52 +94,51 @@ class Session:
                 signal.setitimer(timer, 0.0)
 
     def read(
-        self, files: dict[str, str], functions: list[str], seconds: float, skipped: list[int]
+        self,
+        cells: list[tuple[str, str, bool]],
+        scripts: dict[str, str],
+        functions: list[str],
+        seconds: float,
     ) -> None:
-        """Run the notebook from top to bottom, and say what it defines."""
-        self.functions = functions
+        """Run cells (source, label, is it a script's) in turn, and say what they define."""
+        self.functions, self.finder.scripts = functions, scripts
         notes: list[str] = []
         broken: dict[str, str] = {}
-        contents = {name: text.encode("latin-1") for name, text in files.items()}
-        cells, self.finder.scripts = reading.programs(contents, functions, notes)
         self.space.update(np=np, display=standins.StandIn("display"))
         shell = Shell("get_ipython")
         shell.session, self.space["get_ipython"] = self, lambda: shell
         seed()
         self.left = 2.0 * seconds  # for all experiments together
-        for place, cell in enumerate(cells):
-            if place in skipped:
-                notes.append(f"{cell.label} ended the program or hung, so it is left out")
-                continue
+        for place, (source, label, is_script) in enumerate(cells):
             self.tell(cell=place)
             before, start, clock = dict(self.answers), time.process_time(), time.monotonic()
-            fault = self.run_cell(cell, seconds)
+            fault = self.run_cell(source, label, is_script, seconds)
             self.left -= max(time.process_time() - start, (time.monotonic() - clock) / 2.0)
             if fault:
                 notes.append(fault)
-                broken |= {one: fault for one in functions if f"def {one}(" in cell.source}
+                broken |= {one: fault for one in functions if f"def {one}(" in source}
             for name in self.answers:
                 if self.answers[name] is not before.get(name):
                     self.states["own", name] = self.space | self.answers
         self.states |= {("end", name): self.space | self.answers for name in self.answers}
         self.tell(notes=notes[:60], broken=broken, answers=self.described())
 
-    def run_cell(self, cell: reading.Cell, seconds: float) -> str:
+    def run_cell(self, source: str, label: str, is_script: bool, seconds: float) -> str:
         """Run the statements of a cell one by one; why it was not run to its end."""
         fault, left = "", self.left
         try:
             with self.within(seconds):
-                nodes = reading.statements(cell, self.transform)
+                nodes = parsing.statements(source, label, self.transform, is_script=is_script)
         except BaseException as error:
-            return f"{cell.label} is no Python, so nothing in it counts: {self.text(error)}"
+            return f"{label} is no Python, so nothing in it counts: {self.text(error)}"
         for node in nodes:
-            if left <= 0.0 and not is_definition(node):
+            if left <= 0.0 and not parsing.is_definition(node):
                 continue
             try:
                 with self.within(min(seconds, left) if left > 0.0 else seconds):
-                    self.run(node, cell.label)
+                    self.run(node, label)
             except BaseException as error:
-                fault = fault or f"{cell.label} did not run to its end: {self.text(error)}"
+                fault = fault or f"{label} did not run to its end: {self.text(error)}"
                 left = 0.0 if isinstance(error, OutOfTime) else left
         return fault
 
@@ -158,19 +152,19 @@ class Session:
             for name, value in list(self.space.items()):
                 if not callable(value) or before.get(name) is value:
                     continue
-                self.uses.setdefault(name, set()).update(names_in(code))
+                self.uses.setdefault(name, set()).update(parsing.names_in(code))
                 hides = isinstance(value, standins.StandIn) or (
-                    name in self.answers and is_stub(value)
+                    name in self.answers and parsing.is_stub(value)
                 )
                 if name in self.functions and not hides:
-                    self.answers[name], self.hands_on[name] = value, handed_on(node)
+                    self.answers[name], self.hands_on[name] = value, parsing.handed_on(node)
 
     def described(self) -> dict[str, Any]:
         """Say of each answer what it calls, and whether something it uses was changed later."""
         for code, _ in self.finder.imported:
             for part in code.co_consts:
                 if isinstance(part, types.CodeType):
-                    self.uses.setdefault(part.co_name, set()).update(names_in(part))
+                    self.uses.setdefault(part.co_name, set()).update(parsing.names_in(part))
         found = {}
         for name in self.answers:
             own, end = self.states["own", name], self.states["end", name]
@@ -199,8 +193,8 @@ class Session:
                 space[name] = defined[name]
         seed()
         end = time.process_time() + seconds
-        for place, arguments in enumerate(calls):
-            self.tell(call=place, **self.call(function, arguments, end - time.process_time()))
+        for arguments in calls:
+            self.tell(**self.call(function, arguments, end - time.process_time()))
         for space, kept in zip(scripts, before, strict=True):
             space.update(kept)
 
@@ -209,58 +203,27 @@ class Session:
         given = [data.from_json(argument) for argument in arguments]
         try:
             with self.within(max(seconds, 0.001)):
-                value = data.to_json(self.space[function](*given))
-            return {"status": "RETURNED", "value": value}
+                return {"value": data.to_json(self.space[function](*given))}
         except BaseException as error:
-            status = STATUS.get(type(error), "RAISED")
-            message = self.text(error) if status == "RAISED" else str(error)
-            return {"status": status, "error": type(error).__name__[:60], "message": message}
+            return {"error": type(error).__name__[:60], "message": self.text(error)}
 
     def text(self, error: BaseException) -> str:
         """The error in a line, with the place in the student's code."""
         if isinstance(error, OutOfTime):
             return "it took too long, and was cut short"
-        said, place = "an error", ""
-        with contextlib.suppress(BaseException):  # it may raise another one when looked at
-            said = f"{type(error).__name__}: {error}"[:MAX_MESSAGE]
+        if isinstance(error, data.NoAnswerError):
+            return str(error)
+        place = ""
         for frame, line in traceback.walk_tb(error.__traceback__):
             file = frame.f_code.co_filename
             place = place if file.startswith(("/", "<")) else f" (line {line} of {file})"
-        return said + place
+        return data.said_of(error) + place
 
 
 def seed() -> None:
     """Seed all generators: graded again, a submission draws the same."""
     random.seed(0)
     np.random.seed(0)  # noqa: NPY002
-
-
-def is_definition(node: ast.stmt) -> bool:
-    """True if a statement defines or imports something, or sets a constant: it calls nothing."""
-    constant = isinstance(node, ast.Assign | ast.AnnAssign) and not any(
-        isinstance(part, ast.Call | ast.comprehension) for part in ast.walk(node)
-    )
-    return constant or isinstance(node, DEFINITIONS)
-
-
-def is_stub(value: Any) -> bool:
-    """True if a function does nothing but raise `NotImplementedError`, as it was handed out."""
-    code = getattr(value, "__code__", None)
-    return code is not None and code.co_names == ("NotImplementedError",)
-
-
-def names_in(code: types.CodeType) -> set[str]:
-    """The names that code mentions but for its own, with those of the code inside it."""
-    inside = (names_in(part) for part in code.co_consts if isinstance(part, types.CodeType))
-    return set(code.co_names).union(*inside)
-
-
-def handed_on(node: ast.stmt) -> str:
-    """The function to which a definition hands all its work: ``return f(...)`` and no more."""
-    match [line for line in getattr(node, "body", []) if not isinstance(line, ast.Expr)]:
-        case [ast.Return(value=ast.Call(func=ast.Name(id=name)))]:
-            return name
-    return ""
 
 
 def main() -> None:
@@ -277,6 +240,6 @@ def main() -> None:
     session.tell(ready=True)
     os.dup2(quiet, 2)  # until here the grader reads what is wrong
     for order in map(json.loads, orders):
-        serve = session.read if "files" in order else session.ask
+        serve = session.read if "cells" in order else session.ask
         serve(**order)
     os._exit(0)

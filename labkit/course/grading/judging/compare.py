@@ -20,12 +20,11 @@ from labkit.course.grading.assignment.questions import (
     Misconception,
     Question,
 )
-from labkit.course.grading.contract import Outcome, OutcomeStatus, Value
+from labkit.course.grading.contract import CELL_FAILED, KILLED, NOT_DEFINED, Outcome, Value
 from labkit.course.grading.judging.kinds import Unreadable, difference, how_wrong, read
 from labkit.course.grading.judging.verdict import CaseVerdict, QuestionVerdict
 
 HIDDEN_REASONS = 3  # of hidden cases a student is told what went wrong in so many
-WHOLE_QUESTION = {OutcomeStatus.NOT_DEFINED, OutcomeStatus.SOURCE_FAILED}
 # The errors of honest mistakes. Few, since which one is raised can be made to tell an input.
 TELLING_NOTHING = {
     "IndexError", "KeyError", "NameError", "TypeError", "ValueError", "ZeroDivisionError",
@@ -35,14 +34,17 @@ ADVICE_ON = {
     "FileNotFoundError": "no file is there while grading, so keep the answers free of files",
     "EOFError": "nobody types while grading, so take `input` out",
 }
+OF_THE_WHOLE = {
+    NOT_DEFINED: "there is no function `{function}`; was it renamed or left out?",
+    CELL_FAILED: "its cell did not run{why}; run the whole notebook afresh to see why.",
+}
 ADVICE = {
-    OutcomeStatus.NOT_DEFINED: "there is no function `{function}`; was it renamed or left out?",
-    OutcomeStatus.SOURCE_FAILED: "its cell did not run{why}; "
-    "run the whole notebook afresh to see why.",
-    OutcomeStatus.TIMEOUT: "it took too long; does a loop have no end?",
-    OutcomeStatus.KILLED: "the program ended in it: too much memory, or an exit.",
-    OutcomeStatus.TOO_LARGE: "it returned far more data than the answer holds.",
-    OutcomeStatus.NOT_DATA: "it returned an object; return numbers or arrays.",
+    **OF_THE_WHOLE,
+    "NotImplementedError": "it is not written yet.",
+    "OutOfTime": "it took too long; does a loop have no end?",
+    KILLED: "the program ended in it: too much memory, or an exit.",
+    "TooMuchError": "it returned far more data than the answer holds.",
+    "NotDataError": "it returned an object; return numbers or arrays.",
 }
 
 
@@ -65,7 +67,7 @@ def assess(
     share = sum(verdicts[place].passed for place in counting) / len(counting)
     share = max(0.0, (share - question.chance) / (1.0 - question.chance))
     if known:
-        answered = sum(outcomes[place].status is OutcomeStatus.RETURNED for place in counting)
+        answered = sum(not outcomes[place].error for place in counting)
         share = max(share, known.credit * answered / len(counting))
     message, is_said = _message(question, verdicts, outcomes, known)
     return QuestionVerdict(
@@ -84,7 +86,7 @@ def judge(
 ) -> CaseVerdict:
     """The verdict on one call; that of a known mistake needs no numbers."""
     got = _read(question.answer, outcome.value)
-    if outcome.status is not OutcomeStatus.RETURNED:
+    if outcome.error:
         text = _no_value(question, case, outcome)
     elif isinstance(got, str):
         text = f"{got}."
@@ -112,7 +114,7 @@ def recognise(
     """
     wrong, right = list[tuple[Case, Value]](), list[tuple[Case, Value]]()
     for case, outcome in zip(cases, outcomes, strict=True):
-        if outcome.status is OutcomeStatus.RETURNED:
+        if not outcome.error:
             of_these = right if is_right(question, case, outcome.value) else wrong
             of_these.append((case, outcome.value))
     if not wrong:
@@ -263,16 +265,14 @@ def _scale(wrong: FloatArray) -> float:
 def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
     """Reason why there is nothing to compare; of a hidden case without the student's own words."""
     message = "" if case.hidden else outcome.message
-    if outcome.error == "NotImplementedError":
-        return "it is not written yet."
-    if outcome.status is OutcomeStatus.RAISED:
-        advice = f"; {ADVICE_ON[outcome.error]}" if message and outcome.error in ADVICE_ON else ""
-        name = outcome.error if outcome.error in TELLING_NOTHING else "an error"
-        return f"it raised {message or name}{advice}."
-    if outcome.status is OutcomeStatus.NOT_DATA and message:
+    if outcome.error == "NotDataError" and message:
         return f"it {message}" + ("" if message.endswith("?") else ".")
-    why = f": {message}" if message else ""
-    return ADVICE[outcome.status].format(function=question.function, why=why)
+    if outcome.error in ADVICE:
+        why = f": {message}" if message else ""
+        return ADVICE[outcome.error].format(function=question.function, why=why)
+    advice = f"; {ADVICE_ON[outcome.error]}" if message and outcome.error in ADVICE_ON else ""
+    name = outcome.error if outcome.error in TELLING_NOTHING else "an error"
+    return f"it raised {message or name}{advice}."
 
 
 def _few_reasons(verdicts: Sequence[CaseVerdict], is_said: bool) -> tuple[CaseVerdict, ...]:
@@ -310,7 +310,7 @@ def _message(
         read_on = f" See {known.chapter}." if known.chapter else ""
         return f"This looks like a known mistake: {known.says}{read_on}", False
     if len(always) == 1:
-        if all(outcome.status in WHOLE_QUESTION for outcome in outcomes):
+        if all(outcome.error in OF_THE_WHOLE for outcome in outcomes):
             return _capital(*always), True
         return f"In every case {always.pop()}", True
     text = f"{passed} of {len(verdicts)} cases pass."

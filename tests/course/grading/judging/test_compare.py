@@ -8,7 +8,7 @@ import pytest
 
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.assignment.questions import Answer, Case
-from labkit.course.grading.contract import Outcome, OutcomeStatus
+from labkit.course.grading.contract import Outcome
 from labkit.course.grading.judging.compare import assess, is_right, judge, recognise
 
 ASSIGNMENT = load_assignment()
@@ -17,7 +17,7 @@ MEASURED = [one for one in ASSIGNMENT.questions if one.answer not in YES_OR_NO]
 
 
 def returned(case, value):
-    return Outcome(status=OutcomeStatus.RETURNED, value=value)
+    return Outcome(value=value)
 
 
 def first(question, hidden):
@@ -63,25 +63,25 @@ SECRET = "3.14159 is the first input"
 
 
 @pytest.mark.parametrize(
-    ("status", "error", "of_hidden", "of_visible"),
+    ("error", "of_hidden", "of_visible"),
     [
-        ("TIMEOUT", "", "took too long; does a loop have no end?", ""),
-        ("KILLED", "", "the program ended in it", ""),
-        ("TOO_LARGE", "", "far more data", ""),
-        ("NOT_DATA", "", "return numbers or arrays", f"it {SECRET}."),
-        ("NOT_DEFINED", "", "there is no function `align`", ""),
-        ("SOURCE_FAILED", "", "its cell did not run;", f"did not run: {SECRET};"),
-        ("RAISED", "NotImplementedError", "not written yet", ""),
-        ("RAISED", "IndexError", "it raised IndexError.", f"it raised {SECRET}."),
-        ("RAISED", "Own", "it raised an error.", f"it raised {SECRET}."),
-        ("RAISED", "EOFError", "it raised an error.", "; nobody types while grading, so take"),
-        ("RAISED", "FileNotFoundError", "an error.", "; no file is there while grading"),
-        ("RAISED", "ModuleNotFoundError", "an error.", "; only numpy, scipy and the standard"),
+        ("OutOfTime", "took too long; does a loop have no end?", ""),
+        ("Killed", "the program ended in it", ""),
+        ("TooMuchError", "far more data", ""),
+        ("NotDataError", "return numbers or arrays", f"it {SECRET}."),
+        ("NotDefined", "there is no function `align`", ""),
+        ("CellFailed", "its cell did not run;", f"did not run: {SECRET};"),
+        ("NotImplementedError", "not written yet", ""),
+        ("IndexError", "it raised IndexError.", f"it raised {SECRET}."),
+        ("Own", "it raised an error.", f"it raised {SECRET}."),
+        ("EOFError", "it raised an error.", "; nobody types while grading, so take"),
+        ("FileNotFoundError", "an error.", "; no file is there while grading"),
+        ("ModuleNotFoundError", "an error.", "; only numpy, scipy and the standard"),
     ],
 )
-def test_a_call_without_an_answer_is_explained(status, error, of_hidden, of_visible):
+def test_a_call_without_an_answer_is_explained(error, of_hidden, of_visible):
     """The student's own text is shown of a visible case alone: it may hold the arguments."""
-    outcome = Outcome(status=OutcomeStatus[status], error=error, message=SECRET)
+    outcome = Outcome(error=error, message=SECRET)
     for hidden, reason in ((True, of_hidden), (False, of_visible or of_hidden)):
         said = judge(ASSIGNMENT.question("align"), first("align", hidden), outcome).reason
         assert reason in said
@@ -192,9 +192,7 @@ def test_the_examples_learnt_by_heart_are_worth_nothing(question):
     by_constant = assess(question, cases, [returned(case, constant) for case in cases])
     for table in tables:
         raised = [
-            returned(case, table[case.id])
-            if case.id in table
-            else Outcome(status=OutcomeStatus.RAISED)
+            returned(case, table[case.id]) if case.id in table else Outcome(error="Exception")
             for case in cases
         ]
         assert assess(question, cases, raised).score == 0.0

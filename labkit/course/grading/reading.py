@@ -1,22 +1,15 @@
-"""From the files of a submission to the statements that are run: notebooks and scripts.
+"""From the files of a submission to the cells that are run: notebooks and scripts.
 
-Magics are turned into Python by IPython's own transformer. A script is cut where its cells begin
-(``# %%``, ``# In[3]:``); without these marks it is one cell.
+A script is cut where its cells begin (``# %%``, ``# In[3]:``); without these marks it is one cell.
 """
 
 from __future__ import annotations
 
-import ast
-import importlib
 import io
 import json
 import re
-import sys
 import tokenize
-import types
-import warnings
-from collections.abc import Callable, Collection, Iterator, Mapping
-from pathlib import Path
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any, NamedTuple
 
 NOTEBOOK = (".ipynb", ".ipynb.txt", ".ipynb.json")
@@ -31,18 +24,25 @@ class Cell(NamedTuple):
     is_script: bool = False
 
 
-def programs(
-    files: Mapping[str, bytes], functions: Collection[str], notes: list[str]
-) -> tuple[list[Cell], dict[str, str]]:
-    """The cells to run, and the scripts that they may import, by name.
+class Program(NamedTuple):
+    """What a submission holds."""
+
+    cells: list[Cell]  # to run, from top to bottom
+    scripts: dict[str, str]  # that they may import, by file name
+    code: str  # all of it, run or not
+    notes: list[str]  # what cannot be read, and why
+
+
+def read_program(files: Mapping[str, bytes], functions: Collection[str]) -> Program:
+    """Read the cells of all files, and choose those that are run.
 
     Of several files those run that define a function that is asked for, the one with the most
     answers last: of two answers to one question, its counts.
 
     Examples
     --------
-    >>> cells, scripts = programs({"a.py": b"def f(): pass", "b.py": b"k = 1"}, ["f"], [])
-    >>> [cell.label for cell in cells], list(scripts)
+    >>> program = read_program({"a.py": b"def f(): pass", "b.py": b"k = 1"}, ["f"])
+    >>> [cell.label for cell in program.cells], list(program.scripts)
     (['a.py'], ['a.py', 'b.py'])
     """
     names = "|".join(functions)
@@ -50,6 +50,7 @@ def programs(
     read: dict[str, list[Cell]] = {}
     answers: dict[str, int] = {}
     scripts: dict[str, str] = {}
+    notes: list[str] = []
     for name, data in files.items():
         try:
             if name.lower().endswith(NOTEBOOK):
@@ -59,10 +60,12 @@ def programs(
                 read[name] = list(script_cells(name, scripts[name]))
             found = (answer.findall(cell.source) for cell in read[name])
             answers[name] = len(set().union(*found))
-        except Exception as error:
+        except Exception as error:  # untrusted
             notes.append(f"{name} cannot be read: {error}")
+    code = "\n\n".join(cell.source.lstrip("\n") for cells in read.values() for cell in cells)
     chosen = sorted(filter(answers.get, answers), key=answers.__getitem__) or list(read)[:1]
-    return [cell for name in chosen for cell in read[name]], scripts
+    cells = [cell for name in chosen for cell in read[name]]
+    return Program(cells, scripts, code.encode("utf-8", "replace").decode(), notes)
 
 
 def notebook_cells(name: str, data: bytes) -> Iterator[Cell]:
@@ -94,43 +97,3 @@ def decoded(data: bytes) -> str:
 
 def _unix(text: str) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
-
-
-def statements(cell: Cell, transform: Callable[[str], str]) -> list[ast.stmt]:
-    """The statements of a cell, each import of several packages taken apart.
-
-    `transform` turns magics into Python. Of a script that is no Python even then, the part before
-    the error is taken; a notebook's cell raises `SyntaxError`.
-    """
-    source = cell.source
-    above = len(source) - len(source.lstrip("\n"))
-    with warnings.catch_warnings(action="ignore"):
-        try:
-            nodes = ast.parse(source, cell.label).body
-        except SyntaxError as first:
-            nodes, source = [], "\n" * above + transform(source)
-            while source:
-                try:
-                    nodes, source = ast.parse(source).body, ""
-                except SyntaxError as error:
-                    if not cell.is_script:
-                        raise first from None
-                    lines = source.splitlines(keepends=True)
-                    source = "".join(lines[: min(error.lineno or 1, len(lines)) - 1])
-    found: list[ast.stmt] = []
-    for node in nodes:
-        parts = node.names if isinstance(node, ast.Import) else ()
-        found += [ast.copy_location(ast.Import([alias]), node) for alias in parts] or [node]
-    return found
-
-
-def load_transformer() -> Callable[[str], str]:
-    """IPython's `transform_cell`, without the rest of IPython, which is slow to import."""
-    for name in ("IPython", "IPython.core", "IPython.utils"):
-        module = sys.modules[name] = types.ModuleType(name)
-        module.__path__ = [str(Path(path, *name.split("."))) for path in sys.path]
-    transform = importlib.import_module("IPython.core.inputtransformer2").TransformerManager()
-    for name in [name for name in sys.modules if name.partition(".")[0] == "IPython"]:
-        del sys.modules[name]
-    found: Callable[[str], str] = transform.transform_cell
-    return found

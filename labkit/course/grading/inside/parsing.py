@@ -1,0 +1,86 @@
+"""What code says without being run: its statements, what they define and what they mention.
+
+Magics are turned into Python by IPython's own transformer.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import sys
+import types
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Import, ast.ImportFrom)
+
+
+def statements(
+    source: str, label: str, transform: Callable[[str], str], *, is_script: bool = False
+) -> list[ast.stmt]:
+    """The statements of a cell, each import of several packages taken apart.
+
+    `transform` turns magics into Python. Of a script that is no Python even then, the part before
+    the error is taken; a notebook's cell raises `SyntaxError`.
+    """
+    above = len(source) - len(source.lstrip("\n"))
+    with warnings.catch_warnings(action="ignore"):
+        try:
+            nodes = ast.parse(source, label).body
+        except SyntaxError as first:
+            nodes, source = [], "\n" * above + transform(source)
+            while source:
+                try:
+                    nodes, source = ast.parse(source).body, ""
+                except SyntaxError as error:
+                    if not is_script:
+                        raise first from None
+                    lines = source.splitlines(keepends=True)
+                    source = "".join(lines[: min(error.lineno or 1, len(lines)) - 1])
+    found: list[ast.stmt] = []
+    for node in nodes:
+        parts = node.names if isinstance(node, ast.Import) else ()
+        found += [ast.copy_location(ast.Import([alias]), node) for alias in parts] or [node]
+    return found
+
+
+def load_transformer() -> Callable[[str], str]:
+    """IPython's `transform_cell`, without the rest of IPython, which is slow to import."""
+    for name in ("IPython", "IPython.core", "IPython.utils"):
+        module = sys.modules[name] = types.ModuleType(name)
+        module.__path__ = [str(Path(path, *name.split("."))) for path in sys.path]
+    transform = importlib.import_module("IPython.core.inputtransformer2").TransformerManager()
+    for name in [name for name in sys.modules if name.partition(".")[0] == "IPython"]:
+        del sys.modules[name]
+    found: Callable[[str], str] = transform.transform_cell
+    return found
+
+
+def is_definition(node: ast.stmt) -> bool:
+    """True if a statement defines or imports something, or sets a constant: it calls nothing."""
+    constant = isinstance(node, ast.Assign | ast.AnnAssign) and not any(
+        isinstance(part, ast.Call | ast.comprehension) for part in ast.walk(node)
+    )
+    return constant or isinstance(node, DEFINITIONS)
+
+
+def is_stub(value: Any) -> bool:
+    """True if a function does nothing but raise `NotImplementedError`, as it was handed out."""
+    code = getattr(value, "__code__", None)
+    return code is not None and code.co_names == ("NotImplementedError",)
+
+
+def names_in(code: types.CodeType) -> set[str]:
+    """The names that code mentions but for its own, with those of the code inside it."""
+    inside = (names_in(part) for part in code.co_consts if isinstance(part, types.CodeType))
+    return set(code.co_names).union(*inside)
+
+
+def handed_on(node: ast.stmt) -> str:
+    """The function to which a definition hands all its work: ``return f(...)`` and no more."""
+    match [line for line in getattr(node, "body", []) if not isinstance(line, ast.Expr)]:
+        case [ast.Return(value=ast.Call(func=ast.Name(id=name)))]:
+            return name
+    return ""
