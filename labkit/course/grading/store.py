@@ -21,7 +21,7 @@ from labkit.course.grading.judging.verdict import CaseVerdict, QuestionVerdict, 
 from labkit.errors import LabkitError, WriteError
 from labkit.files import atomic_write
 
-RULES = 9  # raise it when the same files would get other points or messages than before
+RULES = 10  # raise it when the same files would get other points or messages than before
 VERDICTS = "verdicts"
 
 

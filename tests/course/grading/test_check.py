@@ -130,7 +130,7 @@ def test_labkits_own_functions_are_no_answer(ask, name, body):
         (lambda: 1j * np.eye(2), "it returned complex numbers; return real ones (`.real`?)."),
         (lambda: np.array([object()]), "are its rows of different length?\n"),
         (lambda: np.zeros(3_000_000), "far more data"),
-        (lambda: None, "In every case it returned None (is a `return` missing?), not a square"),
+        (lambda: None, "No case passes: it returned None (is a `return` missing?), not a square"),
     ],
 )
 def test_what_is_no_data_is_explained(returns, reason):

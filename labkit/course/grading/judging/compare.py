@@ -24,11 +24,6 @@ from labkit.course.grading.contract import CELL_FAILED, KILLED, NOT_DEFINED, Out
 from labkit.course.grading.judging.kinds import Unreadable, difference, how_wrong, read
 from labkit.course.grading.judging.verdict import CaseVerdict, QuestionVerdict
 
-HIDDEN_REASONS = 3  # of hidden cases a student is told what went wrong in so many
-# The errors of honest mistakes. Few, since which one is raised can be made to tell an input.
-TELLING_NOTHING = {
-    "IndexError", "KeyError", "NameError", "TypeError", "ValueError", "ZeroDivisionError",
-}  # fmt: skip
 ADVICE_ON = {
     "ModuleNotFoundError": "only numpy, scipy and the standard library are there while grading",
     "FileNotFoundError": "no file is there while grading, so keep the answers free of files",
@@ -75,7 +70,7 @@ def assess(
         title=question.title,
         points=question.points,
         score=round(question.points * share, 2),
-        cases=_few_reasons(verdicts, is_said),
+        cases=tuple(replace(one, reason="") if is_said else one for one in verdicts),
         misconception=known.id if known else None,
         message=message,
     )
@@ -84,19 +79,25 @@ def assess(
 def judge(
     question: Question, case: Case, outcome: Outcome, *, is_known: bool = False
 ) -> CaseVerdict:
-    """The verdict on one call; that of a known mistake needs no numbers."""
+    """The verdict on one call; that of a known mistake needs no numbers.
+
+    Of a hidden case it says only that the result is wrong, or that there is none: whatever else it
+    told could be made to spell out an input.
+    """
     got = _read(question.answer, outcome.value)
     if outcome.error:
         text = _no_value(question, case, outcome)
-    elif isinstance(got, str):
-        text = f"{got}."
     elif is_right(question, case, outcome.value):
         text = ""
+    elif case.hidden:
+        text = "the result is wrong."
+    elif isinstance(got, str):
+        text = f"{got}."
     else:
         wanted = _accepted(question.answer, case)[0]
         got = _adjusted(got, wanted, question, case)
         text = how_wrong(question, case, got, wanted)
-        if not (case.hidden or is_known):
+        if not is_known:
             text += " " + difference(question, case, got, wanted)
     reason = f"{_capital(case.about)}: {text}" if text else ""
     return CaseVerdict(id=case.id, hidden=case.hidden, passed=not text, reason=reason)
@@ -271,22 +272,7 @@ def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
         why = f": {message}" if message else ""
         return ADVICE[outcome.error].format(function=question.function, why=why)
     advice = f"; {ADVICE_ON[outcome.error]}" if message and outcome.error in ADVICE_ON else ""
-    name = outcome.error if outcome.error in TELLING_NOTHING else "an error"
-    return f"it raised {message or name}{advice}."
-
-
-def _few_reasons(verdicts: Sequence[CaseVerdict], is_said: bool) -> tuple[CaseVerdict, ...]:
-    """The verdicts without reasons where the message `is_said` of all, and with few hidden ones.
-
-    What goes wrong in one hidden case after the other could be made to spell out their inputs.
-    """
-    left, found = HIDDEN_REASONS, []
-    for one in verdicts:
-        left -= one.hidden and not one.passed
-        is_short = one.hidden and not one.passed and left < 0
-        short = f"{one.reason.partition(':')[0]}: this fails, too."
-        found.append(replace(one, reason="" if is_said else short if is_short else one.reason))
-    return tuple(found)
+    return f"it raised {message or 'an error'}{advice}."
 
 
 def _message(
@@ -298,7 +284,8 @@ def _message(
     """The words on the whole question, and whether they say the fault of every case."""
     passed = sum(verdict.passed for verdict in verdicts)
     hidden = [verdict.passed for verdict in verdicts if verdict.hidden]
-    always = {verdict.reason.partition(": ")[2] for verdict in verdicts}
+    shown = [verdict for verdict in verdicts if not verdict.hidden] or verdicts
+    always = {verdict.reason.partition(": ")[2] for verdict in shown}
     if passed == len(verdicts):
         return (
             "All cases pass." if hidden else "All visible cases pass; grading tries others.",
@@ -309,10 +296,10 @@ def _message(
     if known:
         read_on = f" See {known.chapter}." if known.chapter else ""
         return f"This looks like a known mistake: {known.says}{read_on}", False
-    if len(always) == 1:
+    if passed == 0 and len(always) == 1:
         if all(outcome.error in OF_THE_WHOLE for outcome in outcomes):
             return _capital(*always), True
-        return f"In every case {always.pop()}", True
+        return f"No case passes: {always.pop()}", True
     text = f"{passed} of {len(verdicts)} cases pass."
     if passed and hidden:
         text += f" Points are for the hidden ones: {sum(hidden)} of {len(hidden)}."

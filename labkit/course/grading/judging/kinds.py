@@ -3,10 +3,8 @@
 An answer may come as an array, as nested tuples, as whole numbers; a transform as (R, t),
 as a homogeneous matrix or as a dict of either. `read` brings all of them to one float array, and
 says in the student's words what it could not read. `how_wrong` says what is wrong with one that
-it could, and `difference` shows of a visible case what went in, what came out and what should.
-
-Of a hidden case no text holds an input, an expected value, a shape or a digit: who returns zeros
-would read the answer off the difference. There they say the kind of the error and its power of ten.
+it could, and `difference` shows what went in, what came out and what should. All three speak of
+visible cases alone.
 """
 
 from __future__ import annotations
@@ -31,7 +29,6 @@ EXPECTED = {
     Answer.NUMBER: "one number",
     Answer.FLAG: "True or False",
 }
-LEAST_POWER, MOST_POWER = -6, 3  # beyond them a size could be made to spell out an input
 ANGLE = 1e-5  # rad; below it a rotation is called right in a text
 FEW = 9  # entries of an argument that are shown
 
@@ -179,7 +176,7 @@ def _shown(value: object) -> str:
 def how_wrong(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> str:
     """One or two sentences on an answer, as `read` returns it, that is not the wanted one."""
     if got.shape != wanted.shape:
-        return _shape(question, case, got, wanted)
+        return _shape(question, got, wanted)
     if np.isnan(wanted).any():
         return "where nothing is left there is no number: NaN is expected."
     if (~np.isfinite(got) & np.isfinite(wanted)).any():
@@ -190,14 +187,11 @@ def how_wrong(question: Question, case: Case, got: FloatArray, wanted: FloatArra
     return " ".join([first, *(sentence[:1].upper() + sentence[1:] for sentence in more)])
 
 
-def _shape(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> str:
+def _shape(question: Question, got: FloatArray, wanted: FloatArray) -> str:
     if got.ndim == wanted.ndim and got.shape[1:] == wanted.shape[1:]:
         surplus = len(got) - len(wanted)
         side = "too long" if surplus > 0 else "too short"
-        amount = f" by {abs(surplus)}" if abs(surplus) == 1 or not case.hidden else ""
-        return f"the result is {side}{amount}; expected {EXPECTED[question.answer]}."
-    if case.hidden:
-        return f"the result has another shape; expected {EXPECTED[question.answer]}."
+        return f"the result is {side} by {abs(surplus)}; expected {EXPECTED[question.answer]}."
     return f"the result has shape {got.shape}, expected {wanted.shape}."
 
 
@@ -207,17 +201,17 @@ def _matrix(question: Question, case: Case, got: FloatArray, wanted: FloatArray)
         if not np.allclose(got[-1], wanted[-1]):
             yield f"the last row of a transform is {'0, ' * size}1."
             return
-        yield from _rotation(case, got[:size, :size], wanted[:size, :size])
+        yield from _rotation(got[:size, :size], wanted[:size, :size])
         shift = float(np.linalg.norm(got[:size, -1] - wanted[:size, -1]))
-        off = "is right" if shift <= case.tolerance else f"is off by {_size(shift, ' m', case)}"
+        off = "is right" if shift <= case.tolerance else f"is off by {_size(shift, ' m')}"
         yield f"the translation {off}."
     elif np.allclose(wanted.T @ wanted, np.eye(size + 1), atol=1e-3):
-        yield from _rotation(case, got, wanted)
+        yield from _rotation(got, wanted)
     else:
         yield from _numbers(question, case, got, wanted)
 
 
-def _rotation(case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
+def _rotation(got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     if not np.allclose(got.T @ got, np.eye(len(got)), atol=1e-3):
         yield "the matrix is no rotation: its columns are not orthonormal."
     elif np.linalg.det(got) < 0.0:
@@ -225,7 +219,7 @@ def _rotation(case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     else:
         half = float(np.linalg.norm(got - wanted)) / math.sqrt(8.0)  # sin of half the angle
         angle = 2.0 * math.asin(min(1.0, half))
-        off = "is right" if angle < ANGLE else f"is off by {_size(math.degrees(angle), '°', case)}"
+        off = "is right" if angle < ANGLE else f"is off by {_size(math.degrees(angle), '°')}"
         yield f"the rotation {off}."
 
 
@@ -234,22 +228,22 @@ def _numbers(question: Question, case: Case, got: FloatArray, wanted: FloatArray
     most = float(error.max(initial=0.0))
     unit = f" {question.unit}" if question.unit else ""
     if question.answer is Answer.NUMBER:
-        yield f"the result is off by {_size(most, unit, case)}."
+        yield f"the result is off by {_size(most, unit)}."
         return
     low, high = question.low, question.high
     if low is not None and high is not None and (outside := (got < low) | (got > high)).any():
-        yield f"{_share(outside, case)} of the numbers lie outside [{low:g}, {high:g}]."
-    share = _share(error > case.tolerance, case)
-    yield f"{share} of the numbers are off, by {_size(most, unit, case, 'up to ')}."
+        yield f"{_share(outside)} of the numbers lie outside [{low:g}, {high:g}]."
+    share = _share(error > case.tolerance)
+    yield f"{share} of the numbers are off, by up to {_size(most, unit)}."
 
 
 def _matches(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     wrong = got[:, 0] != wanted[:, 0]
     if wrong.any():
-        yield f"{_share(wrong, case)} of the indices are wrong."
+        yield f"{_share(wrong)} of the indices are wrong."
     error = float(np.abs(got[:, 1] - wanted[:, 1]).max())
     if error > case.tolerance:
-        yield f"the distances are off by {_size(error, ' m', case, 'up to ')}."
+        yield f"the distances are off by up to {_size(error, ' m')}."
 
 
 def _mask(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
@@ -258,7 +252,11 @@ def _mask(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -
         return
     kept, lost = int(np.count_nonzero(got > wanted)), int(np.count_nonzero(got < wanted))
     parts = ((kept, "keeps", "go"), (lost, "rejects", "stay"))
-    said = [f"{does} {_pairs(count, case)} that should {do}" for count, does, do in parts if count]
+    said = [
+        f"{does} {count} pair{'' if count == 1 else 's'} that should {do}"
+        for count, does, do in parts
+        if count
+    ]
     yield f"it {' and '.join(said)}."
 
 
@@ -270,8 +268,8 @@ def _poses(question: Question, case: Case, got: FloatArray, wanted: FloatArray) 
         yield "the poses are right, but some headings lie outside (−π, π]: wrap them."
         return
     yield (
-        f"the positions are off by {_size(shift, ' m', case, 'up to ')}, "
-        f"the headings by {_size(math.degrees(turn.max()), '°', case, 'up to ')}."
+        f"the positions are off by up to {_size(shift, ' m')}, "
+        f"the headings by up to {_size(math.degrees(turn.max()), '°')}."
     )
 
 
@@ -279,26 +277,15 @@ def _flag(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -
     yield f"it returned {bool(got)}; the rule says otherwise."
 
 
-def _size(number: float, unit: str, case: Case, most: str = "") -> str:
-    """A size that can be read: 180° and not 1.8e+02°; of a hidden case its power of ten."""
-    if case.hidden and 0.0 < number < math.inf:
-        power = min(max(math.floor(math.log10(number)), LEAST_POWER), MOST_POWER)
-        return f"more than {10.0**power:g}{unit}"
-    return f"{'' if case.hidden else most}{float(f'{number:.2g}'):g}{unit}"
+def _size(number: float, unit: str) -> str:
+    """A size that can be read: 180° and not 1.8e+02°."""
+    return f"{float(f'{number:.2g}'):g}{unit}"
 
 
-def _share(wrong: BoolArray, case: Case) -> str:
-    """Share of the wrong entries: of a hidden case a student may not know their number."""
+def _share(wrong: BoolArray) -> str:
+    """Share of the wrong entries."""
     share = float(np.mean(wrong))
-    if share == 1.0:
-        return "all"
-    if case.hidden:
-        return "most" if share > 0.5 else "some"
-    return f"about {max(1, round(100 * share))} %"
-
-
-def _pairs(count: int, case: Case) -> str:
-    return "some pairs" if case.hidden else f"{count} pair{'' if count == 1 else 's'}"
+    return "all" if share == 1.0 else f"about {max(1, round(100 * share))} %"
 
 
 _TEXTS: dict[Answer, Callable[[Question, Case, FloatArray, FloatArray], Iterator[str]]] = {

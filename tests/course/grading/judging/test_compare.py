@@ -1,6 +1,5 @@
 """Verdicts: right within the tolerance, wrong with a reason that reveals nothing hidden."""
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -72,7 +71,7 @@ SECRET = "3.14159 is the first input"
         ("NotDefined", "there is no function `align`", ""),
         ("CellFailed", "its cell did not run;", f"did not run: {SECRET};"),
         ("NotImplementedError", "not written yet", ""),
-        ("IndexError", "it raised IndexError.", f"it raised {SECRET}."),
+        ("IndexError", "it raised an error.", f"it raised {SECRET}."),
         ("Own", "it raised an error.", f"it raised {SECRET}."),
         ("EOFError", "it raised an error.", "; nobody types while grading, so take"),
         ("FileNotFoundError", "an error.", "; no file is there while grading"),
@@ -89,14 +88,13 @@ def test_a_call_without_an_answer_is_explained(error, of_hidden, of_visible):
 
 
 @pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
-def test_a_hidden_case_gives_no_length_away(question):
-    """A student who returns arrays of telling shapes learns nothing from the reason."""
+def test_of_a_hidden_case_only_that_it_is_wrong_is_told(question):
+    """Who returns zeros would read the answer off a difference, who returns shapes off a length."""
+    nonsense = [None, "text", 1234.0, np.zeros((3, 3)), np.ones((5, 6, 7)), np.full(77, np.nan)]
     for case in ASSIGNMENT.cases(question.id, "ada"):
         if case.hidden:
-            for shape in [(1234,), (1234, 2), (77, 3), (5, 6, 7)]:
-                reason = judge(question, case, returned(case, np.ones(shape))).reason
-                numbers = re.findall(r"\d+", reason.partition(":")[2])
-                assert not {"1234", "77", "5", "6", "7"} & set(numbers)
+            told = {judge(question, case, returned(case, value)).reason for value in nonsense}
+            assert {reason.partition(": ")[2] for reason in told} == {"the result is wrong."}
 
 
 TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -118,23 +116,11 @@ TEXTS = [  # the question, how its right answer is changed, what is said of that
     ("nearest_neighbors", lambda m: (m[0] + 1, m[1]), "of the indices are wrong"),
     ("invert", lambda T: T[:2, :2], "shape (2, 2), expected (3, 3)"),
 ]
-TEXTS_ON_HIDDEN = [  # the kind of the error, and its power of ten
-    ("huber_weights", lambda w: w[:-3], "too short;"),
-    ("invert", lambda T: T[:2, :2], "has another shape"),
-    ("align", lambda T: T @ TURN, "rotation is off by more than 10°."),
-    ("align", lambda T: T + SHIFT, "translation is off by more than 0.1 m."),
-    ("integrate", lambda p: p + np.array([0, 0, 0.6]), "headings by more than 10°"),
-    ("huber_weights", lambda w: w - 0.02, "all of the numbers are off, by more than 0.01."),
-    ("distance_gate", lambda k: k | True, "it keeps some pairs that should go."),
-]
 
 
-@pytest.mark.parametrize(
-    ("hidden", "question", "change", "text"),
-    [(False, *row) for row in TEXTS] + [(True, *row) for row in TEXTS_ON_HIDDEN],
-)
-def test_the_texts_say_how_far_off(hidden, question, change, text):
-    case = first(question, hidden)
+@pytest.mark.parametrize(("question", "change", "text"), TEXTS)
+def test_the_texts_say_how_far_off(question, change, text):
+    case = first(question, hidden=False)
     value = change(case.expected[0])
     assert text in judge(ASSIGNMENT.question(question), case, returned(case, value)).reason
 
@@ -143,30 +129,6 @@ def test_a_number_where_nothing_is_left_is_told_that_there_is_none():
     none_kept = ASSIGNMENT.visible["inlier_rmse"][1]
     verdict = judge(ASSIGNMENT.question("inlier_rmse"), none_kept, returned(none_kept, 0.0))
     assert "NaN is expected" in verdict.reason
-
-
-@pytest.mark.parametrize("question", MEASURED, ids=lambda one: one.id)
-def test_how_far_off_a_hidden_case_is_gives_no_digit_away(question):
-    """Who returns zeros would read the answer off the difference, digit by digit."""
-    change = shifted if question.answer is Answer.POSES else turned
-    for case in ASSIGNMENT.cases(question.id, "ada"):
-        right = case.expected[0]
-        one_reading = len(case.expected) == 1
-        if one_reading and (not isinstance(right, float) or not np.isnan(right)):
-            near, far = (
-                judge(question, case, returned(case, change(right, by))).reason
-                for by in (0.02, 0.05)
-            )
-            assert (near == far) == case.hidden, (near, far)
-
-
-def turned(value, by):
-    """A matrix turned by some radians; anything else shifted by as much."""
-    if np.shape(value) not in ((2, 2), (3, 3)):
-        return shifted(value, by)
-    turn = np.eye(len(value))
-    turn[:2, :2] = [[np.cos(by), -np.sin(by)], [np.sin(by), np.cos(by)]]
-    return value @ turn
 
 
 def test_the_score_is_the_share_of_the_cases_beyond_chance():
