@@ -19,17 +19,17 @@ import itertools
 import json
 import os
 import random
-import select
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from labkit.course.grading.inside import data
 from labkit.errors import LabkitError
@@ -124,7 +124,7 @@ def why_not(wall: Wall) -> str:
         return "it needs root, as in a container"
     end, paths = time.monotonic() + START, data.to_json((*wall.hidden, "/etc/shadow"))
     try:
-        with Box(wall) as box:
+        with contextlib.closing(Box(wall)) as box:
             box.send(end, cells=[(PROBE, "probe", True)], scripts={}, functions=["holes"])
             while "answers" not in box.receive(end):
                 pass
@@ -135,11 +135,12 @@ def why_not(wall: Wall) -> str:
 
 
 class Box:
-    """A running box behind a wall; a context manager."""
+    """A running box behind a wall."""
 
     def __init__(self, wall: Wall) -> None:
         self.wall = wall
         self._buffer = b""
+        self._channel, theirs = socket.socketpair()
         bare = wall.mode == "none"  # then it has a folder of this machine's to write into
         self._folder = tempfile.TemporaryDirectory(prefix="labkit-") if bare else None
         settings = {
@@ -153,32 +154,27 @@ class Box:
         paths = sorted({os.path.dirname(path) for path in libraries()[1:]})
         above = os.path.dirname(OWN)
         command += [COMMAND.format(above=above, paths=paths), json.dumps(settings)]
-        self.process = subprocess.Popen(
-            [*bubblewrap(wall), *command] if wall.mode == "bubblewrap" else command,
-            env=ENVIRONMENT,
-            cwd=self._folder.name if self._folder else "/",
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            bufsize=0,
-            start_new_session=True,
-        )
+        with theirs:
+            self.process = subprocess.Popen(
+                [*bubblewrap(wall), *command] if wall.mode == "bubblewrap" else command,
+                env=ENVIRONMENT,
+                cwd=self._folder.name if self._folder else "/",
+                stdin=theirs.fileno(),
+                stdout=theirs.fileno(),
+                stderr=subprocess.PIPE,
+                start_new_session=True,
+            )
         try:
             self.receive(time.monotonic() + START)
         except BoxError:
             raise BoxError(self.close() or "the box did not start") from None
-
-    def __enter__(self) -> Box:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def close(self) -> str:
         """End it, with all that runs in it; the last line that it complained with."""
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self.process.pid, signal.SIGKILL)  # with what it started, where it may
         _, complaint = self.process.communicate()
+        self._channel.close()
         if self._folder:
             self._folder.cleanup()
         return complaint.decode(errors="replace").strip().rpartition("\n")[2]
@@ -186,12 +182,8 @@ class Box:
     def send(self, end: float, **order: Any) -> None:
         """Have it run the cells (`Session.read`) or call a function (`Session.ask`)."""
         line = json.dumps({**order, "seconds": self.wall.seconds}).encode("ascii") + b"\n"
-        for start in range(0, len(line), select.PIPE_BUF):  # as much as a free pipe takes at once
-            number = self._wait(self.process.stdin, select.POLLOUT, end)
-            try:
-                os.write(number, line[start : start + select.PIPE_BUF])
-            except OSError:
-                raise BoxError("the program ended") from None
+        with self._until(end):
+            self._channel.sendall(line)
 
     def receive(self, end: float) -> dict[str, Any]:
         """The next thing that the box says.
@@ -202,7 +194,8 @@ class Box:
             Where nothing comes until `end`, a clock time, or what comes is no answer.
         """
         while b"\n" not in self._buffer:
-            read = os.read(self._wait(self.process.stdout, select.POLLIN, end), 1 << 20)
+            with self._until(end):
+                read = self._channel.recv(1 << 20)
             self._buffer += read
             if not read or len(self._buffer) > MAX_LINE:
                 raise BoxError("it said too much" if read else "the program ended")
@@ -215,15 +208,16 @@ class Box:
             raise BoxError("it spoke out of turn")
         return answer
 
-    @staticmethod
-    def _wait(pipe: IO[bytes] | None, event: int, end: float) -> int:
-        assert pipe is not None
-        waiting = select.poll()
-        waiting.register(pipe, event)
-        left = end - time.monotonic()
-        if left <= 0 or not waiting.poll(1000 * left):
-            raise BoxError("it took too long")
-        return pipe.fileno()
+    @contextlib.contextmanager
+    def _until(self, end: float) -> Iterator[None]:
+        """Limit what is said or heard in here to a time by the clock."""
+        self._channel.settimeout(max(end - time.monotonic(), 1e-3))
+        try:
+            yield
+        except TimeoutError:
+            raise BoxError("it took too long") from None
+        except OSError:
+            raise BoxError("the program ended") from None
 
 
 def bubblewrap(wall: Wall) -> list[str]:

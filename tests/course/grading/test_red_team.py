@@ -159,7 +159,7 @@ def test_nothing_is_left_of_a_box(safe_wall):
     wall = safe_wall._replace(seconds=2.718281)  # by which its process is told from others
     own = f'"seconds": {IN_ALL * wall.seconds}'.encode()
     code = "import threading, time\nthreading.Thread(target=time.sleep, args=(99,)).start()\n"
-    with Box(wall) as box:
+    with contextlib.closing(Box(wall)) as box:
         end = time.monotonic() + 30
         box.send(end, cells=[(code + RIGHT, "a", True)], scripts={}, functions=["double"])
         while "answers" not in box.receive(end):
