@@ -28,7 +28,7 @@ class Program(NamedTuple):
     """What a submission holds."""
 
     cells: list[Cell]  # to run, from top to bottom
-    scripts: dict[str, str]  # that they may import, by file name
+    scripts: dict[str, str]  # that they may import or run, by file name
     code: str  # all of it, run or not
     notes: list[str]  # what cannot be read, and why
 
@@ -55,6 +55,7 @@ def read_program(files: Mapping[str, bytes], functions: Collection[str]) -> Prog
         try:
             if name.lower().endswith(NOTEBOOK):
                 read[name] = list(notebook_cells(name if len(files) > 1 else "", data))
+                scripts[name] = "\n\n".join(cell.source for cell in read[name])
             else:
                 scripts[name] = decoded(data)
                 read[name] = list(script_cells(name, scripts[name]))
@@ -70,7 +71,7 @@ def read_program(files: Mapping[str, bytes], functions: Collection[str]) -> Prog
 
 def notebook_cells(name: str, data: bytes) -> Iterator[Cell]:
     """The code cells of a notebook, of nbformat 3, too."""
-    content: Any = json.loads(data.decode("utf-8-sig"))
+    content: Any = json.loads(data)  # in UTF-8, 16 or 32
     if not isinstance(content, dict) or not content.keys() & {"cells", "worksheets"}:
         raise ValueError("it is no notebook")
     sheets = [content, *content.get("worksheets", [])]

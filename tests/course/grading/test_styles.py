@@ -88,6 +88,10 @@ STYLES = {
     "classes": answered({"align": RIGHT["align"]}, before=(CLASSES.format(numpy=NUMPY),)),
     "an error at the end": answered(after=("this is no Python", "1 / 0")),
     "a failing assert in the cell": answered({"wrap": RIGHT["wrap"] + "\n\nassert wrap(4) == 4"}),
+    "waits between two pictures": answered({
+        "icp": "import time\n" + ICP.replace("        if", "        time.sleep(9)\n        if", 1)
+    }),
+    "UTF-16": json.dumps(json.loads(answered())).encode("utf-16"),
     "input": answered(before=("name = input('who?')\nprint(name)",)),
     "one cell": notebook([cell("import open3d, numpy as np\n" + SCRIPT + "fitness = 3")]),
     "nbformat 3": json.dumps({"nbformat": 3, "worksheets": [{"cells": [
@@ -137,6 +141,17 @@ def test_a_notebook_may_import_its_own_scripts(graded):
     rest = NUMPY + "\n\n".join(RIGHT[n] for n in RIGHT if n not in ("icp", "icp_step"))
     files = {"a.ipynb": book, "lab/mine.py": rest.encode()}
     files["helpers.py"] = f"{NUMPY}from lab.mine import *\n{STEP}".encode()
+    assert graded(files, ASSIGNMENT).score == 100.0
+
+
+@pytest.mark.parametrize("magic", ["%run helpers.py", "%run ./helpers", "%run helpers.ipynb"])
+def test_a_notebook_may_run_its_own_files(magic, graded):
+    helper, *_, step = HELPED.format(helper="shifted").partition("\n\n\n")
+    files = {"work.zip/a.ipynb": answered({"icp_step": f"{magic}\n{step}"})}
+    name = "ipynb" if magic.endswith("ipynb") else "py"
+    files["work.zip/helpers." + name] = {"py": helper.encode(), "ipynb": notebook([cell(helper)])}[
+        name
+    ]
     assert graded(files, ASSIGNMENT).score == 100.0
 
 

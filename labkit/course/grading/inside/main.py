@@ -40,11 +40,12 @@ class Shell(standins.StandIn):
 
     def run_line_magic(self, name: str, line: str, body: str = "") -> None:
         """``%time statement``, ``%run script.py``, ``%%capture``, ``%%writefile script.py``."""
-        scripts, script = self.session.finder.scripts, line.strip("'\" ").rpartition(" ")[2]
+        finder, script = self.session.finder, line.strip("'\" ").rpartition(" ")[2]
         if name == "writefile":
-            scripts[script] = body
+            finder.scripts[script] = body
         elif name in (*RUNNING_MAGICS, "run"):
-            source = scripts.get(script, "") if name == "run" else body or line
+            file = finder.file(script.removeprefix("./"), ("", ".py", ".ipynb"))
+            source = finder.scripts.get(file, "") if name == "run" else body or line
             for node in parsing.statements(source, MAGIC, self.session.transform):
                 self.session.run(node, MAGIC)
 
@@ -107,6 +108,7 @@ class Session:
         self.space.update(np=np, display=standins.StandIn("display"))
         shell = Shell("get_ipython")
         shell.session, self.space["get_ipython"] = self, lambda: shell
+        time.sleep = lambda _: None  # who draws step by step waits for nobody here
         seed()
         self.left = 2.0 * seconds  # for all experiments together
         for place, (source, label, is_script) in enumerate(cells):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import importlib.abc
 import sys
 import types
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from importlib.machinery import ModuleSpec
 from typing import Any
 
@@ -92,15 +92,19 @@ class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         self.scripts: dict[str, str] = {}
         self.imported: list[tuple[types.CodeType, dict[str, Any]]] = []
 
+    def file(self, place: str, ends: Iterable[str]) -> str:
+        """The file at a place, with one of some endings, in whatever folder; "" for none."""
+        wanted = tuple(f"/{place}{end}" for end in ends)
+        return next((file for file in self.scripts if f"/{file}".endswith(wanted)), "")
+
     def find_spec(self, name: str, path: Any, target: Any = None) -> ModuleSpec | None:
         """A spec for a script, a folder of scripts or a stand-in."""
-        place = f"/{name.replace('.', '/')}"
-        ends = (f"{place}.py", f"{place}.py.txt", f"{place}/__init__.py")
-        file = next((file for file in self.scripts if f"/{file}".endswith(ends)), None)
-        folder = any(f"{place}/" in f"/{file}" for file in self.scripts)
-        own = (file or folder) and name not in sys.stdlib_module_names
+        place = name.replace(".", "/")
+        file = self.file(place, (".py", ".py.txt", "/__init__.py"))
+        folder = any(f"/{place}/" in f"/{file}" for file in self.scripts)
+        own = bool(file or folder) and name not in sys.stdlib_module_names
         if own or name.partition(".")[0] in NAMES:
-            return ModuleSpec(name, self, origin=file, is_package=folder or not file)
+            return ModuleSpec(name, self, origin=file or None, is_package=folder or not file)
         return None
 
     def create_module(self, spec: ModuleSpec) -> types.ModuleType:
