@@ -28,12 +28,12 @@ NBGRADER = ROOT / ".venv-graders/bin/python"
 COURSE = ROOT / "tests/course/grading/others/nbgrader_course.py"
 HOSTILE = (
     "while True:\n    pass",
-    "import time\ntime.sleep(1e6)",
+    "import threading\nthreading.Event().wait(1e6)",
     "import os\nos._exit(0)",
     "x = 10 ** 10 ** 9",
     "x = ['a' * 2 ** 28 + str(k) for k in range(99)]",
     "def rotation(theta):\n    while True:\n        pass",
-    "import time\nrotation = compose = invert = wrap = align = icp = lambda *a: time.sleep(1e6)",
+    "from threading import Event\nrotation = wrap = align = icp = lambda *a: Event().wait(1e6)",
     "while True:\n    try:\n        while True: pass\n    except BaseException: pass",
     "import threading\nfor k in range(9999): threading.Thread(target=input).start()",
     "open('/box/x', 'wb').write(b'x' * 2 ** 40)",
