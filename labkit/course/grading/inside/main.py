@@ -239,7 +239,8 @@ def main() -> None:
     confine.confine(**json.loads(sys.argv[1]))
     for name in [name for name in sys.modules if name.partition(".")[0] == "labkit"]:
         del sys.modules[name]  # out of reach of `import`
-    session.tell(ready=True)
+    with open(json.__file__, "rb"):
+        session.tell(ready=True)  # and whoever one is now can read Python's own library
     os.dup2(quiet, 2)  # until here the grader reads what is wrong
     for order in map(json.loads, orders):
         serve = session.read if "cells" in order else session.ask
