@@ -6,10 +6,9 @@ answers, so nothing of grading or of the notebooks imports it, and students do n
 
 ==================  ==============================================================
 `questions/`        the texts, points and limits, in TOML: to be edited by instructors
-`cases/`            what the functions are called with, for any seed
-`misconceptions/`   wrong answers: how the solution, or a function, goes wrong
+`sections/`         what the functions are called with, for any seed, and wrong answers
 `solution`          the right submission: the reference, and the instructor's notebook
-`edits`             the solution with some of its text changed
+`entries`           the form of a section, and the solution with some of its text changed
 `references`        the right answers, and how far another may lie from them
 `compute`           cases with answers, refused where they do not tell mistakes apart
 `write`             from the texts and the cases to the assignment's files

@@ -7,17 +7,17 @@ again from the same generator, so that a seed always leads to the same cases.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from labkit.course.authoring.cases import RECIPES
-from labkit.course.authoring.entries import Arguments, Entry, Exact, Mistake, Rng
-from labkit.course.authoring.misconceptions import MISTAKES
-from labkit.course.authoring.references import MOST_BYTES, answers, perturbed, round_up, tolerance
+from labkit.course.authoring.entries import Arguments, Exact, Mistake, Recipe, Rng
+from labkit.course.authoring.references import answers, perturbed, round_up, tolerance
+from labkit.course.authoring.sections import ENTRIES
 from labkit.course.grading.assignment.questions import Case, Question
-from labkit.course.grading.contract import Outcome, Value
+from labkit.course.grading.contract import Outcome
 from labkit.course.grading.inside.data import plain
 from labkit.course.grading.judging.compare import is_answer_of, is_right, recognise
 from labkit.errors import LabkitError
@@ -31,8 +31,8 @@ DECIMALS = 12
 def visible_cases(question: Question) -> tuple[Case, ...]:
     """The cases that everybody sees; they need not reveal every mistake."""
     rng = np.random.default_rng([2024, *question.id.encode()])
-    table = RECIPES[question.id].visible.items()
-    return tuple(draw_case(question, f"v{k}", *row, rng) for k, row in enumerate(table, start=1))
+    table = enumerate(ENTRIES[question.id].visible.items(), start=1)
+    return tuple(draw_case(question, f"v{k}", *row, rng) for k, row in table)
 
 
 def hidden_cases(
@@ -54,16 +54,17 @@ def hidden_cases(
         If no draw tells all mistakes apart: the recipes need another case.
     """
     rng = np.random.default_rng([4711, variant, *question.id.encode(), *secret])
-    table = RECIPES[question.id].hidden.items()
+    table = ENTRIES[question.id].hidden.items()
     for _ in range(SETS):
         cases: list[Case] = []
         for k, row in enumerate(table, start=1):
             best = draw_case(question, f"h{k}", *row, rng)
             if like:
-                unlike = _unlike(question, like[k - 1])
+                model = passing(question, like[k - 1])
                 for _ in range(ALIKE - 1):
-                    if unlike(best):
-                        best = min(best, draw_case(question, f"h{k}", *row, rng), key=unlike)
+                    if passing(question, best) != model:
+                        other = draw_case(question, f"h{k}", *row, rng)
+                        best = min(best, other, key=lambda one: len(passing(question, one) ^ model))
             cases.append(best)
         confused = confusion(question, (*visible, *cases))
         if not confused:
@@ -74,21 +75,17 @@ def hidden_cases(
     )
 
 
-def _unlike(question: Question, model: Case) -> Callable[[Case], int]:
-    """Number of known mistakes that pass one of a case and the model, not both."""
-
-    def passing(case: Case) -> set[tuple[str, int]]:
-        return {
-            (id, way)
-            for id, wrong in case.mistaken.items()
-            for way, answer in enumerate(wrong)
-            if is_right(question, case, answer)
-        }
-
-    return lambda case: len(passing(case) ^ passing(model))
+def passing(question: Question, case: Case) -> set[tuple[str, int]]:
+    """The known mistakes that pass a case, each with the way in which it comes out."""
+    return {
+        (id, way)
+        for id, wrong in case.mistaken.items()
+        for way, answer in enumerate(wrong)
+        if is_right(question, case, answer)
+    }
 
 
-def draw_case(question: Question, id: str, about: str, entry: Entry, rng: Rng) -> Case:
+def draw_case(question: Question, id: str, about: str, recipe: Recipe, rng: Rng) -> Case:
     """One case with its answers and tolerance, drawn until none of them hangs on a rounding.
 
     The answers of mistakes that slightly other arguments change are left out: they end where
@@ -99,7 +96,7 @@ def draw_case(question: Question, id: str, about: str, entry: Entry, rng: Rng) -
     LabkitError
         If no draw is stable.
     """
-    exact, drawn = (True, entry.drawn) if isinstance(entry, Exact) else (False, entry)
+    exact, drawn = (True, recipe.drawn) if isinstance(recipe, Exact) else (False, recipe)
     for _ in range(TRIES):
         arguments = drawn(rng) if callable(drawn) else drawn
         if not exact:
@@ -138,29 +135,24 @@ def settled(question: Question, case: Case) -> Case:
 
 def mistaken(question: Question, arguments: Arguments) -> dict[str, Arguments]:
     """The answers of all mistakes that give one."""
-    with np.errstate(all="ignore"):
-        found = {
-            one.id: answers_of(one, arguments) for one in MISTAKES if one.question == question.id
-        }
+    found = {one.id: answers_of(one, arguments) for one in ENTRIES[question.id].mistakes}
     return {id: wrong for id, wrong in found.items() if wrong}
 
 
 def answers_of(one: Mistake, arguments: Arguments) -> Arguments:
     """Answers of a mistake to the arguments; none where it fails."""
     try:
-        return rounded(tuple(way(*arguments) for way in one.ways))
-    except (ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError):
+        with np.errstate(all="ignore"):
+            return tuple(rounded(way(*arguments)) for way in one.ways)
+    except (ArithmeticError, ValueError, IndexError):
         return ()
 
 
-def rounded(values: Arguments) -> Arguments:
-    """The values as plain data, to 12 decimals: what is left does not hang on the machine."""
-    return tuple(_rounded(plain(value, MOST_BYTES)) for value in values)
-
-
-def _rounded(value: Value) -> Value:
+def rounded(value: Any) -> Any:
+    """The value as plain data, to 12 decimals: what is left does not hang on the machine."""
+    value = plain(value)
     if isinstance(value, tuple):
-        return tuple(map(_rounded, value))
+        return tuple(map(rounded, value))
     if isinstance(value, float):
         return round(value, DECIMALS) + 0.0
     if isinstance(value, np.ndarray) and value.dtype.kind == "f":

@@ -1,21 +1,43 @@
-"""Entries of an author for a question: tables of its cases, and of the mistakes that are known."""
+"""Entries of an author for a question: what it is tried on, and the mistakes that are known.
+
+A mistake is a function, or the `solution` with some of its text replaced. The lesson trims in two
+ways (book, Errata: "Trimming: of which points?"), so the ICP questions have two right answers each,
+one a reading; all others have one. The solution takes ρ of all source points; here it takes ρ of
+what the gate left, too. Both run on until nothing moves any more.
+"""
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
 import labkit
 from labkit.arrays import FloatArray
-from labkit.course.authoring.edits import Edits, edited
+from labkit.course.authoring import solution
 from labkit.course.grading.contract import Value
 
 Rng = np.random.Generator
 Arguments = tuple[Value, ...]
 Draw = Callable[[Rng], Arguments]
+Function = Callable[..., Any]
+Edits = Mapping[str, str]
+
+SOURCE = inspect.getsource(solution)
+KEPT = "    kept = distance_gate(d, max_distance) & overlap(d, overlap_ratio)\n"
+KEPT_OF_GATED = """\
+    kept = distance_gate(d, max_distance)
+    kept[kept] = overlap(d[kept], overlap_ratio)
+"""
+ENOUGH = """\
+    if np.count_nonzero(kept) < 2:
+        raise ValueError("fewer than two pairs are left")
+"""
+IN_TWO_READINGS = ("icp_step", "icp")
 
 
 @dataclass(frozen=True)
@@ -25,23 +47,80 @@ class Exact:
     drawn: Arguments | Draw
 
 
-Entry = Arguments | Draw | Exact
-Table = Mapping[str, Entry]
+Recipe = Arguments | Draw | Exact
+Recipes = Mapping[str, Recipe]  # by what the case tries, in words without a number
 
 
-class Recipes(NamedTuple):
-    """Arguments, or how they are drawn, by what the case tries, in words without a number.
+@dataclass(frozen=True)
+class Mistake:
+    """A known mistake of a question."""
 
-    The visible cases are the same for everybody; each variant draws its own hidden ones.
-    """
+    question: str
+    id: str
+    credit: float  # the share of the question's points that it earns
+    says: str  # to the student
+    wrong: Function | Edits | Sequence[Edits]  # several where it can come out in several ways
+    chapter: str = ""  # that explains it; empty for the question's own
 
-    visible: Table
-    hidden: Table
+    @property
+    def ways(self) -> list[Function]:
+        """The wrong functions, one for each way in which the mistake can come out."""
+        if callable(self.wrong):
+            return [self.wrong]
+        several = [self.wrong] if isinstance(self.wrong, Mapping) else self.wrong
+        return [way for edits in several for way in edited(self.question, edits)]
 
 
-def uniform(rng: Rng, low: float, high: float, digits: int = 3) -> float:
-    """A number with few digits, so that a case can be read."""
-    return round(float(rng.uniform(low, high)), digits)
+class Entry(NamedTuple):
+    """Cases of a question, the same visible ones for everybody, and its known mistakes."""
+
+    visible: Recipes
+    hidden: Recipes  # of which each variant draws its own
+    mistakes: list[Mistake]
+
+
+ENTRIES: dict[str, Entry] = {}
+
+
+def question(
+    id: str, *, visible: Recipes, hidden: Recipes, mistakes: Mapping[str, tuple[Any, ...]]
+) -> None:
+    """Enter the cases and mistakes of a question; a mistake by its id, as `Mistake` takes it."""
+    known = [Mistake(id, name, *row) for name, row in mistakes.items()]
+    ENTRIES[id] = Entry(visible, hidden, known)
+
+
+def readings(question: str) -> list[Function]:
+    """The right functions of a question, one for each reading."""
+    return edited(question, {})
+
+
+def edited(question: str, edits: Edits) -> list[Function]:
+    """The function of a question with each text of `edits` replaced by another, wherever it stands
+    in the solution; one for each reading in which all of the texts stand."""
+    unknown = [text for text in edits if text not in SOURCE]
+    assert not unknown, f"the solution holds no {unknown}, which a mistake of {question} replaces"
+    found = []
+    for kept in (KEPT, KEPT_OF_GATED)[: 1 + (question in IN_TWO_READINGS)]:
+        source = SOURCE.replace(KEPT, kept + ENOUGH)
+        if all(text in source for text in edits):
+            for text, wrong in edits.items():
+                source = source.replace(text, wrong)
+            found.append(_names(source.replace("1e-7", "1e-13"))[question])
+    return found
+
+
+@cache
+def _names(source: str) -> dict[str, Any]:
+    """The names that a submission defines."""
+    names: dict[str, Any] = {}
+    exec(source, names)
+    return names
+
+
+def uniform(rng: Rng, low: float, high: float) -> float:
+    """A number with three digits, so that a case can be read."""
+    return round(float(rng.uniform(low, high)), 3)
 
 
 def points(rng: Rng, count: int, span: float = 4.0) -> FloatArray:
@@ -59,38 +138,3 @@ def motion(rng: Rng, turn: tuple[float, float], reach: float = 1.0) -> FloatArra
     """A transform by an angle in `turn` [rad] and up to `reach` [m] along each axis."""
     x, y = uniform(rng, -reach, reach), uniform(rng, -reach, reach)
     return labkit.transform(x, y, uniform(rng, *turn))
-
-
-@dataclass(frozen=True)
-class Mistake:
-    """A known mistake: what the student is told, the share of the points that it earns, the chapter
-    that explains it (empty for the question's own), and how the right function goes wrong."""
-
-    question: str
-    id: str
-    says: str
-    credit: float
-    chapter: str
-    wrong: Callable[..., Any] | Edits | Sequence[Edits]
-
-    @property
-    def ways(self) -> list[Callable[..., Any]]:
-        """The wrong functions, one for each way in which the mistake can come out."""
-        if callable(self.wrong):
-            return [self.wrong]
-        several = [self.wrong] if isinstance(self.wrong, Mapping) else self.wrong
-        return [way for edits in several for way in edited(self.question, edits)]
-
-
-MISTAKES: list[Mistake] = []
-
-
-def mistakes(question: str, table: Mapping[str, tuple[Any, ...]]) -> None:
-    """Enter the mistakes of a question by their id, each with its credit, what is said of it, how
-    it goes wrong, and the chapter that explains it where that is not the question's own.
-
-    A mistake is a function, or the solution with some texts replaced by others; several of them
-    where it can come out in several ways.
-    """
-    for id, (credit, says, wrong, *chapter) in table.items():
-        MISTAKES.append(Mistake(question, id, says, credit, "".join(chapter), wrong))

@@ -17,15 +17,14 @@ it is never less than a hundredth of the scans' noise, which no stopping rule ne
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from decimal import ROUND_CEILING, Context
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from labkit.arrays import FloatArray
-from labkit.course.authoring.edits import readings
-from labkit.course.authoring.entries import Arguments
+from labkit.course.authoring.entries import Arguments, Function, readings
 from labkit.course.grading.assignment.questions import Answer
 from labkit.course.grading.inside.data import plain
 from labkit.course.grading.judging.kinds import read
@@ -38,7 +37,7 @@ STOP_BELOW = 1e-5  # m and rad; the question asks for 1e-6, but ten times that i
 SETTLED, FAR_FROM_STOPPING = 1e-9, 1e-3
 LOOP_FLOOR = 2e-5  # m and rad; the noise of the scans is 1 cm
 STANDSTILL = 1e-13
-MOST_BYTES = 1 << 20
+TWO_DIGITS = Context(prec=2, rounding=ROUND_CEILING)
 
 
 def answers(question: str, arguments: Arguments) -> Arguments:
@@ -50,14 +49,9 @@ def answers(question: str, arguments: Arguments) -> Arguments:
         If too few pairs are left in a step of ICP.
     """
     found = [function(*arguments) for function in readings(question)]
-    if question.startswith("align"):
-        found = [rigid(*answer) for answer in found]
-    return tuple(plain(answer, MOST_BYTES) for answer in found)
-
-
-def rigid(R: FloatArray, t: FloatArray) -> FloatArray:
-    """The transform (3, 3) of a rotation and a translation."""
-    return np.vstack([np.column_stack([R, t]), [0.0, 0.0, 1.0]])
+    if question.startswith("align"):  # (R, t)
+        found = [read(Answer.TRANSFORM, answer) for answer in found]
+    return tuple(map(plain, found))
 
 
 def tolerance(question: str, answer: Answer, arguments: Arguments) -> float:
@@ -111,7 +105,7 @@ def stop_error(arguments: tuple[Any, ...]) -> float:
 
 
 def path(
-    step: Callable[..., Any], source: Any, target: Any, T: FloatArray, *settings: Any
+    step: Function, source: Any, target: Any, T: FloatArray, *settings: Any
 ) -> list[FloatArray]:
     """The transforms of the loop, one a step, until its budget is spent or nothing moves."""
     *limits, iterations = settings
@@ -125,7 +119,4 @@ def path(
 
 def round_up(number: float) -> float:
     """The next number with two digits."""
-    if not math.isfinite(number):
-        return number
-    unit = 10.0 ** (math.floor(math.log10(number)) - 1)
-    return float(f"{math.ceil(number / unit - 1e-9) * unit:.1e}")
+    return float(TWO_DIGITS.create_decimal(repr(float(number))))

@@ -21,7 +21,7 @@ from tqdm import tqdm
 
 from labkit.course.authoring import solution
 from labkit.course.authoring.compute import hidden_cases, visible_cases
-from labkit.course.authoring.misconceptions import MISTAKES
+from labkit.course.authoring.sections import ENTRIES
 from labkit.course.grading.assignment.files import COURSE, FORMAT, salt_of
 from labkit.course.grading.assignment.questions import Answer, Case, Cases, Misconception, Question
 from labkit.course.grading.inside.data import to_json
@@ -134,8 +134,7 @@ def _question(id: str, table: Mapping[str, Any]) -> Question:
         Misconception(
             id=one.id, says=one.says, chapter=one.chapter or table["chapter"], credit=one.credit
         )
-        for one in MISTAKES
-        if one.question == id
+        for one in ENTRIES[id].mistakes
     )
     given = {
         **table,

@@ -13,8 +13,8 @@ from typing import Any
 
 from right_answers import RIGHT
 
-from labkit.course.authoring.edits import SOURCE
-from labkit.course.authoring.misconceptions import MISTAKES
+from labkit.course.authoring.entries import SOURCE
+from labkit.course.authoring.sections import ENTRIES
 from labkit.course.grading.assignment import load_assignment
 
 KINDS = (*("right", "mistaken", "right", "failing", "right") * 2,)
@@ -96,7 +96,7 @@ def _source(source: str, name: str) -> str:
 def _mistaken() -> list[tuple[str, str]]:
     """Functions that make a known mistake, as students would have written them, with their name."""
     found = []
-    for one in MISTAKES:
+    for one in (one for entry in ENTRIES.values() for one in entry.mistakes):
         source = SOURCE
         for text, wrong in one.wrong.items() if isinstance(one.wrong, Mapping) else ():
             source = source.replace(text, wrong)

@@ -12,7 +12,7 @@ import labkit
 from labkit.correspondences import Correspondences, distance_gate, huber_weights, overlap
 from labkit.course.authoring.__main__ import main
 from labkit.course.authoring.compute import confusion, draw_case, hidden_cases, visible_cases
-from labkit.course.authoring.edits import readings
+from labkit.course.authoring.entries import readings
 from labkit.course.authoring.write import cases_file, questions_file, read_questions
 from labkit.course.grading.assignment import FOLDER
 from labkit.course.grading.inside.data import plain

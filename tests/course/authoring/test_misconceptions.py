@@ -9,13 +9,14 @@ import pytest
 
 from labkit.course.authoring import solution as right
 from labkit.course.authoring.compute import answers_of, outcomes_of
-from labkit.course.authoring.edits import edited
-from labkit.course.authoring.misconceptions import MISTAKES
-from labkit.course.authoring.misconceptions.loop import WIDER
+from labkit.course.authoring.entries import edited
+from labkit.course.authoring.sections import ENTRIES
+from labkit.course.authoring.sections.loop import WIDER
 from labkit.course.grading.check import tried
 from labkit.course.grading.judging.compare import assess, is_answer_of
 
 ROOT = Path(__file__).parents[3]
+MISTAKES = [one for entry in ENTRIES.values() for one in entry.mistakes]
 NAMES = [f"{one.question}-{one.id}" for one in MISTAKES]
 
 

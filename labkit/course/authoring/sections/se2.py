@@ -1,19 +1,59 @@
-"""Mistakes in rotations and transforms."""
+"""Rotations and transforms."""
+
+from __future__ import annotations
+
+import math
 
 import numpy as np
 
+import labkit
 from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import mistakes
-from labkit.course.authoring.references import rigid
+from labkit.course.authoring.entries import Draw, Exact, Rng, motion, question, uniform
+from labkit.course.grading.contract import Value
+
+QUARTERS = np.array([[[0, -1], [1, 0]], [[0, 1], [-1, 0]]])
+AHEAD = labkit.transform(1.0, 0.0, 0.0)
+COMPOSED = """\
+R, t, u = T_a_b[:2, :2], T_a_b[:2, 2], T_b_c[:2, 2]
+    T_a_c = np.array(T_a_b @ T_b_c, dtype=float)
+    T_a_c[:2, 2] = {}
+    return T_a_c"""
 
 
-def _composed(translation):
-    """Composition with another translation, made of R_a_b and both translations."""
-    return lambda T, U: rigid((T @ U)[:2, :2], translation(T[:2, :2], T[:2, 2], U[:2, 2]))
+def _angle(low: float, high: float) -> Draw:
+    return lambda rng: (uniform(rng, low, high),)
+
+
+def _whole(*numbers: int) -> Draw:
+    return lambda rng: (int(rng.choice(numbers)),)
+
+
+def _transforms(count: int, low: float, high: float, reach: float = 2.0) -> Draw:
+    return lambda rng: tuple(motion(rng, (low, high), reach) for _ in range(count))
+
+
+def _whole_transforms(count: int) -> Draw:
+    def transform(rng: Rng) -> Value:
+        T = np.eye(3, dtype=np.int64)
+        T[:2, :2] = rng.choice(QUARTERS)
+        T[:2, 2] = rng.choice([-4, -3, -2, 2, 3, 5], 2, replace=False)
+        return T
+
+    return lambda rng: tuple(transform(rng) for _ in range(count))
 
 
 # fmt: off
-mistakes("rotation", {
+question("rotation", visible={
+    "no turn": (0.0,),
+    "a quarter turn": (math.pi / 2,),
+    "a turn to the right": (-0.5,),
+}, hidden={
+    "a turn to the left": _angle(0.3, 1.2),
+    "a turn to the right": _angle(-1.3, -0.3),
+    "a turn beyond a right angle": _angle(1.8, 2.9),
+    "more than a whole turn": _angle(6.8, 7.6),
+    "an angle given as a whole number": _whole(-5, -4, -2, -1, 1, 2, 4, 5),
+}, mistakes={
     "transposed": (0.5, "R is transposed: a positive angle turns counter-clockwise.",
         {"[[c, -s], [s, c]]": "[[c, s], [-s, c]]"}),
     "degrees": (0.5, "The angle is taken for degrees; `theta` is in radians already.",
@@ -27,19 +67,37 @@ mistakes("rotation", {
     "small_angle": (0.25, "This is the small-angle [[1, −θ], [θ, 1]]: it stretches what it turns.",
         {"np.cos(theta), np.sin(theta)": "1.0, theta"}),
 })
-mistakes("compose", {
+question("compose", visible={
+    "a step ahead, then a quarter turn": (AHEAD, labkit.transform(0.0, 0.0, math.pi / 2)),
+    "two general motions": _transforms(2, 0.3, 1.2),
+}, hidden={
+    "two turns to the left": _transforms(2, 0.3, 1.4),
+    "two turns to the right": _transforms(2, -1.4, -0.3),
+    "turns that pass half a turn": _transforms(2, 1.7, 2.8),
+    "motions of many metres": _transforms(2, 0.4, 2.6, 40.0),
+    "transforms given in whole numbers": _whole_transforms(2),
+}, mistakes={
     "reversed": (0.5, "The factors are in the wrong order: in T_a_b @ T_b_c equal letters meet.",
         lambda T, U: U @ T),
     "elementwise": (0.1, "The matrices are multiplied entry by entry (`*`); the product is `@`.",
         lambda T, U: T * U),
     "translations_added": (0.25, "The translations are added; turn the second by R_a_b first.",
-        _composed(lambda R, t, u: t + u)),
+        {"return T_a_b @ T_b_c": COMPOSED.format("t + u")}),
     "turned_backwards": (0.25, "The second translation is turned by R_a_b transposed: take R_a_b.",
-        _composed(lambda R, t, u: t + R.T @ u)),
+        {"return T_a_b @ T_b_c": COMPOSED.format("t + R.T @ u")}),
     "translation_lost": (0.25, "Only the second translation is in the result; add the first.",
-        _composed(lambda R, t, u: R @ u)),
+        {"return T_a_b @ T_b_c": COMPOSED.format("R @ u")}),
 })
-mistakes("invert", {
+question("invert", visible={
+    "a step ahead": (AHEAD,),
+    "a general motion": _transforms(1, 0.3, 1.2),
+}, hidden={
+    "a turn to the left": _transforms(1, 0.3, 1.4),
+    "a turn to the right": _transforms(1, -1.4, -0.3),
+    "more than a right angle": _transforms(1, 1.7, 2.8),
+    "a motion of many metres": _transforms(1, 0.4, 2.6, 40.0),
+    "a transform given in whole numbers": _whole_transforms(1),
+}, mistakes={
     "whole_matrix_transposed": (0.1, "The whole (3, 3) is transposed: R⁻¹ = Rᵀ holds for the "
         "rotation, not for the transform.", lambda T: T.T),
     "translation_negated": (0.4, "The translation is only negated; in the other frame it is −Rᵀ t.",
@@ -51,7 +109,22 @@ mistakes("invert", {
     "rotation_kept": (0.25, "The rotation is left as it was; the inverse turns back, by Rᵀ.",
         {"= R.T\n": "= R\n"}),
 })
-mistakes("wrap", {
+question("wrap", visible={
+    "three quarters of a turn": (1.5 * math.pi,),
+    "a small angle": (0.25,),
+    "an obtuse angle": (2.5,),
+    "more than half a turn to the right": (-4.0,),
+    "two turns and some": (14.0,),
+    "half a turn": Exact((math.pi,)),
+}, hidden={
+    "an angle that needs no wrapping": _angle(-2.8, -0.4),
+    "more than half a turn to the left": _angle(3.4, 5.9),
+    "more than half a turn to the right": _angle(-5.9, -3.4),
+    "two turns and some": _angle(13.0, 15.0),
+    "two turns to the right and some": _angle(-15.0, -13.0),
+    "an angle given as a whole number": _whole(4, 8, 9),
+    "half a turn": Exact((math.pi,)),
+}, mistakes={
     "as_it_came": (0.05, "The angle comes back as it came: whole turns are to be taken off.",
         lambda angle: angle),
     "to_a_full_turn": (0.45, "The angle is wrapped to [0, 2π); the lab's convention is (−π, π].",
