@@ -1,7 +1,5 @@
 """Chapter 3: which points make a pair, and how much a pair may pull."""
 
-from functools import cache
-
 import numpy as np
 
 from labkit import Scan, Target, align, apply, filters, icp, invert, se2, transform
@@ -94,7 +92,6 @@ def nearest_in_window(p, q, beams_p, beams_q, width):
     return np.where(inside.any(axis=1), squares.argmin(axis=1), -1)
 
 
-@cache
 def _two_guesses():
     older, newer = (
         cast(room(), transform(1.0, -0.5, 0.3) @ T, Lidar(beam_count=181), rng=seed).points
@@ -132,7 +129,6 @@ def match_by_median_gate(source, target, T_init):
     return T
 
 
-@cache
 def _masts():
     T_true, pairs = transform(0.2, 0.1, 0.05), []
     for seed in range(3):

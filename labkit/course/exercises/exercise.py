@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import copy
 import importlib
 import inspect
 import pkgutil
-from collections import UserDict
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ import numpy as np
 import labkit.course.exercises
 from labkit.course.grading.assignment.questions import Answer, Case, Misconception, Question
 from labkit.course.grading.check import Feedback, tried
+from labkit.course.grading.inside.data import plain
 from labkit.course.grading.judging.kinds import read
 from labkit.errors import InvalidParameterError
 
@@ -32,84 +32,60 @@ class Exercise:
 
     title: str
     right: Function  # of the same name
-    arguments: Callable[[], Arguments]  # makes what it is tried on, by words that say what
+    arguments: Arguments | Callable[[], Arguments]  # that it is tried on, by words that say what
     mistakes: Mapping[str, Function]  # wrong ones, by the sentence that is said of them
     tolerance: float  # how far off an entry may be, relative to the largest of its result or to 1
 
     @cached_property
     def asked(self) -> tuple[Question, list[Case]]:
         """The exercise as the judge knows it."""
-        cases = []
-        for number, (about, arguments) in enumerate(self.arguments().items(), start=1):
-            wanted = _data(self.right(*copy.deepcopy(arguments)))
-            answer = _kind(wanted)
-            sizes = np.abs(read(answer, wanted)) * (answer is not Answer.NUMBERS)
-            cases.append(
-                Case(
-                    id=str(number),
-                    hidden=False,
-                    about=f"for {about}",
-                    arguments=arguments,
-                    expected=(wanted,),
-                    tolerance=self.tolerance * sizes[np.isfinite(sizes)].max(initial=1.0),
-                    mistaken=_Later(partial(self._mistaken, arguments)),
-                )
-            )
+        given = self.arguments() if callable(self.arguments) else self.arguments
+        cases = [self._case(about, arguments) for about, arguments in given.items()]
         known = (Misconception(id=one, says=one, chapter="", credit=0.0) for one in self.mistakes)
-        names = inspect.signature(self.right).parameters
         question = Question(
             id=self.right.__name__,
             title=self.title,
             chapter="",
             points=float(len(cases)),
             function=self.right.__name__,
-            signature=f"({', '.join(names)})",
+            signature=f"({', '.join(inspect.signature(self.right).parameters)})",
             task="",
             docstring="",
-            answer=answer,
+            answer=_kind(*cases[0].expected),
             misconceptions=tuple(known),
         )
         return question, cases
 
-    def _mistaken(self, arguments: tuple[Any, ...]) -> dict[str, tuple[Any, ...]]:
-        """Answers of the mistakes, without those that fail."""
-        found = {}
+    def _case(self, about: str, arguments: tuple[Any, ...]) -> Case:
+        """A call with its right answer, and the answers of all mistakes that do not fail."""
+        wanted, mistaken = plain(self.right(*arguments)), {}
         for says, wrong in self.mistakes.items():
-            try:
-                with np.errstate(all="ignore"):
-                    found[says] = (_data(wrong(*copy.deepcopy(arguments))),)
-            except (ArithmeticError, ValueError, IndexError):
-                continue
-        return found
-
-
-class _Later(UserDict[str, Any]):
-    """A mapping that is computed when it is first asked: a stub and a right answer never do."""
-
-    def __init__(self, compute: Callable[[], dict[str, Any]]) -> None:
-        self._compute = compute
-
-    @cached_property
-    def data(self) -> dict[str, Any]:  # type: ignore[override]
-        """All of it."""
-        return self._compute()
-
-
-def _data(value: Any) -> Any:
-    return tuple(map(_data, value)) if isinstance(value, tuple) else np.asarray(value)
+            with suppress(ArithmeticError, ValueError, IndexError), np.errstate(all="ignore"):
+                mistaken[says] = (plain(wrong(*arguments)),)
+        answer = _kind(wanted)
+        sizes = np.abs(read(answer, wanted)) * (answer is not Answer.NUMBERS)
+        return Case(
+            id=about,
+            hidden=False,
+            about=f"for {about}",
+            arguments=arguments,
+            expected=(wanted,),
+            tolerance=self.tolerance * sizes[np.isfinite(sizes)].max(initial=1.0),
+            mistaken=mistaken,
+        )
 
 
 def _kind(right: Any) -> Answer:
     """The kind of answer, by the form of the right one."""
     if isinstance(right, tuple):
-        return Answer.TRANSFORM if right[0].ndim == 2 else Answer.NUMBERS
-    if right.dtype == bool:
+        return Answer.TRANSFORM if np.ndim(right[0]) == 2 else Answer.NUMBERS
+    array = np.asarray(right)
+    if array.dtype == bool:
         return Answer.MASK
-    if right.ndim < 2:
-        return Answer.VECTOR if right.ndim else Answer.NUMBER
-    if right.shape != (3, 3):
-        return Answer.POSES
-    return Answer.TRANSFORM if np.array_equal(right[2], (0.0, 0.0, 1.0)) else Answer.MATRIX
+    if array.shape == (3, 3):
+        is_rigid = np.array_equal(array[2], (0.0, 0.0, 1.0))
+        return Answer.TRANSFORM if is_rigid else Answer.MATRIX
+    return (Answer.NUMBER, Answer.VECTOR, Answer.POSES)[array.ndim]
 
 
 def exercise(
@@ -123,11 +99,10 @@ def exercise(
 
     def enter(right: Function) -> Function:
         assert right.__name__ not in _FOUND, f"{right.__name__} is checked twice"
-        made = arguments if callable(arguments) else lambda: arguments
         wrong = {
             says: one if callable(one) else edited(right, one) for says, one in mistakes.items()
         }
-        _FOUND[right.__name__] = Exercise(title, right, made, wrong, tolerance)
+        _FOUND[right.__name__] = Exercise(title, right, arguments, wrong, tolerance)
         return right
 
     return enter

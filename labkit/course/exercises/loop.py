@@ -1,7 +1,5 @@
 """Chapter 4: the cost of the loop, its order, its stops, gates that close, wrong headings."""
 
-from functools import cache
-
 import numpy as np
 
 from labkit import IcpParameters, Target, align, apply, icp, to_xytheta, transform, wrap
@@ -50,7 +48,6 @@ def _look(T_first_scanner):
     return look(T_first_scanner, 361, 8)
 
 
-@cache
 def _turned():
     looks = {degrees: transform(0.3, 0.2, np.radians(degrees)) for degrees in (10.0, 25.0)}
     older = _look(np.eye(3))
@@ -96,7 +93,6 @@ def first_stops(translation_steps, rotation_steps, tolerance):
     return np.argmax(one < tolerance), np.argmax(both < tolerance)
 
 
-@cache
 def _two_gates():
     T = transform(0.5, 0.2, 1.2)
     older, newer = _look(np.eye(3)), _look(T).copy()
@@ -136,7 +132,6 @@ def match_through_gates(source, target, T_init, gates):
     return T
 
 
-@cache
 def _errors():
     T = transform(0.8, -0.6, 0.5)
     errors = np.radians([-170.0, -8.0, 0.0, 8.0, 100.0])

@@ -1,7 +1,6 @@
 """Chapter 1: motions of the plane, and the order in which they chain."""
 
 import math
-from functools import cache
 
 import numpy as np
 
@@ -61,7 +60,6 @@ def look(T_first_scanner, beams, seed):
     return cast(room(), transform(1.0, -0.5, 0.3) @ T_first_scanner, scanner, rng=seed).points
 
 
-@cache
 def _two_looks():
     looks = [look(T, 181, seed) for seed, T in enumerate((np.eye(3), transform(0.1, 0.05, 0.05)))]
     return {f"a gate of {gate:g} m": (looks[1], looks[0], gate) for gate in (0.05, 2.0)}
@@ -110,7 +108,6 @@ def wrong_near_and_far(off, ranges):
     return wrong[~beyond].mean(), wrong[beyond].mean()
 
 
-@cache
 def _three_turns():
     cases, older = {}, look(np.eye(3), 361, 0)
     for degrees in (0.0, 90.0, 180.0):
