@@ -23,8 +23,7 @@ from bs4 import BeautifulSoup, Tag
 from playwright.sync_api import Error, Page, sync_playwright
 from pypdf import PdfReader, PdfWriter
 
-from labkit.course.report.pages import ReportError
-from labkit.course.report.pdf import QUIET, find_browser
+from labkit.course.report.pages import QUIET, ReportError, find_browser
 from labkit.files import atomic_write
 
 ROOT = Path(__file__).parents[2]

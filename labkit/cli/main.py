@@ -15,7 +15,7 @@ from labkit import __version__
 from labkit.cli import demo, evaluate, match, odometry
 from labkit.cli.options import flag
 from labkit.course.grading.command import add_autograder, add_grade
-from labkit.course.report import command as report
+from labkit.course.report import pages as report
 from labkit.errors import InvalidParameterError, LabkitError
 
 BAD_INPUT, USAGE, INTERRUPTED = 1, 2, 130

@@ -22,7 +22,7 @@ from urllib.parse import unquote, urlsplit
 
 from playwright.sync_api import Browser, Locator, Page, sync_playwright
 
-from labkit.course.report.pdf import QUIET, find_browser
+from labkit.course.report.pages import QUIET, find_browser
 
 sys.path.append(str(Path(__file__).parents[1] / "book"))
 from jupyterlab_page import CLOSE, OPEN, READY, RUN_ALL, jupyterlab

@@ -1,23 +1,56 @@
-"""A notebook, or a page of Markdown, as HTML: run by nbclient, written by nbconvert."""
+"""``labkit report``: a notebook or Markdown as a page of HTML and a PDF.
+
+nbclient runs the notebook, nbconvert writes it, and Chromium or one of its kin prints it.
+"""
 
 from __future__ import annotations
 
+import argparse
 import base64
 import html
 import io
+import os
 import re
+import shutil
 import subprocess
 import warnings
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from labkit import extras
-from labkit.errors import LabkitError
+from labkit.errors import LabkitError, WriteError
+from labkit.files import atomic_write, refuse_unwritable
 
+HELP = "write a report as HTML and PDF"
+DESCRIPTION = """\
+Run a report from its first cell to its last, and write it as one page of HTML and as a PDF:
+text, tables, figures and formulas, without the code. REPORT is a notebook (.ipynb) or
+Markdown (.md). Its pictures lie in its folder or below; they go into the page.
+notebooks/report_template.ipynb is one to start from."""
+PAGES = 2  # what the lesson allows
 TIMEOUT = 300  # seconds for one cell
 # Code as it is, or a formula: in lines of its own, or in a line, where no blank touches its marks.
 FORMULA = re.compile(r"(?s)`[^`]*`|(?<![\\$])(\$\$)(.+?)\$\$|(?<![\\$])\$(?! )([^$`\n]+?)(?<! )\$")
+BROWSERS = (
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Microsoft Edge.app/Contents/MacOS/Microsoft Edge",
+    r"C:\Program Files\Google\Chrome\Application\chrome.exe",
+    r"C:\Program Files (x86)\Microsoft\Edge\Application\msedge.exe",
+)
+NO_BROWSER = (
+    "a PDF needs Chromium, Chrome or Edge, and none was found. Install one (Debian and Ubuntu: "
+    "`sudo apt install chromium`), or open the HTML in any browser and print it to a file"
+)
+QUIET = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking")
+DRAWN = "--virtual-time-budget=20000"  # ms that a page has for what it loads and draws
+PAPER = "<style>@page { size: A4; margin: 18mm } body { zoom: 0.8 }</style>"
+PATIENCE = 120  # seconds for the browser
 
 
 class ReportError(LabkitError):
@@ -25,6 +58,39 @@ class ReportError(LabkitError):
 
 
 need = partial(extras.need, purpose="a report", extra="report")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    parser.add_argument("report", metavar="REPORT", help="a notebook or Markdown")
+    parser.add_argument("--out", metavar="NAME", help="NAME.html and NAME.pdf (as REPORT's name)")
+    parser.add_argument("--html-only", action="store_true", help="no PDF, which needs Chromium")
+    parser.add_argument("--as-is", action="store_true", help="do not run the notebook first")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the files; status 1 where there are more pages than two."""
+    source = Path(args.report)
+    if os.path.isdir(source):
+        raise ReportError(f"{source}: is a directory; name a notebook or Markdown in it")
+    stem = Path(args.out) if args.out else source.with_suffix("")
+    if args.out and os.path.isdir(stem):
+        raise WriteError(f"cannot write {stem}: it is a directory; name a file in it")
+    page, pdf = stem.with_name(stem.name + ".html"), stem.with_name(stem.name + ".pdf")
+    for path in [page] if args.html_only else [page, pdf]:
+        refuse_unwritable(path)
+    html = render(read_report(source, run=not args.as_is), source.resolve().parent)
+    with atomic_write(page) as file:
+        file.write(html)
+    print(f"{page}")
+    if args.html_only:
+        return 0
+    count = write_pdf(html, pdf)
+    print(f"{pdf}: {count} page{'' if count == 1 else 's'}")
+    if count > PAGES:
+        print(f"That is more than {PAGES} pages: leave out what your reader would not miss.")
+        return 1
+    return 0
 
 
 def read_report(path: str | Path, *, run: bool = True) -> Any:
@@ -110,3 +176,36 @@ def _drawn(formula: re.Match[str]) -> str:
     data = base64.b64encode(picture.getvalue()).decode("ascii")
     style = "display: block; margin: 1em auto" if block else f"vertical-align: -{depth:.2f}pt"
     return f'<img alt="{html.escape(tex)}" style="{style}" src="data:image/svg+xml;base64,{data}">'
+
+
+def write_pdf(html: str, path: str | Path) -> int:
+    """Print a page from `render` to a file; return the number of its pages of A4.
+
+    Raises
+    ------
+    ReportError
+        If there is no browser: with the one to install. If it prints nothing: with its words.
+    WriteError
+        If `path` cannot be written.
+    """
+    browser = find_browser()
+    with TemporaryDirectory() as name:
+        page, pdf = Path(name, "page.html"), Path(name, "page.pdf")
+        page.write_text(html + PAPER, "utf-8")
+        command = [browser, *QUIET, DRAWN, f"--user-data-dir={name}", "--no-pdf-header-footer"]
+        command += [f"--print-to-pdf={pdf}", page.as_uri()]
+        told = subprocess.run(command, capture_output=True, check=False, timeout=PATIENCE).stderr
+        if not pdf.is_file():
+            raise ReportError(f"{browser} printed nothing: {told.decode(errors='replace')[-300:]}")
+        content = pdf.read_bytes()
+    with atomic_write(path, "wb") as file:
+        file.write(content)
+    return len(need("pypdf").PdfReader(io.BytesIO(content)).pages)
+
+
+def find_browser() -> str:
+    """Path of the first of `BROWSERS` that is installed; raise `ReportError` where none is."""
+    found = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if found is None:
+        raise ReportError(NO_BROWSER)
+    return found

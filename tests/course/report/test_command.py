@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from labkit.cli import main
-from labkit.course.report import pdf
+from labkit.course.report import pages
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def test_html_alone_needs_no_browser(report, tmp_path, capsys):
 
 
 def test_without_a_browser_the_page_is_there_and_the_way_out_is_named(report, capsys, monkeypatch):
-    monkeypatch.setattr(pdf, "BROWSERS", ())
+    monkeypatch.setattr(pages, "BROWSERS", ())
     assert main(["report", str(report)]) == 1
     assert report.with_suffix(".html").exists()
     assert not report.with_suffix(".pdf").exists()
@@ -32,7 +32,7 @@ def test_without_a_browser_the_page_is_there_and_the_way_out_is_named(report, ca
 
 
 def test_more_than_two_pages_are_too_many(report, capsys, monkeypatch):
-    monkeypatch.setattr("labkit.course.report.command.write_pdf", lambda html, path: 3)
+    monkeypatch.setattr("labkit.course.report.pages.write_pdf", lambda html, path: 3)
     assert main(["report", str(report)]) == 1
     assert "more than 2 pages" in capsys.readouterr().out
 

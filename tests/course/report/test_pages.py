@@ -6,7 +6,8 @@ import shutil
 import pytest
 from nbformat import v4, write
 
-from labkit.course.report import ReportError, pdf, read_report, render, write_pdf
+from labkit.course.report import pages
+from labkit.course.report.pages import ReportError, read_report, render, write_pdf
 
 PIXEL = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
@@ -79,7 +80,7 @@ def test_a_file_that_is_no_report(tmp_path, name, content, message):
         read_report(tmp_path / name)
 
 
-@pytest.mark.skipif(not any(map(shutil.which, pdf.BROWSERS)), reason="no Chromium")
+@pytest.mark.skipif(not any(map(shutil.which, pages.BROWSERS)), reason="no Chromium")
 def test_a_pdf_has_its_pages_counted(tmp_path):
     page = "<h1>One</h1>" + '<h1 style="break-before: page">Two</h1>' * 2
     assert write_pdf(page, tmp_path / "mine.pdf") == 3
