@@ -12,7 +12,7 @@ import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, Concatenate, NamedTuple, ParamSpec
 
 import numpy as np
 
@@ -26,6 +26,7 @@ Arguments = tuple[Value, ...]
 Draw = Callable[[Rng], Arguments]
 Function = Callable[..., Any]
 Edits = Mapping[str, str]
+Settings = ParamSpec("Settings")
 
 SOURCE = inspect.getsource(solution)
 KEPT = "    kept = distance_gate(d, max_distance) & overlap(d, overlap_ratio)\n"
@@ -49,6 +50,15 @@ class Exact:
 
 Recipe = Arguments | Draw | Exact
 Recipes = Mapping[str, Recipe]  # by what the case tries, in words without a number
+
+
+def recipe(draw: Callable[Concatenate[Rng, Settings], Arguments]) -> Callable[Settings, Draw]:
+    """Decorate a function that draws: with its settings alone it is a recipe for a case."""
+
+    def settled(*args: Settings.args, **kwargs: Settings.kwargs) -> Draw:
+        return lambda rng: draw(rng, *args, **kwargs)
+
+    return settled
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,11 @@ from labkit.arrays import FloatArray
 from labkit.course.authoring import solution as right
 from labkit.course.authoring.entries import (
     Arguments,
-    Draw,
     Rng,
     motion,
     points,
     question,
+    recipe,
     whole_points,
 )
 from labkit.se2 import rotation
@@ -25,22 +25,28 @@ LEFT, RIGHT, WIDE, BACK = (0.3, 1.2), (-1.2, -0.3), (1.8, 2.8), (-2.8, -1.8)
 TRIANGLE = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]])
 SHIFT = np.array([1.0, 2.0])
 
+WEIGHTS = "chapter 2, “Weights, and one outlier”"
+DETERMINANT = "chapter 2, “What the determinant is for”"
+TRANSLATION = "chapter 2, “The best translation”"
+NOT_TURNED = "The rotation is right, but t is q̄ − p̄: the centroid p̄ has to be turned, t = q̄ − R p̄."
+SWAPPED = "Source and target are swapped: this maps the target onto the source."
+PROPER = "Vt.T @ np.diag([1.0, np.linalg.det(Vt.T @ U.T)]) @ U.T"
+CHANGED_SIGNS = "np.array([[1, -1], [-1, 1]]) * Vt"  # the SVD may choose them
 
+
+@recipe
 def _pairs(
+    rng: Rng,
     count: int,
     turn: tuple[float, float],
     noise: float = 0.02,
     away: float = 0.0,
     mirrored: bool = False,
-) -> Draw:
+) -> Arguments:
     """Points `away` from the origin and, with noise [m], the same after a motion."""
-
-    def draw(rng: Rng) -> Arguments:
-        p = points(rng, count) * (1.0, 0.4 if mirrored else 1.0) + away
-        q = labkit.apply(motion(rng, turn), p * (1.0, -1.0 if mirrored else 1.0))
-        return p, np.round(q + rng.normal(0.0, noise, p.shape), 3)
-
-    return draw
+    p = points(rng, count) * (1.0, 0.4 if mirrored else 1.0) + away
+    q = labkit.apply(motion(rng, turn), p * (1.0, -1.0 if mirrored else 1.0))
+    return p, np.round(q + rng.normal(0.0, noise, p.shape), 3)
 
 
 def _whole(rng: Rng) -> Arguments:
@@ -51,39 +57,27 @@ def _whole(rng: Rng) -> Arguments:
     return p, q
 
 
-def _weighted(draw: Any, low: float, high: float, outliers: int = 1, whole: bool = False) -> Draw:
+@recipe
+def _weighted(
+    rng: Rng, draw: Any, low: float, high: float, outliers: int = 1, whole: bool = False
+) -> Arguments:
     """Pairs with weights; the first `outliers` of them are wrong."""
-
-    def draw_all(rng: Rng) -> Arguments:
-        p, q = draw(rng)
-        w = np.round(rng.uniform(low, high, len(p)), 2)
-        w[:outliers] = np.round(low / 4.0, 2)
-        q[:outliers] += rng.choice([-3, 2, 3], (outliers, 2))
-        return p, q, np.maximum(w, 1).astype(np.int64) if whole else w
-
-    return draw_all
+    p, q = draw(rng)
+    w = np.round(rng.uniform(low, high, len(p)), 2)
+    w[:outliers] = np.round(low / 4.0, 2)
+    q[:outliers] += rng.choice([-3, 2, 3], (outliers, 2))
+    return p, q, np.maximum(w, 1).astype(np.int64) if whole else w
 
 
-def _translation(count: int, turn: tuple[float, float]) -> Draw:
-    def draw(rng: Rng) -> Arguments:
-        p = points(rng, count) + 1.0
-        T = motion(rng, turn)
-        return T[:2, :2], p, np.round(labkit.apply(T, p) + rng.normal(0.0, 0.05, p.shape), 3)
-
-    return draw
+@recipe
+def _translation(rng: Rng, count: int, turn: tuple[float, float]) -> Arguments:
+    p = points(rng, count) + 1.0
+    T = motion(rng, turn)
+    return T[:2, :2], p, np.round(labkit.apply(T, p) + rng.normal(0.0, 0.05, p.shape), 3)
 
 
 def _turned(angle: float) -> FloatArray:
     return np.round(labkit.apply(labkit.transform(1.0, 2.0, angle), TRIANGLE), 12)
-
-
-WEIGHTS = "chapter 2, “Weights, and one outlier”"
-DETERMINANT = "chapter 2, “What the determinant is for”"
-TRANSLATION = "chapter 2, “The best translation”"
-NOT_TURNED = "The rotation is right, but t is q̄ − p̄: the centroid p̄ has to be turned, t = q̄ − R p̄."
-SWAPPED = "Source and target are swapped: this maps the target onto the source."
-PROPER = "Vt.T @ np.diag([1.0, np.linalg.det(Vt.T @ U.T)]) @ U.T"
-CHANGED_SIGNS = "np.array([[1, -1], [-1, 1]]) * Vt"  # the SVD may choose them
 
 
 # fmt: off

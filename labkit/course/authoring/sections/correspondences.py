@@ -16,10 +16,15 @@ from labkit.course.authoring.entries import (
     Rng,
     points,
     question,
+    recipe,
     uniform,
     whole_points,
 )
 from labkit.course.grading.contract import Value
+
+DISTANCES = "np.sqrt((offsets**2).sum(axis=2))"
+ROOT_MEAN_SQUARE = "np.sqrt(np.mean(distances[kept] ** 2))"
+INVERTED = (0.4, "The mask is True for the pairs to reject; it is to be True for those that stay.")
 
 
 def _clouds(count: int, targets: int) -> Draw:
@@ -35,14 +40,11 @@ def _gated(count: int, low: float, high: float, gate: tuple[float, float]) -> Dr
     return lambda rng: (_distances(rng, count, low, high), uniform(rng, *gate))
 
 
-def _on_the_gate(*shares: float) -> Exact:
+@recipe
+def _on_the_gate(rng: Rng, *shares: float) -> Arguments:
     """Distances that are such shares of the gate, one of them the gate itself."""
-
-    def draw(rng: Rng) -> Arguments:
-        gate = float(rng.choice([0.25, 0.75, 1.5]))
-        return gate * rng.permutation([*shares, 1.0]), gate
-
-    return Exact(draw)
+    gate = float(rng.choice([0.25, 0.75, 1.5]))
+    return gate * rng.permutation([*shares, 1.0]), gate
 
 
 def _trimmed(count: int, ratio: float) -> Draw:
@@ -58,12 +60,10 @@ def _weighed(count: int, low: float, high: float, delta: float) -> Draw:
     return lambda rng: (np.round(rng.uniform(low, high, count), 3), delta)
 
 
-def _kept(count: int, share: float, distances: bool = True) -> Draw:
-    def draw(rng: Rng) -> Arguments:
-        kept = rng.permutation(np.arange(count) < round(share * count))
-        return (np.round(rng.uniform(0.05, 0.8, count), 3), kept) if distances else (kept,)
-
-    return draw
+@recipe
+def _kept(rng: Rng, count: int, share: float, distances: bool = True) -> Arguments:
+    kept = rng.permutation(np.arange(count) < round(share * count))
+    return (np.round(rng.uniform(0.05, 0.8, count), 3), kept) if distances else (kept,)
 
 
 def _used_once(p: Any, q: Any) -> Any:
@@ -73,11 +73,6 @@ def _used_once(p: Any, q: Any) -> Any:
         indices.append(min(candidates, key=lambda j: math.dist(one, q[j])))
         free.discard(indices[-1])
     return np.array(indices), np.linalg.norm(p - q[indices], axis=1)
-
-
-DISTANCES = "np.sqrt((offsets**2).sum(axis=2))"
-ROOT_MEAN_SQUARE = "np.sqrt(np.mean(distances[kept] ** 2))"
-INVERTED = (0.4, "The mask is True for the pairs to reject; it is to be True for those that stay.")
 
 
 # fmt: off
@@ -117,9 +112,9 @@ question("distance_gate", visible={
 }, hidden={
     "a narrow gate": _gated(12, 0.03, 1.2, (0.3, 0.6)),
     "a wide gate": _gated(12, 0.2, 6.0, (1.7, 2.2)),
-    "a pair on the gate": _on_the_gate(0.25, 0.5, 2.0, 3.0),
-    "a gate that one pair reaches": _on_the_gate(1.5, 2.0, 4.0),
-    "a gate that all pass": _on_the_gate(0.125, 0.5, 0.75),
+    "a pair on the gate": Exact(_on_the_gate(0.25, 0.5, 2.0, 3.0)),
+    "a gate that one pair reaches": Exact(_on_the_gate(1.5, 2.0, 4.0)),
+    "a gate that all pass": Exact(_on_the_gate(0.125, 0.5, 0.75)),
     "a gate that nothing passes": _gated(6, 0.6, 2.0, (0.2, 0.35)),
     "distances given as whole numbers": Exact(
         lambda rng: (rng.permutation(8).astype(np.int64), int(rng.choice([3, 4])))),

@@ -18,6 +18,7 @@ from labkit.course.authoring.entries import (
     points,
     question,
     readings,
+    recipe,
     uniform,
 )
 from labkit.course.authoring.references import apart, path
@@ -50,24 +51,22 @@ WIDER = (2, 1.2, 1.3, 1.4, 1.5, 1.65, 1.8, 2.3, 2.6, 3)
 RMSE = "np.sqrt(np.mean(nearest_neighbors(source @ T[:2, :2].T + T[:2, 2], target)[1] ** 2))"
 
 
+@recipe
 def _ending(
+    rng: Rng,
     step: float,
     turn: float,
     cost: float = -0.01,
     iteration: int = 10,
     heading: float | None = None,
     half_turn: bool = False,
-) -> Draw:
+) -> Arguments:
     """A step of that many tolerances; ``step=0.5`` is half of ε_t. A heading fixes its way."""
-
-    def draw(rng: Rng) -> Arguments:
-        way = uniform(rng, -3.0, 3.0) if heading is None else heading
-        vary = uniform(rng, 0.95, 1.05)
-        x, y = vary * step * EPS_T * math.cos(way), vary * step * EPS_T * math.sin(way)
-        dT = labkit.transform(x, y, math.pi * half_turn + vary * turn * EPS_PSI)
-        return dT, vary * cost, iteration, EPS_T, EPS_PSI, EPS_COST, K_MAX
-
-    return draw
+    way = uniform(rng, -3.0, 3.0) if heading is None else heading
+    vary = uniform(rng, 0.95, 1.05)
+    x, y = vary * step * EPS_T * math.cos(way), vary * step * EPS_T * math.sin(way)
+    dT = labkit.transform(x, y, math.pi * half_turn + vary * turn * EPS_PSI)
+    return dT, vary * cost, iteration, EPS_T, EPS_PSI, EPS_COST, K_MAX
 
 
 def _ending_at(step: float, cost: float) -> Exact:
@@ -76,7 +75,9 @@ def _ending_at(step: float, cost: float) -> Exact:
     return Exact((dT, cost, 10, EPS_T, EPS_PSI, EPS_COST, K_MAX))
 
 
+@recipe
 def _scans(
+    rng: Rng,
     count: int,
     gate: float,
     ratio: float,
@@ -85,29 +86,25 @@ def _scans(
     turn: float = 0.1,
     error: float = 0.05,
     loop: int = 0,
-) -> Draw:
+) -> Arguments:
     """Two scans of the same posts, each with some that the other does not see.
 
     `loop` is the budget of the whole loop, 0 for a single step. `turn` [rad] is the size of the
     true rotation, `error` [rad, and thrice it in m] that of the guess. Posts that moved a little
     between the scans keep Huber's weights at work.
     """
-
-    def draw(rng: Rng) -> Arguments:
-        x, y, side, other = rng.choice([-1.0, 1.0], 4)
-        T = labkit.transform(0.4 * x, 0.4 * y, side * turn * uniform(rng, 0.95, 1.03))
-        posts = points(rng, count, 5.0)
-        shifted = posts + rng.normal(0.0, 0.01, posts.shape)
-        some = rng.permutation(count)[: count // 4]
-        shifted[some] += rng.normal(0.0, 0.15, (len(some), 2)) + 0.1
-        source = np.vstack([_back(T, shifted), points(rng, count // 5, 6.0)])
-        target = np.vstack([posts, points(rng, 3, 6.0)])
-        away = other * error * uniform(rng, 0.8, 1.2)
-        guess = labkit.transform(3.0 * away, -2.0 * away, away) @ T
-        arguments = (np.round(source, 3), np.round(target, 3), guess, gate, ratio, delta)
-        return (*arguments, loop) if loop else arguments
-
-    return draw
+    x, y, side, other = rng.choice([-1.0, 1.0], 4)
+    T = labkit.transform(0.4 * x, 0.4 * y, side * turn * uniform(rng, 0.95, 1.03))
+    posts = points(rng, count, 5.0)
+    shifted = posts + rng.normal(0.0, 0.01, posts.shape)
+    some = rng.permutation(count)[: count // 4]
+    shifted[some] += rng.normal(0.0, 0.15, (len(some), 2)) + 0.1
+    source = np.vstack([_back(T, shifted), points(rng, count // 5, 6.0)])
+    target = np.vstack([posts, points(rng, 3, 6.0)])
+    away = other * error * uniform(rng, 0.8, 1.2)
+    guess = labkit.transform(3.0 * away, -2.0 * away, away) @ T
+    arguments = (np.round(source, 3), np.round(target, 3), guess, gate, ratio, delta)
+    return (*arguments, loop) if loop else arguments
 
 
 def _back(T: FloatArray, q: FloatArray) -> FloatArray:
@@ -158,40 +155,33 @@ def _on_the_spot(rng: Rng) -> Arguments:
     It is drawn until twenty steps do not lead to the end.
     """
     while True:
-        arguments: Any = _about_the_origin(rng)
+        angle, far = rng.permutation(np.arange(10) * 0.31), rng.uniform(2.0, 5.0, 10)
+        T = labkit.transform(0.0, 0.0, uniform(rng, 0.3, 0.5))
+        guess = labkit.transform(0.0, 0.0, uniform(rng, 0.1, 0.15)) @ T
+        half, seen = (
+            np.column_stack([far * np.cos(one), far * np.sin(one)])
+            for one in (angle, angle + rng.normal(0.0, 0.15, 10))
+        )
+        source, posts = np.round(_back(T, seen), 6), np.round(half, 6)
+        both = np.vstack([source, -source]), np.vstack([posts, -posts])
+        arguments = (*both, guess, 3.0, 1.0, 0.05, 2 * LOOP_BUDGET)
         found = path(readings("icp_step")[0], *arguments)
         if apart(found[min(20, len(found) - 1)], found[-1]) > 3e-4:
-            return tuple(arguments)
+            return arguments
 
 
-def _about_the_origin(rng: Rng) -> Arguments:
-    angle, far = rng.permutation(np.arange(10) * 0.31), rng.uniform(2.0, 5.0, 10)
-    T = labkit.transform(0.0, 0.0, uniform(rng, 0.3, 0.5))
-    guess = labkit.transform(0.0, 0.0, uniform(rng, 0.1, 0.15)) @ T
-    half, seen = (
-        np.column_stack([far * np.cos(one), far * np.sin(one)])
-        for one in (angle, angle + rng.normal(0.0, 0.15, 10))
-    )
-    source, posts = np.round(_back(T, seen), 6), np.round(half, 6)
-    both = np.vstack([source, -source]), np.vstack([posts, -posts])
-    return *both, guess, 3.0, 1.0, 0.05, 2 * LOOP_BUDGET
-
-
+@recipe
 def _about_the_gate(
-    gate: float, *beyond: float, apart: float = 0.25, delta: float = 10.0, loop: int = 0
-) -> Draw:
+    rng: Rng, gate: float, *beyond: float, apart: float = 0.25, delta: float = 10.0, loop: int = 0
+) -> Arguments:
     """Pairs that are some `apart` [m], and others that lie so far `beyond` the gate, or on it."""
-
-    def draw(rng: Rng) -> Arguments:
-        target = CORNERS[: 5 + len(beyond)]
-        target = gate * (target + rng.integers(-4, 5, target.shape) / 4)
-        source = target.copy()
-        source[:5] += apart * np.array([[1, 0], [0, 1], [1, 1], [-1, 2], [2, 1]])
-        source[5:, 1] -= gate + np.array(beyond)
-        arguments = (source, target, np.eye(3), gate, 1.0, delta)
-        return (*arguments, loop) if loop else arguments
-
-    return draw
+    target = CORNERS[: 5 + len(beyond)]
+    target = gate * (target + rng.integers(-4, 5, target.shape) / 4)
+    source = target.copy()
+    source[:5] += apart * np.array([[1, 0], [0, 1], [1, 1], [-1, 2], [2, 1]])
+    source[5:, 1] -= gate + np.array(beyond)
+    arguments = (source, target, np.eye(3), gate, 1.0, delta)
+    return (*arguments, loop) if loop else arguments
 
 
 LOOP_AT_THE_GATE = _about_the_gate(2.0, 0.05, 6.0, apart=0.02, delta=0.02, loop=LOOP_BUDGET)

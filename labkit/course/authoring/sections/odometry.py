@@ -7,22 +7,24 @@ import math
 import numpy as np
 
 from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import Arguments, Draw, Exact, Rng, question, uniform
+from labkit.course.authoring.entries import Arguments, Exact, Rng, question, recipe, uniform
 
 LIMITS = (0.5, 0.75, 0.375, 0.125)  # m, rad, ratio, m; exact in single precision
 ON_ALL_LIMITS = Exact((np.array([0.5, 0.0, 0.75]), 0.375, 0.125, *LIMITS))
 DIAGONAL, ASIDE = math.pi / 4, 1.5
 
+LENGTH = "np.hypot(increment[0], increment[1])"
+MOTION = f"{LENGTH} <= max_shift\n        and abs(increment[2]) <= max_turn"
+QUALITY = "inlier_ratio >= min_ratio\n        and rmse <= max_rmse"
+HEADING = "wrap(psi + increment[2])"
 
-def _increments(count: int, low: float, high: float) -> Draw:
+
+@recipe
+def _increments(rng: Rng, count: int, low: float, high: float) -> Arguments:
     """Steps of some decimetres that turn by `low` to `high` [rad] each, and a start."""
-
-    def draw(rng: Rng) -> Arguments:
-        steps = rng.uniform((0.2, -0.3, low), (0.8, 0.3, high), (count, 3))
-        start = [uniform(rng, 1.0, 3.0), uniform(rng, -3.0, -1.0), uniform(rng, 0.4, 1.5)]
-        return np.round(steps, 3), np.array(start)
-
-    return draw
+    steps = rng.uniform((0.2, -0.3, low), (0.8, 0.3, high), (count, 3))
+    start = [uniform(rng, 1.0, 3.0), uniform(rng, -3.0, -1.0), uniform(rng, 0.4, 1.5)]
+    return np.round(steps, 3), np.array(start)
 
 
 def _whole_increments(rng: Rng) -> Arguments:
@@ -35,28 +37,20 @@ def _half_turn(rng: Rng) -> Arguments:
     return steps, np.array([uniform(rng, 1.0, 3.0), -2.0, 0.0])
 
 
+@recipe
 def _step(
+    rng: Rng,
     length: float = 0.3,
     turn: float = 0.2,
     ratio: float = 0.8,
     rmse: float = 0.04,
     heading: float | None = None,
-) -> Draw:
+) -> Arguments:
     """A step before the sanity check; `heading` fixes the way that it goes."""
-
-    def draw(rng: Rng) -> Arguments:
-        vary = uniform(rng, 0.9, 1.1)
-        way = uniform(rng, -0.6, 0.6) if heading is None else heading
-        increment = vary * np.array([length * math.cos(way), length * math.sin(way), turn])
-        return increment, vary * ratio, vary * rmse, *LIMITS
-
-    return draw
-
-
-LENGTH = "np.hypot(increment[0], increment[1])"
-MOTION = f"{LENGTH} <= max_shift\n        and abs(increment[2]) <= max_turn"
-QUALITY = "inlier_ratio >= min_ratio\n        and rmse <= max_rmse"
-HEADING = "wrap(psi + increment[2])"
+    vary = uniform(rng, 0.9, 1.1)
+    way = uniform(rng, -0.6, 0.6) if heading is None else heading
+    increment = vary * np.array([length * math.cos(way), length * math.sin(way), turn])
+    return increment, vary * ratio, vary * rmse, *LIMITS
 
 
 # fmt: off

@@ -32,14 +32,11 @@ def _transforms(count: int, low: float, high: float, reach: float = 2.0) -> Draw
     return lambda rng: tuple(motion(rng, (low, high), reach) for _ in range(count))
 
 
-def _whole_transforms(count: int) -> Draw:
-    def transform(rng: Rng) -> Value:
-        T = np.eye(3, dtype=np.int64)
-        T[:2, :2] = rng.choice(QUARTERS)
-        T[:2, 2] = rng.choice([-4, -3, -2, 2, 3, 5], 2, replace=False)
-        return T
-
-    return lambda rng: tuple(transform(rng) for _ in range(count))
+def _whole_transform(rng: Rng) -> Value:
+    T = np.eye(3, dtype=np.int64)
+    T[:2, :2] = rng.choice(QUARTERS)
+    T[:2, 2] = rng.choice([-4, -3, -2, 2, 3, 5], 2, replace=False)
+    return T
 
 
 # fmt: off
@@ -75,7 +72,7 @@ question("compose", visible={
     "two turns to the right": _transforms(2, -1.4, -0.3),
     "turns that pass half a turn": _transforms(2, 1.7, 2.8),
     "motions of many metres": _transforms(2, 0.4, 2.6, 40.0),
-    "transforms given in whole numbers": _whole_transforms(2),
+    "transforms given in whole numbers": lambda rng: (_whole_transform(rng), _whole_transform(rng)),
 }, mistakes={
     "reversed": (0.5, "The factors are in the wrong order: in T_a_b @ T_b_c equal letters meet.",
         lambda T, U: U @ T),
@@ -96,7 +93,7 @@ question("invert", visible={
     "a turn to the right": _transforms(1, -1.4, -0.3),
     "more than a right angle": _transforms(1, 1.7, 2.8),
     "a motion of many metres": _transforms(1, 0.4, 2.6, 40.0),
-    "a transform given in whole numbers": _whole_transforms(1),
+    "a transform given in whole numbers": lambda rng: (_whole_transform(rng),),
 }, mistakes={
     "whole_matrix_transposed": (0.1, "The whole (3, 3) is transposed: R⁻¹ = Rᵀ holds for the "
         "rotation, not for the transform.", lambda T: T.T),
