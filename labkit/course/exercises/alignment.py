@@ -7,6 +7,8 @@ from labkit import align, apply, transform
 from labkit.correspondences import huber_weights
 from labkit.course.exercises.exercise import exercise
 
+PROPER = "Vt.T @ np.diag([1.0, 1.0, sign]) @ U.T"
+
 
 def _clouds():
     p = np.random.default_rng(2).normal(size=(30, 3)) * (3.0, 2.0, 1.0) + (1.0, -2.0, 0.5)
@@ -18,40 +20,34 @@ def _clouds():
     }
 
 
-def _proper(U, Vt, sign):
-    return Vt.T @ np.diag([1.0, 1.0, sign]) @ U.T
-
-
-def _kabsch(rotation=_proper, center=1.0, t=lambda R, p_mean, q_mean: q_mean - R @ p_mean):
-    """Alignment by the SVD, with a part that may be wrong."""
-
-    def align_in_space(p, q):
-        U, _, Vt = np.linalg.svd((p - center * p.mean(0)).T @ (q - center * q.mean(0)))
-        R = rotation(U, Vt, np.sign(np.linalg.det(Vt.T @ U.T)))
-        return R, t(R, p.mean(0), q.mean(0))
-
-    return align_in_space
-
-
 # fmt: off
 @exercise("Align in space", _clouds, {
-    "R is transposed: from H = U S Vᵀ it is V … Uᵀ.": _kabsch(lambda *svd: _proper(*svd).T),
+    "R is transposed: from H = U S Vᵀ it is V … Uᵀ.": {PROPER: f"({PROPER}).T"},
     "The determinant is missing: for a mirrored cloud this R is a reflection.":
-        _kabsch(lambda U, Vt, sign: Vt.T @ U.T),
+        {PROPER: "Vt.T @ U.T"},
     "The determinant turns the first singular vector; it belongs to the last, the smallest value.":
-        _kabsch(lambda U, Vt, sign: Vt.T @ np.diag([sign, 1, 1]) @ U.T),
+        {"[1.0, 1.0, sign]": "[sign, 1.0, 1.0]"},
     "For a mirrored cloud all of R is negated; turn the last singular vector alone.":
-        _kabsch(lambda U, Vt, sign: sign * Vt.T @ U.T),
+        {"[1.0, 1.0, sign]": "[sign, sign, sign]"},
     "The translation is q̄ − p̄; the source's centroid has to be turned first: t = q̄ − R p̄.":
-        _kabsch(t=lambda R, p_mean, q_mean: q_mean - p_mean),
-    "The points are not centred: H sums the points less their centroids.": _kabsch(center=0.0),
+        {"q_mean - R @ p_mean": "q_mean - p_mean"},
+    "The points are not centred: H sums the points less their centroids.":
+        {"(p - p_mean).T @ (q - q_mean)": "p.T @ q"},
     "The translation is turned as a whole: t = q̄ − R p̄, not R (q̄ − p̄).":
-        _kabsch(t=lambda R, p_mean, q_mean: R @ (q_mean - p_mean)),
+        {"q_mean - R @ p_mean": "R @ (q_mean - p_mean)"},
 })
 def align_in_space(p, q):
-    """The rotation from scipy, by another way than the solution."""
-    R = Rotation.align_vectors(q - q.mean(0), p - p.mean(0))[0].as_matrix()
-    return R, q.mean(0) - R @ p.mean(0)
+    """Kabsch's rotation, by the SVD."""
+    p_mean, q_mean = p.mean(0), q.mean(0)
+    U, _, Vt = np.linalg.svd((p - p_mean).T @ (q - q_mean))
+    sign = np.sign(np.linalg.det(Vt.T @ U.T))
+    R = Vt.T @ np.diag([1.0, 1.0, sign]) @ U.T
+    return R, q_mean - R @ p_mean
+
+
+def spread(x):
+    """Σ‖x‖² of complex numbers."""
+    return np.vdot(x, x).real
 
 
 def _scaled():
@@ -61,36 +57,26 @@ def _scaled():
     return {f"a copy scaled by {c:g}, with noise": (p, c * apply(T, p) + noise) for c in (1.3, 0.8)}
 
 
-def _trace(p, q):
-    """The trace without its turn, as a complex number; its size is that of R H with the best R."""
-    x, y = ((each - each.mean(0)) @ (1.0, 1.0j) for each in (p, q))
-    return np.vdot(x, y)
-
-
-def _spread(p):
-    return p.var(0).sum() * len(p)
-
-
 @exercise("Leave the scale free", _scaled, {
-    "The points are not centred; take the centroids off first.":
-        lambda p, q: abs(np.vdot(p @ (1, 1j), q @ (1, 1j))) / (p**2).sum(),
+    "The points are not centred; take the centroids off first.": {" - each.mean(0)": ""},
     "This is the ratio of the spreads. It does not minimise the cost: noise in q enlarges it.":
-        lambda p, q: (_spread(q) / _spread(p)) ** 0.5,
+        {"abs(np.vdot(x, y)) / spread(x)": "(spread(y) / spread(x)) ** 0.5"},
     "This is the scale from target to source, turned over: divide the trace by Σ‖x‖².":
-        lambda p, q: _spread(q) / abs(_trace(p, q)),
+        {"abs(np.vdot(x, y)) / spread(x)": "spread(y) / abs(np.vdot(x, y))"},
     "Source and target are swapped: this is the scale back.": lambda p, q: best_scale(q, p),
     "The points are not turned: the trace is that of R H, with the best R.":
-        lambda p, q: _trace(p, q).real / _spread(p),
+        {"abs(np.vdot(x, y))": "np.vdot(x, y).real"},
     "The points are turned the wrong way: with R transposed the trace is another one.":
-        lambda p, q: (_trace(p, q) ** 2).real / abs(_trace(p, q)) / _spread(p),
-    "This is the trace; divide it by Σ‖x‖².": lambda p, q: abs(_trace(p, q)),
-    "The trace is divided by N; divide it by Σ‖x‖².": lambda p, q: abs(_trace(p, q)) / len(p),
+        {"abs(np.vdot(x, y))": "(np.vdot(x, y) ** 2).real / abs(np.vdot(x, y))"},
+    "This is the trace; divide it by Σ‖x‖².": {" / spread(x)": ""},
+    "The trace is divided by N; divide it by Σ‖x‖².": {"spread(x)": "len(x)"},
     "The trace is divided by Σ‖x‖ Σ‖y‖, as for a correlation; divide it by Σ‖x‖².":
-        lambda p, q: abs(_trace(p, q)) / (_spread(p) * _spread(q)) ** 0.5,
+        {"spread(x)": "(spread(x) * spread(y)) ** 0.5"},
 })
 def best_scale(p, q):
-    """In complex numbers a turn and a scale are one factor."""
-    return abs(_trace(p, q)) / _spread(p)
+    """In complex numbers a turn and a scale are one factor, and |x̄ᵀ y| is the trace of R H."""
+    x, y = ((each - each.mean(0)) @ (1.0, 1.0j) for each in (p, q))
+    return abs(np.vdot(x, y)) / spread(x)
 
 
 def _walls():
