@@ -90,9 +90,8 @@ def closing_gap(increments):
 
 
 def _drifting():
-    true = np.column_stack(
-        [np.full(30, 0.5), np.zeros(30), np.random.default_rng(3).normal(0.0, 0.2, 30)]
-    )
+    turns = np.random.default_rng(3).normal(0.0, 0.2, 30)
+    true = np.column_stack([np.full(30, 0.5), np.zeros(30), turns])
     estimate, reference = _path(true + np.array([0.01, 0.0, 0.03])), _path(true)
     turned = se2.to_xytheta(se2.transform(1.0, 2.0, 0.7) @ se2.from_xytheta(reference))
     return {"stretches of 1": (estimate, reference, 1), "stretches of 5": (estimate, turned, 5)}

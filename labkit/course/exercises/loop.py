@@ -44,14 +44,10 @@ def cost_of(distances, d_max, overlap_ratio, delta):
     return huber_loss(np.minimum(kept, d_max), delta).sum() / len(distances)
 
 
-def _look(T_first_scanner):
-    return look(T_first_scanner, 361, 8)
-
-
 def _turned():
     looks = {degrees: transform(0.3, 0.2, np.radians(degrees)) for degrees in (10.0, 25.0)}
-    older = _look(np.eye(3))
-    return {f"a robot that turned by {d:g}°": (_look(T), older) for d, T in looks.items()}
+    older = look(np.eye(3))
+    return {f"a robot that turned by {d:g}°": (look(T), older) for d, T in looks.items()}
 
 
 @exercise("Find the bug", _turned, {
@@ -95,7 +91,7 @@ def first_stops(translation_steps, rotation_steps, tolerance):
 
 def _two_gates():
     T = transform(0.5, 0.2, 1.2)
-    older, newer = _look(np.eye(3)), _look(T).copy()
+    older, newer = look(np.eye(3)), look(T).copy()
     newer[::5] += (0.6, 0.3)  # what has moved between the scans
     far = T @ transform(-0.3, -0.2, -0.1)
     return {
@@ -136,15 +132,8 @@ def _errors():
     T = transform(0.8, -0.6, 0.5)
     errors = np.radians([-170.0, -8.0, 0.0, 8.0, 100.0])
     told = IcpParameters(max_correspondence_distance=0.5)
-    return {
-        "guesses turned by −170°, −8°, 0°, 8° and 100°": (
-            _look(T),
-            _look(np.eye(3)),
-            T,
-            errors,
-            told,
-        )
-    }
+    given = (look(T), look(np.eye(3)), T, errors, told)
+    return {"guesses turned by −170°, −8°, 0°, 8° and 100°": given}
 
 
 @exercise("How far the heading may be off", _errors, {

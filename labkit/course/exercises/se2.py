@@ -54,7 +54,7 @@ def turn_about(c, theta):
     return put(np.eye(3), rotation(theta), c - rotation(theta) @ c)
 
 
-def look(T_first_scanner, beams, seed):
+def look(T_first_scanner, beams=361, seed=8):
     """Points [m] that a scanner which sees all round finds in a room."""
     scanner = Lidar(beam_count=beams, field_of_view=2 * np.pi)
     return cast(room(), transform(1.0, -0.5, 0.3) @ T_first_scanner, scanner, rng=seed).points
