@@ -11,7 +11,6 @@ answers, so nothing of grading or of the notebooks imports it, and students do n
 `entries`           the form of a section, and the solution with some of its text changed
 `references`        the right answers, and how far another may lie from them
 `compute`           cases with answers, refused where they do not tell mistakes apart
-`write`             from the texts and the cases to the assignment's files
-`notebook`          the notebook that is handed out
+`write`             the assignment's files, and the notebook that is handed out
 ==================  ==============================================================
 """

@@ -8,8 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from labkit.course.authoring.notebook import notebook_text
-from labkit.course.authoring.write import write_assignment
+from labkit.course.authoring.write import notebook_text, write_assignment
 from labkit.course.grading.assignment import FOLDER
 from labkit.course.grading.assignment.files import cases_beside, read_secret
 from labkit.errors import LabkitError

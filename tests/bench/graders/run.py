@@ -21,7 +21,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[3]
 sys.path[:0] = [str(ROOT / "tests" / name) for name in ("course/grading", "course/authoring")]
 
-from labkit.course.authoring.notebook import notebook_text  # noqa: E402
+from labkit.course.authoring.write import notebook_text  # noqa: E402
 from submissions import answered, lab_answers  # noqa: E402
 
 NBGRADER = ROOT / ".venv-graders/bin/python"

@@ -7,7 +7,7 @@ from pathlib import Path
 import nbformat
 import pytest
 
-from labkit.course.authoring.notebook import notebook_text
+from labkit.course.authoring.write import notebook_text
 
 ROOT = Path(__file__).parents[3]
 HANDED_OUT = ROOT / "notebooks/assignment.ipynb"

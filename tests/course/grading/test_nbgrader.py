@@ -13,8 +13,7 @@ from right_answers import plain_python
 
 from labkit.cli import main
 from labkit.course.authoring import solution
-from labkit.course.authoring.notebook import notebook_text
-from labkit.course.authoring.write import read_toml
+from labkit.course.authoring.write import notebook_text, read_toml
 from labkit.course.grading.assignment import load_assignment
 
 ROOT = Path(__file__).parents[3]
