@@ -8,11 +8,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from labkit.course.authoring.write import notebook_text, write_assignment
+from labkit.course.authoring.write import write_assignment
 from labkit.course.grading.assignment import FOLDER
 from labkit.course.grading.assignment.files import cases_beside, read_secret
 from labkit.errors import LabkitError
-from labkit.files import atomic_write, refuse_unwritable
+from labkit.files import refuse_unwritable
 
 PARSER = argparse.ArgumentParser(
     prog="python -m labkit.course.authoring",
@@ -46,10 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             os.umask(0o077)  # what is written is for its owner alone
             secret, folder = read_secret(options.secret, make=True), cases_beside(options.secret)
             folder.mkdir(exist_ok=True)
-        written = [*write_assignment(folder, secret), *notebooks]
-        for path, solutions in notebooks.items():
-            with atomic_write(path) as file:
-                file.write(notebook_text(solutions))
+        written = write_assignment(folder, secret, notebooks)
     except LabkitError as error:
         sys.stderr.write(f"labkit.course.authoring: {error}\n")
         return 2

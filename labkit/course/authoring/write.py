@@ -42,10 +42,11 @@ KERNEL = {
 REGION = "### BEGIN SOLUTION\n{}### END SOLUTION"
 
 
-def write_assignment(folder: Path, secret: bytes = b"") -> list[Path]:
-    """Compute the assignment and write its files into an existing folder; which ones, is returned.
+def write_assignment(folder: Path, secret: bytes, notebooks: Mapping[Path, bool]) -> list[Path]:
+    """Compute the assignment, write its files into an existing folder, and list them.
 
-    The hidden cases are drawn from the `secret`; without one they are public.
+    The hidden cases are drawn from the `secret`; without one they are public. The `notebooks` are
+    written, too: the students', or where it says True the instructor's.
 
     Raises
     ------
@@ -64,6 +65,7 @@ def write_assignment(folder: Path, secret: bytes = b"") -> list[Path]:
     others = partial(_hidden_of, visible=visible, like=first, secret=secret)
     drawn = [first, *process_map(others, range(1, VARIANTS), desc="variants", disable=None)]
     files |= {hidden / f"variant_{k}.json": cases_file(cases) for k, cases in enumerate(drawn)}
+    files |= {path: notebook_text(solutions) for path, solutions in notebooks.items()}
     hidden.mkdir(exist_ok=True)
     for path, text in files.items():
         with atomic_write(path) as file:

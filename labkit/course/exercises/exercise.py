@@ -22,19 +22,32 @@ from labkit.errors import InvalidParameterError
 
 Function = Callable[..., Any]
 Arguments = Mapping[str, tuple[Any, ...]]
-_FOUND: dict[str, Exercise] = {}
+_FOUND: dict[str, exercise] = {}
 _source = cache(inspect.getsource)
 
 
-@dataclass(frozen=True, eq=False)
-class Exercise:
-    """A function that students write."""
+@dataclass(eq=False)
+class exercise:
+    """Enter the decorated function as the right one of the name that students write."""
 
     title: str
-    right: Function  # of the same name
     arguments: Arguments | Callable[[], Arguments]  # that it is tried on, by words that say what
-    mistakes: Mapping[str, Function]  # wrong ones, by the sentence that is said of them
-    tolerance: float  # how far off an entry may be, relative to the largest of its result or to 1
+    mistakes: Mapping[str, Function | Mapping[str, str]]  # by the sentence that is said of them
+    tolerance: float = 1e-6  # of an entry, relative to the largest of its result or to 1
+
+    def __call__(self, right: Function) -> Function:
+        """Enter the function."""
+        assert right.__name__ not in _FOUND, f"{right.__name__} is checked twice"
+        _FOUND[right.__name__], self.right = self, right
+        return right
+
+    @cached_property
+    def wrong(self) -> dict[str, Function]:
+        """The wrong functions, by the sentence that is said of them."""
+        return {
+            says: one if callable(one) else edited(self.right, one)
+            for says, one in self.mistakes.items()
+        }
 
     @cached_property
     def asked(self) -> tuple[Question, list[Case]]:
@@ -59,7 +72,7 @@ class Exercise:
     def _case(self, about: str, arguments: tuple[Any, ...]) -> Case:
         """A call with its right answer, and the answers of all mistakes that do not fail."""
         wanted, mistaken = plain(self.right(*arguments)), {}
-        for says, wrong in self.mistakes.items():
+        for says, wrong in self.wrong.items():
             with suppress(ArithmeticError, ValueError, IndexError), np.errstate(all="ignore"):
                 mistaken[says] = (plain(wrong(*arguments)),)
         answer = _kind(wanted)
@@ -88,26 +101,6 @@ def _kind(right: Any) -> Answer:
     return (Answer.NUMBER, Answer.VECTOR, Answer.POSES)[array.ndim]
 
 
-def exercise(
-    title: str,
-    arguments: Arguments | Callable[[], Arguments],
-    mistakes: Mapping[str, Function | Mapping[str, str]],
-    *,
-    tolerance: float = 1e-6,
-) -> Callable[[Function], Function]:
-    """Enter a right function as the check of the students' function of the same name."""
-
-    def enter(right: Function) -> Function:
-        assert right.__name__ not in _FOUND, f"{right.__name__} is checked twice"
-        wrong = {
-            says: one if callable(one) else edited(right, one) for says, one in mistakes.items()
-        }
-        _FOUND[right.__name__] = Exercise(title, right, arguments, wrong, tolerance)
-        return right
-
-    return enter
-
-
 def edited(right: Function, edits: Mapping[str, str]) -> Function:
     """The function with each text of `edits` replaced by another, wherever it stands in it."""
     _, head, source = _source(right).partition(f"def {right.__name__}(")
@@ -119,7 +112,7 @@ def edited(right: Function, edits: Mapping[str, str]) -> Function:
     return names[right.__name__]
 
 
-def exercises() -> Mapping[str, Exercise]:
+def exercises() -> Mapping[str, exercise]:
     """All exercises of the book, by the name of their function."""
     for module in pkgutil.iter_modules(labkit.course.exercises.__path__):
         importlib.import_module(f"labkit.course.exercises.{module.name}")

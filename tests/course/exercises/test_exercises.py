@@ -84,7 +84,7 @@ def test_the_stub_does_not_pass_and_the_solution_in_the_notebook_does(name):
 @pytest.mark.parametrize("name", EXERCISES)
 def test_each_known_mistake_is_called_by_its_own_name(name):
     """A mistake that passes, or that another one cannot be told from, is no mistake."""
-    for says, function in EXERCISES[name].mistakes.items():
+    for says, function in EXERCISES[name].wrong.items():
         verdict = checked(name, function).verdict
         assert (verdict.passed, verdict.misconception) == (False, says)
 
