@@ -23,7 +23,8 @@ from bs4 import BeautifulSoup, Tag
 from playwright.sync_api import Error, Page, sync_playwright
 from pypdf import PdfReader, PdfWriter
 
-from labkit.course.report.pages import QUIET, ReportError, find_browser
+from labkit.course.report.pages import QUIET, find_browser
+from labkit.errors import LabkitError
 from labkit.files import atomic_write
 
 ROOT = Path(__file__).parents[2]
@@ -77,12 +78,12 @@ def print_book(pages: Path, names: Sequence[str], title: str, author: str) -> by
 
     Raises
     ------
-    ReportError
+    LabkitError
         Where a page is missing, a browser is, or a widget cannot be drawn.
     """
     for name in names:
         if not pages.joinpath(f"{name}.html").is_file():
-            raise ReportError(f"{pages} has no page {name}.html; run `make book` first")
+            raise LabkitError(f"{pages} has no page {name}.html; run `make book` first")
     whole = pages / WHOLE
     try:
         whole.write_text(one_page(pages, names), "utf-8")
@@ -104,7 +105,7 @@ def one_page(pages: Path, names: Sequence[str]) -> str:
         _rewrite(soup, name, names)
         article = soup.select_one("article.bd-article")
         if article is None:
-            raise ReportError(f"{pages / name}.html has no article")
+            raise LabkitError(f"{pages / name}.html has no article")
         states += map(str, soup.select('script[type$="widget-state+json"]'))
         article["id"] = _slug(name)
         wanted = 'link[rel="stylesheet"], script:not([type^="application/"])'
@@ -174,7 +175,7 @@ def _printed(whole: Path, count: int, title: str, author: str) -> bytes:
             try:
                 page.evaluate(DRAW, 1000 * PATIENCE)
             except Error as error:
-                raise ReportError(f"the book, within {PATIENCE} s: {error}") from error
+                raise LabkitError(f"the book, within {PATIENCE} s: {error}") from error
             body = _pdf(page, display_header_footer=True, footer_template=FOOTER, outline=True)
             front = _front(body, count, title, author)
             page.set_content(front)
@@ -195,7 +196,7 @@ def _front(body: bytes, count: int, title: str, author: str) -> str:
     reader = PdfReader(io.BytesIO(body))
     chapters = [each for each in reader.outline if not isinstance(each, list)]
     if len(chapters) != count:
-        raise ReportError(f"the PDF has {len(chapters)} titles, not {count}")
+        raise LabkitError(f"the PDF has {len(chapters)} titles, not {count}")
     entries = (
         f"<p><span>{html.escape(str(each.title))}</span>"
         f"<span>{(reader.get_destination_page_number(each) or 0) + 1}</span></p>"
@@ -226,7 +227,7 @@ def main() -> None:
     names.remove("book/api")  # 40 pages to look things up in at a screen
     try:
         content = print_book(options.pages.resolve(), names, config["title"], config["author"])
-    except ReportError as problem:
+    except LabkitError as problem:
         sys.exit(str(problem))
     with atomic_write(options.out, "wb") as file:
         file.write(content)

@@ -18,7 +18,7 @@ from students_edition import without_staff_pages
 from widget_page import come_back, opened
 
 import labkit
-from labkit.course.report.pages import ReportError
+from labkit.errors import LabkitError
 
 WRITTEN_HERE = "BOOK_HTML" not in os.environ
 DOCUMENTED = labkit.logs, labkit.odometry, labkit.evaluation, labkit.simulation, labkit.plotting
@@ -320,7 +320,7 @@ def test_on_paper_pages_follow_one_another_with_contents_answers_and_pictures(br
 
 
 def test_a_page_that_is_not_built_cannot_be_printed(tmp_path):
-    with pytest.raises(ReportError, match=r"no page book/moon.html; run `make book` first"):
+    with pytest.raises(LabkitError, match=r"no page book/moon.html; run `make book` first"):
         print_book(tmp_path, ["book/moon"], "A book", "Me")
 
 

@@ -52,11 +52,6 @@ DRAWN = "--virtual-time-budget=20000"  # ms that a page has for what it loads an
 PAPER = "<style>@page { size: A4; margin: 18mm } body { zoom: 0.8 }</style>"
 PATIENCE = 120  # seconds for the browser
 
-
-class ReportError(LabkitError):
-    """A report that cannot be made; the message says why and what to do."""
-
-
 need = partial(extras.need, purpose="a report", extra="report")
 
 
@@ -72,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     """Write the files; status 1 where there are more pages than two."""
     source = Path(args.report)
     if os.path.isdir(source):
-        raise ReportError(f"{source}: is a directory; name a notebook or Markdown in it")
+        raise LabkitError(f"{source}: is a directory; name a notebook or Markdown in it")
     stem = Path(args.out) if args.out else source.with_suffix("")
     if args.out and os.path.isdir(stem):
         raise WriteError(f"cannot write {stem}: it is a directory; name a file in it")
@@ -100,24 +95,24 @@ def read_report(path: str | Path, *, run: bool = True) -> Any:
 
     Raises
     ------
-    ReportError
+    LabkitError
         For another file, a cell that fails (with its number and its error), or a kernel that is
         not installed or dies.
     """
     nbformat, source = need("nbformat"), Path(path)
     if source.suffix not in (".ipynb", ".md"):
-        raise ReportError(f"{path}: a report is a notebook (.ipynb) or Markdown (.md)")
+        raise LabkitError(f"{path}: a report is a notebook (.ipynb) or Markdown (.md)")
     try:
         text = source.read_text("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
-        raise ReportError(f"{path}: cannot be read: {reason}") from error
+        raise LabkitError(f"{path}: cannot be read: {reason}") from error
     if source.suffix == ".md":
         return nbformat.v4.new_notebook(cells=[nbformat.v4.new_markdown_cell(text)])
     try:
         notebook = nbformat.reads(text, as_version=4)
     except Exception as error:  # whatever a damaged file makes the reader raise
-        raise ReportError(f"{path}: is no notebook: {error}") from error
+        raise LabkitError(f"{path}: is no notebook: {error}") from error
     if run:
         _execute(notebook, source)
     return notebook
@@ -139,7 +134,7 @@ def _execute(notebook: Any, source: Path) -> None:
     except Exception as error:  # of the cell, or of a kernel that dies, hangs or is not there
         problem = getattr(error, "ename", type(error).__name__)
         message = getattr(error, "evalue", None) or str(error).strip().partition("\n")[0]
-        raise ReportError(f"{source}: cell {reached[-1]}: {problem}: {message}") from error
+        raise LabkitError(f"{source}: cell {reached[-1]}: {problem}: {message}") from error
 
 
 def render(notebook: Any, folder: str | Path = ".") -> str:
@@ -183,7 +178,7 @@ def write_pdf(html: str, path: str | Path) -> int:
 
     Raises
     ------
-    ReportError
+    LabkitError
         If there is no browser: with the one to install. If it prints nothing: with its words.
     WriteError
         If `path` cannot be written.
@@ -196,7 +191,7 @@ def write_pdf(html: str, path: str | Path) -> int:
         command += [f"--print-to-pdf={pdf}", page.as_uri()]
         told = subprocess.run(command, capture_output=True, check=False, timeout=PATIENCE).stderr
         if not pdf.is_file():
-            raise ReportError(f"{browser} printed nothing: {told.decode(errors='replace')[-300:]}")
+            raise LabkitError(f"{browser} printed nothing: {told.decode(errors='replace')[-300:]}")
         content = pdf.read_bytes()
     with atomic_write(path, "wb") as file:
         file.write(content)
@@ -204,8 +199,8 @@ def write_pdf(html: str, path: str | Path) -> int:
 
 
 def find_browser() -> str:
-    """Path of the first of `BROWSERS` that is installed; raise `ReportError` where none is."""
+    """Path of the first of `BROWSERS` that is installed; raise `LabkitError` where none is."""
     found = next(filter(None, map(shutil.which, BROWSERS)), None)
     if found is None:
-        raise ReportError(NO_BROWSER)
+        raise LabkitError(NO_BROWSER)
     return found

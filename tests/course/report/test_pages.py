@@ -7,7 +7,8 @@ import pytest
 from nbformat import v4, write
 
 from labkit.course.report import pages
-from labkit.course.report.pages import ReportError, read_report, render, write_pdf
+from labkit.course.report.pages import read_report, render, write_pdf
+from labkit.errors import LabkitError
 
 PIXEL = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
@@ -60,7 +61,7 @@ def test_formulas_are_drawn_without_a_network(tmp_path):
     ],
 )
 def test_a_cell_that_fails_is_named(notebook, code, message):
-    with pytest.raises(ReportError, match=message):
+    with pytest.raises(LabkitError, match=message):
         read_report(notebook("## Mine", code))
 
 
@@ -76,7 +77,7 @@ def test_a_cell_that_fails_is_named(notebook, code, message):
 def test_a_file_that_is_no_report(tmp_path, name, content, message):
     if content is not None:
         (tmp_path / name).write_bytes(content)
-    with pytest.raises(ReportError, match=message):
+    with pytest.raises(LabkitError, match=message):
         read_report(tmp_path / name)
 
 

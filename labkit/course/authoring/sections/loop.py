@@ -194,8 +194,7 @@ WRONG_STAGES: dict[str, Any] = {  # with the credits in a step, and in the whole
         "distances in metres.", {WEIGHTS: "huber_weights(d[kept] ** 2, "}),
     "gate_on_squares": (0.65, 0.95, "The gate is held against squared distances; both are in "
         "metres.", {GATE: "distance_gate(d**2, max_distance)"}),
-    "no_gate": (0.6, 0.85, "The distance gate is not applied.",
-        {GATE: "distance_gate(d, np.inf)"}),
+    "no_gate": (0.6, 0.85, "The distance gate is not applied.", {GATE: "distance_gate(d, np.inf)"}),
     "no_trimming": (0.9, 0.75, "The trimming is not applied: all pairs within the gate are "
         "aligned.", {" & overlap(d, overlap_ratio)": ""}),
     "wide_gate": (0.65, 0.85, "The gate is too wide, as if doubled: no pair beyond `max_distance` "
