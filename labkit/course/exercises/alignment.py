@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from labkit import align, apply, transform
 from labkit.correspondences import huber_weights
-from labkit.course.exercises.exercise import exercise
+from labkit.course.exercises import exercise
 
 PROPER = "Vt.T @ np.diag([1.0, 1.0, sign]) @ U.T"
 

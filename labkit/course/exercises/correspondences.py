@@ -3,7 +3,7 @@
 import numpy as np
 
 from labkit import Scan, Target, align, apply, filters, icp, invert, se2, transform
-from labkit.course.exercises.exercise import exercise
+from labkit.course.exercises import exercise
 from labkit.simulation import Lidar, cast, room
 
 

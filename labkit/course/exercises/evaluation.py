@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from labkit import se2
-from labkit.course.exercises.exercise import exercise
+from labkit.course.exercises import exercise
 
 
 # fmt: off

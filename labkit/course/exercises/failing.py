@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from labkit.course.exercises.exercise import exercise
+from labkit.course.exercises import exercise
 
 PI = math.pi
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from labkit.course.exercises.exercise import exercise
+from labkit.course.exercises import exercise
 
 
 def _pairs(seed):

@@ -4,7 +4,7 @@ import numpy as np
 
 from labkit import IcpParameters, Target, align, apply, icp, to_xytheta, transform, wrap
 from labkit.correspondences import huber_loss
-from labkit.course.exercises.exercise import exercise
+from labkit.course.exercises import exercise
 from labkit.course.exercises.se2 import look
 
 R = np.array([0.9, 0.02, 0.3, 0.05, 2.0, 0.6, 0.15, 0.01, 0.4, 0.08, 0.7])

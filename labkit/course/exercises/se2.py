@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from labkit import IcpParameters, Target, align, apply, icp, invert, transform
-from labkit.course.exercises.exercise import exercise
+from labkit.course.exercises import exercise
 from labkit.se2 import rotation
 from labkit.simulation import Lidar, cast, room
 

@@ -10,8 +10,7 @@ import pytest
 from answers import RIGHT, WRONG
 from IPython.core.inputtransformer2 import TransformerManager
 
-from labkit.course.exercises import check, exercises
-from labkit.course.exercises.exercise import edited
+from labkit.course.exercises import check, edited, exercises
 from labkit.errors import InvalidParameterError
 
 FOLDER = Path(__file__).parents[3] / "notebooks"
