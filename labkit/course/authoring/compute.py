@@ -30,7 +30,7 @@ DECIMALS = 12
 
 def visible_cases(question: Question) -> tuple[Case, ...]:
     """The cases that everybody sees; they need not reveal every mistake."""
-    rng = np.random.default_rng([2024, *question.id.encode()])
+    rng = Rng(np.random.PCG64([2024, *question.id.encode()]))
     table = enumerate(ENTRIES[question.id].visible.items(), start=1)
     return tuple(draw_case(question, f"v{k}", *row, rng) for k, row in table)
 
@@ -53,7 +53,7 @@ def hidden_cases(
     LabkitError
         If no draw tells all mistakes apart: the recipes need another case.
     """
-    rng = np.random.default_rng([4711, variant, *question.id.encode(), *secret])
+    rng = Rng(np.random.PCG64([4711, variant, *question.id.encode(), *secret]))
     table = ENTRIES[question.id].hidden.items()
     for _ in range(SETS):
         cases: list[Case] = []

@@ -21,9 +21,7 @@ from labkit.arrays import FloatArray
 from labkit.course.authoring import solution
 from labkit.course.grading.contract import Value
 
-Rng = np.random.Generator
 Arguments = tuple[Value, ...]
-Draw = Callable[[Rng], Arguments]
 Function = Callable[..., Any]
 Edits = Mapping[str, str]
 Settings = ParamSpec("Settings")
@@ -39,6 +37,31 @@ ENOUGH = """\
         raise ValueError("fewer than two pairs are left")
 """
 IN_TWO_READINGS = ("icp_step", "icp")
+
+
+class Rng(np.random.Generator):
+    """A generator of what cases are made of."""
+
+    def number(self, low: float, high: float) -> float:
+        """A number with three digits, so that a case can be read."""
+        return round(float(self.uniform(low, high)), 3)
+
+    def points(self, count: int, span: float = 4.0) -> FloatArray:
+        """Points in a square about the origin, to the centimetre."""
+        return np.round(self.uniform(-span, span, (count, 2)), 2)
+
+    def whole_points(self, count: int) -> Value:
+        """Distinct points with whole coordinates, as integers."""
+        cells = self.choice(21 * 21, size=count, replace=False)
+        return np.column_stack([cells // 21 - 10, cells % 21 - 10]).astype(np.int64)
+
+    def motion(self, turn: tuple[float, float], reach: float = 1.0) -> FloatArray:
+        """A transform by an angle in `turn` [rad] and up to `reach` [m] along each axis."""
+        x, y = self.number(-reach, reach), self.number(-reach, reach)
+        return labkit.transform(x, y, self.number(*turn))
+
+
+Draw = Callable[[Rng], Arguments]
 
 
 @dataclass(frozen=True)
@@ -126,25 +149,3 @@ def _names(source: str) -> dict[str, Any]:
     names: dict[str, Any] = {}
     exec(source, names)
     return names
-
-
-def uniform(rng: Rng, low: float, high: float) -> float:
-    """A number with three digits, so that a case can be read."""
-    return round(float(rng.uniform(low, high)), 3)
-
-
-def points(rng: Rng, count: int, span: float = 4.0) -> FloatArray:
-    """Points in a square about the origin, to the centimetre."""
-    return np.round(rng.uniform(-span, span, (count, 2)), 2)
-
-
-def whole_points(rng: Rng, count: int) -> Value:
-    """Distinct points with whole coordinates, as integers."""
-    cells = rng.choice(21 * 21, size=count, replace=False)
-    return np.column_stack([cells // 21 - 10, cells % 21 - 10]).astype(np.int64)
-
-
-def motion(rng: Rng, turn: tuple[float, float], reach: float = 1.0) -> FloatArray:
-    """A transform by an angle in `turn` [rad] and up to `reach` [m] along each axis."""
-    x, y = uniform(rng, -reach, reach), uniform(rng, -reach, reach)
-    return labkit.transform(x, y, uniform(rng, *turn))

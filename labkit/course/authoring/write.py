@@ -151,7 +151,6 @@ def _question(id: str, table: Mapping[str, Any]) -> Question:
         **table,
         "points": float(table["points"]),
         "task": table["task"].strip(),
-        "docstring": table["docstring"].strip() + "\n",
         "answer": Answer(table["answer"]),
     }
     return Question(id=id, function=id, misconceptions=known, **given)

@@ -10,15 +10,7 @@ import numpy as np
 import labkit
 from labkit.arrays import FloatArray
 from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import (
-    Arguments,
-    Rng,
-    motion,
-    points,
-    question,
-    recipe,
-    whole_points,
-)
+from labkit.course.authoring.entries import Arguments, Rng, question, recipe
 from labkit.se2 import rotation
 
 LEFT, RIGHT, WIDE, BACK = (0.3, 1.2), (-1.2, -0.3), (1.8, 2.8), (-2.8, -1.8)
@@ -44,14 +36,14 @@ def _pairs(
     mirrored: bool = False,
 ) -> Arguments:
     """Points `away` from the origin and, with noise [m], the same after a motion."""
-    p = points(rng, count) * (1.0, 0.4 if mirrored else 1.0) + away
-    q = labkit.apply(motion(rng, turn), p * (1.0, -1.0 if mirrored else 1.0))
+    p = rng.points(count) * (1.0, 0.4 if mirrored else 1.0) + away
+    q = labkit.apply(rng.motion(turn), p * (1.0, -1.0 if mirrored else 1.0))
     return p, np.round(q + rng.normal(0.0, noise, p.shape), 3)
 
 
 def _whole(rng: Rng) -> Arguments:
     """Whole coordinates after a quarter turn and a whole step, one of them a metre off."""
-    p = np.asarray(whole_points(rng, 6))
+    p = np.asarray(rng.whole_points(6))
     q = np.column_stack([-p[:, 1], p[:, 0]]) + rng.integers(-5, 6, 2)
     q[rng.integers(6), 0] += 1
     return p, q
@@ -71,8 +63,8 @@ def _weighted(
 
 @recipe
 def _translation(rng: Rng, count: int, turn: tuple[float, float]) -> Arguments:
-    p = points(rng, count) + 1.0
-    T = motion(rng, turn)
+    p = rng.points(count) + 1.0
+    T = rng.motion(turn)
     return T[:2, :2], p, np.round(labkit.apply(T, p) + rng.normal(0.0, 0.05, p.shape), 3)
 
 

@@ -9,26 +9,12 @@ import numpy as np
 
 from labkit.correspondences import huber_loss
 from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import (
-    Arguments,
-    Draw,
-    Exact,
-    Rng,
-    points,
-    question,
-    recipe,
-    uniform,
-    whole_points,
-)
+from labkit.course.authoring.entries import Arguments, Draw, Exact, Rng, question, recipe
 from labkit.course.grading.contract import Value
 
 DISTANCES = "np.sqrt((offsets**2).sum(axis=2))"
 ROOT_MEAN_SQUARE = "np.sqrt(np.mean(distances[kept] ** 2))"
 INVERTED = (0.4, "The mask is True for the pairs to reject; it is to be True for those that stay.")
-
-
-def _clouds(count: int, targets: int) -> Draw:
-    return lambda rng: (points(rng, count), points(rng, targets))
 
 
 def _distances(rng: Rng, count: int, low: float, high: float) -> Value:
@@ -37,7 +23,7 @@ def _distances(rng: Rng, count: int, low: float, high: float) -> Value:
 
 
 def _gated(count: int, low: float, high: float, gate: tuple[float, float]) -> Draw:
-    return lambda rng: (_distances(rng, count, low, high), uniform(rng, *gate))
+    return lambda rng: (_distances(rng, count, low, high), rng.number(*gate))
 
 
 @recipe
@@ -48,7 +34,7 @@ def _on_the_gate(rng: Rng, *shares: float) -> Arguments:
 
 
 def _trimmed(count: int, ratio: float) -> Draw:
-    return lambda rng: (_distances(rng, count, 0.02, uniform(rng, 0.8, 2.0)), ratio)
+    return lambda rng: (_distances(rng, count, 0.02, rng.number(0.8, 2.0)), ratio)
 
 
 def _whole(below: int, count: int, limit: float) -> Draw:
@@ -84,10 +70,10 @@ question("nearest_neighbors", visible={
         np.array([[0.0, 0.5], [0.0, -0.25], [3.0, 2.0]]),
         np.array([[4.0, 2.0], [0.0, 0.0]])),
 }, hidden={
-    "more target points than source points": _clouds(10, 25),
-    "more source points than target points": _clouds(25, 6),
-    "as many of both": _clouds(12, 12),
-    "points given as whole numbers": lambda rng: (whole_points(rng, 6), whole_points(rng, 9)),
+    "more target points than source points": lambda rng: (rng.points(10), rng.points(25)),
+    "more source points than target points": lambda rng: (rng.points(25), rng.points(6)),
+    "as many of both": lambda rng: (rng.points(12), rng.points(12)),
+    "points given as whole numbers": lambda rng: (rng.whole_points(6), rng.whole_points(9)),
 }, mistakes={
     "squared": (0.7, "The distances are squared; gates and weights are in metres: take the root.",
         {DISTANCES: "(offsets**2).sum(axis=2)"}),

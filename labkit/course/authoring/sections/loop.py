@@ -10,17 +10,7 @@ import numpy as np
 import labkit
 from labkit.arrays import FloatArray
 from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import (
-    Arguments,
-    Draw,
-    Exact,
-    Rng,
-    points,
-    question,
-    readings,
-    recipe,
-    uniform,
-)
+from labkit.course.authoring.entries import Arguments, Draw, Exact, Rng, question, readings, recipe
 from labkit.course.authoring.references import apart, path
 
 EPS_T, EPS_PSI, EPS_COST, K_MAX = 1e-3, 1e-3, 1e-6, 50  # of the convergence test
@@ -62,8 +52,8 @@ def _ending(
     half_turn: bool = False,
 ) -> Arguments:
     """A step of that many tolerances; ``step=0.5`` is half of ε_t. A heading fixes its way."""
-    way = uniform(rng, -3.0, 3.0) if heading is None else heading
-    vary = uniform(rng, 0.95, 1.05)
+    way = rng.number(-3.0, 3.0) if heading is None else heading
+    vary = rng.number(0.95, 1.05)
     x, y = vary * step * EPS_T * math.cos(way), vary * step * EPS_T * math.sin(way)
     dT = labkit.transform(x, y, math.pi * half_turn + vary * turn * EPS_PSI)
     return dT, vary * cost, iteration, EPS_T, EPS_PSI, EPS_COST, K_MAX
@@ -94,14 +84,14 @@ def _scans(
     between the scans keep Huber's weights at work.
     """
     x, y, side, other = rng.choice([-1.0, 1.0], 4)
-    T = labkit.transform(0.4 * x, 0.4 * y, side * turn * uniform(rng, 0.95, 1.03))
-    posts = points(rng, count, 5.0)
+    T = labkit.transform(0.4 * x, 0.4 * y, side * turn * rng.number(0.95, 1.03))
+    posts = rng.points(count, 5.0)
     shifted = posts + rng.normal(0.0, 0.01, posts.shape)
     some = rng.permutation(count)[: count // 4]
     shifted[some] += rng.normal(0.0, 0.15, (len(some), 2)) + 0.1
-    source = np.vstack([_back(T, shifted), points(rng, count // 5, 6.0)])
-    target = np.vstack([posts, points(rng, 3, 6.0)])
-    away = other * error * uniform(rng, 0.8, 1.2)
+    source = np.vstack([_back(T, shifted), rng.points(count // 5, 6.0)])
+    target = np.vstack([posts, rng.points(3, 6.0)])
+    away = other * error * rng.number(0.8, 1.2)
     guess = labkit.transform(3.0 * away, -2.0 * away, away) @ T
     arguments = (np.round(source, 3), np.round(target, 3), guess, gate, ratio, delta)
     return (*arguments, loop) if loop else arguments
@@ -131,8 +121,8 @@ def _walls(rng: Rng) -> Arguments:
         y = np.append(np.zeros(len(along)), across + rng.uniform(0.0, 0.1))
         return np.column_stack([x, y]) + rng.normal(0.0, 0.012, (len(x), 2))
 
-    T = labkit.transform(uniform(rng, -0.5, 0.5), uniform(rng, -0.5, 0.5), uniform(rng, 0.97, 1.02))
-    guess = labkit.transform(uniform(rng, 0.15, 0.3), uniform(rng, -0.2, -0.1), 0.06) @ T
+    T = labkit.transform(rng.number(-0.5, 0.5), rng.number(-0.5, 0.5), rng.number(0.97, 1.02))
+    guess = labkit.transform(rng.number(0.15, 0.3), rng.number(-0.2, -0.1), 0.06) @ T
     scans = np.round(_back(T, look()), 3), np.round(look(), 3)
     return *scans, guess, 1.5, 0.9, 0.05, 2 * LOOP_BUDGET
 
@@ -142,9 +132,9 @@ def _straight_ahead(rng: Rng) -> Arguments:
     side = np.column_stack([rng.permutation(np.arange(-6.0, 6.0, 1.2)), rng.uniform(1.0, 4.0, 10)])
     moved = side + np.column_stack([rng.normal(0.0, 0.15, 10), np.zeros(10)])
     posts, seen = (np.round(np.vstack([one, one * (1.0, -1.0)]), 3) for one in (side, moved))
-    ahead = labkit.transform(uniform(rng, 0.2, 0.5), 0.0, 0.0)
+    ahead = labkit.transform(rng.number(0.2, 0.5), 0.0, 0.0)
     lonely = posts[[0, 10]] + [(0.0, 60.0), (0.0, -60.0)]  # beyond the gate, and heavy in an RMSE
-    guess = labkit.transform(uniform(rng, 0.7, 0.9), 0.0, 0.0) @ ahead
+    guess = labkit.transform(rng.number(0.7, 0.9), 0.0, 0.0) @ ahead
     source = np.round(_back(ahead, np.vstack([seen, lonely])), 6)
     return source, posts, guess, 3.0, 1.0, 0.02, 2 * LOOP_BUDGET
 
@@ -156,8 +146,8 @@ def _on_the_spot(rng: Rng) -> Arguments:
     """
     while True:
         angle, far = rng.permutation(np.arange(10) * 0.31), rng.uniform(2.0, 5.0, 10)
-        T = labkit.transform(0.0, 0.0, uniform(rng, 0.3, 0.5))
-        guess = labkit.transform(0.0, 0.0, uniform(rng, 0.1, 0.15)) @ T
+        T = labkit.transform(0.0, 0.0, rng.number(0.3, 0.5))
+        guess = labkit.transform(0.0, 0.0, rng.number(0.1, 0.15)) @ T
         half, seen = (
             np.column_stack([far * np.cos(one), far * np.sin(one)])
             for one in (angle, angle + rng.normal(0.0, 0.15, 10))

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import Arguments, Exact, Rng, question, recipe, uniform
+from labkit.course.authoring.entries import Arguments, Exact, Rng, question, recipe
 
 LIMITS = (0.5, 0.75, 0.375, 0.125)  # m, rad, ratio, m; exact in single precision
 ON_ALL_LIMITS = Exact((np.array([0.5, 0.0, 0.75]), 0.375, 0.125, *LIMITS))
@@ -23,7 +23,7 @@ HEADING = "wrap(psi + increment[2])"
 def _increments(rng: Rng, count: int, low: float, high: float) -> Arguments:
     """Steps of some decimetres that turn by `low` to `high` [rad] each, and a start."""
     steps = rng.uniform((0.2, -0.3, low), (0.8, 0.3, high), (count, 3))
-    start = [uniform(rng, 1.0, 3.0), uniform(rng, -3.0, -1.0), uniform(rng, 0.4, 1.5)]
+    start = [rng.number(1.0, 3.0), rng.number(-3.0, -1.0), rng.number(0.4, 1.5)]
     return np.round(steps, 3), np.array(start)
 
 
@@ -33,8 +33,8 @@ def _whole_increments(rng: Rng) -> Arguments:
 
 
 def _half_turn(rng: Rng) -> Arguments:
-    steps = np.array([[uniform(rng, 0.2, 0.8), 0.3, math.pi], [uniform(rng, 0.2, 0.8), -0.2, 0.4]])
-    return steps, np.array([uniform(rng, 1.0, 3.0), -2.0, 0.0])
+    steps = np.array([[rng.number(0.2, 0.8), 0.3, math.pi], [rng.number(0.2, 0.8), -0.2, 0.4]])
+    return steps, np.array([rng.number(1.0, 3.0), -2.0, 0.0])
 
 
 @recipe
@@ -47,8 +47,8 @@ def _step(
     heading: float | None = None,
 ) -> Arguments:
     """A step before the sanity check; `heading` fixes the way that it goes."""
-    vary = uniform(rng, 0.9, 1.1)
-    way = uniform(rng, -0.6, 0.6) if heading is None else heading
+    vary = rng.number(0.9, 1.1)
+    way = rng.number(-0.6, 0.6) if heading is None else heading
     increment = vary * np.array([length * math.cos(way), length * math.sin(way), turn])
     return increment, vary * ratio, vary * rmse, *LIMITS
 

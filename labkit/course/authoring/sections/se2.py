@@ -8,7 +8,7 @@ import numpy as np
 
 import labkit
 from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import Draw, Exact, Rng, motion, question, uniform
+from labkit.course.authoring.entries import Draw, Exact, Rng, question
 from labkit.course.grading.contract import Value
 
 QUARTERS = np.array([[[0, -1], [1, 0]], [[0, 1], [-1, 0]]])
@@ -21,7 +21,7 @@ R, t, u = T_a_b[:2, :2], T_a_b[:2, 2], T_b_c[:2, 2]
 
 
 def _angle(low: float, high: float) -> Draw:
-    return lambda rng: (uniform(rng, low, high),)
+    return lambda rng: (rng.number(low, high),)
 
 
 def _whole(*numbers: int) -> Draw:
@@ -29,7 +29,7 @@ def _whole(*numbers: int) -> Draw:
 
 
 def _transforms(count: int, low: float, high: float, reach: float = 2.0) -> Draw:
-    return lambda rng: tuple(motion(rng, (low, high), reach) for _ in range(count))
+    return lambda rng: tuple(rng.motion((low, high), reach) for _ in range(count))
 
 
 def _whole_transform(rng: Rng) -> Value:
