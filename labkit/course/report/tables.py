@@ -23,8 +23,6 @@ UNANSWERED = "**why?**"  # reason of a changed value, if none is given
 class Table(str):
     """A Markdown table: text for a file, a table in a notebook."""
 
-    __slots__ = ()
-
     def _repr_markdown_(self) -> str:
         return str(self)
 
@@ -81,7 +79,7 @@ def quality_table(records: Sequence[StepRecord]) -> Table:
         raise InvalidParameterError("must hold at least one step, got none", parameter="records")
     taken = [record.decision for record in steps]
     decisions = ", ".join(f"{taken.count(one):,} {one.value}" for one in Decision if one in taken)
-    rows: list[list[object]] = [["steps", f"{len(steps):,}: {decisions}", ""]]
+    rows = [["steps", f"{len(steps):,}: {decisions}", ""]]
     for flag in ("degenerate", "ambiguous"):
         rows.append([flag, f"{sum(getattr(record, flag) for record in steps):,}", ""])
     for name, field, form in (

@@ -67,21 +67,13 @@ def _ending_at(step: float, cost: float) -> Exact:
 
 @recipe
 def _scans(
-    rng: Rng,
-    count: int,
-    gate: float,
-    ratio: float,
-    delta: float,
-    *,
-    turn: float = 0.1,
-    error: float = 0.05,
-    loop: int = 0,
+    rng: Rng, count: int, *limits: float, turn: float = 0.1, error: float = 0.05
 ) -> Arguments:
     """Two scans of the same posts, each with some that the other does not see.
 
-    `loop` is the budget of the whole loop, 0 for a single step. `turn` [rad] is the size of the
-    true rotation, `error` [rad, and thrice it in m] that of the guess. Posts that moved a little
-    between the scans keep Huber's weights at work.
+    The `limits` are the gate [m], the share to keep, Huber's δ [m], and of the whole loop the
+    budget. `turn` [rad] is the size of the true rotation, `error` [rad, and thrice it in m] that of
+    the guess. Posts that moved a little between the scans keep Huber's weights at work.
     """
     x, y, side, other = rng.choice([-1.0, 1.0], 4)
     T = labkit.transform(0.4 * x, 0.4 * y, side * turn * rng.number(0.95, 1.03))
@@ -93,8 +85,7 @@ def _scans(
     target = np.vstack([posts, rng.points(3, 6.0)])
     away = other * error * rng.number(0.8, 1.2)
     guess = labkit.transform(3.0 * away, -2.0 * away, away) @ T
-    arguments = (np.round(source, 3), np.round(target, 3), guess, gate, ratio, delta)
-    return (*arguments, loop) if loop else arguments
+    return np.round(source, 3), np.round(target, 3), guess, *limits
 
 
 def _back(T: FloatArray, q: FloatArray) -> FloatArray:
@@ -102,9 +93,9 @@ def _back(T: FloatArray, q: FloatArray) -> FloatArray:
     return labkit.apply(labkit.invert(T), q)
 
 
-def _loop(count: int, gate: float, ratio: float, delta: float) -> Draw:
+def _loop(count: int, *limits: float) -> Draw:
     """The whole loop from a guess far from no motion, with a budget that is enough."""
-    return _scans(count, gate, ratio, delta, turn=FAR, loop=LOOP_BUDGET)
+    return _scans(count, *limits, LOOP_BUDGET, turn=FAR)
 
 
 def _from_no_motion(rng: Rng) -> Arguments:
@@ -162,7 +153,7 @@ def _on_the_spot(rng: Rng) -> Arguments:
 
 @recipe
 def _about_the_gate(
-    rng: Rng, gate: float, *beyond: float, apart: float = 0.25, delta: float = 10.0, loop: int = 0
+    rng: Rng, beyond: list[float], gate: float, *limits: float, apart: float = 0.25
 ) -> Arguments:
     """Pairs that are some `apart` [m], and others that lie so far `beyond` the gate, or on it."""
     target = CORNERS[: 5 + len(beyond)]
@@ -170,11 +161,10 @@ def _about_the_gate(
     source = target.copy()
     source[:5] += apart * np.array([[1, 0], [0, 1], [1, 1], [-1, 2], [2, 1]])
     source[5:, 1] -= gate + np.array(beyond)
-    arguments = (source, target, np.eye(3), gate, 1.0, delta)
-    return (*arguments, loop) if loop else arguments
+    return source, target, np.eye(3), gate, *limits
 
 
-LOOP_AT_THE_GATE = _about_the_gate(2.0, 0.05, 6.0, apart=0.02, delta=0.02, loop=LOOP_BUDGET)
+LOOP_AT_THE_GATE = _about_the_gate([0.05, 6.0], 2.0, 1.0, 0.02, LOOP_BUDGET, apart=0.02)
 
 # fmt: off
 WRONG_STAGES: dict[str, Any] = {  # with the credits in a step, and in the whole loop
@@ -269,8 +259,8 @@ question("icp_step", visible={
     "the gate alone": _scans(20, 0.6, 1.0, OFF),
     "trimming alone": _scans(20, OFF, 0.7, OFF),
     "the weights alone": _scans(20, OFF, 1.0, 0.1),
-    "a pair on the gate": Exact(_about_the_gate(0.5, 0.0, apart=0.0625)),
-    "a pair a little beyond a wide gate": _about_the_gate(2.0, 0.0005, 6.0),
+    "a pair on the gate": Exact(_about_the_gate([0.0], 0.5, 1.0, 10.0, apart=0.0625)),
+    "a pair a little beyond a wide gate": _about_the_gate([0.0005, 6.0], 2.0, 1.0, 10.0),
 }, hidden={
     "the gate alone": _scans(24, 0.6, 1.0, OFF),
     "the gate alone, in clutter": _scans(30, 0.5, 1.0, OFF),
@@ -278,8 +268,8 @@ question("icp_step", visible={
     "the weights alone": _scans(24, OFF, 1.0, 0.1),
     "all stages at work": _scans(30, 0.45, 0.9, 0.1),
     "a guess far from no motion": _scans(24, 0.5, 0.95, 0.15, turn=FAR),
-    "a pair on the gate": Exact(_about_the_gate(0.5, 0.0, apart=0.0625)),
-    "a pair a little beyond a wide gate": _about_the_gate(2.0, 0.0005, 6.0),
+    "a pair on the gate": Exact(_about_the_gate([0.0], 0.5, 1.0, 10.0, apart=0.0625)),
+    "a pair a little beyond a wide gate": _about_the_gate([0.0005, 6.0], 2.0, 1.0, 10.0),
 }, mistakes={
     "update_on_the_right": (0.5, ON_THE_RIGHT, {UPDATE: "return T @ dT"}, LEFT),
     "increment_alone": (0.5, "This is the increment dT alone; the new transform is dT @ T.",
@@ -302,9 +292,9 @@ question("icp_step", visible={
     **{id: (credit, *wrong, STAGES) for id, (credit, _, *wrong) in WRONG_STAGES.items()},
 })
 question("icp", visible={
-    "all stages at work": _scans(20, 0.9, 0.8, 0.1, loop=LOOP_BUDGET),
+    "all stages at work": _scans(20, 0.9, 0.8, 0.1, LOOP_BUDGET),
     "a guess far from no motion": _loop(20, 0.8, 0.8, 0.1),
-    "a budget that ends the loop": _scans(20, 1.5, 0.8, 0.1, error=0.15, loop=3),
+    "a budget that ends the loop": _scans(20, 1.5, 0.8, 0.1, 3, error=0.15),
     "a way straight ahead, without a turn": _straight_ahead,
     "a turn on the spot, without a shift": _on_the_spot,
     "a pair a little beyond a wide gate": LOOP_AT_THE_GATE,
@@ -314,8 +304,8 @@ question("icp", visible={
     "the weights alone": _loop(24, OFF, 1.0, 0.1),
     "all stages at work": _loop(30, 0.5, 0.9, 0.1),
     "a guess far from no motion": _loop(24, 0.6, 1.0, 0.15),
-    "a budget that ends the loop": _scans(24, 1.5, 0.8, 0.1, error=0.15, loop=3),
-    "a small budget that ends the loop": _scans(24, 1.2, 0.9, 0.1, error=0.12, loop=2),
+    "a budget that ends the loop": _scans(24, 1.5, 0.8, 0.1, 3, error=0.15),
+    "a small budget that ends the loop": _scans(24, 1.2, 0.9, 0.1, 2, error=0.12),
     "five pairs": _loop(5, 2.0, 0.85, 0.1),
     "walls along which each step slides a little": _walls,
     "a way straight ahead, without a turn": _straight_ahead,
