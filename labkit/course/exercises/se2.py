@@ -10,13 +10,6 @@ from labkit.se2 import rotation
 from labkit.simulation import Lidar, cast, room
 
 
-def put(T, R=None, t=None):
-    """The transform with another rotation or translation."""
-    T = T.copy()
-    T[:2, :2], T[:2, 2] = T[:2, :2] if R is None else R, T[:2, 2] if t is None else t
-    return T
-
-
 # fmt: off
 @exercise("Motion between two poses", {
     "a robot that bends left": (transform(2.0, 1.0, 0.5), transform(2.4, 1.3, 0.9)),
@@ -30,9 +23,9 @@ def put(T, R=None, t=None):
     "The translation is turned by R; to the robot it is Rᵀ.": {"R.T @ moved": "R @ moved"},
 })
 def motion_between(T_w_k, T_w_k1):
-    """Positions are turned into the older frame, headings subtracted."""
+    """Positions are turned into the older frame, headings subtracted: as (R, t)."""
     R, moved = T_w_k[:2, :2], T_w_k1[:2, 2] - T_w_k[:2, 2]
-    return put(np.eye(3), R.T @ T_w_k1[:2, :2], R.T @ moved)
+    return R.T @ T_w_k1[:2, :2], R.T @ moved
 
 
 @exercise("Turn about a point", {
@@ -51,7 +44,7 @@ def motion_between(T_w_k, T_w_k1):
 })
 def turn_about(c, theta):
     """The point c stays where it is."""
-    return put(np.eye(3), rotation(theta), c - rotation(theta) @ c)
+    return transform(*(c - rotation(theta) @ c), theta)
 
 
 def look(T_first_scanner, beams=361, seed=8):
@@ -127,7 +120,8 @@ def _three_turns():
         {"dT @ T": "invert(dT) @ T"},
     "The guess is not used: begin with `T = T_init`.": {"T_init, Target": "np.eye(3), Target"},
     "This is one round; asked for are fifteen.": {"range(15)": "range(1)"},
-    "R of the step is transposed.": {"dT @ T": "put(dT, dT[:2, :2].T) @ T"},
+    "R of the step is transposed.":
+        {"dT @ T": "transform(*dT[:2, 2], np.arctan2(dT[0, 1], dT[0, 0])) @ T"},
     "This is the motion since the guess alone.": {"return T": "return T @ invert(T_init)"},
 }, tolerance=0.02)
 def icp_by_hand(source, target, T_init):
