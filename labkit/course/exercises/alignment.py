@@ -7,8 +7,6 @@ from labkit import align, apply, transform
 from labkit.correspondences import huber_weights
 from labkit.course.exercises import exercise
 
-PROPER = "Vt.T @ np.diag([1.0, 1.0, sign]) @ U.T"
-
 
 def _clouds():
     p = np.random.default_rng(2).normal(size=(30, 3)) * (3.0, 2.0, 1.0) + (1.0, -2.0, 0.5)
@@ -20,29 +18,37 @@ def _clouds():
     }
 
 
+def _svd(signs):
+    """Alignment by the SVD with these in its middle, made of the sign of the determinant."""
+
+    def align_in_space(p, q):
+        U, _, Vt = np.linalg.svd((p - p.mean(0)).T @ (q - q.mean(0)))
+        R = Vt.T @ np.diag(signs(np.sign(np.linalg.det(Vt.T @ U.T)))) @ U.T
+        return R, q.mean(0) - R @ p.mean(0)
+
+    return align_in_space
+
+
 # fmt: off
 @exercise("Align in space", _clouds, {
-    "R is transposed: from H = U S Vᵀ it is V … Uᵀ.": {PROPER: f"({PROPER}).T"},
+    "R is transposed: from H = U S Vᵀ it is V … Uᵀ.": {".as_matrix()": ".as_matrix().T"},
     "The determinant is missing: for a mirrored cloud this R is a reflection.":
-        {PROPER: "Vt.T @ U.T"},
+        _svd(lambda sign: [1, 1, 1]),
     "The determinant turns the first singular vector; it belongs to the last, the smallest value.":
-        {"[1.0, 1.0, sign]": "[sign, 1.0, 1.0]"},
+        _svd(lambda sign: [sign, 1, 1]),
     "For a mirrored cloud all of R is negated; turn the last singular vector alone.":
-        {"[1.0, 1.0, sign]": "[sign, sign, sign]"},
+        _svd(lambda sign: [sign, sign, sign]),
     "The translation is q̄ − p̄; the source's centroid has to be turned first: t = q̄ − R p̄.":
-        {"q_mean - R @ p_mean": "q_mean - p_mean"},
+        {"R @ p": "p"},
     "The points are not centred: H sums the points less their centroids.":
-        {"(p - p_mean).T @ (q - q_mean)": "p.T @ q"},
+        {"q - q.mean(0), p - p.mean(0)": "q, p"},
     "The translation is turned as a whole: t = q̄ − R p̄, not R (q̄ − p̄).":
-        {"q_mean - R @ p_mean": "R @ (q_mean - p_mean)"},
+        {"q.mean(0) - R @ p.mean(0)": "R @ (q.mean(0) - p.mean(0))"},
 })
 def align_in_space(p, q):
-    """Kabsch's rotation, by the SVD."""
-    p_mean, q_mean = p.mean(0), q.mean(0)
-    U, _, Vt = np.linalg.svd((p - p_mean).T @ (q - q_mean))
-    sign = np.sign(np.linalg.det(Vt.T @ U.T))
-    R = Vt.T @ np.diag([1.0, 1.0, sign]) @ U.T
-    return R, q_mean - R @ p_mean
+    """The rotation from scipy, by another way than the solution."""
+    R = Rotation.align_vectors(q - q.mean(0), p - p.mean(0))[0].as_matrix()
+    return R, q.mean(0) - R @ p.mean(0)
 
 
 def spread(x):

@@ -5,7 +5,6 @@ An empty word stands where nothing may be said but that it is wrong.
 
 # ruff: noqa: E501
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from labkit import IcpParameters, Target, align, apply, from_xytheta, icp, invert, to_xytheta, wrap
 from labkit import transform as T2
@@ -29,11 +28,6 @@ def svd(p, q, t=lambda R, a, b: b - R @ a):
     U, _, Vt = np.linalg.svd((p - a).T @ (q - b))
     R = Vt.T @ np.diag([1, 1, np.linalg.det(Vt.T @ U.T)]) @ U.T
     return R, t(R, a, b)
-
-
-def by_scipy(p, q):
-    R = Rotation.align_vectors(q - q.mean(0), p - p.mean(0))[0].as_matrix()
-    return R, q.mean(0) - R @ p.mean(0)
 
 
 def robust(p, q, weigh, count=20, move=apply):
@@ -255,7 +249,6 @@ RIGHT = [
     ("wrong_near_and_far", lambda o, r: [np.mean(o[r < np.median(r)] > 0.1), np.mean(o[r > np.median(r)] > 0.1)]),
     ("wrong_near_and_far", lambda o, r: np.array([(o[np.argsort(r)[:4]] > 0.1).sum() / 4, (o[np.argsort(r)[4:]] > 0.1).sum() / 4])),
     ("icp_by_hand", lambda p, q, T: rounds(p, q, T, lambda d, T: d @ T, count=20)),
-    ("align_in_space", by_scipy),
     ("align_in_space", lambda p, q: list(svd(p, q))),
     ("align_in_space", lambda p, q: np.block([[svd(p, q)[0], svd(p, q)[1][:, None]], [np.zeros((1, 3)), 1]])),
     ("align_in_space", lambda p, q: {"R": svd(p, q)[0], "t": svd(p, q)[1]}),
