@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -21,11 +21,13 @@ from labkit.course.grading.contract import Outcome
 from labkit.course.grading.inside.data import plain
 from labkit.course.grading.judging.compare import is_answer_of, is_right, recognise
 from labkit.errors import LabkitError
+from labkit.se2 import apply, transform
 
 TRIES, SETS = 200, 20
 ALIKE = 3  # draws among which one as hard as another variant's is looked for
 LARGEST = 1e-3  # a tolerance beyond it says more about rounding than about skill: drawn anew
 DECIMALS = 12
+OF_SCANS = ("icp_step", "icp")
 
 
 def visible_cases(question: Question) -> tuple[Case, ...]:
@@ -45,8 +47,8 @@ def hidden_cases(
 ) -> tuple[Case, ...]:
     """The hidden cases of one variant, drawn from the secret; without one anybody draws the same.
 
-    Cases that are `like` those of another variant are passed by the same known mistakes, so that
-    the variants are equally hard.
+    Cases that are `like` those of another variant are as hard: two scans are its scans, `turned`;
+    of other cases those are taken that the same known mistakes pass.
 
     Raises
     ------
@@ -57,13 +59,15 @@ def hidden_cases(
     table = ENTRIES[question.id].hidden.items()
     for _ in range(SETS):
         cases: list[Case] = []
-        for k, row in enumerate(table, start=1):
-            best = draw_case(question, f"h{k}", *row, rng)
+        for k, (about, recipe) in enumerate(table, start=1):
+            if like and question.id in OF_SCANS:
+                recipe = turned(recipe, like[k - 1].arguments)  # noqa: PLW2901
+            best = draw_case(question, f"h{k}", about, recipe, rng)
             if like:
                 model = passing(question, like[k - 1])
                 for _ in range(ALIKE - 1):
                     if passing(question, best) != model:
-                        other = draw_case(question, f"h{k}", *row, rng)
+                        other = draw_case(question, f"h{k}", about, recipe, rng)
                         best = min(best, other, key=lambda one: len(passing(question, one) ^ model))
             cases.append(best)
         confused = confusion(question, (*visible, *cases))
@@ -73,6 +77,23 @@ def hidden_cases(
         f"no draw of the cases of {question.id} tells its mistakes apart: {confused}; "
         f"add a case that does"
     )
+
+
+def turned(recipe: Recipe, arguments: Arguments) -> Recipe:
+    """Two scans and a guess in frames that are turned alike: other numbers, as hard for any loop.
+
+    Numbers on a limit are turned by right angles, which keeps them exact.
+    """
+    source, target, T, *limits = cast("tuple[Any, ...]", arguments)
+    is_exact = isinstance(recipe, Exact)
+
+    def draw(rng: Rng) -> Arguments:
+        quarters = rng.integers(1, 4) if is_exact else rng.uniform(0.2, 3.8)
+        G = transform(0.0, 0.0, quarters * np.pi / 2.0)
+        G = np.rint(G) if is_exact else G
+        return apply(G, source), apply(G, target), G @ T @ G.T, *limits
+
+    return Exact(draw) if is_exact else draw
 
 
 def passing(question: Question, case: Case) -> set[tuple[str, int]]:

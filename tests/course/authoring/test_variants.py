@@ -1,4 +1,4 @@
-"""Right submissions of different kinds: each gets full marks, whatever numbers come in."""
+"""Variants: right submissions of all kinds get full marks in each, wrong ones the same points."""
 
 from copy import deepcopy
 
@@ -7,6 +7,8 @@ import pytest
 from right_answers import RIGHT
 
 from labkit.course.authoring import solution
+from labkit.course.authoring.entries import edited
+from labkit.course.grading.check import tried
 from labkit.course.grading.contract import Outcome
 from labkit.course.grading.inside.data import plain
 from labkit.course.grading.judging.compare import assess, is_right
@@ -66,3 +68,31 @@ def test_both_readings_of_the_trimming_differ_and_pass(assignment):
             ]
             assert any(apart)
             assert all(is_right(question, case, v) for case in hidden[id] for v in case.expected)
+
+
+PAIRS = "    kept = distance_gate(d, max_distance)"
+UNNAMED = {  # wrong loops that no known mistake names
+    "pairs that are mutual": {
+        PAIRS: "    back = nearest_neighbors(target, moved)[0]\n" + PAIRS
+        + " & (back[indices] == np.arange(len(d)))"},
+    "a target point pairs once": {
+        PAIRS: "    once = np.zeros(len(d), dtype=bool)\n"
+        "    once[np.unique(indices, return_index=True)[1]] = True\n" + PAIRS + " & once"},
+    "a gate of nine tenths": {"distance_gate(d, ": "distance_gate(d, 0.9 * "},
+    "a gate of eleven tenths": {"distance_gate(d, ": "distance_gate(d, 1.1 * "},
+    "a share of its own": {"overlap(d, overlap_ratio)": "overlap(d, 0.8)"},
+    "roots of weights": {"huber_weights(d[kept], delta)": "huber_weights(d[kept], delta) ** 0.5"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("question", ["icp_step", "icp"])
+@pytest.mark.parametrize("wrong", UNNAMED)
+def test_a_wrong_loop_costs_the_same_in_every_variant(assignment, question, wrong):
+    asked, function = assignment.question(question), edited(question, UNNAMED[wrong])[0]
+    scores = []
+    for hidden in assignment.variants:
+        cases = assignment.visible[question] + hidden[question]
+        with np.errstate(all="ignore"):
+            scores.append(tried(asked, cases, function).score)
+    assert max(scores) < asked.points
+    assert max(scores) - min(scores) < 2.0

@@ -81,6 +81,9 @@ question("nearest_neighbors", visible={
         lambda p, q: right.nearest_neighbors(q, p)),
     "manhattan": (0.4, "These are sums of |Δx| and |Δy|; a distance is the root of squares.",
         {DISTANCES: "np.abs(offsets).sum(axis=2)"}),
+    "nearest_otherwise": (0.75, "The nearest is chosen by |Δx| + |Δy|, or by the larger of the "
+        "two; choose it by the distance.",
+        [{"distances.argmin": f"np.abs(offsets).{by}(axis=2).argmin"} for by in ("sum", "max")]),
     "used_once": (0.4, "Every target point is given away once; several source points may share "
         "their nearest.", _used_once),
     "from_one": (0.8, "The indices count from 1; Python's rows count from 0.",
