@@ -17,9 +17,9 @@ from labkit.course.authoring.entries import Arguments, Exact, Mistake, Recipe, R
 from labkit.course.authoring.references import answers, perturbed, round_up, tolerance
 from labkit.course.authoring.sections import ENTRIES
 from labkit.course.grading.assignment.questions import Case, Question
-from labkit.course.grading.contract import Outcome
 from labkit.course.grading.inside.data import plain
 from labkit.course.grading.judging.compare import is_answer_of, is_right, recognise
+from labkit.course.grading.judging.verdict import Outcome
 from labkit.errors import LabkitError
 from labkit.se2 import apply, transform
 

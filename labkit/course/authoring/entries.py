@@ -19,7 +19,7 @@ import numpy as np
 import labkit
 from labkit.arrays import FloatArray
 from labkit.course.authoring import solution
-from labkit.course.grading.contract import Value
+from labkit.course.grading.inside.data import Value
 
 Arguments = tuple[Value, ...]
 Function = Callable[..., Any]

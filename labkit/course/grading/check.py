@@ -17,10 +17,9 @@ from typing import Any
 
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.assignment.questions import Case, Question
-from labkit.course.grading.contract import Outcome
 from labkit.course.grading.inside.data import NoAnswerError, plain, said_of
 from labkit.course.grading.judging.compare import assess
-from labkit.course.grading.judging.verdict import QuestionVerdict, to_html
+from labkit.course.grading.judging.verdict import Outcome, QuestionVerdict, to_html
 from labkit.errors import InvalidParameterError
 
 Calls = set[tuple[str, str]]  # of functions, by name and module

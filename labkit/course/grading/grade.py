@@ -19,12 +19,18 @@ from typing import Any
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.assignment.questions import Assignment, Case, Question
 from labkit.course.grading.box import BY_THE_CLOCK, Box, BoxError, Wall
-from labkit.course.grading.contract import CELL_FAILED, KILLED, NOT_DEFINED, Outcome
 from labkit.course.grading.files import read_sources
 from labkit.course.grading.handins import Submission
 from labkit.course.grading.inside import data
 from labkit.course.grading.judging.compare import assess
-from labkit.course.grading.judging.verdict import QuestionVerdict, SubmissionVerdict
+from labkit.course.grading.judging.verdict import (
+    CELL_FAILED,
+    KILLED,
+    NOT_DEFINED,
+    Outcome,
+    QuestionVerdict,
+    SubmissionVerdict,
+)
 from labkit.course.grading.reading import Program, read_program
 from labkit.course.grading.store import Record, fingerprint
 

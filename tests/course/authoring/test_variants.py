@@ -9,9 +9,9 @@ from right_answers import RIGHT
 from labkit.course.authoring import solution
 from labkit.course.authoring.entries import edited
 from labkit.course.grading.check import tried
-from labkit.course.grading.contract import Outcome
 from labkit.course.grading.inside.data import plain
 from labkit.course.grading.judging.compare import assess, is_right
+from labkit.course.grading.judging.verdict import Outcome
 
 WITHOUT_WHOLE_NUMBERS = {"rotation", "wrap", "fitness", "inlier_rmse", "icp_step", "icp"} | {
     "has_converged",

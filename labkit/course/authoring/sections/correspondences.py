@@ -10,7 +10,7 @@ import numpy as np
 from labkit.correspondences import huber_loss
 from labkit.course.authoring import solution as right
 from labkit.course.authoring.entries import Arguments, Draw, Exact, Rng, question, recipe
-from labkit.course.grading.contract import Value
+from labkit.course.grading.inside.data import Value
 
 DISTANCES = "np.sqrt((offsets**2).sum(axis=2))"
 ROOT_MEAN_SQUARE = "np.sqrt(np.mean(distances[kept] ** 2))"

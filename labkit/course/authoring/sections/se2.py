@@ -9,7 +9,7 @@ import numpy as np
 import labkit
 from labkit.course.authoring import solution as right
 from labkit.course.authoring.entries import Draw, Exact, Rng, question
-from labkit.course.grading.contract import Value
+from labkit.course.grading.inside.data import Value
 
 QUARTERS = np.array([[[0, -1], [1, 0]], [[0, 1], [-1, 0]]])
 AHEAD = labkit.transform(1.0, 0.0, 0.0)

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
-from labkit.course.grading.contract import Value
+from labkit.course.grading.inside.data import Value
 from labkit.errors import InvalidParameterError
 
 

@@ -9,10 +9,15 @@ from __future__ import annotations
 
 import contextlib
 import math
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
+Value: TypeAlias = (
+    NDArray[Any] | float | int | bool | str | tuple["Value", ...] | dict[str, "Value"] | None
+)
+"""Plain data. Arrays are float64, int64 or bool; a student's list arrives as a tuple."""
 MOST = 1 << 20
 MAX_NESTING = 12
 NODE = 24

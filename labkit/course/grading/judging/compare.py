@@ -20,9 +20,16 @@ from labkit.course.grading.assignment.questions import (
     Misconception,
     Question,
 )
-from labkit.course.grading.contract import CELL_FAILED, KILLED, NOT_DEFINED, Outcome, Value
+from labkit.course.grading.inside.data import Value
 from labkit.course.grading.judging.kinds import Unreadable, difference, how_wrong, read
-from labkit.course.grading.judging.verdict import CaseVerdict, QuestionVerdict
+from labkit.course.grading.judging.verdict import (
+    CELL_FAILED,
+    KILLED,
+    NOT_DEFINED,
+    CaseVerdict,
+    Outcome,
+    QuestionVerdict,
+)
 
 ADVICE_ON = {
     "ModuleNotFoundError": "only numpy, scipy and the standard library are there while grading",

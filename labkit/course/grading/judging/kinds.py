@@ -16,7 +16,7 @@ import numpy as np
 
 from labkit.arrays import BoolArray, FloatArray
 from labkit.course.grading.assignment.questions import Answer, Case, Question
-from labkit.course.grading.contract import Value
+from labkit.course.grading.inside.data import Value
 
 EXPECTED = {
     Answer.MATRIX: "a square matrix of numbers",

@@ -1,8 +1,8 @@
-"""Verdicts: one for each case, question and submission.
+"""Outcomes of calls, and the verdicts on them: one for each case, question and submission.
 
-Plain frozen data that goes to JSON and back without loss, so that a verdict can be stored
-as soon as it is known and every report and export reads the same thing. All texts are for
-the student: none holds a hidden input, an expected value or a traceback.
+Verdicts are plain frozen data that goes to JSON and back without loss, so that one can be stored
+as soon as it is known and every report and export reads the same thing. All texts are for the
+student: none holds a hidden input, an expected value or a traceback.
 """
 
 from __future__ import annotations
@@ -10,6 +10,26 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from html import escape
+
+from labkit.course.grading.inside.data import Value
+
+KILLED, NOT_DEFINED, CELL_FAILED = "Killed", "NotDefined", "CellFailed"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Outcome:
+    """The outcome of one call: a value or, with an `error`, none.
+
+    The error is the name of an exception, of the box's own among them (`OutOfTime`,
+    `NotDataError`, `TooMuchError`), or one of the three above. The `message` is the student's,
+    "IndexError: ... (line 3 of cell 7)", or what the box saw: at most 600 printable characters.
+    A student can write any text there, the arguments of this call among it: of a hidden case it
+    is never shown.
+    """
+
+    value: Value = None  # rebuilt outside, bounds checked; NaN is data
+    error: str = ""
+    message: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)

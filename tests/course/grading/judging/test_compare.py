@@ -7,8 +7,8 @@ import pytest
 
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.assignment.questions import Answer, Case
-from labkit.course.grading.contract import Outcome
 from labkit.course.grading.judging.compare import assess, is_right, judge, recognise
+from labkit.course.grading.judging.verdict import Outcome
 
 ASSIGNMENT = load_assignment()
 YES_OR_NO = (Answer.FLAG, Answer.MASK)
