@@ -86,16 +86,13 @@ class exercise:
         """The exercise as the judge knows it."""
         given = self.arguments() if callable(self.arguments) else self.arguments
         cases = [self._case(about, arguments) for about, arguments in given.items()]
-        known = (Misconception(id=one, says=one, chapter="", credit=0.0) for one in self.mistakes)
+        known = (Misconception(id=one, says=one) for one in self.mistakes)
         question = Question(
             id=self.right.__name__,
             title=self.title,
-            chapter="",
             points=float(len(cases)),
             function=self.right.__name__,
             signature=f"({', '.join(inspect.signature(self.right).parameters)})",
-            task="",
-            docstring="",
             answer=_kind(*cases[0].expected),
             misconceptions=tuple(known),
         )

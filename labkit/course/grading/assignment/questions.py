@@ -35,8 +35,8 @@ class Misconception:
 
     id: str  # unique within its question
     says: str  # what the student did, and why it is wrong
-    chapter: str  # where the book explains it
-    credit: float  # the share of the question's points that it earns, in [0, 1)
+    chapter: str = ""  # where the book explains it
+    credit: float = 0.0  # the share of the question's points that it earns, in [0, 1)
 
 
 _RELATIONS = {
@@ -59,9 +59,7 @@ _RELATIONS = {
     "reversed": "The numbers are right, but in reversed order.",
     "headings_in_degrees": "The headings are in degrees here; all angles are in radians.",
 }
-GENERAL = tuple(
-    Misconception(id=id, says=says, chapter="", credit=0.0) for id, says in _RELATIONS.items()
-)
+GENERAL = tuple(Misconception(id=id, says=says) for id, says in _RELATIONS.items())
 """Relations that a wrong answer may have to the right one, whatever the question."""
 
 
@@ -71,13 +69,13 @@ class Question:
 
     id: str  # as in `check("huber_weights", ...)`
     title: str
-    chapter: str  # where the book explains it
     points: float
     function: str  # the name that the student's function must have
     signature: str  # as "(residuals, delta)"
-    task: str  # what to do, in Markdown; stands above the stub in the notebook
-    docstring: str  # what the stub says of arguments and result
     answer: Answer
+    chapter: str = ""  # where the book explains it
+    task: str = ""  # what to do, in Markdown; stands above the stub in the notebook
+    docstring: str = ""  # what the stub says of arguments and result
     unit: str = ""  # of the result where it has one unit: "m" or "rad"
     low: float | None = None  # what the numbers of the result cannot go below
     high: float | None = None  # ... or above
