@@ -223,7 +223,7 @@ class _Step:
         through = seen_through(*self._view, np.array(T))
         near = stage_of(told.for_loop, 1, False, True)
         worst = loss(near.gate, near.huber_delta) if near.gate < math.inf else math.inf  # (4.1)
-        agreement = 1.0 - result.cost / worst
+        agreement = 1.0 - min(1.0, result.cost / worst)  # far from the answer pairs cost more
         agreement -= THROUGH * (0.0 if math.isnan(through) else through)
         free = seen is None or seen.degenerate
         rmse = math.sqrt(np.mean(pairs.residuals[pairs.kept] ** 2))

@@ -149,6 +149,17 @@ def test_a_failed_match_is_its_own_complaint():
     assert math.isnan(record.information)
 
 
+@pytest.mark.parametrize("budget", [1, 2, 3])
+def test_a_match_agrees_no_less_than_not_at_all_wherever_its_budget_ended(budget):
+    """Pairs of the far phase lie up to half a metre apart: they cost more than none near by."""
+    source, target = looks(room())
+    told = replace(LESSON, icp=replace(LESSON.icp, max_iterations=budget))
+    prior = MOTION + np.array([1.0, 0.0, 0.0])
+    record = estimate_step(source, target, prior, LAST, told)
+    assert icp(source, target, from_xytheta(prior), told.icp).far == budget + 1  # every pose
+    assert record.agreement == pytest.approx(-0.5 * record.seen_through, abs=1e-12)
+
+
 def test_a_failed_first_match_does_not_hide_what_the_search_finds():
     """From 50 m off, ICP has no pairs. The search looks around the last pose."""
     record = estimate_step(*looks(room()), None, np.array([50.0, 0.0, 0.0]), PARAMETERS)
