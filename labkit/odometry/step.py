@@ -10,11 +10,11 @@ F  `_Step.fall_back`  a search, and ICP from its peaks, where the first match is
                       without the search, ICP with a reduced gate and reduced steps
    `estimate_step`    the prior; without one, skip: hold the last motion once, or stand still
 
-A match that has support, and is alone, is believed against the prior.
-If a scan fits in several places within the limits, the match is not a measurement: the prior
-is taken, where there is one. Motions that no wall fixes, such as the way along a corridor, are
-taken from the prior or, with the search, from the last motions, unless the scan fits clearly
-less well there; without either the step is not believed.
+A match that has support, and is alone, is believed against the prior; against one beyond the
+limits of a step it needs no support. If a scan fits in several places, the match is not a
+measurement: the prior is taken, where there is one. Motions that no wall fixes, such as the way
+along a corridor, are taken from the prior or, with the search, from the last motions, unless the
+scan fits clearly less well there; without either the step is not believed.
 """
 
 from __future__ import annotations
@@ -195,9 +195,8 @@ class _Step:
         result = icp(self.source, self.target, T_guess, told)
         found, seen = self.judged(result, decision), result.observability
         if is_peak and seen is not None and seen.degenerate:
-            T = result.T_target_source
-            T_guess = completed(T, seen, self.expected_of(found.record))
-            there = self.judged(icp(self.source, self.target, T_guess, told), decision)
+            T = completed(result.T_target_source, seen, self.expected_of(found.record))
+            there = self.match(T, decision)
             if there.record.agreement > found.record.agreement - ALIKE:
                 return there
         return found
@@ -233,7 +232,8 @@ class _Step:
         if free and not (told.metric == "point_to_line" and is_expected):
             found.append(f"degenerate: information {information:.3f}")
         against = conflicts(increment, self.prior, limits)
-        supported = self.parameters.search and agreement >= SUPPORTED
+        impossible = self.prior is not None and complaints(self.prior, 1.0, 0.0, limits)
+        supported = self.parameters.search and (agreement >= SUPPORTED or bool(impossible))
         record = replace(
             record,
             reason=", ".join([*found, *against]),

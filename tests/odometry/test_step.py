@@ -177,6 +177,28 @@ def test_wheels_that_jump_do_not_win_over_a_match_that_is_alone(off):
     assert record.reason.startswith("icp: ")
 
 
+@pytest.mark.parametrize(
+    ("off", "decision"),
+    [
+        ([0.0, 0.0, math.radians(70.0)], Decision.PRIOR),
+        ([0.0, 0.0, math.radians(100.0)], Decision.SEARCH),
+        ([1.5, 0.0, 0.0], Decision.PRIOR),
+        ([2.5, 0.0, 0.0], Decision.SEARCH),
+    ],
+)
+def test_a_motion_that_no_robot_makes_is_no_ground_to_reject_a_match(off, decision):
+    """More than half of the newer scan is new, so that its match has little support."""
+    source, target = looks(room())
+    behind = np.vstack([source.points * 2.0, source.points[::3] * 3.0])
+    newer = Scan.from_points(np.vstack([source.points, behind]))
+    record = estimate_step(newer, target, MOTION + np.array(off), LAST, PARAMETERS)
+    assert 0.2 < record.agreement < 0.5
+    assert record.decision is decision
+    assert record.against_prior == (decision is Decision.SEARCH)
+    if record.against_prior:
+        np.testing.assert_allclose(record.increment, MOTION, atol=0.01)
+
+
 def test_along_a_corridor_wheels_that_jump_lose_their_turn():
     jump = MOTION + np.array([0.0, 0.0, math.radians(80.0)])
     record = estimate_step(*looks(corridor(), rng=1), jump, LAST, PARAMETERS)
