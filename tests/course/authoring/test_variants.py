@@ -90,9 +90,8 @@ UNNAMED = {  # wrong loops that no known mistake names
 def test_a_wrong_loop_costs_the_same_in_every_variant(assignment, question, wrong):
     asked, function = assignment.question(question), edited(question, UNNAMED[wrong])[0]
     scores = []
-    for hidden in assignment.variants:
-        cases = assignment.visible[question] + hidden[question]
+    for hidden in assignment.variants[::3]:
         with np.errstate(all="ignore"):
-            scores.append(tried(asked, cases, function).score)
+            scores.append(tried(asked, hidden[question], function).score)
     assert max(scores) < asked.points
     assert max(scores) - min(scores) < 2.0
