@@ -25,7 +25,7 @@ class Cell(NamedTuple):
 
 
 class Program(NamedTuple):
-    """What a submission holds."""
+    """Cells and scripts of a submission."""
 
     cells: list[Cell]  # to run, from top to bottom
     scripts: dict[str, str]  # that they may import or run, by file name

@@ -1,4 +1,4 @@
-"""What code says without being run: its statements, what they define and what they mention.
+"""Reading of code without running it: its statements, what they define and what they mention.
 
 Magics are turned into Python by IPython's own transformer.
 """

@@ -91,14 +91,13 @@ def judge(
     Of a hidden case it says only that the result is wrong, or that there is none: whatever else it
     told could be made to spell out an input.
     """
-    got = _read(question.answer, outcome.value)
     if outcome.error:
         text = _no_value(question, case, outcome)
     elif is_right(question, case, outcome.value):
         text = ""
     elif case.hidden:
         text = "the result is wrong."
-    elif isinstance(got, str):
+    elif isinstance(got := _read(question.answer, outcome.value), str):
         text = f"{got}."
     else:
         wanted = _accepted(question.answer, case)[0]
