@@ -12,7 +12,7 @@ RESOLVE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 \
     --generate-hashes --no-strip-extras --no-header --no-annotate
 NOTEBOOKS ?= $(wildcard notebooks/*.ipynb)
 BENCH := .venv-bench
-WARM = $(BIN)/python -m labkit.warm  # compiles the stages where they are new
+WARM = $(BIN)/python -m labkit.support.warm  # compiles the stages where they are new
 
 .DEFAULT_GOAL := help
 .PHONY: help book pdf student test others quick fix lab bench mutants lock dist clean

@@ -8,13 +8,13 @@ if sys.argv[:1] == ["-m"] and sys.path[0] != os.path.dirname(os.path.dirname(__f
     sys.path.pop(0)  # `python -m labkit` imports nothing from the folder that it runs in
 
 from labkit.alignment import align, align_svd
-from labkit.errors import LabkitError
 from labkit.icp import icp
 from labkit.logs import read_log
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
 from labkit.se2 import apply, compose, from_xytheta, invert, to_xytheta, transform, wrap
+from labkit.support.errors import LabkitError
 from labkit.target import Target
 
 __all__ = [

@@ -22,9 +22,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import EPSILON, FloatArray, as_pairs
-from labkit.compiled import compiled
-from labkit.errors import DegenerateAlignmentError
+from labkit.support.arrays import EPSILON, FloatArray, as_pairs
+from labkit.support.compiled import compiled
+from labkit.support.errors import DegenerateAlignmentError
 
 # A sum of n products carries a rounding error of about n·ε; a hundred thousand pairs
 # stay well below this, and a real scan's spread stays well above it.

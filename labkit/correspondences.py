@@ -27,12 +27,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import BoolArray, FloatArray, IntArray, as_floats, check_range, read_only
-from labkit.compiled import compiled
-from labkit.errors import InvalidPointsError
 from labkit.neighbors import nearest, select
 from labkit.parameters import IcpParameters
 from labkit.schedule import Stage, stage_of
+from labkit.support.arrays import BoolArray, FloatArray, IntArray, as_floats, check_range, read_only
+from labkit.support.compiled import compiled
+from labkit.support.errors import InvalidPointsError
 from labkit.target import Target, TargetArrays
 
 MIN_PAIRS = 3  # the fewest pairs a step is computed from, as in the lesson

@@ -34,14 +34,14 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_covariance, as_numbers, check_range
 from labkit.correspondences import pairs_at
 from labkit.degeneracy import observability
-from labkit.errors import DegenerateAlignmentError
 from labkit.line_alignment import MIN_INFORMATION
 from labkit.normals import estimate_normals
 from labkit.result import IcpResult
 from labkit.se2 import from_xytheta, to_xytheta
+from labkit.support.arrays import FloatArray, as_covariance, as_numbers, check_range
+from labkit.support.errors import DegenerateAlignmentError
 
 ALONG_AN_AXIS = 0.02  # share of a free direction below which an axis is not part of it
 SLIDE, SLIDE_STEPS = 0.5, 6  # [m or rad] to either side along a free motion; steps back from there

@@ -12,11 +12,11 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray
 from labkit.correspondences import Correspondences
-from labkit.errors import DegenerateAlignmentError, InvalidPointsError
 from labkit.line_alignment import Information, line_information
 from labkit.scan import Scan, as_scan
+from labkit.support.arrays import FloatArray
+from labkit.support.errors import DegenerateAlignmentError, InvalidPointsError
 from labkit.target import Target
 
 SHIFT = 0.1  # share of the turn in a motion (Δx, Δy, ℓΔψ) below which it is called a shift

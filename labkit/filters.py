@@ -13,8 +13,8 @@ import numpy as np
 import scipy  # its parts are loaded when they are used
 from numpy.typing import ArrayLike
 
-from labkit.arrays import check_range
 from labkit.scan import Scan, as_scan
+from labkit.support.arrays import check_range
 
 
 def range_band(scan: Scan | ArrayLike, minimum: float = 0.0, maximum: float = math.inf) -> Scan:

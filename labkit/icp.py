@@ -8,8 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.alignment import SOLVED, closed_form, turn_about
-from labkit.arrays import FloatArray, as_transform, check_kind, read_only
-from labkit.compiled import compiled
 from labkit.correspondences import (
     MIN_PAIRS,
     Correspondences,
@@ -18,12 +16,14 @@ from labkit.correspondences import (
     cost,
     reject_and_weigh,
 )
-from labkit.errors import DegenerateAlignmentError
 from labkit.line_alignment import line_step
 from labkit.parameters import IcpParameters, LoopParameters
 from labkit.result import IcpResult, Termination, step_length
 from labkit.scan import Scan, as_scan
 from labkit.schedule import Stage, schedule, stage_of
+from labkit.support.arrays import FloatArray, as_transform, check_kind, read_only
+from labkit.support.compiled import compiled
+from labkit.support.errors import DegenerateAlignmentError
 from labkit.target import Target, TargetArrays, as_target
 
 DEFAULTS = IcpParameters()

@@ -31,9 +31,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.alignment import centroid, turn_about
-from labkit.arrays import EPSILON, FloatArray, as_pairs, as_points
-from labkit.compiled import compiled
-from labkit.errors import DegenerateAlignmentError
+from labkit.support.arrays import EPSILON, FloatArray, as_pairs, as_points
+from labkit.support.compiled import compiled
+from labkit.support.errors import DegenerateAlignmentError
 
 # A direction of motion is free when the residuals answer it, on average, by less than
 # this share of what they answer straight motion into a wall: √0.02 is a mean angle of 8°

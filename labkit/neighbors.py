@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, IntArray, as_points
-from labkit.compiled import compiled
+from labkit.support.arrays import FloatArray, IntArray, as_points
+from labkit.support.compiled import compiled
 
 CELLS = 8  # cells for each point: walls fill few of them
 SAMPLE = 32  # points by which the grid's borders are chosen

@@ -16,10 +16,10 @@ import math
 
 import numpy as np
 
-from labkit.arrays import EPSILON, FloatArray, IntArray
-from labkit.compiled import compiled
 from labkit.neighbors import Grid, build_grid, neighbors_of
 from labkit.scan import Scan
+from labkit.support.arrays import EPSILON, FloatArray, IntArray
+from labkit.support.compiled import compiled
 
 HALF_WIDTH = 0.25  # [m]: how far a window along the sweep reaches to either side
 HALF_BEAMS = 3  # and at the least this many beams

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, NamedTuple, get_args
 
-from labkit.arrays import check_count, check_range
-from labkit.errors import InvalidParameterError
+from labkit.support.arrays import check_count, check_range
+from labkit.support.errors import InvalidParameterError
 
 Metric = Literal["point_to_point", "point_to_line"]
 
@@ -58,7 +58,7 @@ class IcpParameters:
     >>> IcpParameters(overlap_ratio=1.3)
     Traceback (most recent call last):
     ...
-    labkit.errors.InvalidParameterError: `overlap_ratio` must be in (0, 1], got 1.3
+    labkit.support.errors.InvalidParameterError: `overlap_ratio` must be in (0, 1], got 1.3
     """
 
     max_correspondence_distance: float = field(

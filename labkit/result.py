@@ -10,13 +10,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from labkit.arrays import FloatArray, read_only
-from labkit.compiled import compiled
 from labkit.correspondences import Correspondences, pairs_at
 from labkit.degeneracy import free_motions, observability
 from labkit.line_alignment import Information
 from labkit.parameters import IcpParameters
 from labkit.scan import Scan
+from labkit.support.arrays import FloatArray, read_only
+from labkit.support.compiled import compiled
 from labkit.target import Target
 
 FAILED = read_only(np.full((3, 3), np.nan))  # no guess passes for an estimate

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import (
+from labkit.se2 import from_xytheta, transform, wrap
+from labkit.support.arrays import (
     BoolArray,
     FloatArray,
     IntArray,
@@ -19,8 +20,7 @@ from labkit.arrays import (
     as_poses,
     read_only,
 )
-from labkit.errors import InvalidPointsError
-from labkit.se2 import from_xytheta, transform, wrap
+from labkit.support.errors import InvalidPointsError
 
 LONGEST_RANGE = 1e5  # [m]; larger values are codes for no return
 

@@ -27,9 +27,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from labkit.arrays import FloatArray
-from labkit.compiled import compiled
 from labkit.parameters import LoopParameters
+from labkit.support.arrays import FloatArray
+from labkit.support.compiled import compiled
 
 LONG = 0.5  # step over δ: a shorter one does not leave the noise
 WIDTH = 5.0  # δ over the median residual: a step stays as robust as the median

@@ -15,7 +15,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray
+from labkit.support.arrays import FloatArray
 
 
 def wrap(angle: ArrayLike) -> FloatArray:

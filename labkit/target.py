@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats, read_only
-from labkit.errors import InvalidPointsError
 from labkit.neighbors import Grid, NearestNeighbors, build_grid
 from labkit.normals import estimate_normals
 from labkit.scan import Scan, as_scan
+from labkit.support.arrays import FloatArray, as_floats, read_only
+from labkit.support.errors import InvalidPointsError
 
 
 class TargetArrays(NamedTuple):

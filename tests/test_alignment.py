@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit.alignment import align, align_svd
-from labkit.errors import DegenerateAlignmentError
 from labkit.se2 import apply, to_xytheta, transform, wrap
+from labkit.support.errors import DegenerateAlignmentError
 
 PI = math.pi
 SOLVERS = pytest.mark.parametrize("solve", [align, align_svd])

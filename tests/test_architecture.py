@@ -16,18 +16,19 @@ MAX_LINES = 400
 # Lower layers first: a module may import from its own layer and from those before it. "" is
 # labkit/__init__.py, what labkit exports to its users.
 ORDER = (
-    *("errors", "arrays", "code_cache", "compiled", "extras", "files", "se2", "scan"),
+    *("support", "support.errors", "support.arrays", "support.code_cache", "support.compiled"),
+    *("support.extras", "support.files", "se2", "scan"),
     *("filters", "parameters", "alignment", "line_alignment", "neighbors", "normals", "target"),
     *("schedule", "correspondences", "degeneracy", "result", "icp", "covariance", "odometry"),
-    *("simulation", "evaluation", "logs", "", "warm", "plotting"),
+    *("simulation", "evaluation", "logs", "", "support.warm", "plotting"),
     *("course", "course.grading", "course.authoring", "course.exercises", "course.report"),
     *("interactive", "cli", "__main__"),
 )
-DATA = {"errors", "arrays", "compiled", "se2", "scan"}
+DATA = {"support.errors", "support.arrays", "support.compiled", "se2", "scan"}
 LEANING_ON_LITTLE = {
     "simulation": DATA,
     "evaluation": DATA | {"alignment"},
-    "logs": DATA | {"files", "extras"},
+    "logs": DATA | {"support.files", "support.extras"},
 }
 # What the student writes: a grader that imported it would grade it by itself.
 GRADED = {"", "alignment", "correspondences", "line_alignment", "icp", "odometry"}
@@ -39,8 +40,8 @@ MODULES = {".".join(name.parts).removesuffix("__init__").rstrip("."): FILES[name
 
 
 def layer(name):
-    """The first part of a dotted name below labkit, or two in the course: as in `ORDER`."""
-    return ".".join(name.split(".")[: 2 if name.startswith("course.") else 1])
+    """The first part of a dotted name below labkit, or two in course and support, as in `ORDER`."""
+    return ".".join(name.split(".")[: 2 if name.startswith(("course.", "support.")) else 1])
 
 
 @cache

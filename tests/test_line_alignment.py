@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit.alignment import align
-from labkit.errors import DegenerateAlignmentError
 from labkit.line_alignment import (
     MIN_INFORMATION,
     align_to_lines,
@@ -18,6 +17,7 @@ from labkit.line_alignment import (
     solve_constrained,
 )
 from labkit.se2 import apply, invert, rotation, to_xytheta, transform
+from labkit.support.errors import DegenerateAlignmentError
 
 seeds = st.integers(0, 2**32 - 1)
 angles = st.floats(-math.pi, math.pi)

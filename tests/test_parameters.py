@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from labkit import IcpParameters
-from labkit.errors import InvalidParameterError
+from labkit.support.errors import InvalidParameterError
 
 NAN, INF = math.nan, math.inf
 

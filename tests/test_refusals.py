@@ -11,9 +11,13 @@ from labkit.alignment import align
 from labkit.correspondences import distance_gate, huber_loss, huber_weights, overlap
 from labkit.covariance import censi_covariance, fuse
 from labkit.degeneracy import spread_ratio
-from labkit.errors import DegenerateAlignmentError, InvalidParameterError, InvalidPointsError
 from labkit.filters import Preprocessing, range_band, remove_isolated, voxel_downsample
 from labkit.neighbors import NearestNeighbors
+from labkit.support.errors import (
+    DegenerateAlignmentError,
+    InvalidParameterError,
+    InvalidPointsError,
+)
 
 NAN, INF = math.nan, math.inf
 POINTS = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [4.0, 1.0]])

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit import Scan
-from labkit.errors import InvalidPointsError
 from labkit.scan import scanner_poses
 from labkit.se2 import from_xytheta
+from labkit.support.errors import InvalidPointsError
 
 NAN, INF = math.nan, math.inf
 

@@ -24,8 +24,8 @@ from playwright.sync_api import Error, Page, sync_playwright
 from pypdf import PdfReader, PdfWriter
 
 from labkit.course.report.pages import QUIET, find_browser
-from labkit.errors import LabkitError
-from labkit.files import atomic_write
+from labkit.support.errors import LabkitError
+from labkit.support.files import atomic_write
 
 ROOT = Path(__file__).parents[2]
 WHOLE = "whole-book.html"

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 
-from labkit.arrays import FARTHEST, check_range
 from labkit.cli.text import ERROR_HEADER, error_dict, error_row, table, to_json
-from labkit.errors import InvalidPointsError
 from labkit.evaluation import absolute_errors, associate, rpe
 from labkit.logs import read_tum
+from labkit.support.arrays import FARTHEST, check_range
+from labkit.support.errors import InvalidPointsError
 
 HELP = "measure a trajectory against a reference"
 DESCRIPTION = """\

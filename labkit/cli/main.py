@@ -16,7 +16,7 @@ from labkit.cli import demo, evaluate, match, odometry
 from labkit.cli.options import flag
 from labkit.course.grading.command import add_autograder, add_grade
 from labkit.course.report import pages as report
-from labkit.errors import InvalidParameterError, LabkitError
+from labkit.support.errors import InvalidParameterError, LabkitError
 
 BAD_INPUT, USAGE, INTERRUPTED = 1, 2, 130
 COMMANDS: dict[str, Any] = {

@@ -8,13 +8,13 @@ import sys
 
 from labkit.cli.options import MATCHING, add_options, chosen
 from labkit.cli.text import pose_text, to_json
-from labkit.errors import InvalidParameterError, LogError
 from labkit.icp import icp
 from labkit.logs import read_log
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, to_xytheta
+from labkit.support.errors import InvalidParameterError, LogError
 
 REPORTED = ("message", "iterations", "fitness", "inlier_count", "inlier_rmse", "cost")
 HELP = "match two scans of x,y in metres"

@@ -13,13 +13,10 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from labkit.arrays import FloatArray, check_count
 from labkit.cli.options import MATCHING, add_options, chosen, number_or_off
 from labkit.cli.outputs import refuse_picture, write_map, write_quality, write_trajectory
 from labkit.cli.text import ERROR_HEADER, error_row, table
-from labkit.errors import InvalidPointsError, WriteError
 from labkit.evaluation import compare
-from labkit.files import refuse_unwritable
 from labkit.logs import Log, read_log
 from labkit.odometry import (
     Decision,
@@ -30,7 +27,10 @@ from labkit.odometry import (
     integrate,
 )
 from labkit.simulation import WheelNoise, wheel_increments
-from labkit.warm import warm
+from labkit.support.arrays import FloatArray, check_count
+from labkit.support.errors import InvalidPointsError, WriteError
+from labkit.support.files import refuse_unwritable
+from labkit.support.warm import warm
 
 HELP = "estimate the motion of a whole log"
 DESCRIPTION = """\

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from labkit.arrays import FloatArray
-from labkit.errors import InvalidParameterError
-from labkit.files import atomic_write, refuse_unwritable
 from labkit.logs import Log, write_g2o, write_tum
 from labkit.odometry import OdometryResult, StepRecord, increments_between
+from labkit.support.arrays import FloatArray
+from labkit.support.errors import InvalidParameterError
+from labkit.support.files import atomic_write, refuse_unwritable
 
 PICTURES = (".png", ".pdf", ".svg")
 MOST_DRAWN = 5000  # scans in a map: a picture shows no more

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from labkit.arrays import FloatArray
 from labkit.evaluation import PoseErrors
+from labkit.support.arrays import FloatArray
 
 
 def pose_text(pose: FloatArray) -> str:

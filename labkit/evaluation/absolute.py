@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit import alignment
-from labkit.errors import DegenerateAlignmentError, InvalidParameterError
 from labkit.evaluation.pose_errors import PoseErrors, as_trajectories, pose_differences
 from labkit.se2 import from_xytheta, invert
+from labkit.support.errors import DegenerateAlignmentError, InvalidParameterError
 
 
 def ate(

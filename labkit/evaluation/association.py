@@ -6,8 +6,8 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, IntArray, as_finite, as_floats, check_range
-from labkit.errors import InvalidPointsError
+from labkit.support.arrays import FloatArray, IntArray, as_finite, as_floats, check_range
+from labkit.support.errors import InvalidPointsError
 
 
 def associate(stamps_a: ArrayLike, stamps_b: ArrayLike, tolerance: float) -> IntArray:

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import as_numbers, as_poses
 from labkit.evaluation.pose_errors import PoseErrors, as_trajectories, pose_differences
 from labkit.se2 import from_xytheta, invert
+from labkit.support.arrays import as_numbers, as_poses
 
 
 def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:

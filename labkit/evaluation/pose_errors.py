@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats, as_poses
-from labkit.errors import InvalidPointsError
 from labkit.se2 import relative, to_xytheta
+from labkit.support.arrays import FloatArray, as_floats, as_poses
+from labkit.support.errors import InvalidPointsError
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FARTHEST, FloatArray, IntArray, check_range, is_number
-from labkit.errors import InvalidParameterError
 from labkit.evaluation.absolute import absolute_errors
 from labkit.evaluation.pose_errors import PoseErrors, as_trajectories, pose_differences
 from labkit.se2 import from_xytheta, relative
+from labkit.support.arrays import FARTHEST, FloatArray, IntArray, check_range, is_number
+from labkit.support.errors import InvalidParameterError
 
 
 @dataclass(frozen=True, eq=False)

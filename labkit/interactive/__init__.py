@@ -9,7 +9,7 @@ Python can. This is the one package that imports anywidget, and ipywidgets with 
 try:
     import anywidget as _anywidget  # noqa: F401
 except ImportError as error:
-    from labkit.extras import MissingExtraError
+    from labkit.support.extras import MissingExtraError
 
     missing = error.name or "anywidget"
     raise MissingExtraError("what moves in a notebook", missing, "notebooks") from error

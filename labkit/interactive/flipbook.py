@@ -17,10 +17,10 @@ import traitlets
 from matplotlib.figure import Figure
 from PIL import Image
 
-from labkit.errors import InvalidParameterError
 from labkit.interactive.explorer.widget import FOLDER as EXPLORER
 from labkit.interactive.explorer.widget import joined
 from labkit.plotting import book_figure
+from labkit.support.errors import InvalidParameterError
 
 Value = TypeVar("Value")
 DPI = 150

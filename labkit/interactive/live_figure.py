@@ -14,11 +14,11 @@ import numpy as np
 import traitlets
 from numpy.typing import ArrayLike
 
-from labkit.arrays import as_floats
-from labkit.errors import InvalidParameterError
 from labkit.interactive.explorer.widget import FOLDER as EXPLORER
 from labkit.interactive.explorer.widget import base64_of, joined, style, told
 from labkit.parameters import IcpParameters
+from labkit.support.arrays import as_floats
+from labkit.support.errors import InvalidParameterError
 
 FOLDER = Path(__file__).parent
 MODELS = ("turn", "outlier", "cuts", "race")

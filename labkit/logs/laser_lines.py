@@ -23,8 +23,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from labkit.arrays import FloatArray
-from labkit.errors import LogError
 from labkit.logs.lines import (
     DamagedLine,
     DamageReport,
@@ -37,6 +35,8 @@ from labkit.logs.lines import (
 from labkit.logs.sweeps import Pose, Sweep, declared_maximum
 from labkit.scan import scanner_poses
 from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
+from labkit.support.arrays import FloatArray
+from labkit.support.errors import LogError
 
 G2O_WORDS = frozenset({"VERTEX_SE2", "EDGE_SE2"})
 CARMEN_WORDS = frozenset({"FLASER", "ROBOTLASER1", "ODOM", "PARAM", "NEFF", "TRUEPOS", "RAWLASER1"})

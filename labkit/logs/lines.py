@@ -11,9 +11,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import BinaryIO, cast
 
-from labkit.arrays import FARTHEST
-from labkit.errors import LogError
 from labkit.logs.log import SkippedLine
+from labkit.support.arrays import FARTHEST
+from labkit.support.errors import LogError
 
 MAX_BYTES = 512 << 20  # of a file, unpacked: a small packed one must not fill the memory
 MAX_LINE_BYTES = 4 << 20  # of a line

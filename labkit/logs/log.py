@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from labkit.arrays import FloatArray
 from labkit.scan import Scan
+from labkit.support.arrays import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,8 +13,6 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from labkit.arrays import FloatArray
-from labkit.errors import LogError
 from labkit.logs.lines import (
     DamagedLine,
     DamageReport,
@@ -26,6 +24,8 @@ from labkit.logs.lines import (
 )
 from labkit.logs.sweeps import MILLIMETRES, Sweep
 from labkit.scan import Scan
+from labkit.support.arrays import FloatArray
+from labkit.support.errors import LogError
 
 CLOCKS = ("stamp", "time", "timestamp")
 POINT = ("x", "y")

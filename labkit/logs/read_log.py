@@ -11,9 +11,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_floats
-from labkit.errors import InvalidParameterError, LogError
-from labkit.extras import MissingExtraError
 from labkit.logs.laser_lines import CARMEN_WORDS, G2O_WORDS, read_laser_lines, scanner_trajectories
 from labkit.logs.lines import DamageReport, read_lines
 from labkit.logs.log import Log
@@ -21,6 +18,9 @@ from labkit.logs.points import read_points_table, read_ranges_table, table_kind
 from labkit.logs.rosbag import is_bag, read_bag
 from labkit.logs.sweeps import Sweep, make_scans
 from labkit.scan import Scan
+from labkit.support.arrays import FloatArray, as_floats
+from labkit.support.errors import InvalidParameterError, LogError
+from labkit.support.extras import MissingExtraError
 
 FORMATS = (
     "CARMEN text (FLASER, ROBOTLASER1), g2o with ROBOTLASER1, ROS 1 and ROS 2 bags, points as "

@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from labkit.arrays import FARTHEST, FloatArray
-from labkit.errors import LogError
-from labkit.extras import need
 from labkit.logs.laser_lines import beam_angles
 from labkit.logs.lines import DamagedLine, DamageReport, shorten
 from labkit.logs.sweeps import Sweep, declared_maximum
 from labkit.logs.trajectories import MAX_EXTRAPOLATION, interpolate_poses, seconds_outside
 from labkit.scan import scanner_poses
+from labkit.support.arrays import FARTHEST, FloatArray
+from labkit.support.errors import LogError
+from labkit.support.extras import need
 
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
 ODOMETRY = "nav_msgs/msg/Odometry"

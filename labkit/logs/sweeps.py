@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import BoolArray, FloatArray, IntArray, as_floats, check_range
-from labkit.errors import InvalidParameterError
 from labkit.logs.lines import DamageReport
 from labkit.scan import Scan
+from labkit.support.arrays import BoolArray, FloatArray, IntArray, as_floats, check_range
+from labkit.support.errors import InvalidParameterError
 
 Band = tuple[float, float]
 Pose = tuple[float, float, float]

@@ -9,9 +9,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_finite, as_floats, as_poses
-from labkit.errors import InvalidPointsError, LogError
-from labkit.files import atomic_write
 from labkit.logs.lines import (
     DamagedLine,
     DamageReport,
@@ -21,6 +18,9 @@ from labkit.logs.lines import (
     read_lines,
 )
 from labkit.se2 import wrap
+from labkit.support.arrays import FloatArray, as_finite, as_floats, as_poses
+from labkit.support.errors import InvalidPointsError, LogError
+from labkit.support.files import atomic_write
 
 TUM = "timestamp tx ty tz qx qy qz qw"
 MAX_EXTRAPOLATION = 0.1  # [s] for which the first and the last pose are held

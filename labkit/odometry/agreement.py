@@ -11,9 +11,9 @@ import math
 
 import numpy as np
 
-from labkit.arrays import FloatArray
-from labkit.compiled import compiled
 from labkit.scan import Scan
+from labkit.support.arrays import FloatArray
+from labkit.support.compiled import compiled
 
 CLEARANCE = 0.3  # [m]: a beam must end this far behind a point to have looked through it
 GAP = math.radians(5.0)  # between two beams farther apart nobody knows what stands

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, check_kind
-from labkit.errors import InvalidPointsError
 from labkit.odometry.integration import as_row, as_rows, increments_between, integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.search import REMEMBERED
 from labkit.odometry.step import STILL, Decision, StepRecord, estimate_step
 from labkit.scan import Scan
+from labkit.support.arrays import FloatArray, check_kind
+from labkit.support.errors import InvalidPointsError
 
 
 class ScanMatchingOdometry:

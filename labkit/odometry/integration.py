@@ -8,9 +8,9 @@ from itertools import accumulate
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_finite, as_floats, as_numbers, as_transform
-from labkit.errors import InvalidPointsError
 from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
+from labkit.support.arrays import FloatArray, as_finite, as_floats, as_numbers, as_transform
+from labkit.support.errors import InvalidPointsError
 
 
 def integrate_step(pose: ArrayLike, increment: ArrayLike) -> FloatArray:

@@ -12,11 +12,11 @@ from collections import deque
 
 import numpy as np
 
-from labkit.arrays import FloatArray
 from labkit.correspondences import MIN_PAIRS
 from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import apply, from_xytheta, invert
+from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
 KEY_SCANS = 30  # the map's memory, however long the robot drives

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
 
-from labkit.arrays import check_kind
-from labkit.errors import InvalidParameterError
 from labkit.filters import Preprocessing
 from labkit.odometry.sanity import SanityLimits
 from labkit.parameters import IcpParameters
+from labkit.support.arrays import check_kind
+from labkit.support.errors import InvalidParameterError
 
 Against = Literal["scan", "map"]
 RETRY = 0.5  # share of the gate and of each ICP step in the second attempt

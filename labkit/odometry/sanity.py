@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from labkit.arrays import FloatArray, check_range
+from labkit.support.arrays import FloatArray, check_range
 
 
 @dataclass(frozen=True, kw_only=True)

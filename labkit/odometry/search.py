@@ -19,12 +19,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from labkit.arrays import FloatArray, IntArray
-from labkit.compiled import compiled
 from labkit.line_alignment import Information
 from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import apply, from_xytheta, relative
+from labkit.support.arrays import FloatArray, IntArray
+from labkit.support.compiled import compiled
 from labkit.target import Target
 
 CELL, NEAR = 0.1, 4  # [m]: a point this far off counts exp(−½); so many cells off, nothing

@@ -26,7 +26,6 @@ from functools import cached_property
 
 import numpy as np
 
-from labkit.arrays import FloatArray
 from labkit.correspondences import MIN_PAIRS, loss
 from labkit.degeneracy import spread_ratio
 from labkit.icp import icp
@@ -38,6 +37,7 @@ from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
 from labkit.schedule import stage_of
 from labkit.se2 import from_xytheta, invert, to_xytheta
+from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
 STILL = np.zeros(3)

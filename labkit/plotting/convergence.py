@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from labkit.arrays import FloatArray
 from labkit.plotting.style import METHODS, SOURCE, TARGET, legend_below, style_grid
 from labkit.result import IcpResult
+from labkit.support.arrays import FloatArray
 
 _TITLE_WIDTH = 66  # characters of a title across the book's page
 _FLOOR = 1e-7  # of the greatest value: what is smaller would only stretch the scale

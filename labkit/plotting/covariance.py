@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Ellipse
 from numpy.typing import ArrayLike
 
-from labkit.arrays import as_covariance, as_numbers
+from labkit.support.arrays import as_covariance, as_numbers
 
 SHARE = 0.95  # of the estimates, inside the ellipse
 

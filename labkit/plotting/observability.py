@@ -7,11 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray
 from labkit.line_alignment import Information
 from labkit.plotting.scans import draw_target, scan_points
 from labkit.plotting.style import GREY, METHODS, PURPLE, legend_below, style_plane
 from labkit.scan import Scan
+from labkit.support.arrays import FloatArray
 
 ARROWS = 24  # about so many are drawn along the scan
 COLORS = (*METHODS, PURPLE)  # of the first, second and third free direction

@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from scipy.ndimage import median_filter
 
-from labkit.arrays import FloatArray
-from labkit.errors import InvalidPointsError
 from labkit.line_alignment import MIN_INFORMATION
 from labkit.odometry import Decision, SanityLimits, StepRecord
 from labkit.plotting.style import GREEN, GREY, ORANGE, PURPLE, SKY, SOURCE, VERMILLION, style_grid
+from labkit.support.arrays import FloatArray
+from labkit.support.errors import InvalidPointsError
 
 FALLBACKS = {  # decision: colour, marker
     Decision.RETRY: (ORANGE, "^"),

@@ -6,10 +6,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_points, as_transform
 from labkit.plotting.style import SOURCE, TARGET, legend_below, style_plane
 from labkit.scan import Scan
 from labkit.se2 import apply
+from labkit.support.arrays import FloatArray, as_points, as_transform
 
 
 def plot_scans(

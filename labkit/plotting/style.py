@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.transforms import ScaledTranslation
 
-from labkit.arrays import check_range
+from labkit.support.arrays import check_range
 
 # The palette of Okabe and Ito, told apart by colour-blind readers:
 # https://jfly.uni-koeln.de/color/

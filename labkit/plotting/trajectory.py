@@ -11,11 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_poses, check_range
-from labkit.errors import InvalidPointsError
 from labkit.plotting.style import BLACK, GREEN, REFERENCE, SOURCE, legend_below, style_plane
 from labkit.scan import Scan
 from labkit.se2 import rotation
+from labkit.support.arrays import FloatArray, as_poses, check_range
+from labkit.support.errors import InvalidPointsError
 
 MAP_GREY = "0.55"  # lighter than any trajectory, in grey print too
 

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_points, as_transform, check_count
 from labkit.scan import Scan
 from labkit.se2 import transform
+from labkit.support.arrays import FloatArray, as_points, as_transform, check_count
 
 WIDTH, DEPTH = 8.0, 6.0  # m, the lengths of the two walls
 REACH, FIELD_OF_VIEW, NOISE = 10.0, math.radians(270.0), 0.01  # m, rad, m

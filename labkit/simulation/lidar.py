@@ -8,7 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import (
+from labkit.scan import Scan
+from labkit.se2 import from_xytheta, to_xytheta
+from labkit.simulation.world import World
+from labkit.support.arrays import (
     FloatArray,
     as_floats,
     as_poses,
@@ -17,10 +20,7 @@ from labkit.arrays import (
     check_range,
     is_number,
 )
-from labkit.errors import InvalidParameterError, InvalidPointsError
-from labkit.scan import Scan
-from labkit.se2 import from_xytheta, to_xytheta
-from labkit.simulation.world import World
+from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 SWEEP_PERIOD = 0.1  # s between two scans where the caller gives no stamps
 

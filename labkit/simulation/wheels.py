@@ -7,8 +7,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_poses, check_range
 from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
+from labkit.support.arrays import FloatArray, as_poses, check_range
 
 
 @dataclass(frozen=True, kw_only=True)

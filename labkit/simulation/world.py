@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_finite, as_floats, as_numbers, check_count
-from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.support.arrays import FloatArray, as_finite, as_floats, as_numbers, check_count
+from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

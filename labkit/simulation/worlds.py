@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from labkit.arrays import FloatArray, check_count, check_range, is_number
-from labkit.errors import InvalidParameterError
 from labkit.simulation.world import MovingObject, World, circle, polyline
+from labkit.support.arrays import FloatArray, check_count, check_range, is_number
+from labkit.support.errors import InvalidParameterError
 
 WIDTH, DEPTH = 8.0, 6.0  # m, along x and along y
 PERSON, CLEARANCE = 0.25, 1.0  # m: radius of a person, free space around the origin

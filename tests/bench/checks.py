@@ -38,7 +38,6 @@ from tqdm import tqdm
 import labkit.odometry.search as one_search
 import labkit.odometry.step as one_step
 from labkit import Scan, Target, apply, from_xytheta, icp, invert, to_xytheta
-from labkit.arrays import FloatArray, IntArray
 from labkit.correspondences import MIN_PAIRS
 from labkit.logs import Log
 from labkit.odometry import (
@@ -49,7 +48,8 @@ from labkit.odometry import (
 )
 from labkit.result import IcpResult
 from labkit.se2 import relative
-from labkit.warm import warm
+from labkit.support.arrays import FloatArray, IntArray
+from labkit.support.warm import warm
 from odometry_logs import LOST, WRONG, Reference, changed, logs_in, steps_off, wheels_of
 from tables import markdown
 

@@ -15,7 +15,6 @@ from itertools import islice
 import numpy as np
 
 from labkit import Scan, apply, from_xytheta, transform
-from labkit.arrays import FloatArray
 from labkit.simulation import (
     Lidar,
     World,
@@ -26,6 +25,7 @@ from labkit.simulation import (
     sample_scan,
     two_rooms,
 )
+from labkit.support.arrays import FloatArray
 
 SPLITS = ("tuning", "reporting")
 GATE = 0.5  # m

@@ -33,7 +33,6 @@ from typing import Any
 import numpy as np
 
 from labkit import from_xytheta, read_log
-from labkit.arrays import BoolArray, FloatArray
 from labkit.cli.odometry import SIMULATED_WHEELS
 from labkit.evaluation import associate, ate, rpe
 from labkit.logs import Log, read_tum
@@ -46,7 +45,8 @@ from labkit.odometry import (
 )
 from labkit.se2 import relative, to_xytheta
 from labkit.simulation import wheel_increments
-from labkit.warm import warm
+from labkit.support.arrays import BoolArray, FloatArray
+from labkit.support.warm import warm
 from relations import read_relations, relation_errors
 from tables import markdown
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from data import Pair
-from labkit.arrays import FloatArray
+from labkit.support.arrays import FloatArray
 
 Answer = tuple[FloatArray, int | None]
 

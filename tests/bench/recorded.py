@@ -9,13 +9,13 @@ import numpy as np
 
 from data import GATE, Pair, PairSet, split_rng
 from labkit import from_xytheta, read_log
-from labkit.arrays import FloatArray, IntArray
 from labkit.cli.odometry import SIMULATED_WHEELS
 from labkit.evaluation.pose_errors import pose_differences
 from labkit.logs import Log
 from labkit.odometry import increments_between
 from labkit.se2 import relative
 from labkit.simulation import wheel_increments
+from labkit.support.arrays import FloatArray, IntArray
 from relations import read_relations
 
 STRETCH = 50  # so many consecutive pairs go to one split, the next ones to the other

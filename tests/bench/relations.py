@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from labkit.arrays import FloatArray, IntArray
 from labkit.evaluation import PoseErrors
 from labkit.evaluation.pose_errors import pose_differences
 from labkit.se2 import from_xytheta, relative
+from labkit.support.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

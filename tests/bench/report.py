@@ -18,7 +18,7 @@ import matplotlib as mpl
 
 from figures import error_time_figure, growth_figure
 from in_short import in_short
-from labkit.files import atomic_write
+from labkit.support.files import atomic_write
 from tables import (
     HEADER,
     basin_rows,

@@ -30,7 +30,7 @@ from basin import basin
 from data import SPLITS, PairSet, lesson_pairs, ray_pairs
 from growth import SIZES, growth
 from labkit.cli.text import to_json
-from labkit.files import atomic_write
+from labkit.support.files import atomic_write
 from machine import describe_machine, describe_versions, today
 from peers import Matcher, load_matchers
 from recorded import killian_pairs, surveyed_pairs

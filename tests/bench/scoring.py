@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from data import Pair, PairSet
-from labkit.arrays import BoolArray, FloatArray
 from labkit.evaluation.pose_errors import pose_differences
+from labkit.support.arrays import BoolArray, FloatArray
 from timing import Attempt, Run
 
 FAILURE = 0.3, math.radians(5.0)  # a match that is off by more has failed

@@ -23,10 +23,10 @@ from itertools import cycle, islice, product
 import numpy as np
 from tqdm import tqdm
 
-from labkit.arrays import FloatArray
 from labkit.odometry import OdometryParameters, ScanMatchingOdometry
 from labkit.scan import Scan
 from labkit.simulation import Lidar, WheelNoise, room, scan_along, wheel_increments
+from labkit.support.arrays import FloatArray
 
 ROUND = 120  # steps: 0.1 m and 3° each
 WAYS = tuple(product(("scan", "map"), (True, False)))

@@ -12,7 +12,7 @@ import numpy as np
 from tqdm import tqdm
 
 from data import Pair, PairSet
-from labkit.arrays import FloatArray
+from labkit.support.arrays import FloatArray
 from peers import Matcher
 
 CLOCKS = ("wall", "processor")

@@ -18,7 +18,7 @@ from students_edition import without_staff_pages
 from widget_page import come_back, opened
 
 import labkit
-from labkit.errors import LabkitError
+from labkit.support.errors import LabkitError
 
 WRITTEN_HERE = "BOOK_HTML" not in os.environ
 DOCUMENTED = labkit.logs, labkit.odometry, labkit.evaluation, labkit.simulation, labkit.plotting

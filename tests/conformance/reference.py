@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from labkit import IcpParameters, align, from_xytheta, icp, to_xytheta
-from labkit.errors import DegenerateAlignmentError
 from labkit.odometry import integrate
+from labkit.support.errors import DegenerateAlignmentError
 
 Parameters = dict[str, float | None]
 Content = list[list[float]] | Parameters

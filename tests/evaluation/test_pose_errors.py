@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from labkit.errors import DegenerateAlignmentError
 from labkit.evaluation import ErrorSummary, ate, rpe
+from labkit.support.errors import DegenerateAlignmentError
 
 
 def test_known_numbers():

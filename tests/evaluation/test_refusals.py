@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.evaluation import (
     ErrorSummary,
     associate,
@@ -15,6 +14,7 @@ from labkit.evaluation import (
     loop_closure,
     rpe,
 )
+from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 NAN, POSE, POSES = math.nan, np.zeros((1, 3)), np.zeros((5, 3))
 

@@ -6,7 +6,7 @@ import io
 import pytest
 from PIL import Image
 
-from labkit.errors import InvalidParameterError
+from labkit.support.errors import InvalidParameterError
 
 pytest.importorskip("anywidget")
 

@@ -6,10 +6,10 @@ import sys
 import numpy as np
 import pytest
 
-from labkit.errors import InvalidParameterError, LogError
-from labkit.extras import MissingExtraError
 from labkit.logs import read_log
 from labkit.se2 import from_xytheta, relative, to_xytheta, transform, wrap
+from labkit.support.errors import InvalidParameterError, LogError
+from labkit.support.extras import MissingExtraError
 
 FOUR = [1.0, 2.0, 3.0, 4.0]
 

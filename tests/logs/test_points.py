@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from labkit.errors import InvalidParameterError, LogError
 from labkit.logs import read_log
+from labkit.support.errors import InvalidParameterError, LogError
 
 TWO = [[1.0, 2.0], [-3.5, 4e-3]]
 HALF_CIRCLE = (-np.pi / 2, np.pi / 2)

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labkit.errors import InvalidParameterError, LogError
 from labkit.logs import lines, read_log, read_tum
+from labkit.support.errors import InvalidParameterError, LogError
 
 
 def zipped(members, method=zipfile.ZIP_DEFLATED):

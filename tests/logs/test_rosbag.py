@@ -5,10 +5,10 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from labkit.errors import LogError
-from labkit.extras import MissingExtraError
 from labkit.logs import read_log
 from labkit.se2 import from_xytheta, to_xytheta
+from labkit.support.errors import LogError
+from labkit.support.extras import MissingExtraError
 
 pytest.importorskip("rosbags")
 from rosbags import rosbag1, rosbag2

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.logs import read_log
 from labkit.simulation import Lidar, room, scan_along
+from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 STEPS = np.arange(12)
 PATH = np.column_stack([0.1 * STEPS - 0.6, 0.03 * STEPS, 0.05 * STEPS])

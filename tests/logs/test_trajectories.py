@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from labkit.errors import InvalidPointsError, LogError
 from labkit.logs import interpolate_poses, read_tum, write_g2o, write_tum
+from labkit.support.errors import InvalidPointsError, LogError
 
 HALF = math.sqrt(0.5)
 coordinates = st.floats(-1e6, 1e6)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from labkit import IcpParameters, Scan
-from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.filters import Preprocessing
 from labkit.odometry import (
     Decision,
@@ -19,6 +18,7 @@ from labkit.odometry import (
 )
 from labkit.se2 import apply, from_xytheta, to_xytheta
 from labkit.simulation import Lidar, room, scan_along
+from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 EMPTY = Scan.from_ranges([math.inf], [0.0])
 STEP = [0.12, 0.02, math.radians(4.0)]

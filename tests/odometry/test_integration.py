@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from labkit.errors import InvalidPointsError
 from labkit.odometry import increments_between, integrate, integrate_step
 from labkit.se2 import from_xytheta, wrap
+from labkit.support.errors import InvalidPointsError
 
 PI = math.pi
 rows = arrays(float, st.tuples(st.integers(0, 12), st.just(3)), elements=st.floats(-PI, PI))

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from labkit.errors import InvalidParameterError
 from labkit.odometry import SanityLimits
 from labkit.odometry.sanity import complaints as found
 from labkit.odometry.sanity import conflicts
+from labkit.support.errors import InvalidParameterError
 
 LIMITS = SanityLimits(
     max_translation=1.0,

@@ -8,7 +8,6 @@ import pytest
 
 from labkit import IcpParameters, Scan, Target, Termination, icp
 from labkit.degeneracy import spread_ratio
-from labkit.errors import InvalidParameterError
 from labkit.odometry import (
     Decision,
     OdometryParameters,
@@ -20,6 +19,7 @@ from labkit.odometry.agreement import beams_of, seen_through
 from labkit.odometry.step import ALIKE, SAME, _Match, _Step
 from labkit.se2 import apply, from_xytheta, invert, to_xytheta, transform
 from labkit.simulation import Lidar, cast, corridor, room
+from labkit.support.errors import InvalidParameterError
 
 STILL = np.zeros(3)
 LAST = np.array([0.02, 0.0, 0.01])

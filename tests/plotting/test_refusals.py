@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.plotting import book_figure, map_points, plot_covariance, plot_scans, plot_trajectory
 from labkit.scan import Scan
+from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 POINTS = np.array([[0.0, 1.0], [2.0, 1.0], [2.0, 3.0]])
 POSES = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.5], [3.0, 4.0, 1.0]])

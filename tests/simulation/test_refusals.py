@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.simulation import (
     Lidar,
     MovingObject,
@@ -20,6 +19,7 @@ from labkit.simulation import (
     wheel_increments,
 )
 from labkit.simulation.world import circle
+from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 NAN, POSE, WALL = math.nan, np.zeros((1, 3)), np.zeros((1, 2, 2))
 

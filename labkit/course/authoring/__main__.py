@@ -11,8 +11,8 @@ from pathlib import Path
 from labkit.course.authoring.write import write_assignment
 from labkit.course.grading.assignment import FOLDER
 from labkit.course.grading.assignment.files import cases_beside, read_secret
-from labkit.errors import LabkitError
-from labkit.files import refuse_unwritable
+from labkit.support.errors import LabkitError
+from labkit.support.files import refuse_unwritable
 
 PARSER = argparse.ArgumentParser(
     prog="python -m labkit.course.authoring",

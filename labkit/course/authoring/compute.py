@@ -20,8 +20,8 @@ from labkit.course.grading.assignment.questions import Case, Question
 from labkit.course.grading.inside.data import plain
 from labkit.course.grading.judging.compare import is_answer_of, is_right, recognise
 from labkit.course.grading.judging.verdict import Outcome
-from labkit.errors import LabkitError
 from labkit.se2 import apply, transform
+from labkit.support.errors import LabkitError
 
 TRIES, SETS = 200, 20
 ALIKE = 3  # draws among which one as hard as another variant's is looked for

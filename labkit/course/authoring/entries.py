@@ -17,9 +17,9 @@ from typing import Any, Concatenate, NamedTuple, ParamSpec
 import numpy as np
 
 import labkit
-from labkit.arrays import FloatArray
 from labkit.course.authoring import solution
 from labkit.course.grading.inside.data import Value
+from labkit.support.arrays import FloatArray
 
 Arguments = tuple[Value, ...]
 Function = Callable[..., Any]

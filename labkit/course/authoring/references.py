@@ -23,11 +23,11 @@ from typing import Any
 
 import numpy as np
 
-from labkit.arrays import FloatArray
 from labkit.course.authoring.entries import Arguments, Function, readings
 from labkit.course.grading.assignment.questions import Answer
 from labkit.course.grading.inside.data import plain
 from labkit.course.grading.judging.kinds import read
+from labkit.support.arrays import FloatArray
 
 EPSILON = 2.0**-24
 DRAWS = 4

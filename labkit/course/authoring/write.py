@@ -30,7 +30,7 @@ from labkit.course.authoring.sections import ENTRIES
 from labkit.course.grading.assignment.files import COURSE, FORMAT, salt_of
 from labkit.course.grading.assignment.questions import Answer, Case, Cases, Misconception, Question
 from labkit.course.grading.inside.data import to_json
-from labkit.files import atomic_write
+from labkit.support.files import atomic_write
 
 VARIANTS = 8  # sets of hidden cases, which students are spread over
 FOLDER = Path(__file__).with_name("questions")

@@ -50,7 +50,7 @@ from labkit.course.grading.assignment.questions import Answer, Case, Misconcepti
 from labkit.course.grading.check import Feedback, tried
 from labkit.course.grading.inside.data import plain
 from labkit.course.grading.judging.kinds import read
-from labkit.errors import InvalidParameterError
+from labkit.support.errors import InvalidParameterError
 
 Function = Callable[..., Any]
 Arguments = Mapping[str, tuple[Any, ...]]

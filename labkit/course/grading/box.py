@@ -32,8 +32,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from labkit.course.grading.inside import data
-from labkit.errors import LabkitError
-from labkit.extras import MissingExtraError
+from labkit.support.errors import LabkitError
+from labkit.support.extras import MissingExtraError
 
 MEBIBYTE = 1 << 20
 MEMORY, FILE_BYTES, DISK_BYTES = 1536 * MEBIBYTE, 16 * MEBIBYTE, 64 * MEBIBYTE

@@ -20,7 +20,7 @@ from labkit.course.grading.assignment.questions import Case, Question
 from labkit.course.grading.inside.data import NoAnswerError, plain, said_of
 from labkit.course.grading.judging.compare import assess
 from labkit.course.grading.judging.verdict import Outcome, QuestionVerdict, to_html
-from labkit.errors import InvalidParameterError
+from labkit.support.errors import InvalidParameterError
 
 Calls = set[tuple[str, str]]  # of functions, by name and module
 

@@ -14,7 +14,6 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from labkit.arrays import check_count, check_range
 from labkit.course.grading.assignment import FOLDER, load_assignment
 from labkit.course.grading.assignment.files import cases_beside
 from labkit.course.grading.assignment.questions import Assignment
@@ -26,9 +25,10 @@ from labkit.course.grading.grade import grade_one
 from labkit.course.grading.handins import LAYOUTS, Submission, find_submissions, one_submission
 from labkit.course.grading.marks import make_marks, read_adjustments, read_roster
 from labkit.course.grading.store import VERDICTS, Record, file_name, read_records, write_record
-from labkit.errors import LabkitError
-from labkit.extras import need
-from labkit.files import atomic_write
+from labkit.support.arrays import check_count, check_range
+from labkit.support.errors import LabkitError
+from labkit.support.extras import need
+from labkit.support.files import atomic_write
 
 SHOWN = 5  # names in a message
 PATIENCE = 10.0  # [s] for a cluster to answer

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
-from labkit.errors import LabkitError
+from labkit.support.errors import LabkitError
 
 MEBIBYTE = 1 << 20
 MAX_FILE = 32 * MEBIBYTE  # a notebook with its pictures

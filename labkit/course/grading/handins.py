@@ -13,7 +13,7 @@ from pathlib import Path, PurePosixPath
 from typing import NamedTuple, TypeAlias
 
 from labkit.course.grading.files import Handed, is_source, list_files, may_hold_source, printable
-from labkit.errors import LabkitError
+from labkit.support.errors import LabkitError
 
 FOLDERS, NBGRADER, SUBMITTED = "folders", "nbgrader", "submitted"
 OTHERS = {"submission_metadata.yml", "timestamp.txt", "roster.csv", "adjustments.csv"}

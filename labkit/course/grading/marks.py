@@ -24,7 +24,7 @@ from labkit.course.grading.assignment.questions import Assignment
 from labkit.course.grading.judging.verdict import QuestionVerdict, SubmissionVerdict
 from labkit.course.grading.store import Record
 from labkit.course.grading.tables import number, read_rows, write_rows
-from labkit.errors import LabkitError
+from labkit.support.errors import LabkitError
 
 ADJUSTMENTS, ROSTER = "adjustments.csv", "roster.csv"
 HEADER = ("student", "what", "value", "comment")

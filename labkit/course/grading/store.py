@@ -18,8 +18,8 @@ from typing import Any
 from labkit.course.grading.assignment.questions import Assignment
 from labkit.course.grading.box import Wall
 from labkit.course.grading.judging.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
-from labkit.errors import LabkitError, WriteError
-from labkit.files import atomic_write
+from labkit.support.errors import LabkitError, WriteError
+from labkit.support.files import atomic_write
 
 RULES = 10  # raise it when the same files would get other points or messages than before
 VERDICTS = "verdicts"

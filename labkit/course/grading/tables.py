@@ -9,8 +9,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TypeAlias
 
-from labkit.errors import LabkitError
-from labkit.files import atomic_write
+from labkit.support.errors import LabkitError
+from labkit.support.files import atomic_write
 
 Row: TypeAlias = dict[str, str]
 FORMULA = (*"=+-@", *"＝＋－＠", "\t", "\r", "\n")  # the wide ones where people type Chinese

@@ -19,9 +19,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from labkit import extras
-from labkit.errors import LabkitError, WriteError
-from labkit.files import atomic_write, refuse_unwritable
+from labkit.support import extras
+from labkit.support.errors import LabkitError, WriteError
+from labkit.support.files import atomic_write, refuse_unwritable
 
 HELP = "write a report as HTML and PDF"
 DESCRIPTION = """\

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FARTHEST, check_range
-from labkit.errors import InvalidParameterError
 from labkit.evaluation import ErrorSummary, compare
 from labkit.odometry import Decision, StepRecord
+from labkit.support.arrays import FARTHEST, check_range
+from labkit.support.errors import InvalidParameterError
 
 UNANSWERED = "**why?**"  # reason of a changed value, if none is given
 

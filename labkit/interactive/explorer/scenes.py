@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from labkit.arrays import FloatArray, as_transform
-from labkit.errors import InvalidParameterError, InvalidPointsError
 from labkit.logs import read_log
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, relative, transform
@@ -22,6 +20,8 @@ from labkit.simulation import (
     room,
     two_rooms,
 )
+from labkit.support.arrays import FloatArray, as_transform
+from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 LIDAR = Lidar(beam_count=361, field_of_view=2.0 * math.pi)
 MIN_POINTS = 3

@@ -15,8 +15,6 @@ import numpy as np
 import traitlets
 from numpy.typing import ArrayLike
 
-from labkit.arrays import FloatArray, as_transform
-from labkit.errors import InvalidParameterError
 from labkit.icp import DEFAULTS, icp
 from labkit.interactive.explorer.scenes import Scene, default_scenes
 from labkit.parameters import IcpParameters, Metric
@@ -24,6 +22,8 @@ from labkit.plotting.style import css_variables
 from labkit.result import IcpResult
 from labkit.scan import Scan, as_scan
 from labkit.se2 import from_xytheta, to_xytheta
+from labkit.support.arrays import FloatArray, as_transform
+from labkit.support.errors import InvalidParameterError
 from labkit.target import Target, as_target
 
 FOLDER = Path(__file__).parent

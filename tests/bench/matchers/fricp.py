@@ -5,7 +5,7 @@ from __future__ import annotations
 import fricp_cpp
 import numpy as np
 
-from labkit.arrays import FloatArray
+from labkit.support.arrays import FloatArray
 from matchers.space import drop_transform, lift, lift_transform, normals
 
 NEIGHBORS = 5

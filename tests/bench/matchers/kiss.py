@@ -6,7 +6,7 @@ import numpy as np
 from kiss_icp.mapping import VoxelHashMap
 from kiss_icp.registration import Registration
 
-from labkit.arrays import FloatArray
+from labkit.support.arrays import FloatArray
 from matchers.space import drop_transform, lift, lift_transform
 
 POINTS_PER_VOXEL = 100  # of a voxel as wide as the gate: points down to 1/10 of it apart

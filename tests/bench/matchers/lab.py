@@ -6,8 +6,8 @@ from dataclasses import replace
 from functools import cache
 
 from labkit import IcpParameters, Scan, icp
-from labkit.arrays import FloatArray
 from labkit.odometry import OdometryParameters
+from labkit.support.arrays import FloatArray
 
 POINT_TO_LINE = OdometryParameters().icp
 POINT_TO_POINT = IcpParameters(translation_tolerance=1e-4, rotation_tolerance=1e-4)

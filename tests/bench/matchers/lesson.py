@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from labkit.arrays import FloatArray
+from labkit.support.arrays import FloatArray
 
 MAX_ITERATIONS = 60
 RMSE_TOLERANCE = 1e-7  # m

@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from labkit import from_xytheta, to_xytheta
-from labkit.arrays import FloatArray
+from labkit.support.arrays import FloatArray
 
 SOURCE = Path(__file__).with_name("mrpt_icp.cpp")
 HEADERS = Path("/usr/include/mrpt")

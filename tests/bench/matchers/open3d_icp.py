@@ -6,7 +6,7 @@ import numpy as np
 import open3d as o3d
 from open3d.pipelines import registration
 
-from labkit.arrays import FloatArray
+from labkit.support.arrays import FloatArray
 from matchers.space import drop_transform, lift, lift_transform, normals
 
 HUBER_DELTA = 0.02  # m

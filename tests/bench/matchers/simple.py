@@ -9,7 +9,7 @@ import numpy as np
 from simpleicp import PointCloud, SimpleICP
 
 from labkit import to_xytheta
-from labkit.arrays import FloatArray
+from labkit.support.arrays import FloatArray
 from matchers.space import drop_transform, wall
 
 COLUMNS = ["x", "y", "z"]

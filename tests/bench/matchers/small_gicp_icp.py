@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import small_gicp
 
-from labkit.arrays import FloatArray
+from labkit.support.arrays import FloatArray
 from matchers.space import drop_transform, lift, lift_transform, wall
 
 NEIGHBORS = 10  # of the standing wall: half of them in either layer

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from labkit.arrays import FloatArray
 from labkit.se2 import transform
+from labkit.support.arrays import FloatArray
 
 
 def lift(points: FloatArray, z: float = 0.0) -> FloatArray:

@@ -17,10 +17,10 @@ from labkit.course.authoring.write import cases_file, questions_file, read_quest
 from labkit.course.grading.assignment import FOLDER
 from labkit.course.grading.inside.data import plain
 from labkit.course.grading.judging.compare import is_right
-from labkit.errors import LabkitError
 from labkit.neighbors import NearestNeighbors
 from labkit.odometry.sanity import SanityLimits, complaints
 from labkit.result import step_length
+from labkit.support.errors import LabkitError
 
 TITLE, QUESTIONS = read_questions()
 BY_ID = {question.id: question for question in QUESTIONS}

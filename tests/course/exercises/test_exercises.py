@@ -11,7 +11,7 @@ from answers import RIGHT, WRONG
 from IPython.core.inputtransformer2 import TransformerManager
 
 from labkit.course.exercises import check, edited, exercises
-from labkit.errors import InvalidParameterError
+from labkit.support.errors import InvalidParameterError
 
 FOLDER = Path(__file__).parents[3] / "notebooks"
 CHAPTERS = {path.name: nbformat.read(path, 4) for path in sorted(FOLDER.glob("[01]*.ipynb"))}

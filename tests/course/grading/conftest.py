@@ -11,7 +11,7 @@ from small import write_assignment
 from labkit.course.grading.box import Wall, open_wall
 from labkit.course.grading.grade import grade_submission
 from labkit.course.grading.reading import read_program
-from labkit.errors import LabkitError
+from labkit.support.errors import LabkitError
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,7 @@ from labkit.correspondences import overlap
 from labkit.course.authoring import solution as right
 from labkit.course.grading.assignment import FOLDER, load_assignment
 from labkit.course.grading.check import check, score
-from labkit.errors import InvalidParameterError, LabkitError
+from labkit.support.errors import InvalidParameterError, LabkitError
 
 
 def transposed(theta):

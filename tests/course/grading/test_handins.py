@@ -10,7 +10,7 @@ import pytest
 
 from labkit.course.grading.files import read_sources
 from labkit.course.grading.handins import find_submissions, one_submission
-from labkit.errors import LabkitError
+from labkit.support.errors import LabkitError
 
 CLASSES = {
     "canvas": [

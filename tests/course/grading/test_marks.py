@@ -20,7 +20,7 @@ from labkit.course.grading.store import (
     read_records,
     write_record,
 )
-from labkit.errors import LabkitError
+from labkit.support.errors import LabkitError
 
 NAMES = {"ada": "Ada Lovelace", "emmy": "Emmy Noether", "4711": "twin", "4712": "twin"}
 
@@ -141,7 +141,7 @@ def test_records_come_back_as_they_were_for_their_owner_alone(tmp_path):
 def test_a_full_disk_keeps_all_verdicts_until_then(tmp_path, monkeypatch):
     read_records(tmp_path)
     write_record(tmp_path, record("ada"))
-    monkeypatch.setattr("labkit.files._open", full)
+    monkeypatch.setattr("labkit.support.files._open", full)
     for student in ("ada", "emmy"):
         with pytest.raises(LabkitError, match=r"No space left.*run the same command again"):
             write_record(tmp_path, record(student, double=0.0))

@@ -24,7 +24,7 @@ from labkit.course.grading.box import (
     why_not,
 )
 from labkit.course.grading.grade import outcome
-from labkit.errors import LabkitError
+from labkit.support.errors import LabkitError
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no box")
 NEGATE = "def negate(x):\n    return -x\n"

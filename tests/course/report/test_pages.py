@@ -8,7 +8,7 @@ from nbformat import v4, write
 
 from labkit.course.report import pages
 from labkit.course.report.pages import read_report, render, write_pdf
-from labkit.errors import LabkitError
+from labkit.support.errors import LabkitError
 
 PIXEL = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="

@@ -8,8 +8,8 @@ import pytest
 import labkit
 from labkit.course.report import Table, error_table, parameter_table, quality_table
 from labkit.course.report.tables import UNANSWERED
-from labkit.errors import InvalidParameterError
 from labkit.odometry import Decision, OdometryParameters, SanityLimits, StepRecord
+from labkit.support.errors import InvalidParameterError
 
 
 def cells(table):

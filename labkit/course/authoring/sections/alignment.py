@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 import labkit
-from labkit.arrays import FloatArray
 from labkit.course.authoring import solution as right
 from labkit.course.authoring.entries import Arguments, Rng, question, recipe
 from labkit.se2 import rotation
+from labkit.support.arrays import FloatArray
 
 LEFT, RIGHT, WIDE, BACK = (0.3, 1.2), (-1.2, -0.3), (1.8, 2.8), (-2.8, -1.8)
 TRIANGLE = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]])

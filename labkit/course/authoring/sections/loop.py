@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 import labkit
-from labkit.arrays import FloatArray
 from labkit.course.authoring import solution as right
 from labkit.course.authoring.entries import Arguments, Draw, Exact, Rng, question, readings, recipe
 from labkit.course.authoring.references import apart, path
+from labkit.support.arrays import FloatArray
 
 EPS_T, EPS_PSI, EPS_COST, K_MAX = 1e-3, 1e-3, 1e-6, 50  # of the convergence test
 DIAGONAL = math.pi / 4

@@ -24,7 +24,7 @@ from labkit.course.grading.assignment.questions import (
     Question,
 )
 from labkit.course.grading.inside.data import from_json
-from labkit.errors import LabkitError
+from labkit.support.errors import LabkitError
 
 FOLDER = Path(__file__).parent
 FORMAT = 2

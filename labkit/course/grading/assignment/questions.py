@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from labkit.course.grading.inside.data import Value
-from labkit.errors import InvalidParameterError
+from labkit.support.errors import InvalidParameterError
 
 
 class Answer(Enum):

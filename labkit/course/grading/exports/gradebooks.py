@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from labkit.course.grading.judging.verdict import SubmissionVerdict, short
 from labkit.course.grading.tables import Row, number, plain, read_rows, write_rows
-from labkit.errors import LabkitError
+from labkit.support.errors import LabkitError
 
 CANVAS_KEYS = ("ID", "SIS User ID", "SIS Login ID")
 CANVAS_STUDENT = ("Student", *CANVAS_KEYS, "Section")

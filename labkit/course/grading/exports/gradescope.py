@@ -28,8 +28,8 @@ from labkit.course.grading.handins import one_submission
 from labkit.course.grading.judging.verdict import SubmissionVerdict
 from labkit.course.grading.marks import ADJUSTMENTS, CLASS, HEADER, read_adjustments
 from labkit.course.grading.tables import number, read_rows
-from labkit.errors import LabkitError
-from labkit.files import atomic_write
+from labkit.support.errors import LabkitError
+from labkit.support.files import atomic_write
 
 MOST = 1500  # characters that a student is shown of one question
 HERE = Path(__file__).with_name("autograder")

@@ -12,8 +12,8 @@ from typing import Any
 from labkit.course.grading.assignment.questions import Assignment, Question
 from labkit.course.grading.judging.verdict import SubmissionVerdict, short, to_html
 from labkit.course.grading.store import file_name
-from labkit.extras import need
-from labkit.files import atomic_write
+from labkit.support.extras import need
+from labkit.support.files import atomic_write
 
 
 def write_pages(

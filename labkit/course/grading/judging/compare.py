@@ -12,7 +12,6 @@ from functools import cache
 
 import numpy as np
 
-from labkit.arrays import FloatArray
 from labkit.course.grading.assignment.questions import (
     GENERAL,
     Answer,
@@ -30,6 +29,7 @@ from labkit.course.grading.judging.verdict import (
     Outcome,
     QuestionVerdict,
 )
+from labkit.support.arrays import FloatArray
 
 ADVICE_ON = {
     "ModuleNotFoundError": "only numpy, scipy and the standard library are there while grading",

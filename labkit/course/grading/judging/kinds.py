@@ -14,9 +14,9 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from labkit.arrays import BoolArray, FloatArray
 from labkit.course.grading.assignment.questions import Answer, Case, Question
 from labkit.course.grading.inside.data import Value
+from labkit.support.arrays import BoolArray, FloatArray
 
 EXPECTED = {
     Answer.MATRIX: "a square matrix of numbers",

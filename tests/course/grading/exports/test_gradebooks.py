@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from labkit.course.grading.exports.gradebooks import read_canvas, read_moodle, write_scores
-from labkit.errors import LabkitError
+from labkit.support.errors import LabkitError
 
 CANVAS = (
     "Student,ID,SIS User ID,SIS Login ID,Section,Lab 1 (77),Lab 2 (78),Final Score\n"

@@ -10,7 +10,7 @@ import pytest
 from small import RIGHT, SQUARED
 
 from labkit.course.grading.exports.gradescope import read_metadata, results_of, write_autograder
-from labkit.errors import LabkitError
+from labkit.support.errors import LabkitError
 
 
 def test_gradescope_has_a_test_for_each_question_and_hides_the_hidden_cases(verdicts):

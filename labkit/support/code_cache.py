@@ -23,7 +23,7 @@ from typing import Any
 import numba
 from numba.core import caching
 
-PACKAGE = Path(__file__).parent
+PACKAGE = Path(__file__).parents[1]
 STATES = 8  # of the source whose code is kept: several copies of the lab share a cache
 log = logging.getLogger("labkit")
 

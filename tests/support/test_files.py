@@ -2,8 +2,8 @@ import os
 
 import pytest
 
-from labkit.errors import WriteError
-from labkit.files import atomic_write, refuse_unwritable
+from labkit.support.errors import WriteError
+from labkit.support.files import atomic_write, refuse_unwritable
 
 
 def test_text_and_bytes(tmp_path):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-from labkit.errors import LabkitError
+from labkit.support.errors import LabkitError
 
 
 class MissingExtraError(LabkitError, ImportError):

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from labkit.errors import InvalidParameterError, InvalidPointsError
+from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

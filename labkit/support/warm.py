@@ -1,4 +1,4 @@
-"""``python -m labkit.warm``: compile all stages now, where they are new, not in a first cell."""
+"""``python -m labkit.support.warm``: compile all stages now, not in a first cell."""
 
 from __future__ import annotations
 

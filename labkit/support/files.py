@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any, Literal
 
-from labkit.errors import WriteError
+from labkit.support.errors import WriteError
 
 
 @contextmanager

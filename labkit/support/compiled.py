@@ -1,8 +1,8 @@
 """One decorator: numba compiles a stage as it stands; where numba is not, Python runs it.
 
 A stage is a function on arrays and numbers, in plain Python: what the book quotes is what runs.
-Its machine code is kept on disk (`labkit.code_cache`). Without numba, or with one that does not
-know this numpy yet, Python runs the same functions, some hundred times slower.
+Its machine code is kept on disk (`labkit.support.code_cache`). Without numba, or with one that
+does not know this numpy yet, Python runs the same functions, some hundred times slower.
 
 Importing this module does not import numba.
 """
@@ -38,7 +38,7 @@ class _Stage:
         numba = load_numba()
         if numba is None:
             return self.function
-        from labkit.code_cache import keep  # noqa: PLC0415 (imports numba)
+        from labkit.support.code_cache import keep  # noqa: PLC0415 (imports numba)
 
         kept: Callable[..., Any] = keep(numba.njit(**OPTIONS)(self.function))
         return kept

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from labkit.compiled import load_numba
+from labkit.support.compiled import load_numba
 
 NEEDS_NUMBA = pytest.mark.skipif(load_numba() is None, reason="numba is not to be had")
 ASKED = "from labkit.correspondences import overlap_count; print(overlap_count(10, 0.85))"
@@ -71,7 +71,7 @@ def test_a_full_disk_is_told_and_stops_nobody(tmp_path):
 
 @NEEDS_NUMBA
 def test_the_cache_follows_only_files_with_stages(tmp_path, monkeypatch):
-    from labkit import code_cache  # noqa: PLC0415 (imports numba)
+    from labkit.support import code_cache  # noqa: PLC0415 (imports numba)
 
     monkeypatch.setattr(code_cache, "PACKAGE", tmp_path)
     stage, plain = tmp_path / "stage.py", tmp_path / "plain.py"
