@@ -7,15 +7,14 @@ READY := $(VENV)/ready
 TESTS := $(VENV)/ready-to-test
 PIP = $(BIN)/python -B -m pip install --quiet --disable-pip-version-check --no-compile
 GET_UV = $(PIP) uv==0.13.9  # six times as fast as pip, which knows more mirrors
-UV = $(BIN)/uv pip install --quiet --python $(BIN)/python
-RESOLVE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 \
-    --generate-hashes --no-strip-extras --no-header --no-annotate
+UV = $(BIN)/uv pip install --quiet --python $(BIN)/python --constraint requirements.txt
+EXTRAS := book,grading,report,ros
 NOTEBOOKS ?= $(wildcard notebooks/*.ipynb)
 BENCH := .venv-bench
 WARM = $(BIN)/python -m labkit.support.warm  # compiles the stages where they are new
 
 .DEFAULT_GOAL := help
-.PHONY: help book pdf student test others quick fix lab bench mutants lock dist clean
+.PHONY: help book student test others quick fix lab bench mutants lock dist clean
 
 help: ## list these commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -24,9 +23,6 @@ book: $(READY) ## run every notebook and build the book
 	@$(WARM)
 	$(BIN)/jupyter-book build . --all -W -n --keep-going
 	@echo "Open $(CURDIR)/_build/html/index.html in a browser."
-
-pdf: $(TESTS) book ## the same as one PDF, _build/book.pdf; needs Chromium
-	$(BIN)/python book/_ext/print_book.py
 
 student: $(READY) ## write what students get: the lab and its book without solutions
 	@$(WARM)
@@ -67,12 +63,11 @@ bench: ## time the lab's matcher beside others and write the book's page on it (
 mutants: $(TESTS) ## change the core in sixty random places, and list what its tests do not notice
 	$(BIN)/python tests/mutants.py $(MUTANTS_OPTIONS)
 
-lock: $(READY) ## resolve requirements*.txt anew into requirements*.lock, hashes and all
+lock: $(READY) ## resolve pyproject.toml into requirements.txt: every package, with its hashes
 	$(GET_UV)
-	$(RESOLVE) requirements.txt --output-file requirements.lock
-	$(RESOLVE) requirements-test.txt --output-file requirements-test.lock --constraint requirements.lock
-	awk 'NR == FNR {known[$$0]} NR > FNR {if (/^[a-zA-Z]/) keep = !($$0 in known); if (keep) print}' \
-	    requirements.lock requirements-test.lock > $(VENV)/rest && mv $(VENV)/rest requirements-test.lock
+	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+	    --no-strip-extras --no-header pyproject.toml --all-extras --group build --group test \
+	    --output-file requirements.txt
 
 dist: $(READY) ## build the wheel and the sdist into dist/
 	rm -rf build dist
@@ -84,7 +79,7 @@ clean: ## remove all that these commands made, .venv included
 	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
-$(READY): requirements.lock pyproject.toml
+$(READY): requirements.txt pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 	    echo "The lab needs Python 3.11 or newer as '$(PYTHON)'."; \
 	    echo "Name another one like this: make PYTHON=python3.12 ..."; exit 1; }
@@ -93,17 +88,15 @@ $(READY): requirements.lock pyproject.toml
 	    echo "On Debian and Ubuntu: sudo apt install python3-venv"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(GET_UV)
-	$(UV) --require-hashes --requirement requirements.lock || \
-	    $(PIP) --require-hashes --requirement requirements.lock
-	@$(BIN)/python -B -m pip uninstall --quiet --yes uv  # 40 MB that only make needs
-	@find $(VENV) -path '*/pip/*' -name __pycache__ -prune -exec rm -rf {} +  # 8 MB likewise
-	$(PIP) --no-deps --no-build-isolation --editable .
+	{ $(UV) --group build && $(UV) --no-build-isolation --editable ".[$(EXTRAS)]"; } || \
+	    { $(PIP) --require-hashes --requirement requirements.txt && \
+	      $(PIP) --no-deps --no-build-isolation --editable .; }
+	@find $(VENV) -path '*/pip/*' -name __pycache__ -prune -exec rm -rf {} +  # 8 MB that only make needs
 	$(BIN)/python -c 'import matplotlib.font_manager'  # finds the fonts, once
 	$(WARM)
 	@touch $@
 
-$(TESTS): $(READY) requirements-test.lock
+$(TESTS): $(READY)
 	$(GET_UV)
-	$(UV) --no-deps --require-hashes --requirement requirements-test.lock || \
-	    $(PIP) --no-deps --require-hashes --requirement requirements-test.lock
+	$(UV) --group test || $(PIP) --require-hashes --requirement requirements.txt
 	@touch $@

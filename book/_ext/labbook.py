@@ -9,7 +9,6 @@ from typing import Any
 
 import api
 import killian_map
-from diagrams import MermaidDirective
 from docutils import nodes
 from excerpts import write_excerpts
 from figures import make_figures
@@ -68,13 +67,12 @@ STEPS = {
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Register the steps, the diagrams, and what the pages load."""
+    """Register the steps and what the pages load."""
     app.setup_extension("sphinx.ext.autodoc")
     app.connect("autodoc-process-docstring", api.clean, priority=400)  # before napoleon
     for event, steps in STEPS.items():
         for step in steps:
             app.connect(event, step, priority=900 if event == "html-page-context" else 500)
-    app.add_directive("mermaid", MermaidDirective)
     for sheet in ("colors.css", "labbook.css", ICONS):
         app.add_css_file(sheet)
     for script in ("formulas", "access", "map", "search", "predictions"):

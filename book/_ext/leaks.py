@@ -2,7 +2,7 @@
 
 A text leaks where seven of its words in a row, or a shorter line of it, stand in a file,
 whatever markup is between them, unless the same words stand in what is handed out on
-purpose.
+purpose. Numbers alone are no trace: the values of a slider read like any list of numbers.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from pathlib import Path
 
 SHORTEST, WINDOW = 4, 7  # words in a row: of a short line, and of anything else
 _WORD = re.compile(r"[^\W_]+")
+_LETTER = re.compile(r"[^\W\d_]")
 _MARKUP = re.compile(r"<[^<>]*>")
 _DRAWN = re.compile(
     r' data-tex="([^"]*)">(?:(?! data-tex=).)*?<span class="read-aloud">.*?</span>', re.DOTALL
@@ -47,7 +48,8 @@ def only_secret(secret: Iterable[str], public: Iterable[str]) -> frozenset[str]:
     hidden = list(secret)
     runs = {run for text in hidden for run in _runs(_words(text), WINDOW)}
     runs |= {run for text in hidden for line in text.split("\n") for run in _short(line)}
-    return frozenset(runs).difference(*map(_all_runs, public))
+    told = (run for run in runs if _LETTER.search(run))
+    return frozenset(told).difference(*map(_all_runs, public))
 
 
 def find_leaks(folder: Path, runs: frozenset[str]) -> list[Leak]:

@@ -1,4 +1,4 @@
-"""Lighter pages: the icons that are used, pictures as WebP, and no script that lays out anew."""
+"""Lighter pages: only the icons that are used, and pictures as WebP."""
 
 from __future__ import annotations
 
@@ -12,13 +12,8 @@ from fontTools import subset
 from fontTools.ttLib import TTFont
 from PIL import Image
 from sphinx.application import Sphinx
-from sphinx.errors import ExtensionError
 
 ICONS = "icons.css"
-# The theme's way to let wide code be scrolled by keys lays a page out once for each of its cells,
-# and again whenever a widget writes a number. `access.js` lays it out once.
-THEME = "scripts/pydata-sphinx-theme.js"
-SLOW = ',"complete"===document.readyState?T():window.addEventListener("load",T)'
 FONTS = {"solid-900": ("Font Awesome 6 Free", 900), "brands-400": ("Font Awesome 6 Brands", 400)}
 BASE = """:root { --fa-font-solid: normal 900 1em/1 "Font Awesome 6 Free"; } /* of titles */
 .fa-solid, .fas, .fa-brands, .fab { display: inline-block; line-height: 1; text-rendering: auto; }
@@ -29,17 +24,12 @@ BASE = """:root { --fa-font-solid: normal 900 1em/1 "Font Awesome 6 Free"; } /* 
 
 
 def lighten(app: Sphinx, error: Exception | None) -> None:
-    """Write the icons' style sheet and smaller pictures, and drop the theme's slow step."""
+    """Write the icons' style sheet and smaller pictures."""
     if error is None and app.builder.name == "html":
         out = Path(app.outdir)
         pages = {path: path.read_text("utf-8") for path in out.rglob("*.html")}
         write_icons(out, "".join(pages.values()))
         change_pictures(out, pages)
-        theme = out / "_static" / THEME
-        before, slow, after = theme.read_text("utf-8").partition(SLOW)
-        if not slow:
-            raise ExtensionError(f"{THEME} does not hold {SLOW!r}: the theme is another one")
-        theme.write_text(before + after, "utf-8")
 
 
 def write_icons(out: Path, html: str) -> None:

@@ -42,7 +42,6 @@ HANDED_OUT = (
     "Makefile",
     "pyproject.toml",
     "requirements.txt",
-    "requirements.lock",
     ".binder",
     ".devcontainer",
     ".gitignore",
@@ -106,6 +105,8 @@ def write_source(root: Path, to: Path) -> Source:
                 target.write_text(without_staff_pages(path.read_text("utf-8")), "utf-8")
             if name == "Makefile":
                 target.write_text(without_commands(path.read_text("utf-8")), "utf-8", newline="\n")
+            if name == "requirements.txt":
+                target.write_text(without_tests(path.read_text("utf-8")), "utf-8", newline="\n")
             public.append(path.read_text("utf-8", errors="replace"))
             continue
         if path.suffix == ".ipynb":
@@ -135,6 +136,19 @@ def without_commands(makefile: str) -> str:
             makefile = re.sub(rf"(?m)^{command}:.*\n(?:\t.*\n)+\n?", "", makefile)
             makefile = re.sub(rf"(?m)^(\.PHONY:.*) {command}\b", r"\1", makefile)
     return makefile
+
+
+def without_tests(lock: str) -> str:
+    """The lock without the packages that only tests need: each entry ends with who needs it."""
+    entries = {re.split(r"[\[=]", text)[0]: text for text in re.split(r"(?m)^(?=\w)", lock) if text}
+    users = {
+        name: set(re.findall(r"(?m)^ *#(?: +via)? +(\S.*)$", text))
+        for name, text in entries.items()
+    }
+    kept = {"labkit (pyproject.toml)", "labkit (pyproject.toml:build)"}
+    while more := {name for name in users if name not in kept and users[name] & kept}:
+        kept |= more
+    return "".join(text for name, text in entries.items() if name in kept)
 
 
 def without_staff_pages(text: str) -> str:
