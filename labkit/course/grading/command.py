@@ -15,7 +15,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from labkit.course.grading.assignment import FOLDER, load_assignment
-from labkit.course.grading.assignment.files import cases_beside
+from labkit.course.grading.assignment.files import cases_beside, refuse_outdated
 from labkit.course.grading.assignment.questions import Assignment
 from labkit.course.grading.box import SECONDS, Wall, open_wall
 from labkit.course.grading.exports.gradebooks import read_canvas, read_moodle, write_scores
@@ -33,7 +33,7 @@ from labkit.support.files import atomic_write
 SHOWN = 5  # names in a message
 PATIENCE = 10.0  # [s] for a cluster to answer
 PUBLIC = """\
-the hidden cases are the public ones, which anybody can compute; draw your own with
+these hidden cases ship with labkit, so anyone can compute them. Create your own with
 `python -m labkit.course.authoring --secret FILE`, and grade with --secret FILE"""
 DESCRIPTION = """\
 Grade notebooks (.ipynb) and scripts (.py). SUBMISSIONS is a folder or zip archive: a bulk
@@ -159,6 +159,8 @@ def _load(args: argparse.Namespace) -> Assignment:
     """Load the assignment that the options name; warn where its hidden cases are public."""
     args.assignment = cases_beside(args.secret) if args.secret else FOLDER
     assignment = load_assignment(args.assignment)
+    if args.secret:
+        refuse_outdated(assignment, load_assignment(FOLDER, hidden=False), args.secret)
     if assignment.public:
         _say(PUBLIC)
     return assignment

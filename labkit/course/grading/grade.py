@@ -252,7 +252,7 @@ def _follow_through(
                 )
                 best = better[question.id] = replace(new, replaced=tuple(lent), message=says)
         if not best.passed and question.id in assignment.right:
-            wrong[question.function] = assignment.right[question.id]
+            wrong[question.function] = assignment.lent(question.id)
     return better
 
 

@@ -196,7 +196,7 @@ def test_the_students_edition_has_no_hidden_cases(tmp_path):
     [
         ("questions.json", None, "cannot read .*questions.json: No such file"),
         ("visible.json", "[1]", "visible.json is no file of an assignment"),
-        ("questions.json", '{"format": 99}', "has format 99, this labkit reads 2"),
+        ("questions.json", '{"format": 99}', "has format 99, this labkit reads 3"),
     ],
 )
 def test_a_broken_assignment_is_named(tmp_path, file, content, message):

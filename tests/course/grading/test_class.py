@@ -16,11 +16,13 @@ from small import HANGS, RIGHT, SQUARED, hand_in
 from test_handins import ZIP64
 
 from labkit.cli import main
+from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.assignment.files import FORMAT, cases_beside, read_secret, salt_of
 
 
 @pytest.fixture
-def options(small, wall, tmp_path):
+def options(small, wall, tmp_path, monkeypatch):
+    monkeypatch.setattr("labkit.course.grading.command.FOLDER", small)
     (tmp_path / "small.cases").symlink_to(small)
     where = ["--no-isolation"] if wall.mode == "none" else []
     return ["grade", "--secret", str(tmp_path / "small"), "--seconds", "1", *where]
@@ -124,7 +126,11 @@ def test_one_submission_that_cannot_be_read_costs_nobody_else(grade, tmp_path, m
 @pytest.mark.skipif(os.name == "nt", reason="Windows knows no SIGKILL")
 def test_killed_in_the_middle_it_goes_on_to_equal_verdicts(grade, options, tmp_path):
     hand_in(tmp_path / "class", 5)
-    command = [sys.executable, "-m", "labkit", *options, "class", "--jobs", "1"]
+    start = (
+        f"from labkit.cli import main; from labkit.course.grading import command\n"
+        f"command.FOLDER = {options[2] + '.cases'!r}\nmain({[*options, 'class', '--jobs', '1']})"
+    )
+    command = [sys.executable, "-c", start]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as run:
         end = time.monotonic() + 60
         while len(verdicts()) < 2:
@@ -186,8 +192,15 @@ def test_cases_of_a_secret_grade_and_go_into_the_archive(grade, small, tmp_path,
     course = {"format": FORMAT, "public": False, "salt": salt_of(secret), "right": {}}
     (folder / "hidden/course.json").write_text(json.dumps(course), encoding="utf-8")
     assert grade("class", "--secret", "course.secret") == 0
+    text = (folder / "questions.json").read_text(encoding="utf-8")
+    (folder / "questions.json").write_text(text.replace("2.0", "4.0", 1), encoding="utf-8")
+    load_assignment.__globals__["_load"].cache_clear()
+    assert grade("class", "--secret", "course.secret") == 1
+    assert "the points of `double` was 4.0 and is 2.0. Draw it again" in capsys.readouterr().err
+    (folder / "questions.json").write_text(text, encoding="utf-8")
+    load_assignment.__globals__["_load"].cache_clear()
     assert main(["autograder", "autograder.zip", "--secret", "course.secret"]) == 0
-    assert "which anybody can compute" not in capsys.readouterr().err
+    assert "anyone can compute" not in capsys.readouterr().err
     assert Path("autograder.zip").stat().st_mode & 0o077 == 0
     with zipfile.ZipFile("autograder.zip") as archive:
         held = archive.read("labkit/course/grading/assignment/hidden/course.json").decode()

@@ -27,7 +27,7 @@ from labkit.course.grading.inside.data import from_json
 from labkit.support.errors import LabkitError
 
 FOLDER = Path(__file__).parent
-FORMAT = 2
+FORMAT = 3
 COURSE = "course.json"  # in `hidden/`: right functions, the salt, whether a secret went in
 WRITE = "write the assignment with `python -m labkit.course.authoring [--secret FILE]`"
 LEAST = 16  # bytes of a secret
@@ -128,6 +128,23 @@ def cases_beside(path: str | os.PathLike[str]) -> Path:
     'course.secret.cases'
     """
     return Path(f"{os.fspath(path)}.cases")
+
+
+def refuse_outdated(drawn: Assignment, now: Assignment, secret: str | os.PathLike[str]) -> None:
+    """Raise `LabkitError` where cases were drawn for other questions than there are now."""
+    before, after = ({one.id: one for one in each.questions} for each in (drawn, now))
+    differs = [f"`{id}` is new" for id in after if id not in before]
+    differs += [f"`{id}` is gone" for id in before if id not in after]
+    for id in before.keys() & after.keys():
+        for field in ("title", "points", "signature", "docstring", "answer", "chance"):
+            was, is_now = getattr(before[id], field), getattr(after[id], field)
+            if was != is_now:
+                differs.append(f"the {field} of `{id}` was {was!r} and is {is_now!r}")
+    if differs:
+        raise LabkitError(
+            f"{cases_beside(secret)} was drawn for an older assignment: {'; '.join(differs[:3])}. "
+            f"Draw it again: `python -m labkit.course.authoring --secret {os.fspath(secret)}`"
+        )
 
 
 def read_secret(path: Path, *, make: bool = False) -> bytes:

@@ -7,6 +7,7 @@ What a student may see and what not are files of their own: the students' editio
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
@@ -119,6 +120,7 @@ class Case:
 
 
 Cases = Mapping[str, tuple[Case, ...]]
+IMPORTS = "import numpy as np\n"  # what a right function may use
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -134,7 +136,7 @@ class Assignment:
     visible: Cases  # the examples of each question, the same for everybody
     variants: tuple[Cases, ...]
     digest: str = ""  # of the files that it was read from: another digest, other verdicts
-    right: Mapping[str, str] = field(default_factory=dict)  # sources that stand in for wrong ones
+    right: Mapping[str, str] = field(default_factory=dict)  # the source of each right function
     salt: str = ""  # on which the choice of variants hangs
     public: bool = False  # whether anybody can compute the hidden cases
 
@@ -156,6 +158,15 @@ class Assignment:
                 return question
         known = ", ".join(question.id for question in self.questions)
         raise InvalidParameterError(f"must be one of {known}, got {id!r}", parameter="question")
+
+    def lent(self, id: str) -> str:
+        """The source of a right function and of the earlier ones that it calls, and no more."""
+        needed, found = {id}, [IMPORTS]
+        for one in reversed(list(self.right)):  # what it calls comes before it
+            if one in needed:
+                needed.update(re.findall(r"\w+", self.right[one]))
+                found.insert(1, self.right[one])
+        return "\n\n".join(found)
 
     def variant(self, student: str) -> int:
         """The variant of a student: always the same one for the same name."""

@@ -155,11 +155,12 @@ class Session:
                 if not callable(value) or before.get(name) is value:
                     continue
                 self.uses.setdefault(name, set()).update(parsing.names_in(code))
+                self.hands_on[name] = parsing.handed_on(node)
                 hides = isinstance(value, standins.StandIn) or (
                     name in self.answers and parsing.is_stub(value)
                 )
                 if name in self.functions and not hides:
-                    self.answers[name], self.hands_on[name] = value, parsing.handed_on(node)
+                    self.answers[name] = value
 
     def described(self) -> dict[str, Any]:
         """Say of each answer what it calls, and whether something it uses was changed later."""
@@ -176,9 +177,16 @@ class Session:
             found[name] = {
                 "changes": any(own.get(one) is not end.get(one) for one in used),
                 "calls": [one for one in self.functions if one in used[1:]],
-                "hands_on": self.hands_on[name],
+                "hands_on": self.behind(name),
             }
         return found
+
+    def behind(self, name: str) -> str:
+        """The function that does the work of an answer which only hands it on, by helpers too."""
+        passed = [name]
+        while (following := self.hands_on.get(passed[-1], "")) and following not in passed:
+            passed.append(following)
+        return passed[-1] if len(passed) > 1 else ""
 
     def ask(
         self, function: str, state: str, right: dict[str, str], calls: list[Any], seconds: float

@@ -14,6 +14,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+PASSING = {"tuple", "list", "float", "array", "asarray", "copy", "deepcopy"}  # change no answer
+WORKING = (
+    ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.AugAssign, ast.For, ast.While, ast.If,
+    ast.IfExp, ast.comprehension,
+)  # fmt: skip
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Import, ast.ImportFrom)
 
 
@@ -79,8 +84,12 @@ def names_in(code: types.CodeType) -> set[str]:
 
 
 def handed_on(node: ast.stmt) -> str:
-    """The function to which a definition hands all its work: ``return f(...)`` and no more."""
-    match [line for line in getattr(node, "body", []) if not isinstance(line, ast.Expr)]:
-        case [ast.Return(value=ast.Call(func=ast.Name(id=name)))]:
-            return name
-    return ""
+    """The function to which a definition hands all its work: it calls that one and passes on."""
+    lines = getattr(node, "body", None) or [getattr(node, "value", None) or node]
+    parts = [part for line in lines for part in ast.walk(line)]
+    calls = [part.func for part in parts if isinstance(part, ast.Call)]
+    names = [func.id for func in calls if isinstance(func, ast.Name)]
+    others = {func.attr for func in calls if isinstance(func, ast.Attribute)}
+    works = others - PASSING or any(isinstance(part, WORKING) for part in parts)
+    called = [name for name in names if name not in PASSING]
+    return called[0] if len(called) == 1 and not works else ""
