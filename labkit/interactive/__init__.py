@@ -1,9 +1,9 @@
 """Sliders under the reader's hand, in notebooks and in pages without a kernel.
 
-An ordinary slider calls Python when it moves, so in a page it is dead. Two ways to live
-stand here. `icp_explorer`, `icp_sliders` and `align_by_hand` bring the ICP loop along in
-JavaScript, and `live_figure` what else a page can compute. `flipbook` draws beforehand what only
-Python can. This is the one package that imports anywidget, and ipywidgets with it.
+An ordinary slider calls Python when it moves, so in a page it is dead. What stands here brings
+along, in JavaScript, all that it computes: `icp_explorer`, `icp_sliders` and `align_by_hand` the
+ICP loop, `live_figure` what else a figure shows. This is the one package that imports anywidget,
+and ipywidgets with it.
 """
 
 try:
@@ -16,7 +16,6 @@ except ImportError as error:
 
 from labkit.interactive.explorer.scenes import Scene, default_scenes, killian_scene
 from labkit.interactive.explorer.widget import Explorer, align_by_hand, icp_explorer, icp_sliders
-from labkit.interactive.flipbook import flipbook
 from labkit.interactive.live_figure import live_figure
 
 __all__ = [
@@ -24,7 +23,6 @@ __all__ = [
     "Scene",
     "align_by_hand",
     "default_scenes",
-    "flipbook",
     "icp_explorer",
     "icp_sliders",
     "killian_scene",

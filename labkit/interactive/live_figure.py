@@ -6,7 +6,6 @@ What a figure computes is written in ``models.js``; the tests hold it to labkit.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, cast
 
 import anywidget
@@ -14,19 +13,13 @@ import numpy as np
 import traitlets
 from numpy.typing import ArrayLike
 
-from labkit.interactive.explorer.widget import FOLDER as EXPLORER
-from labkit.interactive.explorer.widget import base64_of, joined, style, told
+from labkit.interactive.explorer.widget import base64_of, told
+from labkit.interactive.front_end import bundle, style
 from labkit.parameters import IcpParameters
 from labkit.support.arrays import as_floats
 from labkit.support.errors import InvalidParameterError
 
-FOLDER = Path(__file__).parent
 MODELS = ("turn", "outlier", "cuts", "race")
-MODULES = (
-    *("se2", "neighbors", "correspondences", "alignment", "line_alignment", "icp", "scene"),
-    *("canvas", "controls", "view", "frame", "cost", "readouts"),
-)
-"""Those of the explorer that a live figure needs."""
 
 
 class LiveFigure(anywidget.AnyWidget):
@@ -35,13 +28,8 @@ class LiveFigure(anywidget.AnyWidget):
     `values` say where the sliders stand, `window` is (left, right, bottom, top) [m].
     """
 
-    _esm = joined(
-        [
-            *(EXPLORER / f"{name}.js" for name in MODULES),
-            *(FOLDER / f"{name}.js" for name in ("marks", "models", "live_figure")),
-        ]
-    )
-    _css = style() + FOLDER.joinpath("live_figure.css").read_text("utf-8")
+    _esm = bundle("live_figure.js")
+    _css = style("live_figure.css")
 
     model_name = traitlets.Enum(MODELS).tag(sync=True)
     label = traitlets.Unicode().tag(sync=True)

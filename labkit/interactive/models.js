@@ -5,10 +5,11 @@
 // gives the values after a drag from one place to another, `curve` what is drawn beside the picture.
 // The tests hold all of it to labkit.
 
-import { align } from "./explorer/alignment.js";
-import { icp, prepareTarget } from "./explorer/icp.js";
+import { align, centroid } from "./explorer/alignment.js";
+import { icp } from "./explorer/icp.js";
 import { NearestNeighbors } from "./explorer/neighbors.js";
 import { sayDifference } from "./explorer/readouts.js";
+import { prepareTarget } from "./explorer/scene.js";
 import { DEGREE, apply, poseDifference, transform } from "./explorer/se2.js";
 
 export const MODELS = {
@@ -32,7 +33,7 @@ export const MODELS = {
     const answer = (weight, metres) => {
       const spoilt = target.map((each, i) => (i === 2 * row ? each + metres : each));
       const weights = Float64Array.from(target.subarray(target.length / 2), (_, i) => (i === row ? weight : 1));
-      const T = align({ source, target: spoilt, weights, kept: weights.map(() => 1) });
+      const T = align(source, spoilt, weights);
       const moved = apply(T, source), there = rows(spoilt);
       const pairs = rows(moved).map((point, i) => [...point, ...there[i]]);
       const [before, after] = [target, spoilt].map((points) => centroid(points, weights));
@@ -115,11 +116,6 @@ function distanceTo(points, i, x, y) {
 function median(values) {
   const sorted = Float64Array.from(values).sort(), half = sorted.length / 2;
   return (sorted[Math.ceil(half) - 1] + sorted[Math.floor(half)]) / 2;
-}
-
-function centroid(points, weights) {
-  const total = weights.reduce((sum, w) => sum + w, 0);
-  return [0, 1].map((axis) => weights.reduce((sum, w, i) => sum + w * points[2 * i + axis], 0) / total);
 }
 
 // ---- a KD-tree as scipy cuts it, of which labkit.plotting draws the cells

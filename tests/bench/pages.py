@@ -31,7 +31,7 @@ ROOT = Path(__file__).parents[2]
 BUILT = ROOT / "_build" / "html"
 SLOWER = 4
 STEPS = 15  # of each control, by each device
-WIDGETS = ".flipbook, .icp-explorer"
+WIDGETS = ".icp-explorer"
 OBSERVE = """() => {
     window.seen = { largest: 0, tasks: [] };
     const watch = (type, note) => new PerformanceObserver(list =>

@@ -18,10 +18,8 @@ ROOT = Path(__file__).parents[2]
 READ = ["04_icp_loop", "02_alignment"]  # a diagram, proofs, all directives and roles
 WIDGETS = """\
 import labkit
-from labkit.interactive import flipbook, icp_explorer, icp_sliders, live_figure
+from labkit.interactive import icp_explorer, icp_sliders, live_figure
 scene = labkit.simulation.lesson_experiment()
----
-flipbook(lambda figure, n: figure.subplots().bar([0], [n]), [1, 2, 3], label="n", alt="a bar")
 ---
 explorer = icp_explorer()
 explorer
@@ -34,7 +32,6 @@ steps = [k / 20 for k in range(-10, 11)]
 values = {"turn [°]": range(-30, 31), "x [m]": steps, "y [m]": steps}
 live_figure("turn", values, label="two scans", **limits, **points)"""
 
-OTHER_PICTURE = "([image, before]) => image.src !== before"
 OTHER_DRAWING = "([canvas, before]) => canvas.toDataURL() !== before"
 # What a reader must not see: fences, roles and directives, formulas that could not be drawn.
 RAW = re.compile(r".*(?::::|\{[a-z:]+\}`|```|\$\$|\\\(|Undefined control sequence).*")
@@ -73,20 +70,12 @@ def test_every_kind_of_widget_lives(page):
     with notebook_read(page, "widgets.ipynb"):
         page.evaluate(RUN_ALL)
         assert page.evaluate(ERRORS) == []
-        turn_a_page(page, page.locator(".flipbook:visible"))
         explorers = page.locator(".icp-explorer:visible").all()
         assert len(explorers) == 3
         for explorer in explorers:
             move_each_slider(page, explorer)
         play_with(page, explorers[0])
         assert page.evaluate(ERRORS) == []
-
-
-def turn_a_page(page: Page, flipbook: Locator) -> None:
-    slider, picture = flipbook.locator("input"), flipbook.locator("img").element_handle()
-    before = picture.get_attribute("src")
-    drag(page, thumb(slider), (180.0, 0.0), steps=4)
-    page.wait_for_function(OTHER_PICTURE, arg=[picture, before])
 
 
 def move_each_slider(page: Page, explorer: Locator) -> None:

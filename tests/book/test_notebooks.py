@@ -32,7 +32,7 @@ MAX_SHOWN = 150  # lines of code that a chapter shows unasked
 FOLDED = {"hide-input", "hide-cell", "remove-cell", "remove-input", "solution"}
 # The assignment's questions need numpy alone; what runs the answers on a log comes after them.
 LATER_IMPORTS = {"assignment.ipynb": ["killian-imports"]}
-WIDGETS = {"align_by_hand", "flipbook", "icp_explorer", "icp_sliders", "live_figure"}
+WIDGETS = {"align_by_hand", "icp_explorer", "icp_sliders", "live_figure"}
 each_notebook = pytest.mark.parametrize("name", NOTEBOOKS)
 
 

@@ -2,7 +2,7 @@
 import { readFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 
-const { icp, inlierCount, inlierRmse, prepareTarget, toXYTheta, transform, unobservable } = await import(
+const { icp, inlierCount, inlierRmse, freeMotions, observability, prepareTarget, toXYTheta, transform } = await import(
   pathToFileURL(process.argv[2])
 );
 const floats = (text) => new Float64Array(new Uint8Array(Buffer.from(text, "base64")).buffer);
@@ -21,7 +21,7 @@ const answers = runs.map(({ pair, guess, parameters }) => {
     termination: result.termination,
     iterations: result.history.length - 1,
     kept: Array.from(last.pairs.kept, Number).join(""),
-    unobservable: unobservable(last.pairs, target),
+    unobservable: ((seen) => (seen ? freeMotions(seen) : []))(observability(last.pairs, target)),
     inlier_count: inlierCount(last.pairs),
     inlier_rmse: inlierRmse(last.pairs),
     first_index: Array.from(result.history[0].pairs.targetIndex),

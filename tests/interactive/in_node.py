@@ -13,7 +13,8 @@ from typing import Any
 import pytest
 
 from labkit.interactive.explorer.scenes import Scene
-from labkit.interactive.explorer.widget import front_end, packed
+from labkit.interactive.explorer.widget import packed
+from labkit.interactive.front_end import bundle
 
 PATIENCE = 240  # seconds
 
@@ -35,7 +36,7 @@ def answers(
 ) -> list[dict[str, Any]]:
     """What the front end, as the widget ships it, makes of each run."""
     job = {"pairs": [packed(scene) for scene in scenes], "runs": list(runs)}
-    found: list[dict[str, Any]] = told_by("agree.mjs", front_end(), job, folder)
+    found: list[dict[str, Any]] = told_by("agree.mjs", bundle("explorer/explorer.js"), job, folder)
     return found
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
@@ -18,6 +20,7 @@ import labkit
 from labkit import IcpParameters, IcpResult, Target, Termination
 from labkit.interactive import Scene, default_scenes
 from labkit.interactive.explorer.scenes import MIN_POINTS
+from labkit.interactive.front_end import FOLDER
 from labkit.neighbors import nearest_by_brute_force
 from labkit.scan import as_scan
 
@@ -153,3 +156,24 @@ def test_of_equally_near_points_the_first_is_taken(tmp_path):
     run = as_json(0, [0.0, 0.0, 0.0], IcpParameters(max_iterations=1))
     (answer,) = answers([scene], [run], tmp_path)
     assert answer["first_index"] == nearest_by_brute_force(between, shuffled).tolist()
+
+
+def mirrors() -> Iterator[tuple[str, str, str]]:
+    """Modules of the page that mirror one of labkit's: their name, their text, and its text."""
+    for path in sorted((FOLDER / "explorer").glob("*.js")):
+        text = path.read_text("utf-8")
+        for module in re.findall(r"mirrors (labkit/\w+\.py)", text):
+            yield path.name, text, (FOLDER.parents[1] / module).read_text("utf-8")
+
+
+def test_the_page_s_functions_and_equations_are_labkit_s():
+    """What a mirror exports stands in labkit under the same name, an equation under its number."""
+    for name, page, core in mirrors():
+        for function in re.findall(r"^export function (\w+)", page, re.MULTILINE):
+            snake = (
+                re.sub(r"(?<!_)([A-Z])", r"_\1", function).lower().replace("x_y_theta", "xytheta")
+            )
+            assert re.search(rf"def {snake}\(", core), f"{name}: {function}"
+        for number in re.findall(r"\(\d\.\d+\)", page):
+            assert number in core, f"{name}: {number}"
+    assert len(list(mirrors())) >= 9

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -14,8 +13,6 @@ pytest.importorskip("anywidget")
 import labkit
 from labkit import IcpParameters, LabkitError, Scan
 from labkit.interactive import Scene, icp_explorer, icp_sliders, killian_scene
-from labkit.interactive.explorer.widget import FOLDER
-from labkit.result import Termination
 
 CORNER = Scan.from_points([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [0.0, 3.0]])
 
@@ -100,12 +97,3 @@ def test_other_sliders_reach_the_page_with_their_values():
 def test_a_slider_that_cannot_be_is_named(sliders):
     with pytest.raises(LabkitError, match=f"{next(iter(sliders))!r}"):
         icp_sliders(CORNER, CORNER, sliders=sliders)
-
-
-# ---- the front end as text
-
-
-def test_the_page_knows_every_termination_and_its_message():
-    text = FOLDER.joinpath("icp.js").read_text("utf-8")
-    for termination in Termination:
-        assert re.search(rf'{termination.name}:\s+"{re.escape(termination.value)}"', text)

@@ -1,55 +1,51 @@
 // Alignment for fixed correspondences; mirrors labkit/alignment.py.
 
-import { transform } from "./se2.js";
+import { RELATIVE_RESOLUTION } from "./constants.js";
 
-const RELATIVE_RESOLUTION = 1e-10;
-
-// The transform that best maps the kept source points onto theirs; null where degenerate.
-export function align(pairs) {
-  const kept = keptRows(pairs);
-  const { source: p, target: q, weights: w } = pairs;
-  let W = 0, px = 0, py = 0, qx = 0, qy = 0;
-  for (const i of kept) {
-    W += w[i];
-    px += w[i] * p[2 * i];
-    py += w[i] * p[2 * i + 1];
-    qx += w[i] * q[2 * i];
-    qy += w[i] * q[2 * i + 1];
-  }
-  if (!(W > 0)) return null;
-  px /= W, py /= W, qx /= W, qy /= W;
-  const spreads = [weightedSpread(p, w, kept, px, py, W), weightedSpread(q, w, kept, qx, qy, W)];
-  if (spreads.includes(null)) return null;
-
-  let a = 0, b = 0;
-  for (const i of kept) {
-    const x = p[2 * i] - px, y = p[2 * i + 1] - py; // (2.2)
-    const u = q[2 * i] - qx, v = q[2 * i + 1] - qy;
+// The transform that best maps points p onto q under weights w; null where it is undetermined.
+export function align(p, q, w) {
+  const [px, py] = centroid(p, w), [qx, qy] = centroid(q, w); // (2.2)
+  let a = 0, b = 0, W = 0;
+  for (let i = 0; i < w.length; i++) {
+    if (!(w[i] > 0)) continue;
+    const x = p[2 * i] - px, y = p[2 * i + 1] - py, u = q[2 * i] - qx, v = q[2 * i + 1] - qy;
     a += w[i] * (x * u + y * v); // (2.5)
     b += w[i] * (x * v - y * u); // (2.6)
+    W += w[i];
   }
-  if (Math.hypot(a, b) <= RELATIVE_RESOLUTION * W * spreads[0] * spreads[1]) return null;
-  const { c, s } = transform(0, 0, Math.atan2(b, a)); // (2.7)
-  return { c, s, x: qx - (c * px - s * py), y: qy - (s * px + c * py) }; // (2.3)
+  const spreads = [spread(p, w, px, py), spread(q, w, qx, qy)];
+  if (spreads.includes(0) || Math.hypot(a, b) <= RELATIVE_RESOLUTION * W * spreads[0] * spreads[1]) return null;
+  return turnAbout([px, py], Math.atan2(b, a), qx - px, qy - py); // (2.7), (2.3)
 }
 
-// Weighted root mean square distance from the centroid; null where the points coincide.
-function weightedSpread(points, w, kept, x, y, W) {
-  let squares = 0, largest = 0, largestCentered = 0;
-  for (const i of kept) {
+// Weighted mean of points; (0, 0) where none has weight.
+export function centroid(points, weights) {
+  let x = 0, y = 0, total = 0;
+  for (let i = 0; i < weights.length; i++) {
+    x += weights[i] * points[2 * i];
+    y += weights[i] * points[2 * i + 1];
+    total += weights[i];
+  }
+  return total > 0 ? [x / total, y / total] : [0, 0];
+}
+
+// The motion that turns by theta about a place and then moves by (dx, dy).
+export function turnAbout([x, y], theta, dx, dy) {
+  const c = Math.cos(theta), s = Math.sin(theta);
+  return { c, s, x: x + dx - (c * x - s * y), y: y + dy - (s * x + c * y) };
+}
+
+// Weighted root mean square distance from the centroid; 0 where the points coincide, or none has weight.
+function spread(points, w, x, y) {
+  let squares = 0, total = 0, far = 0, arm = 0;
+  for (let i = 0; i < w.length; i++) {
+    if (!(w[i] > 0)) continue;
     const dx = points[2 * i] - x, dy = points[2 * i + 1] - y;
     squares += w[i] * (dx * dx + dy * dy);
-    largest = Math.max(largest, Math.abs(points[2 * i]), Math.abs(points[2 * i + 1]));
-    largestCentered = Math.max(largestCentered, Math.abs(dx), Math.abs(dy));
+    total += w[i];
+    far = Math.max(far, Math.abs(points[2 * i]), Math.abs(points[2 * i + 1]));
+    arm = Math.max(arm, Math.abs(dx), Math.abs(dy));
   }
-  const spread = Math.sqrt(squares / W);
-  const rounding = 64 * Number.EPSILON * largest;
-  return spread <= Math.max(rounding, RELATIVE_RESOLUTION * largestCentered) ? null : spread;
-}
-
-// Numbers of the kept pairs.
-export function keptRows(pairs) {
-  const rows = [];
-  for (let i = 0; i < pairs.kept.length; i++) if (pairs.kept[i]) rows.push(i);
-  return rows;
+  const found = Math.sqrt(squares / total);
+  return found > Math.max(64 * Number.EPSILON * far, RELATIVE_RESOLUTION * arm) ? found : 0;
 }

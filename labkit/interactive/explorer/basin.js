@@ -3,7 +3,8 @@
 
 import { rule } from "./canvas.js";
 import { button, choice, element } from "./controls.js";
-import { failed, icp } from "./icp.js";
+import { icp } from "./icp.js";
+import { failed } from "./result.js";
 import { poseDifference, toXYTheta, transform } from "./se2.js";
 
 const OUTCOMES = ["finds the answer", "ends elsewhere", "gets no estimate"];

@@ -4,7 +4,8 @@ import { outcomeOf } from "./basin.js";
 import { palette } from "./canvas.js";
 import { button, element, part } from "./controls.js";
 import { drawCost } from "./cost.js";
-import { icp, pairsOnly } from "./icp.js";
+import { pairsAt } from "./correspondences.js";
+import { icp } from "./icp.js";
 import { Plane, between, tween } from "./plane.js";
 import { sayDifference } from "./readouts.js";
 import { unpacked } from "./scene.js";
@@ -100,7 +101,7 @@ export class HandView extends View {
     const at = this.pose(), path = this.path?.slice(0, this.shown + 1) ?? [transform(at.x, at.y, at.theta)];
     const T = this.part ? between(path.at(-1), this.path[this.shown + 1], this.part) : path.at(-1);
     const [x, y, theta] = toXYTheta(T), pose = { x, y, theta };
-    const { pairs, cost } = pairsOnly(this.source, this.target, T, this.parameters).history[0];
+    const { pairs, cost } = pairsAt(this.source, this.target, T, this.parameters);
     const misfit = Math.sqrt((cost * pairs.kept.length) / Math.max(1, pairs.kept.reduce((sum, each) => sum + each, 0)));
     if (misfit !== this.trail.at(-1)) this.trail = [...this.trail, misfit].slice(-TRAIL);
     this.distance.textContent = `${misfit.toFixed(3)} m`;

@@ -9,10 +9,12 @@ import {
   SLIDERS, button, choice, element, guessFields, guessSliders, parameterControls, part, slider, steps, toggle,
 } from "./controls.js";
 import { drawCost } from "./cost.js";
-import { failed, icp, pairsOnly } from "./icp.js";
+import { pairsAt } from "./correspondences.js";
+import { icp } from "./icp.js";
 import { storeBet, storedBet } from "./memory.js";
 import { Plane, between, tween } from "./plane.js";
 import { Readouts, outcome } from "./readouts.js";
+import { failed } from "./result.js";
 import { unpacked } from "./scene.js";
 import { apply, toXYTheta, transform } from "./se2.js";
 import { copyState, keepState, keptState, stateFromAddress } from "./state.js";
@@ -264,12 +266,18 @@ class ExplorerView extends View {
     this.request();
   }
 
+  // The run; or, where none runs, the pairs at the guess.
+  compute(T, parameters) {
+    if (this.model.get("runs")) return icp(this.source, this.target, T, parameters);
+    return { T_target_source: T, termination: null, history: [pairsAt(this.source, this.target, T, parameters)] };
+  }
+
   update() {
     const parameters = this.parameters(), guess = this.model.get("guess");
     const key = JSON.stringify([this.scene.name, parameters, guess]);
     if (key !== this.computed) {
       this.computed = key;
-      this.result = (this.model.get("runs") ? icp : pairsOnly)(this.source, this.target, transform(...guess), parameters);
+      this.result = this.compute(transform(...guess), parameters);
       this.basin.outdate(this.basinJob().key);
       this.model.set("outcome", outcome(this.result));
       this.sync();
@@ -295,7 +303,7 @@ class ExplorerView extends View {
     let { pairs } = history[k], T = path[k];
     if (this.part && k < this.last()) {
       T = between(T, history[k + 1].T_target_source, this.part); // on the way to the next iteration
-      pairs = pairsOnly(this.source, this.target, T, parameters).history[0].pairs;
+      pairs = pairsAt(this.source, this.target, T, parameters).pairs;
       path.push(T);
     }
     const [x, y, theta] = this.part ? toXYTheta(T) : Object.values(this.pose()), answer = this.told ? this.known : null;

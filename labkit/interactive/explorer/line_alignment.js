@@ -1,102 +1,78 @@
-// One Gauss-Newton step of the point-to-line metric, and which motions a set of pairs cannot
-// see; mirrors labkit/line_alignment.py and labkit/degeneracy.py.
+// One Gauss-Newton step of the point-to-line metric; mirrors labkit/line_alignment.py.
 
-import { keptRows } from "./alignment.js";
+import { centroid, turnAbout } from "./alignment.js";
+import { BUT_FOR_ROUNDING, MIN_INFORMATION, STEADY_INFORMATION, STEADY_SHARE } from "./constants.js";
 
-const MIN_INFORMATION = 0.02;
-const STEADY_SHARE = 0.03, STEADY_INFORMATION = 0.25 * MIN_INFORMATION;
-const SHIFT = 0.1;
-
-// The step that moves the kept pairs onto their lines; null where degenerate. In a
-// direction that the lines leave free it does not move at all. A share of the
-// point-to-point metric, far from the answer, keeps it calm.
-export function alignToLines(pairs) {
-  const kept = keptRows(pairs);
-  const equations = normalEquations(pairs, kept);
-  if (equations === null) return null;
-  const { A, g, cx, cy, length } = equations, share = pairs.pointShare;
-  let minimum = share < STEADY_SHARE ? MIN_INFORMATION : STEADY_INFORMATION;
-  if (share > 0) {
-    const pull = pointGradient(pairs, kept, equations);
-    for (let j = 0; j < 3; j++) {
-      for (let k = 0; k < 3; k++) A[j][k] = (1 - share) * A[j][k] + (j === k ? share : 0);
-      g[j] = (1 - share) * g[j] + share * pull[j];
-    }
-    minimum = (1 - share) * minimum + share;
-  }
-  const [dx, dy, turn] = solveConstrained(A, g, minimum);
-  const c = Math.cos(turn / length), s = Math.sin(turn / length);
-  return { c, s, x: cx + dx - c * cx + s * cy, y: cy + dy - s * cx - c * cy };
-}
-
-// A and g of the motion (dx, dy, length dpsi) about the centre, per unit of weight.
-function normalEquations(pairs, kept) {
-  const { source: p, target: q, normals, weights: w } = pairs;
-  let W = 0, cx = 0, cy = 0, squares = 0;
-  for (const i of kept) {
-    W += w[i];
-    cx += w[i] * p[2 * i];
-    cy += w[i] * p[2 * i + 1];
-  }
-  if (!(W > 0)) return null;
-  cx /= W, cy /= W;
-  for (const i of kept) squares += w[i] * ((p[2 * i] - cx) ** 2 + (p[2 * i + 1] - cy) ** 2);
-  const length = Math.sqrt(squares / W);
-  if (length <= 64 * Number.EPSILON * Math.max(Math.abs(cx), Math.abs(cy))) return null;
-
-  const A = [[0, 0, 0], [0, 0, 0], [0, 0, 0]], g = [0, 0, 0];
-  for (const i of kept) {
-    const nx = normals[2 * i], ny = normals[2 * i + 1];
-    const x = p[2 * i] - cx, y = p[2 * i + 1] - cy;
-    const row = [nx, ny, (ny * x - nx * y) / length]; // (5.1)
-    const residual = nx * (p[2 * i] - q[2 * i]) + ny * (p[2 * i + 1] - q[2 * i + 1]);
-    for (let j = 0; j < 3; j++) {
-      const scaled = (w[i] / W) * row[j];
-      for (let k = 0; k < 3; k++) A[j][k] += scaled * row[k];
-      g[j] += scaled * residual;
-    }
-  }
-  return { A, g, cx, cy, length, W };
-}
-
-// The gradient of the point-to-point metric in the same units, in which its A is the identity.
-function pointGradient({ source: p, target: q, weights: w }, kept, { cx, cy, length, W }) {
-  const pull = [0, 0, 0];
-  for (const i of kept) {
-    const x = p[2 * i] - cx, y = p[2 * i + 1] - cy;
+// The step that moves points p onto the lines through q with normals n, a share of it point to
+// point; null where it is undetermined. In a direction that the lines leave free it does not move.
+export function alignToLines(p, q, n, w, share) {
+  const { center: c, length } = centerAndLength(p, w), A = [[0, 0, 0], [0, 0, 0], [0, 0, 0]], g = [0, 0, 0];
+  if (!(length > 0)) return null;
+  let total = 0;
+  for (let i = 0; i < w.length; i++) {
+    if (!(w[i] > 0)) continue;
+    const ax = (p[2 * i] - c[0]) / length, ay = (p[2 * i + 1] - c[1]) / length, nx = n[2 * i], ny = n[2 * i + 1];
     const dx = p[2 * i] - q[2 * i], dy = p[2 * i + 1] - q[2 * i + 1];
-    pull[0] += w[i] * dx;
-    pull[1] += w[i] * dy;
-    pull[2] += (w[i] * (x * dy - y * dx)) / length;
+    const J = [nx, ny, ny * ax - nx * ay], e = nx * dx + ny * dy; // (6.1)
+    const pull = [dx, dy, ax * dy - ay * dx]; // of the point-to-point metric
+    for (let j = 0; j < 3; j++) {
+      g[j] += w[i] * ((1 - share) * J[j] * e + share * pull[j]);
+      for (let k = 0; k < 3; k++) A[j][k] += w[i] * (1 - share) * J[j] * J[k];
+    }
+    total += w[i];
   }
-  return pull.map((each) => each / W);
+  for (let k = 0; k < 3; k++) A[k][k] += share * total;
+  const [dx, dy, turn] = solveConstrained(A, g, total * leastInformation(share));
+  return turnAbout(c, turn / length, dx, dy);
 }
 
-// Eigen-structure of what some rows of the pairs say about a motion; null for nothing.
-function lineInformation(pairs, rows) {
-  const equations = normalEquations(pairs, rows);
-  if (equations === null) return null;
-  const { A, cx, cy, length } = equations;
-  return { ...symmetricEigen(A), center: [cx, cy], length };
-}
-
-// Solve A x = -g, in the directions alone whose eigenvalue reaches the minimum.
-function solveConstrained(A, g, minimum) {
-  const { values, vectors } = symmetricEigen(A);
-  const x = [0, 0, 0];
+// Solve A x = −g, in the directions alone whose eigenvalue reaches the minimum.
+export function solveConstrained(A, g, minimum) {
+  const { values, vectors } = eigh(A), x = [0, 0, 0];
   values.forEach((value, k) => {
     if (value < minimum) return;
-    const v = vectors.map((row) => row[k]);
-    const along = (v[0] * g[0] + v[1] * g[1] + v[2] * g[2]) / value;
+    const v = vectors.map((row) => row[k]), along = (v[0] * g[0] + v[1] * g[1] + v[2] * g[2]) / value;
     for (let j = 0; j < 3; j++) x[j] -= v[j] * along;
   });
   return x;
 }
 
+// The eigenvalue, per unit of weight, from which on a direction is solved for.
+export function leastInformation(share) {
+  const least = share < STEADY_SHARE ? MIN_INFORMATION : STEADY_INFORMATION;
+  return ((1 - share) * least + share) * BUT_FOR_ROUNDING;
+}
+
+// What surface points say about a small motion, by eigenvalues and vectors; null for nothing.
+export function lineInformation(p, n, w) {
+  const { center, length } = centerAndLength(p, w), A = [[0, 0, 0], [0, 0, 0], [0, 0, 0]];
+  if (!(length > 0)) return null;
+  const total = w.reduce((sum, each) => sum + each, 0);
+  for (let i = 0; i < w.length; i++) {
+    const ax = (p[2 * i] - center[0]) / length, ay = (p[2 * i + 1] - center[1]) / length;
+    const J = [n[2 * i], n[2 * i + 1], n[2 * i + 1] * ax - n[2 * i] * ay]; // (6.1)
+    for (let j = 0; j < 3; j++) for (let k = 0; k < 3; k++) A[j][k] += (w[i] * J[j] * J[k]) / total;
+  }
+  return { ...eigh(A), center, length };
+}
+
+// The weighted centroid and the root mean square distance from it: 0 where points coincide or have no weight.
+export function centerAndLength(points, w) {
+  const center = centroid(points, w);
+  let squares = 0, total = 0, most = 0;
+  for (let i = 0; i < w.length; i++) {
+    if (!(w[i] > 0)) continue;
+    squares += w[i] * ((points[2 * i] - center[0]) ** 2 + (points[2 * i + 1] - center[1]) ** 2);
+    total += w[i];
+    most = Math.max(most, Math.abs(points[2 * i]), Math.abs(points[2 * i + 1]));
+  }
+  const length = total > 0 ? Math.sqrt(squares / total) : 0;
+  return { center, length: length > 64 * Number.EPSILON * most ? length : 0 };
+}
+
 // Eigenvalues, and eigenvectors as columns, of a symmetric 3x3 matrix by Jacobi rotations.
-function symmetricEigen(matrix) {
-  const a = matrix.map((row) => [...row]);
-  const vectors = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+function eigh(matrix) {
+  const a = matrix.map((row) => [...row]), vectors = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
   for (let sweep = 0; sweep < 12; sweep++) {
     for (const [p, q] of [[0, 1], [0, 2], [1, 2]]) {
       if (a[p][q] === 0) continue;
@@ -110,35 +86,4 @@ function symmetricEigen(matrix) {
     }
   }
   return { values: [a[0][0], a[1][1], a[2][2]], vectors };
-}
-
-// ---- what the pairs leave open
-
-// The motions that a set of pairs cannot see, in words; none where all are seen, or nothing can be said.
-export function unobservable(pairs, target) {
-  const normals = new Float64Array(pairs.source.length), used = [];
-  pairs.targetIndex.forEach((j, i) => {
-    [normals[2 * i], normals[2 * i + 1]] = target.normals.subarray(2 * j, 2 * j + 2);
-    if (pairs.kept[i] && Number.isFinite(normals[2 * i])) used.push(i);
-  });
-  const information = lineInformation({ ...pairs, normals }, used);
-  return information === null ? [] : freeMotions(information);
-}
-
-function freeMotions({ values, vectors, center, length }) {
-  const free = [0, 1, 2].filter((k) => values[k] < MIN_INFORMATION).sort((i, j) => values[i] - values[j]);
-  return free.map((k) => {
-    const [x, y, turn] = vectors.map((row) => row[k]);
-    if (Math.abs(turn) < SHIFT) {
-      const scale = Math.sign(Math.abs(x) > SHIFT ? x : y) / Math.hypot(x, y);
-      return `shift along (${twoDigits(scale * x)}, ${twoDigits(scale * y)})`;
-    }
-    const reach = length / turn;
-    return `turn about (${twoDigits(center[0] - reach * y)}, ${twoDigits(center[1] + reach * x)})`;
-  });
-}
-
-function twoDigits(value) {
-  const text = value.toFixed(2);
-  return text === "-0.00" ? "0.00" : text;
 }

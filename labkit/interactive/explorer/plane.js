@@ -8,7 +8,7 @@ import { Frame } from "./frame.js";
 import { DEGREE, toXYTheta, transform } from "./se2.js";
 
 const HANDLE = 50; // px from the scanner to the knob that turns it
-const REACH = 18; // px within which the knob is grasped
+const GRASP = 18; // px within which the knob is grasped
 const NEAR = 24; // px from a scan point or the knob within which a finger grasps; elsewhere it scrolls
 const MARGIN = 0.06;
 const EDGE = 14; // px that the scanner stays within the map
@@ -147,7 +147,7 @@ export class Plane extends Frame {
     }
     const [u, v] = this.pixel(x, y);
     const knob = [u + HANDLE * Math.cos(theta), v - HANDLE * Math.sin(theta)];
-    const turning = Math.hypot(event.offsetX - knob[0], event.offsetY - knob[1]) < REACH;
+    const turning = Math.hypot(event.offsetX - knob[0], event.offsetY - knob[1]) < GRASP;
     const panning = this.mode === "pan" || event.button === 1;
     this.grip = { panning, turning, u: event.offsetX, v: event.offsetY, x, y, theta };
     this.canvas.setPointerCapture(event.pointerId);
@@ -226,7 +226,7 @@ export class Plane extends Frame {
     }
     context.fillStyle = colors.soft; // from afar not all are looked at
     for (let i = 0; i < source.length; i += 2) {
-      if ((i >> 1) % pairs.every === 0) continue;
+      if ((i >> 1) % pairs.stride === 0) continue;
       const [u, v] = this.pixel(source[i], source[i + 1]);
       context.fillRect(u - 0.8, v - 0.8, 1.6, 1.6);
     }

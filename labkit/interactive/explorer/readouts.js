@@ -1,9 +1,10 @@
 // What the explorer says in words and numbers about the iteration that is shown and the run.
 
+import { TERMINATIONS } from "./constants.js";
 import { digits, element, fixed } from "./controls.js";
 import { FATES, fates, inlierCount, inlierRmse } from "./correspondences.js";
-import { TERMINATIONS, failed } from "./icp.js";
-import { unobservable } from "./line_alignment.js";
+import { freeMotions, observability } from "./degeneracy.js";
+import { failed } from "./result.js";
 import { DEGREE, poseDifference, toXYTheta } from "./se2.js";
 
 export const PATIENCE = 600; // ms of rest before a screen reader is told
@@ -100,7 +101,8 @@ export function outcome({ T_target_source: T, termination, history }) {
 
 // How the run ended, and what it could not see.
 function ending({ result: { termination, history }, target }) {
-  const unseen = failed(termination) ? [] : unobservable(history.at(-1).pairs, target);
+  const seen = failed(termination) ? null : observability(history.at(-1).pairs, target);
+  const unseen = seen ? freeMotions(seen) : [];
   const blind = unseen.length ? `; unobservable: ${unseen.join(", ")}` : "";
   return `${history.length - 1} iterations, ${TERMINATIONS[termination]}${blind}`;
 }

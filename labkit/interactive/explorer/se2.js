@@ -39,7 +39,7 @@ export function apply(T, points) {
 }
 
 // How far apart two poses are: metres, and radians in [0, pi].
-export function poseDifference(A, B) {
+export const poseDifference = (A, B) => {
   const D = compose(invert(A), B);
   return [Math.hypot(D.x, D.y), Math.abs(Math.atan2(D.s, D.c))];
-}
+};

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import base64
 import math
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, fields
-from pathlib import Path
 from typing import Any, cast, get_args
 
 import anywidget
@@ -17,8 +15,8 @@ from numpy.typing import ArrayLike
 
 from labkit.icp import DEFAULTS, icp
 from labkit.interactive.explorer.scenes import Scene, default_scenes
+from labkit.interactive.front_end import bundle, style
 from labkit.parameters import IcpParameters, Metric
-from labkit.plotting.style import css_variables
 from labkit.result import IcpResult
 from labkit.scan import Scan, as_scan
 from labkit.se2 import from_xytheta, to_xytheta
@@ -26,33 +24,9 @@ from labkit.support.arrays import FloatArray, as_transform
 from labkit.support.errors import InvalidParameterError
 from labkit.target import Target, as_target
 
-FOLDER = Path(__file__).parent
-MODULES = (  # each imports only from those before it; the last one exports the widget
-    *("se2", "neighbors", "correspondences", "alignment", "line_alignment", "icp", "scene"),
-    *("canvas", "controls", "view", "frame", "memory", "state", "basin", "plane", "cost"),
-    *("readouts", "tasks", "by_hand", "explorer"),
-)
 FOUND = 0.10, math.radians(2.0)  # [m], [rad]: a start in the basin ends nearer to the answer
 _CHOICES = ("max_correspondence_distance", "overlap_ratio", "huber_delta", "x", "y", "turn")
 _SLIDERS = ("metric", "max_correspondence_distance", "overlap_ratio", "huber_delta", "approach")
-
-
-def joined(files: Iterable[Path]) -> str:
-    """JavaScript modules one after the other, as the one that a widget may have: no imports."""
-    texts = (path.read_text("utf-8") for path in files)
-    return "\n".join(
-        re.sub(r"(?m)^import\s[^;]*?\sfrom \"\./[\w/]+\.js\";\n", "", t) for t in texts
-    )
-
-
-def front_end() -> str:
-    """The explorer's modules as one."""
-    return joined(FOLDER / f"{name}.js" for name in MODULES)
-
-
-def style() -> str:
-    """The explorer's style sheet, below the colours."""
-    return css_variables() + FOLDER.joinpath("explorer.css").read_text("utf-8")
 
 
 class Explorer(anywidget.AnyWidget):
@@ -63,7 +37,7 @@ class Explorer(anywidget.AnyWidget):
     last: termination, iterations, pose, inlier_count, inlier_rmse, cost.
     """
 
-    _esm = front_end()
+    _esm = bundle("explorer/explorer.js")
     _css = style()
 
     label = traitlets.Unicode("ICP explorer").tag(sync=True)

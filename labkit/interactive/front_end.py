@@ -1,0 +1,51 @@
+"""JavaScript and style sheets as a widget ships them, with the constants of labkit's core."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+from labkit import alignment, correspondences, degeneracy, line_alignment, normals, schedule
+from labkit.plotting.style import css_variables
+from labkit.result import Termination
+
+FOLDER = Path(__file__).parent
+IMPORT = re.compile(r"^import\s[^;]*?\sfrom \"(\./[\w/]+\.js)\";\n", re.MULTILINE)
+CONSTANTS = {
+    alignment: "RELATIVE_RESOLUTION",
+    correspondences: "MIN_PAIRS",
+    line_alignment: "MIN_INFORMATION STEADY_SHARE STEADY_INFORMATION BUT_FOR_ROUNDING",
+    degeneracy: "SHIFT",
+    schedule: "LONG WIDTH CLOSE_GATE POINT_SHARE FEW",
+    normals: "HALF_WIDTH HALF_BEAMS REACH GAP_RATIO GAP_FLOOR LINEARITY MIN_ON_LINE",
+}
+
+
+def constants() -> str:
+    """The module ``constants.js``: what labkit and the page share stands in labkit alone."""
+    told: dict[str, object] = {each.name: each.value for each in Termination}
+    shared = {name: getattr(m, name) for m, names in CONSTANTS.items() for name in names.split()}
+    values = {"TERMINATIONS": told, **shared}
+    return "".join(f"export const {k} = {json.dumps(v)};\n" for k, v in values.items())
+
+
+def bundle(entry: str) -> str:
+    """A JavaScript module and all that it imports, as the one that a widget may have."""
+    texts = {FOLDER / "explorer" / "constants.js": constants()}
+
+    def add(path: Path) -> None:
+        text = path.read_text("utf-8")
+        for name in IMPORT.findall(text):
+            if path.parent / name not in texts:
+                add(path.parent / name)
+        texts[path] = IMPORT.sub("", text)
+
+    add(FOLDER / entry)
+    return "\n".join(texts.values())
+
+
+def style(*names: str) -> str:
+    """Style sheets, below the colours; the explorer's is the first of all widgets."""
+    sheets = ("explorer/explorer.css", *names)
+    return css_variables() + "\n".join((FOLDER / name).read_text("utf-8") for name in sheets)
