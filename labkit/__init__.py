@@ -1,11 +1,6 @@
 """ICP-based motion estimation from 2D LiDAR scans."""
 
-import os
-import sys
 from importlib import import_module
-
-if sys.argv[:1] == ["-m"] and sys.path[0] != os.path.dirname(os.path.dirname(__file__)):
-    sys.path.pop(0)  # `python -m labkit` imports nothing from the folder that it runs in
 
 from labkit.alignment import align, align_svd
 from labkit.icp import icp

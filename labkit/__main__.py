@@ -1,7 +1,20 @@
-"""``python -m labkit``: the command line where the console command is not on the path."""
+"""The command ``labkit``, also as ``python -m labkit``: an interrupt ends it in one line."""
 
+import signal
 import sys
 
-from labkit_command import main
 
-sys.exit(main())
+def main() -> int:
+    """Load the command line and run it; the exit status."""
+    try:
+        from labkit.cli import main as run  # noqa: PLC0415 (an interrupt may meet the loading)
+
+        return run()
+    except KeyboardInterrupt:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one changes nothing
+        print("\nlabkit: interrupted; no file is left half-written", file=sys.stderr)
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())

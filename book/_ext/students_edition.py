@@ -35,7 +35,6 @@ HANDED_OUT = (
     "_toc.yml",
     "book",
     "labkit",
-    "labkit_command.py",
     "notebooks",
     "tests/conformance",  # pages include its tables
     "LICENSE",

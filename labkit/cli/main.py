@@ -18,7 +18,7 @@ from labkit.course.grading.command import add_autograder, add_grade
 from labkit.course.report import pages as report
 from labkit.support.errors import InvalidParameterError, LabkitError
 
-BAD_INPUT, USAGE, INTERRUPTED = 1, 2, 130
+BAD_INPUT, USAGE = 1, 2
 COMMANDS: dict[str, Any] = {
     "demo": demo,
     "odometry": odometry,
@@ -78,10 +78,6 @@ def _run(args: argparse.Namespace) -> int:
     except LabkitError as error:
         print(f"labkit {args.command}: {error}", file=sys.stderr)
         return BAD_INPUT
-    except KeyboardInterrupt:
-        told = "interrupted; no file is left half-written"
-        print(f"\nlabkit {args.command}: {told}", file=sys.stderr)
-        return INTERRUPTED
 
 
 def _drop_output() -> None:
