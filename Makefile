@@ -60,7 +60,7 @@ bench: ## time the lab's matcher beside others and write the book's page on it (
 	$(BENCH)/bin/python tests/bench/report.py $(BENCH)/results.json
 	@echo "The page is book/benchmark.md; make book shows it."
 
-mutants: $(TESTS) ## change the core in sixty random places, and list what its tests do not notice
+mutants: $(TESTS) ## plant sixty faults, one at a time, and list those that no test notices
 	$(BIN)/python tests/mutants.py $(MUTANTS_OPTIONS)
 
 lock: $(READY) ## resolve pyproject.toml into requirements.txt: every package, with its hashes

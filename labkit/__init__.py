@@ -32,7 +32,7 @@ __all__ = [
     "wrap",
 ]
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 _LATER = ("covariance", "evaluation", "logs", "odometry", "plotting", "simulation")
 

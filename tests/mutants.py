@@ -1,8 +1,8 @@
-"""Change the core in random places, one at a time, and list what its tests do not notice.
+"""Change the lab in random places, one at a time, and list what its tests do not notice.
 
-``python tests/mutants.py [--count 60] [--seed 0] [MODULE ...]`` works in a copy of the lab. A
-change takes some fifteen seconds, most of them for compiling. A survivor means the same in other
-words, tunes what no test measures, or names a test that is missing.
+``python tests/mutants.py [--part core|course|book] [--count 60] [--seed 0] [FILE ...]`` works in a
+copy. A change takes some fifteen seconds. A survivor means the same in other words, tunes what no
+test measures, or names a test that is missing.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import argparse
 import ast
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -19,10 +20,17 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-LAB = ROOT / "labkit"
-CORE = [path for path in LAB.glob("[a-z]*.py") if (ROOT / f"tests/test_{path.name}").exists()]
-PATHS = sorted([*CORE, *LAB.glob("odometry/[a-z]*.py")])
-MODULES = [path.relative_to(LAB).as_posix() for path in PATHS]
+TRACKED = subprocess.run(
+    ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
+).stdout.split("\n")
+PARTS = {  # the files that are changed, and the tests that all of a part's files are held to
+    "core": (r"labkit/(odometry/)?[a-z]\w*\.py", ()),
+    "course": (r"labkit/course/.+\.py", ()),
+    "book": (
+        r"book/_ext/\w+\.py",
+        ("edition", "folds", "formulas", "predictions", "figures", "notebooks", "pages"),
+    ),
+}
 OTHER = {
     ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq,
     ast.NotEq: ast.Eq, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.And: ast.Or, ast.Or: ast.And,
@@ -74,24 +82,32 @@ def changed(text: str, number: int) -> tuple[str, str]:
     return "\n".join(after) + "\n", "  ->  ".join(line.strip() for line in lines)
 
 
-def tests_of(module: str) -> list[Path]:
-    """Examples in the module, its own tests, refusals, and the loop or step that it serves."""
-    own = ROOT / "tests" / Path(module).parent / f"test_{Path(module).name}"
-    core = ("refusals", "icp", "schedule")
-    served = core if own.parent.name == "tests" else ("step", "search", "estimator")
-    tests = [own, *(own.with_name(f"test_{name}.py") for name in served)]
-    return [LAB / module, *dict.fromkeys(test for test in tests if test.exists())]
+def tests_of(file: str, part: str) -> list[str]:
+    """The file's own tests and examples first, then those of what it serves."""
+    name = Path(file).name
+    if part == "book":
+        own = [file, *(f"tests/book/test_{each}.py" for each in PARTS[part][1])]
+    else:
+        folder = "tests" / Path(file).parent.relative_to("labkit")
+        own = [file, (folder / f"test_{name}").as_posix()]
+        if part == "course":  # the tests of its folder, and of the folders below and above
+            own += [folder.as_posix(), folder.parent.as_posix()]
+        else:
+            served = ("refusals", "icp", "schedule", "step", "search", "estimator")
+            own += [(folder / f"test_{each}.py").as_posix() for each in served]
+    return [each for each in dict.fromkeys(own) if (ROOT / each).exists() and each != "tests"]
 
 
-def is_noticed(lab: Path, module: str) -> bool:
+def is_noticed(lab: Path, file: str, part: str) -> bool:
     """Whether a test falls, or hangs."""
     told = {"PYTHONPATH": str(lab), "LABKIT_CACHE": str(lab / "cache"), "LABKIT_EXAMPLES": "quick"}
-    tests = [str(lab / path.relative_to(ROOT)) for path in tests_of(module)]
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-m", "not slow", *tests]
+    quick = "not others" if part == "book" else "not slow and not others"
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-m", quick]
     try:
         done = subprocess.run(
-            command, cwd=lab, env=os.environ | told, capture_output=True, check=False, timeout=600
-        )
+            [*command, *tests_of(file, part)],
+            cwd=lab, env=os.environ | told, capture_output=True, check=False, timeout=600,
+        )  # fmt: skip
     except subprocess.TimeoutExpired:
         return True
     return done.returncode != 0
@@ -102,25 +118,27 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("modules", nargs="*", default=MODULES, metavar="MODULE")
+    parser.add_argument("--part", choices=PARTS, default="core")
+    parser.add_argument("files", nargs="*", metavar="FILE")
     args = parser.parse_args()
-    sources = {name: (LAB / name).read_text("utf-8") for name in args.modules}
+    files = args.files or [each for each in TRACKED if re.fullmatch(PARTS[args.part][0], each)]
+    sources = {name: (ROOT / name).read_text("utf-8") for name in files}
     counts = {name: sum(1 for _ in changes(ast.parse(text))) for name, text in sources.items()}
     places = [(name, number) for name, count in counts.items() for number in range(count)]
     drawn, noticed = random.Random(args.seed).sample(places, min(args.count, len(places))), 0
     with tempfile.TemporaryDirectory() as folder:
         lab = Path(folder)
-        for name in ("labkit", "tests"):
-            shutil.copytree(ROOT / name, lab / name)
-        shutil.copy(ROOT / "pyproject.toml", lab)
-        for module, number in drawn:
-            text, line = changed(sources[module], number)
-            (lab / "labkit" / module).write_text(text, "utf-8")
-            seen = is_noticed(lab, module)
-            (lab / "labkit" / module).write_text(sources[module], "utf-8")
+        for name in filter(None, TRACKED):
+            (lab / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, lab / name)
+        for name, number in drawn:
+            text, line = changed(sources[name], number)
+            (lab / name).write_text(text, "utf-8")
+            seen = is_noticed(lab, name, args.part)
+            (lab / name).write_text(sources[name], "utf-8")
             noticed += seen
-            print(f"{'noticed ' if seen else 'SURVIVED'} {module}: {line}", flush=True)
-    print(f"{noticed} of {len(drawn)} noticed; there are {len(places)} places")
+            print(f"{'noticed ' if seen else 'SURVIVED'} {name}: {line}", flush=True)
+    print(f"{args.part}: {noticed} of {len(drawn)} noticed; there are {len(places)} places")
 
 
 if __name__ == "__main__":

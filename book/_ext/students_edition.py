@@ -38,6 +38,7 @@ HANDED_OUT = (
     "notebooks",
     "tests/conformance",  # pages include its tables
     "LICENSE",
+    "LICENSE-TEXT",
     "Makefile",
     "pyproject.toml",
     "requirements.txt",
@@ -73,7 +74,7 @@ Start with `notebooks/01_problem_and_se2.ipynb`; `book/students.md` says how to 
 submit and where to get help. Where a function ends in `raise NotImplementedError`, write yours
 in its place and run the cell; `check` says whether it is right.
 
-Code: MIT. Text and figures: CC BY 4.0. See LICENSE.
+Code: MIT (LICENSE). Text and figures: CC BY 4.0 (LICENSE-TEXT).
 """
 
 
