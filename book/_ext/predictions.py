@@ -29,7 +29,9 @@ asked for:
   in the picture, or types the two numbers.
 
 All that follows the box, to the next heading or the next box, may tell the answer: the page holds
-it back until the reader has answered or has opened the dropdown.
+it back until the reader has answered or has opened the dropdown. It keeps its place: a widget
+stands still, all else but code is blurred. A switch at the head of the page shows all answers, and
+so does ``?answers`` in its address.
 
 In JupyterLab and on paper the same text is a box with a question, a list, and a dropdown
 to open; nothing is held back there. In the page all of it works by keyboard, and the
@@ -45,7 +47,7 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
-CLASS = "predict"
+CLASS, SWITCH = "predict", "predict-switch"
 PLACE = re.compile(r"\((\d{1,3})\s*%,\s*(\d{1,3})\s*%\)")
 NUMBER = re.compile(r"[-+\N{MINUS SIGN}]?\d+([.,]\d+)?\s*\D{0,8}")
 
@@ -97,10 +99,13 @@ def _is_dropdown(node: nodes.Node) -> bool:
 
 
 def mark_all(app: Sphinx, doctree: nodes.document) -> None:
-    """Mark every prediction of a page."""
-    for box in doctree.findall(nodes.admonition):
-        if CLASS in box["classes"]:
-            try:
-                mark(box)
-            except PredictionError as error:
-                logger.warning(str(error), location=box)
+    """Mark every prediction of a page, and leave room for the switch below its title."""
+    boxes = [each for each in doctree.findall(nodes.admonition) if CLASS in each["classes"]]
+    for box in boxes:
+        try:
+            mark(box)
+        except PredictionError as error:
+            logger.warning(str(error), location=box)
+    title = next(iter(doctree.findall(nodes.title)), None)
+    if boxes and title is not None:
+        title.parent.insert(1, nodes.raw("", f'<div class="{SWITCH}"></div>', format="html"))

@@ -1,21 +1,31 @@
-// Predictions: a question, the reader's answer, and only then what happens.
-// book/_ext/predictions.py says how one is written and gives the box its classes.
+// Predictions: a question, the reader's answer, and only then what happens. What follows a question
+// keeps its place: a widget stands still, all else is blurred. book/_ext/predictions.py says how one
+// is written and gives the box its classes.
 (() => {
-  const STORE = "labkit-predictions";
+  const STORE = "labkit-predictions", SHOW = "labkit-answers";
 
-  const stored = () => {
+  // Where storage is forbidden or damaged the page works; it only forgets.
+  const recall = (where, key) => {
     try {
-      return JSON.parse(localStorage.getItem(STORE)) ?? {};
+      return JSON.parse(window[where].getItem(key));
     } catch {
-      return {}; // storage is forbidden or damaged: the page works, it only forgets
+      return null;
     }
   };
-  const store = (key, answer) => {
-    const { [key]: _, ...others } = stored();
+  const keep = (where, key, value) => {
     try {
-      localStorage.setItem(STORE, JSON.stringify(answer === null ? others : { ...others, [key]: answer }));
+      window[where].setItem(key, JSON.stringify(value));
     } catch {}
   };
+  const stored = () => recall("localStorage", STORE) ?? {};
+  const store = (key, answer) => {
+    const { [key]: _, ...others } = stored();
+    keep("localStorage", STORE, answer === null ? others : { ...others, [key]: answer });
+  };
+
+  // Whether answers are shown: as the address says, for as long as the tab lives, or as the reader chose.
+  let all = new URLSearchParams(location.search).has("answers") || (recall("sessionStorage", SHOW) ?? recall("localStorage", SHOW)) === true;
+  if (all) keep("sessionStorage", SHOW, true);
 
   const make = (tag, attributes = {}, ...children) => {
     const node = Object.assign(document.createElement(tag), attributes);
@@ -134,6 +144,7 @@
   };
 
   let made = 0;
+  const boxes = [];
   const enliven = (box) => {
     const list = box.querySelector(":scope > ol.predict-choices");
     const details = box.querySelector(":scope > details");
@@ -151,41 +162,85 @@
     const form = make("form", { className: "predict-form" }, ...nodes, commit, again, said);
     if (list) form.prepend(list); // so that Enter commits a choice
     details.before(form);
-    const waiting = make("p", { className: "predict-waiting", textContent: "What comes next is shown once you have answered." });
+    held.forEach((each) => each.classList.toggle("predict-still", each.querySelector("script[type*=widget-view], .widget-subarea") !== null));
+    const waiting = make("p", { className: "predict-waiting", textContent: "What follows is held back until you have answered." });
     if (held.length) box.append(waiting);
 
-    const show = (committed, open) => {
+    let committed = stored()[key] ?? null, opened = false; // opened: without an answer
+    const show = () => {
+      const open = all || opened || committed !== null;
       for (const input of inputs) input.disabled = committed !== null;
-      said.textContent = committed === null ? "" : verdict(committed);
-      if (committed === null) verdict("");
+      const words = verdict(committed ?? "");
+      said.textContent = committed === null ? "" : words;
       commit.hidden = committed !== null;
       again.hidden = committed === null;
       commit.disabled = read() === "";
       if (details.open !== open) details.open = open;
-      held.forEach((each) => each.classList.toggle("predict-held", !open));
+      for (const each of held) {
+        each.classList.toggle("predict-held", !open);
+        each.inert = !open;
+      }
       waiting.hidden = open;
-      if (open) dispatchEvent(new Event("resize")); // what was hidden had no width
     };
-    let committed = stored()[key] ?? null;
+    const set = (answered, isOpen = false) => {
+      [committed, opened] = [answered, isOpen];
+      show();
+      count();
+    };
     if (committed !== null) write(committed);
-    show(committed, committed !== null);
+    show();
+    boxes.push({ held, show, isAnswered: () => committed !== null, open: (isOpen) => set(committed, isOpen) });
 
     form.addEventListener("input", () => (commit.disabled = read() === ""));
     form.addEventListener("submit", (event) => {
       event.preventDefault();
       if (committed !== null || read() === "") return;
-      store(key, (committed = read()));
-      show(committed, true);
+      store(key, read());
+      set(read());
       details.querySelector("summary").focus({ preventScroll: true });
     });
     again.addEventListener("click", () => {
-      store(key, (committed = null));
+      store(key, null);
       write("");
-      show(null, false);
+      set(null);
       inputs[0].focus({ preventScroll: true });
     });
-    details.addEventListener("toggle", () => details.open && show(committed, true)); // opened without an answer
+    details.addEventListener("toggle", () => details.open && set(committed, true));
   };
 
-  document.addEventListener("DOMContentLoaded", () => document.querySelectorAll(".admonition.predict").forEach(enliven));
+  // The switch at the chapter's head, and how many of its questions are answered.
+  let count = () => {};
+  const enlivenSwitch = (node) => {
+    const told = make("span"), buttons = ["held back", "shown"].map((textContent) => make("button", { type: "button", textContent }));
+    node.replaceChildren(told, make("span", { textContent: "Answers:" }), ...buttons);
+    count = () => {
+      told.textContent = `${boxes.length} prediction${boxes.length === 1 ? "" : "s"}, ${boxes.filter((each) => each.isAnswered()).length} answered.`;
+      buttons.forEach((button, i) => button.setAttribute("aria-pressed", String(all === (i === 1))));
+    };
+    buttons.forEach((button, i) => button.addEventListener("click", () => {
+      all = i === 1;
+      for (const where of ["localStorage", "sessionStorage"]) keep(where, SHOW, all);
+      for (const each of boxes) each.open(false);
+    }));
+    count();
+  };
+
+  // A link into what is held back opens it; so does a link to a state of the explorer.
+  const reveal = () => {
+    const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    const wanted = (held) => held.matches(".predict-held") && (held.contains(target) || (location.hash.startsWith("#icp?") && held.matches(".predict-still")));
+    const found = boxes.filter(({ held }) => held.some(wanted));
+    for (const each of found) each.open(true);
+    if (!found.length || !target) return;
+    target.scrollIntoView();
+    target.focus({ preventScroll: true });
+  };
+
+  document.addEventListener("DOMContentLoaded", () => {
+    document.querySelectorAll(".admonition.predict").forEach(enliven);
+    document.querySelectorAll(".predict-switch").forEach(enlivenSwitch);
+    reveal();
+    addEventListener("hashchange", reveal);
+    document.addEventListener("click", ({ target }) => target.closest?.("a[href*='#']") && setTimeout(reveal));
+  });
 })();

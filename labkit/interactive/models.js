@@ -13,16 +13,20 @@ import { prepareTarget } from "./explorer/scene.js";
 import { DEGREE, apply, poseDifference, transform } from "./explorer/se2.js";
 
 export const MODELS = {
-  // The newer scan moved over the older one by hand.
-  turn({ source, target }) {
+  // The newer scan moved over the older one by hand: nearest points are paired, or, where weights
+  // are given, row and row.
+  turn({ source, target, weights }) {
     const search = new NearestNeighbors(target);
     const answer = (degrees, x, y) => {
-      const moved = apply(transform(x, y, degrees * DEGREE), source), nearest = rows(moved).map((at) => search.nearest(...at));
-      const distances = rows(moved).map(([x, y], i) => distanceTo(target, nearest[i], x, y)), found = median(distances);
-      const pairs = rows(moved).flatMap((at, i) => [...at, target[2 * nearest[i]], target[2 * nearest[i] + 1]]);
-      const marks = [["pair", pairs, "to the nearest point"], ["older", target, "older scan"], ["newer", moved, "newer scan, moved"]];
-      const curve = { title: "median distance [m], as you move", trail: found };
-      return { panels: [{ marks }], numbers: [["median distance", `${found.toFixed(3)} m`]], curve };
+      const moved = apply(transform(x, y, degrees * DEGREE), source);
+      const partner = rows(moved).map((at, i) => (weights ? i : search.nearest(...at)));
+      const distances = rows(moved).map(([x, y], i) => distanceTo(target, partner[i], x, y));
+      const found = weights ? distances.reduce((sum, each, i) => sum + weights[i] * each ** 2, 0) : median(distances);
+      const pairs = rows(moved).flatMap((at, i) => [...at, target[2 * partner[i]], target[2 * partner[i] + 1]]);
+      const [name, unit] = weights ? ["cost J", "m²"] : ["median distance", "m"], said = weights ? "pair" : "to the nearest point";
+      const marks = [["pair", pairs, said], ["older", target, "older scan"], ["newer", moved, "newer scan, moved"]];
+      const curve = { title: `${name} [${unit}], as you move`, trail: found };
+      return { panels: [{ marks }], numbers: [[name, `${found.toFixed(3)} ${unit}`]], curve };
     };
     answer.drag = ([degrees, x, y], from, to) => [degrees, x + to[0] - from[0], y + to[1] - from[1]];
     return answer;

@@ -63,6 +63,13 @@ def test_a_moved_scan_and_its_median_distance(tmp_path):
             assert np.allclose(rows(answer["panels"][0]["newer"]), moved, rtol=0, atol=CLOSE)
             median = np.median(search.query(moved)[1])
             assert answer["numbers"] == {"median distance": f"{median:.3f} m"}
+    p, q, w = newer.points, older.points[: len(newer)], np.linspace(0.0, 1.0, len(newer))
+    for move, answer in zip(
+        moves, shown(tmp_path, moves, "turn", source=p, target=q, weights=w), strict=True
+    ):
+        T = labkit.transform(*move[1:], math.radians(move[0]))
+        cost = w @ ((labkit.apply(T, p) - q) ** 2).sum(axis=1)
+        assert answer["numbers"] == {"cost J": f"{cost:.3f} m²"}
 
 
 def test_an_outlier_pulls_by_its_weight(tmp_path):
