@@ -259,6 +259,7 @@ def test_what_is_held_back_is_shown_by_the_switch_the_address_and_a_link(browser
     with visit(browser, html.as_uri(), "widgets") as page:
         answer, address = page.get_by_text("[0, 1, 2, 3"), page.url
         still = page.locator(".predict-still")
+        page.evaluate("() => window.drawWidgets()")
         assert still.evaluate(HELD)  # a widget stands there, and does not move
         assert still.locator("canvas").first.bounding_box()["height"] > 100
         page.evaluate("() => { location.hash = 'widget-2'; }")
