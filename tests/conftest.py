@@ -25,6 +25,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: (item.path not in slow, item.path.suffix != ".ipynb"))
 
 
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """One line on the tools that are missing here, and how to get them."""
+    skipped = terminalreporter.stats.get("skipped", [])
+    told = {str(report.longrepr[2]).removeprefix("Skipped: ") for report in skipped}
+    if missing := sorted(reason for reason in told if "install" in reason):
+        terminalreporter.write_line(f"Not tried here: {'; '.join(missing)}")
+
+
 @pytest.fixture(scope="session")
 def in_the_room() -> SimpleNamespace:
     """A noisy look at the room, and another after (0.1, 0.05) m and 3°: the scans and the truth."""

@@ -1,0 +1,130 @@
+"""The commands that the pages name, and where each of them is run.
+
+``python tests/documented.py`` runs those that need the installed package alone, as they are
+written and in their order, in the folder it stands in; `.ci/wheel` calls it with the wheel.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).parents[1]
+PAGES = ("README.md", "CONTRIBUTING.md", "book/students.md", "book/instructors.md")
+FENCE = re.compile(r"(?ms)^```(\w*)\n(.*?)^```$")
+SPAN = re.compile(r"`([^`]+)`")
+COMMAND = re.compile(
+    r"(make|labkit|python|pip|jupyter|nbgrader|dolos|git|rm|source|\.venv/bin/\w+) \S|\.ci/\w"
+)
+# Commands of a checkout: the file of CI that walks them.
+WALKED = {
+    **dict.fromkeys(("make book", "make test", "make student", "make others"), ".ci/run"),
+    ".ci/run": ".github/workflows/ci.yml",
+    ".ci/versions lowest": ".github/workflows/ci.yml",
+    "make mutants": ".github/workflows/nightly.yml",
+    "make bench": ".github/workflows/nightly.yml",
+}
+# What the walk runs with the installed package, in this order.
+INSTALLED = (
+    "labkit --help",
+    "labkit --version",
+    "python -m labkit.course.authoring --secret course.secret",
+    "labkit grade submissions.zip --secret course.secret",
+    "rm grades/verdicts/4711.json",
+    'labkit grade submissions.zip --secret course.secret --canvas gradebook.csv "ICP lab"',
+    "labkit autograder autograder.zip --secret course.secret",
+    "labkit autograder --adjustments grades/adjustments.csv",
+    "labkit odometry killian",
+    "labkit odometry your.log",
+    "labkit report my_report.ipynb",
+)
+EXCUSED = {
+    "make lab": "opens JupyterLab in a window; tests/book/test_jupyterlab.py starts it",
+    "make fix": "changes the sources; make test holds what it would change",
+    "make quick": "runs a part of make test",
+    "make lock": "asks the registry for what is new; tests/test_packaging.py reads the lock",
+    "source .venv/bin/activate": "changes the terminal that it is typed in",
+    ".venv/bin/pytest tests/cli": "runs a part of make test",
+    ".venv/bin/pytest tests/course/authoring": "runs a part of make test",
+    ".venv/bin/pytest --nbval-lax --nbval-current-env notebooks/03_correspondences.ipynb": (
+        "runs a part of make test"
+    ),
+    ".venv/bin/python tests/bench/pages.py": "measures times, which no test asserts",
+    "pip install pre-commit && pre-commit install": "changes the contributor's git hooks",
+    "python -m pip list": "is pip's own",
+    "python -m labkit.course.authoring": (
+        "writes the assignment anew in a checkout; tests/course/authoring calls what it calls"
+    ),
+    "nbgrader generate_assignment": "tests/course/grading/test_nbgrader.py, in make others",
+    "jupyter nbconvert --to notebook notebooks/09_problems.ipynb --output-dir source/problems "
+    "--TagRemovePreprocessor.enabled=True --TagRemovePreprocessor.remove_cell_tags=solution": (
+        "prepares nbgrader's source; its own tests are nbconvert's"
+    ),
+    "dolos run -l python -i grades/handed_out.py grades/code/*.py": "another program's",
+    "python book/_ext/hours.py --write": "writes what tests/book/test_hours.py holds",
+    "python book/_ext/killian_map.py": "draws two pictures of README anew, from chapter 10",
+}
+WINDOWS = re.compile(r"py -3|\.venv\\")  # the workflow's job on Windows runs their like
+
+
+def commands(page: str) -> list[str]:
+    """The commands of a page: lines of its consoles, and what its text quotes."""
+    found = []
+    text = re.sub(r"(?<!`)``[^`].*?``(?!`)", "", (ROOT / page).read_text("utf-8"))
+    prose, *fenced = FENCE.split(text)  # then for each fence its language, its lines, and prose
+    for words, language, lines in zip(
+        [prose, *fenced[2::3]], [*fenced[::3], ""], [*fenced[1::3], ""], strict=True
+    ):
+        found += filter(COMMAND.match, (" ".join(each.split()) for each in SPAN.findall(words)))
+        if language in {"bash", "console"}:
+            found += lines.replace("\\\n", "").splitlines()
+    plain = (re.sub(r"(^|\s+)#.*", "", " ".join(line.split())) for line in found)
+    return [line for line in dict.fromkeys(plain) if line]
+
+
+def prepare(folder: Path) -> None:
+    """What the commands read: a class of one, a gradebook, a robot's sweeps, a report."""
+    with zipfile.ZipFile(folder / "submissions.zip", "w") as archive:
+        code = "def wrap(angle):\n    return angle\n"
+        archive.writestr("lovelaceada_4711_98765_answers.py", code)
+    (folder / "gradebook.csv").write_text(
+        "Student,ID,SIS User ID,SIS Login ID,Section,ICP lab (77)\n"
+        "    Points Possible,,,,,100.00\n"
+        '"Lovelace, Ada",4711,a1,ada@x.org,Monday,\n',
+        "utf-8",
+    )
+    shutil.copy(ROOT / "notebooks/report_template.ipynb", folder / "my_report.ipynb")
+    sweep = 3.0 / np.maximum(abs(np.cos(angles := np.radians(np.arange(-90, 90)))), 0.5)
+    sweeps = [sweep - 0.05 * k * np.cos(angles) for k in range(5)]
+    np.savetxt(folder / "sweeps.csv", sweeps, delimiter=",")
+    beams = " ".join(f"{r:.3f}" for r in sweep)
+    lines = (f"FLASER 180 {beams} {k / 10} 0 0 {k / 10} 0 0 {k} host {k}\n" for k in range(5))
+    (folder / "your.log").write_text("".join(lines), "utf-8")
+
+
+def python_of(page: str) -> str:
+    """The program that a page shows."""
+    found = re.search(r"(?ms)^```python\n(.*?)^```", (ROOT / page).read_text("utf-8"))
+    assert found is not None
+    return found[1]
+
+
+def main() -> None:
+    """Run them here; the first that fails ends it."""
+    prepare(Path.cwd())
+    for command in (*INSTALLED, f"python -c '{python_of('README.md')}'"):
+        print(f"$ {command.splitlines()[0]}", flush=True)
+        if subprocess.run(["bash", "-c", command], check=False).returncode:
+            sys.exit(f"as documented, this fails: {command}")
+        if command.startswith("labkit grade"):
+            Path("grades/adjustments.csv").touch()
+
+
+if __name__ == "__main__":
+    main()
