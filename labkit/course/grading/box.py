@@ -24,22 +24,25 @@ import signal
 import socket
 import subprocess
 import sys
-import tempfile
 import time
-from collections.abc import Iterator, Sequence
-from functools import cache
+from collections.abc import Callable, Sequence
+from functools import cache, partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from labkit.course.grading.inside import data
 from labkit.support.errors import LabkitError
 from labkit.support.extras import MissingExtraError
 
+T = TypeVar("T")
 MEBIBYTE = 1 << 20
 MEMORY, FILE_BYTES, DISK_BYTES = 1536 * MEBIBYTE, 16 * MEBIBYTE, 64 * MEBIBYTE
-MAX_LINE = 4 * MEBIBYTE
-SECONDS, IN_ALL, BY_THE_CLOCK = 3.0, 4.0, 10.0  # for a step; for a submission, in steps
-START = 60.0  # [s] until a box must be ready, on a machine at its limit
+MAX_LINE = MEBIBYTE // 4
+SECONDS = 3.0
+IN_ALL, BY_THE_CLOCK = 60.0, 30.0  # of processor time for a submission; by the clock for an order
+START = 120.0  # [s] until a box must be ready, on a machine at its limit
+LOOK = 0.25  # [s] between two looks at the time that a box has used
+TOO_LONG, TOO_MUCH = "it took too long", "the program sent too much output"
 PACKAGE = Path(__file__).resolve().parents[2]
 OWN = str(PACKAGE / "course/grading/inside")
 SYSTEM = ("/usr", "/lib", "/lib64", "/etc/ld.so.cache", "/etc/alternatives")
@@ -77,7 +80,11 @@ def holes(paths):
 
 
 class BoxError(Exception):
-    """The box ended, took too long or said what it must not; nothing more comes from it."""
+    """The box ended, took too long or sent what it must not; nothing more comes from it."""
+
+
+class MachineError(LabkitError):
+    """The machine kept a box from its work: no fault of what ran in it."""
 
 
 class Wall(NamedTuple):
@@ -122,15 +129,15 @@ def why_not(wall: Wall) -> str:
         return "bubblewrap is not installed"
     if wall.mode == "user" and os.geteuid() != 0:
         return "it needs root, as in a container"
-    end, paths = time.monotonic() + START, data.to_json((*wall.hidden, "/etc/shadow"))
+    paths = data.to_json((*wall.hidden, "/etc/shadow"))
     try:
         with contextlib.closing(Box(wall)) as box:
-            box.send(end, cells=[(PROBE, "probe", True)], scripts={}, functions=["holes"])
-            while "answers" not in box.receive(end):
+            box.send(START, cells=[(PROBE, "probe")], scripts={}, functions=["holes"])
+            while "answers" not in box.receive():
                 pass
-            box.send(end, function="holes", state="own", right={}, calls=[[paths]])
-            return " and ".join(data.from_json(box.receive(end)["value"]))
-    except (BoxError, OSError, KeyError) as error:
+            box.send(START, function="holes", state="last", right={}, calls=[[paths]])
+            return " and ".join(data.from_json(box.receive()["value"]))
+    except (BoxError, MachineError, OSError, KeyError) as error:
         return str(error) or type(error).__name__
 
 
@@ -141,14 +148,14 @@ class Box:
         self.wall = wall
         self._buffer = b""
         self._channel, theirs = socket.socketpair()
-        bare = wall.mode == "none"  # then it has a folder of this machine's to write into
-        self._folder = tempfile.TemporaryDirectory(prefix="labkit-") if bare else None
+        self._channel.settimeout(LOOK)
+        bare = wall.mode == "none"
         settings = {
             "seconds": IN_ALL * wall.seconds,
             "memory": MEMORY,
-            "file_bytes": 0 if wall.mode == "user" else FILE_BYTES,
+            "file_bytes": FILE_BYTES if wall.mode == "bubblewrap" else 0,
             "user": unused_user() if os.geteuid() == 0 and not bare else 0,
-            "isolated": not bare,
+            "wall": wall.mode,
         }
         command = [os.path.realpath(sys.executable), "-I", "-S", "-B", "-X", "utf8", "-c"]
         paths = sorted({os.path.dirname(path) for path in libraries()[1:]})
@@ -158,16 +165,19 @@ class Box:
             self.process = subprocess.Popen(
                 [*bubblewrap(wall), *command] if wall.mode == "bubblewrap" else command,
                 env=ENVIRONMENT,
-                cwd=self._folder.name if self._folder else "/",
+                cwd="/",
                 stdin=theirs.fileno(),
                 stdout=theirs.fileno(),
                 stderr=subprocess.PIPE,
                 start_new_session=True,
             )
+        self._pid = 0  # of the process in the box, once it is there
+        self._allow(START)
         try:
-            self.receive(time.monotonic() + START)
+            self.receive()
         except BoxError:
-            raise BoxError(self.close() or "the box did not start") from None
+            raise MachineError(self.close() or "the box did not start") from None
+        self._pid = innermost(self.process.pid)
 
     def close(self) -> str:
         """End it, with all that runs in it; the last line that it complained with."""
@@ -175,49 +185,105 @@ class Box:
             os.killpg(self.process.pid, signal.SIGKILL)  # with what it started, where it may
         _, complaint = self.process.communicate()
         self._channel.close()
-        if self._folder:
-            self._folder.cleanup()
         return complaint.decode(errors="replace").strip().rpartition("\n")[2]
 
-    def send(self, end: float, **order: Any) -> None:
-        """Have it run the cells (`Session.read`) or call a function (`Session.ask`)."""
-        line = json.dumps({**order, "seconds": self.wall.seconds}).encode("ascii") + b"\n"
-        with self._until(end):
-            self._channel.sendall(line)
+    def send(self, allowed: float, **order: Any) -> None:
+        """Have it run the cells (`Session.read`) or call a function (`Session.ask`).
 
-    def receive(self, end: float) -> dict[str, Any]:
+        All answers to this order may take so many seconds of processor time.
+        """
+        left = memoryview(json.dumps({"seconds": self.wall.seconds, **order}).encode() + b"\n")
+        self._allow(allowed)
+        while left:
+            left = left[self._moved(partial(self._channel.send, left)) :]
+
+    def receive(self) -> dict[str, Any]:
         """The next thing that the box says.
 
         Raises
         ------
         BoxError
-            Where nothing comes until `end`, a clock time, or what comes is no answer.
+            Where the time is over, the program ended, or what comes is no answer.
+        MachineError
+            Where the box got no processor to work on.
         """
         while b"\n" not in self._buffer:
-            with self._until(end):
-                read = self._channel.recv(1 << 20)
+            read = self._moved(partial(self._channel.recv, 1 << 16))
             self._buffer += read
-            if not read or len(self._buffer) > MAX_LINE:
-                raise BoxError("it said too much" if read else "the program ended")
+            if not read or len(self._buffer) > MAX_LINE + (1 << 16):
+                raise BoxError(TOO_MUCH if read else "the program ended")
         line, _, self._buffer = self._buffer.partition(b"\n")
         try:
             answer = json.loads(line)
         except (ValueError, RecursionError):
             answer = None
         if not isinstance(answer, dict):
-            raise BoxError("it spoke out of turn")
+            raise BoxError("the program sent an invalid answer")
         return answer
 
-    @contextlib.contextmanager
-    def _until(self, end: float) -> Iterator[None]:
-        """Limit what is said or heard in here to a time by the clock."""
-        self._channel.settimeout(max(end - time.monotonic(), 1e-3))
+    def used(self) -> tuple[float, float]:
+        """Seconds of processor time that the box has used, and that it waited for a processor.
+
+        Where the system does not tell, all of the clock counts as used.
+        """
         try:
-            yield
-        except TimeoutError:
-            raise BoxError("it took too long") from None
-        except OSError:
-            raise BoxError("the program ended") from None
+            return times_of(self._pid)
+        except (OSError, ValueError, IndexError):
+            return time.monotonic() - self._began, 0.0
+
+    def spent(self) -> float:
+        """Seconds of processor time since the last order was sent."""
+        return self.used()[0] - self._before[0]
+
+    def _allow(self, seconds: float) -> None:
+        self._allowed, self._began = seconds, time.monotonic()
+        self._before = self.used()
+        self._looked = self._began
+
+    def _moved(self, move: Callable[[], T]) -> T:
+        """What comes of a step on the channel, with a look at the time from time to time."""
+        while True:
+            moved = None
+            try:
+                moved = move()
+            except TimeoutError:
+                pass
+            except OSError:
+                raise BoxError("the program ended") from None
+            if moved is None or time.monotonic() > self._looked + LOOK:
+                self._look()
+            if moved is not None:
+                return moved
+
+    def _look(self) -> None:
+        """End the order when its time is over: the processor's for the code, else the machine's."""
+        self._looked = time.monotonic()
+        clock = self._looked - self._began
+        used, waited = (now - then for now, then in zip(self.used(), self._before, strict=True))
+        sleeps = clock > 2.0 * self._allowed and used + waited < clock / 2.0
+        if used > self._allowed or sleeps:
+            raise BoxError(TOO_LONG)
+        if clock > BY_THE_CLOCK * self._allowed:
+            raise MachineError(
+                f"this machine was too busy: of {clock:.0f} s the code got the processor for "
+                f"{used:.1f} s. Grade it again, with a smaller --jobs or on a quiet machine"
+            )
+
+
+def innermost(pid: int) -> int:
+    """The process in the box, which bubblewrap starts through one or two of its own."""
+    with contextlib.suppress(OSError):
+        while children := Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
+            pid = int(children[0])
+    return pid
+
+
+def times_of(pid: int) -> tuple[float, float]:
+    """Seconds that a process has run, and that it was ready and got no processor."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    threads = Path(f"/proc/{pid}/task").glob("*/schedstat")
+    waited = sum(int(thread.read_text().split()[1]) for thread in threads)
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK"), waited / 1e9
 
 
 def bubblewrap(wall: Wall) -> list[str]:

@@ -8,7 +8,7 @@ import os
 import sys
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed, wait
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from tqdm import tqdm
 from labkit.course.grading.assignment import FOLDER, load_assignment
 from labkit.course.grading.assignment.files import cases_beside, refuse_outdated
 from labkit.course.grading.assignment.questions import Assignment
-from labkit.course.grading.box import SECONDS, Wall, open_wall
+from labkit.course.grading.box import SECONDS, MachineError, Wall, open_wall
 from labkit.course.grading.exports.gradebooks import read_canvas, read_moodle, write_scores
 from labkit.course.grading.exports.gradescope import write_autograder
 from labkit.course.grading.exports.pages import templates, write_pages
@@ -55,10 +55,10 @@ def add_grade(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     parser.set_defaults(run=grade)
     add = parser.add_argument
     add("submissions", metavar="SUBMISSIONS", help="a folder or zip archive")
-    add("--layout", choices=LAYOUTS, default="", help="how the names are built (that which fits)")
+    add("--layout", choices=LAYOUTS, default="", help="naming scheme of the files (detected)")
     add("--student", metavar="NAME", help="all of SUBMISSIONS is the work of one student, NAME")
     add("--within", metavar="LAB", default="", help="which one of nbgrader's assignments")
-    add("--out", metavar="FOLDER", default="grades", help="for marks and pages (%(default)s)")
+    add("--out", metavar="FOLDER", default="grades", help="output folder (%(default)s)")
     add(
         "--canvas",
         nargs=2,
@@ -73,7 +73,7 @@ def add_grade(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         type=float,
         default=SECONDS,
         metavar="S",
-        help="of processor time, for a cell and for a question (%(default)s)",
+        help="CPU seconds per cell and per question (%(default)s)",
     )
     add("--jobs", type=int, metavar="N", help="how many at a time (cores + 2)")
     add("--cluster", metavar="ADDRESS", help="grade on a running Dask cluster")
@@ -133,13 +133,17 @@ def grade(args: argparse.Namespace) -> int:
     adjustments = read_adjustments(out, assignment, names | missing)
     handed_in = [file.path for one in submissions[:1] for file in one.files[:1]]
     closed = [Path(args.assignment, "hidden"), out / VERDICTS, *handed_in]
-    wall = open_wall(closed, args.seconds, isolation=not args.no_isolation)
+    if args.cluster and not args.no_isolation:  # each worker tries its own
+        wall = Wall("", tuple(map(os.path.realpath, closed)), args.seconds)
+    else:
+        wall = open_wall(closed, args.seconds, isolation=not args.no_isolation)
     failures = _grade(args, submissions, wall, records)
     marks = make_marks(records, adjustments, assignment)
     for mark in marks:
         missing.pop(mark.student, None)
     if missing:
-        _say(f"{len(missing)} of the roster handed in nothing: {_some(missing)}")
+        absent = (one if one == name else f"{one} ({name})" for one, name in missing.items())
+        _say(f"{len(missing)} of the roster handed in nothing: {_some(absent)}")
     write_scores(marks, missing, out / "scores.csv")
     write_pages(out, marks, assignment, failures=failures, missing=missing)
     for name, book in books.items():
@@ -147,10 +151,10 @@ def grade(args: argparse.Namespace) -> int:
             _say(f"{book.path} has no line for {len(unlisted)} of them: {_some(unlisted)}")
     _write_code(out, records, assignment)
     _pack_feedback(out, submissions, records)
-    found = len(submissions)
+    found, modes = len(submissions), sorted({one.verdict.mode for one in records.values()})
     sys.stdout.write(
-        f"{found - len(failures)} of {found} submissions have a verdict (isolation: {wall.mode}); "
-        f"see {out}\n"
+        f"Graded {found - len(failures)} of {found} submissions (isolation: "
+        f"{', '.join(modes) or 'none needed'}). Results are in {out}\n"
     )
     return 1 if failures else 0
 
@@ -188,20 +192,31 @@ def _grade(
     Whatever goes wrong is one submission's own: it is named, and the others are graded.
     """
     failures: dict[str, str] = {}
+
+    def keep(one: Submission, future: Future[Record]) -> None:
+        if error := future.exception():
+            failures[one.student] = f"{type(error).__name__}: {error}"
+            _say(f"{one.student} was not graded: {failures[one.student]}")
+        elif future.result() != records.get(one.student):
+            records[one.student] = future.result()
+            write_record(args.out, records[one.student])
+
     with _open_executor(args.jobs, args.cluster) as executor:
-        folder = str(args.assignment)
-        graded = {
-            executor.submit(grade_one, one, folder, wall, records.get(one.student)): one.student
-            for one in submissions
-        }
+
+        def begin(one: Submission) -> Future[Record]:
+            known = records.get(one.student)
+            return executor.submit(grade_one, one, str(args.assignment), wall, known)
+
+        graded = {begin(one): one for one in submissions}
+        again = []  # each by itself, when all others are done
         for future in tqdm(as_completed(graded), total=len(graded), disable=None):
-            student, error = graded[future], future.exception()
-            if error:
-                failures[student] = f"{type(error).__name__}: {error}"
-                _say(f"{student} was not graded: {failures[student]}")
-            elif future.result() != records.get(student):
-                records[student] = future.result()
-                write_record(args.out, records[student])
+            if isinstance(future.exception(), MachineError):
+                again.append(graded[future])
+            else:
+                keep(graded[future], future)
+        for one in again:
+            wait([future := begin(one)])
+            keep(one, future)
     return failures
 
 

@@ -12,86 +12,118 @@ written before a hidden input came into the box. In follow-through hidden cases 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.assignment.questions import Assignment, Case, Question
-from labkit.course.grading.box import BY_THE_CLOCK, Box, BoxError, Wall
-from labkit.course.grading.files import read_sources
+from labkit.course.grading.box import (
+    IN_ALL,
+    TOO_LONG,
+    TOO_MUCH,
+    Box,
+    BoxError,
+    MachineError,
+    Wall,
+    open_wall,
+)
+from labkit.course.grading.files import read_files
 from labkit.course.grading.handins import Submission
 from labkit.course.grading.inside import data
 from labkit.course.grading.judging.compare import assess
 from labkit.course.grading.judging.verdict import (
     CELL_FAILED,
     KILLED,
+    NO_RESULT,
     NOT_DEFINED,
     Outcome,
     QuestionVerdict,
     SubmissionVerdict,
 )
-from labkit.course.grading.reading import Program, read_program
+from labkit.course.grading.reading import Program, read_apart
 from labkit.course.grading.store import Record, fingerprint
 
 MAX_NOTES = 20
-MAX_RESTARTS = 2
-OWN, END = "own", "end"
-ENDED_BY = {"it took too long": "OutOfTime", "it said too much": "TooMuchError"}
+MAX_FAILURES = 5  # boxes that end in the cells
+CELLS, CALLS, CUT = 5.0, 2.0, 1.0  # for all cells and all calls of an order, of what the box cuts
+OUT_OF_TIME = "OutOfTime"
+ENDED_BY = {TOO_LONG: OUT_OF_TIME, TOO_MUCH: "TooMuchError"}
 
 
 class Sitting:
-    """One submission in a box, which is started anew where the code ends it."""
+    """One submission in a box, which is started anew where the code ends it.
+
+    No word of a box counts once a hidden case was sent to one: what the box says of the cells
+    and of the answers was said before.
+    """
 
     def __init__(self, program: Program, functions: Sequence[str], wall: Wall) -> None:
         self.cells, self.scripts = list(program.cells), program.scripts
         self.functions, self.wall = functions, wall
-        self.end = time.monotonic() + BY_THE_CLOCK * wall.seconds
+        self.left = IN_ALL * wall.seconds  # of processor time
+        self.budget = dict.fromkeys(functions, 2.0 * wall.seconds)  # of it, for each question
         self.box: Box | None = None
-        self.restarts = -1
+        self.failures = 0
+        self.is_sealed = False
         self.left_out = list(program.notes)
         self.notes: list[str] = []
         self.answers: dict[str, Any] = {}  # what the box says of each, as data without a type
         self.broken: dict[str, str] = {}
+        self.hung: set[tuple[str, str]] = set()  # functions that ended a box, each in a state
         self.open()
 
     def open(self) -> None:
         """Start a box and have the cells run; one that ends the box is left out from then on."""
-        while self.box is None and self.restarts < MAX_RESTARTS:
-            self.restarts += 1
-            cell = -1
-            box = Box(self.wall)  # an error here is the machine's, not the student's
+        while self.box is None and self.failures < MAX_FAILURES and self.left > 0.0:
+            cell, box = -1, Box(self.wall)
             try:
                 order = {"cells": self.cells, "scripts": self.scripts, "functions": self.functions}
-                box.send(self._soon(), **order)
-                while "answers" not in (said := box.receive(self._soon())):
+                box.send(CELLS * self.wall.seconds + CUT, **order)
+                said: dict[str, Any] = {}
+                for _ in range(len(self.cells) + 1):
+                    said = box.receive()
                     place = said.get("cell")
                     cell = place if isinstance(place, int) else cell
-                self.notes = [*self.left_out, *_as(list, said.get("notes"))]
-                broken = _as(dict, said.get("broken"))
-                self.broken = {name: shown(why) for name, why in broken.items()}
-                self.answers = _as(dict, said["answers"])
+                if not self.is_sealed:
+                    self.notes = [*self.left_out, *_as(list, said.get("notes"))]
+                    broken = _as(dict, said.get("broken"))
+                    self.broken = {name: shown(why) for name, why in broken.items()}
+                    self.answers = _as(dict, said.get("answers"))
                 self.box = box
             except BoxError as error:
+                self.close(box)
+                self.failures += 1
+                label = self.cells.pop(cell).label if 0 <= cell < len(self.cells) else ""
+                if not self.is_sealed:
+                    self.notes = [f"the notebook could not be run to its end: {error}"]
+                    says = f"{label} ended the program or hung, so it is left out"
+                    self.left_out += [says] if label else []
+            except MachineError:
                 box.close()
-                self.notes = [f"the notebook could not be run to its end: {error}"]
-                if 0 <= cell < len(self.cells):
-                    label = self.cells.pop(cell).label
-                    self.left_out.append(f"{label} ended the program or hung, so it is left out")
-
-    def _soon(self) -> float:
-        """Until when a single step may take; after it has hung once there is less patience."""
-        patience = 3.0 if self.restarts <= 0 else 1.5
-        return min(self.end, time.monotonic() + patience * self.wall.seconds + 1.0)
+                raise
 
     def told(self, question: Question) -> dict[str, Any]:
         """Remarks of the box on an answer; they decide no mark."""
         told: dict[str, Any] = _as(dict, self.answers.get(question.function))
         return told
 
-    def states(self, question: Question) -> tuple[str, ...]:
-        """States to ask in: after its own cell and, if what it uses was changed, at the end."""
-        return (OWN, END) if self.told(question).get("changes") else (OWN,)
+    def states(self, question: Question) -> list[str]:
+        """States to ask in: after the cells that define it and, where these differ, others."""
+        states = map(str, _as(list, self.told(question).get("states")))
+        return list(dict.fromkeys(["last", *states]))[:3]
+
+    def calls(self, question: Question) -> set[str]:
+        """The functions that an answer uses, but for one to which it only hands its work on."""
+        told = self.told(question)
+        return set(map(str, _as(list, told.get("calls")))) - {str(told.get("hands_on"))}
+
+    def is_stuck(self, question: Question, state: str, lent: Collection[str] = ()) -> bool:
+        """True if it ended a box itself, or would call a function that did."""
+        calls = set(map(str, _as(list, self.told(question).get("calls"))))
+        hung = calls.intersection(name for name, _ in self.hung) - {question.function, *lent}
+        return (question.function, state) in self.hung or bool(hung)
 
     def ask(
         self,
@@ -100,31 +132,50 @@ class Sitting:
         state: str,
         right: Mapping[str, str] | None = None,
     ) -> list[Outcome]:
-        """The outcomes of some cases of one question, all visible or all hidden."""
-        name = question.function
-        self.open()
-        failure = Outcome(error=KILLED)
-        outcomes: list[Outcome] = []
-        if self.box is not None and name not in self.answers:
-            fault = self.broken.get(name, "")
-            failure = Outcome(error=CELL_FAILED if fault else NOT_DEFINED, message=fault)
-        elif self.box is not None:
-            end = self._soon()
-            try:
-                calls = [[data.to_json(argument) for argument in case.arguments] for case in cases]
-                self.box.send(end, function=name, state=state, right=dict(right or {}), calls=calls)
-                for _ in cases:
-                    outcomes.append(outcome(self.box.receive(end)))
-            except BoxError as error:
-                failure = Outcome(error=ENDED_BY.get(str(error), KILLED))
-                self.close()
-        return outcomes + [failure] * (len(cases) - len(outcomes))
+        """The outcomes of some cases of one question, all visible or all hidden.
 
-    def close(self) -> None:
-        """End the box."""
-        if self.box:
-            self.box.close()
-            self.box = None
+        What ended a box once is not asked again, and neither is what would call it.
+        """
+        name = question.function
+        hidden = any(case.hidden for case in cases)
+        self.open()
+        if self.box is None:
+            return [Outcome(error=KILLED if self.left > 0.0 else OUT_OF_TIME)] * len(cases)
+        if name not in self.answers:
+            fault = self.broken.get(name, "")
+            return [Outcome(error=CELL_FAILED if fault else NOT_DEFINED, message=fault)] * len(
+                cases
+            )
+        if self.is_stuck(question, state, right or ()):
+            return [Outcome(error=OUT_OF_TIME)] * len(cases)
+        self.is_sealed |= hidden
+        seconds = self.wall.seconds if right else min(self.wall.seconds, self.budget[name])
+        outcomes: list[Outcome] = []
+        try:
+            calls = [[data.to_json(argument) for argument in case.arguments] for case in cases]
+            order = {"function": name, "state": state, "right": dict(right or {}), "calls": calls}
+            self.box.send(CALLS * seconds + CUT, seconds=max(seconds, 0.01), **order)
+            outcomes += [outcome(self.box.receive()) for _ in cases]
+            self.budget[name] -= self.box.spent()
+        except BoxError as error:
+            self.close(self.box)
+            outcomes += [Outcome(error=ENDED_BY.get(str(error), KILLED))] * (
+                len(cases) - len(outcomes)
+            )
+            self.hung.add((name, state))
+        if any(one.error == OUT_OF_TIME for one in outcomes):
+            self.hung.add((name, state))
+        return [
+            replace(one, error=one.error and NO_RESULT, message="") if hidden else one
+            for one in outcomes
+        ]
+
+    def close(self, box: Box | None = None) -> None:
+        """End the box, and count its time."""
+        if box := box or self.box:
+            self.left -= box.used()[0]
+            box.close()
+        self.box = None
 
 
 def outcome(said: Mapping[str, Any]) -> Outcome:
@@ -139,7 +190,7 @@ def outcome(said: Mapping[str, Any]) -> Outcome:
         if "error" not in said:
             return Outcome(value=data.from_json(said["value"]))
     except (KeyError, ValueError, RecursionError):
-        raise BoxError("it spoke out of turn") from None
+        raise BoxError("the program sent an invalid answer") from None
     error = str(said["error"])
     error = error if error.isidentifier() else "Exception"
     return Outcome(error=error, message=shown(said.get("message") or ""))
@@ -197,7 +248,7 @@ def grade_submission(
         score=round(sum(one.score for one in verdicts), 2),
         points=round(sum(one.points for one in verdicts), 2),
         notes=tuple(map(shown, sitting.notes[:MAX_NOTES])),
-        unread=tuple(unread),
+        unread=(*unread, *map(shown, program.unread)),
         seconds=time.perf_counter() - start,
     )
 
@@ -217,8 +268,12 @@ def _first_round(
         if before and before.passed:
             continue
         cases = assignment.cases(question.id, student)
-        hidden = sitting.ask(question, [case for case in cases if case.hidden], state)
-        verdict = assess(question, cases, [*outcomes, *hidden])
+        hidden = [case for case in cases if case.hidden]
+        if all(one.error == "NotImplementedError" for one in outcomes):
+            answers = outcomes[:1] * len(hidden)
+        else:
+            answers = sitting.ask(question, hidden, state)
+        verdict = assess(question, cases, [*outcomes, *answers])
         if before is None or verdict.score > before.score:
             found[question.id] = verdict
     return found
@@ -238,8 +293,7 @@ def _follow_through(
         best = old = found[question.id]
         if old.passed:
             continue
-        told = sitting.told(question)
-        calls = set(map(str, _as(list, told.get("calls")))) - {str(told.get("hands_on"))}
+        calls = sitting.calls(question)
         lent = {name: source for name, source in wrong.items() if name in calls}
         hidden = [case for case in assignment.cases(question.id, student) if case.hidden]
         for state in sitting.states(question) if lent and hidden else ():
@@ -256,12 +310,19 @@ def _follow_through(
     return better
 
 
+@cache
+def own_wall(wall: Wall) -> Wall:
+    """The wall of this process, on whatever machine it runs."""
+    return open_wall(wall.hidden, wall.seconds)
+
+
 def grade_one(
     submission: Submission, assignment: str, wall: Wall, known: Record | None = None
 ) -> Record:
     """Read a submission, and grade it by the assignment in a folder unless `known` still holds."""
+    wall = wall if wall.mode else own_wall(wall)
     asked = load_assignment(assignment)
-    files, unread = read_sources(submission.files)
+    files, unread = read_files(submission.files)
     mark = fingerprint(files, asked, wall)
     late = submission.late
     if late is None:  # nobody says: what was said before holds
@@ -269,6 +330,8 @@ def grade_one(
     if known and known.fingerprint == mark:
         return replace(known, late=late)
     student, name = submission.student, submission.name
-    program = read_program(files, [one.function for one in asked.questions])
+    program = read_apart(files, [one.function for one in asked.questions])
+    if program is None:
+        raise MachineError("this machine was too busy to read its files; grade it again")
     verdict = grade_submission(program, wall, asked, student, name=name, unread=unread)
     return Record(verdict=verdict, fingerprint=mark, code=program.code, late=late)

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple, TypeAlias
 
-from labkit.course.grading.files import Handed, is_source, list_files, may_hold_source, printable
+from labkit.course.grading.files import Handed, list_files
+from labkit.course.grading.reading import is_source, may_hold_source, printable
 from labkit.support.errors import LabkitError
 
 FOLDERS, NBGRADER, SUBMITTED = "folders", "nbgrader", "submitted"
@@ -114,9 +115,12 @@ def find_submissions(
             own = file._replace(name=found["file"] or file.name)
             lab.setdefault(found["student"], []).append((found.groupdict(), own))
         else:
-            remarks.append(f"{path}: {file.name} is nobody's work, and is passed over")
+            remarks.append(f"{path}: {file.name} belongs to no student; skipped")
     if not named:
-        raise LabkitError(f"{path}: no name is {layout}'s, as {files[0].name}; say another layout")
+        raise LabkitError(
+            f"{path}: no file name fits the {layout} layout (for example {files[0].name}); "
+            f"choose another --layout"
+        )
     chosen = within or min(named)
     if chosen not in named or (len(named) > 1 and not within):
         known = ", ".join(sorted(named)) or "not told apart by these names"
@@ -150,9 +154,9 @@ def _fitting(path: Path, files: list[Handed]) -> str:
     if len(tops) == 1 and all("/" in file.name for file in files):
         (top,) = tops
         raise LabkitError(
-            f"{path}: all lies in one folder, {top}: if that is one student, say "
-            f"--student {top}; if it is the class, unpack it and name {path / top}; if it is a "
-            f"class of one, say --layout {FOLDERS}"
+            f"{path}: all files are in one folder, {top}. If it is one student, use "
+            f"--student {top}; if it is the class, unpack it and name the folder {top}; if it is "
+            f"a class of one, use --layout {FOLDERS}"
         )
     return FOLDERS
 

@@ -111,7 +111,7 @@ def make_marks(
         for owner in members.get(group, []) if group else records.keys() & {student}:
             verdict = records[owner].verdict
             if group:
-                note = f"Handed in by {owner} for {group}."
+                note = f"Submitted by {owner} for group {group}."
                 verdict = replace(verdict, student=student, notes=(note, *verdict.notes))
             found.append(adjustments.apply(verdict, records[owner].late, owner))
         if not found and student in given:
@@ -161,7 +161,9 @@ def read_adjustments(
         where = f"{path}: line {line}"
         possible = RULES if name == CLASS else (*points, *WHAT)
         if what not in possible:
-            raise LabkitError(f"{where}: it must name one of {', '.join(possible)}, got {what!r}")
+            near = difflib.get_close_matches(what.lower(), possible, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else f"the items are {', '.join(possible)}"
+            raise LabkitError(f"{where}: unknown item {what!r}; {hint}")
         student = name if name == CLASS else _student(name, names, where)
         if what == "group":
             if not text or groups.setdefault(student, text) != text:
@@ -175,6 +177,8 @@ def read_adjustments(
             upto = f" from 0 to {most:g}" if math.isfinite(most) else ""
             way_out = f"; say what they are worth: {CLASS},written,POINTS," if most == 0 else ""
             raise LabkitError(f"{where}: {what} must be a number{upto}, got {text!r}{way_out}")
+        if (student, what) in lines:
+            raise LabkitError(f"{where}: {what} of {name!r} is set before; keep one of the lines")
         lines[student, what] = Line(value, row.get("comment", "").strip())
     return Adjustments(lines=lines, groups=groups)
 

@@ -21,7 +21,7 @@ from labkit.course.grading.judging.verdict import CaseVerdict, QuestionVerdict, 
 from labkit.support.errors import LabkitError, WriteError
 from labkit.support.files import atomic_write
 
-RULES = 10  # raise it when the same files would get other points or messages than before
+RULES = 11  # raise it when the same files would get other points or messages than before
 VERDICTS = "verdicts"
 
 
@@ -57,7 +57,8 @@ def read_records(out: str | os.PathLike[str]) -> dict[str, Record]:
             records[record.verdict.student] = record
         except (ValueError, TypeError, AttributeError) as error:
             raise LabkitError(
-                f"{path}: is damaged, or of another labkit ({error}); take it out, and run again"
+                f"{path}: is damaged or from another labkit version ({error}); delete it and "
+                f"run again"
             ) from None
     return records
 

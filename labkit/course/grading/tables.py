@@ -34,9 +34,17 @@ def read_rows(
         raise LabkitError(f"{path}: cannot be read: {error.strerror}") from None
     header = text.partition("\n")[0]
     delimiter = ";" if ";" in header and "," not in header else ","  # Excel's, where 0.5 is 0,5
-    reader = csv.DictReader(text.splitlines(keepends=True), delimiter=delimiter, restval="")
+    reader = csv.DictReader(
+        text.splitlines(keepends=True), delimiter=delimiter, restval="", strict=True
+    )
     columns = reader.fieldnames = [name.strip() for name in reader.fieldnames or []]
-    rows = [(reader.line_num, row) for row in reader if any(row.values())]
+    try:
+        rows = [(reader.line_num, row) for row in reader if any(row.values())]
+    except csv.Error as error:
+        line = reader.line_num + 1
+        raise LabkitError(
+            f"{path}: line {line}: {error}; is a double quote left open before it?"
+        ) from None
     found = ", ".join(columns) or "none"
     for name in needed:
         if name not in columns:

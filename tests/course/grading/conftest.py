@@ -8,15 +8,28 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 from small import write_assignment
 
-from labkit.course.grading.box import Wall, open_wall
+from labkit.course.grading.box import Wall, open_wall, why_not
+from labkit.course.grading.files import read_files
 from labkit.course.grading.grade import grade_submission
-from labkit.course.grading.reading import read_program
+from labkit.course.grading.reading import read_apart, read_program
 from labkit.support.errors import LabkitError
 
 
 @pytest.fixture(scope="session")
 def small(tmp_path_factory):
     return write_assignment(tmp_path_factory.mktemp("assignment") / "small")
+
+
+@pytest.fixture(scope="session")
+def read():
+    """A function that reads a submission as the grader does: sources by name, what is unread."""
+
+    def run(submission):
+        files, unread = read_files(submission.files)
+        program = read_apart(files, ["f"])
+        return program.scripts, [*unread, *program.unread]
+
+    return run
 
 
 @pytest.fixture(scope="session")
@@ -27,19 +40,20 @@ def wall():
         return Wall(mode="none")
 
 
-@pytest.fixture(scope="session")
-def safe_wall(wall):
-    if wall.mode == "none":
-        pytest.skip("no isolation works here: install bubblewrap, or run as root on Linux")
-    return wall
+@pytest.fixture(scope="session", params=["bubblewrap", "user"])
+def safe_wall(request):
+    """Each wall that SECURITY.md speaks of."""
+    if reason := why_not(Wall(mode=request.param)):
+        pytest.skip(f"{request.param}: {reason} (install bubblewrap; run as root on Linux)")
+    return Wall(mode=request.param)
 
 
 @pytest.fixture(scope="session")
 def graded(wall):
     """A function that grades files by an assignment."""
 
-    def run(files, assignment, *, student="ada", seconds=3.0, **more):
-        timed = wall._replace(seconds=seconds)
+    def run(files, assignment, *, student="ada", seconds=3.0, behind=wall, **more):
+        timed = behind._replace(seconds=seconds)
         program = read_program(files, [one.function for one in assignment.questions])
         return grade_submission(program, timed, assignment, student, **more)
 

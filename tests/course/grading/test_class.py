@@ -61,7 +61,7 @@ def test_a_class_gets_scores_pages_and_code_for_its_owner_alone(grade, tmp_path,
     expected["student00002"] = 3.0
     assert grade("class") == 0
     assert scores() == expected
-    assert "4 of 4 submissions have a verdict" in capsys.readouterr().out
+    assert "Graded 4 of 4 submissions" in capsys.readouterr().out
     (tmp_path / "late.py").write_text(SQUARED, encoding="utf-8")
     assert grade("late.py", "--student", "student00001") == 0
     assert scores() == {**expected, "student00001": 3.5}
@@ -92,7 +92,7 @@ def test_it_goes_on_where_it_was_and_keeps_what_people_decided(grade, tmp_path, 
         decided = {**expected, "student00000": 3.0, "student00002": 4.0, "new": 3.5, "absent": -1}
         assert scores() == decided
         assert {name: entry for name, entry in verdicts().items() if name != "new"} == before
-        assert "1 of the roster handed in nothing: absent" in capsys.readouterr().err
+        assert "1 of the roster handed in nothing: absent (Nobody N.)" in capsys.readouterr().err
         Path("grades/verdicts/student00000.json").unlink()  # graded afresh
     assert "Nobody N." in Path("grades/index.html").read_text(encoding="utf-8")
     with Path("grades/adjustments.csv").open("a", encoding="utf-8") as file:
@@ -116,7 +116,7 @@ def test_one_submission_that_cannot_be_read_costs_nobody_else(grade, tmp_path, m
     def broken(one, *_):
         raise OverflowError("beyond all")
 
-    monkeypatch.setattr("labkit.course.grading.grade.read_sources", broken)
+    monkeypatch.setattr("labkit.course.grading.grade.read_files", broken)
     assert grade("class") == 1
     err = capsys.readouterr().err
     assert "zoe was not graded: OverflowError: beyond all" in err
@@ -240,7 +240,7 @@ def test_a_cluster_gives_the_same_marks(grade, tmp_path):
     distributed = pytest.importorskip("distributed")
     expected = hand_in(tmp_path / "class", 3)
     with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
+        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=":0"
     ) as cluster:
         assert grade("class", "--cluster", cluster.scheduler_address) == 0
     assert scores() == expected

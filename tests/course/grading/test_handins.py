@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from labkit.course.grading.files import read_sources
 from labkit.course.grading.handins import find_submissions, one_submission
 from labkit.support.errors import LabkitError
 
@@ -71,11 +70,11 @@ def test_what_a_student_calls_a_file_chooses_nothing(tmp_path):
     assert mallory.feedback_name == "Mallory M_4711_assignsubmission_file_/feedback.html"
 
 
-def test_of_two_uploads_with_one_name_the_newest_counts(tmp_path):
+def test_of_two_uploads_with_one_name_the_newest_counts(read, tmp_path):
     folder = write(tmp_path / "class", ["ada_1_12_a.py", "emmy_2_13_a.py"], b"new = 1\n")
     write(folder, ["ada_1_9_a.py"], b"old = 1\n")
     found, _ = find_submissions(folder)
-    assert read_sources(found[0].files)[0] == {"a.py": b"new = 1\n"}
+    assert read(found[0])[0] == {"a.py": "new = 1\n"}
 
 
 def test_a_class_of_two_layouts_is_refused_with_the_way_out(tmp_path):
@@ -84,16 +83,20 @@ def test_a_class_of_two_layouts_is_refused_with_the_way_out(tmp_path):
         find_submissions(folder)
     found, remarks = find_submissions(folder, layout="canvas")
     assert [one.student for one in found] == ["4711"]
-    assert remarks == [f"{folder}: emmy.py is nobody's work, and is passed over"]
+    assert remarks == [f"{folder}: emmy.py belongs to no student; skipped"]
     found, _ = find_submissions(folder, layout="folders")
     assert [one.student for one in found] == ["ada_4711_98765_a", "emmy"]
-    with pytest.raises(LabkitError, match=r"no name is moodle's, as ada_4711_98765_a\.py"):
+    with pytest.raises(
+        LabkitError, match=r"no file name fits the moodle layout \(for example ada_4711_98765_a\.py"
+    ):
         find_submissions(folder, layout="moodle")
 
 
 def test_one_folder_around_all_is_not_taken_for_a_student(tmp_path):
     write(tmp_path / "class", ["lab 1/ada/a.py", "lab 1/emmy/a.py"])
-    with pytest.raises(LabkitError, match=r"all lies in one folder, lab 1: .*--student lab 1"):
+    with pytest.raises(
+        LabkitError, match=r"all files are in one folder, lab 1\. .*--student lab 1"
+    ):
         find_submissions(tmp_path / "class")
     assert len(find_submissions(tmp_path / "class/lab 1")[0]) == 2
 
@@ -113,7 +116,7 @@ def test_marks_and_leftovers_are_nobodys_work(tmp_path):
     (folder / "link.py").symlink_to(folder / "ada.py")
     found, remarks = find_submissions(folder, marks=folder / "grades")
     assert [one.student for one in found] == ["ada"]
-    assert remarks == [f"{folder}: notes.txt is nobody's work, and is passed over"]
+    assert remarks == [f"{folder}: notes.txt belongs to no student; skipped"]
 
 
 ZIP64 = base64.b64decode(  # a file that claims to lie beyond 2⁶³
@@ -133,28 +136,28 @@ def packed(count, method=zipfile.ZIP_STORED):
 @pytest.mark.parametrize(
     "data", [b"", b"PK\x03\x04", ZIP64, packed(1, zipfile.ZIP_LZMA), packed(1) + b"PK\1\2" * 90_000]
 )
-def test_a_damaged_archive_costs_itself_alone(data, tmp_path):
+def test_a_damaged_archive_costs_itself_alone(data, read, tmp_path):
     folder = write(tmp_path / "class", ["ada/a.py", "emmy/a.py"])
     (folder / "ada/work.zip").write_bytes(data)
     (ada, _), _ = find_submissions(folder)
-    files, unread = read_sources(ada.files)
+    files, unread = read(ada)
     assert list(files) == ["a.py"]
     assert len(unread) == 1
     assert unread[0].startswith("work.zip cannot be read: ")
 
 
-def test_what_is_too_large_is_named_and_the_rest_is_read(tmp_path):
+def test_what_is_too_large_is_named_and_the_rest_is_read(read, tmp_path):
     folder = write(tmp_path / "class", ["ada/a.py"])
     with (folder / "ada/large.ipynb").open("wb") as file:
         file.truncate(33 << 20)
     with zipfile.ZipFile(folder / "ada/bomb.zip", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("b.py", b" " * (64 << 20))
-    files, unread = read_sources(one_submission(folder, "ada").files)
+    files, unread = read(one_submission(folder, "ada"))
     assert list(files) == ["ada/a.py"]
     assert {line.partition(" ")[0] for line in unread} == {"ada/large.ipynb", "ada/bomb.zip"}
 
 
-def test_names_of_any_bytes_are_printable(tmp_path):
+def test_names_of_any_bytes_are_printable(read, tmp_path):
     odd = os.fsencode(tmp_path) + b"/\xff\x1b[2J.py"
     try:
         Path(os.fsdecode(odd)).write_bytes(b"k = 1")
@@ -162,7 +165,7 @@ def test_names_of_any_bytes_are_printable(tmp_path):
         pytest.skip("this file system takes no such name")
     (found,), _ = find_submissions(tmp_path)
     assert found.student.isprintable()
-    assert read_sources(found.files)[0]
+    assert read(found)[0]
 
 
 @pytest.mark.parametrize(

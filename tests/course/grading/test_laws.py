@@ -1,7 +1,9 @@
 """The promises of the grading as laws: each test makes its cases from the assignment."""
 
 import ast
+import os
 import re
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -16,20 +18,64 @@ ORDERS = []
 NAMES = [one.function for one in ASSIGNMENT.questions]
 
 
+# How a function fails: its body, or with a leading line break what stands before its definition.
+WAYS = {
+    "endless loop": "while True:\n        pass",
+    "endless recursion": "return {name}(*given)",
+    "exit": "__import__('os')._exit(0)",
+    "segmentation fault": "__import__('ctypes').string_at(0)",
+    "too much memory": "held = [bytes(2**27) for _ in range(99)]",
+    "exception at its definition": "\n1 / 0\n",
+    "syntax error in its own cell": "return (",
+    "None": "return None",
+    "wrong answer": "return np.full(7, 0.125)",
+}
+
+
+def failing(name, way):
+    """The cell of a function that fails in some way."""
+    before, body = (WAYS[way], "pass") if WAYS[way].startswith("\n") else ("", WAYS[way])
+    return f"{before}def {name}(*given):\n    {body.format(name=name)}\n"
+
+
+def test_a_mistake_costs_its_own_points_and_no_others(wall):
+    """Law 1: each function fails once in each way, nine of 19 at a time, boxes side by side."""
+
+    def grade_all(shift):
+        ways = {NAMES[(shift + 2 * place) % len(NAMES)]: way for place, way in enumerate(WAYS)}
+        cells = {name: failing(name, way) for name, way in ways.items()}
+        program = read_program({"a.ipynb": answered(cells, closing=False)}, NAMES)
+        timed = wall._replace(seconds=1.0)
+        return ways, grade.grade_submission(program, timed, ASSIGNMENT, f"student {shift}")
+
+    with ThreadPoolExecutor((os.cpu_count() or 1) + 2) as executor:
+        for ways, verdict in executor.map(grade_all, range(len(NAMES))):
+            for one in verdict.questions:
+                way = ways.get(one.question)
+                assert one.score == (0.0 if way else one.points), (one.question, way, ways, one)
+
+
 class Liar:
     """A box whose answers are all wrong, and which claims to call every function."""
 
     def __init__(self, wall):
         self.said = []
 
-    def send(self, end, **order):
+    def send(self, allowed, **order):
         ORDERS.append(order)
-        told = {"changes": True, "calls": NAMES, "hands_on": ""}
-        answers = {"answers": dict.fromkeys(NAMES, told)}
-        self.said += [answers] if "cells" in order else [{"value": None}] * len(order["calls"])
+        told = {"states": ["last", "first", "end"], "calls": NAMES, "hands_on": ""}
+        cells = [{} for _ in order.get("cells", ())]
+        answers = [*cells, {"answers": dict.fromkeys(NAMES, told)}]
+        self.said += answers if "cells" in order else [{"value": None}] * len(order["calls"])
 
-    def receive(self, end):
+    def receive(self):
         return self.said.pop(0)
+
+    def used(self):
+        return 0.0, 0.0
+
+    def spent(self):
+        return 0.0
 
     def close(self):
         pass

@@ -91,7 +91,7 @@ def test_a_group_gets_the_best_that_is_left_of_its_submissions(decide, scores, m
     assert scores(decide(*group), *both) == {"ada": 5.0, "emmy": 5.0, "4711": 5.0}
     late = decide(*group, "*,late_percent,10,")
     assert scores(late, *both) == {"ada": 3.0, "emmy": 3.0, "4711": 3.0}
-    assert marks(late, *both)[0].notes == ("Handed in by emmy for A.",)
+    assert marks(late, *both)[0].notes == ("Submitted by emmy for group A.",)
     own = decide(*group, "ada,double,0,it was not yours")
     assert scores(own, *both) == {"ada": 3.0, "emmy": 5.0, "4711": 5.0}
 
@@ -101,12 +101,14 @@ def test_a_group_gets_the_best_that_is_left_of_its_submissions(decide, scores, m
     [
         ("Ada,double,1,", "line 2: 'Ada' is no student of this class; is it ada"),
         ("twin,double,1,", "line 2: 'twin' is the name of 2 students"),
-        ("ada,doubel,1,", "line 2: it must name one of double, negate, bonus, "),
-        ("*,double,1,", "line 2: it must name one of late_percent, "),
+        ("ada,doubel,1,", "line 2: unknown item 'doubel'; did you mean 'double'?"),
+        ("*,double,1,", "line 2: unknown item 'double'; the items are late_percent, "),
         ("ada,double,2.5,", "line 2: double must be a number from 0 to 2, got '2.5'"),
         ("ada,bonus,inf,", "line 2: bonus must be a number, got 'inf'"),
         ("ada,written,3,", "got '3'; say what they are worth: *,written,POINTS,"),
         ("ada,group,A,\nada,group,B,", "line 3: 'ada' must have one group, got 'B'"),
+        ("ada,double,1,\nada,double,2,", "line 3: double of 'ada' is set before; keep one"),
+        ('ada,double,1,"open\nada', ": unexpected end of data; is a double quote left open"),
     ],
 )
 def test_a_slip_is_named_and_ends_the_run(line, message, decide):
@@ -134,7 +136,7 @@ def test_records_come_back_as_they_were_for_their_owner_alone(tmp_path):
     path = tmp_path / VERDICTS / "ada.json"
     assert stat.S_IMODE(path.parent.stat().st_mode) == 0o700
     path.write_text(path.read_text()[:-9])
-    with pytest.raises(LabkitError, match=r"ada\.json: is damaged.*; take it out, and run again"):
+    with pytest.raises(LabkitError, match=r"ada\.json: is damaged.*; delete it and run again"):
         read_records(tmp_path)
 
 

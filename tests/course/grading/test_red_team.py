@@ -4,6 +4,9 @@ import contextlib
 import json
 import os
 import shutil
+import subprocess
+import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -24,6 +27,7 @@ from labkit.course.grading.box import (
     why_not,
 )
 from labkit.course.grading.grade import outcome
+from labkit.course.grading.inside import data
 from labkit.support.errors import LabkitError
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no box")
@@ -95,20 +99,60 @@ FORGING = {
             pass
 """,
 }
-# Each expression must come to nothing: an error, or a value that `double` does not return.
+# By the rows of SECURITY.md: each expression must fail, or come to what `is_nothing`.
+MARK = f"labkit-red-team-{os.getpid()}"
 PEEKING = {
-    "labkit": "__import__('labkit').alignment.align([[0, 0]], [[0, 0]]).R.sum()",
-    "the assignment": "len(open({hidden!r}).read())",
-    "another hand-in": "len(open({hidden!r} + '/../../ada.py').read())",
-    "passwords": "len(open('/etc/shadow').read())",
-    "the network": "__import__('socket').create_connection(('127.0.0.1', 1)) or 6.0",
-    "a process": "__import__('os').fork()",
-    "a program": "__import__('subprocess').run(['true']).returncode",
-    "an older call": "__import__('ctypes').CDLL(None).syscall(41, 2, 1, 0)",
-    "a namespace": "__import__('ctypes').CDLL(None).unshare(0x10000000) + 1",
-    "a neighbour": "__import__('os').kill(-1, 9) or 6.0",
-    "another user": "__import__('os').setuid(0) or 6.0",
+    "files": """
+__import__("labkit").alignment.align([[0, 0]], [[0, 0]]).R.sum()
+open({hidden!r}).read()
+open({hidden!r} + "/../../ada.py").read()
+open("/etc/shadow").read()
+os.mkdir({place!r})
+os.symlink("4711", {place!r})
+os.link("/etc/passwd", {place!r})
+os.mknod({place!r})
+os.mkfifo({place!r})
+os.rename("/box/" + {mark!r}, {place!r})
+os.open({place!r}, os.O_CREAT | os.O_RDONLY)
+os.open({open!r}, os.O_WRONLY | os.O_TRUNC)
+os.memfd_create("a")
+""",
+    "other processes": """
+os.kill(-1, 9)
+os.kill({grader}, 0)
+os.setuid(0)
+open("/proc/{grader}/environ").read()
+os.pidfd_open({grader}) + 1
+""",
+    "network, new processes": """
+socket.create_connection(("127.0.0.1", 1))
+socket.socketpair(type=socket.SOCK_DGRAM)[0].sendto(b"a", {place!r})
+socket.socketpair(type=socket.SOCK_DGRAM)[0].connect({place!r})
+socket.socketpair(type=socket.SOCK_DGRAM)[0].bind({place!r})
+socket.socketpair()[0].sendmsg([b"a"], [])
+os.fork()
+subprocess.run(["true"])
+libc.syscall(41, 2, 1, 0) + 1
+libc.unshare(0x10000000) + 1
+libc.prctl(1, 0, 0, 0, 0) + 1
+libc.prctl(ctypes.c_ulong((1 << 32) + 1), 0, 0, 0, 0) + 1
+""",
+    "time, memory": "len([bytes(2**27) for _ in range(99)])",
+    "user": "os.getuid() * (os.getuid() == {user})",
 }
+HOLES = """
+import ctypes, os, socket, subprocess
+libc = ctypes.CDLL(None)
+def holes(trials):
+    found = []
+    for trial in trials:
+        try:
+            if eval(trial):
+                found.append(trial)
+        except BaseException:
+            pass
+    return found
+"""
 
 
 @pytest.fixture
@@ -122,14 +166,14 @@ def forged(name):
 
 @pytest.mark.parametrize("name", FORGING)
 def test_nothing_is_gained_by_forging(name, graded, safe_wall, assignment):
-    verdict = graded({"a.py": forged(name)}, assignment, seconds=0.5)
+    verdict = graded({"a.py": forged(name)}, assignment, seconds=0.5, behind=safe_wall)
     double, negate = verdict.questions
     assert double.score == (2.0 if name.startswith("answers for itself") else 0.0)
     assert negate.score in (0.0, 3.0)
     json.dumps(verdict, default=vars, allow_nan=False).encode("ascii")
 
 
-def test_a_value_guessed_right_is_all_that_forging_can_send(graded, safe_wall, assignment):
+def test_a_value_guessed_right_is_all_that_forging_can_send(graded, assignment):
     """It sends 6.0, the answer of one variant's case; in the other variant that earns nothing."""
     text = forged("answers for itself, as it likes")
     for student in ("ada", "emmy", "grace", "alan"):
@@ -137,18 +181,36 @@ def test_a_value_guessed_right_is_all_that_forging_can_send(graded, safe_wall, a
         assert score == 2.0 * (assignment.variant(student) == 0)
 
 
-@pytest.mark.parametrize("name", PEEKING)
-def test_nothing_outside_is_reached(name, graded, safe_wall, assignment, small):
-    attempt = PEEKING[name].format(hidden=str(small / "hidden/variant_0.json"))
-    text = f"def double(x):\n    return ('reached', {attempt})\n{NEGATE}"
-    verdict = graded({"a.py": text.encode()}, assignment)
-    assert verdict.score == 3.0
-    if name not in ("an older call", "a namespace"):  # they return -1, and -1 + 1
-        shown = str(verdict.questions[0])
-        assert "raised" in shown or "stands in for" in shown, shown
+def test_each_wall_holds_what_is_said_of_it(safe_wall, small, tmp_path):
+    """Law 6: every row of the table in SECURITY.md, attacked behind every wall."""
+    text = (Path(__file__).parents[3] / "SECURITY.md").read_text("utf-8")
+    rows = {line.split("|")[1].strip() for line in text.splitlines() if line.startswith("| ")}
+    assert rows - {"", "needs"} == set(PEEKING)
+    shared = Path(tempfile.gettempdir(), MARK)
+    shared.touch(mode=0o666)
+    shared.chmod(0o666)
+    known = {
+        "hidden": str(small / "hidden"), "place": f"{shared}-made", "open": str(shared),
+        "mark": MARK, "grader": os.getpid(), "user": os.getuid(),
+    }  # fmt: skip
+    trials = [line for row in PEEKING.values() for line in row.format(**known).split("\n") if line]
+    try:
+        with contextlib.closing(Box(safe_wall)) as box:
+            box.send(60.0, cells=[(HOLES, "a")], scripts={}, functions=["holes"])
+            while "answers" not in box.receive():
+                pass
+            calls = [[data.to_json(tuple(trials))]]
+            box.send(60.0, seconds=30.0, function="holes", state="last", right={}, calls=calls)
+            assert data.from_json(box.receive()["value"]) == ()
+        assert not list(shared.parent.glob(f"{MARK}-*"))
+    finally:
+        shared.unlink()
 
 
-def test_nothing_is_left_of_a_box(safe_wall):
+@pytest.mark.parametrize("by_kill", [False, True], ids=["at its end", "after kill -9"])
+def test_nothing_is_left_of_a_box(by_kill, safe_wall, tmp_path):
+    """Law 6: no process runs on, and nothing lies in the temporary folder."""
+
     def running():
         found = 0
         for path in Path("/proc").glob("[0-9]*/cmdline"):
@@ -156,22 +218,30 @@ def test_nothing_is_left_of_a_box(safe_wall):
                 found += own in path.read_bytes()
         return found
 
-    wall = safe_wall._replace(seconds=2.718281)  # by which its process is told from others
-    own = f'"seconds": {IN_ALL * wall.seconds}'.encode()
-    code = "import threading, time\nthreading.Thread(target=time.sleep, args=(99,)).start()\n"
-    with contextlib.closing(Box(wall)) as box:
-        end = time.monotonic() + 30
-        box.send(end, cells=[(code + RIGHT, "a", True)], scripts={}, functions=["double"])
-        while "answers" not in box.receive(end):
-            pass
+    own = b'"seconds": %a, ' % (IN_ALL * (3.0 + os.getpid() / 1e7))
+    grader = (
+        "import sys\nfrom labkit.course.grading.box import Box, Wall\n"
+        f"box = Box(Wall({safe_wall.mode!r}, (), 3.0 + {os.getpid()} / 1e7))\n"
+        "code = 'import ctypes, os, threading, time\\nctypes.CDLL(None).prctl(1, 0, 0, 0, 0)\\n'\n"
+        "code += 'threading.Thread(target=threading.Event().wait, args=(99,)).start()\\n'\n"
+        "box.send(60.0, cells=[(code, 'a'), ('while 1: pass', 'b')], scripts={}, functions=[])\n"
+        "box.receive(), box.receive()\n"
+        "print(flush=True)\nsys.stdin.read()\nbox.close()\n"
+    )
+    told = {"TMPDIR": str(tmp_path), "stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    command, env = [sys.executable, "-c", grader], os.environ | {"TMPDIR": told.pop("TMPDIR")}
+    with subprocess.Popen(command, env=env, **told) as run:
+        assert run.stdout.readline()
         assert running()
-    end = time.monotonic() + 10
+        run.kill() if by_kill else run.stdin.close()
+    end = time.monotonic() + 30
     while running():
         assert time.monotonic() < end
         time.sleep(0.05)
+    assert not list(tmp_path.iterdir())
 
 
-def test_visible_calls_know_no_hidden_input(graded, safe_wall, tmp_path):
+def test_visible_calls_know_no_hidden_input(graded, tmp_path):
     """Whatever the code finds in memory while a visible case runs: no hidden input is there."""
     folder = small_numbers.write_assignment(tmp_path / "one")
     secret = small_numbers.case("h", 8234.25, -8234.25)

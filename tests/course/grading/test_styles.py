@@ -10,7 +10,7 @@ from right_answers import homogeneous, plain_python
 
 import labkit
 from labkit.course.grading.assignment import load_assignment
-from labkit.course.grading.files import read_sources
+from labkit.course.grading.files import read_files
 from labkit.course.grading.handins import one_submission
 from notebooks import NUMPY, RIGHT, answered, cell, functions, notebook
 
@@ -94,8 +94,6 @@ STYLES = {
     "UTF-16": json.dumps(json.loads(answered())).encode("utf-16"),
     "input": answered(before=("name = input('who?')\nprint(name)",)),
     "one cell": notebook([cell("import open3d, numpy as np\n" + SCRIPT + "fitness = 3")]),
-    "nbformat 3": json.dumps({"nbformat": 3, "worksheets": [{"cells": [
-        {"cell_type": "code", "input": SCRIPT, "language": "python"}]}]}).encode(),
     "Colab": answered(before=("from google.colab import drive\ndrive.mount('/content/drive')",)),
     "4 MB of outputs": notebook([cell(SCRIPT) | {"outputs": [{"text": "x" * (4 << 20)}]}]),
     "a stub again below": answered(after=(STUB.format("icp"), STUB.format("rotation"))),
@@ -189,7 +187,7 @@ def test_nothing_is_lent_to_an_answer_that_only_hands_on(graded):
     assert scores["icp_step"] == scores["icp"] == 0.0
 
 
-def test_a_whole_repository_is_graded_by_what_is_ones_own(graded, tmp_path):
+def test_a_whole_repository_is_graded_by_what_is_ones_own(graded, read, tmp_path):
     with zipfile.ZipFile(tmp_path / "repo.zip", "w") as archive:
         archive.writestr("lab/notebooks/assignment.ipynb", answered())
         for path in Path(labkit.__file__).parent.glob("*.py"):
@@ -198,7 +196,9 @@ def test_a_whole_repository_is_graded_by_what_is_ones_own(graded, tmp_path):
     with zipfile.ZipFile(tmp_path / "outer.zip", "w") as archive:
         archive.writestr("work.zip", data.getvalue())
     for name in ("repo.zip", "outer.zip"):
-        files, unread = read_sources(one_submission(tmp_path / name, "ada").files)
+        handed_in = one_submission(tmp_path / name, "ada")
+        files, unread = read(handed_in)
         assert [Path(file).name for file in files] == ["assignment.ipynb"]
         assert not unread
+        files, _ = read_files(handed_in.files)
         assert graded(files, ASSIGNMENT).score == 100.0

@@ -10,20 +10,37 @@ import signal
 import struct
 import sys
 
-ALLOW, FAIL, MASKED_EQUAL, CLONE_THREAD = 0x7FFF0000, 0x00050000, 7, 0x00010000
+ALLOW, FAIL, NOT_EQUAL, MASKED_EQUAL = 0x7FFF0000, 0x00050000, 1, 7
 # Network, new programs, other processes, memory that outlives the process, doors into the kernel.
 REFUSED = """
     socket execve execveat fork vfork ptrace process_vm_readv process_vm_writev setns unshare mount
     bpf perf_event_open userfaultfd add_key request_key keyctl shmget msgget semget mq_open
-    io_uring_setup
+    io_uring_setup pidfd_open pidfd_getfd memfd_create memfd_secret bind connect listen accept
+    accept4 sendmsg sendmmsg
 """
+# Where a box shares the file system with others: all that leaves something there.
+MAKING = """
+    mkdir mkdirat mknod mknodat symlink symlinkat link linkat rename renameat renameat2 creat
+    openat2 truncate chmod fchmodat utime utimes utimensat futimesat inotify_init inotify_init1
+    fanotify_init
+"""
+SOME = (  # by the value of an argument: its place, the comparison, and its two numbers
+    ("clone", 0, MASKED_EQUAL, 0x00010000, 0),  # all but threads
+    ("sendto", 4, NOT_EQUAL, 0, 0),  # to an address
+    ("prctl", 0, MASKED_EQUAL, 0xFFFFFFFF, 1),  # to live on when the grader dies
+)
+MAKING_SOME = tuple(
+    (name, place, MASKED_EQUAL, flag, flag)
+    for name, place in (("open", 1), ("openat", 2))
+    for flag in (os.O_CREAT, os.O_TRUNC)
+)
 
 
-def confine(*, seconds: float, memory: int, file_bytes: int, user: int, isolated: bool) -> None:
+def confine(*, seconds: float, memory: int, file_bytes: int, user: int, wall: str) -> None:
     """Give up what the student's code shall not have; for good.
 
     That is more than so many seconds of processor time, and bytes of address space and of a file;
-    the user that one is, unless `user` is 0; and, where it is `isolated`, many system calls.
+    the user that one is, unless `user` is 0; and, unless the `wall` is "none", many system calls.
     """
     limits = {"CPU": int(seconds) + 1, "FSIZE": file_bytes, "NOFILE": 128, "CORE": 0, "AS": memory}
     for kind, most in limits.items():
@@ -36,22 +53,23 @@ def confine(*, seconds: float, memory: int, file_bytes: int, user: int, isolated
         os.setresuid(user, user, user)
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(1, signal.SIGKILL, 0, 0, 0)  # it dies when the grader does
-    if isolated:
-        _refuse(ctypes.CDLL("libseccomp.so.2"))
+    if wall != "none":
+        _refuse(ctypes.CDLL("libseccomp.so.2"), shares_files=wall == "user")
 
 
-def _refuse(library: ctypes.CDLL) -> None:
+def _refuse(library: ctypes.CDLL, *, shares_files: bool) -> None:
     """Have system calls refused; raise where this system does not take the filter."""
     library.seccomp_init.restype = ctypes.c_void_p
     rules = ctypes.c_void_p(library.seccomp_init(ALLOW))
-    no_thread = struct.pack("IiQQ", 0, MASKED_EQUAL, CLONE_THREAD, 0)  # of argument 0
-    calls = [(name, errno.EPERM, 0) for name in REFUSED.split()]
-    calls += [("clone", errno.EPERM, 1), ("clone3", errno.ENOSYS, 0)]  # libc then takes clone
-    for name, error, conditions in calls:
-        number = library.seccomp_syscall_resolve_name(name.encode())
+    names = (REFUSED + MAKING * shares_files).split()
+    some = SOME + MAKING_SOME * shares_files
+    for name, *values in [*((name,) for name in names), ("clone3",), *some]:
+        number = library.seccomp_syscall_resolve_name(str(name).encode())
         if number < -1:  # this processor has no such call
             continue
-        if library.seccomp_rule_add_array(rules, FAIL | error, number, conditions, no_thread):
+        error = errno.ENOSYS if name == "clone3" else errno.EPERM  # libc then takes clone
+        condition = struct.pack("IiQQ", *(values or (0, 0, 0, 0)))
+        if library.seccomp_rule_add_array(rules, FAIL | error, number, len(values) // 4, condition):
             raise OSError(errno.ENOSYS, f"libseccomp cannot refuse {name}")
     if library.seccomp_load(rules):
         raise OSError(errno.ENOSYS, "this system filters no system calls")

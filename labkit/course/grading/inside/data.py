@@ -18,7 +18,7 @@ Value: TypeAlias = (
     NDArray[Any] | float | int | bool | str | tuple["Value", ...] | dict[str, "Value"] | None
 )
 """Plain data. Arrays are float64, int64 or bool; a student's list arrives as a tuple."""
-MOST = 1 << 20
+MOST = 1 << 16
 MAX_NESTING = 12
 NODE = 24
 MAX_MESSAGE = 480
@@ -91,7 +91,8 @@ def _single(value: Any) -> Any:
     if isinstance(value, int | float | np.floating):
         return float(value) if math.isfinite(value) else {"float": repr(float(value))}
     if getattr(type(value), "is_stand_in", False):
-        what = "what stands in for a package that does not exist while grading"
+        package = str(value.__name__).partition(".")[0]
+        what = f"a placeholder, since {package} is not available while grading"
     elif callable(value) and not isinstance(value, type):
         what = "a function, uncalled (are its brackets missing?)"
     else:

@@ -8,8 +8,10 @@ answer is a value like any other, compared outside with a reference that never c
 from __future__ import annotations
 
 import ast
+import builtins
 import codeop
 import contextlib
+import io
 import json
 import os
 import random
@@ -27,6 +29,8 @@ from labkit.course.grading.inside import confine, data, parsing, standins
 
 MAGIC = "a magic"
 RUNNING_MAGICS = ("time", "capture", "prun")
+STATES = ("last", "first", "end")  # after the cells that define an answer, and after all
+TICK, IDLE = 0.25, 0.002  # [s] one that used less processor time than this was spent waiting
 
 
 class OutOfTime(BaseException):
@@ -39,14 +43,12 @@ class Shell(standins.StandIn):
     session: Session
 
     def run_line_magic(self, name: str, line: str, body: str = "") -> None:
-        """``%time statement``, ``%run script.py``, ``%%capture``, ``%%writefile script.py``."""
-        finder, script = self.session.finder, line.strip("'\" ").rpartition(" ")[2]
-        if name == "writefile":
-            finder.scripts[script] = body
-        elif name in (*RUNNING_MAGICS, "run"):
+        """``%time statement``, ``%run script.py``, ``%%capture``."""
+        if name in (*RUNNING_MAGICS, "run"):
+            finder, script = self.session.finder, line.strip("'\" ").rpartition(" ")[2]
             file = finder.file(script.removeprefix("./"), ("", ".py", ".ipynb"))
             source = finder.scripts.get(file, "") if name == "run" else body or line
-            for node in parsing.statements(source, MAGIC, self.session.transform):
+            for node in parsing.statements(source, MAGIC, self.session.transform)[0]:
                 self.session.run(node, MAGIC)
 
     run_cell_magic = run_line_magic
@@ -59,7 +61,7 @@ class Session:
         self.writing = writing  # the file descriptor of the answers
         module = sys.modules["__main__"] = types.ModuleType("__main__")
         self.space: dict[str, Any] = module.__dict__
-        self.states: dict[tuple[str, str], dict[str, Any]] = {}  # by "own" or "end", and function
+        self.states: dict[tuple[str, str], dict[str, Any]] = {}  # by a name of STATES and function
         self.functions: list[str] = []
         self.answers: dict[str, Any] = {}  # the last definition of each function
         self.uses: dict[str, set[str]] = {}  # the names that a definition mentions
@@ -67,10 +69,10 @@ class Session:
         self.finder = standins.Finder()
         self.compile = codeop.Compile()  # it remembers imports of __future__
         self.transform = parsing.load_transformer()
-        self.left = 0.0
+        self.left = self.may_wait = self.ticked = 0.0
         self.armed = False
-        for number in (signal.SIGALRM, signal.SIGPROF):
-            signal.signal(number, self.cut)
+        signal.signal(signal.SIGPROF, self.cut)
+        signal.signal(signal.SIGALRM, self.tick)
 
     def tell(self, **answer: Any) -> None:
         """Write one line, whole."""
@@ -81,12 +83,20 @@ class Session:
         if self.armed:
             raise OutOfTime
 
+    def tick(self, *_: Any) -> None:
+        """End what only waits. A busy machine is no wait: there the code works in each tick."""
+        now = time.process_time()
+        self.may_wait -= TICK * (now - self.ticked < IDLE)
+        self.ticked = now
+        if self.may_wait <= 0.0:
+            self.cut()
+
     @contextlib.contextmanager
     def within(self, seconds: float) -> Iterator[None]:
-        """Limit the processor time, and the time by the clock to twice as much."""
-        self.armed = True
+        """Limit the processor time, and the time that is spent waiting to twice as much."""
+        self.armed, self.may_wait, self.ticked = True, 2.0 * seconds, 0.0
         signal.setitimer(signal.ITIMER_PROF, seconds, 0.1)
-        signal.setitimer(signal.ITIMER_REAL, 2.0 * seconds, 0.1)
+        signal.setitimer(signal.ITIMER_REAL, TICK, TICK)
         try:
             yield
         finally:
@@ -96,52 +106,65 @@ class Session:
 
     def read(
         self,
-        cells: list[tuple[str, str, bool]],
+        cells: list[tuple[str, str]],
         scripts: dict[str, str],
         functions: list[str],
         seconds: float,
     ) -> None:
-        """Run cells (source, label, is it a script's) in turn, and say what they define."""
+        """Run cells (source, label) in turn, and say what they define."""
         self.functions, self.finder.scripts = functions, scripts
         notes: list[str] = []
         broken: dict[str, str] = {}
         self.space.update(np=np, display=standins.StandIn("display"))
         shell = Shell("get_ipython")
         shell.session, self.space["get_ipython"] = self, lambda: shell
+        builtins.open = opened
         time.sleep = lambda _: None  # who draws step by step waits for nobody here
         seed()
         self.left = 2.0 * seconds  # for all experiments together
-        for place, (source, label, is_script) in enumerate(cells):
+        for place, (source, label) in enumerate(cells):
             self.tell(cell=place)
-            before, start, clock = dict(self.answers), time.process_time(), time.monotonic()
-            fault = self.run_cell(source, label, is_script, seconds)
-            self.left -= max(time.process_time() - start, (time.monotonic() - clock) / 2.0)
+            before = dict(self.answers)
+            fault = self.run_cell(source, label, seconds)
             if fault:
                 notes.append(fault)
                 broken |= {one: fault for one in functions if f"def {one}(" in source}
-            for name in self.answers:
-                if self.answers[name] is not before.get(name):
-                    self.states["own", name] = self.space | self.answers
+            for name, value in self.answers.items():
+                if value is not before.get(name):
+                    self.states["last", name] = kept = self.space | self.answers
+                    if name not in before or parsing.is_stub(before[name]):
+                        self.states["first", name] = kept
         self.states |= {("end", name): self.space | self.answers for name in self.answers}
         self.tell(notes=notes[:60], broken=broken, answers=self.described())
 
-    def run_cell(self, source: str, label: str, is_script: bool, seconds: float) -> str:
-        """Run the statements of a cell one by one; why it was not run to its end."""
-        fault, left = "", self.left
+    def run_cell(self, source: str, label: str, seconds: float) -> str:
+        """Run the statements of a cell one by one; why it was not run to its end.
+
+        Once the time of all experiments is over, those that only show something are left out, and
+        one that sets a name gets a tenth of a cell's time.
+        """
+        patient = True
         try:
             with self.within(seconds):
-                nodes = parsing.statements(source, label, self.transform, is_script=is_script)
+                nodes, fault = parsing.statements(source, label, self.transform)
         except BaseException as error:
-            return f"{label} is no Python, so nothing in it counts: {self.text(error)}"
+            return f"{label} cannot be parsed, so nothing in it counts: {self.text(error)}"
         for node in nodes:
-            if left <= 0.0 and not parsing.is_definition(node):
-                continue
+            start, limit = time.process_time(), seconds
+            if not parsing.is_definition(node):
+                ample = patient and self.left > 0.0
+                if not ample and (isinstance(node, parsing.SHOWING) or self.left < -2.0 * seconds):
+                    continue
+                limit = min(seconds, self.left) if ample else seconds / 10.0
             try:
-                with self.within(min(seconds, left) if left > 0.0 else seconds):
+                with self.within(limit):
                     self.run(node, label)
             except BaseException as error:
                 fault = fault or f"{label} did not run to its end: {self.text(error)}"
-                left = 0.0 if isinstance(error, OutOfTime) else left
+                patient = patient and not isinstance(error, OutOfTime)
+            if not parsing.is_definition(node):
+                waited = limit - self.may_wait / 2.0
+                self.left -= max(time.process_time() - start, waited)
         return fault
 
     def run(self, node: ast.stmt, label: str) -> None:
@@ -163,19 +186,23 @@ class Session:
                     self.answers[name] = value
 
     def described(self) -> dict[str, Any]:
-        """Say of each answer what it calls, and whether something it uses was changed later."""
+        """Say of each answer what it calls, and in which states it or what it uses differs."""
         for code, _ in self.finder.imported:
             for part in code.co_consts:
                 if isinstance(part, types.CodeType):
                     self.uses.setdefault(part.co_name, set()).update(parsing.names_in(part))
         found = {}
         for name in self.answers:
-            own, end = self.states["own", name], self.states["end", name]
+            last = self.states["last", name]
             used = [name]
             for one in used:  # which grows meanwhile
                 used += self.uses.get(one, set()).difference(used)
+            states = ((state, self.states.get((state, name), last)) for state in STATES[1:])
+            differ = [
+                state for state, it in states if any(it.get(a) is not last.get(a) for a in used)
+            ]
             found[name] = {
-                "changes": any(own.get(one) is not end.get(one) for one in used),
+                "states": [STATES[0], *differ],
                 "calls": [one for one in self.functions if one in used[1:]],
                 "hands_on": self.behind(name),
             }
@@ -228,6 +255,13 @@ class Session:
             file = frame.f_code.co_filename
             place = place if file.startswith(("/", "<")) else f" (line {line} of {file})"
         return data.said_of(error) + place
+
+
+def opened(file: Any, *options: Any, **more: Any) -> Any:
+    """`open`, which makes no file of the null device, as a box may not."""
+    if file == os.devnull:
+        more["opener"] = lambda path, flags: os.open(path, flags & os.O_ACCMODE)
+    return io.open(file, *options, **more)  # noqa: UP020 (it takes the place of `open`)
 
 
 def seed() -> None:

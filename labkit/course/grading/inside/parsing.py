@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import re
 import sys
 import types
 import warnings
@@ -14,41 +15,51 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+PIECE = re.compile(r"^(?=@|(?:async +)?def\b|class\b)", re.MULTILINE)
 PASSING = {"tuple", "list", "float", "array", "asarray", "copy", "deepcopy"}  # change no answer
 WORKING = (
     ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.AugAssign, ast.For, ast.While, ast.If,
     ast.IfExp, ast.comprehension,
 )  # fmt: skip
+SHOWING = (ast.Expr, ast.For, ast.While, ast.Assert)  # set no name that an answer needs
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Import, ast.ImportFrom)
 
 
 def statements(
-    source: str, label: str, transform: Callable[[str], str], *, is_script: bool = False
-) -> list[ast.stmt]:
-    """The statements of a cell, each import of several packages taken apart.
+    source: str, label: str, transform: Callable[[str], str]
+) -> tuple[list[ast.stmt], str]:
+    """The statements of a cell, each import of several packages taken apart, and what is wrong.
 
-    `transform` turns magics into Python. Of a script that is no Python even then, the part before
-    the error is taken; a notebook's cell raises `SyntaxError`.
+    `transform` turns magics into Python. What is no Python even then is left out up to the next
+    definition.
     """
-    above = len(source) - len(source.lstrip("\n"))
+    nodes, fault = list[ast.stmt](), ""
     with warnings.catch_warnings(action="ignore"):
         try:
             nodes = ast.parse(source, label).body
-        except SyntaxError as first:
-            nodes, source = [], "\n" * above + transform(source)
-            while source:
-                try:
-                    nodes, source = ast.parse(source).body, ""
-                except SyntaxError as error:
-                    if not is_script:
-                        raise first from None
-                    lines = source.splitlines(keepends=True)
-                    source = "".join(lines[: min(error.lineno or 1, len(lines)) - 1])
-    found: list[ast.stmt] = []
+        except SyntaxError:
+            above = len(source) - len(source.lstrip("\n"))
+            line, part = above, ""
+            for piece in PIECE.split(transform(source)):
+                part += piece
+                if piece.startswith("@"):  # a decorator belongs to what follows
+                    continue
+                count = part.count("\n")
+                while part:
+                    try:
+                        found, part = ast.parse(part, label).body, ""
+                        nodes += [ast.increment_lineno(node, line) for node in found]
+                    except SyntaxError as error:
+                        wrong = min(error.lineno or 1, count + 1)
+                        says = f"line {line + wrong} of {label} is no Python ({error.msg})"
+                        fault = fault or f"{says}: it is left out up to the next definition"
+                        part = "".join(part.splitlines(keepends=True)[: wrong - 1])
+                line += count
+    found = list[ast.stmt]()
     for node in nodes:
         parts = node.names if isinstance(node, ast.Import) else ()
         found += [ast.copy_location(ast.Import([alias]), node) for alias in parts] or [node]
-    return found
+    return found, fault
 
 
 def load_transformer() -> Callable[[str], str]:

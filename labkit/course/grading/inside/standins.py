@@ -55,8 +55,10 @@ class StandIn(types.ModuleType):
     def __exit__(self, *_: Any) -> None: ...
 
     def __array__(self, *_: Any, **__: Any) -> Any:
-        raise TypeError(f"{self.__name__} is not available while grading: it gives no numbers")
+        package = self.__name__.partition(".")[0]
+        raise TypeError(f"{package} is not available while grading: it gives no numbers")
 
+    __float__ = __int__ = __index__ = __len__ = __array__
     __enter__ = __getitem__ = __call__
     __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __or__ = __call__
 

@@ -24,6 +24,7 @@ from labkit.course.grading.judging.kinds import Unreadable, difference, how_wron
 from labkit.course.grading.judging.verdict import (
     CELL_FAILED,
     KILLED,
+    NO_RESULT,
     NOT_DEFINED,
     CaseVerdict,
     Outcome,
@@ -43,6 +44,7 @@ OF_THE_WHOLE = {
 ADVICE = {
     **OF_THE_WHOLE,
     "NotImplementedError": "it is not written yet.",
+    NO_RESULT: "the result is wrong.",
     "OutOfTime": "it took too long; does a loop have no end?",
     KILLED: "the program ended in it: too much memory, or an exit.",
     "TooMuchError": "it returned far more data than the answer holds.",

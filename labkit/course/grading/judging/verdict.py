@@ -14,6 +14,7 @@ from html import escape
 from labkit.course.grading.inside.data import Value
 
 KILLED, NOT_DEFINED, CELL_FAILED = "Killed", "NotDefined", "CellFailed"
+NO_RESULT = "NoResult"  # of a hidden case, whatever ended the call
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
