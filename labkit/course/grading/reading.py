@@ -286,7 +286,7 @@ def main() -> None:
             resource.setrlimit(getattr(resource, f"RLIMIT_{kind}"), (most, most))
     sizes, functions = json.loads(sys.stdin.buffer.readline())
     files = {name: sys.stdin.buffer.read(size) for name, size in sizes.items()}
-    print(json.dumps(read_program(files, functions)))  # in ASCII
+    sys.stdout.write(json.dumps(read_program(files, functions)))  # in ASCII
 
 
 if __name__ == "__main__":
