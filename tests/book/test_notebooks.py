@@ -15,7 +15,6 @@ from pathlib import Path
 
 import nbformat
 import pytest
-from fold_cells import is_folded
 from IPython.core.inputtransformer2 import TransformerManager
 from nbformat import NotebookNode
 
@@ -91,8 +90,12 @@ def test_all_is_imported_in_the_first_cell_of_code(name):
 
 @each_notebook
 def test_jupyterlab_folds_what_the_book_folds(name):
-    """`python book/_ext/fold_cells.py notebooks/*.ipynb` mends it."""
-    assert [cell.id for cell in code_cells(NOTEBOOKS[name]) if not is_folded(cell)] == []
+    """The book reads tags, JupyterLab the cell's metadata: collapse the cell there."""
+    source, both = {"source_hidden": True}, {"outputs_hidden": True, "source_hidden": True}
+    folds = {"hide-input": source, "hide-cell": both, "remove-cell": both}
+    for cell in code_cells(NOTEBOOKS[name]):
+        asked = [folds[tag] for tag in tags(cell) if tag in folds]
+        assert cell.metadata.get("jupyter", {}) == max(asked, key=len, default={}), cell.id
 
 
 @each_notebook
