@@ -11,25 +11,21 @@ from labkit.alignment import SOLVED, closed_form, turn_about
 from labkit.correspondences import (
     MIN_PAIRS,
     Correspondences,
-    Pairs,
     associate,
     cost,
     reject_and_weigh,
 )
 from labkit.line_alignment import line_step
-from labkit.parameters import IcpParameters, LoopParameters
+from labkit.neighbors import Grid
+from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination, step_length
 from labkit.scan import Scan, as_scan
-from labkit.schedule import Stage, schedule, stage_of
+from labkit.schedule import Stage, first_stage, schedule
 from labkit.support.arrays import FloatArray, as_transform, check_kind, read_only
 from labkit.support.compiled import compiled
-from labkit.support.errors import DegenerateAlignmentError
-from labkit.target import Target, TargetArrays, as_target
+from labkit.target import Target, as_target
 
 DEFAULTS = IcpParameters()
-ENDINGS = tuple(Termination)  # the loop knows them by their places
-CONVERGED_POSE, CONVERGED_COST, BUDGET_SPENT, TOO_FEW_CORRESPONDENCES, DEGENERATE = range(5)
-GOES_ON = -1
 
 
 def icp(
@@ -87,13 +83,11 @@ def icp(
     check_kind(parameters, "parameters", IcpParameters)
     source, target = as_scan(source, "source", minimum=1), as_target(target)
     T = np.eye(3) if T_init is None else as_transform(T_init, "T_init")
-    numbers = parameters.for_loop
-    arrays = target.arrays(on_lines=numbers.on_lines)
-    poses, far, ending = run(source.points, arrays, T, numbers)
+    numbers, normals = parameters.for_loop, target.normals_for(parameters)
+    poses, termination = run(source.points, target.search.grid, normals, T, numbers)
     return IcpResult(
         poses=read_only(poses),
-        far=far,
-        termination=ENDINGS[ending],
+        termination=termination,
         source=source,
         target=target,
         parameters=parameters,
@@ -102,34 +96,34 @@ def icp(
 
 @compiled
 def run(
-    source: FloatArray, target: TargetArrays, T_init: FloatArray, parameters: LoopParameters
-) -> tuple[FloatArray, int, int]:
-    """The loop; the letters are the boxes of the flow chart.
-
-    Returns the poses of all iterations, how many of them were far, and how the run ended.
-    """
-    poses, costs, far = [T_init], [math.inf], 0
+    source: FloatArray,
+    target: Grid,
+    normals: FloatArray,
+    T_init: FloatArray,
+    parameters: IcpParameters,
+) -> tuple[FloatArray, Termination]:
+    """The loop: the poses of all iterations, and how it ended. Letters: boxes of the flow chart."""
+    poses, costs, stage = [T_init], [math.inf], first_stage(parameters, len(source))
     partners = np.full(len(source), -1)  # of each source point, in the target
-    stage = stage_of(parameters, len(source), parameters.approach, False)
     while True:
-        pairs = associate(source, target, poses[-1], stage, stage.gate, partners)  # D
-        pairs = reject_and_weigh(pairs, stage)  # E
-        costs.append(cost(pairs, stage))
-        far += stage.far
-        ending = check(poses, costs, pairs, stage, parameters)  # H
-        if ending == GOES_ON:
-            dT, ending = minimise(pairs, parameters.step_fraction)  # F
-        if ending != GOES_ON:
-            return stacked(poses), far, ending  # I
+        n, gate = stage.stride, stage.max_correspondence_distance
+        found = associate(source[::n], target, poses[-1], gate, partners[::n])  # D
+        pairs = reject_and_weigh(*found, target, normals, stage)  # E
+        costs.append(cost(pairs))
+        termination = check(poses, costs, pairs, stage, parameters)  # H
+        if termination is None:
+            dT, termination = minimise(pairs, parameters.step_fraction)  # F
+        if termination is not None:
+            return as_array(poses), termination  # I
         poses.append(dT @ poses[-1])  # G: the update composes on the left
         stage = schedule(stage, poses, source, parameters)
-        if stage.may_converge and stands_still(poses, parameters):  # H
-            return stacked(poses), far, CONVERGED_POSE  # I
 
 
 @compiled
-def minimise(pairs: Pairs, step_fraction: float) -> tuple[FloatArray, int]:
-    """(F) The step dT that best moves the kept pairs together, and whether the run goes on."""
+def minimise(
+    pairs: Correspondences, step_fraction: float = 1.0
+) -> tuple[FloatArray, Termination | None]:
+    """(F) The step dT, (3, 3), that best moves the kept pairs together; an ending if none does."""
     if len(pairs.normals) > 0:
         dT, solved = line_step(
             pairs.source, pairs.target, pairs.normals, pairs.weights, pairs.point_share
@@ -139,11 +133,11 @@ def minimise(pairs: Pairs, step_fraction: float) -> tuple[FloatArray, int]:
         solved = problem == SOLVED
     if step_fraction < 1.0:
         dT = shorten(dT, pairs, step_fraction)
-    return dT, GOES_ON if solved else DEGENERATE
+    return dT, None if solved else Termination.DEGENERATE
 
 
 @compiled
-def shorten(dT: FloatArray, pairs: Pairs, fraction: float) -> FloatArray:
+def shorten(dT: FloatArray, pairs: Correspondences, fraction: float) -> FloatArray:
     """The same motion, seen from the kept points' centroid, but less far."""
     x, y, count = 0.0, 0.0, 0
     for i in range(len(pairs.source)):
@@ -160,22 +154,24 @@ def shorten(dT: FloatArray, pairs: Pairs, fraction: float) -> FloatArray:
 def check(
     poses: list[FloatArray],
     costs: list[float],
-    pairs: Pairs,
+    pairs: Correspondences,
     stage: Stage,
-    parameters: LoopParameters,
-) -> int:
-    """(H) Stop or go on, by the pairs, the cost and the budget: the ending, or `GOES_ON`.
-
-    The run never stops as converged right after a step of the far phase, however short.
-    """
-    ending = BUDGET_SPENT if len(poses) > parameters.max_iterations else GOES_ON
+    parameters: IcpParameters,
+) -> Termination | None:
+    """(H) Why to stop, by the last step, the pairs, the cost and the budget; None to go on."""
+    if stage.may_converge and stands_still(poses, parameters):
+        return Termination.CONVERGED_POSE
+    if np.count_nonzero(pairs.weights) < MIN_PAIRS:
+        return too_few(pairs)
     if stage.may_converge and abs(costs[-1] - costs[-2]) < parameters.cost_tolerance:
-        ending = CONVERGED_COST
-    return ending if np.count_nonzero(pairs.weights) >= MIN_PAIRS else why_none(pairs, stage.gate)
+        return Termination.CONVERGED_COST
+    if len(poses) > parameters.max_iterations:
+        return Termination.BUDGET_SPENT
+    return None
 
 
 @compiled
-def stands_still(poses: list[FloatArray], parameters: LoopParameters) -> bool:
+def stands_still(poses: list[FloatArray], parameters: IcpParameters) -> bool:
     """(H) True if the last step was below both pose tolerances.
 
     The two tests hold together: a scan that turns about its own centre has Δt ≈ 0 from the
@@ -186,32 +182,18 @@ def stands_still(poses: list[FloatArray], parameters: LoopParameters) -> bool:
 
 
 @compiled
-def why_none(pairs: Pairs, gate: float) -> int:
+def too_few(pairs: Correspondences) -> Termination:
     """The ending of a run in which fewer than 3 pairs were kept."""
-    matched = np.count_nonzero(pairs.within_overlap & (pairs.distances <= gate))
-    return DEGENERATE if matched >= MIN_PAIRS else TOO_FEW_CORRESPONDENCES  # on no surface
+    matched = pairs.within_overlap & (pairs.distances <= pairs.max_correspondence_distance)
+    if np.count_nonzero(matched) >= MIN_PAIRS:  # on no surface
+        return Termination.DEGENERATE
+    return Termination.TOO_FEW_CORRESPONDENCES
 
 
 @compiled
-def stacked(poses: list[FloatArray]) -> FloatArray:
+def as_array(poses: list[FloatArray]) -> FloatArray:
     """The poses as one array, shape (K, 3, 3)."""
     stack = np.empty((len(poses), 3, 3))
     for k in range(len(poses)):
-        for row in range(3):
-            for column in range(3):
-                stack[k, row, column] = poses[k][row, column]
+        stack[k] = poses[k]
     return stack
-
-
-def best_step(correspondences: Correspondences) -> FloatArray:
-    """The step dT, (3, 3), that best moves the kept pairs together: box F.
-
-    Raises
-    ------
-    DegenerateAlignmentError
-        Where the pairs leave the motion undetermined.
-    """
-    dT, ending = minimise(correspondences.for_loop, 1.0)
-    if ending == DEGENERATE:
-        raise DegenerateAlignmentError(Termination.DEGENERATE.value)
-    return dT

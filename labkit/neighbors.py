@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.support.arrays import FloatArray, IntArray, as_points
+from labkit.support.arrays import FloatArray, IntArray, as_points, read_only
 from labkit.support.compiled import compiled
 
 CELLS = 8  # cells for each point: walls fill few of them
@@ -51,8 +51,8 @@ class NearestNeighbors:
     """
 
     def __init__(self, target: ArrayLike) -> None:
-        self.target = as_points(target, "target")
-        self.grid = build_grid(self.target)
+        self.target = read_only(as_points(target, "target"))
+        self.grid = Grid(self.target, *sort_into_cells(self.target))
 
     def query(self, points: ArrayLike) -> tuple[IntArray, FloatArray]:
         """Nearest target point of each row.
@@ -70,14 +70,15 @@ class NearestNeighbors:
             In metres.
         """
         points = as_points(points, "points")
-        return nearest(points, self.target, self.grid, math.inf, np.full(len(points), -1))
+        return nearest(points, self.grid, math.inf, np.full(len(points), -1))
 
 
 class Grid(NamedTuple):
     """Points sorted into square cells; those of cell k are entries start[k] to start[k + 1] − 1."""
 
-    points: FloatArray  # (M, 2), cell by cell
-    rows: IntArray  # (M,), of each in the target
+    points: FloatArray  # (M, 2), in their own order [m]
+    entries: FloatArray  # (M, 2), cell by cell
+    rows: IntArray  # (M,), of each entry among the points
     start: IntArray  # (lines · columns + 1,)
     x: float  # the lower left corner [m]
     y: float
@@ -87,19 +88,21 @@ class Grid(NamedTuple):
 
 
 @compiled
-def build_grid(points: FloatArray) -> Grid:
-    """Sort points (M, 2) into cells by counting; the few that lie far off go to border cells."""
+def sort_into_cells(
+    points: FloatArray,
+) -> tuple[FloatArray, IntArray, IntArray, float, float, float, int, int]:
+    """Sort points (M, 2) by counting, for a `Grid`; the few that lie far off go to border cells."""
     count = len(points)
-    left, right = borders(points[:, 0])
-    low, high = borders(points[:, 1])
+    left, right = trimmed_range(points[:, 0])
+    low, high = trimmed_range(points[:, 1])
     width, height = right - left, high - low
     side = max(math.sqrt(width * height / (CELLS * count)), (width + height) / (CELLS * count))
     per_metre = 1.0 / side if side > 1e-300 else 1.0  # all points coincide
     columns, lines = int(width * per_metre) + 1, int(height * per_metre) + 1
     cell, start = np.empty(count, np.intp), np.zeros(columns * lines + 1, np.intp)
     for i in range(count):
-        line = place(points[i, 1] - low, per_metre, lines)
-        cell[i] = line * columns + place(points[i, 0] - left, per_metre, columns)
+        line = cell_index(points[i, 1] - low, per_metre, lines)
+        cell[i] = line * columns + cell_index(points[i, 0] - left, per_metre, columns)
         start[cell[i] + 1] += 1
     for k in range(columns * lines):
         start[k + 1] += start[k]
@@ -108,12 +111,12 @@ def build_grid(points: FloatArray) -> Grid:
         k = filled[cell[i]]
         filled[cell[i]] += 1
         entries[k, 0], entries[k, 1], rows[k] = points[i, 0], points[i, 1], i
-    return Grid(entries, rows, start, left, low, per_metre, columns, lines)
+    return entries, rows, start, left, low, per_metre, columns, lines
 
 
 @compiled
-def borders(values: FloatArray) -> tuple[float, float]:
-    """An interval that holds the values but for a few far off, chosen by a sample of them."""
+def trimmed_range(values: FloatArray) -> tuple[float, float]:
+    """A range without outliers, from a sample."""
     sample = values[:: max(1, len(values) // SAMPLE)]
     tenth = len(sample) // 10
     low, high = select(sample, tenth), select(sample, len(sample) - 1 - tenth)
@@ -126,8 +129,8 @@ def borders(values: FloatArray) -> tuple[float, float]:
 
 
 @compiled
-def place(offset: float, per_metre: float, count: int) -> int:
-    """The column (or line) so far from the first one's edge [m]: the border's for one outside."""
+def cell_index(offset: float, per_metre: float, count: int) -> int:
+    """Column (or line) at this offset from the edge [m]; the border's for one outside."""
     return int(min(max(offset * per_metre, 0.0), count - 1.0))
 
 
@@ -135,16 +138,16 @@ def place(offset: float, per_metre: float, count: int) -> int:
 def cells_around(x: float, y: float, radius: float, grid: Grid) -> tuple[int, int, int, int]:
     """First and last column, first and last line of the cells that a circle [m] touches."""
     u, v, r = x - grid.x, y - grid.y, radius + ROUNDING / grid.per_metre
-    left = place(u - r, grid.per_metre, grid.columns)
-    right = place(u + r, grid.per_metre, grid.columns)
-    low = place(v - r, grid.per_metre, grid.lines)
-    high = place(v + r, grid.per_metre, grid.lines)
+    left = cell_index(u - r, grid.per_metre, grid.columns)
+    right = cell_index(u + r, grid.per_metre, grid.columns)
+    low = cell_index(v - r, grid.per_metre, grid.lines)
+    high = cell_index(v + r, grid.per_metre, grid.lines)
     return left, right, low, high
 
 
 @compiled
 def nearest(
-    points: FloatArray, target: FloatArray, grid: Grid, reach: float, guess: IntArray
+    points: FloatArray, grid: Grid, reach: float, guess: IntArray
 ) -> tuple[IntArray, FloatArray]:
     """Row and distance [m] of the nearest target point within `reach` [m]; −1 and inf for none.
 
@@ -160,23 +163,27 @@ def nearest(
             near = row  # the partner of the point before
         row = -1
         if near >= 0:
-            dx, dy = x - target[near, 0], y - target[near, 1]
+            dx, dy = x - grid.points[near, 0], y - grid.points[near, 1]
             if dx * dx + dy * dy <= least:
                 row, least = near, dx * dx + dy * dy
-        radius = math.sqrt(least) * (1.0 + 1e-9) if row >= 0 else min(reach, 1.0 / grid.per_metre)
+        radius = min(reach, 1.0 / grid.per_metre)
+        if row >= 0:
+            radius = min(radius, math.sqrt(least) * (1.0 + 1e-9))
         while True:
             left, right, low, high = cells_around(x, y, radius, grid)
             for line in range(low, high + 1):
                 first = grid.start[line * grid.columns + left]
                 last = grid.start[line * grid.columns + right + 1]
                 for k in range(first, last):
-                    dx, dy = x - grid.points[k, 0], y - grid.points[k, 1]
+                    dx, dy = x - grid.entries[k, 0], y - grid.entries[k, 1]
                     square = dx * dx + dy * dy
                     if square < least or (square == least and not 0 <= row < grid.rows[k]):
                         row, least = grid.rows[k], square
             if least <= radius * radius or (row < 0 and radius >= reach):
                 break
-            radius = math.sqrt(least) * (1.0 + 1e-9) if row >= 0 else min(2.0 * radius, reach)
+            radius = min(2.0 * radius, reach)
+            if row >= 0:
+                radius = min(radius, math.sqrt(least) * (1.0 + 1e-9))
         index[i] = row
         if row >= 0:
             distance[i] = math.sqrt(least)
@@ -198,7 +205,7 @@ def neighbors_of(
         for line in range(low, high + 1):
             first = grid.start[line * grid.columns + left]
             for k in range(first, grid.start[line * grid.columns + right + 1]):
-                dx, dy, row = x - grid.points[k, 0], y - grid.points[k, 1], grid.rows[k]
+                dx, dy, row = x - grid.entries[k, 0], y - grid.entries[k, 1], grid.rows[k]
                 square = dx * dx + dy * dy
                 if square > most or (found == size and square == most and row > rows[-1]):
                     continue

@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from labkit.neighbors import Grid, build_grid, neighbors_of
+from labkit.neighbors import Grid, NearestNeighbors, neighbors_of
 from labkit.scan import Scan
 from labkit.support.arrays import EPSILON, FloatArray, IntArray
 from labkit.support.compiled import compiled
@@ -56,12 +56,11 @@ def estimate_normals(scan: Scan, grid: Grid | None = None) -> FloatArray:
     >>> np.round(estimate_normals(wall)[1], 12).tolist()
     [-1.0, 0.0]
     """
-    points = np.array(scan.points)
     if len(scan) < MIN_ON_LINE:
         return np.full((len(scan), 2), np.nan)
     if scan.beams is not None:
-        return normals_along_sweep(points)
-    return normals_in_space(points, build_grid(points) if grid is None else grid)
+        return normals_along_sweep(scan.points)
+    return normals_in_space(grid or NearestNeighbors(scan.points).grid)
 
 
 @compiled
@@ -73,7 +72,7 @@ def normals_along_sweep(points: FloatArray) -> FloatArray:
     count, middle = len(points), points[len(points) // 2]  # running sums round by their size
     sums = [NOTHING]
     for i in range(count):
-        sums.append(added(sums[i], points[i, 0] - middle[0], points[i, 1] - middle[1]))
+        sums.append(add_point(sums[i], points[i, 0] - middle[0], points[i, 1] - middle[1]))
     start, stop = windows_along_sweep(points)
     rounding = 64.0 * EPSILON * (sums[count][2] + sums[count][4])
     normals = np.empty((count, 2))
@@ -86,21 +85,21 @@ def normals_along_sweep(points: FloatArray) -> FloatArray:
 
 
 @compiled
-def normals_in_space(points: FloatArray, grid: Grid) -> FloatArray:
+def normals_in_space(grid: Grid) -> FloatArray:
     """Normals from the nearest `NEIGHBORS` within `REACH` of each point, shape (N, 2)."""
-    normals = np.empty((len(points), 2))
+    points, normals = grid.points, np.empty(grid.points.shape)
     rows, squares = np.empty(NEIGHBORS, np.intp), np.empty(NEIGHBORS)
     for i in range(len(points)):
         x, y, sums = points[i, 0], points[i, 1], NOTHING
         found = neighbors_of(x, y, grid, REACH, rows, squares)
         for row in rows[:found]:
-            sums = added(sums, points[row, 0] - x, points[row, 1] - y)
+            sums = add_point(sums, points[row, 0] - x, points[row, 1] - y)
         normals[i, 0], normals[i, 1] = normal_of(sums, found, 0.0, (x, y))
     return normals
 
 
 @compiled
-def added(sums: Sums, x: float, y: float) -> Sums:
+def add_point(sums: Sums, x: float, y: float) -> Sums:
     """The sums with one more point."""
     return sums[0] + x, sums[1] + y, sums[2] + x * x, sums[3] + x * y, sums[4] + y * y
 

@@ -2,29 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections import namedtuple
+from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, cast, get_args
 
 from labkit.support.arrays import check_count, check_range
 from labkit.support.errors import InvalidParameterError
 
 Metric = Literal["point_to_point", "point_to_line"]
-
-
-class LoopParameters(NamedTuple):
-    """`IcpParameters` as the compiled loop reads them, under the same names."""
-
-    on_lines: bool
-    approach: bool
-    max_correspondence_distance: float
-    overlap_ratio: float
-    huber_delta: float
-    translation_tolerance: float
-    rotation_tolerance: float
-    cost_tolerance: float
-    step_fraction: float
-    max_iterations: int
 
 
 @dataclass(frozen=True)
@@ -106,6 +92,7 @@ class IcpParameters:
         check_range(self.overlap_ratio, "overlap_ratio", above=0.0, at_most=1.0)
         check_range(self.huber_delta, "huber_delta", above=0.0, unit="m")
         check_count(self.max_iterations, "max_iterations", at_least=1)
+        check_range(self.max_iterations, "max_iterations", at_least=1, at_most=1e9)
         check_range(self.translation_tolerance, "translation_tolerance", at_least=0.0, unit="m")
         check_range(self.rotation_tolerance, "rotation_tolerance", at_least=0.0, unit="rad")
         check_range(self.cost_tolerance, "cost_tolerance", at_least=0.0, unit="m²")
@@ -121,8 +108,12 @@ class IcpParameters:
             )
 
     @cached_property
-    def for_loop(self) -> LoopParameters:
-        """The same numbers, each of the one type that the loop is compiled for."""
-        numbers = (float(getattr(self, name)) for name in LoopParameters._fields[2:-1])
-        on_lines, most = self.metric == "point_to_line", int(self.max_iterations)
-        return LoopParameters._make([on_lines, self.approach, *numbers, most])
+    def for_loop(self) -> IcpParameters:
+        """The same fields as a named tuple, each of its default's type: numba reads no class."""
+        told = [getattr(self, each.name) for each in NUMBERS]
+        kinds: list[type] = [type(each.default) for each in NUMBERS]
+        return cast(IcpParameters, LoopParameters(*map(lambda kind, x: kind(x), kinds, told)))
+
+
+NUMBERS = tuple(each for each in fields(IcpParameters) if each.name != "metric")
+LoopParameters = namedtuple("LoopParameters", [each.name for each in NUMBERS])  # type: ignore[misc]

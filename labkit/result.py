@@ -15,11 +15,12 @@ from labkit.degeneracy import free_motions, observability
 from labkit.line_alignment import Information
 from labkit.parameters import IcpParameters
 from labkit.scan import Scan
+from labkit.schedule import far_poses
 from labkit.support.arrays import FloatArray, read_only
 from labkit.support.compiled import compiled
 from labkit.target import Target
 
-FAILED = read_only(np.full((3, 3), np.nan))  # no guess passes for an estimate
+FAILED = read_only(np.full((3, 3), np.nan))  # a failed run returns NaN, never the guess
 
 
 class Termination(Enum):
@@ -101,8 +102,6 @@ class IcpResult:
         The parameters of the run.
     poses : ndarray, shape (K+1, 3, 3)
         ``T_target_source`` from the initial guess (number 0) to the last step.
-    far : int
-        How many of them, the first ones, counted as far from the answer; see `labkit.schedule`.
     """
 
     termination: Termination
@@ -110,7 +109,6 @@ class IcpResult:
     target: Target
     parameters: IcpParameters
     poses: FloatArray
-    far: int
 
     def __repr__(self) -> str:
         """One line: the ending, and the number of kept pairs."""
@@ -123,6 +121,11 @@ class IcpResult:
     def T_target_source(self) -> FloatArray:
         """The estimate, (3, 3); NaN if the run failed (``poses[-1]`` holds the last pose)."""
         return FAILED if self.termination.failed else self.poses[-1]
+
+    @cached_property
+    def far(self) -> int:
+        """How many poses, the first ones, counted as far from the answer; see `labkit.schedule`."""
+        return far_poses(self.poses, self.source.points, self.parameters.for_loop)
 
     @cached_property
     def history(self) -> tuple[Iteration, ...]:

@@ -27,8 +27,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from labkit.parameters import LoopParameters
-from labkit.support.arrays import FloatArray
+from labkit.neighbors import select
+from labkit.parameters import IcpParameters
+from labkit.support.arrays import BoolArray, FloatArray
 from labkit.support.compiled import compiled
 
 LONG = 0.5  # step over δ: a shorter one does not leave the noise
@@ -41,45 +42,68 @@ FEW = 120  # points do as well from afar
 class Stage(NamedTuple):
     """The settings of one iteration."""
 
-    on_lines: bool  # whether a residual is the distance from the target's surface
     stride: int  # every so many-th source point is matched
-    gate: float  # d_max [m] of this iteration
+    max_correspondence_distance: float  # d_max [m]
     overlap_ratio: float  # ρ
-    huber_delta: float  # δ [m]
-    widening: float  # δ is at least this many times the median residual
-    point_share: float  # share of point-to-point per squared widening
+    huber_delta: float  # δ [m], which `widened` may widen
     far: bool  # whether the pose counts as far from the answer
     may_converge: bool  # whether the step before was taken near the answer
 
 
 @compiled
-def stage_of(parameters: LoopParameters, count: int, far: bool, may_converge: bool) -> Stage:
+def stage_of(parameters: IcpParameters, count: int, far: bool, may_converge: bool) -> Stage:
     """The stage of an iteration for `count` source points, far from the answer or near it."""
-    gate, delta, share = parameters.max_correspondence_distance, parameters.huber_delta, POINT_SHARE
+    stride = max(1, count // FEW) if far else 1
+    gate, delta = gate_of(parameters, far), parameters.huber_delta
+    return Stage(stride, gate, parameters.overlap_ratio, delta, far, may_converge)
+
+
+@compiled
+def gate_of(parameters: IcpParameters, far: bool) -> float:
+    """The gate d_max [m], far from the answer or near it."""
     if parameters.approach and not far:
-        gate = min(gate, CLOSE_GATE * delta)
-    if not far or math.isinf(delta):
-        share = 0.0
-    return Stage(
-        parameters.on_lines,
-        max(1, count // FEW) if far else 1,
-        gate,
-        parameters.overlap_ratio,
-        delta,
-        WIDTH if far else 0.0,
-        share,
-        far,
-        may_converge,
-    )
+        return min(parameters.max_correspondence_distance, CLOSE_GATE * parameters.huber_delta)
+    return parameters.max_correspondence_distance
+
+
+@compiled
+def widened(residuals: FloatArray, kept: BoolArray, stage: Stage) -> tuple[float, float]:
+    """δ [m] of an iteration, and the share of point-to-point in its step.
+
+    From afar δ is as wide as the median of the kept residuals asks.
+    """
+    delta, wide = stage.huber_delta, stage.huber_delta
+    if not stage.far or math.isinf(delta):
+        return delta, 0.0
+    if kept.any():
+        some = residuals[kept]
+        wide = max(delta, WIDTH * select(some, len(some) // 2))
+    return wide, min(1.0, POINT_SHARE * (wide / delta) ** 2)
+
+
+@compiled
+def first_stage(parameters: IcpParameters, count: int) -> Stage:
+    """The stage at the guess."""
+    return stage_of(parameters, count, parameters.approach, False)
 
 
 @compiled
 def schedule(
-    before: Stage, poses: list[FloatArray], source: FloatArray, parameters: LoopParameters
+    before: Stage, poses: list[FloatArray], source: FloatArray, parameters: IcpParameters
 ) -> Stage:
-    """The next stage, after the step to ``poses[-1]``; the first one is `stage_of` the guess."""
+    """The next stage, after the step to ``poses[-1]``."""
     far = before.far and is_far(poses, source, parameters.huber_delta)
     return stage_of(parameters, len(source), far, not before.far)
+
+
+@compiled
+def far_poses(poses: FloatArray, source: FloatArray, parameters: IcpParameters) -> int:
+    """How many poses (K, 3, 3) of a run, the first ones, counted as far from the answer."""
+    stage, seen = first_stage(parameters, len(source)), [poses[0]]
+    while stage.far and len(seen) < len(poses):
+        seen.append(poses[len(seen)])
+        stage = schedule(stage, seen, source, parameters)
+    return len(seen) - 1 + stage.far
 
 
 @compiled

@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.neighbors import Grid, NearestNeighbors, build_grid
+from labkit.neighbors import NearestNeighbors
 from labkit.normals import estimate_normals
+from labkit.parameters import IcpParameters
 from labkit.scan import Scan, as_scan
 from labkit.support.arrays import FloatArray, as_floats, read_only
 from labkit.support.errors import InvalidPointsError
 
-
-class TargetArrays(NamedTuple):
-    """A target as the loop reads it: its points [m], their normals, and the grid they lie in."""
-
-    points: FloatArray  # (M, 2)
-    normals: FloatArray  # (M, 2), NaN where there is none; without rows for points alone
-    grid: Grid
+NONE = read_only(np.empty((0, 2)))
 
 
 class Target:
@@ -63,20 +57,11 @@ class Target:
         """Unit normals, shape (M, 2); NaN where a point lies on no line."""
         if self._given is not None:
             return self._given
-        return read_only(estimate_normals(self.scan, self._points_alone.grid))
+        return read_only(estimate_normals(self.scan, self.search.grid))
 
-    def arrays(self, *, on_lines: bool) -> TargetArrays:
-        """The arrays that the loop reads, with normals or without."""
-        return self._with_normals if on_lines else self._points_alone
-
-    @cached_property
-    def _with_normals(self) -> TargetArrays:
-        return self._points_alone._replace(normals=np.array(self.normals))
-
-    @cached_property
-    def _points_alone(self) -> TargetArrays:
-        points = np.array(self.points)
-        return TargetArrays(points, np.empty((0, 2)), build_grid(points))
+    def normals_for(self, parameters: IcpParameters) -> FloatArray:
+        """The normals that the loop needs: those of all points, or none under point-to-point."""
+        return self.normals if parameters.metric == "point_to_line" else NONE
 
 
 def _as_normals(normals: ArrayLike, count: int) -> FloatArray:

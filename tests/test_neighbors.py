@@ -8,7 +8,6 @@ from scipy.spatial.distance import cdist
 
 from labkit.neighbors import (
     NearestNeighbors,
-    build_grid,
     nearest,
     nearest_by_brute_force,
     neighbors_of,
@@ -46,7 +45,7 @@ def test_grid_and_brute_force_agree_bit_for_bit(points, target):
 @given(scenes, scenes, st.sampled_from([0.1, 0.5, 3.0, 1e4]), seeds)
 def test_a_search_ends_at_its_reach_wherever_it_begins(points, target, reach, seed):
     guess = np.random.default_rng(seed).integers(-1, len(target), len(points))
-    index, distance = nearest(points, target, build_grid(target), reach, guess)
+    index, distance = nearest(points, NearestNeighbors(target).grid, reach, guess)
     squares = table(points, target)
     there = squares.min(axis=1) <= reach**2
     np.testing.assert_array_equal(index[there], squares.argmin(axis=1)[there])
@@ -56,7 +55,7 @@ def test_a_search_ends_at_its_reach_wherever_it_begins(points, target, reach, se
 
 @given(scenes, st.sampled_from([0.1, 0.5, 1e4]))
 def test_the_nearest_few_are_found_in_order(target, reach):
-    grid, rows, squares = build_grid(target), np.empty(7, np.intp), np.empty(7)
+    grid, rows, squares = NearestNeighbors(target).grid, np.empty(7, np.intp), np.empty(7)
     for x, y in target[:10] + 0.01:
         found = neighbors_of(x, y, grid, reach, rows, squares)
         every = table(np.array([[x, y]]), target)[0]

@@ -20,7 +20,7 @@ def test_a_result_cannot_be_written_to(in_the_room):
         result.source.points,
         result.target.points,
         result.target.normals,
-        result.correspondences.kept,
+        result.correspondences.distances,
         result.history[0].correspondences.weights,
     ):
         with pytest.raises(ValueError, match="read-only"):

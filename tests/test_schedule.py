@@ -94,14 +94,14 @@ def test_the_way_is_on_record(in_the_room):
     for step in history:
         pairs = step.correspondences
         if step.far:
-            assert pairs.gate == PARAMETERS.max_correspondence_distance
+            assert pairs.max_correspondence_distance == PARAMETERS.max_correspondence_distance
             kept = np.sort(pairs.residuals[pairs.kept])
             assert pairs.huber_delta == max(0.02, WIDTH * kept[len(kept) // 2])
             share = min(1.0, (pairs.huber_delta / 0.02) ** 2 / 4000.0)
             assert pairs.point_share == pytest.approx(share, rel=1e-12)
             assert np.count_nonzero(pairs.weights == 1.0) >= len(kept) / 2
         else:
-            assert pairs.gate == CLOSE_GATE * 0.02
+            assert pairs.max_correspondence_distance == CLOSE_GATE * 0.02
             assert (pairs.huber_delta, pairs.point_share) == (0.02, 0.0)
     motions = [
         displacement(source.points, before.T_target_source, now.T_target_source)
@@ -119,7 +119,7 @@ def test_without_a_delta_nothing_is_widened_and_no_gate_closes(in_the_room):
     for step in history:
         pairs = step.correspondences
         assert (pairs.huber_delta, pairs.point_share) == (math.inf, 0.0)
-        assert pairs.gate == PARAMETERS.max_correspondence_distance
+        assert pairs.max_correspondence_distance == PARAMETERS.max_correspondence_distance
 
 
 @pytest.mark.parametrize(("count", "every"), [(1, 1), (239, 1), (240, 2), (1000, 8)])

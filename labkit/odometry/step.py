@@ -26,7 +26,7 @@ from functools import cached_property
 
 import numpy as np
 
-from labkit.correspondences import MIN_PAIRS, loss
+from labkit.correspondences import MIN_PAIRS, huber_loss
 from labkit.degeneracy import spread_ratio
 from labkit.icp import icp
 from labkit.odometry.agreement import THROUGH, beams_of, seen_through
@@ -35,7 +35,7 @@ from labkit.odometry.sanity import complaints, conflicts
 from labkit.odometry.search import STARTS, alike, apart, completed, search, unlikeliness
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
-from labkit.schedule import stage_of
+from labkit.schedule import gate_of
 from labkit.se2 import from_xytheta, invert, to_xytheta
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
@@ -220,8 +220,8 @@ class _Step:
             return _Match(replace(record, reason=result.message), T, [result.message])
         pairs, seen = result.correspondences, result.observability
         through = seen_through(*self._view, np.array(T))
-        near = stage_of(told.for_loop, 1, False, True)
-        worst = loss(near.gate, near.huber_delta) if near.gate < math.inf else math.inf  # (4.1)
+        gate = gate_of(told.for_loop, False)
+        worst = huber_loss(gate, told.huber_delta) if gate < math.inf else math.inf  # (4.1)
         agreement = 1.0 - min(1.0, result.cost / worst)  # far from the answer pairs cost more
         agreement -= THROUGH * (0.0 if math.isnan(through) else through)
         free = seen is None or seen.degenerate

@@ -6,7 +6,7 @@ import numpy as np
 
 from labkit import IcpParameters, Scan, Target, align, covariance, icp
 from labkit.correspondences import distance_gate, huber_loss, huber_weights, overlap
-from labkit.icp import best_step
+from labkit.icp import minimise
 from labkit.line_alignment import align_to_lines
 from labkit.odometry import estimate_odometry
 
@@ -18,14 +18,11 @@ def warm() -> None:
     for scan in (room, room.points):
         for metric in ("point_to_point", "point_to_line"):
             result = icp(scan, scan, None, IcpParameters(metric=metric, step_fraction=0.9))
-            best_step(result.history[0].correspondences)
-            _ = result.observability
+            minimise(result.history[0].correspondences), result.cost, result.observability
     covariance.censi_covariance(result, 0.01)
-    p = room.points
+    p, d = room.points, result.correspondences.distances
     align(p, p), align_to_lines(p, p, p, np.ones(len(p))), Target(p).search.query(p)
-    distances = result.correspondences.distances
-    distance_gate(distances, 0.5), overlap(distances, 0.9)
-    huber_weights(distances, 0.1), huber_loss(distances, 0.1)
+    distance_gate(d, 0.5), overlap(d, 0.9), huber_weights(d, 0.1), huber_loss(d, 0.1)
     for priors in (None, np.zeros((4, 3))):
         estimate_odometry([room, room, Scan.from_points(room.points + 5.0), room], priors)
 

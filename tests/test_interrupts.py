@@ -1,0 +1,60 @@
+"""An interrupt at any moment ends as KeyboardInterrupt, and in nothing else."""
+
+import subprocess
+import sys
+
+import pytest
+
+# A child is interrupted at random moments, beside a second thread, as a kernel of JupyterLab is.
+CHILD = """
+import random, signal, threading
+import numpy as np, labkit
+from labkit.odometry import estimate_odometry
+from labkit.odometry.search import search
+from labkit.simulation import room, Lidar, scan_along
+
+def spin():
+    while True:
+        sum(range(100))
+
+path = np.column_stack([0.1 * np.arange(8), np.zeros(8), 0.05 * np.arange(8)])
+scans = list(scan_along(room(), path, Lidar(beam_count=181), rng=1))
+target = labkit.Target(scans[0])
+wide = labkit.IcpParameters(metric="point_to_line", approach=True, huber_delta=0.03)
+
+def icp():
+    for told in (labkit.IcpParameters(), wide):
+        result = labkit.icp(scans[5].points, scans[0].points, None, told)
+        result.history, result.observability, target.search.query(scans[1].points)
+
+def odometry():
+    estimate_odometry(scans)
+
+def windows():
+    search(scans[5], target, np.eye(3), (1.0, 0.5))
+
+{0}()
+threading.Thread(target=spin, daemon=True).start()
+signal.signal(signal.SIGALRM, signal.default_int_handler)
+draw = random.Random(0)
+for count in range({1}):
+    try:
+        signal.setitimer(signal.ITIMER_REAL, draw.uniform(1e-4, 0.03))
+        while True:
+            {0}()
+    except KeyboardInterrupt:
+        pass
+print("interrupted", count + 1)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no timer that interrupts")
+@pytest.mark.parametrize("what", ["icp", "odometry", "windows"])
+def test_an_interrupt_is_a_keyboard_interrupt(what, count=40):
+    """The law: every function that is compiled × every moment of it."""
+    program = CHILD.format(what, count)
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == f"interrupted {count}\n"
