@@ -1,32 +1,85 @@
-"""The hours that the book tells add up."""
+"""The minutes in the chapters' heads are counted, and the hours on the pages are their sums.
 
-from __future__ import annotations
+A minute is 130 words; a prediction and a question take two, an exercise what its title says.
+Sections that begin with *Deeper*, and exercises marked so, are not on the core path.
+"""
 
+import json
+import re
+from itertools import pairwise
 from pathlib import Path
 
-import hours
 import pytest
 
 ROOT = Path(__file__).parents[2]
-RATES = {"words_a_minute": 10, "prediction": 2, "question": 3}
-
-
-def test_the_heads_are_counted_and_the_sums_are_theirs():
-    """If not: `python book/_ext/hours.py --write`."""
-    assert [path.name for path in hours.stale(ROOT)] == []
-
-
-@pytest.mark.parametrize(
-    ("text", "minutes"),
-    [
-        ("# One\n" + 99 * "word ", (10, 0, 10)),
-        ("# One\n" + 99 * "word " + "\n$$\nx + y\n$$\n", (10, 0, 10)),
-        ("# One\n:class: predict\n:class: predict\n:class: predict", (5, 0, 5)),
-        ("# One\n## Two\n\n*Deeper.*" + 99 * " word" + "\n### Three" + 99 * " word", (20, 0, 0)),
-        ("# One\n## Two\n\n*Deeper.*\n## Three\n" + 99 * "word ", (10, 0, 10)),
-        (":::{exercise} A · ★☆☆ · 25 min\nWrite.\n:::\n", (0, 25, 25)),
-        (":::{exercise} A · ★☆☆ · 25 min · deeper\nWrite.\n:::\n", (0, 25, 0)),
-    ],
+HEAD = re.compile(
+    r"\*\*Time\.\*\* (\d+) min to read and try, (\d+) min of exercises\. Core path: (\d+) min"
 )
-def test_minutes_are_counted(text, minutes):
-    assert hours.count(text, RATES) == hours.Minutes(*minutes)
+EXERCISE = re.compile(r"(?ms)^(:{3,})\{exercise\}[^\n]*?(\d+) min([^\n]*)\n.*?^\1$")
+TASKS = {"assignment": 360, "problems 1 to 5": 125, "report": 180}  # minutes
+SUMS = {"core": range(1, 9), "graded": [*range(1, 9), 10, *TASKS]}
+
+
+def text_of(path):
+    """The Markdown of a chapter, without its solutions."""
+    cells = json.loads(path.read_text("utf-8"))["cells"]
+    words = [cell for cell in cells if cell["cell_type"] == "markdown"]
+    told = (cell for cell in words if "solution" not in cell["metadata"].get("tags", []))
+    return "\n\n".join("".join(cell["source"]) for cell in told)
+
+
+TEXTS = {int(path.name[:2]): text_of(path) for path in (ROOT / "notebooks").glob("[01]*.ipynb")}
+HEADS = {
+    k: tuple(map(int, found.groups())) for k in sorted(TEXTS) if (found := HEAD.search(TEXTS[k]))
+}
+
+
+def reading(text):
+    plain = re.sub(r"(?ms)\$\$.*?\$\$|^\s*(?::{3,}|`{3}|:\w+:)[^\n]*$", " ", text)
+    words = sum(bool(re.search(r"\w", word)) for word in plain.split())
+    return words / 130 + 2 * (text.count(":class: predict") + text.count("{dropdown} Answer"))
+
+
+def counted(text):
+    """Minutes to read and try, of exercises, and of the core path."""
+    exercises = [(int(minutes), "deeper" in mark) for _, minutes, mark in EXERCISE.findall(text)]
+    bare, parts, level = EXERCISE.sub("", text), [], 7
+    starts = [found.start() for found in re.finditer(r"(?m)^#+ ", bare)]
+    for begin, end in pairwise([0, *starts, len(bare)]):
+        section = bare[begin:end]
+        if (depth := len(section) - len(section.lstrip("#"))) <= level:
+            deeper = re.match(r"[^\n]*\n+(\([^\n]*\n+)?\*Deeper", section)
+            level = depth if deeper else 7
+        parts.append((reading(section), level < 7))
+    core = sum(minutes for minutes, deeper in [*parts, *exercises] if not deeper)
+    return sum(minutes for minutes, _ in parts), sum(minutes for minutes, _ in exercises), core
+
+
+@pytest.mark.parametrize("chapter", HEADS)
+def test_a_chapter_s_head_tells_the_minutes_that_are_counted(chapter):
+    read, exercises, core = counted(TEXTS[chapter])
+    told = HEADS[chapter]
+    assert told[1] == exercises
+    assert max(abs(told[0] - read), abs(told[2] - core)) < 8, f"counted {read:.0f}, {core:.0f} min"
+
+
+def test_deeper_sections_and_exercises_are_not_on_the_core_path():
+    words = 130 * "word "
+    text = f"# A\n{words}\n## B\n\n*Deeper.* {words}\n### C\n{words}\n## D\n{words}"
+    more = ":::{exercise} E · 25 min · deeper\nWrite.\n:::\n:::{exercise} F · 5 min\nDo.\n:::\n"
+    assert counted(f"{text}\n{more}") == pytest.approx((4.0, 30, 7.0), abs=0.2)
+
+
+def test_the_pages_tell_the_heads_and_their_sums():
+    names = ("intro", "students", "instructors")
+    intro, *others = ((ROOT / f"book/{name}.md").read_text("utf-8") for name in names)
+    rows = re.findall(r"(?m)^\| (\d+)\. \[\]\(.*\| (\d+)\smin \|$", intro)
+    cores = {chapter: core for chapter, (_, _, core) in HEADS.items()}
+    assert {int(chapter): int(core) for chapter, core in rows} == cores
+    for name, parts in SUMS.items():
+        hours = round(sum((TASKS | cores)[part] for part in parts) / 30) / 2
+        told = re.findall(rf"about\s([\d.]+)\shours<!-- {name} -->", " ".join([intro, *others]))
+        assert set(told) == {f"{hours:g}"}
+    for plan in re.findall(r"(?m)^\| \*\*.*h\).*$", others[-1]):
+        total, *parts = map(float, re.findall(r"\(([\d.]+) h\)", plan))
+        assert abs(total - sum(parts)) <= 0.5
