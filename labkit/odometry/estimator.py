@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Sized
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, repeat
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from labkit.correspondences import MIN_PAIRS
+from labkit.odometry.carried import stands
 from labkit.odometry.integration import as_row, as_rows, increments_between, integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.parameters import OdometryParameters
+from labkit.odometry.sanity import grown
 from labkit.odometry.search import REMEMBERED
 from labkit.odometry.step import STILL, Decision, StepRecord, estimate_step
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray, check_kind
 from labkit.support.errors import InvalidPointsError
+
+RESTING = 0.02, math.radians(0.5)  # [m] and [rad]: wheels that tell less say that they stand
+SAME_VIEW = 0.9  # share of a scan that lies as it lay, where the robot does stand
 
 
 class ScanMatchingOdometry:
@@ -48,6 +55,8 @@ class ScanMatchingOdometry:
         self._seen = LocalMap(last_scan=self.parameters.against == "scan")
         self._earlier_motions: deque[FloatArray] = deque(maxlen=REMEMBERED)  # the newest first
         self._last_motion: FloatArray | None = None
+        self._lost = 0  # steps since the last one that was matched, or taken from a prior
+        self._before = self._seen.key
 
     def update(self, scan: Scan | ArrayLike, prior: ArrayLike | None = None) -> StepRecord:
         """Take the next scan and move the pose.
@@ -62,23 +71,42 @@ class ScanMatchingOdometry:
         expected = None if prior is None else as_row(prior, "prior")
         filtered = self.parameters.preprocessing(scan)
         record = StepRecord(increment=STILL, decision=Decision.START)
+        if self.parameters.search and expected is not None and self._denies(filtered, expected):
+            expected = None
         if self._last_motion is not None:
+            motions = np.array([self._last_motion, *self._earlier_motions])
+            limits = self.parameters.limits
+            if self.parameters.search:
+                limits = grown(limits, motions, self._lost)
             record = estimate_step(
                 filtered,
                 self._seen.target,
                 expected,
-                np.array([self._last_motion, *self._earlier_motions]),
-                self.parameters,
+                motions,
+                replace(self.parameters, limits=limits),
                 T_target_last=self._seen.T_target_last,
+                key=self._seen.key,
             )
         # A motion is held once: nobody saw it, so it is no ground for holding it again.
         held = record.decision in (Decision.HOLD, Decision.STAND)
+        self._lost = self._lost + 1 if held else 0
         self._last_motion = STILL if held else record.increment
         if record.decision.matched and not record.degenerate:
             self._earlier_motions.appendleft(record.increment)
-        self._seen.add(filtered, record.increment, matched=record.decision.matched)
+        told = self.parameters.search and expected is not None
+        self._seen.add(filtered, record.increment, matched=record.decision.matched, told=told)
+        self._before = filtered
         self.pose = integrate_step(self.pose, record.increment)
         return record
+
+    def _denies(self, scan: Scan, expected: FloatArray) -> bool:
+        """True if wheels stand, and the scan does not."""
+        is_still = (
+            math.hypot(expected[0], expected[1]) < RESTING[0] and abs(expected[2]) < RESTING[1]
+        )
+        if not is_still or min(len(self._before), len(scan)) < MIN_PAIRS:
+            return False
+        return bool(stands(scan, self._before).mean() < SAME_VIEW)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

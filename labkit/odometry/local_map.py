@@ -13,6 +13,7 @@ from collections import deque
 import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
+from labkit.odometry.carried import without_carried
 from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import apply, from_xytheta, invert
@@ -34,11 +35,15 @@ class LocalMap:
     def __init__(self, *, last_scan: bool = False) -> None:
         self.last_scan = last_scan
         self.target: Target | None = None
+        self.key = Scan(points=np.empty((0, 2)))  # the newest key scan, as it was taken
         self.T_target_last = np.eye(3)
         self._sizes: deque[int] = deque()  # points of each key scan, the oldest first
 
-    def add(self, scan: Scan, increment: FloatArray, *, matched: bool) -> None:
-        """Take the newest scan, one `increment` (Δx, Δy, Δψ) on."""
+    def add(self, scan: Scan, increment: FloatArray, *, matched: bool, told: bool = False) -> None:
+        """Take the newest scan, one `increment` (Δx, Δy, Δψ) on.
+
+        If a prior told the motion, what is carried along stays out of the map.
+        """
         self.T_target_last = self.T_target_last @ from_xytheta(increment)
         moved, turned = step_length(np.eye(3), self.T_target_last)
         if len(scan) < MIN_PAIRS:
@@ -46,9 +51,13 @@ class LocalMap:
         if self.target is None:
             self.target = self._thinned(scan)
         elif self.last_scan or not matched or moved > KEY_DISTANCE or turned > KEY_ROTATION:
-            self.target = self._with_key(self.target, self._thinned(scan))
+            fixed = scan
+            if told and not self.last_scan:
+                fixed = without_carried(scan, self.key, self.target, self.T_target_last)
+            self.target = self._with_key(self.target, self._thinned(fixed))
         else:
             return
+        self.key = scan
         self.T_target_last = np.eye(3)
 
     def _thinned(self, scan: Scan) -> Target:

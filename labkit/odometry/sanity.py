@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from labkit.support.arrays import FloatArray, check_range
+
+ROOM = 1.5  # times the longest of the last motions: a step that is no surprise
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,16 +49,20 @@ class SanityLimits:
         check_range(self.min_inlier_ratio, "min_inlier_ratio", at_least=0.0, at_most=1.0)
 
 
-def complaints(
-    increment: FloatArray, inlier_ratio: float, rmse: float, limits: SanityLimits
-) -> list[str]:
-    """Reasons to reject a match; empty if there is none. NaN never passes."""
+def beyond(increment: FloatArray, limits: SanityLimits) -> list[str]:
+    """Reasons why a motion is longer than a step can be. NaN never passes."""
     x, y, turn = increment.tolist()
     found = []
     if not (moved := math.hypot(x, y)) <= limits.max_translation:
         found.append(f"translation {moved:.2f} m > {limits.max_translation:.2f} m")
     if not abs(turn) <= limits.max_rotation:
         found.append(f"rotation {_degrees(turn)} > {_degrees(limits.max_rotation)}")
+    return found
+
+
+def poor(inlier_ratio: float, rmse: float, limits: SanityLimits) -> list[str]:
+    """Reasons why a match fits too poorly. NaN never passes."""
+    found = []
     if not inlier_ratio >= limits.min_inlier_ratio:
         found.append(f"inlier ratio {inlier_ratio:.3f} < {limits.min_inlier_ratio:.3f}")
     if not rmse <= limits.max_rmse:
@@ -74,6 +82,19 @@ def conflicts(increment: FloatArray, prior: FloatArray | None, limits: SanityLim
     if not abs(turn) <= most:
         found.append(f"{_degrees(turn)} from the prior > {_degrees(most)}")
     return found
+
+
+def grown(limits: SanityLimits, motions: FloatArray, lost: int) -> SanityLimits:
+    """The limits of a run that has seen longer motions (K, 3), or lost its last steps."""
+    moved, turned = np.hypot(motions[:, 0], motions[:, 1]).max(), np.abs(motions[:, 2]).max()
+    longer = (1 + lost) * np.maximum(
+        [limits.max_translation, limits.max_rotation], [ROOM * moved, ROOM * turned]
+    )
+    return replace(
+        limits,
+        max_translation=float(longer[0]),
+        max_rotation=max(limits.max_rotation, min(math.pi, float(longer[1]))),
+    )
 
 
 def _degrees(angle: float) -> str:

@@ -144,10 +144,9 @@ def alike(T: FloatArray, other: FloatArray) -> bool:
     return moved < APART[0] and turned < APART[1]
 
 
-def unlikeliness(T: FloatArray, expected: FloatArray) -> float:
-    """0 where the pose T is the likeliest that is expected, 1 where it is unlike any."""
-    least = float(_surprise(T, expected, np.empty((0, 2))).min())
-    return least / (1.0 + least)
+def surprise(T: FloatArray, expected: FloatArray) -> float:
+    """Squared distance of T to the nearest expected pose, 1 where it is unlike that one."""
+    return float(_surprise(T, expected, np.empty((0, 2))).min())
 
 
 def completed(T: FloatArray, seen: Information, expected: FloatArray) -> FloatArray:

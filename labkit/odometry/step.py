@@ -30,9 +30,10 @@ from labkit.correspondences import MIN_PAIRS, huber_loss
 from labkit.degeneracy import spread_ratio
 from labkit.icp import icp
 from labkit.odometry.agreement import THROUGH, beams_of, seen_through
+from labkit.odometry.carried import without_carried
 from labkit.odometry.parameters import OdometryParameters
-from labkit.odometry.sanity import complaints, conflicts
-from labkit.odometry.search import STARTS, alike, apart, completed, search, unlikeliness
+from labkit.odometry.sanity import beyond, conflicts, poor
+from labkit.odometry.search import STARTS, alike, apart, completed, search, surprise
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
 from labkit.schedule import gate_of
@@ -125,6 +126,7 @@ def estimate_step(
     parameters: OdometryParameters,
     *,
     T_target_last: FloatArray = AT_TARGET,
+    key: Scan | None = None,
 ) -> StepRecord:
     """Estimate the motion from scan k (`target`) to scan k+1 (`source`).
 
@@ -141,6 +143,9 @@ def estimate_step(
         Matcher, limits and fallbacks.
     T_target_last : ndarray, shape (3, 3)
         Where scan k was taken in the target's frame; the identity where it is the target.
+    key : Scan, optional
+        The scan in whose frame the target lies, as it was taken. Points that lie as they did
+        there while the prior moves are carried along, and left out.
     """
     likely = np.atleast_2d(motions)
     last_resort = Decision.HOLD if likely[0].any() else Decision.STAND
@@ -154,6 +159,13 @@ def estimate_step(
     expected = T_target_last @ from_xytheta(likely)
     step = _Step(source, target, T_target_last, prior, expected, parameters)
     tried = [step.match(expected[0], Decision.ICP)]
+    if prior is not None and key is not None and parameters.search:
+        is_near = not tried[0].complaints and not tried[0].record.against_prior
+        T = tried[0].T_target_source if is_near else expected[0]
+        fixed = without_carried(source, key, target, T)
+        if len(fixed) < len(source):
+            step = replace(step, source=fixed)
+            tried = [step.match(expected[0], Decision.ICP)]
     if step.is_doubtful(tried[0]):
         tried += step.fall_back()
     best = step.choose(tried)
@@ -227,13 +239,14 @@ class _Step:
         free = seen is None or seen.degenerate
         rmse = math.sqrt(np.mean(pairs.residuals[pairs.kept] ** 2))
         information = 0.0 if seen is None else float(seen.values[0])
-        found = complaints(increment, result.fitness, rmse, limits)
+        against = conflicts(increment, self.prior, limits)
+        found = poor(result.fitness, rmse, limits)
+        if self.prior is None or against or not self.parameters.search:
+            found += beyond(increment, limits)
         is_expected = self.prior is not None or self.parameters.search
         if free and not (told.metric == "point_to_line" and is_expected):
             found.append(f"degenerate: information {information:.3f}")
-        against = conflicts(increment, self.prior, limits)
-        impossible = self.prior is not None and complaints(self.prior, 1.0, 0.0, limits)
-        supported = self.parameters.search and (agreement >= SUPPORTED or bool(impossible))
+        supported = self.is_suspect(T) and (agreement >= SUPPORTED or self.is_impossible)
         record = replace(
             record,
             reason=", ".join([*found, *against]),
@@ -244,7 +257,8 @@ class _Step:
             information=information,
             degenerate=free,
         )
-        score = agreement - SURPRISE * unlikeliness(T, self.expected_of(record))
+        unlike = surprise(T, self.expected_of(record))
+        score = agreement - SURPRISE * unlike / (1.0 + unlike)
         return _Match(record, T, found if supported else [*found, *against], score)
 
     def expected_of(self, record: StepRecord) -> FloatArray:
@@ -252,6 +266,17 @@ class _Step:
         if self.prior is None:
             return self.expected
         return self.expected[1:] if record.against_prior else self.expected[:1]
+
+    def is_suspect(self, T: FloatArray) -> bool:
+        """True if the prior is less like the last motions than the pose T is."""
+        if self.prior is None or not self.parameters.search:
+            return False
+        return surprise(self.expected[0], self.expected[1:]) > 1.0 + surprise(T, self.expected[1:])
+
+    @cached_property
+    def is_impossible(self) -> bool:
+        """True if the prior tells a motion that is longer than a step can be."""
+        return self.prior is not None and bool(beyond(self.prior, self.parameters.limits))
 
     def is_doubtful(self, match: _Match) -> bool:
         """True if there may be a better match than this first one."""

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from labkit.odometry import SanityLimits
-from labkit.odometry.sanity import complaints as found
-from labkit.odometry.sanity import conflicts
+from labkit.odometry.sanity import beyond, conflicts, grown, poor
 from labkit.support.errors import InvalidParameterError
 
 LIMITS = SanityLimits(
@@ -51,13 +50,26 @@ def test_motion(increment, prior, complaints):
     prior = None if prior is None else np.array(prior, dtype=float)
     increment = np.array(increment)
     against = conflicts(increment, prior, LIMITS)
-    assert found(increment, 0.5, 0.1, LIMITS) + against == complaints
+    assert beyond(increment, LIMITS) + against == complaints
 
 
 def test_the_distance_to_the_prior_is_measured_across_the_cut_at_pi():
     wide = SanityLimits(max_rotation=4.0, max_prior_rotation=0.1)
     increment, prior = np.array([0.0, 0.0, math.pi]), np.array([0.0, 0.0, -math.pi + 0.05])
-    assert found(increment, 0.5, 0.1, wide) + conflicts(increment, prior, wide) == []
+    assert beyond(increment, wide) + conflicts(increment, prior, wide) == []
+
+
+def test_the_limits_follow_the_longest_of_the_last_motions_and_the_steps_that_were_lost():
+    seen = np.array([[0.1, 0.0, 0.0], [0.0, -2.0, math.radians(60.0)]])
+    for motions, lost, moved, turned in (
+        (seen[:1], 0, 1.0, 45.0),
+        (seen, 0, 3.0, 90.0),
+        (seen[:1], 2, 3.0, 135.0),
+        (seen, 5, 18.0, 180.0),
+    ):
+        limits = grown(LIMITS, motions, lost)
+        assert limits.max_translation == pytest.approx(moved)
+        assert limits.max_rotation == pytest.approx(math.radians(turned))
 
 
 @pytest.mark.parametrize(
@@ -72,7 +84,7 @@ def test_the_distance_to_the_prior_is_measured_across_the_cut_at_pi():
     ],
 )
 def test_quality(ratio, rmse, complaints):
-    assert found(GOOD, ratio, rmse, LIMITS) == complaints
+    assert poor(ratio, rmse, LIMITS) == complaints
 
 
 @pytest.mark.parametrize(

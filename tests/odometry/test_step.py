@@ -208,11 +208,22 @@ def test_along_a_corridor_wheels_that_jump_lose_their_turn():
     assert record.increment[1:] == pytest.approx(MOTION[1:], abs=0.006)
 
 
-def test_wheels_are_believed_where_nothing_else_is():
-    beyond = replace(PARAMETERS, limits=SanityLimits(max_translation=0.05))
-    record = estimate_step(*looks(room()), PRIOR, LAST, beyond)
-    assert record.decision is Decision.PRIOR
-    assert not record.against_prior
+def test_inside_the_window_around_a_prior_no_absolute_limit_applies():
+    told = replace(PARAMETERS, limits=SanityLimits(max_translation=0.05))
+    newer, target = looks(room())
+    assert estimate_step(newer, target, PRIOR, LAST, told).decision is Decision.ICP
+    record = estimate_step(newer, target, None, LAST, told)
+    assert record.decision is Decision.HOLD
+    assert "translation 0.11 m > 0.05 m" in record.reason
+
+
+def test_wheels_are_contradicted_only_where_the_last_motions_are_unlike_them():
+    """The same wheels, half a metre off and more than the match: once a surprise, once usual."""
+    newer, target = looks(room())
+    off = MOTION + np.array([1.5, 0.0, 0.0])
+    for before, is_surprise in ((LAST, True), (off, False)):
+        record = estimate_step(newer, target, off, before, PARAMETERS)
+        assert record.decision.matched == record.against_prior == is_surprise
 
 
 def test_a_corridor_is_believed_with_a_prior_and_not_without():
