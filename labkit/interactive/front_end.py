@@ -10,8 +10,8 @@ from labkit import alignment, correspondences, degeneracy, line_alignment, norma
 from labkit.plotting.style import css_variables
 from labkit.result import Termination
 
-FOLDER = Path(__file__).parent
-IMPORT = re.compile(r"^import\s[^;]*?\sfrom \"(\./[\w/]+\.js)\";\n", re.MULTILINE)
+FOLDER = Path(__file__).resolve().parent
+IMPORT = re.compile(r"^import\s[^;]*?\sfrom \"(\.\.?/[\w/]+\.js)\";\n", re.MULTILINE)
 CONSTANTS = {
     alignment: "RELATIVE_RESOLUTION",
     correspondences: "MIN_PAIRS",
@@ -37,8 +37,8 @@ def bundle(entry: str) -> str:
     def add(path: Path) -> None:
         text = path.read_text("utf-8")
         for name in IMPORT.findall(text):
-            if path.parent / name not in texts:
-                add(path.parent / name)
+            if (wanted := (path.parent / name).resolve()) not in texts:
+                add(wanted)
         texts[path] = IMPORT.sub("", text)
 
     add(FOLDER / entry)

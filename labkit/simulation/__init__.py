@@ -17,7 +17,7 @@ from labkit.simulation.lesson import (
 from labkit.simulation.lidar import Lidar, cast, scan_along
 from labkit.simulation.wheels import WheelNoise, wheel_increments
 from labkit.simulation.world import MovingObject, World
-from labkit.simulation.worlds import corner, corridor, crowd, room, two_rooms
+from labkit.simulation.worlds import corner, corridor, crowd, doorways, room, two_rooms
 
 __all__ = [
     "LessonExperiment",
@@ -29,6 +29,7 @@ __all__ = [
     "corner",
     "corridor",
     "crowd",
+    "doorways",
     "lesson_experiment",
     "lesson_world",
     "room",

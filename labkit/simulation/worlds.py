@@ -47,6 +47,24 @@ def corridor() -> World:
     return World(segments=np.array([[[-x, -y], [x, -y]], [[x, y], [-x, y]]]))
 
 
+def doorways(period: float = 2.0, opening: float = 0.8, depth: float = 0.4) -> World:
+    """The corridor, 120 m of it, with a niche for a doorway in both walls in every `period` [m].
+
+    Places a period apart look alike, so a match may end one doorway away from the truth. An
+    `opening` [m] is as wide as its niche, which is `depth` [m] deep.
+    """
+    _check_lengths(period=period, opening=opening, depth=depth)
+    if not opening < period:
+        raise InvalidParameterError(
+            f"must be less than the period of {period:g} m, got {opening!r}", parameter="opening"
+        )
+    start = np.arange(-60.0, 60.0, period)
+    x = start[:, None] + [0.0, period - opening, period - opening, period]
+    y = np.tile([1.0, 1.0, 1.0 + depth, 1.0 + depth], len(start))
+    side = np.column_stack([x.ravel(), y])
+    return World(segments=np.concatenate([polyline(side), polyline(side * [1.0, -1.0])]))
+
+
 def crowd(count: int = 8, *, rng: np.random.Generator | int, speed: float = 1.0) -> World:
     """The room with round people in it, half a metre wide, who walk straight on and through walls.
 

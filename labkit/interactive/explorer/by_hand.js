@@ -1,15 +1,15 @@
 // Two scans and one number: the reader does by hand what ICP does, then lets ICP finish.
 
 import { outcomeOf } from "./basin.js";
-import { palette } from "./canvas.js";
+import { palette, tween } from "./canvas.js";
 import { button, element, part } from "./controls.js";
 import { drawCost } from "./cost.js";
 import { pairsAt } from "./correspondences.js";
 import { icp } from "./icp.js";
-import { Plane, between, tween } from "./plane.js";
+import { Plane } from "./plane.js";
 import { sayDifference } from "./readouts.js";
 import { unpacked } from "./scene.js";
-import { DEGREE, apply, poseDifference, toXYTheta, transform } from "./se2.js";
+import { DEGREE, apply, between, poseDifference, toXYTheta, transform } from "./se2.js";
 import { View } from "./view.js";
 
 const TRAIL = 150; // numbers that the curve remembers

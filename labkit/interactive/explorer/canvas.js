@@ -88,3 +88,15 @@ export function plus(context, u, v) {
   context.moveTo(u - 7, v), context.lineTo(u + 7, v);
   context.moveTo(u, v - 7), context.lineTo(u, v + 7);
 }
+
+// Call `show` with how many of `count` steps are over, `pace` milliseconds each, frame by frame:
+// with whole numbers and the last one alone where the reader wants no motion.
+export function tween(count, show, { pace = 100, first = 0 } = {}) {
+  if (matchMedia("(prefers-reduced-motion: reduce)").matches || count <= first) return show(count), { stop() {} };
+  let begun = null, frame = requestAnimationFrame(function go(now) {
+    const at = Math.min(count, first + (now - (begun ??= now)) / pace);
+    frame = at < count ? requestAnimationFrame(go) : null;
+    show(at);
+  });
+  return { stop: () => cancelAnimationFrame(frame) };
+}

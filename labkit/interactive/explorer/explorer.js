@@ -4,7 +4,7 @@
 
 import { Basin, outcomeOf } from "./basin.js";
 import { HandView } from "./by_hand.js";
-import { palette } from "./canvas.js";
+import { palette, tween } from "./canvas.js";
 import {
   SLIDERS, button, choice, element, guessFields, guessSliders, parameterControls, part, slider, steps, toggle,
 } from "./controls.js";
@@ -12,11 +12,11 @@ import { drawCost } from "./cost.js";
 import { pairsAt } from "./correspondences.js";
 import { icp } from "./icp.js";
 import { storeBet, storedBet } from "./memory.js";
-import { Plane, between, tween } from "./plane.js";
+import { Plane } from "./plane.js";
 import { Readouts, outcome } from "./readouts.js";
 import { failed } from "./result.js";
 import { unpacked } from "./scene.js";
-import { apply, toXYTheta, transform } from "./se2.js";
+import { apply, between, toXYTheta, transform } from "./se2.js";
 import { copyState, keepState, keptState, stateFromAddress } from "./state.js";
 import { Tasks } from "./tasks.js";
 import { View } from "./view.js";

@@ -5,7 +5,7 @@ import { FATES, fates } from "./correspondences.js";
 import { cross, diamond, dot, freshContext, square, triangle } from "./canvas.js";
 import { element } from "./controls.js";
 import { Frame } from "./frame.js";
-import { DEGREE, toXYTheta, transform } from "./se2.js";
+import { DEGREE } from "./se2.js";
 
 const HANDLE = 50; // px from the scanner to the knob that turns it
 const GRASP = 18; // px within which the knob is grasped
@@ -22,24 +22,6 @@ export const FATE_STYLES = [
   { color: "down", dash: [6, 2, 1, 2], marker: triangle },
   { color: "kept", dash: [], marker: dot },
 ];
-
-// The pose on the way from one to the next.
-export function between(A, B, share) {
-  const [a, b] = [toXYTheta(A), toXYTheta(B)], turn = Math.atan2(Math.sin(b[2] - a[2]), Math.cos(b[2] - a[2]));
-  return transform(a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * turn);
-}
-
-// Call `show` with how many of `count` steps are over, `pace` milliseconds each, frame by frame:
-// with whole numbers and the last one alone where the reader wants no motion.
-export function tween(count, show, { pace = 100, first = 0 } = {}) {
-  if (matchMedia("(prefers-reduced-motion: reduce)").matches || count <= first) return show(count), { stop() {} };
-  let begun = null, frame = requestAnimationFrame(function go(now) {
-    const at = Math.min(count, first + (now - (begun ??= now)) / pace);
-    frame = at < count ? requestAnimationFrame(go) : null;
-    show(at);
-  });
-  return { stop: () => cancelAnimationFrame(frame) };
-}
 
 export class Plane extends Frame {
   // `onPose` gets {x, y, theta} when the reader moves the source; `pose` tells where it is;

@@ -43,3 +43,9 @@ export const poseDifference = (A, B) => {
   const D = compose(invert(A), B);
   return [Math.hypot(D.x, D.y), Math.abs(Math.atan2(D.s, D.c))];
 };
+
+// The pose on the way from one to the next.
+export const between = (A, B, share) => {
+  const [a, b] = [toXYTheta(A), toXYTheta(B)], turn = Math.atan2(Math.sin(b[2] - a[2]), Math.cos(b[2] - a[2]));
+  return transform(a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * turn);
+};

@@ -7,16 +7,20 @@ import { recall, remember } from "./memory.js";
 const HASH = "#icp?";
 const TOLD = ["scene", ...SLIDERS, "guess"];
 
-const isPage = () => document.documentElement.hasAttribute("data-content_root");
+export const isPage = () => document.documentElement.hasAttribute("data-content_root");
 const stateOf = (model) => Object.fromEntries(TOLD.map((name) => [name, model.get(name)]));
 const stateKey = () => `state of ${location.pathname}`;
 
 // Put the text on the clipboard; resolves to what to tell the reader.
 export async function copyState(model, shown) {
-  const text = isPage() ? link(model, shown) : lines(model);
+  const said = isPage() ? "A link to this state is on the clipboard." : "The lines that set this state are on the clipboard.";
+  return toClipboard(isPage() ? link(model, shown) : lines(model), said);
+}
+
+export async function toClipboard(text, said) {
   try {
     await navigator.clipboard.writeText(text);
-    return isPage() ? "A link to this state is on the clipboard." : "The lines that set this state are on the clipboard.";
+    return said;
   } catch {
     return `Copy this: ${text}`; // no clipboard here
   }

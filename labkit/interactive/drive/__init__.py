@@ -1,0 +1,99 @@
+"""A robot to drive through the lab's worlds; the page casts its rays and matches its scans."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+import anywidget
+import traitlets
+
+from labkit.interactive.explorer.widget import base64_of, told
+from labkit.interactive.front_end import bundle, style
+from labkit.odometry.parameters import MATCHER
+from labkit.simulation import Lidar, WheelNoise, World, corridor, doorways, room, two_rooms
+
+LIDAR = Lidar(beam_count=181, noise_std=0.03)  # a cheap one: a round shows how errors add up
+WHEELS = {
+    "good": WheelNoise(along=0.01, across=0.005, turn=0.01, drift=0.003),
+    "noisy": WheelNoise(along=0.2, across=0.1, turn=0.2, drift=0.1),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Place:
+    """A world to drive in: where the drive starts, what to try, and what a failure there shows."""
+
+    name: str
+    world: World
+    start: tuple[float, float, float]
+    hint: str
+    lesson: str
+
+
+PLACES = (
+    Place(
+        name="Room",
+        world=room(),
+        start=(2.0, -1.5, 1.6),
+        hint="Drive a few rounds about the pillar.",
+        lesson="Small errors add up, and a later round draws the walls a second time. "
+        "Recognise places.",
+    ),
+    Place(
+        name="Corridor",
+        world=corridor(),
+        start=(0.0, 0.0, 0.0),
+        hint="Drive along the corridor, and watch the blue robot.",
+        lesson="The corridor looks the same everywhere, so the scans say: you stand still. "
+        "Only wheels can tell.",
+    ),
+    Place(
+        name="Doorways",
+        world=doorways(period=0.8, opening=0.35),
+        start=(0.1, 0.0, 0.0),
+        hint="Drive slowly first, then at full speed.",
+        lesson="More than half a doorway between two scans: the nearest one that fits is one back. "
+        "Drive slowly, or believe the wheels.",
+    ),
+    Place(
+        name="Two rooms",
+        world=two_rooms(),
+        start=(-3.0, 0.5, 0.0),
+        hint="Go through the door, round the other room, and back.",
+        lesson="What one room shows, the other does not: errors at the door stay. "
+        "Recognise places.",
+    ),
+)
+
+
+class Drive(anywidget.AnyWidget):
+    """A robot to drive; make one with `drive`."""
+
+    _esm = bundle("drive/drive.js")
+    _css = style("drive/drive.css")
+
+    places: traitlets.List[Any] = traitlets.List().tag(sync=True)
+    lidar = traitlets.Dict().tag(sync=True)
+    wheels = traitlets.Dict().tag(sync=True)
+    parameters = traitlets.Dict().tag(sync=True)
+    parameter_words = traitlets.Dict().tag(sync=True)
+
+
+def drive() -> Drive:
+    """A robot in the lab's worlds, under the reader's hand: by keys, mouse or thumb.
+
+    The page casts 181 rays and matches each scan to the last one by the explorer's loop, with the
+    odometry's own parameters.
+    """
+    return Drive(
+        places=[
+            {"name": each.name, "start": each.start, "hint": each.hint, "lesson": each.lesson}
+            | {"segments": base64_of(each.world.segments.reshape(-1, 4))}
+            for each in PLACES
+        ],
+        lidar=asdict(LIDAR) | {"angles": LIDAR.angles.tolist()},
+        wheels={name: asdict(noise) for name, noise in WHEELS.items()},
+        parameters=told(MATCHER),
+        parameter_words={each.name: dict(each.metadata) for each in fields(MATCHER)},
+    )
