@@ -160,9 +160,9 @@ def test_of_equally_near_points_the_first_is_taken(tmp_path):
 
 def mirrors() -> Iterator[tuple[str, str, str]]:
     """Modules of the page that mirror one of labkit's: their name, their text, and its text."""
-    for path in sorted((FOLDER / "explorer").glob("*.js")):
+    for path in sorted(FOLDER.glob("*/*.js")):
         text = path.read_text("utf-8")
-        for module in re.findall(r"mirrors (labkit/\w+\.py)", text):
+        for module in re.findall(r"mirrors (labkit/[\w/]+\.py)", text):
             yield path.name, text, (FOLDER.parents[1] / module).read_text("utf-8")
 
 

@@ -48,7 +48,8 @@ class DriveView extends View {
       tell: (name) => (value) => (this.parameters[name] = value, this.request()),
     });
     this.canvas = element("canvas", { tabindex: 0, role: "application", "aria-label": "Map. Arrow keys or W, A, S, D drive the robot." });
-    this.prompt = element("p", { class: "icp-prompt", "aria-hidden": "true" }, "Drag, or click and use the arrow keys: drive!");
+    const how = matchMedia("(pointer: coarse)").matches ? "Drag here to drive" : "Drag, or click and use the arrow keys: drive!";
+    this.prompt = element("p", { class: "icp-prompt", "aria-hidden": "true" }, how);
     const mark = (color, sign, text) => element("span", {}, element("b", { style: `color: var(--icp-${color})`, "aria-hidden": "true" }, sign), text);
     const legend = element("p", { class: "icp-legend" }, mark("source", "●", " where its scans say that it is"), mark("reference", "◌", " where it is"));
     this.score = element("p", { class: "icp-score" });

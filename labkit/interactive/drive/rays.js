@@ -30,7 +30,7 @@ export function firstHits(segments, { c, s, x, y }, angles) {
 }
 
 // Numbers by chance, the same ones for the same seed: uniform in (0, 1), and normal.
-export function generator(seed) {
+export const generator = (seed) => {
   const uniform = () => {
     seed = (seed + 0x6d2b79f5) | 0;
     let t = Math.imul(seed ^ (seed >>> 15), 1 | seed);
@@ -38,4 +38,4 @@ export function generator(seed) {
     return (((t ^ (t >>> 14)) >>> 0) + 0.5) / 2 ** 32;
   };
   return { uniform, normal: () => Math.sqrt(-2 * Math.log(uniform())) * Math.cos(2 * Math.PI * uniform()) };
-}
+};

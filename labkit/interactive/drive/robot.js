@@ -40,7 +40,7 @@ function offWalls(x, y, segments) {
   return [x, y];
 }
 
-// What the wheels tell about a step; mirrors wheel_increments of labkit/simulation/wheels.py.
+// What the wheels tell about a step, as wheel_increments of labkit.simulation does.
 export function wheelStep(T_step, { along, across, turn, drift }, random) {
   const [x, y, theta] = toXYTheta(T_step), [a, b, c] = [random.normal(), random.normal(), random.normal()];
   const spread = Math.hypot(turn * theta, drift * Math.hypot(x, y));

@@ -2,7 +2,7 @@
 // Residuals, gate and delta are distances in metres, never squares.
 
 import { MIN_PAIRS } from "./constants.js";
-import { stageOf } from "./schedule.js";
+import { stageOf, widened } from "./schedule.js";
 import { apply } from "./se2.js";
 
 // (D) Pair each source point, moved by T, with its nearest target point.
@@ -58,12 +58,6 @@ export function overlapCount(sourcePoints, ratio) {
 // (C) Huber's weight of each residual: 1 up to delta, delta / r beyond.
 export function huberWeights(residuals, huberDelta) {
   return residuals.map((r) => (r <= huberDelta ? 1 : huberDelta / r));
-}
-
-// Delta [m] of this iteration: from afar as wide as the median of the kept residuals asks.
-export function widened(residuals, kept, { huberDelta, widening }) {
-  const some = residuals.filter((_, i) => kept[i]).sort();
-  return widening && some.length ? Math.max(huberDelta, widening * some[some.length >> 1]) : huberDelta;
 }
 
 // The truncated Huber cost J [m²]: of the ⌊ρN⌋ closest pairs, over N; (4.1).

@@ -18,6 +18,17 @@ export function stageOf(parameters, count, far, mayConverge) {
   };
 }
 
+// Delta [m] of this iteration: from afar as wide as the median of the kept residuals asks.
+export function widened(residuals, kept, { huberDelta, widening }) {
+  const some = residuals.filter((_, i) => kept[i]).sort();
+  return widening && some.length ? Math.max(huberDelta, widening * some[some.length >> 1]) : huberDelta;
+}
+
+// The stage at the guess.
+export function firstStage(parameters, count) {
+  return stageOf(parameters, count, parameters.approach ?? false, false);
+}
+
 // The next stage, after the step to the last pose.
 export function schedule(before, poses, source, parameters) {
   const far = before.far && isFar(poses, source, parameters.huber_delta ?? Infinity);
