@@ -175,8 +175,8 @@ class Box:
         self._allow(START)
         try:
             self.receive()
-        except BoxError:
-            raise MachineError(self.close() or "the box did not start") from None
+        except (BoxError, MachineError) as error:
+            raise MachineError(self.close() or f"the box did not start: {error}") from None
         self._pid = innermost(self.process.pid)
 
     def close(self) -> str:

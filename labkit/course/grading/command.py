@@ -23,7 +23,7 @@ from labkit.course.grading.exports.gradescope import write_autograder
 from labkit.course.grading.exports.pages import templates, write_pages
 from labkit.course.grading.grade import grade_one
 from labkit.course.grading.handins import LAYOUTS, Submission, find_submissions, one_submission
-from labkit.course.grading.marks import make_marks, read_adjustments, read_roster
+from labkit.course.grading.marks import CLASS, make_marks, read_adjustments, read_roster
 from labkit.course.grading.store import VERDICTS, Record, file_name, read_records, write_record
 from labkit.support.arrays import check_count, check_range
 from labkit.support.errors import LabkitError
@@ -144,6 +144,9 @@ def grade(args: argparse.Namespace) -> int:
     if missing:
         absent = (one if one == name else f"{one} ({name})" for one, name in missing.items())
         _say(f"{len(missing)} of the roster handed in nothing: {_some(absent)}")
+    unread = [one.student for one in marks if (one.student, "written") not in adjustments.lines]
+    if (CLASS, "written") in adjustments.lines and unread:
+        _say(f"{len(unread)} have no points for their written answers yet: {_some(unread)}")
     write_scores(marks, missing, out / "scores.csv")
     write_pages(out, marks, assignment, failures=failures, missing=missing)
     for name, book in books.items():
@@ -262,7 +265,7 @@ def _pack_feedback(
         for one in submissions:
             if one.student in records:
                 page = out / "students" / f"{file_name(one.student)}.html"
-                archive.write(page, one.feedback_name)
+                archive.write(page, one.feedback_name or page.name)
 
 
 def _some(names: Iterable[str]) -> str:

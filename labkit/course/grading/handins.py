@@ -30,7 +30,8 @@ class Layout(NamedTuple):
 LAYOUTS = {
     "canvas": Layout(  # lovelaceada_LATE_4711_98765_answers.ipynb
         re.compile(
-            r"(?P<name>[^_/]+)_(?P<late>LATE_)?(?P<student>\d+)_(?P<upload>\d+)_(?P<file>[^/]+)$"
+            r"(?P<name>[^_/]+)_(?P<late>LATE_)?(?P<student>\d+|(?<=^anon_)\w{5}|(?<=^anon_LATE_)\w{5})"
+            r"_(?P<upload>\d+)_(?P<file>[^/]+)$"
         ),
         "{name}_{student}_{upload}_feedback.html",
     ),
@@ -41,7 +42,9 @@ LAYOUTS = {
         ),
         "{name}_{student}_assignsubmission_file_/feedback.html",
     ),
-    "gradescope": Layout(re.compile(r"submission_(?P<student>\d+)/(?P<file>.+)$")),
+    "gradescope": Layout(
+        re.compile(r"(?:assignment_\d+_export/)?submission_(?P<student>\d+)/(?P<file>.+)$")
+    ),
     NBGRADER: Layout(  # submitted/ada/lab1/answers.ipynb
         re.compile(r"(?:submitted/)?(?P<student>[^/]+)/(?P<lab>[^/]+)/(?P<file>.+)$")
     ),
@@ -106,7 +109,9 @@ def find_submissions(
         )
     layout = layout or _fitting(path, files)
     pattern, feedback = LAYOUTS[layout]
-    remarks = []
+    folders = [one for one in path.iterdir() if one.is_dir()] if path.is_dir() else []
+    empty = [one.name for one in folders if not any(map(Path.is_file, one.rglob("*")))]
+    remarks = [f"{path}: {name} is an empty folder" for name in empty]
     named: dict[str, dict[str, list[Named]]] = {}  # by assignment and student
     for file in files:
         found = pattern.match(file.name)

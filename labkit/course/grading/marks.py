@@ -1,4 +1,4 @@
-"""From verdicts to marks: points set by hand, written answers, late days, groups, the roster.
+"""From verdicts to marks: points set by hand, written answers, late days, the roster.
 
 All that people decide stands in ``adjustments.csv`` beside the verdicts, one line each, and is
 read whenever marks are made. So it holds for every run to come::
@@ -29,8 +29,8 @@ from labkit.support.errors import LabkitError
 ADJUSTMENTS, ROSTER = "adjustments.csv", "roster.csv"
 HEADER = ("student", "what", "value", "comment")
 CLASS = "*"
-RULES = ("late_percent", "late_grace", "late_cap", "written")
-WHAT = ("bonus", "written", "late", "extension", "group")
+RULES = ("late_percent", "written")
+WHAT = ("written", "late", "extension")
 
 
 class Line(NamedTuple):
@@ -40,47 +40,37 @@ class Line(NamedTuple):
     comment: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Adjustments:
     """The decisions of all lines."""
 
     lines: Mapping[tuple[str, str], Line]  # by student, `CLASS` among them, and what it is about
-    groups: Mapping[str, str]  # the group of each student who is in one
 
-    def rule(self, name: str, default: float = 0.0) -> float:
-        """A rule of the class."""
-        return self.lines.get((CLASS, name), Line(default)).value
-
-    def apply(self, verdict: SubmissionVerdict, days: float, owner: str) -> SubmissionVerdict:
+    def apply(self, verdict: SubmissionVerdict, days: float) -> SubmissionVerdict:
         """The verdict with all that is changed of it, each change told to the student.
 
-        It came `days` late, as the platform says, and was handed in by its `owner`: what was
-        decided of the owner's lateness counts for a whole group.
+        It came `days` late, as the platform says.
         """
         told: list[str] = []
 
-        def decided(student: str, what: str, default: float, before: str, after: str) -> float:
-            line = self.lines.get((student, what))
+        def decided(what: str, default: float, before: str, after: str) -> float:
+            line = self.lines.get((verdict.student, what))
             if line is None:
                 return default
             because = f": {line.comment}" if line.comment else ""
             told.append(f"{before} {line.value:g} {after}{because}.")
             return line.value
 
-        worth = self.rule("written")
+        late_percent, worth = (self.lines.get((CLASS, one), Line(0.0)).value for one in RULES)
         questions = []
         for one in verdict.questions:
             said = f"{one.title}: set by your instructor to", f"of {one.points:g} points"
-            points = decided(verdict.student, one.question, one.score, *said)
-            questions.append(replace(one, score=points))
+            questions.append(replace(one, score=decided(one.question, one.score, *said)))
         score = sum(one.score for one in questions)
-        score += decided(verdict.student, "bonus", 0.0, "Added by your instructor:", "points")
-        of_worth = f"of {worth:g} points"
-        score += decided(verdict.student, "written", 0.0, "Written answers:", of_worth)
-        days = decided(owner, "late", days, "Counted as", "days late")
-        days = max(0.0, days - decided(owner, "extension", 0.0, "An extension of", "days"))
-        share = min(days * self.rule("late_percent"), self.rule("late_cap", 100.0), 100.0)
-        if days > self.rule("late_grace") and share:
+        score += decided("written", 0.0, "Written answers:", f"of {worth:g} points")
+        days = decided("late", days, "Counted as", "days late")
+        days = max(0.0, days - decided("extension", 0.0, "An extension of", "days"))
+        if share := min(days * late_percent, 100.0):
             told.append(f"{days:.3g} days late: {share:.3g} % off {score:g} points.")
             score *= 1.0 - share / 100.0
         return replace(
@@ -96,28 +86,13 @@ class Adjustments:
 def make_marks(
     records: Mapping[str, Record], adjustments: Adjustments, assignment: Assignment
 ) -> list[SubmissionVerdict]:
-    """The marks of all who have a verdict, share a group with one who has, or were given points.
-
-    Of a group each gets the best that any of its submissions earns, all changes included.
-    """
-    groups = adjustments.groups
-    members: dict[str, list[str]] = {}
-    for owner in sorted(records.keys() & groups.keys()):
-        members.setdefault(groups[owner], []).append(owner)
+    """The marks of all who have a verdict or were given points."""
     given = {one for one, what in adjustments.lines if what not in ("late", "extension")}
     marks = []
-    for student in sorted({*records, *groups, *given} - {CLASS}):
-        group, found = groups.get(student), []
-        for owner in members.get(group, []) if group else records.keys() & {student}:
-            verdict = records[owner].verdict
-            if group:
-                note = f"Submitted by {owner} for group {group}."
-                verdict = replace(verdict, student=student, notes=(note, *verdict.notes))
-            found.append(adjustments.apply(verdict, records[owner].late, owner))
-        if not found and student in given:
-            found = [adjustments.apply(_nothing(student, assignment), 0.0, student)]
-        if found:
-            marks.append(max(found, key=lambda verdict: verdict.score))
+    for student in sorted({*records, *given} - {CLASS}):
+        record = records.get(student)
+        verdict = record.verdict if record else _nothing(student, assignment)
+        marks.append(adjustments.apply(verdict, record.late if record else 0.0))
     return marks
 
 
@@ -154,7 +129,6 @@ def read_adjustments(
         write_rows(path, HEADER, [])
     points = {one.id: one.points for one in assignment.questions}
     lines: dict[tuple[str, str], Line] = {}
-    groups: dict[str, str] = {}
     rows = read_rows(path, HEADER[:3])[1]
     for line, row in sorted(rows, key=lambda one: one[1]["student"].strip() != CLASS):
         name, what, text = (row[column].strip() for column in HEADER[:3])
@@ -165,22 +139,17 @@ def read_adjustments(
             hint = f"did you mean {near[0]!r}?" if near else f"the items are {', '.join(possible)}"
             raise LabkitError(f"{where}: unknown item {what!r}; {hint}")
         student = name if name == CLASS else _student(name, names, where)
-        if what == "group":
-            if not text or groups.setdefault(student, text) != text:
-                raise LabkitError(f"{where}: {name!r} must have one group, got {text!r}")
-            continue
         value, most = number(text), points.get(what, math.inf)
         if what == "written" and student != CLASS:
             most = lines.get((CLASS, what), Line(0.0)).value
-        least = -math.inf if what == "bonus" else 0.0
-        if not math.isfinite(value) or not least <= value <= most:
+        if not math.isfinite(value) or not 0.0 <= value <= most:
             upto = f" from 0 to {most:g}" if math.isfinite(most) else ""
             way_out = f"; say what they are worth: {CLASS},written,POINTS," if most == 0 else ""
             raise LabkitError(f"{where}: {what} must be a number{upto}, got {text!r}{way_out}")
         if (student, what) in lines:
             raise LabkitError(f"{where}: {what} of {name!r} is set before; keep one of the lines")
         lines[student, what] = Line(value, row.get("comment", "").strip())
-    return Adjustments(lines=lines, groups=groups)
+    return Adjustments(lines)
 
 
 def _student(name: str, names: Mapping[str, str], where: str) -> str:

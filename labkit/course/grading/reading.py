@@ -24,6 +24,7 @@ MAX_FILE = 32 * MEBIBYTE  # a notebook with its pictures
 MAX_TOGETHER = 48 * MEBIBYTE  # of all files of one student
 MAX_FILES = 200  # notebooks and scripts of one student
 MAX_SOURCE = 2 * MEBIBYTE  # of code in them
+MAX_CELLS = 1000
 MAX_BRACKETS = 1_000_000  # in a notebook: each takes memory, and deep ones the parser's stack
 DIRECTORY, ENTRY = b"PK\1\2", 600  # what each file has in an archive; it takes as long as bytes
 PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # unpacked piece by piece; others at once
@@ -211,6 +212,8 @@ def notebook_cells(name: str, data: bytes) -> Iterator[Cell]:
     if not isinstance(content, dict) or not isinstance(content.get("cells"), list):
         raise ValueError("it is no notebook of nbformat 4")
     codes = [cell for cell in content["cells"] if cell.get("cell_type") == "code"]
+    if len(codes) > MAX_CELLS:
+        raise ValueError(f"it has more than {MAX_CELLS} cells of code")
     for number, cell in enumerate(codes, start=1):
         text = "".join(cell.get("source", ""))
         yield Cell(_unix(text), f"cell {number} of {name}" if name else f"cell {number}")
@@ -218,8 +221,8 @@ def notebook_cells(name: str, data: bytes) -> Iterator[Cell]:
 
 def script_cells(name: str, text: str) -> Iterator[Cell]:
     """The cells of a script, each with as many empty lines before it as its line number says."""
-    above = 0
-    for part in MARK.split(text):
+    above, parts = 0, MARK.split(text, maxsplit=MAX_CELLS)
+    for part in parts:
         yield Cell("\n" * above + part, name)
         above += part.count("\n")
 

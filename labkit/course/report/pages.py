@@ -6,11 +6,7 @@ nbclient runs the notebook, nbconvert writes it, and Chromium or one of its kin 
 from __future__ import annotations
 
 import argparse
-import base64
-import html
-import io
 import os
-import re
 import shutil
 import subprocess
 import warnings
@@ -27,12 +23,10 @@ HELP = "write a report as HTML and PDF"
 DESCRIPTION = """\
 Run a report from its first cell to its last, and write it as one page of HTML and as a PDF:
 text, tables, figures and formulas, without the code. REPORT is a notebook (.ipynb) or
-Markdown (.md). Its pictures lie in its folder or below; they go into the page.
+Markdown (.md). Its pictures lie in its folder or below; they go into the page. MathJax draws
+the formulas, from the network.
 notebooks/report_template.ipynb is one to start from."""
-PAGES = 2  # what the lesson allows
 TIMEOUT = 300  # seconds for one cell
-# Code as it is, or a formula: in lines of its own, or in a line, where no blank touches its marks.
-FORMULA = re.compile(r"(?s)`[^`]*`|(?<![\\$])(\$\$)(.+?)\$\$|(?<![\\$])\$(?! )([^$`\n]+?)(?<! )\$")
 BROWSERS = (
     "chromium",
     "chromium-browser",
@@ -49,7 +43,7 @@ NO_BROWSER = (
 )
 QUIET = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking")
 DRAWN = "--virtual-time-budget=20000"  # ms that a page has for what it loads and draws
-PAPER = "<style>@page { size: A4; margin: 18mm } body { zoom: 0.8 }</style>"
+PAPER = "<style>@page { size: A4; margin: 18mm } @media print { body { zoom: 0.8 } }</style>"
 PATIENCE = 120  # seconds for the browser
 
 need = partial(extras.need, purpose="a report", extra="report")
@@ -64,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the files; status 1 where there are more pages than two."""
+    """Write the files."""
     source = Path(args.report)
     if os.path.isdir(source):
         raise LabkitError(f"{source}: is a directory; name a notebook or Markdown in it")
@@ -78,13 +72,10 @@ def run(args: argparse.Namespace) -> int:
     with atomic_write(page) as file:
         file.write(html)
     print(f"{page}")
-    if args.html_only:
-        return 0
-    count = write_pdf(html, pdf)
-    print(f"{pdf}: {count} page{'' if count == 1 else 's'}")
-    if count > PAGES:
-        print(f"That is more than {PAGES} pages: leave out what your reader would not miss.")
-        return 1
+    if not args.html_only:
+        with atomic_write(pdf, "wb") as file:
+            file.write(printed(page))
+        print(f"{pdf}")
     return 0
 
 
@@ -138,64 +129,33 @@ def _execute(notebook: Any, source: Path) -> None:
 
 
 def render(notebook: Any, folder: str | Path = ".") -> str:
-    """Write a notebook as one page of HTML: text, tables, figures and formulas, no code.
-
-    Pictures in `folder` that its text names go into the page. So do its formulas, as matplotlib
-    draws them; one that matplotlib does not know is left to MathJax, from the network.
-    """
+    """Write a notebook as nbconvert's page of HTML, without code, with its pictures in `folder`."""
     exporter = need("nbconvert").HTMLExporter(
         exclude_input=True, exclude_output_prompt=True, embed_images=True
     )
-    markdown = need("jinja2").pass_context(
-        lambda context, text: exporter.markdown2html(context, FORMULA.sub(_drawn, text))
-    )
-    exporter.register_filter("markdown2html", markdown)
     body, _ = exporter.from_notebook_node(
         notebook, resources={"metadata": {"path": str(folder), "name": "Report"}}
     )
-    return str(body)
+    return str(body) + PAPER
 
 
-def _drawn(formula: re.Match[str]) -> str:
-    """The picture of a formula; what is code, or no formula of matplotlib's, as it is."""
-    block, tex = formula[1], formula[2] or formula[3]
-    if not tex:
-        return formula[0]
-    picture, known = io.BytesIO(), re.sub(r"\\[lr]([Vv]ert)", r"\\\1", tex.strip())
-    font = need("matplotlib.font_manager").FontProperties(size=11, math_fontfamily="stix")
-    draw = need("matplotlib.mathtext").math_to_image
-    try:
-        depth = draw(f"${known}$", picture, prop=font, format="svg")
-    except ValueError:
-        return formula[0]
-    data = base64.b64encode(picture.getvalue()).decode("ascii")
-    style = "display: block; margin: 1em auto" if block else f"vertical-align: -{depth:.2f}pt"
-    return f'<img alt="{html.escape(tex)}" style="{style}" src="data:image/svg+xml;base64,{data}">'
-
-
-def write_pdf(html: str, path: str | Path) -> int:
-    """Print a page from `render` to a file; return the number of its pages of A4.
+def printed(page: Path) -> bytes:
+    """The PDF that a browser prints of a page.
 
     Raises
     ------
     LabkitError
         If there is no browser: with the one to install. If it prints nothing: with its words.
-    WriteError
-        If `path` cannot be written.
     """
     browser = find_browser()
     with TemporaryDirectory() as name:
-        page, pdf = Path(name, "page.html"), Path(name, "page.pdf")
-        page.write_text(html + PAPER, "utf-8")
+        pdf = Path(name, "page.pdf")
         command = [browser, *QUIET, DRAWN, f"--user-data-dir={name}", "--no-pdf-header-footer"]
-        command += [f"--print-to-pdf={pdf}", page.as_uri()]
+        command += [f"--print-to-pdf={pdf}", page.resolve().as_uri()]
         told = subprocess.run(command, capture_output=True, check=False, timeout=PATIENCE).stderr
         if not pdf.is_file():
             raise LabkitError(f"{browser} printed nothing: {told.decode(errors='replace')[-300:]}")
-        content = pdf.read_bytes()
-    with atomic_write(path, "wb") as file:
-        file.write(content)
-    return len(need("pypdf").PdfReader(io.BytesIO(content)).pages)
+        return pdf.read_bytes()
 
 
 def find_browser() -> str:

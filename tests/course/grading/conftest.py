@@ -1,5 +1,6 @@
 """The wall of this machine, and the small assignment, written once a session."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 from small import write_assignment
 
+from labkit.cli import main
 from labkit.course.grading.box import Wall, open_wall, why_not
 from labkit.course.grading.files import read_files
 from labkit.course.grading.grade import grade_submission
@@ -58,3 +60,20 @@ def graded(wall):
         return grade_submission(program, timed, assignment, student, **more)
 
     return run
+
+
+@pytest.fixture
+def options(small, wall, tmp_path, monkeypatch):
+    monkeypatch.setattr("labkit.course.grading.command.FOLDER", small)
+    (tmp_path / "small.cases").symlink_to(small)
+    where = ["--no-isolation"] if wall.mode == "none" else []
+    return ["grade", "--secret", str(tmp_path / "small"), "--seconds", "1", *where]
+
+
+@pytest.fixture
+def grade(options, tmp_path, monkeypatch):
+    """Grade in an empty folder; afterwards files are for all again."""
+    monkeypatch.chdir(tmp_path)
+    before = os.umask(0o022)
+    yield lambda *arguments: main([*options, *arguments])
+    os.umask(before)

@@ -1,7 +1,9 @@
 """An assignment of two small questions, and what a class might hand in for it."""
 
+import csv
 import json
 from dataclasses import asdict
+from pathlib import Path
 
 from labkit.course.grading.assignment.files import FORMAT
 from labkit.course.grading.assignment.questions import Answer, Misconception, Question
@@ -59,3 +61,9 @@ def hand_in(folder, count):
         (folder / f"{student}.py").write_text(f"{source}# {student}\n", encoding="utf-8")
         expected[student] = SCORES[source]
     return expected
+
+
+def scores(folder="grades"):
+    """The scores of a class by student; -1 where there is none."""
+    with Path(folder, "scores.csv").open(encoding="utf-8") as file:
+        return {row["student"]: float(row["score"] or -1) for row in csv.DictReader(file)}

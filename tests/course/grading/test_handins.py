@@ -21,7 +21,7 @@ CLASSES = {
         "Ada Lovelace_4711_assignsubmission_file_/answers.ipynb",
         "Emmy Noether_4712_assignsubmission_file_a_1_assignsubmission_file_b.py",
     ],
-    "gradescope": ["submission_4711/a.ipynb", "submission_4712/a/b.py"],
+    "gradescope": ["assignment_7_export/submission_4711/a.ipynb", "submission_4712/a/b.py"],
     "nbgrader": ["submitted/4711/lab1/a.ipynb", "submitted/4712/lab1/b.py"],
     "folders": ["4711/a.ipynb", "4712.py"],
 }

@@ -1,17 +1,27 @@
 """The promises of the grading as laws: each test makes its cases from the assignment."""
 
 import ast
+import contextlib
+import io
+import json
 import os
 import re
+import subprocess
+import sys
+import time
+import zipfile
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import pytest
+from small import HANGS, SQUARED, hand_in, scores
+from small import RIGHT as RIGHT_NUMBERS
 
-from labkit.course.grading import grade
+from labkit.course.grading import grade as grading
 from labkit.course.grading.assignment import load_assignment
-from labkit.course.grading.box import Wall
+from labkit.course.grading.box import BY_THE_CLOCK, Box, BoxError, MachineError, Wall
 from labkit.course.grading.reading import read_program
-from notebooks import answered
+from notebooks import RIGHT, answered
 
 ASSIGNMENT = load_assignment()
 ORDERS = []
@@ -46,7 +56,7 @@ def test_a_mistake_costs_its_own_points_and_no_others(wall):
         cells = {name: failing(name, way) for name, way in ways.items()}
         program = read_program({"a.ipynb": answered(cells, closing=False)}, NAMES)
         timed = wall._replace(seconds=1.0)
-        return ways, grade.grade_submission(program, timed, ASSIGNMENT, f"student {shift}")
+        return ways, grading.grade_submission(program, timed, ASSIGNMENT, f"student {shift}")
 
     with ThreadPoolExecutor((os.cpu_count() or 1) + 2) as executor:
         for ways, verdict in executor.map(grade_all, range(len(NAMES))):
@@ -83,9 +93,9 @@ class Liar:
 
 def test_in_the_box_lies_nothing_that_is_still_to_be_asked(monkeypatch):
     """Law 3, on every order that the most that can be lent leads to."""
-    monkeypatch.setattr(grade, "Box", Liar)
+    monkeypatch.setattr(grading, "Box", Liar)
     program = read_program({"a.py": b"def rotation(): 0"}, NAMES)
-    grade.grade_submission(program, Wall("none"), ASSIGNMENT, "ada")
+    grading.grade_submission(program, Wall("none"), ASSIGNMENT, "ada")
     lent = [order for order in ORDERS if order.get("right")]
     assert {name for order in lent for name in order["right"]} == set(NAMES[:-1])
     last = max(place for place, order in enumerate(ORDERS) if not order.get("right"))
@@ -118,3 +128,193 @@ def test_handing_on_is_no_answer(body, graded):
     verdict = graded({"a.ipynb": answered(changed)}, ASSIGNMENT)
     lost = {one.question for one in verdict.questions if not one.passed}
     assert lost == {"align", "align_svd"}
+
+
+@contextlib.contextmanager
+def load(count):
+    """So many processes that compute, beside what is in here."""
+    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
+    try:
+        yield
+    finally:
+        for one in busy:
+            one.kill()
+            one.wait()
+
+
+WAITS = "import threading\ndef double(x):\n    threading.Event().wait(99)\nnegate = double\n"
+WORKS = "def double(x):\n    return sum(2 * x for _ in range(300_000)) / 300_000\nnegate = double\n"
+
+
+def test_a_verdict_is_the_same_beside_a_load(graded, small):
+    """Law 2, on what never ends, what waits, and what takes some of its time."""
+    assignment = load_assignment(small)
+    hands_in = [text.encode() for text in (SQUARED, HANGS, WAITS, WORKS, HANGS + "1 / 0\n")]
+
+    def verdicts():
+        found = [graded({"a.py": text}, assignment, seconds=0.5) for text in hands_in]
+        return [replace(one, seconds=0.0) for one in found]
+
+    alone = verdicts()
+    with load(4 * (os.cpu_count() or 1)):
+        assert verdicts() == alone
+
+
+@pytest.mark.parametrize("used", [0.0, 0.9, 1.1])
+@pytest.mark.parametrize("waited", [0.0, 0.6, 1.0])
+@pytest.mark.parametrize("clock", [0.5, 3.0, 40.0])
+def test_the_clock_decides_only_whether_to_try_again(used, waited, clock, monkeypatch):
+    """Law 2: one second is allowed; `waited` is the share of the clock without a processor."""
+    one = object.__new__(Box)
+    one._allowed, one._began, one._before = 1.0, time.monotonic() - clock, (0.0, 0.0)
+    monkeypatch.setattr(one, "used", lambda: (used, waited * clock))
+    expected = contextlib.nullcontext()
+    if used > 1.0 or (clock > 2.0 and used + waited * clock < clock / 2.0):
+        expected = pytest.raises(BoxError, match="it took too long")  # by its own fault
+    elif clock > BY_THE_CLOCK:
+        expected = pytest.raises(MachineError, match="this machine was too busy")
+    with expected:
+        one._look()
+
+
+def test_a_machine_s_failure_is_tried_again_told_and_not_stored(
+    grade, tmp_path, monkeypatch, capsys
+):
+    """Law 2."""
+    hand_in(tmp_path / "class", 2)
+    tries = []
+
+    def busy(box):
+        tries.append(box)
+        raise MachineError("this machine was too busy")
+
+    monkeypatch.setattr(Box, "receive", busy)
+    monkeypatch.setattr("labkit.course.grading.command.open_wall", lambda *_, **__: Wall("none"))
+    assert grade("class") == 1
+    assert len(tries) == 4
+    assert (
+        "student00001 was not graded: MachineError: the box did not start: this"
+        in capsys.readouterr().err
+    )
+    assert not list((tmp_path / "grades/verdicts").iterdir())
+    monkeypatch.undo()
+
+
+AFTERWARDS = {  # what a function does in a hidden case, beside the `WAYS` to fail
+    "an object": "return object()",
+    "too much": "return [0.0] * 10**6",
+    "an error with words": "raise ValueError(given)",
+    "not written": "raise NotImplementedError",
+    "no answer": "__import__('os').write(99, b'a')",
+    "waits": "__import__('threading').Event().wait(99)",
+    "leaves a mark": "__import__('os').mkdir({place!r})",
+}
+
+
+def test_no_word_counts_once_a_hidden_case_was_sent(small, tmp_path):
+    """Law 4: whatever the code does in a hidden case, its page has the same bytes.
+
+    The last one leaves a mark where a box without a wall can: the next box reads it, and says so.
+    """
+    assignment, pages = load_assignment(small), set()
+    place = str(tmp_path / "mark")
+    for body in [*WAYS.values(), *AFTERWARDS.values()]:
+        if body.startswith("\n") or body == "return (":
+            continue
+        source = (
+            f"import os\nimport numpy as np\n"
+            f"if os.path.exists({place!r}):\n    raise ValueError('8234.25')\n"
+            f"def double(*given):\n    if given[0] < 2:\n        return 2 * given[0]\n"
+            f"    {body.format(name='double', place=place)}\n    os._exit(0)\n"
+            "def negate(x):\n    return -x\n"
+        )
+        program = read_program({"a.py": source.encode()}, ["double", "negate"])
+        wall = Wall("none", seconds=0.5)
+        verdict = grading.grade_submission(program, wall, assignment, "ada")
+        pages.add(json.dumps(replace(verdict, seconds=0.0), default=vars))
+    assert os.path.exists(place)
+    assert len(pages) == 1, pages
+    (page,) = pages
+    assert "The result is wrong" in page or "the result is wrong" in page
+
+
+def zipped(name, data):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(name, data)
+    return buffer.getvalue()
+
+
+SPEAKING = (
+    "import gc, os, threading\n"
+    "own = next(one for one in gc.get_objects() if type(one).__name__ == 'Session')\n"
+    "def say():\n    while True:\n        os.write(own.writing, {words})\n"
+    "threading.Thread(target=say, daemon=True).start()\n"
+)
+HOSTILE = {  # each once held up its neighbours
+    "flood.py": SPEAKING.format(words="b'{\"cell\": 0}\\n'") + RIGHT_NUMBERS,
+    "drip.py": SPEAKING.format(words="b' '") + RIGHT_NUMBERS,
+    "answers.py": SPEAKING.format(words="b'{\"answers\": {}}\\n'") + RIGHT_NUMBERS,
+    "brackets.zip": zipped("a.ipynb", b'{"cells": [' + b"[[[[[1]]]]]," * (2 << 20) + b"1]}"),
+    "deep.zip": zipped("a.ipynb", b"[" * (20 << 20)),
+    "cells.zip": zipped("a.ipynb", json.dumps({"cells": [{"cell_type": "code"}] * 900_000})),
+}
+
+
+def test_beside_hostile_hand_ins_honest_ones_keep_their_marks(grade, tmp_path):
+    """Law 5."""
+    expected = hand_in(tmp_path / "class", 8)
+    for name, content in HOSTILE.items():
+        data = content if isinstance(content, bytes) else content.encode()
+        (tmp_path / "class" / name).write_bytes(data)
+    assert grade("class") == 0
+    found = scores()
+    assert {student: found[student] for student in expected} == expected
+    assert len(found) == 14
+
+
+@pytest.mark.parametrize(
+    ("files", "notes"),
+    [
+        ({"a.ipynb": answered(after=[f"def {name}(*given):\n    return 0" for name in NAMES])}, ""),
+        ({"a.ipynb": answered(dict.fromkeys(NAMES, "0"), after=list(RIGHT.values()))}, ""),
+        ({"a.ipynb": answered(dict.fromkeys(NAMES, "0"), after=[
+            *(f"def {name}(*given):\n    return 0" for name in NAMES), *RIGHT.values()])}, ""),
+        ({"a.ipynb": answered(before=["import numpy as np", *["while True:\n    pass"] * 3],
+                              after=["while True:\n    pass"], changed={
+            "wrap": "from functools import partial\nEPS = np.finfo(float).eps\n"
+                    "HALF, TURN = map(float, (np.pi, 2 * np.pi))\n" + RIGHT["wrap"].replace(
+                        "np.pi - (np.pi - angle) % (2 * np.pi)",
+                        "HALF - (HALF - angle) % TURN + EPS - EPS"),
+            "fitness": "mean = partial(np.mean)\n" + RIGHT["fitness"].replace(
+                "kept.mean()", "mean(kept)")})}, "it took too long"),
+        ({"assignment_old.ipynb": answered(dict.fromkeys(NAMES, "0")).replace(
+            b'"0"', b'"def rotation(): 0"'), "assignment.ipynb": answered()}, ""),
+        ({"a_old.py": ("\n".join(f"def {name}(*given): return 0" for name in NAMES)).encode(),
+          "a.ipynb": answered()}, "a_old.py and a.ipynb answer the same; the latter counts"),
+        ({"a.py": ("import numpy as np\nx = (1,\n" + "\n\n".join(
+            [*RIGHT.values(), "def extra(:\n    pass"])).encode()}, "line 2 of a.py is no Python"),
+        ({"a.py": ("import numpy as np\n# \0\n" + "\n\n".join(RIGHT.values())).encode()},
+         "line 2 of a.py holds a NUL byte"),
+    ],
+    ids=["redefined", "mended below", "mended last", "slow", "old", "old script", "syntax", "NUL"],
+)  # fmt: skip
+def test_an_honest_style_costs_nothing(files, notes, graded):
+    """Law 7: what was wrong in one place, or shown for too long, hides no right answer."""
+    verdict = graded(files, ASSIGNMENT, seconds=1.0)
+    lost = [(one.question, one.message) for one in verdict.questions if not one.passed]
+    assert not lost, verdict.notes
+    assert notes in str(verdict.notes)
+
+
+def test_a_package_that_is_not_there_is_named(graded):
+    """Law 7."""
+    start = "import pandas as pd\ndef "
+    changed = {
+        "fitness": f"{start}fitness(kept):\n    return pd.Series(kept).mean()\n",
+        "wrap": f"{start}wrap(angle):\n    return float(pd.Series([angle]))\n",
+    }
+    verdict = graded({"a.ipynb": answered(changed)}, ASSIGNMENT)
+    lost = {one.question: one.message for one in verdict.questions if not one.passed}
+    assert lost.keys() == changed.keys()
+    assert all("pandas is not available while grading" in why for why in lost.values())

@@ -31,12 +31,6 @@ def test_without_a_browser_the_page_is_there_and_the_way_out_is_named(report, ca
     assert "apt install chromium" in err
 
 
-def test_more_than_two_pages_are_too_many(report, capsys, monkeypatch):
-    monkeypatch.setattr("labkit.course.report.pages.write_pdf", lambda html, path: 3)
-    assert main(["report", str(report)]) == 1
-    assert "more than 2 pages" in capsys.readouterr().out
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -7,7 +7,7 @@ import pytest
 from nbformat import v4, write
 
 from labkit.course.report import pages
-from labkit.course.report.pages import read_report, render, write_pdf
+from labkit.course.report.pages import printed, read_report, render
 from labkit.support.errors import LabkitError
 
 PIXEL = base64.b64decode(
@@ -40,19 +40,6 @@ def test_a_report_is_run_and_written_without_its_code(notebook, tmp_path):
     assert "<pre>42" not in render(read_report(path, run=False), tmp_path)
 
 
-def test_formulas_are_drawn_without_a_network(tmp_path):
-    """What costs $5, is code, or no formula that matplotlib knows, stays as it is."""
-    text = (
-        "# Mine\n\n| a |\n|---|\n| $\\|r\\| \\leq \\delta$ |\n\n$$\\frac{1}{N}\\sum_i r_i^2$$\n\n"
-    )
-    (tmp_path / "mine.md").write_text(text + "`$a$`, $5 to $6, $\\nosuch{x}$", "utf-8")
-    html = render(read_report(tmp_path / "mine.md"))
-    assert html.count('src="data:image/svg+xml;base64,') == 2
-    assert '<td><img alt="\\|r\\| \\leq \\delta"' in html
-    for kept in ("<code>$a$</code>", "$5 to $6", "$\\nosuch{x}$"):
-        assert kept in html
-
-
 @pytest.mark.parametrize(
     ("code", "message"),
     [
@@ -82,7 +69,6 @@ def test_a_file_that_is_no_report(tmp_path, name, content, message):
 
 
 @pytest.mark.skipif(not any(map(shutil.which, pages.BROWSERS)), reason="no Chromium")
-def test_a_pdf_has_its_pages_counted(tmp_path):
-    page = "<h1>One</h1>" + '<h1 style="break-before: page">Two</h1>' * 2
-    assert write_pdf(page, tmp_path / "mine.pdf") == 3
-    assert (tmp_path / "mine.pdf").read_bytes().startswith(b"%PDF")
+def test_a_page_is_printed(tmp_path):
+    (tmp_path / "mine.html").write_text("<h1>One</h1>", "utf-8")
+    assert printed(tmp_path / "mine.html").startswith(b"%PDF")

@@ -99,29 +99,16 @@ def read_canvas(path: str | os.PathLike[str], title: str) -> Gradebook:
 
 
 def read_moodle(path: str | os.PathLike[str]) -> Gradebook:
-    """Read Moodle's grading worksheet, to fill in grades and comments.
-
-    Moodle translates the header and keeps the order: who it is comes first ("Participant 12"),
-    the maximum grade, one number in all rows, right after the grade, and the comments last. Its
-    words on lateness are read in English alone.
-    """
-    columns, rows = read_rows(path)
-    cells = {name: {row[name] for _, row in rows} for name in columns}
-    grade, maximum, comment = "Grade", "Maximum Grade", "Feedback comments"
-    if not {"Identifier", grade} <= set(columns):
-        alike = [name for name in columns[2:] if len(cells[name]) == 1]
-        maxima = [name for name in alike if not math.isnan(number(min(cells[name])))]
-        if not maxima or not all(map(_NUMBER.fullmatch, cells[columns[0]])):
-            read_rows(path, ("Identifier", grade))  # it says what is missing
-        grade, maximum = columns[columns.index(maxima[0]) - 1], maxima[0]
-        comment = columns[-1] if cells[columns[-1]] == {""} else ""
+    """Read Moodle's grading worksheet, in English, to fill in grades and comments."""
+    columns, rows = read_rows(path, ("Identifier", "Grade"))
     people = []
     for line, row in rows:
-        names = (_NUMBER.sub(r"\1", row[columns[0]]),)
+        names = (_NUMBER.sub(r"\1", row["Identifier"]),)
         late = _days(row["Status"]) if "Status" in columns else None
-        worth = number(row.get(maximum, ""))
+        worth = number(row.get("Maximum Grade", ""))
         people.append(Person(line, row, names, row[columns[1]], worth, late))
-    return Gradebook(path=path, columns=columns, grade=grade, comment=comment, people=people)
+    comment = "Feedback comments" * ("Feedback comments" in columns)
+    return Gradebook(path=path, columns=columns, grade="Grade", comment=comment, people=people)
 
 
 def _days(status: str) -> float:

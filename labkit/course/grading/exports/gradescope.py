@@ -48,7 +48,7 @@ def grade_for_gradescope(root: Path) -> None:
     record = grade_one(submission, str(FOLDER), wall)
     rules = read_adjustments(".", load_assignment(), {})
     with atomic_write(root / "results" / "results.json") as file:
-        json.dump(results_of(rules.apply(record.verdict, days, student)), file, indent=1)
+        json.dump(results_of(rules.apply(record.verdict, days)), file, indent=1)
 
 
 def results_of(verdict: SubmissionVerdict) -> dict[str, Any]:

@@ -98,23 +98,6 @@ def test_moodle_gets_grades_of_its_own_scale_and_keeps_its_times(verdicts, writt
     assert [one.late for one in book.people] == [0.0, 7.5, 0.0]
 
 
-def test_moodle_speaks_other_languages(verdicts, written, out):
-    """Its columns keep their order; the number stands at the end of who it is."""
-    words = "ID,Vollständiger Name,Status,Bewertung,Bestwertung,Zuletzt geändert,Feedback\n"
-    people = (
-        'Teilnehmer/in4711,Ada,Abgegeben,,"100,00","Montag, 12:00",\n'
-        'Teilnehmer/in815,Emmy,Abgegeben,,"100,00","Montag, 13:00",\n'
-    )
-    read_moodle(written(words + people)).fill(verdicts, out)
-    header, ada, emmy = rows(out)
-    assert ",".join(header) + "\n" == words
-    assert (ada[3], ada[4]) == ("100", "100,00")
-    assert ada[6].startswith("5 of 5 points")
-    assert (emmy[3], emmy[5]) == ("10", "Montag, 13:00")
-    with pytest.raises(LabkitError, match="no column 'Identifier'; the columns are ID"):
-        read_moodle(written(words.replace("Bestwertung", "x") + "7,a,b,,,,\n"))
-
-
 def test_moodle_comments_are_text_not_markup(verdicts, written, out):
     hostile = replace(verdicts[2], student="12", notes=("<b>",))
     read_moodle(written(MOODLE)).fill([hostile], out)

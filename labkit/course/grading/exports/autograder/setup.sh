@@ -12,4 +12,3 @@ python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' || {
 }
 python3 -m venv "$source/venv"
 "$source/venv/bin/python" -m pip install --quiet --requirement "$source/requirements.txt"
-"$source/venv/bin/python" -c 'import matplotlib.font_manager' # finds the fonts, once
