@@ -18,11 +18,13 @@ from labkit.support.arrays import (
     as_numbers,
     as_points,
     as_poses,
+    check_range,
     read_only,
 )
-from labkit.support.errors import InvalidPointsError
+from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 LONGEST_RANGE = 1e5  # [m]; larger values are codes for no return
+MOST_TURN = 1.05 * 2.0 * math.pi  # [rad]; scanners that turn all round may overlap a little
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -75,7 +77,7 @@ class Scan:
         """Points r·(cos α, sin α) of the beams with ``range_min < r < range_max``.
 
         All others (NaN, masked, beyond 100 km) are no-returns and make no point. A scan in
-        which no beam returned is legal and has no points.
+        which no beam returned is legal and has no points. Angles are radians within one turn.
 
         Examples
         --------
@@ -84,6 +86,8 @@ class Scan:
         """
         if np.ma.isMaskedArray(ranges):
             ranges = np.ma.filled(ranges.astype(float), np.nan)
+        check_range(range_min, "range_min", unit="m")
+        check_range(range_max, "range_max", above=range_min, unit="m")
         r, alpha = _as_beam_values(ranges, "ranges"), _as_beam_values(angles, "angles")
         _expect_alike(r, alpha)
         beams = np.flatnonzero((r > range_min) & (r < min(range_max, LONGEST_RANGE)))
@@ -93,8 +97,8 @@ class Scan:
 
     @classmethod
     def from_points(cls, points: ArrayLike) -> Scan:
-        """A scan of bare points, shape (N, 2) [m], in no particular order."""
-        return cls(points=as_points(points, "points"))
+        """A scan of bare points, shape (N, 2) [m], in no particular order; N may be 0."""
+        return cls(points=as_points(points, "points", minimum=0))
 
     def __len__(self) -> int:
         """Number of points."""
@@ -122,14 +126,29 @@ def _as_beam_values(values: ArrayLike, name: str) -> FloatArray:
     )
     checked: FloatArray = values if is_fixed else read_only(as_floats(values, name))  # type: ignore[assignment]
     if checked.ndim != 1:
-        raise InvalidPointsError(f"`{name}` must have shape (B,), got {checked.shape}")
-    return as_finite(checked, name) if name == "angles" else checked
+        kind = "points go through `Scan.from_points`" if checked.ndim == 2 else "one per beam"
+        raise InvalidPointsError(f"`{name}` must have shape (B,), got {checked.shape}; {kind}")
+    if name == "angles":
+        check_angles(checked, name)
+    return checked
+
+
+def check_angles(angles: FloatArray, name: str) -> None:
+    """Raise an error unless directions of beams [rad] are finite and within one turn."""
+    low, high = as_finite(angles, name).min(initial=0.0), angles.max(initial=0.0)
+    if max(high - low, -low, high) > MOST_TURN:
+        raise InvalidParameterError(
+            f"must be radians within one turn, got {low:.6g} to {high:.6g}: are these degrees? "
+            f"use `np.radians`",
+            parameter=name,
+        )
 
 
 def _expect_alike(ranges: FloatArray, angles: FloatArray) -> None:
     if ranges.shape != angles.shape:
         raise InvalidPointsError(
-            f"`ranges` and `angles` must have one shape (B,), got {ranges.shape} and {angles.shape}"
+            f"`ranges` and `angles` must have one shape (B,), got {ranges.shape} and "
+            f"{angles.shape}; `np.linspace(first, last, {len(ranges)})` makes an angle a beam"
         )
 
 
@@ -140,13 +159,19 @@ def _as_beams(beams: IntArray, count: int) -> IntArray:
             f"`beams` must be {count} whole numbers, one per point, got shape {checked.shape} "
             f"of {checked.dtype}"
         )
+    steps = np.diff(checked)
+    if not (np.all(steps > 0) or np.all(steps < 0)):  # a sweep may run backwards
+        at = int(np.argmax(steps <= 0 if steps[0] > 0 else steps >= 0))
+        raise InvalidPointsError(
+            f"`beams` must all rise or all fall, got {checked[at : at + 2].tolist()} at index {at}"
+        )
     return checked.astype(np.intp, copy=False)
 
 
 def as_scan(scan: Scan | ArrayLike, name: str = "points", minimum: int = 0) -> Scan:
-    """Return `scan` if it is one, of at least `minimum` points, else a scan of its points."""
+    """Return `scan` if it is one, else a scan of its points; of at least `minimum` points."""
     if not isinstance(scan, Scan):
-        return Scan(points=as_points(scan, name))
+        return Scan(points=as_points(scan, name, minimum))
     if len(scan) < minimum:
         as_points(scan.points, name, minimum)  # says so
     return scan

@@ -5,7 +5,9 @@ coordinates in frame a::
 
     p_a = T_a_b @ p_b        T_a_c = T_a_b @ T_b_c        T_b_a = invert(T_a_b)
 
-Every function takes stacks too: a leading shape ``...`` goes through unchanged.
+Every function takes stacks too: a leading shape ``...`` goes through unchanged. What is no
+transform, no pose or no point raises an `InvalidPointsError` that names the call that was meant.
+The NaN of a match that failed stays NaN.
 """
 
 from __future__ import annotations
@@ -15,7 +17,15 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.support.arrays import FloatArray
+from labkit.support.arrays import (
+    FloatArray,
+    as_finite,
+    as_floats,
+    as_points,
+    as_transforms,
+    is_rigid,
+)
+from labkit.support.errors import InvalidPointsError
 
 
 def wrap(angle: ArrayLike) -> FloatArray:
@@ -26,9 +36,7 @@ def wrap(angle: ArrayLike) -> FloatArray:
     >>> float(wrap(-np.pi)) == np.pi
     True
     """
-    theta = np.asarray(angle, dtype=np.float64)
-    if theta.ndim == 0 and -math.pi < float(theta) <= math.pi:  # the short way of a single one
-        return theta.copy()
+    theta = as_floats(angle, "angle")
     turned = np.pi - np.mod(np.pi - theta, 2.0 * np.pi)
     turned = np.where(turned == -np.pi, np.pi, turned)  # mod rounds up to 2π just above π
     return np.where((theta > -np.pi) & (theta <= np.pi), theta, turned)
@@ -36,12 +44,8 @@ def wrap(angle: ArrayLike) -> FloatArray:
 
 def rotation(theta: ArrayLike) -> FloatArray:
     """Rotation matrices R(θ), counter-clockwise, shape (..., 2, 2), from angles [rad]."""
-    if np.ndim(theta) == 0:  # the short way of a single one
-        angle = float(theta)  # type: ignore[arg-type]
-        c, s = math.cos(angle), math.sin(angle)
-        return np.array([[c, -s], [s, c]])
-    theta = np.asarray(theta, dtype=np.float64)
-    c, s = np.cos(theta), np.sin(theta)
+    angle = as_floats(theta, "theta", hint="give radians")
+    c, s = np.cos(angle), np.sin(angle)
     return np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
 
 
@@ -65,44 +69,65 @@ def transform(x: ArrayLike, y: ArrayLike, theta: ArrayLike) -> FloatArray:
     >>> np.round(apply(T, [[1.0, 0.0]]), 12).tolist()
     [[1.0, 3.0]]
     """
-    if np.ndim(x) == np.ndim(y) == np.ndim(theta) == 0:  # the short way of a single one
-        angle = float(theta)  # type: ignore[arg-type]
-        c, s = math.cos(angle), math.sin(angle)
-        return np.array([[c, -s, x], [s, c, y], [0.0, 0.0, 1.0]])
-    x, y, theta = np.broadcast_arrays(x, y, theta)
-    T = np.zeros((*x.shape, 3, 3))
-    T[..., :2, :2] = rotation(theta)
-    T[..., 0, 2], T[..., 1, 2], T[..., 2, 2] = x, y, 1.0
-    return T
+    x, y, theta = as_floats(x, "x"), as_floats(y, "y"), as_floats(theta, "theta")
+    try:
+        rows = np.empty((*np.broadcast(x, y, theta).shape, 3))
+    except ValueError:
+        raise InvalidPointsError(
+            f"`x`, `y` and `theta` must be numbers or have one shape, got shapes {x.shape}, "
+            f"{y.shape} and {theta.shape}"
+        ) from None
+    rows[..., 0], rows[..., 1], rows[..., 2] = x, y, theta
+    return _from_rows(rows, "x, y, theta")
 
 
 def from_xytheta(poses: ArrayLike) -> FloatArray:
     """Transforms of shape (..., 3, 3) from rows (x [m], y [m], θ [rad]) of shape (..., 3)."""
-    poses = np.asarray(poses, dtype=np.float64)
-    return transform(poses[..., 0], poses[..., 1], poses[..., 2])
+    return _from_rows(poses, "poses")
+
+
+def _from_rows(poses: ArrayLike, name: str) -> FloatArray:
+    rows = as_floats(poses, name, hint="give x [m], y [m], theta [rad]")
+    nines = rows.reshape(-1, 9).tolist() if rows.shape[-2:] == (3, 3) else []
+    are_transforms = bool(nines) and all(map(is_rigid, nines))
+    if rows.shape[-1:] != (3,) or are_transforms:
+        got = "transforms: are the poses wanted? `labkit.to_xytheta`"
+        raise InvalidPointsError(
+            f"`{name}` must be rows (x, y, theta), shape (..., 3), got "
+            f"{got if are_transforms else rows.shape}"
+        )
+    as_finite(rows, name)
+    T = np.zeros((*rows.shape, 3))
+    c, s = np.cos(rows[..., 2]), np.sin(rows[..., 2])
+    T[..., 0, 0], T[..., 0, 1], T[..., 1, 0], T[..., 1, 1] = c, -s, s, c
+    T[..., :2, 2], T[..., 2, 2] = rows[..., :2], 1.0
+    return T
 
 
 def to_xytheta(T: ArrayLike) -> FloatArray:
     """Rows (x [m], y [m], θ [rad]) with θ in (−π, π], shape (..., 3); undoes `from_xytheta`."""
-    T = np.asarray(T, dtype=np.float64)
-    if T.ndim == 2:  # the short way of a single one
-        (c, _, x), (s, _, y), _ = T.tolist()
-        return np.array([x, y, wrap(math.atan2(s, c))])
-    theta = wrap(np.arctan2(T[..., 1, 0], T[..., 0, 0]))
-    return np.stack([T[..., 0, 2], T[..., 1, 2], theta], axis=-1)
+    T = as_transforms(T, "T")
+    poses, s, c = T[..., 2].copy(), T[..., 1, 0], T[..., 0, 0]
+    theta = math.atan2(s, c) if T.ndim == 2 else np.arctan2(s, c)  # one alone: the faster
+    poses[..., 2] = np.where(theta == -np.pi, np.pi, theta)  # −π comes of a sine −0.0
+    return poses
 
 
 def compose(*transforms: ArrayLike) -> FloatArray:
     """Chain transforms from left to right: ``compose(T_a_b, T_b_c)`` is T_a_c."""
     T = np.eye(3)
-    for factor in transforms:
-        T = T @ np.asarray(factor, dtype=np.float64)
+    if len(transforms) == 1 and isinstance(transforms[0], list | tuple):
+        raise InvalidPointsError(
+            "`transforms` are given one by one, got a list; `compose(*transforms)` chains a list"
+        )
+    for k, factor in enumerate(transforms):
+        T = _product(T, as_transforms(factor, f"transforms[{k}]"))
     return T
 
 
 def invert(T: ArrayLike) -> FloatArray:
     """Invert by structure, R⁻¹ = Rᵀ and t ↦ −Rᵀt: exact where a general solve is not."""
-    T = np.asarray(T, dtype=np.float64)
+    T = as_transforms(T, "T")
     inverse = np.zeros_like(T)
     R_inverse = np.swapaxes(T[..., :2, :2], -1, -2)
     inverse[..., :2, :2] = R_inverse
@@ -113,12 +138,21 @@ def invert(T: ArrayLike) -> FloatArray:
 
 def relative(T_w_a: ArrayLike, T_w_b: ArrayLike) -> FloatArray:
     """The pose of b seen from a: ``T_a_b = invert(T_w_a) @ T_w_b``."""
-    return invert(T_w_a) @ np.asarray(T_w_b, dtype=np.float64)
+    return _product(invert(T_w_a), as_transforms(T_w_b, "T_w_b"))
+
+
+def _product(T_a_b: FloatArray, T_b_c: FloatArray) -> FloatArray:
+    try:
+        return np.asarray(T_a_b @ T_b_c)
+    except ValueError:
+        raise InvalidPointsError(
+            f"stacks of transforms must have one leading shape, got {T_a_b.shape} and {T_b_c.shape}"
+        ) from None
 
 
 def apply(T_a_b: ArrayLike, points_b: ArrayLike) -> FloatArray:
     """Move points of shape (N, 2) [m] from frame b to frame a: R p + t for each row."""
-    T = np.asarray(T_a_b, dtype=np.float64)
-    points = np.asarray(points_b, dtype=np.float64)
+    T = as_transforms(T_a_b, "T_a_b")
+    points = as_points(points_b, "points_b", minimum=0)
     moved: FloatArray = (T[..., :2, :2] @ points.mT + T[..., :2, 2:]).mT
     return moved

@@ -37,7 +37,7 @@ from labkit.odometry.search import STARTS, alike, apart, completed, search, surp
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
 from labkit.schedule import gate_of
-from labkit.se2 import from_xytheta, invert, to_xytheta
+from labkit.se2 import from_xytheta, invert, rotation, to_xytheta
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
@@ -169,8 +169,8 @@ def estimate_step(
     if step.is_doubtful(tried[0]):
         tried += step.fall_back()
     best = step.choose(tried)
-    shift, R = best.record.increment[:2], from_xytheta(best.record.increment)[:2, :2]
-    record = replace(best.record, spread=spread_ratio(source, R.T @ shift))
+    shift, turn = best.record.increment[:2], best.record.increment[2]
+    record = replace(best.record, spread=spread_ratio(source, rotation(turn).T @ shift))
     if not best.complaints and not (record.ambiguous and prior is not None):
         return record  # E
     return replace(record, increment=likely[0], decision=last_resort, against_prior=False)  # F

@@ -7,6 +7,7 @@ mathematics can rely on clean float64 arrays.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from numbers import Real
 from typing import Any, TypeVar
 
@@ -37,12 +38,15 @@ def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:
             f"drop such rows first"
         )
     try:
-        return np.array(values, dtype=np.float64, order="C")
+        numbers = np.asarray(values)
+        if numbers.dtype.kind in "biuf":  # no text, no complex number, no object
+            return np.array(numbers, dtype=np.float64, order="C")
     except (TypeError, ValueError):
-        received = repr(values)
-        shown = received if len(received) <= 60 else received[:57] + "..."
-        advice = f"; {hint}" if hint else ""
-        raise InvalidPointsError(f"`{name}` must hold numbers, got {shown}{advice}") from None
+        pass
+    received = repr(values)
+    shown = received if len(received) <= 60 else received[:57] + "..."
+    advice = f"; {hint}" if hint else ""
+    raise InvalidPointsError(f"`{name}` must hold numbers, got {shown}{advice}")
 
 
 def read_only(values: Values) -> Values:
@@ -57,7 +61,7 @@ def as_points(points: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
     Parameters
     ----------
     points : array_like, shape (N, 2)
-        Points in metres. NaN and infinity are refused, with the index of the first one.
+        Points in metres. Those that are NaN, infinite or beyond `FARTHEST` are refused by index.
     name : str
         The caller's name for the argument; every message begins with it.
     minimum : int
@@ -67,18 +71,34 @@ def as_points(points: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
     -------
     ndarray, shape (N, 2), float64
     """
-    checked = as_floats(points, name, hint="give an (N, 2) array of metres")
+    checked = as_floats(
+        points, name, hint="give an (N, 2) array of metres, `scan.points` of a scan"
+    )
+    if checked.shape == (0,):  # of an empty list
+        checked = checked.reshape(0, 2)
     if checked.size == 0 and minimum > 0:
         raise InvalidPointsError(
             f"`{name}` is empty, got shape {checked.shape}; it needs at least {minimum} "
             f"point{'s' if minimum > 1 else ''} (were all ranges dropped?)"
         )
     if checked.ndim != 2 or checked.shape[1] != 2:
-        advice = "; transpose it (`.T`)" if checked.ndim == 2 and checked.shape[0] == 2 else ""
-        raise InvalidPointsError(f"`{name}` must have shape (N, 2), got {checked.shape}{advice}")
+        if checked.shape[:1] == (2,):
+            advice = "transpose it (`.T`)" if checked.ndim == 2 else "one point is `[[x, y]]`"
+        elif checked.ndim == 1:
+            advice = "ranges go through `labkit.Scan.from_ranges(ranges, angles)`"
+        else:
+            advice = "keep x and y, `points[:, :2]`"
+        raise InvalidPointsError(f"`{name}` must have shape (N, 2), got {checked.shape}; {advice}")
     if len(checked) < minimum:
         raise InvalidPointsError(f"`{name}` needs at least {minimum} points, got {len(checked)}")
-    return as_finite(checked, name, hint="drop such points first")
+    if not np.abs(checked).max(initial=0.0) <= FARTHEST:
+        as_finite(checked, name, hint="drop such points first")
+        index = int(np.abs(checked).max(axis=1).argmax())
+        raise InvalidPointsError(
+            f"`{name}` must lie within {FARTHEST:g} m, got {checked[index].tolist()} at index "
+            f"{index}; drop such points first"
+        )
+    return checked
 
 
 def as_poses(poses: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
@@ -164,21 +184,51 @@ def as_pairs(
 
 
 def as_transform(T: ArrayLike, name: str) -> FloatArray:
-    """Check a single (3, 3) rigid transform: finite, proper rotation, last row 0 0 1."""
-    checked = as_floats(T, name, hint="build one with `labkit.transform(x, y, theta)`")
-    if checked.shape != (3, 3):
+    """Check a single rigid transform (3, 3) of finite numbers, as `as_transforms` does."""
+    checked = as_transforms(T, name)
+    if checked.ndim > 2:
         raise InvalidPointsError(
-            f"`{name}` must be a (3, 3) transform, got shape {checked.shape}; "
-            f"build one with `labkit.transform(x, y, theta)`"
+            f"`{name}` must be one (3, 3) transform, got a stack of shape {checked.shape}"
         )
-    (a, b, x), (c, d, y), last_row = checked.tolist()
-    orthonormal = max(abs(a - d), abs(b + c), abs(a * a + c * c - 1.0)) <= 1e-6
-    if not (orthonormal and math.isfinite(x) and math.isfinite(y) and last_row == [0.0, 0.0, 1.0]):
+    if np.isnan(checked[0, 0]):
         raise InvalidPointsError(
-            f"`{name}` must be a proper rigid transform, got {checked.tolist()}; "
-            f"build one with `labkit.transform(x, y, theta)`"
+            f"`{name}` must be a (3, 3) transform, got NaN, of a match that failed; "
+            f"print `result.message`"
         )
     return checked
+
+
+def as_transforms(T: ArrayLike, name: str) -> FloatArray:
+    """Check rigid transforms (..., 3, 3): proper rotations, finite, last rows 0 0 1.
+
+    The transform of a match that failed, all NaN, passes, and leads to NaN.
+    """
+    build = "build one with `labkit.transform(x, y, theta)`"
+    checked = as_floats(T, name, hint=build)
+    if checked.shape[-2:] != (3, 3):
+        if checked.shape[-1:] == (3,):
+            build = "poses (x, y, theta) go through `labkit.from_xytheta`"
+        elif checked.shape == (4, 4):
+            build = "of one in space take `T[np.ix_([0, 1, 3], [0, 1, 3])]`"
+        elif 2 in checked.shape:
+            build = "are these points? `labkit.apply(T, points)` moves them"
+        raise InvalidPointsError(
+            f"`{name}` must be a (3, 3) transform, got shape {checked.shape}; {build}"
+        )
+    for each in checked.reshape(-1, 9).tolist():  # plain numbers: most stacks are short
+        if not is_rigid(each) and not all(map(math.isnan, each)):
+            got = np.reshape(each, (3, 3)).tolist()
+            raise InvalidPointsError(
+                f"`{name}` must be a proper rigid transform, got {got}; {build}"
+            )
+    return checked
+
+
+def is_rigid(entries: Sequence[float]) -> bool:
+    """Recognise a rigid transform by its nine entries, row by row."""
+    a, b, x, c, d, y, *last_row = entries
+    is_rotation = abs(a - d) + abs(b + c) + abs(a * a + c * c - 1.0) <= 1e-6
+    return is_rotation and math.isfinite(x) and math.isfinite(y) and last_row == [0.0, 0.0, 1.0]
 
 
 def check_range(
