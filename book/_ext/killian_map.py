@@ -1,9 +1,9 @@
 """The first page's map: the sweeps of Killian Court under three sets of poses.
 
-The poses are those of chapter 10: its cells are run up to the graph with all loops. What they
-give is kept until these cells or labkit change. As a command this
-draws the map with the loops closed, as README shows it, and the one of the odometry alone, with
-which chapters 5 and 10 begin::
+The poses are those of chapter 10: its cells are run up to the matches of its loops, which are
+solved as its exercise asks. What they give is kept until these cells or labkit change. As a
+command this draws the map with the loops closed, as README shows it, and the one of the odometry
+alone, with which chapters 5 and 10 begin::
 
     python book/_ext/killian_map.py
 """
@@ -24,6 +24,7 @@ from PIL import Image
 
 import labkit
 from labkit.cli.outputs import write_map
+from labkit.course.exercises.graph import solve_graph
 from labkit.evaluation import ate
 from labkit.odometry import integrate
 from labkit.plotting import book_figure, map_points
@@ -36,7 +37,8 @@ PICTURE = BOOK / "_static" / "killian-closed.webp"
 DRIFT = PICTURE.with_name("killian-map.png")
 EVERY, BEAMS, RANGE_MAX = 6, 90, 15.0  # every so many-th scan, its beams, their reach [m]
 TURN = 0.58  # lays the building along the picture's width, as `map.js` does [rad]
-LAST = "closed"  # what the last cell that is run sets
+LAST = "good"  # what the last cell that is run sets
+SIGMA = np.array([0.05, 0.05, 0.01])  # of an edge [m, m, rad]
 STATES = {
     "wheels": "What the wheels say",
     "odometry": "What scan matching finds",
@@ -59,7 +61,7 @@ def provide(*_: object) -> None:
 
 
 def cells() -> list[str]:
-    """The code of chapter 10 up to the graph with all loops, without what speaks to Jupyter."""
+    """The code of chapter 10 up to the matches of its loops, without what speaks to Jupyter."""
     code = []
     for cell in nbformat.read(CHAPTER, as_version=4).cells:
         if cell.cell_type == "code" and "%pip" not in cell.source:
@@ -70,11 +72,15 @@ def cells() -> list[str]:
 
 
 def chapter(code: list[str]) -> dict[str, Any]:
-    """What these cells set, by name."""
+    """What these cells set, by name, and the poses that close the map."""
     names: dict[str, Any] = {}
     for cell in code:
         exec(cell, names)
-    return names
+    good, poses = names["good"], names["run"].poses
+    chain = np.column_stack([np.arange(len(poses) - 1), np.arange(1, len(poses))])
+    ends = np.concatenate([chain, names["pairs_told"][good]])
+    measured = np.concatenate([names["steps"], names["found"][good, :3]])
+    return names | {"closed": solve_graph(poses, ends, measured, SIGMA)}
 
 
 def packed(names: dict[str, Any]) -> dict[str, Any]:
@@ -83,7 +89,7 @@ def packed(names: dict[str, Any]) -> dict[str, Any]:
     poses = {
         "wheels": integrate(names["prior"], log.reference[0]),
         "odometry": names["run"].poses,
-        "closed": names[LAST],
+        "closed": names["closed"],
     }
     chosen = range(0, len(log.scans), EVERY)
     ranges = np.zeros((len(chosen), BEAMS), dtype=np.uint8)
@@ -112,7 +118,7 @@ def _base64(array: Any) -> str:
 def draw(names: dict[str, Any]) -> None:
     """Draw both maps; the closed one is for paper, README and readers without JavaScript, too."""
     log, turned = names["log"], labkit.transform(0.0, 0.0, TURN)
-    poses = labkit.to_xytheta(turned @ labkit.from_xytheta(names[LAST]))
+    poses = labkit.to_xytheta(turned @ labkit.from_xytheta(names["closed"]))
     figure = book_figure(3.9)
     ax = figure.subplots()
     x, y = map_points(poses, log.scans, range_max=RANGE_MAX).T

@@ -1,0 +1,74 @@
+"""Chapter 10: a pose graph, linearised for the student and solved by them."""
+
+import numpy as np
+from scipy.sparse import bsr_array
+from scipy.sparse.linalg import spsolve
+
+from labkit import from_xytheta, to_xytheta, wrap
+from labkit.course.exercises import exercise
+from labkit.se2 import relative
+
+
+def linearise(poses, ends, measured, sigma):
+    """Errors of all edges in standard deviations (3E,), and their derivatives (3E, 3K), sparse.
+
+    Edge e leads from pose `ends[e, 0]` to pose `ends[e, 1]`, of `poses` (K, 3).
+    """
+    i, j = ends.T
+    c, s = np.cos(poses[i, 2]), np.sin(poses[i, 2])
+    dx, dy, turn = (poses[j] - poses[i]).T
+    x, y = c * dx + s * dy, c * dy - s * dx  # pose j seen from pose i
+    errors = np.column_stack([x, y, turn]) - measured  # (10.1)
+    errors[:, 2] = wrap(errors[:, 2])
+    zero, one = np.zeros_like(c), np.ones_like(c)
+    by_j = np.array([[c, s, zero], [-s, c, zero], [zero, zero, one]])
+    by_i = -by_j
+    by_i[:2, 2] = y, -x
+    blocks = np.stack([by_i, by_j]).transpose(3, 0, 1, 2).reshape(-1, 3, 3) / sigma[:, None]
+    rows, shape = 2 * np.arange(len(ends) + 1), (3 * len(ends), 3 * len(poses))
+    return (errors / sigma).ravel(), bsr_array((blocks, ends.ravel(), rows), shape=shape).tocsc()
+
+
+def _square(seed):
+    """A drive round a square in eight steps, measured with noise, and two loops."""
+    rng, sigma = np.random.default_rng(seed), np.array([0.05, 0.05, 0.02])
+    turns = np.repeat([0.3, -1.0], 4) if seed else np.full(8, np.pi / 4)
+    truth = [np.array([1.0, -2.0, 0.4])]
+    for turn in turns:
+        truth.append(to_xytheta(from_xytheta(truth[-1]) @ from_xytheta((1.0, 0.1, turn))))
+    T = from_xytheta(np.array(truth))
+    ends = np.array([*((k, k + 1) for k in range(8)), (0, 8), (2, 7)])
+    seen = to_xytheta(relative(T[ends[:, 0]], T[ends[:, 1]]))
+    measured = seen + 3 * sigma * rng.normal(size=seen.shape)
+    chain = [T[0]]
+    for step in measured[:8]:
+        chain.append(chain[-1] @ from_xytheta(step))
+    return to_xytheta(np.array(chain)), ends, measured, sigma
+
+
+# fmt: off
+@exercise("Solve the graph", lambda: {
+    "a drive that comes back to its start": _square(0), "a drive that bends both ways": _square(1),
+}, {
+    "All is nan: nothing holds pose 0, so the matrix is singular; leave its three columns out.":
+        lambda poses, ends, measured, sigma: np.full(poses.shape, np.nan),
+    "This is one round; the headings make the graph nonlinear, so go round until nothing moves.":
+        {"range(30)": "range(1)"},
+    "The last pose is held instead of the first.":
+        {"J[:, 3:]": "J[:, :-3]", "np.append(np.zeros(3), step)": "np.append(step, np.zeros(3))"},
+    "The steps go to the wrong poses: pose 0 has none, so the first three numbers are pose 1's.":
+        {"np.append(np.zeros(3), step)": "np.append(step, np.zeros(3))", "range(30)": "range(1)"},
+    "The poses come back as they were: add the step.": {"poses = poses +": "_ ="},
+    "The step has the wrong sign: it is −Jᵀe on the right of (10.2).":
+        {"-J.T @ e": "J.T @ e", "range(30)": "range(1)"},
+}, tolerance=1e-3)
+def solve_graph(poses, ends, measured, sigma):
+    """Steps of (10.2), until they are small."""
+    for _ in range(30):
+        e, J = linearise(poses, ends, measured, sigma)
+        J = J[:, 3:]
+        step = spsolve((J.T @ J).tocsc(), -J.T @ e)
+        poses = poses + np.append(np.zeros(3), step).reshape(-1, 3)
+        if abs(step).max() < 1e-8:
+            break
+    return poses
