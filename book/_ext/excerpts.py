@@ -66,7 +66,7 @@ def _text(node: nodes.Node) -> str:
     if isinstance(node, nodes.Text):
         return re.sub(r"\s+", " ", node.astext())
     if isinstance(node, nodes.math):
-        return _symbols(node.astext())
+        return symbols(node.astext())
     if isinstance(node, UNREAD) or _is_entry(node) or _is_code_or_citation(node):
         return ""
     between = "" if isinstance(node, nodes.TextElement) else " "
@@ -81,12 +81,12 @@ def _is_code_or_citation(node: nodes.Element) -> bool:
     return {"cell_output", "literal-block-wrapper"} & set(node.get("classes", ())) != set()
 
 
-def _symbols(tex: str) -> str:
+def symbols(tex: str) -> str:
     r"""A short formula in letters; of others the search shows nothing.
 
     Examples
     --------
-    >>> _symbols(r"\delta = 0.2"), _symbols(r"d_{\max}"), _symbols(r"\frac{a}{b}")
+    >>> symbols(r"\delta = 0.2"), symbols(r"d_{\max}"), symbols(r"\frac{a}{b}")
     ('δ = 0.2', 'd_max', '…')
     """
     letters = re.sub(r"\\([a-z]+)", lambda name: _greek(name[1]), tex)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import api
+import for_lab
 import killian_map
 from docutils import nodes
 from excerpts import write_excerpts
@@ -58,6 +59,7 @@ def describe(
 
 STEPS = {
     "config-inited": (killian_map.provide, settle_buttons),
+    "source-read": (for_lab.restore,),
     "autodoc-process-signature": (api.hide_signature,),
     "doctree-read": (mark_all, make_figures, join_folds),
     "doctree-resolved": (explain_terms, link_chapters, api.link_names),

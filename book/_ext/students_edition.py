@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatch
 from pathlib import Path
 
+import for_lab
 import launch
 import nbformat
 from leaks import Leak, find_leaks, only_secret
@@ -95,6 +96,7 @@ def write_source(root: Path, to: Path) -> Source:
     url, branch = launch.repository(root / "_config.yml")
     secret: list[str] = []
     public: list[str] = [README]
+    words = for_lab.words_of(root)
     for path in _handed_out(root):
         target = to / path.relative_to(root)
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -113,6 +115,7 @@ def write_source(root: Path, to: Path) -> Source:
             notebook = nbformat.read(path, as_version=4)
             original = "\n".join(cell.source for cell in notebook.cells)
             notebook, taken = strip_notebook(notebook, name)
+            for_lab.resolve(notebook, path.parent, words)
             if url:
                 launch.add_install_cell(notebook, url, branch)
             nbformat.write(notebook, target)
