@@ -12,6 +12,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import excerpts
+import for_lab
 import launch
 import leaks
 import nbformat
@@ -188,6 +189,25 @@ def test_the_notebooks_keep_their_questions_and_checks(lab):
     answers = [cell for cell in notebook.cells if "YOUR CODE HERE" in cell.source]
     assert len(answers) == sum(each["solution"] for each in graded) >= 10
     assert sum(each["grade"] for each in graded) == len(answers)
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "notebooks").glob("*.ipynb")), ids=lambda p: p.stem)
+def test_a_students_notebook_has_nothing_that_the_book_alone_resolves(lab, path):
+    """And the book gets back what its author wrote, but in cells that a student has changed."""
+    notebook = nbformat.read(lab / "notebooks" / path.name, as_version=4)
+    text = "\n".join(cell.source for cell in notebook.cells if cell.cell_type == "markdown")
+    assert re.findall(r"\{(?:term|cite|ref|numref|doc|eq)\b[^`]*`[^`]*`", text) == []
+    links = re.findall(r"\]\((?!\w+:)([^)#\s]*)(?:#([^)\s]*))?\)", text)
+    assert not [file for file, _ in links if file and not (lab / "notebooks" / file).is_file()]
+    places = set(re.findall(r"(?m)^\(([\w-]+)\)=$|^:label: ([\w-]+)$", text))
+    assert not {place for file, place in links if not file} - {"".join(each) for each in places}
+    notebook.cells[-1].source = "My own words."
+    for_lab.restore(None, "", told := [nbformat.writes(notebook)])
+    again = nbformat.reads(told[0], as_version=4).cells
+    written, _ = strip_notebook(nbformat.read(path, as_version=4), path.name)
+    own = [cell.source for cell in written.cells]
+    kept = [cell.source for cell in again if cell.id != launch.CELL_ID]
+    assert kept == [*own[:-1], "My own words."]
 
 
 def test_students_get_the_commands_that_work_for_them():

@@ -1,4 +1,4 @@
-"""Two notebooks' text in a real JupyterLab, and each kind of widget in a third."""
+"""The students' notebooks as JupyterLab draws them, and each kind of widget there."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from nbformat.v4 import new_code_cell, new_notebook
 from playwright.sync_api import Browser, Locator, Page, expect
 
 ROOT = Path(__file__).parents[2]
-READ = ["04_icp_loop", "02_alignment"]  # a diagram, proofs, all directives and roles
+READ = sorted(path.stem for path in (ROOT / "notebooks").glob("*.ipynb"))
 WIDGETS = """\
 import labkit
 from labkit.interactive import icp_explorer, icp_sliders, live_figure
@@ -36,12 +36,18 @@ OTHER_DRAWING = "([canvas, before]) => canvas.toDataURL() !== before"
 # What a reader must not see: fences, roles and directives, formulas that could not be drawn.
 RAW = re.compile(r".*(?::::|\{[a-z:]+\}`|```|\$\$|\\\(|Undefined control sequence).*")
 
+# Links without a target, citations without a work, and numbers beside an equation's own.
+UNRESOLVED = """() => [...document.querySelectorAll(".jp-MarkdownCell .myst")]
+    .flatMap(cell => [...cell.querySelectorAll(
+        "a[href='#'], a:not([href]), [title*='Not Found'], [title='Link to this Equation']")])
+    .map(node => node.outerHTML)"""
+
 
 @pytest.fixture(scope="module")
-def page(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    """JupyterLab over a copy of the notebooks; nothing is started without a browser."""
-    root, home = tmp_path_factory.mktemp("work"), tmp_path_factory.mktemp("home")
-    shutil.copytree(ROOT / "notebooks", root / "notebooks")
+def page(browser: Browser, lab: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    """JupyterLab over a copy of what students get; nothing is started without a browser."""
+    root, home = tmp_path_factory.mktemp("work") / "lab", tmp_path_factory.mktemp("home")
+    shutil.copytree(lab, root, ignore=shutil.ignore_patterns("labkit"))
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
     cells = [new_code_cell(each) for each in WIDGETS.split("---\n")]
     nbformat.write(new_notebook(cells=cells, metadata=kernel), root / "widgets.ipynb")
@@ -55,10 +61,12 @@ def page(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", READ)
-def test_text_is_drawn_as_in_the_book_and_answers_are_folded(page, name):
+def test_text_is_drawn_as_in_the_book_and_answers_are_folded(page, lab, name):
     with notebook_read(page, f"notebooks/{name}.ipynb") as text:
         assert RAW.findall(text) == []
-        source = (ROOT / f"notebooks/{name}.ipynb").read_text("utf-8")
+        assert page.evaluate(UNRESOLVED) == []
+        cells = nbformat.read(lab / f"notebooks/{name}.ipynb", as_version=4).cells
+        source = "".join(cell.source for cell in cells)
         answers = page.locator(".jp-MarkdownCell details")
         assert answers.count() >= source.count(":::{dropdown}")
         assert answers.locator("xpath=self::*[@open]").count() == 0
