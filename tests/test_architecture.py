@@ -21,7 +21,7 @@ ORDER = (
     *("filters", "parameters", "alignment", "line_alignment", "neighbors", "normals", "target"),
     *("schedule", "correspondences", "degeneracy", "result", "icp", "covariance", "odometry"),
     *("simulation", "evaluation", "logs", "", "support.warm", "plotting"),
-    *("course", "course.grading", "course.authoring", "course.exercises", "course.report"),
+    *("course", "course.grading", "course.exercises", "course.authoring", "course.report"),
     *("interactive", "cli", "__main__"),
 )
 DATA = {"support.errors", "support.arrays", "support.compiled", "se2", "scan"}

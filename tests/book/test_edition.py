@@ -220,7 +220,7 @@ def test_students_get_the_commands_that_work_for_them():
 def test_the_package_works_without_the_files_that_are_kept_back(lab):
     names = [path.relative_to(lab).as_posix() for path in lab.rglob("*")]
     assert not [name for name in names if re.search(r"authoring|hidden|__pycache__|vendor", name)]
-    code = "import labkit.cli as cli, labkit.course.grading.check as c; print(c.__file__); "
+    code = "import labkit.cli as cli, labkit.course.exercises.checking as c; print(c.__file__); "
     done = subprocess.run(
         [sys.executable, "-c", code + "cli.main(['-h'])"],
         cwd=lab,

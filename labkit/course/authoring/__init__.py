@@ -4,6 +4,6 @@
 `labkit.course.grading.assignment` reads and the notebook that students get. This side knows the
 answers, so nothing of grading or of the notebooks imports it, and students do not get it.
 
-`questions/` holds the texts, points and limits, in TOML; `sections/` what each function is called
-with, and its known mistakes; `solution` the right functions. Instructors edit these three.
+`questions/` is what instructors edit: each question stands there with all that belongs to it, its
+text, stub and solution, its cases, its known mistakes, and an oracle that the solution is held to.
 """

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from labkit.course.authoring.write import write_assignment
+from labkit.course.authoring.write import HANDED_OUT, write_assignment
 from labkit.course.grading.assignment import FOLDER
 from labkit.course.grading.assignment.files import cases_beside, read_secret
 from labkit.support.errors import LabkitError
@@ -16,9 +16,14 @@ from labkit.support.files import refuse_unwritable
 
 PARSER = argparse.ArgumentParser(
     prog="python -m labkit.course.authoring",
-    description="Compute the assignment's cases and answers, and write its notebook.",
+    description="Compute the assignment's cases and answers, and write its files and its notebook.",
 )
-PARSER.add_argument("--notebook", type=Path, help="write the students' notebook here, too")
+PARSER.add_argument(
+    "--notebook",
+    type=Path,
+    help="the students' notebook, whose questions are written anew (default: "
+    "notebooks/assignment.ipynb of the checkout)",
+)
 PARSER.add_argument(
     "--solutions",
     type=Path,
@@ -29,16 +34,18 @@ PARSER.add_argument(
     type=Path,
     metavar="FILE",
     help="draw the hidden cases from the secret in FILE, which is made where there is none; "
-    "all files go to FILE.cases",
+    "all files go to FILE.cases, and the students' notebook stays as it is",
 )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write what the options name; the exit status is 2 for a mistake of the caller."""
     options = PARSER.parse_args(arguments)
+    folder, secret = FOLDER, b""
+    if options.notebook is None and options.secret is None and HANDED_OUT.exists():
+        options.notebook = HANDED_OUT
     notebooks = {options.notebook: False, options.solutions: True}
     notebooks.pop(None, None)
-    folder, secret = FOLDER, b""
     try:
         for path in notebooks:
             refuse_unwritable(path)

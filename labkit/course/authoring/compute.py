@@ -3,42 +3,54 @@
 A set of cases is good when every known mistake fails at least one of them, no two mistakes
 give the same answers to all, and no answer hangs on a rounding. A set that is not is drawn
 again from the same generator, so that a seed always leads to the same cases.
+
+A submission may compute in single precision. Its inputs then carry a relative error of up to
+ε = 2⁻²⁴ each, and the answer moves by ε times the condition of the case. That is measured: the
+right function is asked again with inputs that are perturbed by one ε. The tolerance is the largest
+move, times a margin for the roundings on the way, and never less than a few ε of the answer's own
+scale.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, cast
+from decimal import ROUND_CEILING, Context
+from typing import Any
 
 import numpy as np
 
-from labkit.course.authoring.entries import Arguments, Exact, Mistake, Recipe, Rng
-from labkit.course.authoring.references import answers, perturbed, round_up, tolerance
-from labkit.course.authoring.sections import ENTRIES
-from labkit.course.grading.assignment.questions import Case, Question
+from labkit.course.authoring.entries import Exact, Recipe, Rng, question
+from labkit.course.exercises.entries import Arguments, Function, answers
+from labkit.course.grading.assignment.questions import Answer, Case
 from labkit.course.grading.inside.data import plain
-from labkit.course.grading.judging.compare import is_answer_of, is_right, recognise
+from labkit.course.grading.judging.compare import assess, is_answer_of, is_right
+from labkit.course.grading.judging.kinds import read
 from labkit.course.grading.judging.verdict import Outcome
-from labkit.se2 import apply, transform
+from labkit.support.arrays import FloatArray
 from labkit.support.errors import LabkitError
 
 TRIES, SETS = 200, 20
 ALIKE = 3  # draws among which one as hard as another variant's is looked for
 LARGEST = 1e-3  # a tolerance beyond it says more about rounding than about skill: drawn anew
 DECIMALS = 12
-OF_SCANS = ("icp_step", "icp")
+EPSILON = 2.0**-24
+DRAWS, MARGIN = 4, 16.0
+FLOOR = 64.0 * EPSILON
+TWO_DIGITS = Context(prec=2, rounding=ROUND_CEILING)
 
 
-def visible_cases(question: Question) -> tuple[Case, ...]:
+def visible_cases(entry: question) -> tuple[Case, ...]:
     """The cases that everybody sees; they need not reveal every mistake."""
-    rng = Rng(np.random.PCG64([2024, *question.id.encode()]))
-    table = enumerate(ENTRIES[question.id].visible.items(), start=1)
-    return tuple(draw_case(question, f"v{k}", *row, rng) for k, row in table)
+    rng = Rng(np.random.PCG64([2024, *entry.right.__name__.encode()]))
+    assert not callable(entry.visible)
+    table = enumerate(entry.visible.items(), start=1)
+    return tuple(draw_case(entry, f"v{k}", *row, rng) for k, row in table)
 
 
 def hidden_cases(
-    question: Question,
+    entry: question,
     variant: int,
     visible: Sequence[Case],
     *,
@@ -47,66 +59,49 @@ def hidden_cases(
 ) -> tuple[Case, ...]:
     """The hidden cases of one variant, drawn from the secret; without one anybody draws the same.
 
-    Cases that are `like` those of another variant are as hard: two scans are its scans, `turned`;
-    of other cases those are taken that the same known mistakes pass.
+    Cases that are `like` those of another variant are as hard: two scans are its scans, turned; of
+    other cases those are taken that the same known mistakes pass.
 
     Raises
     ------
     LabkitError
-        If no draw tells all mistakes apart: the recipes need another case.
+        If no draw tells all mistakes apart: the recipes need another case. If a mistake earns less
+        than the share of the cases that it passes.
     """
-    rng = Rng(np.random.PCG64([4711, variant, *question.id.encode(), *secret]))
-    table = ENTRIES[question.id].hidden.items()
+    rng = Rng(np.random.PCG64([4711, variant, *entry.right.__name__.encode(), *secret]))
     for _ in range(SETS):
         cases: list[Case] = []
-        for k, (about, recipe) in enumerate(table, start=1):
-            if like and question.id in OF_SCANS:
-                recipe = turned(recipe, like[k - 1].arguments)  # noqa: PLW2901
-            best = draw_case(question, f"h{k}", about, recipe, rng)
+        for k, (about, recipe) in enumerate(entry.hidden.items(), start=1):
+            if like and entry.alike:
+                recipe = entry.alike(recipe, like[k - 1].arguments)  # noqa: PLW2901
+            best = draw_case(entry, f"h{k}", about, recipe, rng)
             if like:
-                model = passing(question, like[k - 1])
+                model = passing(entry, like[k - 1])
                 for _ in range(ALIKE - 1):
-                    if passing(question, best) != model:
-                        other = draw_case(question, f"h{k}", about, recipe, rng)
-                        best = min(best, other, key=lambda one: len(passing(question, one) ^ model))
+                    if passing(entry, best) != model:
+                        other = draw_case(entry, f"h{k}", about, recipe, rng)
+                        best = min(best, other, key=lambda one: len(passing(entry, one) ^ model))
             cases.append(best)
-        confused = confusion(question, (*visible, *cases))
+        confused = confusion(entry, (*visible, *cases))
         if not confused:
             return tuple(cases)
     raise LabkitError(
-        f"no draw of the cases of {question.id} tells its mistakes apart: {confused}; "
+        f"no draw of the cases of {entry.right.__name__} tells its mistakes apart: {confused}; "
         f"add a case that does"
     )
 
 
-def turned(recipe: Recipe, arguments: Arguments) -> Recipe:
-    """Two scans and a guess in frames that are turned alike: other numbers, as hard for any loop.
-
-    Numbers on a limit are turned by right angles, which keeps them exact.
-    """
-    source, target, T, *limits = cast("tuple[Any, ...]", arguments)
-    is_exact = isinstance(recipe, Exact)
-
-    def draw(rng: Rng) -> Arguments:
-        quarters = rng.integers(1, 4) if is_exact else rng.uniform(0.2, 3.8)
-        G = transform(0.0, 0.0, quarters * np.pi / 2.0)
-        G = np.rint(G) if is_exact else G
-        return apply(G, source), apply(G, target), G @ T @ G.T, *limits
-
-    return Exact(draw) if is_exact else draw
-
-
-def passing(question: Question, case: Case) -> set[tuple[str, int]]:
+def passing(entry: question, case: Case) -> set[tuple[str, int]]:
     """The known mistakes that pass a case, each with the way in which it comes out."""
     return {
         (id, way)
         for id, wrong in case.mistaken.items()
         for way, answer in enumerate(wrong)
-        if is_right(question, case, answer)
+        if is_right(entry.asked_for, case, answer)
     }
 
 
-def draw_case(question: Question, id: str, about: str, recipe: Recipe, rng: Rng) -> Case:
+def draw_case(entry: question, id: str, about: str, recipe: Recipe, rng: Rng) -> Case:
     """One case with its answers and tolerance, drawn until none of them hangs on a rounding.
 
     The answers of mistakes that slightly other arguments change are left out: they end where
@@ -115,14 +110,15 @@ def draw_case(question: Question, id: str, about: str, recipe: Recipe, rng: Rng)
     Raises
     ------
     LabkitError
-        If no draw is stable.
+        If no draw is stable; if the solution and its oracle disagree.
     """
+    asked, rights = entry.asked_for, entry.edited({})
     exact, drawn = (True, recipe.drawn) if isinstance(recipe, Exact) else (False, recipe)
     for _ in range(TRIES):
         arguments = drawn(rng) if callable(drawn) else drawn
         if not exact:
             arguments = rounded(arguments)
-        allowed = 2.0**-18 if exact else tolerance(question.id, question.answer, arguments)
+        allowed = 2.0**-18 if exact else tolerance(entry, arguments)
         if allowed > LARGEST:
             continue
         case = Case(
@@ -130,47 +126,130 @@ def draw_case(question: Question, id: str, about: str, recipe: Recipe, rng: Rng)
             hidden=id.startswith("h"),
             about=about,
             arguments=arguments,
-            expected=rounded(answers(question.id, arguments)),
+            expected=rounded(right_answers(rights, asked.answer, arguments)),
             tolerance=round_up(allowed),
-            mistaken={},
+            mistaken=rounded(entry.mistaken(arguments)),
         )
         if exact:
-            return replace(case, mistaken=mistaken(question, arguments))
-        moved = answers(question.id, perturbed(arguments, np.random.default_rng(2)))
-        if all(is_right(question, case, one) for one in moved):
-            return settled(question, case)
-    raise LabkitError(f"no draw of {question.id}, {about!r}, is stable; ease its recipe")
+            return agreed(entry, case)
+        moved = perturbed(arguments, np.random.default_rng(2))
+        if all(is_right(asked, case, one) for one in answers(rights, moved) or (None,)):
+            return agreed(entry, settled(entry, case))
+    raise LabkitError(f"no draw of {asked.id}, {about!r}, is stable; ease its recipe")
 
 
-def settled(question: Question, case: Case) -> Case:
+def agreed(entry: question, case: Case) -> Case:
+    """The case, once each reading of the solution and its oracle agree."""
+    oracles = [entry.oracle] if callable(entry.oracle) else entry.oracle
+    for wanted, found in zip(case.expected, answers(oracles, case.arguments), strict=True):
+        if not is_right(entry.asked_for, replace(case, expected=(wanted,)), found):
+            raise LabkitError(
+                f"the solution of {entry.right.__name__} and its oracle disagree on "
+                f"{case.about!r}: {wanted} and {found}"
+            )
+    return case
+
+
+def settled(entry: question, case: Case) -> Case:
     """The case with the answers of all mistakes that slightly other arguments do not change."""
-    case = replace(case, mistaken=mistaken(question, case.arguments))
-    again = mistaken(question, perturbed(case.arguments, np.random.default_rng(1)))
+    again = entry.mistaken(perturbed(case.arguments, np.random.default_rng(1)))
     kept = {
         id: wrong
         for id, wrong in case.mistaken.items()
-        if id in again and all(is_answer_of(id, question, case, one) for one in again[id])
+        if id in again and all(is_answer_of(id, entry.asked_for, case, one) for one in again[id])
     }
     return replace(case, mistaken=kept)
 
 
-def mistaken(question: Question, arguments: Arguments) -> dict[str, Arguments]:
-    """The answers of all mistakes that give one."""
-    found = {one.id: answers_of(one, arguments) for one in ENTRIES[question.id].mistakes}
-    return {id: wrong for id, wrong in found.items() if wrong}
+def confusion(entry: question, cases: Sequence[Case]) -> str:
+    """The mistake that is not called by its name on these cases; empty where each is.
+
+    Raises
+    ------
+    LabkitError
+        If all are, and one earns less than the share of the cases that it passes.
+    """
+    asked, cheap = entry.asked_for, ""
+    for one in asked.misconceptions:
+        for outcomes in outcomes_of(one.id, cases):
+            verdict = assess(asked, cases, outcomes)
+            if verdict.misconception != one.id:
+                return f"{one.id} is taken for {verdict.misconception or 'none'}"
+            if verdict.score > round(one.credit * asked.points, 2):
+                share = verdict.score / asked.points
+                cheap = (
+                    f"{asked.id}: {one.id} is to earn {one.credit:g} of the points, but its cases "
+                    f"that pass are worth {share:.2f}; raise its credit"
+                )
+    if cheap:
+        raise LabkitError(cheap)
+    return ""
 
 
-def answers_of(one: Mistake, arguments: Arguments) -> Arguments:
-    """Answers of a mistake to the arguments; none where it fails."""
+def outcomes_of(id: str, cases: Sequence[Case]) -> list[list[Outcome]]:
+    """Outcomes of a mistake, one for each way that it can come out."""
+    return [
+        [
+            Outcome(value=case.mistaken[id][way])
+            if id in case.mistaken
+            else Outcome(error="ValueError")
+            for case in cases
+        ]
+        for way in range(max(len(case.mistaken.get(id, ())) for case in cases))
+    ]
+
+
+def right_answers(
+    rights: Sequence[Function], answer: Answer, arguments: Arguments
+) -> tuple[Any, ...]:
+    """The right answers to a call, one for each reading; a transform as one matrix."""
+    found = tuple(plain(function(*arguments)) for function in rights)
+    return tuple(read(answer, one) for one in found) if answer is Answer.TRANSFORM else found
+
+
+def tolerance(entry: question, arguments: Arguments) -> float:
+    """The tolerance of a case in the answer's units, rounded up to two digits; ``inf`` where the
+    smallest perturbation changes the answer's shape, or too few pairs are left."""
+    rng, largest, rights = np.random.default_rng(0), 0.0, entry.edited({})
     try:
-        with np.errstate(all="ignore"):
-            return tuple(rounded(way(*arguments)) for way in one.ways)
-    except (ArithmeticError, ValueError, IndexError):
-        return ()
+        wanted = [read(entry.answer, plain(one(*arguments))) for one in rights]
+        for _ in range(DRAWS):
+            near = perturbed(arguments, rng)
+            moved = [read(entry.answer, plain(one(*near))) for one in rights]
+            largest = max(largest, *map(apart, moved, wanted))
+    except ValueError:
+        return math.inf
+    scale = max(1.0, *(float(np.nan_to_num(np.abs(one)).max(initial=0.0)) for one in wanted))
+    allowed = round_up(max(MARGIN * largest, FLOOR * scale))
+    return round_up(allowed + entry.slack(arguments))
+
+
+def perturbed(arguments: Arguments, rng: np.random.Generator) -> Arguments:
+    """The arguments with every entry of a float array off by up to one ε of itself."""
+    return tuple(
+        value * (1.0 + EPSILON * rng.uniform(-1.0, 1.0, value.shape))
+        if isinstance(value, np.ndarray) and value.dtype.kind == "f"
+        else value
+        for value in arguments
+    )
+
+
+def apart(a: FloatArray, b: FloatArray) -> float:
+    """The largest difference of two readings; infinite where they differ in shape or in NaN."""
+    if a.shape != b.shape or (np.isnan(a) != np.isnan(b)).any():
+        return math.inf
+    return float(np.nan_to_num(np.abs(a - b)).max(initial=0.0))
+
+
+def round_up(number: float) -> float:
+    """The next number with two digits."""
+    return float(TWO_DIGITS.create_decimal(repr(float(number))))
 
 
 def rounded(value: Any) -> Any:
     """The value as plain data, to 12 decimals: what is left does not hang on the machine."""
+    if isinstance(value, dict):
+        return {id: rounded(one) for id, one in value.items()}
     value = plain(value)
     if isinstance(value, tuple):
         return tuple(map(rounded, value))
@@ -179,27 +258,3 @@ def rounded(value: Any) -> Any:
     if isinstance(value, np.ndarray) and value.dtype.kind == "f":
         return np.round(value, DECIMALS) + 0.0
     return value
-
-
-def confusion(question: Question, cases: Sequence[Case]) -> str:
-    """The mistake that is not called by its name on these cases; empty where each is."""
-    for one in question.misconceptions:
-        for outcomes in outcomes_of(one.id, cases):
-            known = recognise(question, cases, outcomes)
-            if known is None or known.id != one.id:
-                return f"{one.id} is taken for {known.id if known else 'none'}"
-    return ""
-
-
-def outcomes_of(id: str, cases: Sequence[Case]) -> list[list[Outcome]]:
-    """Outcomes of a mistake, one for each way that it can come out."""
-    ways = max(len(case.mistaken.get(id, ())) for case in cases)
-    return [
-        [
-            Outcome(value=case.mistaken[id][way])
-            if id in case.mistaken
-            else Outcome(error="ValueError")
-            for case in cases
-        ]
-        for way in range(ways)
-    ]

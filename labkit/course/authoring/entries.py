@@ -1,9 +1,7 @@
-"""Entries of an author for a question: what it is tried on, and the mistakes that are known.
+"""Entry of a question of the assignment: an exercise with points, a text and hidden cases.
 
-A mistake is a function, or the `solution` with some of its text replaced. The lesson trims in two
-ways (book, Errata: "Trimming: of which points?"), so the ICP questions have two right answers each,
-one a reading; all others have one. The solution takes ρ of all source points; here it takes ρ of
-what the gate left, too. Both run on until nothing moves any more.
+The lesson trims in two ways (book, Errata: "Trimming: of which points?"), so the ICP questions have
+two right answers each, one a reading; all others have one.
 """
 
 from __future__ import annotations
@@ -11,32 +9,17 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
-from typing import Any, Concatenate, NamedTuple, ParamSpec
+from typing import Concatenate, ParamSpec
 
 import numpy as np
 
 import labkit
-from labkit.course.authoring import solution
+from labkit.course.exercises.entries import Arguments, Function, exercise
+from labkit.course.grading.assignment.questions import Answer, Question
 from labkit.course.grading.inside.data import Value
 from labkit.support.arrays import FloatArray
 
-Arguments = tuple[Value, ...]
-Function = Callable[..., Any]
-Edits = Mapping[str, str]
 Settings = ParamSpec("Settings")
-
-SOURCE = inspect.getsource(solution)
-KEPT = "    kept = distance_gate(d, max_distance) & overlap(d, overlap_ratio)\n"
-KEPT_OF_GATED = """\
-    kept = distance_gate(d, max_distance)
-    kept[kept] = overlap(d[kept], overlap_ratio)
-"""
-ENOUGH = """\
-    if np.count_nonzero(kept) < 2:
-        raise ValueError("fewer than two pairs are left")
-"""
-IN_TWO_READINGS = ("icp_step", "icp")
 
 
 class Rng(np.random.Generator):
@@ -84,68 +67,42 @@ def recipe(draw: Callable[Concatenate[Rng, Settings], Arguments]) -> Callable[Se
     return settled
 
 
-@dataclass(frozen=True)
-class Mistake:
-    """A known mistake of a question."""
+@dataclass(eq=False, kw_only=True)
+class question(exercise):
+    """Enter the decorated function as the right one of a question; `visible` and `hidden` are
+    recipes for cases. Its docstring is the stub's, its body the solution."""
 
-    question: str
-    id: str
-    credit: float  # the share of the question's points that it earns
-    says: str  # to the student
-    wrong: Function | Edits | Sequence[Edits]  # several where it can come out in several ways
-    chapter: str = ""  # that explains it; empty for the question's own
+    points: float
+    answer: Answer
+    chapter: str  # that explains it
+    task: str
+    oracle: Function | Sequence[Function]  # another right function, one for each reading
+    hidden: Recipes  # of which each variant draws its own
+    unit: str = ""
+    low: float | None = None
+    high: float | None = None
+    chance: float = 0.0
+    slack: Callable[[Arguments], float] = lambda arguments: 0.0  # of the tolerance, on top
+    alike: Callable[[Recipe, Arguments], Recipe] | None = None  # as hard as another variant's case
 
     @property
-    def ways(self) -> list[Function]:
-        """The wrong functions, one for each way in which the mistake can come out."""
-        if callable(self.wrong):
-            return [self.wrong]
-        several = [self.wrong] if isinstance(self.wrong, Mapping) else self.wrong
-        return [way for edits in several for way in edited(self.question, edits)]
+    def asked_for(self) -> Question:
+        """The question as the grading knows it."""
+        given = ("answer", "chapter", "unit", "low", "high", "chance")
+        return self.posed(
+            **{name: getattr(self, name) for name in given},
+            points=float(self.points),
+            task=self.task.strip(),
+            docstring=inspect.cleandoc(self.right.__doc__ or "") + "\n",
+        )
 
+    @property
+    def solution(self) -> str:
+        """The source of the solution without its docstring."""
+        return f"def {self.right.__name__}{self.asked_for.signature}:\n{self.body}"
 
-class Entry(NamedTuple):
-    """Cases of a question, the same visible ones for everybody, and its known mistakes."""
-
-    visible: Recipes
-    hidden: Recipes  # of which each variant draws its own
-    mistakes: list[Mistake]
-
-
-ENTRIES: dict[str, Entry] = {}
-
-
-def question(
-    id: str, *, visible: Recipes, hidden: Recipes, mistakes: Mapping[str, tuple[Any, ...]]
-) -> None:
-    """Enter the cases and mistakes of a question; a mistake by its id, as `Mistake` takes it."""
-    known = [Mistake(id, name, *row) for name, row in mistakes.items()]
-    ENTRIES[id] = Entry(visible, hidden, known)
-
-
-def readings(question: str) -> list[Function]:
-    """The right functions of a question, one for each reading."""
-    return edited(question, {})
-
-
-def edited(question: str, edits: Edits) -> list[Function]:
-    """The function of a question with each text of `edits` replaced by another, wherever it stands
-    in the solution; one for each reading in which all of the texts stand."""
-    unknown = [text for text in edits if text not in SOURCE]
-    assert not unknown, f"the solution holds no {unknown}, which a mistake of {question} replaces"
-    found = []
-    for kept in (KEPT, KEPT_OF_GATED)[: 1 + (question in IN_TWO_READINGS)]:
-        source = SOURCE.replace(KEPT, kept + ENOUGH)
-        if all(text in source for text in edits):
-            for text, wrong in edits.items():
-                source = source.replace(text, wrong)
-            found.append(_names(source.replace("1e-7", "1e-13"))[question])
-    return found
-
-
-@cache
-def _names(source: str) -> dict[str, Any]:
-    """The names that a submission defines."""
-    names: dict[str, Any] = {}
-    exec(source, names)
-    return names
+    @property
+    def body(self) -> str:
+        """The lines of the solution."""
+        docstring, source = self.right.__doc__ or "", inspect.getsource(self.right)
+        return source.partition(f'"""{docstring}"""\n')[2]

@@ -1,47 +1,63 @@
-"""From the texts in `questions/` and the cases to the assignment's files and its notebook.
+"""From the questions and their cases to the assignment's files and its notebook.
 
-The files are written one line a question, a mistake or a case, so that changes can be read. The
-notebook has the metadata that nbgrader works by (schema 3): each question is a section of its task,
-its stub, and a cell that checks it. With solutions it is the instructor's notebook, from which
-nbgrader makes its release: solutions stand between ``### BEGIN SOLUTION`` and ``### END SOLUTION``,
-and hidden tests give nbgrader the points.
+The files are written one line a question, a mistake or a case, so that changes can be read. Of the
+notebook the cells of the questions are written anew; those before and after are its own, and edited
+in it. Its metadata are nbgrader's (schema 3): each question is a task, a stub, and a cell that
+checks it. With solutions it is the instructor's notebook, from which nbgrader makes its release:
+solutions stand between ``### BEGIN SOLUTION`` and ``### END SOLUTION``, and hidden tests give
+nbgrader the points.
 """
 
 from __future__ import annotations
 
-import inspect
 import json
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
-from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
-import nbformat
-from nbformat import v4
+import numpy as np
 from tqdm.contrib.concurrent import process_map
 
-from labkit.course.authoring import solution
+import labkit
 from labkit.course.authoring.compute import hidden_cases, visible_cases
-from labkit.course.authoring.sections import ENTRIES
+from labkit.course.authoring.entries import question
+from labkit.course.authoring.questions import QUESTIONS, TITLE
+from labkit.course.exercises.entries import ENTRIES, with_families
+from labkit.course.exercises.families import Family
 from labkit.course.grading.assignment.files import COURSE, FORMAT, salt_of
-from labkit.course.grading.assignment.questions import Answer, Case, Cases, Misconception, Question
-from labkit.course.grading.inside.data import to_json
+from labkit.course.grading.assignment.questions import Case, Cases, Question
+from labkit.course.grading.inside.data import Value, to_json
+from labkit.support.errors import LabkitError
 from labkit.support.files import atomic_write
 
+HANDED_OUT = Path(labkit.__file__).parents[1] / "notebooks/assignment.ipynb"  # of a checkout
 VARIANTS = 8  # sets of hidden cases, which students are spread over
-FOLDER = Path(__file__).with_name("questions")
-IMPORTS = "import numpy as np\n\nfrom labkit.course.grading.check import check"
-KERNEL = {
+IMPORTS = "import numpy as np\n\nfrom labkit.course.exercises import check"
+METADATA = {
     "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
     "language_info": {"name": "python"},
 }
 REGION = "### BEGIN SOLUTION\n{}### END SOLUTION"
+SCORE = """
+### BEGIN HIDDEN TESTS
+from labkit.course.exercises import score
+score({})
+### END HIDDEN TESTS"""
+DIGITS = 9  # of the answers of families, of which there are many
+
+Cell = dict[str, Any]
 
 
-def write_assignment(folder: Path, secret: bytes, notebooks: Mapping[Path, bool]) -> list[Path]:
+def write_assignment(
+    folder: Path,
+    secret: bytes,
+    notebooks: Mapping[Path, bool],
+    *,
+    questions: Sequence[question] = QUESTIONS,
+    variants: int = VARIANTS,
+) -> list[Path]:
     """Compute the assignment, write its files into an existing folder, and list them.
 
     The hidden cases are drawn from the `secret`; without one they are public. The `notebooks` are
@@ -50,21 +66,25 @@ def write_assignment(folder: Path, secret: bytes, notebooks: Mapping[Path, bool]
     Raises
     ------
     LabkitError
-        If a file cannot be written, or if no cases tell the mistakes apart.
+        If a file cannot be written, if no cases tell the mistakes apart, if a mistake earns less
+        than the cases that it passes, or if a solution and its oracle disagree.
     """
-    title, questions = read_questions()
-    visible = {question.id: visible_cases(question) for question in questions}
+    entries = {one.right.__name__: one for one in questions}
+    visible = {id: visible_cases(one) for id, one in entries.items()}
+    posed = [_posed(entry, visible[id]) for id, entry in entries.items()]
     hidden = folder / "hidden"
     files = {
-        folder / "questions.json": questions_file(title, questions),
-        folder / "visible.json": cases_file(visible),
+        folder / "questions.json": questions_file(question for question, _ in posed),
+        folder / "visible.json": cases_file({question.id: cases for question, cases in posed}),
         hidden / COURSE: course_file(questions, secret),
     }
-    first = _hidden_of(0, visible, {}, secret)
-    others = partial(_hidden_of, visible=visible, like=first, secret=secret)
-    drawn = [first, *process_map(others, range(1, VARIANTS), desc="variants", disable=None)]
+    draw = partial(_hidden_of, list(entries), visible, secret)
+    first = draw({}, 0)
+    others = partial(draw, first)
+    drawn = [first, *process_map(others, range(1, variants), desc="variants", disable=None)]
     files |= {hidden / f"variant_{k}.json": cases_file(cases) for k, cases in enumerate(drawn)}
-    files |= {path: notebook_text(solutions) for path, solutions in notebooks.items()}
+    for path, solutions in notebooks.items():
+        files[path] = notebook_text(path, solutions, questions)
     hidden.mkdir(exist_ok=True)
     for path, text in files.items():
         with atomic_write(path) as file:
@@ -72,29 +92,55 @@ def write_assignment(folder: Path, secret: bytes, notebooks: Mapping[Path, bool]
     return list(files)
 
 
-def _hidden_of(variant: int, visible: Cases, like: Cases, secret: bytes) -> Cases:
+def _hidden_of(
+    ids: Sequence[str], visible: Cases, secret: bytes, like: Cases, variant: int
+) -> Cases:
     """The hidden cases of a variant; `like` is another one, as hard as which it is to be."""
     return {
-        one.id: hidden_cases(
-            one, variant, visible[one.id], secret=secret, like=like.get(one.id, ())
+        id: hidden_cases(
+            cast("question", ENTRIES[id]),
+            variant,
+            visible[id],
+            secret=secret,
+            like=like.get(id, ()),
         )
-        for one in read_questions()[1]
+        for id in ids
     }
 
 
-def course_file(questions: Sequence[Question], secret: bytes = b"") -> str:
+def _posed(entry: question, cases: Sequence[Case]) -> tuple[Question, list[Case]]:
+    """The question and its visible cases, with the families of mistakes in the arguments."""
+    return with_families(
+        entry.asked_for, cases, [_short(entry.families(c.arguments)) for c in cases]
+    )
+
+
+def _short(found: Mapping[Family, Value]) -> dict[Family, Value]:
+    """The answers with as many digits as a family needs to be told."""
+
+    def short(value: Any) -> Any:
+        if isinstance(value, tuple):
+            return tuple(map(short, value))
+        if isinstance(value, np.ndarray) and value.dtype.kind == "f":
+            return np.array([short(one) for one in value.ravel().tolist()]).reshape(value.shape)
+        return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+
+    return {family: short(value) for family, value in found.items()}
+
+
+def course_file(questions: Sequence[question], secret: bytes = b"") -> str:
     """The text of `course.json`: right functions, each once, and what the secret leads to."""
-    right = {one.id: inspect.getsource(getattr(solution, one.function)) for one in questions}
+    right = {one.right.__name__: one.solution for one in questions}
     return _text({"public": not secret, "salt": salt_of(secret), "right": right})
 
 
-def questions_file(title: str, questions: Iterable[Question]) -> str:
+def questions_file(questions: Iterable[Question]) -> str:
     """The text of `questions.json`."""
     rows = [{**asdict(question), "answer": question.answer.value} for question in questions]
-    return _text({"title": title, "questions": rows})
+    return _text({"title": TITLE, "questions": rows})
 
 
-def cases_file(cases: Cases) -> str:
+def cases_file(cases: Mapping[str, Sequence[Case]]) -> str:
     """The text of `visible.json`, or of one variant."""
     return _text({"cases": {id: list(map(_row, those)) for id, those in cases.items()}})
 
@@ -115,95 +161,73 @@ def _text(content: dict[str, Any]) -> str:
     return text.replace('{"id": ', '\n{"id": ') + "\n"
 
 
-def read_toml(name: str) -> dict[str, Any]:
-    """Read a file of `questions/`."""
-    return tomllib.loads((FOLDER / f"{name}.toml").read_text("utf-8"))
-
-
-def read_questions() -> tuple[str, tuple[Question, ...]]:
-    """The assignment's title and its questions, in their order."""
-    head = read_toml("assignment")
-    tables = chain.from_iterable(read_toml(name).items() for name in head["sections"])
-    return head["title"], tuple(_question(id, table) for id, table in tables)
-
-
-def _question(id: str, table: Mapping[str, Any]) -> Question:
-    known = tuple(
-        Misconception(
-            id=one.id, says=one.says, chapter=one.chapter or table["chapter"], credit=one.credit
+def notebook_text(
+    path: Path = HANDED_OUT, solutions: bool = False, questions: Sequence[question] = QUESTIONS
+) -> str:
+    """The notebook at a path as JSON, with the questions' cells written anew: the students', or
+    with `solutions` the instructor's. Where there is none, a new one has the questions alone."""
+    old = _read_cells(HANDED_OUT if solutions and HANDED_OUT.exists() else path)
+    marks = [place for place, cell in enumerate(old) if _is_written(cell)] or [len(old) - 1]
+    before = [cell for cell in old[: marks[0] + 1] if not _is_written(cell)]
+    after = [cell for cell in old[marks[0] + 1 :] if not _is_written(cell)]
+    cells = [*before, _cell("markdown", "points", _points(questions))]
+    for one in questions:
+        cells.extend(_section(one, solutions))
+    for cell in after:
+        is_answer = cell["metadata"].get("nbgrader", {}).get("solution")
+        # without such a region nbgrader would put its own words for all of the text
+        text = "".join(cell["source"]) + (
+            f"\n\n{REGION.format('')}" if solutions and is_answer else ""
         )
-        for one in ENTRIES[id].mistakes
+        cells.append({**cell, "source": text.splitlines(keepends=True)})
+    content = {"cells": cells, "metadata": METADATA, "nbformat": 4, "nbformat_minor": 5}
+    return json.dumps(content, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+
+
+def _read_cells(path: Path) -> list[Cell]:
+    try:
+        cells: list[Cell] = json.loads(path.read_bytes())["cells"] if path.exists() else []
+    except (ValueError, KeyError, OSError) as error:
+        raise LabkitError(f"{path} is no notebook that can be written anew: {error}") from None
+    title = _cell("markdown", "title", f"# Assignment: {TITLE}")
+    return cells or [title, _cell("code", "imports", IMPORTS)]
+
+
+def _is_written(cell: Cell) -> bool:
+    """True for the cells of the questions; answers in words are the notebook's own."""
+    mark = cell["metadata"].get("nbgrader", {})
+    return cell.get("id") == "points" or bool(
+        mark and (mark["locked"] or cell["cell_type"] == "code")
     )
-    given = {
-        **table,
-        "points": float(table["points"]),
-        "task": table["task"].strip(),
-        "answer": Answer(table["answer"]),
-    }
-    return Question(id=id, function=id, misconceptions=known, **given)
 
 
-def notebook_text(solutions: bool = False) -> str:
-    """The notebook as JSON, the same bytes each time: the students', or with `solutions` the
-    instructor's."""
-    title, questions = read_questions()
-    opening = f"# Assignment: {title}\n\n{read_toml('assignment')['introduction'].strip()}"
-    cells = [
-        _cell("markdown", "title", f"{opening}\n\n{_points(questions)}"),
-        _cell("code", "imports", IMPORTS),
-    ]
-    for question in questions:
-        cells.extend(_section(question, solutions))
-    cells.extend(_closing_cell(one, solutions) for one in read_toml("closing")["cells"])
-    return f"{nbformat.writes(v4.new_notebook(cells=cells, metadata=KERNEL))}\n"
-
-
-def _points(questions: tuple[Question, ...]) -> str:
+def _points(questions: Sequence[question]) -> str:
     rows = "".join(f"| {one.title} | {one.points:g} |\n" for one in questions)
     total = sum(one.points for one in questions)
     return f"| question | points |\n|---|---|\n{rows}| **together** | **{total:g}** |"
 
 
-def _section(question: Question, solutions: bool) -> Iterator[Any]:
-    name = question.id.replace("_", "-")
-    plural = "" if question.points == 1 else "s"
-    about = f"*{question.points:g} point{plural}; see {question.chapter}.*"
-    task = f"## {question.title}\n\n{question.task}\n\n{about}"
+def _section(entry: question, solutions: bool) -> Iterator[Cell]:
+    asked = entry.asked_for
+    name = asked.id.replace("_", "-")
+    about = f"*{asked.points:g} point{'' if asked.points == 1 else 's'}; see {asked.chapter}.*"
+    task = f"## {asked.title}\n\n{asked.task}\n\n{about}"
     yield _cell("markdown", f"task-{name}", task, locked=True)
-    source = question.source(_solution(question)) if solutions else question.stub
+    body = REGION.format("".join(f"{line[4:]}\n" for line in entry.body.splitlines()))
+    source = asked.source(body) if solutions else asked.stub
     yield _cell("code", name, source, solution=True)
-    check = f'check("{question.id}", {question.function})'
-    if solutions:
-        check += (
-            "\n### BEGIN HIDDEN TESTS\nfrom labkit.course.grading.check import score\n"
-            f'score("{question.id}", {question.function})\n### END HIDDEN TESTS'
-        )
-    yield _cell("code", f"check-{name}", check, grade=True, locked=True, points=question.points)
+    check = f"check({asked.function})" + (SCORE.format(asked.function) if solutions else "")
+    yield _cell("code", f"check-{name}", check, grade=True, locked=True, points=asked.points)
 
 
-def _closing_cell(given: Mapping[str, str], solutions: bool) -> Any:
-    """A cell after the questions; an answer in words is the student's, and worth no points here."""
-    id, kind, text = given["id"], given["kind"], given["text"].strip()
-    if kind == "answer":
-        if solutions:  # without such a region nbgrader would put its own words for all of the text
-            text += "\n\n" + REGION.format("")
-        return _cell("markdown", id, text, grade=True, solution=True, points=0)
-    cell = _cell(kind, id, text)
-    if "alt" in given:
-        cell.metadata.mystnb = {"image": {"alt": given["alt"]}}
-    return cell
-
-
-def _cell(kind: str, id: str, source: str, **marks: Any) -> Any:
+def _cell(kind: str, id: str, source: str, **marks: Any) -> Cell:
     """A cell; with marks, nbgrader knows it. A text that is locked is not graded."""
-    cell = {"code": v4.new_code_cell, "markdown": v4.new_markdown_cell}[kind](source, id=id)
+    cell: Cell = {"cell_type": kind, "id": id, "metadata": {}}
+    cell["source"] = source.splitlines(keepends=True)
+    if kind == "code":
+        cell |= {"execution_count": None, "outputs": []}
     if marks:
         usual = {"grade": False, "locked": False, "solution": False, "task": False}
-        cell.metadata.nbgrader = {"schema_version": 3, "grade_id": id, **usual, **marks}
+        mark = {"schema_version": 3, "grade_id": id, **usual, **marks}
+        cell["metadata"]["nbgrader"] = mark
     return cell
-
-
-def _solution(question: Question) -> str:
-    """The body of the reference submission's function, between nbgrader's marks."""
-    _, *lines = inspect.getsource(getattr(solution, question.function)).splitlines()
-    return REGION.format("".join(f"{line[4:]}\n" for line in lines))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import inspect
 import json
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -11,10 +10,9 @@ from itertools import count, cycle
 from types import ModuleType
 from typing import Any
 
-from right_answers import RIGHT
+from right_answers import RIGHT, source_of
 
-from labkit.course.authoring.entries import SOURCE
-from labkit.course.authoring.sections import ENTRIES
+from labkit.course.authoring.questions import QUESTIONS, SOLUTION
 from labkit.course.grading.assignment import load_assignment
 
 KINDS = (*("right", "mistaken", "right", "failing", "right") * 2,)
@@ -71,7 +69,7 @@ def answered(release: str, answers: Mapping[str, str]) -> str:
 def _functions(module: ModuleType) -> Answers:
     """The source of each function of a right submission; helpers and imports under ""."""
     asked = {question.function for question in load_assignment().questions}
-    source = inspect.getsource(module)
+    source = source_of(module)
     parts: dict[str, list[str]] = {}
     for statement in ast.parse(source).body[1:]:
         name = getattr(statement, "name", "")
@@ -96,11 +94,11 @@ def _source(source: str, name: str) -> str:
 def _mistaken() -> list[tuple[str, str]]:
     """Functions that make a known mistake, as students would have written them, with their name."""
     found = []
-    for one in (one for entry in ENTRIES.values() for one in entry.mistakes):
-        source = SOURCE
+    for name, one in ((entry.right.__name__, one) for entry in QUESTIONS for one in entry.known):
+        source = SOLUTION
         for text, wrong in one.wrong.items() if isinstance(one.wrong, Mapping) else ():
             source = source.replace(text, wrong)
-        function = _source(source, one.question)
-        if function != _source(SOURCE, one.question):
-            found.append((one.question, f"import numpy as np\n\n\n{function}"))
+        function = _source(source, name)
+        if function != _source(SOLUTION, name):
+            found.append((name, f"import numpy as np\n\n\n{function}"))
     return found

@@ -2,15 +2,12 @@
 
 import doctest
 import json
-from pathlib import Path
 
 import nbformat
 import pytest
 
-from labkit.course.authoring.write import notebook_text
+from labkit.course.authoring.write import HANDED_OUT, notebook_text
 
-ROOT = Path(__file__).parents[3]
-HANDED_OUT = ROOT / "notebooks/assignment.ipynb"
 STUB = "    # YOUR CODE HERE\n    raise NotImplementedError"
 
 

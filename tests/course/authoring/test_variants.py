@@ -4,11 +4,10 @@ from copy import deepcopy
 
 import numpy as np
 import pytest
-from right_answers import RIGHT
+from right_answers import RIGHT, solution
 
-from labkit.course.authoring import solution
-from labkit.course.authoring.entries import edited
-from labkit.course.grading.check import tried
+from labkit.course.exercises.checking import tried
+from labkit.course.exercises.entries import ENTRIES
 from labkit.course.grading.inside.data import plain
 from labkit.course.grading.judging.compare import assess, is_right
 from labkit.course.grading.judging.verdict import Outcome
@@ -88,7 +87,7 @@ UNNAMED = {  # wrong loops that no known mistake names
 @pytest.mark.parametrize("question", ["icp_step", "icp"])
 @pytest.mark.parametrize("wrong", UNNAMED)
 def test_a_wrong_loop_costs_the_same_in_every_variant(assignment, question, wrong):
-    asked, function = assignment.question(question), edited(question, UNNAMED[wrong])[0]
+    asked, function = assignment.question(question), ENTRIES[question].edited(UNNAMED[wrong])[0]
     scores = []
     for hidden in assignment.variants[::3]:
         with np.errstate(all="ignore"):

@@ -10,7 +10,7 @@ import pytest
 from answers import RIGHT, WRONG
 from IPython.core.inputtransformer2 import TransformerManager
 
-from labkit.course.exercises import check, edited, exercises
+from labkit.course.exercises import check, exercises
 from labkit.support.errors import InvalidParameterError
 
 FOLDER = Path(__file__).parents[3] / "notebooks"
@@ -83,9 +83,10 @@ def test_the_stub_does_not_pass_and_the_solution_in_the_notebook_does(name):
 @pytest.mark.parametrize("name", EXERCISES)
 def test_each_known_mistake_is_called_by_its_own_name(name):
     """A mistake that passes, or that another one cannot be told from, is no mistake."""
-    for says, function in EXERCISES[name].wrong.items():
-        verdict = checked(name, function).verdict
-        assert (verdict.passed, verdict.misconception) == (False, says)
+    for mistake in EXERCISES[name].known:
+        for function in EXERCISES[name].ways(mistake):
+            verdict = checked(name, function).verdict
+            assert (verdict.passed, verdict.misconception) == (False, mistake.id)
 
 
 def test_wrong_answers_get_the_name_that_is_theirs_and_do_not_pass():
@@ -105,14 +106,14 @@ def test_right_answers_in_other_styles_pass(name):
 
 
 def test_an_edit_of_what_the_right_function_does_not_hold_is_told():
-    with pytest.raises(AssertionError, match="turn_about does not hold 'sin', which a mistake"):
-        edited(EXERCISES["turn_about"].right, {"sin": "cos"})
+    with pytest.raises(AssertionError, match=r"turn_about does not hold \['sin'\], which"):
+        EXERCISES["turn_about"].edited({"sin": "cos"})
 
 
 @pytest.mark.parametrize(
     ("function", "message"),
     [
-        (3, "`function` must be the function itself, as in check(turn_about), got int"),
+        (3, "`function` must be the function itself, as in check(rotation), got int"),
         (len, "no exercise asks for a function named 'len'; leave the name as its stub has it"),
     ],
 )

@@ -1,11 +1,10 @@
 """Notebooks as students hand them in: the handed-out one with answers in it, and changed."""
 
 import ast
-import inspect
 import json
 from pathlib import Path
 
-from labkit.course.authoring import solution
+from right_answers import solution, source_of
 
 HANDED_OUT = Path(__file__).parents[3] / "notebooks/assignment.ipynb"
 NUMPY = "import numpy as np\n\n"
@@ -13,7 +12,7 @@ NUMPY = "import numpy as np\n\n"
 
 def functions(module=solution):
     """The source of each function of a right submission; helpers under their own names."""
-    source = inspect.getsource(module)
+    source = source_of(module)
     found = {}
     for node in ast.parse(source).body:
         if isinstance(node, ast.FunctionDef):

@@ -1,7 +1,6 @@
 """A real nbgrader releases, takes in and grades the lab's notebook, and its scores are ours."""
 
 import csv
-import inspect
 import json
 import os
 import shutil
@@ -9,11 +8,10 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from right_answers import plain_python
+from right_answers import plain_python, solution, source_of
 
 from labkit.cli import main
-from labkit.course.authoring import solution
-from labkit.course.authoring.write import notebook_text, read_toml
+from labkit.course.authoring.write import HANDED_OUT, notebook_text
 from labkit.course.grading.assignment import load_assignment
 
 ROOT = Path(__file__).parents[3]
@@ -77,11 +75,13 @@ def course(tmp_path_factory):
     """The folder of a course whose students have handed in, and nbgrader's scores of them."""
     folder = tmp_path_factory.mktemp("course")
     (folder / "source/lab1").mkdir(parents=True)
-    (folder / "source/lab1/assignment.ipynb").write_text(notebook_text(True), encoding="utf-8")
+    (folder / "source/lab1/assignment.ipynb").write_text(
+        notebook_text(solutions=True), encoding="utf-8"
+    )
     nbgrader(folder)
     release = (folder / "release/lab1/assignment.ipynb").read_text(encoding="utf-8")
     handed_in = {
-        "ada": answered(release, inspect.getsource(solution) + inspect.getsource(plain_python)),
+        "ada": answered(release, source_of(solution) + source_of(plain_python)),
         "emmy": answered(release, MISTAKEN),
         "grace": release,
     }
@@ -97,10 +97,11 @@ def test_the_release_shows_no_solution_and_keeps_what_it_asks(course):
     assert not any(word in release for word in ("SOLUTION", "HIDDEN", "score("))
     assert stubs(release) == stubs(notebook_text())
     cells = {cell["id"]: "".join(cell["source"]) for cell in json.loads(release)["cells"]}
-    asked = [cell for cell in read_toml("closing")["cells"] if cell["kind"] == "answer"]
+    handed_out = json.loads(HANDED_OUT.read_text(encoding="utf-8"))["cells"]
+    asked = [cell for cell in handed_out if is_for_answers(cell, "markdown")]
     assert asked
     for cell in asked:
-        assert cells[cell["id"]] == f"{cell['text'].strip()}\n\nYOUR ANSWER HERE"
+        assert cells[cell["id"]] == "".join(cell["source"]) + "\n\nYOUR ANSWER HERE"
 
 
 def stubs(notebook):

@@ -38,30 +38,7 @@ class Misconception:
     says: str  # what the student did, and why it is wrong
     chapter: str = ""  # where the book explains it
     credit: float = 0.0  # the share of the question's points that it earns, in [0, 1)
-
-
-_RELATIONS = {
-    "inverse": "This is the inverse of what is asked: it maps the other way round. Are source and "
-    "target swapped, or two frames?",
-    "rotation_transposed": "R is transposed: it turns the other way.",
-    "translation_negated": "The sign of the translation is turned round.",
-    "translation_missing": "The rotation is right, but the translation is left out.",
-    "mask_inverted": "The mask is inverted: True is where False belongs.",
-    "order_of_results": "The results are right, but in the wrong order.",
-    "sign_turned": "This is minus the answer: the sign is turned round.",
-    "sign_lost": "The sign is lost: the size is right.",
-    "in_degrees": "This is 180/π times the answer: angles are in radians here, not in degrees.",
-    "squared": "This is the square of the answer: is a root missing?",
-    "rooted": "This is the square root of the answer.",
-    "doubled": "This is twice the answer.",
-    "halved": "This is half of the answer.",
-    "complement": "This is one minus the answer: the share of the others.",
-    "percent": "This is a hundred times the answer: a share is a number from 0 to 1.",
-    "reversed": "The numbers are right, but in reversed order.",
-    "headings_in_degrees": "The headings are in degrees here; all angles are in radians.",
-}
-GENERAL = tuple(Misconception(id=id, says=says) for id, says in _RELATIONS.items())
-"""Relations that a wrong answer may have to the right one, whatever the question."""
+    family: bool = False  # whether it holds for all questions; visible cases alone tell of it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,10 +59,6 @@ class Question:
     high: float | None = None  # ... or above
     chance: float = 0.0  # share of right answers that a line without an idea gets; taken off
     misconceptions: tuple[Misconception, ...] = ()
-
-    def misconception(self, id: str) -> Misconception:
-        """The misconception of that id, of the question's own or of the general ones."""
-        return next(known for known in (*self.misconceptions, *GENERAL) if known.id == id)
 
     @property
     def stub(self) -> str:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from labkit.course.grading.assignment.questions import Assignment, Question
+from labkit.course.grading.judging.relations import mistake
 from labkit.course.grading.judging.verdict import SubmissionVerdict, short, to_html
 from labkit.course.grading.store import file_name
 from labkit.support.extras import need
@@ -74,7 +75,7 @@ def _summary(
         "mean": statistics.fmean([one.score / one.points for one in verdicts] or [0.0]),
         "cases": [(about.get(id, id), right[id] / count, count) for id, count in asked.items()],
         "mistakes": [
-            (count, question.title, question.misconception(id).says) for id, count in known.items()
+            (count, question.title, mistake(question, id).says) for id, count in known.items()
         ],
     }
 

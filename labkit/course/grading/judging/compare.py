@@ -6,21 +6,16 @@ here. The answers that are compared with are data; nothing here computes one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
-from labkit.course.grading.assignment.questions import (
-    GENERAL,
-    Answer,
-    Case,
-    Misconception,
-    Question,
-)
+from labkit.course.grading.assignment.questions import Answer, Case, Misconception, Question
 from labkit.course.grading.inside.data import Value
 from labkit.course.grading.judging.kinds import Unreadable, difference, how_wrong, read
+from labkit.course.grading.judging.relations import general, numbers, relations
 from labkit.course.grading.judging.verdict import (
     CELL_FAILED,
     KILLED,
@@ -116,81 +111,60 @@ def recognise(
 ) -> Misconception | None:
     """The one known mistake that gives all these answers, right and wrong ones; or None.
 
-    A call that brought no answer speaks neither for a mistake nor against it. A mistake without
-    an answer in a case fails there, or ends somewhere else on each machine: any wrong answer
-    fits. One that is not listed may still be a relation to the right answers that all mistaken
-    ones have, as the inverse has (`GENERAL`).
+    A call that brought no answer speaks neither for a mistake nor against it. A listed mistake
+    without an answer in a case fails there, or ends somewhere else on each machine: any wrong
+    answer fits. Where none is listed, families are tried: relations of the answers to the right
+    ones, then changes of the arguments, whose answers are known in visible cases alone.
     """
-    wrong, right = list[tuple[Case, Value]](), list[tuple[Case, Value]]()
-    for case, outcome in zip(cases, outcomes, strict=True):
-        if not outcome.error:
-            of_these = right if is_right(question, case, outcome.value) else wrong
-            of_these.append((case, outcome.value))
+    given = [
+        (case, outcome.value, is_right(question, case, outcome.value))
+        for case, outcome in zip(cases, outcomes, strict=True)
+        if not outcome.error
+    ]
+    wrong = [case for case, _, passed in given if not passed]
     if not wrong:
         return None
-    explaining = [
-        known
-        for known in question.misconceptions
-        if any(known.id in case.mistaken for case, _ in wrong)
-        and all(
-            known.id not in case.mistaken or is_answer_of(known.id, question, case, value)
-            for case, value in wrong
+
+    def explains(known: Misconception) -> bool:
+        return any(known.id in case.mistaken for case in wrong) and all(
+            is_answer_of(known.id, question, case, value)
+            if passed or known.id in case.mistaken
+            else not known.family
+            for case, value, passed in given
+            if not (known.family and case.hidden)
         )
-        and all(is_answer_of(known.id, question, case, value) for case, value in right)
-    ]
-    if explaining:
-        return explaining[0] if len(explaining) == 1 else None
-    related = (known for known in GENERAL if _is_related(known.id, question, wrong))
-    return next((replace(known, chapter=question.chapter) for known in related), None)
+
+    explaining = [known for known in question.misconceptions if explains(known)]
+    listed = [known for known in explaining if not known.family]
+    if listed:
+        return listed[0] if len(listed) == 1 else None
+    related = [replace(general(id), chapter=question.chapter) for id in _relations(question, given)]
+    families = related + explaining
+    if all(_is_whole(question, case) for case in wrong) and len(families) > 1:
+        return None  # whole numbers agree by chance
+    return families[0] if families else None
 
 
-def _is_related(id: str, question: Question, wrong: Sequence[tuple[Case, Value]]) -> bool:
-    """True if all wrong answers have a relation to the right ones, where these are not whole."""
-    kinds, relation = RELATIONS[id]
-    return question.answer in kinds and all(
-        any(
-            (question.answer is Answer.MASK or (wanted != np.round(wanted)).any())
-            and not isinstance(got := _read(question.answer, value), str)
-            and got.shape == wanted.shape
-            and _close(got, related := relation(wanted), case.tolerance * _scale(related))
-            for wanted in _accepted(question.answer, case)
-        )
-        for case, value in wrong
+def _relations(question: Question, given: Sequence[tuple[Case, Value, bool]]) -> list[str]:
+    """The relations to the right answers that all answers have."""
+    left: dict[str, None] | None = None
+    for case, value, _ in given:
+        got = numbers(question.answer, value)
+        fitting = {
+            id: None
+            for id, wrong in relations(question.answer, case).items()
+            if (left is None or id in left)
+            and got is not None
+            and any(_close(got, one, case.tolerance * _scale(one)) for one in wrong)
+        }
+        left = fitting
+    return list(left or ())
+
+
+def _is_whole(question: Question, case: Case) -> bool:
+    return all(
+        bool((wanted == np.round(wanted)).all()) for wanted in _accepted(question.answer, case)
     )
-
-
-def _of_rotation(change: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]):  # type: ignore[no-untyped-def]
-    def relation(T: FloatArray) -> FloatArray:
-        changed = T.copy()
-        if not np.array_equal(T[-1], np.eye(len(T))[-1]):
-            return changed.T
-        changed[:-1, :-1], changed[:-1, -1] = change(T[:-1, :-1], T[:-1, -1])
-        return changed
-
-    return relation
-
-
-NUMBERS = {Answer.NUMBER, Answer.VECTOR, Answer.NUMBERS}
-MOTIONS = {Answer.TRANSFORM, Answer.MATRIX}
-RELATIONS: dict[str, tuple[set[Answer], Callable[[FloatArray], FloatArray]]] = {
-    "inverse": (MOTIONS, _of_rotation(lambda R, t: (R.T, -R.T @ t))),
-    "rotation_transposed": (MOTIONS, _of_rotation(lambda R, t: (R.T, t))),
-    "translation_negated": (MOTIONS, _of_rotation(lambda R, t: (R, -t))),
-    "translation_missing": (MOTIONS, _of_rotation(lambda R, t: (R, 0.0 * t))),
-    "mask_inverted": ({Answer.MASK}, lambda kept: 1.0 - kept),
-    "order_of_results": ({Answer.NUMBERS}, lambda x: np.roll(x, len(x) // 2)),
-    "sign_turned": (NUMBERS, lambda x: -x),
-    "sign_lost": (NUMBERS, np.abs),
-    "in_degrees": (NUMBERS, np.rad2deg),
-    "squared": (NUMBERS, np.square),
-    "rooted": (NUMBERS, lambda x: np.sqrt(np.abs(x))),
-    "doubled": (NUMBERS, lambda x: 2.0 * x),
-    "halved": (NUMBERS, lambda x: 0.5 * x),
-    "complement": (NUMBERS, lambda x: 1.0 - x),
-    "percent": (NUMBERS, lambda x: 100.0 * x),
-    "reversed": ({Answer.VECTOR}, lambda x: x[::-1]),
-    "headings_in_degrees": ({Answer.POSES}, lambda x: x * (1.0, 1.0, 180.0 / np.pi)),
-}
 
 
 def is_right(question: Question, case: Case, value: Value) -> bool:
@@ -312,7 +286,7 @@ def _message(
     if passed and hidden:
         text += f" Points are for the hidden ones: {sum(hidden)} of {len(hidden)}."
     if question.chance and passed:
-        text += " An answer without an idea would pass some of them: points begin beyond that."
+        text += " Guessing passes some cases; you get points above that level."
     return text, False
 
 

@@ -178,7 +178,7 @@ def how_wrong(question: Question, case: Case, got: FloatArray, wanted: FloatArra
     if got.shape != wanted.shape:
         return _shape(question, got, wanted)
     if np.isnan(wanted).any():
-        return "where nothing is left there is no number: NaN is expected."
+        return "when no pair is kept, return NaN."
     if (~np.isfinite(got) & np.isfinite(wanted)).any():
         return "the result holds NaN or infinity; look for a division by zero."
     says = _TEXTS.get(question.answer, _numbers)
@@ -274,7 +274,7 @@ def _poses(question: Question, case: Case, got: FloatArray, wanted: FloatArray) 
 
 
 def _flag(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
-    yield f"it returned {bool(got)}; the rule says otherwise."
+    yield f"it returned {bool(got)}, but the correct answer is {bool(wanted)}."
 
 
 def _size(number: float, unit: str) -> str:

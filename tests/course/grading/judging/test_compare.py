@@ -128,7 +128,7 @@ def test_the_texts_say_how_far_off(question, change, text):
 def test_a_number_where_nothing_is_left_is_told_that_there_is_none():
     none_kept = ASSIGNMENT.visible["inlier_rmse"][1]
     verdict = judge(ASSIGNMENT.question("inlier_rmse"), none_kept, returned(none_kept, 0.0))
-    assert "NaN is expected" in verdict.reason
+    assert "when no pair is kept, return NaN" in verdict.reason
 
 
 def test_the_score_is_the_share_of_the_cases_beyond_chance():

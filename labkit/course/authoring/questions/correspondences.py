@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
+from labkit import correspondences
 from labkit.correspondences import huber_loss
-from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import Arguments, Draw, Exact, Rng, question, recipe
+from labkit.course.authoring.entries import Draw, Exact, Rng, question, recipe
+from labkit.course.exercises.entries import Arguments
+from labkit.course.grading.assignment.questions import Answer
 from labkit.course.grading.inside.data import Value
+from labkit.neighbors import NearestNeighbors
 
 DISTANCES = "np.sqrt((offsets**2).sum(axis=2))"
 ROOT_MEAN_SQUARE = "np.sqrt(np.mean(distances[kept] ** 2))"
@@ -61,8 +65,19 @@ def _used_once(p: Any, q: Any) -> Any:
     return np.array(indices), np.linalg.norm(p - q[indices], axis=1)
 
 
+def _of_kept(measure: str) -> Any:
+    """A measure of `Correspondences`, of a mask and distances alone."""
+    return lambda *given: getattr(correspondences.Correspondences, measure).fget(
+        SimpleNamespace(kept=given[-1], inlier_count=given[-1].sum(), distances=given[0])
+    )
+
+
 # fmt: off
-question("nearest_neighbors", visible={
+@question("Nearest neighbours", points=5, answer=Answer.MATCHES, unit="m",
+    chapter="chapter 3, “The nearest point”",
+    task=r"""
+Find for each source point the nearest target point. Comparing all with all is good enough here.
+""", oracle=lambda p, q: NearestNeighbors(q).query(p), visible={
     "three points and four": (
         np.array([[0.0, 0.1], [2.0, 2.5], [0.4, 0.3]]),
         np.array([[2.0, 2.0], [5.0, 5.0], [0.0, 0.0], [-1.0, 3.0]])),
@@ -78,7 +93,7 @@ question("nearest_neighbors", visible={
     "squared": (0.7, "The distances are squared; gates and weights are in metres: take the root.",
         {DISTANCES: "(offsets**2).sum(axis=2)"}),
     "swapped": (0.4, "This is the nearest source point of each target point: turn it round.",
-        lambda p, q: right.nearest_neighbors(q, p)),
+        lambda p, q: nearest_neighbors(q, p)),
     "manhattan": (0.4, "These are sums of |Δx| and |Δy|; a distance is the root of squares.",
         {DISTANCES: "np.abs(offsets).sum(axis=2)"}),
     "nearest_otherwise": (0.75, "The nearest is chosen by |Δx| + |Δy|, or by the larger of the "
@@ -94,7 +109,27 @@ question("nearest_neighbors", visible={
     "farthest": (0.1, "These are the farthest points: take the smallest distance, not the largest.",
         {"argmin": "argmax"}),
 })
-question("distance_gate", visible={
+def nearest_neighbors(source, target):
+    """Nearest target point of each source point.
+
+    source, target: arrays (N, 2) and (M, 2), in metres.
+    Returns (indices, distances), arrays (N,): the row of the nearest target point,
+    counted from 0, and how far it is in metres.
+
+    >>> print(*nearest_neighbors(np.array([[1.5, 0.0]]), np.array([[0.0, 0.0], [2.0, 0.0]])))
+    [1] [0.5]
+    """
+    offsets = source[:, None, :] - target[None, :, :]
+    distances = np.sqrt((offsets**2).sum(axis=2))
+    indices = distances.argmin(axis=1)
+    return indices, distances[np.arange(len(source)), indices]
+
+
+@question("The distance gate", points=4, answer=Answer.MASK, chance=0.4,
+    chapter="chapter 3, “Which pairs to trust”",
+    task=r"""
+Reject the pairs that are farther apart than the gate $d_{\max}$. A pair right on the gate stays.
+""", oracle=correspondences.distance_gate, visible={
     "five pairs, one of them on the gate": Exact(
         (np.array([0.125, 0.75, 0.5, 0.625, 0.25]), 0.5)),
     "a wide gate": (np.array([3.5, 1.7, 0.4, 2.2]), 2.0),
@@ -122,7 +157,24 @@ question("distance_gate", visible={
     "relative": (0.3, "The gate is taken as a share of the largest distance; it is in metres.",
         lambda d, gate: d <= gate * d.max()),
 })
-question("overlap", visible={
+def distance_gate(distances, max_distance):
+    """Which pairs lie within the gate.
+
+    distances: array (N,), in metres.
+    max_distance: float, the gate in metres.
+    Returns a mask, an array (N,) of bool: True where the pair stays.
+
+    >>> print(distance_gate(np.array([0.1, 0.7, 0.5]), 0.5))
+    [ True False  True]
+    """
+    return distances <= max_distance
+
+
+@question("Trimming to the overlap", points=5, answer=Answer.MASK,
+    chapter="chapter 3, “Which pairs to trust”",
+    task=r"""
+Of $N$ pairs keep the $\lfloor\rho N\rfloor$ closest, but at least 3. The pairs come in no order.
+""", oracle=correspondences.overlap, visible={
     "three quarters of ten": (
         np.array([0.31, 0.02, 0.9, 0.45, 0.11, 0.73, 0.2, 1.4, 0.64, 0.57]), 0.75),
     "all": (np.array([0.5, 0.1, 0.9]), 1.0),
@@ -161,7 +213,28 @@ question("overlap", visible={
     "other_minimum": (0.85, "Where ρN is small another number of pairs than 3 is kept.",
         [{"max(3, ": "max(2, "}, {"max(3, ": "max(4, "}]),
 })
-question("huber_weights", visible={
+def overlap(distances, overlap_ratio):
+    """Which pairs are among the closest.
+
+    distances: array (N,), in metres, in no order.
+    overlap_ratio: float, the share to keep, in (0, 1].
+    Returns a mask, an array (N,) of bool: True where the pair stays.
+
+    >>> print(overlap(np.array([0.1, 0.9, 0.2, 0.3]), 0.75))
+    [ True False  True  True]
+    """
+    count = max(3, int(overlap_ratio * len(distances)))
+    kept = np.zeros(len(distances), dtype=bool)
+    kept[np.argsort(distances)[:count]] = True
+    return kept
+
+
+@question("Huber's weights", points=5, answer=Answer.VECTOR, chance=0.2, low=0.0, high=1.0,
+    chapter="chapter 3, “Which pairs to trust”",
+    task=r"""
+A pair with a residual up to $\delta$ counts fully, one beyond it less and less:
+$w_i = 1$ for $r_i \le \delta$, and $w_i = \delta / r_i$ for $r_i > \delta$.
+""", oracle=correspondences.huber_weights, visible={
     "five residuals, one of them zero": Exact((np.array([0.0, 0.125, 0.25, 0.5, 1.0]), 0.25)),
     "whole numbers": (np.array([1, 2, 4]), 2.0),
 }, hidden={
@@ -172,15 +245,15 @@ question("huber_weights", visible={
     "residuals given as whole numbers": _whole(12, 7, 3.0),
 }, mistakes={
     "squared": (0.5, "The residuals are squared before they meet δ: both are distances in metres.",
-        lambda r, delta: right.huber_weights(r**2, delta)),
+        lambda r, delta: huber_weights(r**2, delta)),
     "uncapped": (0, "The weight is δ/r everywhere; up to δ it is 1, or close pairs count too much.",
         lambda r, delta: delta / r),
     "cut": (0.5, "Pairs beyond δ weigh nothing here: that is a gate. Huber's weight falls as δ/r.",
         lambda r, delta: np.where(r <= delta, 1.0, 0.0)),
     "rooted": (0.5, "Beyond δ this is the square root of δ/r; the weight is δ/r itself.",
-        lambda r, delta: np.sqrt(right.huber_weights(r, delta))),
+        lambda r, delta: np.sqrt(huber_weights(r, delta))),
     "ratio_squared": (0.5, "Beyond δ this is (δ/r)²; the weight is δ/r itself.",
-        lambda r, delta: right.huber_weights(r, delta) ** 2),
+        lambda r, delta: huber_weights(r, delta) ** 2),
     "upside_down": (0.4, "Beyond δ this is r/δ: the farther a pair, the more it counts. Take δ/r.",
         lambda r, delta: np.maximum(r, delta) / delta),
     "branches_swapped": (0.4, "The branches are swapped: 1 belongs up to δ, δ/r beyond.",
@@ -196,7 +269,25 @@ question("huber_weights", visible={
     "over_square": (0.4, "Beyond δ this is δ/r²; the weight is δ/r.",
         lambda r, delta: np.where(r > delta, delta / np.maximum(r, 1e-12) ** 2.0, 1.0)),
 })
-question("inlier_rmse", visible={
+def huber_weights(residuals, delta):
+    """Huber's weight of each residual.
+
+    residuals: array (N,), distances in metres, not squared; whole numbers are possible.
+    delta: float, where the weight begins to fall, in metres.
+    Returns an array (N,).
+
+    >>> print(huber_weights(np.array([0.1, 0.2, 0.8]), 0.2))
+    [1.   1.   0.25]
+    """
+    return delta / np.maximum(residuals, delta)
+
+
+@question("The inlier RMSE", points=3, answer=Answer.NUMBER, unit="m", low=0.0,
+    chapter="the errata, “A cost that means something”",
+    task=r"""
+Say how well the kept pairs agree: the root of their mean squared distance. Where no pair is kept
+there is no such number; return `nan`, and not a 0 that looks like a perfect match.
+""", oracle=_of_kept("inlier_rmse"), visible={
     "two of three pairs": (np.array([0.3, 5.0, 0.4]), np.array([True, False, True])),
     "no pair left": (np.array([0.3, 0.4]), np.array([False, False])),
 }, hidden={
@@ -221,7 +312,29 @@ question("inlier_rmse", visible={
     "zero_for_none": (0.8, "Where no pair is left this is 0, as of a perfect match: return NaN.",
         {"return np.nan": "return 0.0"}),
 })
-question("fitness", visible={"three of four": (np.array([True, False, True, True]),)}, hidden={
+def inlier_rmse(distances, kept):
+    """Root mean square distance of the kept pairs.
+
+    distances: array (N,), in metres.
+    kept: array (N,) of bool, True for the pairs that count.
+    Returns a float in metres; nan where no pair is kept.
+
+    >>> print(np.round(inlier_rmse(np.array([3.0, 50.0, 4.0]), np.array([True, False, True])), 2))
+    3.54
+    """
+    if not kept.any():
+        return np.nan
+    return np.sqrt(np.mean(distances[kept] ** 2))
+
+
+@question("The fitness", points=2, answer=Answer.NUMBER, chance=0.25, low=0.0, high=1.0,
+    chapter="the errata, “A cost that means something”",
+    task=r"""
+Say how much of the scan found a partner: the share of the source points whose pair is kept. An RMSE
+alone says little, since it gets better the fewer pairs are left.
+""", oracle=_of_kept("fitness"), visible={
+    "three of four": (np.array([True, False, True, True]),),
+}, hidden={
     "most pairs kept": _kept(11, 0.7, distances=False),
     "few pairs kept": _kept(23, 0.2, distances=False),
     "no pair kept": _kept(7, 0.0, distances=False),
@@ -234,3 +347,13 @@ question("fitness", visible={"three of four": (np.array([True, False, True, True
     "rejected": (0.4, "This is the share of the rejected pairs; asked for is that of the kept.",
         lambda kept: 1.0 - np.mean(kept)),
 })
+def fitness(kept):
+    """Share of the source points whose pair is kept.
+
+    kept: array (N,) of bool, one entry for each source point, True where its pair is kept.
+    Returns a float in [0, 1].
+
+    >>> print(fitness(np.array([True, False, True, True])))
+    0.75
+    """
+    return kept.mean()

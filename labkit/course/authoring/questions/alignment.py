@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 import labkit
-from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import Arguments, Rng, question, recipe
-from labkit.se2 import rotation
+from labkit.course.authoring.entries import Rng, question, recipe
+from labkit.course.authoring.questions.se2 import rotation
+from labkit.course.exercises.entries import Arguments
+from labkit.course.grading.assignment.questions import Answer
 from labkit.support.arrays import FloatArray
 
 LEFT, RIGHT, WIDE, BACK = (0.3, 1.2), (-1.2, -0.3), (1.8, 2.8), (-2.8, -1.8)
@@ -72,8 +73,18 @@ def _turned(angle: float) -> FloatArray:
     return np.round(labkit.apply(labkit.transform(1.0, 2.0, angle), TRIANGLE), 12)
 
 
+def _by_least_squares(R: FloatArray, p: FloatArray, q: FloatArray) -> FloatArray:
+    """By numpy over all coordinates at once."""
+    return np.linalg.lstsq(np.tile(np.eye(2), (len(p), 1)), (q - p @ R.T).ravel())[0]
+
+
 # fmt: off
-question("best_translation", visible={
+@question("The best translation", points=3, answer=Answer.VECTOR, unit="m",
+    chapter="chapter 2, “The best translation”",
+    task=r"""
+For a rotation that is given, find the $\mathbf{t}^\star$ that minimises
+$\sum_i \lVert\mathbf{R}\,\mathbf{p}_i + \mathbf{t} - \mathbf{q}_i\rVert^2$.
+""", oracle=_by_least_squares, visible={
     "no turn": (np.eye(2), TRIANGLE, TRIANGLE + SHIFT),
     "a quarter turn": (rotation(math.pi / 2), TRIANGLE, _turned(math.pi / 2)),
 }, hidden={
@@ -96,7 +107,27 @@ question("best_translation", visible={
     "sums": (0.5, "These are sums over the points; the centroid divides them by their number.",
         lambda R, p, q: q.sum(axis=0) - R @ p.sum(axis=0)),
 })
-question("align", visible={
+def best_translation(R, source, target):
+    """Best translation for a fixed rotation.
+
+    R: array (2, 2), a rotation.
+    source, target: arrays (N, 2), pairs: row i of one belongs to row i of the other.
+    Returns t, an array (2,) in metres.
+
+    >>> print(best_translation(np.eye(2), np.array([[0, 0], [2, 0]]), np.array([[1, 1], [3, 1]])))
+    [1. 1.]
+    """
+    return target.mean(axis=0) - R @ source.mean(axis=0)
+
+
+@question("Alignment in closed form", points=6, answer=Answer.TRANSFORM,
+    chapter="chapter 2, “In the plane: one `atan2`”",
+    task=r"""
+Find the rotation and the translation that together minimise
+$\sum_i \lVert\mathbf{R}\,\mathbf{p}_i + \mathbf{t} - \mathbf{q}_i\rVert^2$. In the plane the angle
+is one $\operatorname{\text{atan2}}(b, a)$ of two sums over the centred points. Any turn is
+possible, also one beyond a right angle.
+""", oracle=labkit.align, visible={
     "a triangle after a wide turn": (TRIANGLE, _turned(2.0)),
     "noisy pairs": _pairs(6, LEFT),
 }, hidden={
@@ -112,7 +143,7 @@ question("align", visible={
         {"np.arctan2(b,": "np.arctan2(-b,"}),
     "transposed": (0.5, "This is R transposed, next to the right t.",
         {"return R, q_mean": "return R.T, q_mean"}),
-    "swapped": (0.5, SWAPPED, lambda p, q: right.align(q, p)),
+    "swapped": (0.5, SWAPPED, lambda p, q: align(q, p)),
     "arctan_of_ratio": (0.6, "arctan(b / a) cannot tell (a, b) from (−a, −b): take arctan2.",
         {"np.arctan2(b, (x * y).sum())": "np.arctan(b / (x * y).sum())"}),
     "arctan2_swapped": (0.4, "The arguments of arctan2 are swapped: it takes b first, then a.",
@@ -126,7 +157,30 @@ question("align", visible={
     "translation_zero": (0.5, "The rotation is right, but the translation is left out.",
         {"return R, q_mean - R @ p_mean": "return R, np.zeros(2)"}, TRANSLATION),
 })
-question("align_weighted", visible={
+def align(source, target):
+    """Best rigid motion of pairs, all of which count alike.
+
+    source, target: arrays (N, 2), pairs: row i of one belongs to row i of the other.
+    Returns (R, t), arrays (2, 2) and (2,), or one (3, 3); it maps source onto target.
+
+    >>> R, t = align(np.array([[0, 0], [1, 0]]), np.array([[2, 3], [2, 4]]))
+    >>> print(np.round(t, 2))
+    [2. 3.]
+    """
+    p_mean, q_mean = source.mean(axis=0), target.mean(axis=0)
+    x, y = source - p_mean, target - q_mean
+    b = (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]).sum()
+    R = rotation(np.arctan2(b, (x * y).sum()))
+    return R, q_mean - R @ p_mean
+
+
+@question("Alignment with weights", points=6, answer=Answer.TRANSFORM,
+    chapter="chapter 2, “Weights, and one outlier”",
+    task=r"""
+The same with a weight for each pair: minimise
+$\sum_i w_i \lVert\mathbf{R}\,\mathbf{p}_i + \mathbf{t} - \mathbf{q}_i\rVert^2$. The weights need
+not sum up to one; some may be zero.
+""", oracle=labkit.align, visible={
     "a wrong pair without weight": (
         np.vstack([TRIANGLE, [[3.0, 3.0]]]),
         np.vstack([_turned(2.0), [[9.0, 9.0]]]),
@@ -140,29 +194,56 @@ question("align_weighted", visible={
     "whole numbers": _weighted(_whole, 4.0, 9.0, whole=True),
 }, mistakes={
     "ignored": (0.1, "The weights are not used: every pair counts alike.",
-        lambda p, q, w: right.align(p, q), WEIGHTS),
+        lambda p, q, w: align(p, q), WEIGHTS),
     "centroids_unweighted": (0.6, "The centroids are plain means: they need the weights, too.",
         {"weights @ source / weights.sum()": "source.mean(axis=0)",
          "weights @ target / weights.sum()": "target.mean(axis=0)"}, WEIGHTS),
     "sums_unweighted": (0.6, "The centroids are weighted, but the sums for the rotation are not.",
         {"weights @ (x": "np.ones(len(x)) @ (x"}, WEIGHTS),
     "squared": (0.6, "The weights enter squared: each belongs in every sum once.",
-        lambda p, q, w: right.align_weighted(p, q, w ** 2), WEIGHTS),
+        lambda p, q, w: align_weighted(p, q, w ** 2), WEIGHTS),
     "rooted": (0.6, "The weights enter by their square roots: each belongs in every sum as it is.",
-        lambda p, q, w: right.align_weighted(p, q, np.sqrt(w)), WEIGHTS),
+        lambda p, q, w: align_weighted(p, q, np.sqrt(w)), WEIGHTS),
     "twice_in_sums": (0.6, "Both factors of the sums are weighted: the weights count twice there.",
         {"weights @ (x": "weights**2 @ (x"}, WEIGHTS),
     "divided_by_count": (0.4, "The weighted centroid is divided by N; divide it by Σ w.",
         {"/ weights.sum()": "/ len(weights)"}, WEIGHTS),
     "sign_of_b": (0.5, "The angle has the wrong sign: b = Σ w (x v − y u), (x, y) the source.",
         {"np.arctan2(b,": "np.arctan2(-b,"}),
-    "swapped": (0.5, SWAPPED, lambda p, q, w: right.align_weighted(q, p, w)),
+    "swapped": (0.5, SWAPPED, lambda p, q, w: align_weighted(q, p, w)),
     "transposed": (0.5, "This is R transposed, next to the right t.",
         {"return R, q_mean": "return R.T, q_mean"}),
     "not_normalised": (0.5, "The weighted sums are taken for means: divide Σ w p and Σ w q by Σ w.",
         {" / weights.sum()": ""}, WEIGHTS),
 })
-question("align_svd", visible={
+def align_weighted(source, target, weights):
+    """Best rigid motion of weighted pairs.
+
+    source, target: arrays (N, 2), pairs: row i of one belongs to row i of the other.
+    weights: array (N,), not negative.
+    Returns (R, t), arrays (2, 2) and (2,), or one (3, 3); it maps source onto target.
+
+    >>> p, q = np.array([[0, 0], [1, 0], [5, 5]]), np.array([[2, 3], [2, 4], [0, 0]])
+    >>> R, t = align_weighted(p, q, np.array([1, 1, 0]))
+    >>> print(np.round(t, 2))
+    [2. 3.]
+    """
+    p_mean = weights @ source / weights.sum()
+    q_mean = weights @ target / weights.sum()
+    x, y = source - p_mean, target - q_mean
+    a = weights @ (x * y).sum(axis=1)
+    b = weights @ (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0])
+    R = rotation(np.arctan2(b, a))
+    return R, q_mean - R @ p_mean
+
+
+@question("Alignment by the SVD", points=6, answer=Answer.TRANSFORM,
+    chapter="chapter 2, “In any dimension: the singular value decomposition”",
+    task=r"""
+The same motion from the singular values of the cross-covariance
+$\mathbf{H} = \sum_i \mathbf{x}_i\mathbf{y}_i^\top$. The target may be a mirror image of the source.
+The answer is to be a rotation all the same: the best one there is.
+""", oracle=labkit.align_svd, visible={
     "noisy pairs": _pairs(6, LEFT),
     "a mirror image": (
         np.array([[3.0, 0.0], [-3.0, 0.5], [1.0, 1.0], [-2.0, -1.0]]),
@@ -183,7 +264,7 @@ question("align_svd", visible={
         {"svd(H)": "svd(H.T)"}),
     "v_transposed": (0.6, "`np.linalg.svd` returns V transposed; R = V diag(1, s) Uᵀ needs V.",
         [{"R = Vt.T @": "R = Vt @"}, {"R = Vt.T @": f"R = {CHANGED_SIGNS} @"}]),
-    "swapped": (0.5, SWAPPED, lambda p, q: right.align(q, p)),
+    "swapped": (0.5, SWAPPED, lambda p, q: align(q, p)),
     "not_centred": (0.3, "The points are not centred: H sums the points less their centroids.",
         {"(source - p_mean).T @ (target - q_mean)": "source.T @ target"}),
     "centroid_not_turned": (0.5, NOT_TURNED,
@@ -193,3 +274,18 @@ question("align_svd", visible={
         [{PROPER: "Vt.T @ U.T * [1.0, np.linalg.det(Vt.T @ U.T)]"},
          {PROPER: "Vt.T @ U.T * [np.linalg.det(Vt.T @ U.T), 1.0]"}], DETERMINANT),
 })
+def align_svd(source, target):
+    """Best rigid motion of pairs, by the singular value decomposition.
+
+    source, target: arrays (N, 2), pairs: row i of one belongs to row i of the other.
+    Returns (R, t), arrays (2, 2) and (2,), or one (3, 3); the determinant of R is +1.
+
+    >>> R, t = align_svd(np.array([[0, 0], [1, 0]]), np.array([[2, 3], [2, 4]]))
+    >>> print(np.round(t, 2))
+    [2. 3.]
+    """
+    p_mean, q_mean = source.mean(axis=0), target.mean(axis=0)
+    H = (source - p_mean).T @ (target - q_mean)
+    U, _, Vt = np.linalg.svd(H)
+    R = Vt.T @ np.diag([1.0, np.linalg.det(Vt.T @ U.T)]) @ U.T
+    return R, q_mean - R @ p_mean

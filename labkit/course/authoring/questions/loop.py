@@ -8,21 +8,43 @@ from typing import Any
 import numpy as np
 
 import labkit
-from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import Arguments, Draw, Exact, Rng, question, readings, recipe
-from labkit.course.authoring.references import apart, path
-from labkit.support.arrays import FloatArray
+from labkit.correspondences import distance_gate as labkits_gate
+from labkit.correspondences import huber_weights as labkits_weights
+from labkit.correspondences import overlap as labkits_overlap
+from labkit.course.authoring.entries import Exact, Rng, question, recipe
+from labkit.course.authoring.questions.alignment import align_weighted
+from labkit.course.authoring.questions.correspondences import (
+    distance_gate,
+    huber_weights,
+    nearest_neighbors,
+    overlap,
+)
+from labkit.course.authoring.questions.scenes import (
+    FAR,
+    LOOP_BUDGET,
+    about_the_gate,
+    from_no_motion,
+    on_the_spot,
+    scans,
+    stop_error,
+    straight_ahead,
+    turned,
+    walls,
+    whole_loop,
+)
+from labkit.course.authoring.questions.se2 import invert
+from labkit.course.exercises.entries import Arguments
+from labkit.course.grading.assignment.questions import Answer
+from labkit.neighbors import NearestNeighbors
+from labkit.result import step_length
 
 EPS_T, EPS_PSI, EPS_COST, K_MAX = 1e-3, 1e-3, 1e-6, 50  # of the convergence test
 DIAGONAL = math.pi / 4
-LOOP_BUDGET = 60
-CORNERS = np.array([[0, 0], [8, 0], [16, 2], [2, 10], [12, 12], [-8, 6], [-20, -20]])
-FAR = 1.0  # rad: at less than 60° an update on the wrong side slows down; it does not diverge
 OFF = 50.0  # m: a gate or a δ that does nothing
 
 ANY = "the errata, “Convergence: any test, or both?”"
 WHEN = "chapter 4, “When to stop”"
-LEFT = "chapter 4, “The flow chart, line by line”"
+LEFT = "chapter 4, “Ten lines”"
 STAGES = "chapter 3, “Each remedy by itself”"
 ON_THE_RIGHT = (
     "The increment is composed on the right, T @ dT: it acts on points that T has moved already, "
@@ -34,11 +56,18 @@ SEARCH = "nearest_neighbors(moved, target)"
 ALIGNED = "    R, t = align_weighted(moved[kept]"
 RESULT = "break\n    return T"
 SHIFT, TURN = "np.hypot(*dT[:2, 2])", "abs(np.arctan2(dT[1, 0], dT[0, 0]))"
-STOP = f"{SHIFT} < 1e-7 and {TURN} < 1e-7"
+STOP = f"{SHIFT} < 1e-13 and {TURN} < 1e-13"
 BUDGET = "range(max_iterations)"
 STEP = "T, icp_step(source, target, T, max_distance, overlap_ratio, delta)"
 WIDER = (2, 1.2, 1.3, 1.4, 1.5, 1.65, 1.8, 2.3, 2.6, 3)
 RMSE = "np.sqrt(np.mean(nearest_neighbors(source @ T[:2, :2].T + T[:2, 2], target)[1] ** 2))"
+KEPT = "    kept = distance_gate(d, max_distance) & overlap(d, overlap_ratio)\n"
+KEPT_OF_GATED = f"    kept = {GATE}\n    kept[kept] = overlap(d[kept], overlap_ratio)\n"
+ENOUGH = """\
+    if np.count_nonzero(kept) < 2:
+        raise ValueError("fewer than two pairs are left")
+"""
+READINGS = [{KEPT: kept + ENOUGH, "1e-7": "1e-13"} for kept in (KEPT, KEPT_OF_GATED)]
 
 
 @recipe
@@ -65,106 +94,34 @@ def _ending_at(step: float, cost: float) -> Exact:
     return Exact((dT, cost, 10, EPS_T, EPS_PSI, EPS_COST, K_MAX))
 
 
-@recipe
-def _scans(
-    rng: Rng, count: int, *limits: float, turn: float = 0.1, error: float = 0.05
-) -> Arguments:
-    """Two scans of the same posts, each with some that the other does not see.
-
-    The `limits` are the gate [m], the share to keep, Huber's δ [m], and of the whole loop the
-    budget. `turn` [rad] is the size of the true rotation, `error` [rad, and thrice it in m] that of
-    the guess. Posts that moved a little between the scans keep Huber's weights at work.
-    """
-    x, y, side, other = rng.choice([-1.0, 1.0], 4)
-    T = labkit.transform(0.4 * x, 0.4 * y, side * turn * rng.number(0.95, 1.03))
-    posts = rng.points(count, 5.0)
-    shifted = posts + rng.normal(0.0, 0.01, posts.shape)
-    some = rng.permutation(count)[: count // 4]
-    shifted[some] += rng.normal(0.0, 0.15, (len(some), 2)) + 0.1
-    source = np.vstack([_back(T, shifted), rng.points(count // 5, 6.0)])
-    target = np.vstack([posts, rng.points(3, 6.0)])
-    away = other * error * rng.number(0.8, 1.2)
-    guess = labkit.transform(3.0 * away, -2.0 * away, away) @ T
-    return np.round(source, 3), np.round(target, 3), guess, *limits
+LOOP_AT_THE_GATE = about_the_gate([0.05, 6.0], 2.0, 1.0, 0.02, LOOP_BUDGET, apart=0.02)
 
 
-def _back(T: FloatArray, q: FloatArray) -> FloatArray:
-    """The points before the motion T."""
-    return labkit.apply(labkit.invert(T), q)
+def _has_converged(dT, cost_change, iteration, eps_t, eps_psi, eps_cost, k_max):  # type: ignore[no-untyped-def]
+    shift, turn = step_length(np.eye(3), dT)
+    return (shift < eps_t and turn < eps_psi) or abs(cost_change) < eps_cost or iteration >= k_max
 
 
-def _loop(count: int, *limits: float) -> Draw:
-    """The whole loop from a guess far from no motion, with a budget that is enough."""
-    return _scans(count, *limits, LOOP_BUDGET, turn=FAR)
+def _by_labkit(p: Any, q: Any, T: Any, *limits: float) -> Any:
+    """The loop, or its step, with ρ of all points, as labkit reads it."""
+    tight = {"translation_tolerance": 1e-9, "rotation_tolerance": 1e-9, "cost_tolerance": 0.0}
+    gate, ratio, delta, most = limits if len(limits) == 4 else (*limits, 1)
+    parameters = labkit.IcpParameters(gate, ratio, delta, int(most), **tight)
+    return labkit.icp(p, q, T, parameters).T_target_source
 
 
-def _from_no_motion(rng: Rng) -> Arguments:
-    source, target, _, *limits = _scans(16, 1.2, 0.8, 0.15, turn=0.03)(rng)
-    return source, target, np.eye(3), *limits
+def _of_gated(
+    p: Any, q: Any, T: Any, gate: float, ratio: float, delta: float, most: int = 1
+) -> Any:
+    """ρ of the pairs that pass the gate, by labkit's stages."""
+    for _ in range(most):
+        moved = labkit.apply(T, p)
+        index, d = NearestNeighbors(q).query(moved)
+        kept = np.flatnonzero(labkits_gate(d, gate))
+        kept = kept[labkits_overlap(d[kept], ratio)]
+        T = labkit.align(moved[kept], q[index[kept]], labkits_weights(d[kept], delta)) @ T
+    return T
 
-
-def _walls(rng: Rng) -> Arguments:
-    """Dense walls about a corner: each step slides a little, and the last ones are short."""
-    along, across = np.arange(0.0, 3.6, 0.24), np.arange(0.2, 2.4, 0.22)
-
-    def look() -> FloatArray:
-        x = np.append(along + rng.uniform(0.0, 0.1), np.full(len(across), 3.6))
-        y = np.append(np.zeros(len(along)), across + rng.uniform(0.0, 0.1))
-        return np.column_stack([x, y]) + rng.normal(0.0, 0.012, (len(x), 2))
-
-    T = labkit.transform(rng.number(-0.5, 0.5), rng.number(-0.5, 0.5), rng.number(0.97, 1.02))
-    guess = labkit.transform(rng.number(0.15, 0.3), rng.number(-0.2, -0.1), 0.06) @ T
-    scans = np.round(_back(T, look()), 3), np.round(look(), 3)
-    return *scans, guess, 1.5, 0.9, 0.05, 2 * LOOP_BUDGET
-
-
-def _straight_ahead(rng: Rng) -> Arguments:
-    """A scene with two equal sides and a guess that is off straight ahead: no step turns."""
-    side = np.column_stack([rng.permutation(np.arange(-6.0, 6.0, 1.2)), rng.uniform(1.0, 4.0, 10)])
-    moved = side + np.column_stack([rng.normal(0.0, 0.15, 10), np.zeros(10)])
-    posts, seen = (np.round(np.vstack([one, one * (1.0, -1.0)]), 3) for one in (side, moved))
-    ahead = labkit.transform(rng.number(0.2, 0.5), 0.0, 0.0)
-    lonely = posts[[0, 10]] + [(0.0, 60.0), (0.0, -60.0)]  # beyond the gate, and heavy in an RMSE
-    guess = labkit.transform(rng.number(0.7, 0.9), 0.0, 0.0) @ ahead
-    source = np.round(_back(ahead, np.vstack([seen, lonely])), 6)
-    return source, posts, guess, 3.0, 1.0, 0.02, 2 * LOOP_BUDGET
-
-
-def _on_the_spot(rng: Rng) -> Arguments:
-    """A scene that looks the same from behind, and a guess that is turned: no step shifts.
-
-    It is drawn until twenty steps do not lead to the end.
-    """
-    while True:
-        angle, far = rng.permutation(np.arange(10) * 0.31), rng.uniform(2.0, 5.0, 10)
-        T = labkit.transform(0.0, 0.0, rng.number(0.3, 0.5))
-        guess = labkit.transform(0.0, 0.0, rng.number(0.1, 0.15)) @ T
-        half, seen = (
-            np.column_stack([far * np.cos(one), far * np.sin(one)])
-            for one in (angle, angle + rng.normal(0.0, 0.15, 10))
-        )
-        source, posts = np.round(_back(T, seen), 6), np.round(half, 6)
-        both = np.vstack([source, -source]), np.vstack([posts, -posts])
-        arguments = (*both, guess, 3.0, 1.0, 0.05, 2 * LOOP_BUDGET)
-        found = path(readings("icp_step")[0], *arguments)
-        if apart(found[min(20, len(found) - 1)], found[-1]) > 3e-4:
-            return arguments
-
-
-@recipe
-def _about_the_gate(
-    rng: Rng, beyond: list[float], gate: float, *limits: float, apart: float = 0.25
-) -> Arguments:
-    """Pairs that are some `apart` [m], and others that lie so far `beyond` the gate, or on it."""
-    target = CORNERS[: 5 + len(beyond)]
-    target = gate * (target + rng.integers(-4, 5, target.shape) / 4)
-    source = target.copy()
-    source[:5] += apart * np.array([[1, 0], [0, 1], [1, 1], [-1, 2], [2, 1]])
-    source[5:, 1] -= gate + np.array(beyond)
-    return source, target, np.eye(3), gate, *limits
-
-
-LOOP_AT_THE_GATE = _about_the_gate([0.05, 6.0], 2.0, 1.0, 0.02, LOOP_BUDGET, apart=0.02)
 
 # fmt: off
 WRONG_STAGES: dict[str, Any] = {  # with the credits in a step, and in the whole loop
@@ -184,7 +141,13 @@ WRONG_STAGES: dict[str, Any] = {  # with the credits in a step, and in the whole
     "wide_delta": (0.65, 0.35, "Huber's δ is twice as large as asked: is δ doubled, or the "
         "residual halved?", {f"{WEIGHTS}delta": f"{WEIGHTS}2 * delta"}),
 }
-question("has_converged", visible={
+@question("The convergence test", points=5, answer=Answer.FLAG, chance=0.5,
+    chapter="chapter 4, “When to stop”",
+    task=r"""
+Stop when any one of three things holds: the step is small in *both* translation
+($\lVert\Delta\mathbf{t}\rVert < \varepsilon_t$) and rotation ($|\Delta\psi| < \varepsilon_\psi$);
+the cost stands still ($|\Delta J| < \varepsilon_J$); the budget is spent ($k \ge k_{\max}$).
+""", oracle=_has_converged, visible={
     "a tiny step": _ending(0.3, 0.3),
     "a long step": _ending(90.0, 90.0, cost=0.01),
     "no shift, but a turn to the left": _ending(0.1, 60.0),
@@ -249,27 +212,53 @@ question("has_converged", visible={
     "sine": (0.9, "The sine is taken for the angle: at half a turn it is zero, too. Use arctan2.",
         {"np.arctan2(dT[1, 0], dT[0, 0])": "dT[1, 0]"}),
     "inverted": (0.0, "True and False are swapped: True means to stop.",
-        lambda *arguments: not right.has_converged(*arguments)),
+        lambda *arguments: not has_converged(*arguments)),
     "always": (0.0, "It says True whatever it is given.", lambda *arguments: True),
     "never": (0.0, "It says False whatever it is given.", lambda *arguments: False),
 })
-question("icp_step", visible={
-    "all stages at work": _scans(20, 0.8, 0.7, 0.12),
-    "the guess is no motion": _from_no_motion,
-    "the gate alone": _scans(20, 0.6, 1.0, OFF),
-    "trimming alone": _scans(20, OFF, 0.7, OFF),
-    "the weights alone": _scans(20, OFF, 1.0, 0.1),
-    "a pair on the gate": Exact(_about_the_gate([0.0], 0.5, 1.0, 10.0, apart=0.0625)),
-    "a pair a little beyond a wide gate": _about_the_gate([0.0005, 6.0], 2.0, 1.0, 10.0),
+def has_converged(dT, cost_change, iteration, eps_t, eps_psi, eps_cost, k_max):
+    """Whether the loop ends after this iteration.
+
+    dT: array (3, 3), the step of this iteration.
+    cost_change: float, J_k - J_(k-1), negative where the cost fell.
+    iteration: int, k, counted from 1.
+    eps_t, eps_psi, eps_cost: floats, the tolerances in m, rad and m².
+    k_max: int, the budget.
+    Returns a bool: True to stop.
+
+    >>> print(has_converged(np.eye(3), -0.1, 3, 1e-3, 1e-3, 1e-6, 50))
+    True
+    """
+    small_shift = np.hypot(dT[0, 2], dT[1, 2]) < eps_t
+    small_turn = abs(np.arctan2(dT[1, 0], dT[0, 0])) < eps_psi
+    return (small_shift and small_turn) or abs(cost_change) < eps_cost or iteration >= k_max
+
+
+@question("One step of ICP", points=12, answer=Answer.TRANSFORM,
+    chapter="chapter 4, “Ten lines”",
+    task=r"""
+Put the stages together. Move the source points by the current transform, pair each with its nearest
+target point, reject what the gate and the trimming reject, weigh the rest with Huber's weights,
+align, and update the transform. Whether $\rho$ counts all source points or those within the gate is
+left to you: the lesson does both.
+""", oracle=[_by_labkit, _of_gated],
+    readings=READINGS, alike=turned, visible={
+    "all stages at work": scans(20, 0.8, 0.7, 0.12),
+    "the guess is no motion": from_no_motion,
+    "the gate alone": scans(20, 0.6, 1.0, OFF),
+    "trimming alone": scans(20, OFF, 0.7, OFF),
+    "the weights alone": scans(20, OFF, 1.0, 0.1),
+    "a pair on the gate": Exact(about_the_gate([0.0], 0.5, 1.0, 10.0, apart=0.0625)),
+    "a pair a little beyond a wide gate": about_the_gate([0.0005, 6.0], 2.0, 1.0, 10.0),
 }, hidden={
-    "the gate alone": _scans(24, 0.6, 1.0, OFF),
-    "the gate alone, in clutter": _scans(30, 0.5, 1.0, OFF),
-    "trimming alone": _scans(24, OFF, 0.65, OFF),
-    "the weights alone": _scans(24, OFF, 1.0, 0.1),
-    "all stages at work": _scans(30, 0.45, 0.9, 0.1),
-    "a guess far from no motion": _scans(24, 0.5, 0.95, 0.15, turn=FAR),
-    "a pair on the gate": Exact(_about_the_gate([0.0], 0.5, 1.0, 10.0, apart=0.0625)),
-    "a pair a little beyond a wide gate": _about_the_gate([0.0005, 6.0], 2.0, 1.0, 10.0),
+    "the gate alone": scans(24, 0.6, 1.0, OFF),
+    "the gate alone, in clutter": scans(30, 0.5, 1.0, OFF),
+    "trimming alone": scans(24, OFF, 0.65, OFF),
+    "the weights alone": scans(24, OFF, 1.0, 0.1),
+    "all stages at work": scans(30, 0.45, 0.9, 0.1),
+    "a guess far from no motion": scans(24, 0.5, 0.95, 0.15, turn=FAR),
+    "a pair on the gate": Exact(about_the_gate([0.0], 0.5, 1.0, 10.0, apart=0.0625)),
+    "a pair a little beyond a wide gate": about_the_gate([0.0005, 6.0], 2.0, 1.0, 10.0),
 }, mistakes={
     "update_on_the_right": (0.5, ON_THE_RIGHT, {UPDATE: "return T @ dT"}, LEFT),
     "increment_alone": (0.5, "This is the increment dT alone; the new transform is dT @ T.",
@@ -291,25 +280,54 @@ question("icp_step", visible={
         {"np.argsort(distances)": "np.argsort(-distances)"}, STAGES),
     **{id: (credit, *wrong, STAGES) for id, (credit, _, *wrong) in WRONG_STAGES.items()},
 })
-question("icp", visible={
-    "all stages at work": _scans(20, 0.9, 0.8, 0.1, LOOP_BUDGET),
-    "a guess far from no motion": _loop(20, 0.8, 0.8, 0.1),
-    "a budget that ends the loop": _scans(20, 1.5, 0.8, 0.1, 3, error=0.15),
-    "a way straight ahead, without a turn": _straight_ahead,
-    "a turn on the spot, without a shift": _on_the_spot,
+def icp_step(source, target, T, max_distance, overlap_ratio, delta):
+    """One iteration: pair, reject, weigh, align, update.
+
+    source, target: arrays (N, 2) and (M, 2), the newer and the older scan, not moved.
+    T: array (3, 3), the current T_target_source.
+    max_distance, overlap_ratio, delta: gate [m], share to keep, Huber's delta [m].
+    Returns the next T_target_source, as one (3, 3) or as (R, t).
+
+    >>> corners = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]])
+    >>> T = icp_step(corners - 0.2, corners, np.eye(3), 0.5, 1.0, 0.1)
+    >>> print(T.round(2)[:2, 2] if isinstance(T, np.ndarray) else np.round(T[1], 2))
+    [0.2 0.2]
+    """
+    moved = source @ T[:2, :2].T + T[:2, 2]
+    indices, d = nearest_neighbors(moved, target)
+    kept = distance_gate(d, max_distance) & overlap(d, overlap_ratio)
+    R, t = align_weighted(moved[kept], target[indices[kept]], huber_weights(d[kept], delta))
+    dT = np.eye(3)
+    dT[:2, :2], dT[:2, 2] = R, t
+    return dT @ T
+
+
+@question("The whole loop", points=15, answer=Answer.TRANSFORM,
+    chapter="chapter 4, “The same loop, grown up”",
+    task=r"""
+Repeat the step from the initial guess until one step is small in *both* translation
+($< 10^{-6}$ m) and rotation ($< 10^{-6}$ rad), or until the budget of steps is spent. The answer is
+the transform after the last step.
+""", oracle=[_by_labkit, _of_gated],
+    readings=READINGS, alike=turned, slack=stop_error, visible={
+    "all stages at work": scans(20, 0.9, 0.8, 0.1, LOOP_BUDGET),
+    "a guess far from no motion": whole_loop(20, 0.8, 0.8, 0.1),
+    "a budget that ends the loop": scans(20, 1.5, 0.8, 0.1, 3, error=0.15),
+    "a way straight ahead, without a turn": straight_ahead,
+    "a turn on the spot, without a shift": on_the_spot,
     "a pair a little beyond a wide gate": LOOP_AT_THE_GATE,
 }, hidden={
-    "the gate alone": _loop(28, 0.45, 1.0, OFF),
-    "trimming alone": _loop(24, OFF, 0.7, OFF),
-    "the weights alone": _loop(24, OFF, 1.0, 0.1),
-    "all stages at work": _loop(30, 0.5, 0.9, 0.1),
-    "a guess far from no motion": _loop(24, 0.6, 1.0, 0.15),
-    "a budget that ends the loop": _scans(24, 1.5, 0.8, 0.1, 3, error=0.15),
-    "a small budget that ends the loop": _scans(24, 1.2, 0.9, 0.1, 2, error=0.12),
-    "five pairs": _loop(5, 2.0, 0.85, 0.1),
-    "walls along which each step slides a little": _walls,
-    "a way straight ahead, without a turn": _straight_ahead,
-    "a turn on the spot, without a shift": _on_the_spot,
+    "the gate alone": whole_loop(28, 0.45, 1.0, OFF),
+    "trimming alone": whole_loop(24, OFF, 0.7, OFF),
+    "the weights alone": whole_loop(24, OFF, 1.0, 0.1),
+    "all stages at work": whole_loop(30, 0.5, 0.9, 0.1),
+    "a guess far from no motion": whole_loop(24, 0.6, 1.0, 0.15),
+    "a budget that ends the loop": scans(24, 1.5, 0.8, 0.1, 3, error=0.15),
+    "a small budget that ends the loop": scans(24, 1.2, 0.9, 0.1, 2, error=0.12),
+    "five pairs": whole_loop(5, 2.0, 0.85, 0.1),
+    "walls along which each step slides a little": walls,
+    "a way straight ahead, without a turn": straight_ahead,
+    "a turn on the spot, without a shift": on_the_spot,
     "a pair a little beyond a wide gate": LOOP_AT_THE_GATE,
 }, mistakes={
     "update_on_the_right": (0.4, ON_THE_RIGHT, {UPDATE: "return T @ dT"}, LEFT),
@@ -357,3 +375,24 @@ question("icp", visible={
         "the new transform already.",
         [{STEP: f"{STEP} @ T"}, {STEP: STEP.replace("icp", "T @ icp")}], LEFT),
 })
+def icp(source, target, T_init, max_distance, overlap_ratio, delta, max_iterations):
+    """Match the newer scan onto the older one.
+
+    source, target: arrays (N, 2) and (M, 2), the newer and the older scan.
+    T_init: array (3, 3), the initial guess of T_target_source.
+    max_distance, overlap_ratio, delta: as for one step.
+    max_iterations: int, the budget: this many steps at most.
+    Returns T_target_source, as one (3, 3) or as (R, t).
+
+    >>> corners = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]])
+    >>> T = icp(corners - 0.2, corners, np.eye(3), 0.5, 1.0, 0.1, 50)
+    >>> print(T.round(2)[:2, 2] if isinstance(T, np.ndarray) else np.round(T[1], 2))
+    [0.2 0.2]
+    """
+    T = T_init
+    for _ in range(max_iterations):
+        T_before, T = T, icp_step(source, target, T, max_distance, overlap_ratio, delta)
+        dT = T @ invert(T_before)
+        if np.hypot(*dT[:2, 2]) < 1e-7 and abs(np.arctan2(dT[1, 0], dT[0, 0])) < 1e-7:
+            break
+    return T

@@ -6,8 +6,13 @@ import math
 
 import numpy as np
 
-from labkit.course.authoring import solution as right
-from labkit.course.authoring.entries import Arguments, Exact, Rng, question, recipe
+from labkit.course.authoring.entries import Exact, Rng, question, recipe
+from labkit.course.authoring.questions.se2 import rotation, wrap
+from labkit.course.exercises.entries import Arguments
+from labkit.course.grading.assignment.questions import Answer
+from labkit.odometry import integrate as labkits_integrate
+from labkit.odometry.sanity import SanityLimits, beyond, poor
+from labkit.support.arrays import FloatArray
 
 LIMITS = (0.5, 0.75, 0.375, 0.125)  # m, rad, ratio, m; exact in single precision
 ON_ALL_LIMITS = Exact((np.array([0.5, 0.0, 0.75]), 0.375, 0.125, *LIMITS))
@@ -53,8 +58,22 @@ def _step(
     return increment, vary * ratio, vary * rmse, *LIMITS
 
 
+def _is_plausible(
+    increment: FloatArray, ratio: float, rmse: float, shift: float, turn: float, *least: float
+) -> bool:
+    limits = SanityLimits(
+        max_translation=shift, max_rotation=turn, min_inlier_ratio=least[0], max_rmse=least[1]
+    )
+    return not beyond(increment, limits) + poor(ratio, rmse, limits)
+
+
 # fmt: off
-question("integrate", visible={
+@question("From increments to poses", points=7, answer=Answer.POSES,
+    chapter="chapter 5, “From increments to poses”",
+    task=r"""
+Each increment $(\Delta x, \Delta y, \Delta\psi)$ is expressed in the frame of the scan before it.
+Chain them to poses in the frame of the start. Headings are to lie in $(-\pi, \pi]$.
+""", oracle=labkits_integrate, visible={
     "ahead, a quarter turn, ahead": (
         np.array([[1.0, 0.0, math.pi / 2], [1.0, 0.0, 0.0]]), np.zeros(3)),
     "a curve from another start": _increments(3, 0.2, 0.5),
@@ -94,7 +113,31 @@ question("integrate", visible={
     "last_pose": (0.3, "This is the last pose alone; asked for are all K + 1.",
         {"np.array(poses)": "np.array(poses[-1:])"}),
 })
-question("is_plausible", visible={
+def integrate(increments, start):
+    """Chain increments to a trajectory.
+
+    increments: array (K, 3), rows (dx, dy, dpsi), each in the frame of the pose before it.
+    start: array (3,), the first pose (x, y, psi).
+    Returns an array (K + 1, 3), rows (x, y, psi), the first of them the start.
+
+    >>> print(integrate(np.array([[1, 0, np.pi / 2], [1, 0, 0]]), np.zeros(3))[-1].round(2))
+    [1.   1.   1.57]
+    """
+    poses = [np.array(start, dtype=float)]
+    for increment in increments:
+        x, y, psi = poses[-1]
+        dx, dy = rotation(psi) @ increment[:2]
+        poses.append(np.array([x + dx, y + dy, wrap(psi + increment[2])]))
+    return np.array(poses)
+
+
+@question("The sanity check", points=5, answer=Answer.FLAG, chance=0.65,
+    chapter="chapter 5, “Is this step to be believed?”",
+    task=r"""
+Say whether a step can be believed: it goes no farther and turns no wider than the robot can, enough
+pairs are kept, and they agree well enough. The limits themselves are allowed. A match without a
+single pair has the RMSE `nan`; nobody should believe it.
+""", oracle=_is_plausible, visible={
     "an ordinary step": _step(),
     "a step too far": _step(length=0.9),
     "too few inliers": _step(ratio=0.2),
@@ -150,7 +193,25 @@ question("is_plausible", visible={
     "ratio_upside_down": (0.5, "The inlier ratio's limit is taken for an upper one; it is lower.",
         {"inlier_ratio >= min_ratio": "inlier_ratio <= min_ratio"}),
     "inverted": (0.0, "True and False are swapped: True means that the step can be believed.",
-        lambda *arguments: not right.is_plausible(*arguments)),
+        lambda *arguments: not is_plausible(*arguments)),
     "always": (0.0, "It says True whatever it is given.", lambda *arguments: True),
     "never": (0.0, "It says False whatever it is given.", lambda *arguments: False),
 })
+def is_plausible(increment, inlier_ratio, rmse, max_shift, max_turn, min_ratio, max_rmse):
+    """Whether a step passes all sanity checks.
+
+    increment: array (3,), (dx, dy, dpsi) in metres and radians.
+    inlier_ratio, rmse: floats, kept pairs over source points, and inlier RMSE in metres.
+    max_shift, max_turn: floats, the longest way in metres and the widest turn in radians.
+    min_ratio, max_rmse: floats, what the match must reach.
+    Returns a bool: True where the step can be believed.
+
+    >>> print(is_plausible(np.array([0.3, 0.0, 0.1]), 0.8, 0.05, 0.5, 0.7, 0.4, 0.2))
+    True
+    """
+    return (
+        np.hypot(increment[0], increment[1]) <= max_shift
+        and abs(increment[2]) <= max_turn
+        and inlier_ratio >= min_ratio
+        and rmse <= max_rmse
+    )

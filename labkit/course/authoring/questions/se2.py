@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 import labkit
-from labkit.course.authoring import solution as right
 from labkit.course.authoring.entries import Draw, Exact, Rng, question
+from labkit.course.grading.assignment.questions import Answer
 from labkit.course.grading.inside.data import Value
 
 QUARTERS = np.array([[[0, -1], [1, 0]], [[0, 1], [-1, 0]]])
@@ -40,7 +40,11 @@ def _whole_transform(rng: Rng) -> Value:
 
 
 # fmt: off
-question("rotation", visible={
+@question("Rotation", points=3, answer=Answer.MATRIX,
+    chapter="chapter 1, “Rotation”",
+    task=r"""
+Write the matrix that turns points counter-clockwise by the angle $\theta$.
+""", oracle=labkit.se2.rotation, visible={
     "no turn": (0.0,),
     "a quarter turn": (math.pi / 2,),
     "a turn to the right": (-0.5,),
@@ -54,7 +58,7 @@ question("rotation", visible={
     "transposed": (0.5, "R is transposed: a positive angle turns counter-clockwise.",
         {"[[c, -s], [s, c]]": "[[c, s], [-s, c]]"}),
     "degrees": (0.5, "The angle is taken for degrees; `theta` is in radians already.",
-        lambda theta: right.rotation(np.deg2rad(theta))),
+        lambda theta: rotation(np.deg2rad(theta))),
     "reflection": (0.25, "This is a reflection, [[c, s], [s, −c]]: its determinant is −1.",
         {"[[c, -s], [s, c]]": "[[c, s], [s, -c]]"}),
     "sine_and_cosine_swapped": (0.25, "Sine and cosine are swapped: at angle 0, R is the identity.",
@@ -64,7 +68,26 @@ question("rotation", visible={
     "small_angle": (0.25, "This is the small-angle [[1, −θ], [θ, 1]]: it stretches what it turns.",
         {"np.cos(theta), np.sin(theta)": "1.0, theta"}),
 })
-question("compose", visible={
+def rotation(theta):
+    """Rotation matrix of an angle.
+
+    theta: float, in radians, counter-clockwise; any size.
+    Returns R, an array (2, 2).
+
+    >>> print(np.round(rotation(np.pi / 2), 2))
+    [[ 0. -1.]
+     [ 1.  0.]]
+    """
+    c, s = np.cos(theta), np.sin(theta)
+    return np.array([[c, -s], [s, c]])
+
+
+@question("Composition", points=3, answer=Answer.MATRIX,
+    chapter="chapter 1, “Rotation and translation in one matrix”",
+    task=r"""
+`T_a_b` takes coordinates in frame $b$ to coordinates in frame $a$, and `T_b_c` from $c$ to $b$.
+Chain them to the one that goes from $c$ to $a$.
+""", oracle=labkit.compose, visible={
     "a step ahead, then a quarter turn": (AHEAD, labkit.transform(0.0, 0.0, math.pi / 2)),
     "two general motions": _transforms(2, 0.3, 1.2),
 }, hidden={
@@ -85,7 +108,25 @@ question("compose", visible={
     "translation_lost": (0.25, "Only the second translation is in the result; add the first.",
         {"return T_a_b @ T_b_c": COMPOSED.format("R @ u")}),
 })
-question("invert", visible={
+def compose(T_a_b, T_b_c):
+    """Chain two transforms.
+
+    T_a_b, T_b_c: arrays (3, 3), rigid transforms [[R, t], [0, 1]].
+    Returns T_a_c, an array (3, 3).
+
+    >>> ahead = np.array([[1, 0, 2], [0, 1, 0], [0, 0, 1]])
+    >>> print(compose(ahead, ahead)[0])
+    [1 0 4]
+    """
+    return T_a_b @ T_b_c
+
+
+@question("Inverse", points=3, answer=Answer.MATRIX,
+    chapter="chapter 1, “Rotation and translation in one matrix”",
+    task=r"""
+Turn the transform round. Its structure gives the inverse without a general solver, but that is
+yours to choose.
+""", oracle=labkit.invert, visible={
     "a step ahead": (AHEAD,),
     "a general motion": _transforms(1, 0.3, 1.2),
 }, hidden={
@@ -106,7 +147,28 @@ question("invert", visible={
     "rotation_kept": (0.25, "The rotation is left as it was; the inverse turns back, by Rᵀ.",
         {"= R.T\n": "= R\n"}),
 })
-question("wrap", visible={
+def invert(T_a_b):
+    """Invert a rigid transform.
+
+    T_a_b: array (3, 3), a rigid transform [[R, t], [0, 1]].
+    Returns T_b_a, an array (3, 3).
+
+    >>> ahead = np.array([[1, 0, 2], [0, 1, 0], [0, 0, 1]])
+    >>> print(invert(ahead)[0])
+    [ 1.  0. -2.]
+    """
+    R, t = T_a_b[:2, :2], T_a_b[:2, 2]
+    T_b_a = np.eye(3)
+    T_b_a[:2, :2] = R.T
+    T_b_a[:2, 2] = -R.T @ t
+    return T_b_a
+
+
+@question("Wrapping an angle", points=2, answer=Answer.NUMBER, chance=0.28, unit="rad",
+    chapter="chapter 1, “Rotation”",
+    task=r"""
+An angle is known only up to full turns. Return the one in $(-\pi, \pi]$ that means the same turn.
+""", oracle=labkit.wrap, visible={
     "three quarters of a turn": (1.5 * math.pi,),
     "a small angle": (0.25,),
     "an obtuse angle": (2.5,),
@@ -138,3 +200,13 @@ question("wrap", visible={
     "degrees": (0.3, "A turn is taken for 360; the angle is in radians, so a turn is 2π.",
         lambda angle: 180 - (180 - angle) % 360 if abs(angle) > np.pi else (angle + 180) % 360),
 })
+def wrap(angle):
+    """The angle in (-pi, pi].
+
+    angle: float, in radians, of any size.
+    Returns a float in radians.
+
+    >>> print(np.round(wrap(1.5 * np.pi), 2))
+    -1.57
+    """
+    return np.pi - (np.pi - angle) % (2 * np.pi)

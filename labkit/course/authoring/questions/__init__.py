@@ -1,0 +1,18 @@
+"""The assignment: each question with all that belongs to it, in the order of the notebook.
+
+What is said of a mistake is read by students.
+"""
+
+from labkit.course.authoring.entries import question
+from labkit.course.authoring.questions import alignment, correspondences, loop, odometry, se2
+from labkit.course.exercises.entries import ENTRIES
+
+TITLE = "ICP-based motion estimation"
+_SECTIONS = (se2, alignment, correspondences, loop, odometry)
+QUESTIONS = tuple(
+    entry
+    for section in _SECTIONS
+    for entry in ENTRIES.values()
+    if isinstance(entry, question) and entry.right.__module__ == section.__name__
+)
+SOLUTION = "\n\n".join(["import numpy as np\n", *(entry.solution for entry in QUESTIONS)])

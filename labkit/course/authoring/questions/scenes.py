@@ -1,0 +1,171 @@
+"""Scenes for a step of ICP and its loop: scans that overlap in part, and guesses."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any, cast
+
+import numpy as np
+
+import labkit
+from labkit.course.authoring.compute import apart
+from labkit.course.authoring.entries import Draw, Exact, Recipe, Rng, recipe
+from labkit.course.exercises.entries import ENTRIES, Arguments, Function
+from labkit.support.arrays import FloatArray
+
+LOOP_BUDGET = 60
+CORNERS = np.array([[0, 0], [8, 0], [16, 2], [2, 10], [12, 12], [-8, 6], [-20, -20]])
+FAR = 1.0  # rad: at less than 60° an update on the wrong side slows down; it does not diverge
+STOP_BELOW = 1e-5  # m and rad; the question asks for 1e-6, but ten times that is no mistake
+STOP_MARGIN = 2.0
+SETTLED, FAR_FROM_STOPPING = 1e-9, 1e-3
+LOOP_FLOOR = 2e-5  # m and rad; the noise of the scans is 1 cm, which no stopping rule need resolve
+STANDSTILL = 1e-13
+
+
+@recipe
+def scans(
+    rng: Rng, count: int, *limits: float, turn: float = 0.1, error: float = 0.05
+) -> Arguments:
+    """Two scans of the same posts, each with some that the other does not see.
+
+    The `limits` are the gate [m], the share to keep, Huber's δ [m], and of the whole loop the
+    budget. `turn` [rad] is the size of the true rotation, `error` [rad, and thrice it in m] that of
+    the guess. Posts that moved a little between the scans keep Huber's weights at work.
+    """
+    x, y, side, other = rng.choice([-1.0, 1.0], 4)
+    T = labkit.transform(0.4 * x, 0.4 * y, side * turn * rng.number(0.95, 1.03))
+    posts = rng.points(count, 5.0)
+    shifted = posts + rng.normal(0.0, 0.01, posts.shape)
+    some = rng.permutation(count)[: count // 4]
+    shifted[some] += rng.normal(0.0, 0.15, (len(some), 2)) + 0.1
+    source = np.vstack([_back(T, shifted), rng.points(count // 5, 6.0)])
+    target = np.vstack([posts, rng.points(3, 6.0)])
+    away = other * error * rng.number(0.8, 1.2)
+    guess = labkit.transform(3.0 * away, -2.0 * away, away) @ T
+    return np.round(source, 3), np.round(target, 3), guess, *limits
+
+
+def _back(T: FloatArray, q: FloatArray) -> FloatArray:
+    """The points before the motion T."""
+    return labkit.apply(labkit.invert(T), q)
+
+
+def whole_loop(count: int, *limits: float) -> Draw:
+    """The whole loop from a guess far from no motion, with a budget that is enough."""
+    return scans(count, *limits, LOOP_BUDGET, turn=FAR)
+
+
+def from_no_motion(rng: Rng) -> Arguments:
+    source, target, _, *limits = scans(16, 1.2, 0.8, 0.15, turn=0.03)(rng)
+    return source, target, np.eye(3), *limits
+
+
+def walls(rng: Rng) -> Arguments:
+    """Dense walls about a corner: each step slides a little, and the last ones are short."""
+    along, across = np.arange(0.0, 3.6, 0.24), np.arange(0.2, 2.4, 0.22)
+
+    def look() -> FloatArray:
+        x = np.append(along + rng.uniform(0.0, 0.1), np.full(len(across), 3.6))
+        y = np.append(np.zeros(len(along)), across + rng.uniform(0.0, 0.1))
+        return np.column_stack([x, y]) + rng.normal(0.0, 0.012, (len(x), 2))
+
+    T = labkit.transform(rng.number(-0.5, 0.5), rng.number(-0.5, 0.5), rng.number(0.97, 1.02))
+    guess = labkit.transform(rng.number(0.15, 0.3), rng.number(-0.2, -0.1), 0.06) @ T
+    scans = np.round(_back(T, look()), 3), np.round(look(), 3)
+    return *scans, guess, 1.5, 0.9, 0.05, 2 * LOOP_BUDGET
+
+
+def straight_ahead(rng: Rng) -> Arguments:
+    """A scene with two equal sides and a guess that is off straight ahead: no step turns."""
+    side = np.column_stack([rng.permutation(np.arange(-6.0, 6.0, 1.2)), rng.uniform(1.0, 4.0, 10)])
+    moved = side + np.column_stack([rng.normal(0.0, 0.15, 10), np.zeros(10)])
+    posts, seen = (np.round(np.vstack([one, one * (1.0, -1.0)]), 3) for one in (side, moved))
+    ahead = labkit.transform(rng.number(0.2, 0.5), 0.0, 0.0)
+    lonely = posts[[0, 10]] + [(0.0, 60.0), (0.0, -60.0)]  # beyond the gate, and heavy in an RMSE
+    guess = labkit.transform(rng.number(0.7, 0.9), 0.0, 0.0) @ ahead
+    source = np.round(_back(ahead, np.vstack([seen, lonely])), 6)
+    return source, posts, guess, 3.0, 1.0, 0.02, 2 * LOOP_BUDGET
+
+
+def on_the_spot(rng: Rng) -> Arguments:
+    """A scene that looks the same from behind, and a guess that is turned: no step shifts.
+
+    It is drawn until twenty steps do not lead to the end.
+    """
+    while True:
+        angle, far = rng.permutation(np.arange(10) * 0.31), rng.uniform(2.0, 5.0, 10)
+        T = labkit.transform(0.0, 0.0, rng.number(0.3, 0.5))
+        guess = labkit.transform(0.0, 0.0, rng.number(0.1, 0.15)) @ T
+        half, seen = (
+            np.column_stack([far * np.cos(one), far * np.sin(one)])
+            for one in (angle, angle + rng.normal(0.0, 0.15, 10))
+        )
+        source, posts = np.round(_back(T, seen), 6), np.round(half, 6)
+        both = np.vstack([source, -source]), np.vstack([posts, -posts])
+        arguments = (*both, guess, 3.0, 1.0, 0.05, 2 * LOOP_BUDGET)
+        found = path(ENTRIES["icp_step"].edited({})[0], *arguments)
+        if apart(found[min(20, len(found) - 1)], found[-1]) > 3e-4:
+            return arguments
+
+
+@recipe
+def about_the_gate(
+    rng: Rng, beyond: list[float], gate: float, *limits: float, apart: float = 0.25
+) -> Arguments:
+    """Pairs that are some `apart` [m], and others that lie so far `beyond` the gate, or on it."""
+    target = CORNERS[: 5 + len(beyond)]
+    target = gate * (target + rng.integers(-4, 5, target.shape) / 4)
+    source = target.copy()
+    source[:5] += apart * np.array([[1, 0], [0, 1], [1, 1], [-1, 2], [2, 1]])
+    source[5:, 1] -= gate + np.array(beyond)
+    return source, target, np.eye(3), gate, *limits
+
+
+def turned(recipe: Recipe, arguments: Arguments) -> Recipe:
+    """Two scans and a guess in frames that are turned alike: other numbers, as hard for any loop.
+
+    Numbers on a limit are turned by right angles, which keeps them exact.
+    """
+    source, target, T, *limits = cast("tuple[Any, ...]", arguments)
+    is_exact = isinstance(recipe, Exact)
+
+    def draw(rng: Rng) -> Arguments:
+        quarters = rng.integers(1, 4) if is_exact else rng.uniform(0.2, 3.8)
+        G = labkit.transform(0.0, 0.0, quarters * np.pi / 2.0)
+        G = np.rint(G) if is_exact else G
+        return labkit.apply(G, source), labkit.apply(G, target), G @ T @ G.T, *limits
+
+    return Exact(draw) if is_exact else draw
+
+
+def stop_error(arguments: tuple[Any, ...]) -> float:
+    """Distance of the loop from its end where it may stop: at the first step below `STOP_BELOW`.
+
+    It is added to the tolerance, since a loop that stops early lies a little before its end.
+    """
+    worst = 0.0
+    for step in ENTRIES["icp_step"].edited({}):
+        found = path(step, *arguments)
+        moves = [apart(a, b) for a, b in pairwise(found)]
+        if moves[-1] > SETTLED:  # the budget ends it: no rule may come near to ending it before
+            if min(moves) < FAR_FROM_STOPPING:
+                return math.inf
+            continue
+        stop = next(k for k, move in enumerate(moves) if move < STOP_BELOW)
+        worst = max(worst, apart(found[stop + 1], found[-1]))
+    return max(STOP_MARGIN * worst, LOOP_FLOOR)
+
+
+def path(
+    step: Function, source: Any, target: Any, T: FloatArray, *settings: Any
+) -> list[FloatArray]:
+    """The transforms of the loop, one a step, until its budget is spent or nothing moves."""
+    *limits, iterations = settings
+    found = [T]
+    for _ in range(iterations):
+        found.append(step(source, target, found[-1], *limits))
+        if apart(found[-2], found[-1]) < STANDSTILL:
+            break
+    return found

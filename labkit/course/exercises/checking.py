@@ -1,0 +1,287 @@
+"""`check`, for the notebooks: it tries a function, and says what is wrong with it.
+
+It runs the function in the notebook's own process, so it is a help and no examination. For the
+assignment's questions it asks the cases that everybody may see.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import copy
+import ctypes
+import re
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from html import escape
+from importlib import import_module
+from pkgutil import iter_modules
+from types import FrameType
+from typing import Any
+
+import labkit.course.exercises as chapters
+from labkit.course.exercises.entries import ENTRIES, exercise
+from labkit.course.grading.assignment import load_assignment
+from labkit.course.grading.assignment.questions import Case, Question
+from labkit.course.grading.inside.data import NoAnswerError, plain, said_of
+from labkit.course.grading.judging.compare import assess
+from labkit.course.grading.judging.verdict import Outcome, QuestionVerdict, to_html
+from labkit.support.errors import InvalidParameterError
+
+Calls = set[tuple[str, str]]  # of functions, by name and module
+SECONDS = 10.0  # for all cases of a check
+PATIENT = ("numba", "llvmlite", "pdb", "bdb")  # compiling and debugging are not counted
+HINTS = {  # what a message of numpy means here
+    r"matmul: Input operand 1 has a mismatch": "a (3, 3) transform does not multiply (N, 2) "
+    "points: apply(T, points) moves them, in this order",
+    r"arrays used as indices must be of integer": "are indices and distances exchanged? A search "
+    "returns the indices first",
+}
+
+
+class OutOfTime(BaseException):
+    """The time for a check is over; no exception that a student's `except Exception` holds up."""
+
+
+@dataclass(frozen=True)
+class Feedback:
+    """The verdict on a function by its visible cases, as a notebook shows it."""
+
+    verdict: QuestionVerdict
+
+    @property
+    def passed(self) -> bool:
+        """True if all visible cases pass."""
+        return self.verdict.passed
+
+    def __repr__(self) -> str:
+        """Head line, message and one line for each case that failed."""
+        lines = [f"{self._mark} {self.verdict.title}: {self.verdict.message}"]
+        return "\n".join(lines + [f"  - {reason}" for reason in self._reasons])
+
+    def _repr_html_(self) -> str:
+        color = {"✓": "#2a7f3f", "✗": "#b3541e"}.get(self._mark, "#777777")
+        rows = "".join(f"<li>{to_html(reason)}</li>" for reason in self._reasons)
+        reasons = f'<ul style="margin: 0.3em 0">{rows}</ul>' if rows else ""
+        return (
+            f'<div style="border-left: 4px solid {color}; padding: 0.3em 0.8em; margin: 0.3em 0">'
+            f"<strong>{self._mark} {escape(self.verdict.title)}:</strong> "
+            f"{to_html(self.verdict.message)}{reasons}</div>"
+        )
+
+    @property
+    def _mark(self) -> str:
+        unwritten = self.verdict.message.endswith("is not written yet.")
+        return "✓" if self.passed else "○" if unwritten else "✗"
+
+    @property
+    def _reasons(self) -> list[str]:
+        return [case.reason for case in self.verdict.cases if case.reason and self._mark == "✗"]
+
+
+def check(function: Callable[..., Any]) -> Feedback:
+    """Try a function on the examples of its exercise or question, and say what is wrong with it.
+
+    Parameters
+    ----------
+    function : callable
+        The function itself, under the name that its stub has. It gets copies of its arguments,
+        and ten seconds for all of them.
+
+    Returns
+    -------
+    Feedback
+        Shows itself as the last line of a cell; ``passed`` tells whether every case is right.
+
+    Raises
+    ------
+    InvalidParameterError
+        For what is no function of an exercise; for a function of the assignment that uses labkit.
+
+    Examples
+    --------
+    >>> def motion_between(T_w_k, T_w_k1):
+    ...     return T_w_k1 @ np.linalg.inv(T_w_k)
+    >>> print(check(motion_between).passed)
+    False
+    """
+    name = _name(function)
+    assignment = load_assignment(hidden=False)
+    asked = next((one for one in assignment.questions if one.function == name), None)
+    if asked is None:
+        return Feedback(tried_exercise(_exercise(name), function))
+    called = Calls()
+    verdict = _own(asked, assignment.cases(asked.id), function, called)
+    names = {name for name, _ in called}
+    for one in assignment.questions if not verdict.passed else ():
+        other: Any = getattr(function, "__globals__", {}).get(one.function)
+        if one is asked or one.function not in names or not callable(other):
+            continue
+        if not tried(one, assignment.cases(one.id), other).passed:
+            cause = f"It uses your `{one.function}`, which fails its own check: mend that first"
+            return Feedback(replace(verdict, message=f"{cause}. {verdict.message}"))
+    return Feedback(verdict)
+
+
+def score(function: Callable[..., Any], student: str = "") -> float:
+    """The points of a function, by a student's hidden cases; for nbgrader's hidden tests.
+
+    nbgrader runs a student's code in the process that grades it. This cannot mend that:
+    marks that have to hold come from ``labkit grade``.
+
+    Raises
+    ------
+    LabkitError
+        In the students' edition, which has no hidden cases.
+    """
+    assignment = load_assignment()
+    asked = assignment.question(_name(function))
+    return _own(asked, assignment.cases(asked.id, student), function, Calls()).score
+
+
+def exercises() -> dict[str, exercise]:
+    """All exercises of the chapters, by the name of their function."""
+    for module in iter_modules(chapters.__path__):
+        import_module(f"{chapters.__name__}.{module.name}")
+    return {
+        name: one
+        for name, one in ENTRIES.items()
+        if one.right.__module__.startswith(chapters.__name__)
+    }
+
+
+def _name(function: Callable[..., Any]) -> str:
+    name = getattr(function, "__name__", None)
+    if not callable(function) or name is None:
+        raise InvalidParameterError(
+            f"`function` must be the function itself, as in check(rotation), "
+            f"got {type(function).__name__}"
+        )
+    return str(name)
+
+
+def _exercise(name: str) -> exercise:
+    known = exercises()
+    if name not in known:
+        raise InvalidParameterError(
+            f"no exercise asks for a function named {name!r}; leave the name as its stub has it"
+        )
+    return known[name]
+
+
+def tried_exercise(entry: exercise, function: Callable[..., Any]) -> QuestionVerdict:
+    """The verdict on a function of a chapter; families are computed where nothing listed fits."""
+    question, cases = entry.asked
+    outcomes = _outcomes(cases, function)
+    verdict = assess(question, cases, outcomes)
+    if verdict.passed:
+        return replace(verdict, message="right in every case.")
+    if verdict.misconception is None and any(not one.error for one in outcomes):
+        verdict = assess(*entry.with_families, outcomes)
+    return verdict
+
+
+def tried(
+    question: Question,
+    cases: Sequence[Case],
+    function: Callable[..., Any],
+    called: Calls | None = None,
+) -> QuestionVerdict:
+    """The verdict on a function that is called here; `called` takes all that it calls in turn."""
+    return assess(question, cases, _outcomes(cases, function, called))
+
+
+def _own(
+    question: Question, cases: Sequence[Case], function: Callable[..., Any], called: Calls
+) -> QuestionVerdict:
+    """The verdict on a function that calls nothing of labkit, which the grading does not have."""
+    verdict = tried(question, cases, function, called)
+    for name, module in filter(_is_labkits, called):
+        raise InvalidParameterError(
+            f"your function calls `{name}` from {module}, which is not available during grading; "
+            f"write that part yourself, and run the cell that defines your "
+            f"`{question.function}` again"
+        )
+    return verdict
+
+
+def _is_labkits(call: tuple[str, str]) -> bool:
+    return f"{call[1]}.".startswith("labkit.") and not call[1].startswith("labkit.course.authoring")
+
+
+def _outcomes(
+    cases: Sequence[Case], function: Callable[..., Any], called: Calls | None = None
+) -> list[Outcome]:
+    """The outcomes of all cases within the time for a check; once it is over, no more are asked."""
+    outcomes = list[Outcome]()
+    try:
+        with limited(SECONDS):
+            for case in cases:
+                outcomes.append(_outcome(case, function, called))
+    except OutOfTime:
+        late = Outcome(error="OutOfTime", message=f"it did not end within {SECONDS:g} seconds")
+        outcomes += [late] * (len(cases) - len(outcomes))
+    return outcomes
+
+
+@contextlib.contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """Raise `OutOfTime` in this thread, on any system, where the block does not end in time.
+
+    The exception is raised between two steps of Python code, and again each second while something
+    catches it. A call into C, as of `time.sleep`, ends first.
+    """
+    thread, lock, over = threading.get_ident(), threading.Lock(), threading.Event()
+
+    def watch() -> None:
+        wait = seconds
+        while not over.wait(wait):
+            wait = 1.0
+            with lock:
+                if not over.is_set() and not _is_patient(sys._current_frames().get(thread)):
+                    ctypes.pythonapi.PyThreadState_SetAsyncExc(
+                        ctypes.c_ulong(thread), ctypes.py_object(OutOfTime)
+                    )
+
+    try:
+        threading.Thread(target=watch, daemon=True).start()
+        yield
+    finally:
+        for _ in range(2):  # an exception that is on its way arrives in the first round
+            with contextlib.suppress(OutOfTime), lock:
+                over.set()
+
+
+def _is_patient(frame: FrameType | None) -> bool:
+    while frame is not None:
+        if str(frame.f_globals.get("__name__")).partition(".")[0] in PATIENT:
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _outcome(case: Case, function: Callable[..., Any], called: Calls | None) -> Outcome:
+    def note(frame: FrameType, event: str, _: object) -> None:
+        if event == "call" and called is not None:
+            called.add(call := (frame.f_code.co_name, str(frame.f_globals.get("__name__"))))
+            if _is_labkits(call):
+                raise RuntimeError("labkit is called")  # which ends the call
+
+    arguments, before = copy.deepcopy(case.arguments), sys.getprofile()
+    try:
+        with contextlib.redirect_stderr(sys.stdout):  # a warning there costs nbgrader's points
+            sys.setprofile(before if called is None else note)
+            try:
+                value = function(*arguments)
+            finally:
+                sys.setprofile(before)
+        return Outcome(value=plain(value))
+    except NoAnswerError as error:
+        return Outcome(error=type(error).__name__, message=str(error))
+    except (Exception, SystemExit) as error:  # the student's own, whatever it is
+        where = error.__traceback__ and error.__traceback__.tb_next
+        line = f" (line {where.tb_lineno} of its cell)" if where else ""
+        said = said_of(error)
+        hint = next((f"; {text}" for sign, text in HINTS.items() if re.search(sign, said)), "")
+        return Outcome(error=type(error).__name__, message=said + line + hint)

@@ -1,0 +1,234 @@
+"""Entries: the right function of an exercise, what it is tried on, and its known mistakes.
+
+Chapters and assignment share this registry. The docstring of `labkit.course.exercises` says how an
+exercise is written; a question of the assignment has more fields (`labkit.course.authoring`).
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
+from typing import Any
+
+import numpy as np
+
+from labkit.course.exercises.families import Family, families
+from labkit.course.grading.assignment.questions import Answer, Case, Misconception, Question
+from labkit.course.grading.inside.data import Value, plain
+from labkit.course.grading.judging.kinds import read
+from labkit.course.grading.judging.relations import numbers
+
+Function = Callable[..., Any]
+Edits = Mapping[str, str]  # texts of the right function, and what stands there instead
+Arguments = tuple[Any, ...]
+ENTRIES: dict[str, exercise] = {}
+FAILURES = (ArithmeticError, ValueError, IndexError)
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """A known mistake of an exercise."""
+
+    id: str
+    credit: float  # the share of the question's points that it earns
+    says: str  # to the student
+    wrong: Function | Edits | Sequence[Edits]  # several where it can come out in several ways
+    chapter: str = ""  # that explains it; empty for the exercise's own
+
+
+@dataclass(eq=False)
+class exercise:
+    """Enter the decorated function as the right one of the name that students write."""
+
+    title: str
+    visible: Mapping[str, Any] | Callable[[], Mapping[str, Any]]  # arguments, by words for them
+    mistakes: Mapping[str, Any] = field(default_factory=dict)  # wrong functions by their sentence
+    tolerance: float = 1e-6  # of an entry, relative to the largest of its result or to 1
+
+    readings: Sequence[Edits] = ({},)  # edits for each way in which the question can be read
+
+    def __call__(self, right: Function) -> Function:
+        """Enter the function."""
+        assert right.__name__ not in ENTRIES, f"{right.__name__} is checked twice"
+        ENTRIES[right.__name__], self.right = self, right
+        return right
+
+    @cached_property
+    def known(self) -> list[Mistake]:
+        """The known mistakes: ``{sentence: wrong}``, or ``{id: (credit, sentence, wrong, …)}``."""
+        return [
+            Mistake(id, *row) if isinstance(row, tuple) else Mistake(id, 0.0, id, row)
+            for id, row in self.mistakes.items()
+        ]
+
+    def ways(self, mistake: Mistake) -> list[Function]:
+        """The wrong functions, one for each way in which the mistake can come out."""
+        if callable(mistake.wrong):
+            return [mistake.wrong]
+        several = [mistake.wrong] if isinstance(mistake.wrong, Mapping) else mistake.wrong
+        return [way for edits in several for way in self.edited(edits)]
+
+    def edited(self, edits: Edits) -> list[Function]:
+        """The right functions with each text of `edits` replaced by another.
+
+        It is replaced wherever it stands, in a right function that is called as well. There is one
+        for each reading in which all the texts stand.
+        """
+        sources = [_replaced(_sources(self.right), reading) for reading in self.readings]
+        absent = [text for text in edits if not any(text in source for source in sources)]
+        name = self.right.__name__
+        assert not absent, f"{name} does not hold {absent}, which a mistake replaces"
+        found = [_replaced(one, edits) for one in sources if all(text in one for text in edits)]
+        return [_defined(source, self.right)[name] for source in found]
+
+    def mistaken(self, arguments: Arguments) -> dict[str, tuple[Value, ...]]:
+        """The answers of all mistakes that do not fail on the arguments."""
+        found = {one.id: answers(self.ways(one), arguments) for one in self.known}
+        return {id: wrong for id, wrong in found.items() if wrong}
+
+    def families(self, arguments: Arguments) -> dict[Family, Value]:
+        """The right function's answers to arguments that were changed, by what was done to them."""
+        names, found = list(inspect.signature(self.right).parameters), dict[Family, Any]()
+        for family, changed in families(names, arguments):
+            with suppress(TypeError):  # a budget of 2.5 steps
+                found[family] = answers([self.right], changed)
+        return {family: answer[0] for family, answer in found.items() if answer}
+
+    def posed(self, answer: Answer, **more: Any) -> Question:
+        """The question as the judge knows it."""
+        name = self.right.__name__
+        return Question(
+            **{"points": 1.0, **more},
+            id=name,
+            title=self.title,
+            function=name,
+            signature=f"({', '.join(inspect.signature(self.right).parameters)})",
+            answer=answer,
+            misconceptions=tuple(
+                Misconception(
+                    id=one.id,
+                    says=one.says,
+                    chapter=one.chapter or more.get("chapter", ""),
+                    credit=one.credit,
+                )
+                for one in self.known
+            ),
+        )
+
+    @cached_property
+    def asked(self) -> tuple[Question, list[Case]]:
+        """The question and its cases, computed here."""
+        given = self.visible() if callable(self.visible) else self.visible
+        cases = [self._case(about, arguments) for about, arguments in given.items()]
+        return self.posed(_kind(*cases[0].expected)), cases
+
+    @cached_property
+    def with_families(self) -> tuple[Question, list[Case]]:
+        """The question and its cases with the families of mistakes in the arguments."""
+        question, cases = self.asked
+        return with_families(question, cases, [self.families(case.arguments) for case in cases])
+
+    def _case(self, about: str, arguments: Arguments) -> Case:
+        """A call with its right answer, and the answers of all mistakes that do not fail."""
+        wanted = plain(self.right(*arguments))
+        answer = _kind(wanted)
+        sizes = np.abs(read(answer, wanted)) * (answer is not Answer.NUMBERS)
+        return Case(
+            id=about,
+            hidden=False,
+            about=f"for {about}",
+            arguments=arguments,
+            expected=(wanted,),
+            tolerance=self.tolerance * sizes[np.isfinite(sizes)].max(initial=1.0),
+            mistaken=self.mistaken(arguments),
+        )
+
+
+def with_families(
+    question: Question, cases: Sequence[Case], found: Sequence[Mapping[Family, Value]]
+) -> tuple[Question, list[Case]]:
+    """The question and its cases with the families that give a wrong answer in one of these.
+
+    Of families that agree in all cases the first one is kept; where answers are whole numbers,
+    which agree by chance, none.
+    """
+    alike: dict[Any, list[Family]] = {
+        tuple(_signs(question, case.expected[0]) for case in cases): []
+    }
+    for one in found[0] if found else ():
+        if all(one in each for each in found):
+            signs = tuple(_signs(question, each[one]) for each in found)
+            alike.setdefault(signs, []).append(one)
+    _, *groups = alike.values()
+    is_whole = question.answer in (Answer.FLAG, Answer.MASK)
+    kept = [group[0] for group in groups if len(group) == 1 or not is_whole]
+    known = (Misconception(id=one.id, says=one.says, family=True) for one in kept)
+    return replace(question, misconceptions=(*question.misconceptions, *known)), [
+        replace(case, mistaken={**case.mistaken, **{one.id: (each[one],) for one in kept}})
+        for case, each in zip(cases, found, strict=True)
+    ]
+
+
+def _signs(question: Question, value: Value) -> bytes | None:
+    """The numbers of an answer to six decimals."""
+    found = numbers(question.answer, value)
+    return None if found is None else (np.round(found, 6) + 0.0).tobytes()
+
+
+def answers(ways: Sequence[Function], arguments: Arguments) -> tuple[Value, ...]:
+    """What the functions answer to the arguments; nothing where one of them fails."""
+    try:
+        with np.errstate(all="ignore"):
+            return tuple(plain(way(*arguments)) for way in ways)
+    except FAILURES:
+        return ()
+
+
+def source_of(right: Function) -> str:
+    """The source of a function without its decorator."""
+    _, head, source = _source(right).partition(f"def {right.__name__}(")
+    return head + source
+
+
+_source = cache(inspect.getsource)
+
+
+def _sources(right: Function) -> str:
+    """The source of a right function, behind those of all right ones that it calls."""
+    found, waiting = dict[str, Function](), [right]
+    while waiting:
+        one = waiting.pop()
+        found = {one.__name__: one, **found}
+        called = [ENTRIES[name].right for name in one.__code__.co_names if name in ENTRIES]
+        waiting += [each for each in called if one.__globals__.get(each.__name__) is each]
+    return "\n".join(map(source_of, found.values()))
+
+
+@cache
+def _defined(source: str, right: Function) -> dict[str, Any]:
+    """The names that a source defines, which sees the same ones as the right function."""
+    names = dict(right.__globals__)
+    exec(source, names)
+    return names
+
+
+def _replaced(source: str, edits: Edits) -> str:
+    for text, wrong in edits.items():
+        source = source.replace(text, wrong)
+    return source
+
+
+def _kind(right: Any) -> Answer:
+    """The kind of answer, by the form of the right one."""
+    if isinstance(right, tuple):
+        return Answer.TRANSFORM if np.ndim(right[0]) == 2 else Answer.NUMBERS
+    array = np.asarray(right)
+    if array.dtype == bool:
+        return Answer.MASK if array.ndim else Answer.FLAG
+    if array.shape == (3, 3):
+        is_rigid = np.array_equal(array[2], (0.0, 0.0, 1.0))
+        return Answer.TRANSFORM if is_rigid else Answer.MATRIX
+    return (Answer.NUMBER, Answer.VECTOR, Answer.POSES)[array.ndim]
