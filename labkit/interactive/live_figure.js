@@ -6,7 +6,7 @@ import { drawCost } from "./explorer/cost.js";
 import { Frame } from "./explorer/frame.js";
 import { PATIENCE, writeRows } from "./explorer/readouts.js";
 import { floats } from "./explorer/scene.js";
-import { View } from "./explorer/view.js";
+import { View, widgetOf } from "./explorer/view.js";
 import { drawMark, signOf } from "./marks.js";
 import { MODELS } from "./models.js";
 
@@ -138,10 +138,4 @@ class LiveFigure extends View {
   }
 }
 
-function render({ model, el }) {
-  const controller = new AbortController();
-  el.append(new LiveFigure(model, controller.signal).root);
-  return () => controller.abort();
-}
-
-export default { render };
+export default widgetOf(() => LiveFigure);

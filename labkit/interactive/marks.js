@@ -19,12 +19,20 @@ const cells = (context, frame, data) => {
     context.rect(u, v, right - u, top - v);
   }
 };
+const outline = (context, frame, data) => {
+  for (let i = 0; i < data.length; i += 2) context.lineTo(...frame.pixel(data[i], data[i + 1]));
+};
 const circle = (context, frame, [x, y, radius]) => context.arc(...frame.pixel(x, y), radius * frame.scale, 0, 2 * Math.PI);
 
 // How each kind is drawn, and its sign in the legend; `fill` is how opaque its inside is.
 const KINDS = {
   older: { path: points(speck), color: "target", sign: "▪", fill: 1 },
   newer: { path: points(ring), color: "source", sign: "○" },
+  scan: { path: points(speck), color: "target", sign: "▪", fill: 0.35, width: 0.1 },
+  wall: { path: segments, color: "grid", sign: "—", width: 1.5 },
+  seen: { path: points(speck), color: "source", sign: "▪", fill: 1 },
+  view: { path: outline, color: "source", sign: "◣", fill: 0.12, width: 0.2 },
+  way: { path: segments, color: "source", sign: "—", width: 2 },
   pair: { path: segments, color: "soft", sign: "—" },
   pull: { path: segments, color: "gated", sign: "→", width: 3 },
   stray: { path: segments, color: "gated", sign: "- -", dash: [6, 4], width: 2 },

@@ -1,12 +1,13 @@
 // A robot to drive: the truth is a grey ghost, what the scans say is blue, and the map grows behind.
 
-import { freshContext, palette, rule, tween } from "../explorer/canvas.js";
+import { freshContext, palette, tween } from "../explorer/canvas.js";
 import { button, choice, element, parameterControls, part } from "../explorer/controls.js";
 import { Frame } from "../explorer/frame.js";
 import { floats } from "../explorer/scene.js";
 import { apply, between, compose, invert, toXYTheta, transform } from "../explorer/se2.js";
 import { isPage, toClipboard } from "../explorer/state.js";
-import { View } from "../explorer/view.js";
+import { View, widgetOf } from "../explorer/view.js";
+import { drawMark } from "../marks.js";
 import { Odometry } from "./odometry.js";
 import { cast, generator } from "./rays.js";
 import { Robot, decoded, encoded, rounded, wheelStep } from "./robot.js";
@@ -26,7 +27,7 @@ class DriveView extends View {
     super(model, signal);
     this.parameters = { ...model.get("parameters") };
     this.places = new Map(model.get("places").map((each) => [each.name, each]));
-    Object.assign(this, { wheels: "none", frame: null, view: new Frame(), held: new Set() });
+    Object.assign(this, { wheels: "none", frame: null, view: new Frame(), sheet: new Frame(), held: new Set() });
     this.build();
     this.live();
     addEventListener("hashchange", () => this.open(), { signal });
@@ -109,14 +110,14 @@ class DriveView extends View {
     this.world.set(this.at.name);
     this.segments = floats(this.at.segments);
     const ends = (axis) => this.segments.filter((_, i) => i % 2 === axis);
-    this.bounds = [0, 1].map((axis) => [Math.min(...ends(axis)), Math.max(...ends(axis))]);
+    const [[left, right], [bottom, top]] = [0, 1].map((axis) => [Math.min(...ends(axis)), Math.max(...ends(axis))]);
+    Object.assign(this, { left, top, across: right - left, down: top - bottom, center: [(left + right) / 2, (bottom + top) / 2] });
     this.sliding?.stop();
-    Object.assign(this, {
-      robot: new Robot(this.at.start), odometry: new Odometry(rounded(this.at.start)), poses: [], metres: 0, ticks: 0, behind: 0,
-      now: null, pointer: null, shown: null, bending: null, rival,
-    });
-    const [width, height] = this.bounds.map(([low, high]) => INK * (high - low + 2 * MARGIN));
+    const fresh = { poses: [], metres: 0, ticks: 0, behind: 0, now: null, pointer: null, shown: null, sliding: null, inked: null };
+    Object.assign(this, fresh, { rival, robot: new Robot(this.at.start), odometry: new Odometry(this.at.start) });
+    const [width, height] = [this.across, this.down].map((each) => INK * (each + 2 * MARGIN));
     this.map = Object.assign(document.createElement("canvas"), { width, height });
+    this.sheet.look({ width, height, center: this.center, scale: INK });
     this.prompt.hidden = false;
     this.scan();
     this.request();
@@ -131,8 +132,8 @@ class DriveView extends View {
     if (told.wheels in this.model.get("wheels")) this.dial.set((this.wheels = told.wheels));
     for (const name of DIALS) if (Number(told[name]) > 0) this.parameters[name] = Number(told[name]);
     this.enter(told.world);
-    const rival = { poses: decoded(told.drive ?? "", this.at.start), metres: Number(told.metres), off: Number(told.off) };
-    if (rival.poses.flat().every(Number.isFinite) && rival.poses.length > 1) this.enter(told.world, rival);
+    const poses = decoded(told.drive ?? "", this.at.start), [metres, off] = [Number(told.metres), Number(told.off)];
+    if (poses.length > 1 && [metres, off, ...poses.flat()].every(Number.isFinite)) this.enter(told.world, { poses, metres, off });
   }
 
   copy() {
@@ -144,36 +145,35 @@ class DriveView extends View {
 
   // Close the drive where a place is recognised: it slides there.
   close() {
+    if (this.sliding) return;
     const { scans } = this.odometry, before = scans.map(({ T }) => T), off = this.off();
     const found = this.odometry.recognise(this.parameters), after = scans.map(({ T }) => T);
-    this.said.textContent = found
-      ? `${found} scans recognised: ${off.toFixed(2)} m off before, ${this.off().toFixed(2)} m now.`
-      : "The scans recognise no place that the robot saw before.";
-    if (!found || this.bending) return;
-    const slide = (at) => {
+    const told = `${found} scans recognised: ${off.toFixed(2)} m off before, ${this.off().toFixed(2)} m now.`;
+    this.said.textContent = found ? told : "The scans recognise no place that the robot saw before.";
+    this.sliding = { stop() {} };
+    const { stop } = tween(1, (at) => {
       scans.forEach((scan, k) => (scan.T = at < 1 ? between(before[k], after[k], at) : after[k]));
       this.inked = null;
-      if (at >= 1) this.bending = null;
+      if (at >= 1) this.sliding = null;
       this.request();
-    };
-    this.bending = true;
-    this.sliding = tween(1, slide, { pace: 900 });
+    }, { pace: 900 });
+    if (this.sliding) this.sliding = { stop };
   }
 
   // ---- what happens
 
   update() {
     const now = performance.now();
-    if (this.now !== null && !this.bending) {
+    if (this.now !== null && !this.sliding) {
       this.behind += Math.min(0.1, (now - this.now) / 1000);
       for (; this.behind >= TICK; this.behind -= TICK) this.tick();
-      const rests = !this.pointer && !this.held.size && this.robot.atRest() && !this.moved();
-      this.now = rests ? null : now;
-      if (rests) this.spoken.textContent = this.sum();
-    } else if (this.now !== null) this.now = now;
+    }
+    const rests = !this.pointer && !this.held.size && this.robot.atRest() && !this.moved();
+    if (rests && this.now !== null) this.spoken.textContent = this.sum();
+    this.now = rests || this.now === null ? null : now;
     for (const name of DIALS) this.controls[name].set(this.parameters[name]);
     this.draw();
-    if (this.now !== null || this.bending) this.request();
+    if (this.now !== null || this.sliding) this.request();
   }
 
   tick() {
@@ -194,10 +194,11 @@ class DriveView extends View {
     const { points } = cast(this.segments, T, this.model.get("lidar"), random);
     this.odometry.add(points, step && noise ? wheelStep(step, noise, random) : null, this.metres, this.parameters);
     this.poses.push(pose);
-    this.ink(this.poses.length - 1);
+    this.ink(this.poses.length - 1, palette(this.root));
     this.score.textContent = this.sum();
-    const advice = this.advice(); // written only where it changes: it is read aloud
-    if (advice !== this.advised) this.said.textContent = this.advised = advice;
+    const { poses, metres, off } = this.rival ?? {}, lesson = this.off() > LOST ? this.at.lesson : this.at.hint;
+    const beat = poses ? `To beat: ${metres.toFixed(0)} m in ${Math.round(poses.length * SCAN * TICK)} s, ${off.toFixed(2)} m off. ` : "";
+    if (beat + lesson !== this.advised) this.said.textContent = this.advised = beat + lesson; // read aloud, so once
   }
 
   off() {
@@ -209,111 +210,62 @@ class DriveView extends View {
     return `${this.metres.toFixed(0)} m driven, ${this.off().toFixed(2)} m off`;
   }
 
-  advice() {
-    const { metres, off, poses } = this.rival ?? {}, seconds = Math.round(poses?.length * SCAN * TICK);
-    const beat = poses ? `To beat: ${metres.toFixed(0)} m in ${seconds} s, ${off.toFixed(2)} m off. ` : "";
-    return beat + (this.off() > LOST ? this.at.lesson : this.at.hint);
-  }
-
   // ---- how it is shown
 
-  // Put a scan on the map, and the two paths that lead there.
-  ink(k) {
-    const context = this.map.getContext("2d"), { T, points } = this.odometry.scans[k], colors = palette(this.root);
-    const [[left], [, top]] = this.bounds, at = ([x, y]) => [INK * (x - left + MARGIN), INK * (top + MARGIN - y)];
-    const seen = apply(T, points), last = this.odometry.scans[k - 1]?.T ?? T;
-    context.fillStyle = colors.target;
-    context.globalAlpha = 0.35;
-    for (let i = 0; i < seen.length; i += 2) {
-      const [u, v] = at(seen.subarray(i, i + 2));
-      context.fillRect(u - 1, v - 1, 2, 2);
-    }
-    context.globalAlpha = 1;
-    rule(context, ...at(this.poses[Math.max(0, k - 1)]), ...at(this.poses[k]), colors.reference);
-    rule(context, ...at([last.x, last.y]), ...at([T.x, T.y]), colors.source);
-    this.inked = colors.target;
+  // Put a scan on the map, and the two ways that lead there.
+  ink(k, colors) {
+    const context = this.map.getContext("2d"), { scans } = this.odometry, before = Math.max(0, k - 1);
+    const way = [before, k].flatMap((i) => [scans[i].T.x, scans[i].T.y]), truth = [before, k].flatMap((i) => this.poses[i].slice(0, 2));
+    for (const mark of [["scan", apply(scans[k].T, scans[k].points)], ["pair", truth], ["way", way]]) drawMark(context, this.sheet, colors, mark);
   }
 
   draw() {
-    const fresh = freshContext(this.canvas, (width) => Math.min(460, (this.isLong() ? 0.4 : 0.7) * width));
+    const long = this.across > 2 * ACROSS, { scans } = this.odometry, last = scans.at(-1), colors = palette(this.root);
+    const fresh = freshContext(this.canvas, (width) => Math.min(460, (long ? 0.4 : 0.7) * width));
     if (!fresh) return;
-    const { context } = fresh, colors = palette(this.root), { scans } = this.odometry, last = scans.at(-1);
-    if (this.inked !== colors.target) { // another theme, or a drive that bends
+    if (this.inked !== colors.target) { // another theme, or a drive that slides
       this.map.getContext("2d").clearRect(0, 0, this.map.width, this.map.height);
-      for (let k = 0, every = this.bending ? Math.ceil(scans.length / 100) : 1; k < scans.length; k += every) this.ink(k);
+      for (let k = 0, every = this.sliding ? Math.ceil(scans.length / 100) : 1; k < scans.length; k += every) this.ink(k, colors);
+      this.inked = colors.target;
     }
-    const share = this.now === null || this.bending ? 0 : (this.ticks % SCAN) / SCAN; // it goes on as it last went
+    const share = this.now === null || this.sliding ? 0 : (this.ticks % SCAN) / SCAN; // it goes on as it last went
     const ahead = compose(last.T, between(transform(0, 0, 0), last.step, share));
-    this.shown = this.shown && !this.bending ? between(this.shown, ahead, 0.4) : ahead;
-    this.aim(fresh);
-    const { scale } = this.view, [[left, right], [bottom, top]] = this.bounds;
-    context.strokeStyle = colors.soft;
-    context.globalAlpha = 0.35;
-    context.beginPath();
-    for (let i = 0; i < this.segments.length; i += 4)
-      context.moveTo(...this.view.pixel(...this.segments.subarray(i, i + 2))), context.lineTo(...this.view.pixel(...this.segments.subarray(i + 2, i + 4)));
-    context.stroke();
-    context.globalAlpha = 1;
-    const size = [right - left, top - bottom].map((each) => scale * (each + 2 * MARGIN));
-    context.drawImage(this.map, ...this.view.pixel(left - MARGIN, top + MARGIN), ...size);
-    this.drawSweep(context, apply(this.shown, last.points), colors);
-    const rival = this.rival?.poses[Math.min(Math.floor(this.ticks / SCAN), this.rival.poses.length - 1)];
-    if (rival) this.drawRobot(context, rival, colors["method-1"], false);
-    this.drawRobot(context, this.robot.pose, colors.reference, false);
-    this.drawRobot(context, toXYTheta(this.shown), colors.source, true);
-  }
+    this.shown = this.shown && this.now !== null ? between(this.shown, ahead, 0.4) : ahead;
 
-  isLong() {
-    return this.bounds[0][1] - this.bounds[0][0] > 2 * ACROSS;
-  }
-
-  // A small world is seen whole; in a long one both robots are kept in view.
-  aim({ width, height }) {
-    const [[left, right], [bottom, top]] = this.bounds, { x } = this.shown, [ghost] = this.robot.pose;
-    const long = this.isLong(), across = long ? Math.max(ACROSS, 1.3 * Math.abs(x - ghost) + 4) : right - left + 1;
-    const scale = Math.min(width / across, height / (top - bottom + 1)), center = [long ? (x + ghost) / 2 : (left + right) / 2, (bottom + top) / 2];
+    // A small world is seen whole; in a long one both robots are kept in view.
+    const { context, width, height } = fresh, [ghost] = this.robot.pose, { x, y } = this.shown;
+    const across = long ? Math.max(ACROSS, 1.3 * Math.abs(x - ghost) + 4) : this.across + 1;
+    const scale = Math.min(width / across, height / (this.down + 1)), center = long ? [(x + ghost) / 2, this.center[1]] : this.center;
     this.view.look({ width, height, center, scale });
+    drawMark(context, this.view, colors, ["wall", this.segments]);
+    const corner = this.view.pixel(this.left - MARGIN, this.top + MARGIN);
+    context.drawImage(this.map, ...corner, (this.map.width * scale) / INK, (this.map.height * scale) / INK);
+    const seen = apply(this.shown, last.points);
+    drawMark(context, this.view, colors, ["view", [x, y, ...seen]]);
+    drawMark(context, this.view, colors, ["seen", seen]);
+    const rival = this.rival?.poses[Math.min(Math.floor(this.ticks / SCAN), this.rival.poses.length - 1)];
+    if (rival) this.drawRobot(context, rival, colors["method-1"], 0.25);
+    this.drawRobot(context, this.robot.pose, colors.reference, 0.25);
+    this.drawRobot(context, toXYTheta(this.shown), colors.source, 0.85);
   }
 
-  // What the scanner sees, where the scans say that it is.
-  drawSweep(context, points, colors) {
-    const at = this.view.pixel(this.shown.x, this.shown.y);
-    context.fillStyle = colors.source;
-    context.beginPath();
-    context.moveTo(...at);
-    for (let i = 0; i < points.length; i += 2) context.lineTo(...this.view.pixel(points[i], points[i + 1]));
-    context.globalAlpha = 0.12;
-    context.fill();
-    context.globalAlpha = 1;
-    for (let i = 0; i < points.length; i += 2) {
-      const [u, v] = this.view.pixel(points[i], points[i + 1]);
-      context.fillRect(u - 1.5, v - 1.5, 3, 3);
-    }
-  }
-
-  drawRobot(context, [x, y, theta], color, solid) {
-    const [u, v] = this.view.pixel(x, y), r = Math.max(7, 0.28 * this.view.scale), turn = (angle) => [u + r * Math.cos(theta + angle), v - r * Math.sin(theta + angle)];
+  drawRobot(context, [x, y, theta], color, fill) {
+    const [u, v] = this.view.pixel(x, y), r = Math.max(7, 0.28 * this.view.scale);
     context.strokeStyle = context.fillStyle = color;
     context.lineWidth = 2;
-    context.setLineDash(solid ? [] : [4, 3]);
+    context.setLineDash(fill < 0.5 ? [4, 3] : []);
     context.beginPath();
     context.arc(u, v, r, 0, 2 * Math.PI);
-    context.globalAlpha = solid ? 0.85 : 0.25;
+    context.globalAlpha = fill;
     context.fill();
     context.globalAlpha = 1;
     context.stroke();
     context.setLineDash([]);
-    context.strokeStyle = solid ? "white" : color;
+    if (fill > 0.5) context.strokeStyle = "white";
     context.beginPath();
-    context.moveTo(...turn(2.5)), context.lineTo(...turn(0)), context.lineTo(...turn(-2.5));
+    for (const turn of [2.5, 0, -2.5]) context.lineTo(u + r * Math.cos(theta + turn), v - r * Math.sin(theta + turn));
     context.stroke();
   }
 }
 
-function render({ model, el }) {
-  const controller = new AbortController();
-  el.append(new DriveView(model, controller.signal).root);
-  return () => controller.abort();
-}
-
-export default { render };
+export default widgetOf(() => DriveView);

@@ -1,38 +1,37 @@
-// What the robot believes: each scan matched to the last one, the steps integrated, and a drive
-// that closes where a place is recognised.
+// What the robot believes: each scan matched to the last one, and the drive closed where a place is
+// recognised.
 
 import { inlierCount } from "../explorer/correspondences.js";
-import { observability, freeMotions } from "../explorer/degeneracy.js";
+import { freeMotions, observability } from "../explorer/degeneracy.js";
 import { icp } from "../explorer/icp.js";
 import { normalsAlongSweep } from "../explorer/normals.js";
 import { failed } from "../explorer/result.js";
 import { prepareTarget } from "../explorer/scene.js";
 import { compose, invert, poseDifference, toXYTheta, transform } from "../explorer/se2.js";
 
-const AWAY = 4; // m driven between two visits of a place
-const WITHIN = 2; // m between what the robot takes for two places, which may be one
+const AWAY = 4, WITHIN = 2; // m driven between two visits of a place, and how far apart they may seem
 const APART = 0.4; // m driven between two scans that are looked at
 const SHARE = 0.55; // of the points, with a partner: the same place
+
+const targetOf = (scan) => (scan.target ??= prepareTarget(scan.points, normalsAlongSweep(scan.points)));
+const renewed = (T) => transform(...toXYTheta(T)); // without the rounding that would grow
 
 export class Odometry {
   constructor(start) {
     this.start = transform(...start);
-    this.scans = []; // of each its points, T in the world, and how far the wheels went until there
+    this.scans = []; // of each its points, its pose T, the step to it, and the metres driven until there
   }
 
-  // Take a scan; `wheels` is the step that they tell, or null. Returns the run, null for the first.
+  // Take a scan; `wheels` is the step that they tell, or null. Without a match the robot believes the
+  // wheels, or that it stands.
   add(points, wheels, metres, parameters) {
-    const last = this.scans.at(-1), scan = { points, metres, T: this.start, step: transform(0, 0, 0) };
-    this.scans.push(scan);
-    if (!last) return null;
-    const guess = wheels ?? transform(0, 0, 0), run = icp(points, targetOf(last), guess, parameters);
-    scan.step = run.T_target_source ?? guess; // without a match it believes the wheels, or that it stands
-    scan.T = renewed(compose(last.T, scan.step));
-    return run;
+    const last = this.scans.at(-1), guess = wheels ?? transform(0, 0, 0);
+    const step = (last && icp(points, targetOf(last), guess, parameters).T_target_source) ?? guess;
+    this.scans.push({ points, metres, step, T: last ? renewed(compose(last.T, step)) : this.start });
   }
 
   // Match what was seen at two visits of a place, and let the drive close there, visit by visit.
-  // Returns how many places were recognised.
+  // Returns how many scans were recognised.
   recognise(parameters) {
     const { scans } = this;
     let found = 0, fixed = 0, looked = 0;
@@ -50,39 +49,36 @@ export class Odometry {
 
   // The scan taken nearest to the i-th one, of those long before; null where all are far.
   visited(i) {
-    const { scans } = this, cost = (k) => { const [d, turn] = poseDifference(scans[k].T, scans[i].T); return d + turn; };
+    const { scans } = this;
     let best = null, least = WITHIN;
-    for (let k = 0; scans[i].metres - scans[k].metres > AWAY; k++) if (cost(k) < least) (best = k), (least = cost(k));
+    for (let k = 0; scans[i].metres - scans[k].metres > AWAY; k++) {
+      const [metres, turn] = poseDifference(scans[k].T, scans[i].T);
+      if (metres + turn < least) (best = k), (least = metres + turn);
+    }
     return best;
   }
 
   // Bend the drive from scan a to scan i so that it ends at T; what follows moves along.
-  bend(a, i, T) {
-    const { scans } = this, share = (k) => (k - a) / (i - a), turn = toXYTheta(compose(invert(scans[i].T), T))[2];
+  bend(a, i, { c, s, x, y }) {
+    const { scans } = this, turn = toXYTheta(compose(invert(scans[i].T), { c, s, x, y }))[2] / (i - a);
     for (let k = a + 1; k < scans.length; k++) {
-      if (k <= i) scans[k].step = compose(scans[k].step, transform(0, 0, turn / (i - a)));
-      scans[k].T = renewed(compose(scans[k - 1].T, scans[k].step));
+      const step = k > i ? scans[k].step : compose(scans[k].step, transform(0, 0, turn));
+      scans[k].T = renewed(compose(scans[k - 1].T, step));
     }
-    const x = T.x - scans[i].T.x, y = T.y - scans[i].T.y;
+    const dx = (x - scans[i].T.x) / (i - a), dy = (y - scans[i].T.y) / (i - a);
     for (let k = a + 1; k < scans.length; k++) {
-      const { T } = scans[k], s = Math.min(1, share(k));
-      scans[k].T = { ...T, x: T.x + s * x, y: T.y + s * y };
+      const { T } = scans[k], passed = Math.min(k, i) - a;
+      scans[k].T = { ...T, x: T.x + passed * dx, y: T.y + passed * dy };
+      scans[k].step = renewed(compose(invert(scans[k - 1].T), scans[k].T));
     }
-    for (let k = a + 1; k < scans.length; k++) scans[k].step = renewed(compose(invert(scans[k - 1].T), scans[k].T));
   }
 }
 
-export function targetOf(scan) {
-  return (scan.target ??= prepareTarget(scan.points, normalsAlongSweep(scan.points)));
-}
-
-// The same motion without the rounding that would grow from one bend to the next.
-const renewed = (T) => transform(...toXYTheta(T));
-
 // The motion between two scans of one place; null where the match is in doubt.
 function match(scan, older, parameters) {
-  const guess = compose(invert(older.T), scan.T), wide = { ...parameters, max_correspondence_distance: 1, overlap_ratio: 0.8, approach: true };
-  const run = icp(scan.points, targetOf(older), guess, wide), { pairs } = run.history.at(-1), seen = !failed(run.termination) && observability(pairs, older.target);
+  const wide = { ...parameters, max_correspondence_distance: 1, overlap_ratio: 0.8, approach: true };
+  const run = icp(scan.points, targetOf(older), compose(invert(older.T), scan.T), wide), { pairs } = run.history.at(-1);
+  const seen = failed(run.termination) ? null : observability(pairs, older.target);
   const sure = seen && !freeMotions(seen).length && inlierCount(pairs) > SHARE * pairs.kept.length;
   return sure ? run.T_target_source : null;
 }

@@ -1,7 +1,7 @@
-// The basin of convergence: from which guesses the loop ends at the answer. It is computed here,
-// and painted on the map as a field in which the guess walks.
+// The basin of convergence: from which guesses the loop ends at the answer. The runs are computed
+// here, and then walk over the map together, an iteration a beat.
 
-import { rule } from "./canvas.js";
+import { disc, rule, tween } from "./canvas.js";
 import { button, choice, element } from "./controls.js";
 import { icp } from "./icp.js";
 import { failed } from "./result.js";
@@ -11,6 +11,7 @@ const OUTCOMES = ["finds the answer", "ends elsewhere", "gets no estimate"];
 const SIZE = 15;
 const REACHES = [0.5, 1, 2];
 const SLICE = 12; // ms of work, then the page is awake again
+const BEAT = 60; // ms that an iteration of the swarm takes
 
 // What becomes of one guess, an index into OUTCOMES.
 export function outcomeOf(result, answer, [metres, radians]) {
@@ -38,6 +39,7 @@ export class Basin {
 
   forget() {
     if (this.run) this.run.stopped = true;
+    this.walking?.stop();
     this.run = null;
     this.tell();
     this.changed();
@@ -80,14 +82,16 @@ export class Basin {
       return this.tell();
     }
     const job = this.job(), theta = toXYTheta(job.guess)[2], step = (2 * this.reach) / (SIZE - 1);
-    const run = { job, key: job.key, step, outcomes: new Uint8Array(SIZE * SIZE), done: 0 };
+    const run = { job, key: job.key, step, outcomes: new Uint8Array(SIZE * SIZE), paths: [], done: 0, at: 0 };
     this.run = run;
     this.tell();
     while (run.done < run.outcomes.length) {
       const until = performance.now() + SLICE;
       do {
         const [x, y] = placeOf(run, run.done), start = transform(x, y, theta);
-        run.outcomes[run.done++] = outcomeOf(icp(job.source, job.target, start, job.parameters), job.answer, job.within);
+        const result = icp(job.source, job.target, start, job.parameters);
+        run.paths.push(result.history.map((each) => each.T_target_source));
+        run.outcomes[run.done++] = outcomeOf(result, job.answer, job.within);
       } while (run.done < run.outcomes.length && performance.now() < until);
       this.changed();
       await new Promise((resolve) => setTimeout(resolve));
@@ -95,7 +99,8 @@ export class Basin {
     }
     run.complete = true;
     this.tell();
-    this.changed();
+    const longest = Math.max(...run.paths.map((path) => path.length - 1));
+    this.walking = tween(longest, (at) => ((run.at = Math.floor(at)), this.changed()), { pace: BEAT });
   }
 
   // What becomes of the guess, in words; empty where that is not known.
@@ -106,14 +111,19 @@ export class Basin {
     return Math.min(column, row) < 0 || Math.max(column, row) >= SIZE ? "" : OUTCOMES[outcomes[row * SIZE + column]];
   }
 
-  // A tile for the answer, one with a cross for elsewhere, a bar for none.
+  // The swarm; and where a run has ended, its start: a tile for the answer, one with a cross for
+  // elsewhere, a bar for none.
   draw(context, frame, colors) {
     if (!this.run) return;
-    const { step, outcomes, done, stale } = this.run, side = step * frame.scale, r = Math.min(4, 0.25 * side);
+    const { step, outcomes, paths, at, done, stale } = this.run, side = step * frame.scale, r = Math.min(4, 0.25 * side);
     for (let k = 0; k < done; k++) {
-      const [u, v] = frame.pixel(...placeOf(this.run, k)), outcome = outcomes[k];
-      const color = [colors["method-2"], colors["method-1"], colors.soft][outcome];
+      const [u, v] = frame.pixel(...placeOf(this.run, k)), outcome = outcomes[k], path = paths[k], ended = at >= path.length - 1;
+      const color = ended ? [colors["method-2"], colors["method-1"], colors.soft][outcome] : colors.source;
+      const { x, y } = path[ended ? path.length - 1 : at];
       context.fillStyle = color;
+      context.globalAlpha = stale ? 0.15 : 0.6;
+      disc(context, ...frame.pixel(x, y), 2.5);
+      if (!ended) continue;
       context.globalAlpha = stale ? 0.05 : [0.3, 0.18, 0.12][outcome];
       context.fillRect(u - side / 2, v - side / 2, side, side);
       context.globalAlpha = stale ? 0.15 : 0.7;

@@ -28,7 +28,8 @@ export function freshContext(canvas, heightFor) {
   canvas.style.height = `${height}px`;
   const context = canvas.getContext("2d");
   context.scale(dense, dense);
-  context.font = `${Math.round(0.89 * parseFloat(getComputedStyle(canvas).fontSize))}px system-ui, sans-serif`;
+  const { fontSize, fontFamily } = getComputedStyle(canvas);
+  context.font = `${Math.round(0.89 * parseFloat(fontSize))}px ${fontFamily}`;
   return { context, width, height };
 }
 

@@ -2,7 +2,7 @@
 //
 // The model is the widget's state. In JupyterLab it is tied to Python, in a page to nothing.
 
-import { Basin, outcomeOf } from "./basin.js";
+import { Basin } from "./basin.js";
 import { HandView } from "./by_hand.js";
 import { palette, tween } from "./canvas.js";
 import {
@@ -14,12 +14,10 @@ import { icp } from "./icp.js";
 import { storeBet, storedBet } from "./memory.js";
 import { Plane } from "./plane.js";
 import { Readouts, outcome } from "./readouts.js";
-import { failed } from "./result.js";
 import { unpacked } from "./scene.js";
 import { apply, between, toXYTheta, transform } from "./se2.js";
 import { copyState, keepState, keptState, stateFromAddress } from "./state.js";
-import { Tasks } from "./tasks.js";
-import { View } from "./view.js";
+import { View, widgetOf } from "./view.js";
 
 const PLAY = 350; // ms that an iteration takes at speed 1
 const MOVE = 100; // ms of them in which the scan moves
@@ -48,6 +46,7 @@ class ExplorerView extends View {
 
   leave() {
     this.playing?.stop();
+    this.basin.forget();
   }
 
   build() {
@@ -75,7 +74,6 @@ class ExplorerView extends View {
     this.cost = element("canvas", { class: "icp-cost", role: "img" });
     this.readouts = new Readouts(this.signal);
     this.basin = new Basin({ job: () => this.basinJob(), signal: this.signal, changed: () => this.request() });
-    this.tasks = new Tasks(this.names());
     this.said = element("p", { class: "icp-status", role: "status" });
     this.assemble();
   }
@@ -118,7 +116,7 @@ class ExplorerView extends View {
     const top = this.compact ? [] : [part("top", scene.node, metric.node, full)];
     this.root = element(
       "div", { class: `icp-explorer${this.compact ? " icp-compact" : ""}`, role: "group", "aria-label": this.model.get("label") },
-      part("frame", ...top, map, side, ending), ...(this.compact ? [] : [this.tasks.node]),
+      part("frame", ...top, map, side, ending)
     );
     const key = ({ key, target, ctrlKey, metaKey }) => key === "f" && !ctrlKey && !metaKey && !target.matches("input[type=number]") && this.enlarge();
     if (!this.compact) this.root.addEventListener("keydown", key, { signal: this.signal });
@@ -317,26 +315,7 @@ class ExplorerView extends View {
     this.cost.setAttribute("aria-label", `Cost over ${costs.length - 1} iterations: from ${first} to ${end} m²`);
     const fate = k === 0 && this.basin.of(x, y);
     if (fate) this.said.textContent = `A run from this guess ${fate}.`;
-    this.notice();
-  }
-
-  // Tell the tasks what is seen now.
-  notice() {
-    const found = this.known && this.result.T_target_source &&
-      outcomeOf(this.result, this.known, this.model.get("found_within")) === 0;
-    this.tasks.notice({
-      scene: this.scene.name, ...this.parameters(), found, failed: failed(this.result.termination),
-      shown: this.number(), last: this.last(), basin: this.basin.completed(),
-    });
   }
 }
 
-function render({ model, el }) {
-  const controller = new AbortController();
-  const View = model.get("form") === "by hand" ? HandView : ExplorerView;
-  const view = new View(model, controller.signal);
-  el.append(view.root);
-  return () => controller.abort();
-}
-
-export default { render };
+export default widgetOf((model) => (model.get("form") === "by hand" ? HandView : ExplorerView));

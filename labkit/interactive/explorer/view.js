@@ -43,3 +43,12 @@ export class View {
     this.syncing = setTimeout(() => this.model.save_changes(), SYNC);
   }
 }
+
+// What a widget's module exports; `viewOf` tells which view a model is to have.
+export const widgetOf = (viewOf) => ({
+  render({ model, el }) {
+    const controller = new AbortController();
+    el.append(new (viewOf(model))(model, controller.signal).root);
+    return () => controller.abort();
+  },
+});

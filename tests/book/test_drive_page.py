@@ -1,0 +1,107 @@
+"""Drive in a page without a kernel: by keys, mouse and touch, and the link to race."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import pytest
+from mouse import middle
+from playwright.sync_api import Browser, Page, expect
+
+pytest.importorskip("anywidget")
+
+from widget_page import TWO_FRAMES, opened, written_page
+
+from labkit.interactive import drive
+
+FIT = "() => document.documentElement.scrollWidth <= window.innerWidth"
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return written_page(drive(), tmp_path_factory.mktemp("drive"))
+
+
+@pytest.fixture(params=[{"width": 1366, "height": 768}, {"width": 390, "height": 844}], ids=str)
+def page(request, browser: Browser, address: str) -> Iterator[Page]:
+    touch = request.param["width"] < 500
+    told = {"viewport": request.param, "has_touch": touch, "is_mobile": touch}
+    with opened(browser, f"{address}#drive-corridor", ".icp-score", **told) as page:
+        yield page
+
+
+def score(page: Page) -> tuple[float, float]:
+    said = page.locator(".icp-score").inner_text()
+    metres, off = re.fullmatch(r"(\d+) m driven, (\d+\.\d\d) m off", said).groups()
+    return float(metres), float(off)
+
+
+def drive_on(page: Page, least: float) -> None:
+    """Hold the key until the robot has driven so many metres, and come to rest."""
+    page.locator(".icp-stage canvas").focus()
+    page.keyboard.down("ArrowUp")
+    until = f"() => parseInt(document.querySelector('.icp-score').textContent) >= {least}"
+    page.wait_for_function(until)
+    page.keyboard.up("ArrowUp")
+    spoken = page.locator(".icp-drive > .icp-spoken")
+    expect(spoken).to_have_text(re.compile("m driven"))
+    page.evaluate(TWO_FRAMES)
+
+
+def test_in_a_corridor_only_wheels_tell_and_a_link_holds_the_drive(page, address):
+    assert page.evaluate(FIT)
+    drive_on(page, 4)
+    metres, off = score(page)
+    assert off == pytest.approx(metres, abs=0.6)  # the blue robot never left
+    expect(page.locator(".icp-advice")).to_contain_text("looks the same everywhere")
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.get_by_role("button", name="Copy link").click()
+    expect(page.locator(".icp-advice")).to_contain_text("clipboard")
+    link = page.evaluate("() => navigator.clipboard.readText()")
+    page.get_by_label("wheels").select_option("good")
+    page.get_by_role("button", name="Start again").click()
+    drive_on(page, 4)
+    assert score(page)[1] < 0.2
+    page.goto("about:blank")
+    page.goto(link)
+    expect(page.get_by_label("world")).to_have_value("Corridor")
+    expect(page.locator(".icp-advice")).to_contain_text(f"To beat: {metres:.0f} m")
+    for nonsense in ("drive=%00.zz.-", "world=moon&drive=1", "metres=x&drive=1.1.1"):  # is ignored
+        page.goto("about:blank")
+        page.goto(f"{address}#drive?{nonsense}")
+        expect(page.locator(".icp-advice")).to_contain_text(re.compile("^Drive"))
+
+
+def test_a_hand_drives_and_places_are_recognised(page):
+    page.get_by_label("world").select_option("Room")
+    canvas = page.locator(".icp-stage canvas")
+    x, y = middle(canvas)
+    width = canvas.bounding_box()["width"]
+    touch = width < 400
+    devtools = page.context.new_cdp_session(page)
+
+    def point(kind: str, u: float = 0.0, v: float = 0.0) -> None:
+        at = {"x": x + u * width, "y": y + v * width}
+        if touch:
+            points = [] if kind == "End" else [at]
+            told = {"type": f"touch{kind}", "touchPoints": points}
+            devtools.send("Input.dispatchTouchEvent", told)
+        else:
+            page.mouse.move(*at.values())
+            {"Start": page.mouse.down, "Move": lambda: None, "End": page.mouse.up}[kind]()
+
+    point("Start", 0.1, -0.1)
+    for around in [(-0.15, -0.1), (-0.2, 0.1), (0.1, 0.15), (0.1, -0.1)] * 3:
+        page.wait_for_timeout(700)
+        point("Move", *around)
+    point("End")
+    assert score(page)[0] > 5
+    before = canvas.evaluate("canvas => canvas.toDataURL()")
+    page.emulate_media(reduced_motion="reduce")  # it slides at once
+    page.get_by_role("button", name="Recognise places").click()
+    said = page.locator(".icp-advice")
+    expect(said).to_contain_text(re.compile("recognise"))
+    if "now" in said.inner_text():
+        page.evaluate(TWO_FRAMES)
+        assert canvas.evaluate("canvas => canvas.toDataURL()") != before
