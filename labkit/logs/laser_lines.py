@@ -33,10 +33,10 @@ from labkit.logs.lines import (
     parse_pose,
 )
 from labkit.logs.sweeps import Pose, Sweep, declared_maximum
-from labkit.scan import scanner_poses
+from labkit.scan import check_angles, scanner_poses
 from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
-from labkit.support.arrays import FloatArray
-from labkit.support.errors import LogError
+from labkit.support.arrays import FloatArray, read_only
+from labkit.support.errors import LabkitError, LogError
 
 G2O_WORDS = frozenset({"VERTEX_SE2", "EDGE_SE2"})
 CARMEN_WORDS = frozenset({"FLASER", "ROBOTLASER1", "ODOM", "PARAM", "NEFF", "TRUEPOS", "RAWLASER1"})
@@ -127,10 +127,8 @@ def _parse_robotlaser(number: int, fields: Sequence[str], vertex: Pose | None) -
     expect_fields(fields, n + m + 24, f"ROBOTLASER1 with {n} beams and {m} remissions")
     names = ("start angle", "field of view", "angular step", "maximum range")
     start, fov, step, declared = map(parse_finite, fields[2:6], names)
-    if not (abs(start) <= 2.0 * math.pi and 0.0 < step <= 2.0 * math.pi):
-        raise DamagedLine(
-            f"beams from {start:g} in steps of {step:g}, expected radians and a positive step"
-        )
+    if step <= 0.0:
+        raise DamagedLine(f"the angular step is {step:g}, expected a positive number")
     if declared <= 0.0:
         raise DamagedLine(f"the maximum range is {declared:g}, expected a positive number")
     # 0.017453 is short of one degree by 3e-7 rad, which 179 steps make 5e-5 rad.
@@ -151,8 +149,11 @@ def _parse_robotlaser(number: int, fields: Sequence[str], vertex: Pose | None) -
 @lru_cache(maxsize=64)
 def beam_angles(start: float, step: float, n: int) -> FloatArray:
     """Directions of n beams [rad], read-only: all scans of one scanner share them."""
-    angles = np.asarray(start + step * np.arange(n), dtype=np.float64)
-    angles.flags.writeable = False
+    angles: FloatArray = read_only(start + step * np.arange(n, dtype=np.float64))
+    try:
+        check_angles(angles, "angles")
+    except LabkitError as error:
+        raise DamagedLine(str(error)) from None
     return angles
 
 

@@ -2,13 +2,15 @@
 
 Fields stand between commas, semicolons (then a comma may be the decimal point) or white
 space; ``#`` begins a comment. A header names the columns of points in any order; others are
-left out. In a table of ranges it may name a column ``stamp``, ``time`` or ``timestamp`` [s].
+left out. In a table of ranges it may name a column ``stamp``, ``time`` or ``timestamp`` [s]; the
+others are beams by number, as ``r0,r1,r2``.
 """
 
 from __future__ import annotations
 
 import math
 from array import array
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
@@ -99,14 +101,15 @@ def read_ranges_table(
     """Yield a sweep for each row of ranges; an empty field is no return."""
     beams: FloatArray | None = None
     clock: int | None = None
+    has_header = False
+    first_column = []
     for number, text in lines:
         row = split_row(text)
         if not row:
             continue
         if beams is None:
-            if not _is_row_of_ranges(row):  # a header, or a damaged row
-                names = [field.strip("\"' %").lower() for field in row]
-                clock = next((k for k, name in enumerate(names) if name in CLOCKS), None)
+            if not _is_row_of_ranges(row):
+                clock, has_header = _clock_column(row, report.file), True
                 continue
             count = len(row) - (clock is not None)
             if angles is None:
@@ -120,9 +123,30 @@ def read_ranges_table(
             expect_fields(row, len(beams) + (clock is not None), f"{len(beams)} beams")
             stamp = np.nan if clock is None else parse_finite(row.pop(clock), "the stamp")
             ranges = parse_numbers([field or "nan" for field in row], "range")
+            first_column.append(ranges[0])
             yield Sweep(line=number, ranges=np.array(ranges), angles=beams, stamp=stamp)
         except DamagedLine as damage:
             report.skip(number, damage)
+    if not has_header and len(first_column) > FEWEST_BEAMS and np.all(np.diff(first_column) > 0.0):
+        report.remarks.append(
+            "the first column rises in every row: if it is a clock and no beam, say so in a "
+            "header, as `stamp,r0,r1,r2`"
+        )
+
+
+def _clock_column(row: Sequence[str], file: str) -> int | None:
+    """The column of the clock by a header of ranges; all others must be beams of one name."""
+    names = [field.strip("\"' %").lower() for field in row]
+    stems = [name.rstrip("0123456789[]()") for name in names]
+    numbered = Counter(stem for stem, name in zip(stems, names, strict=True) if stem != name)
+    beam = numbered.most_common(1)[0][0] if numbered else None
+    for name, stem in zip(names, stems, strict=True):
+        if name not in CLOCKS and (stem != beam or stem == name):
+            raise LogError(
+                f"{file}: the column {name!r} is neither a clock ({', '.join(CLOCKS)}) nor a "
+                f"numbered beam (r0, r1, ...); take it out, or begin a title with #"
+            )
+    return next((k for k, name in enumerate(names) if name in CLOCKS), None)
 
 
 def _columns(row: Sequence[str]) -> list[str]:

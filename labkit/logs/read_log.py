@@ -17,9 +17,9 @@ from labkit.logs.log import Log
 from labkit.logs.points import read_points_table, read_ranges_table, table_kind
 from labkit.logs.rosbag import is_bag, read_bag
 from labkit.logs.sweeps import Sweep, make_scans
-from labkit.scan import Scan
-from labkit.support.arrays import FloatArray, as_floats
-from labkit.support.errors import InvalidParameterError, LogError
+from labkit.scan import Scan, check_angles
+from labkit.support.arrays import as_numbers
+from labkit.support.errors import LogError
 from labkit.support.extras import MissingExtraError
 
 FORMATS = (
@@ -64,9 +64,9 @@ def read_log(
         Beams at or beyond it [m] make no point, whatever the log declares. By default the
         declared maximum counts, and `no_return`.
     no_return : array_like, optional
-        Ranges [m] that mean "nothing came back", to 1.5 mm; ``()`` for none. By default they
-        are found by the spread of the log's ranges, and named in `Log.remarks`. A `range_max`
-        takes the place of these.
+        Ranges [m] that mean "nothing came back", to 1.5 mm; ``()`` for none. By default the
+        known codes with which a log's ranges end, named in `Log.remarks`. A `range_max` takes
+        the place of these.
     laser_offset : array_like, shape (3,)
         Pose of the scanner on the robot, ``T_robot_laser`` as (x [m], y [m], θ [rad]), for
         a log that does not declare it itself: ``T_w_laser = T_w_robot @ T_robot_laser``.
@@ -98,8 +98,10 @@ def read_log(
     >>> log.format, len(log), log.scans[0].points.tolist(), log.skipped[0].line
     ('points', 1, [[1.0, 0.0], [0.0, 1.0]], 4)
     """
-    offset = _numbers(laser_offset, "laser_offset", 3, "x, y, θ")
-    beams = None if angles is None else _numbers(angles, "angles", 2, "first and last [rad]")
+    offset = as_numbers(laser_offset, "laser_offset", "x, y, θ")
+    beams = None if angles is None else as_numbers(angles, "angles", "first, last [rad]")
+    if beams is not None:
+        check_angles(beams, "angles")
     file = killian_archive() if path == KILLIAN else Path(path)
     report = DamageReport(os.fspath(file), strict=strict)
     scans: tuple[Scan, ...] = ()
@@ -163,15 +165,6 @@ def _format(head: Sequence[str], file: str) -> str:
     binary = any(not line.replace("\t", " ").isprintable() for line in head[:5])
     found = "binary data" if binary else repr("".join(head[:1])[:40])
     raise LogError(f"{file}: unknown format, the file begins with {found}; labkit reads {FORMATS}")
-
-
-def _numbers(values: ArrayLike, name: str, count: int, what: str) -> FloatArray:
-    checked = as_floats(values, name, hint=f"give {what}")
-    if checked.shape != (count,) or not np.isfinite(checked).all():
-        raise InvalidParameterError(
-            f"must be {count} finite numbers, {what}, got {values!r}", parameter=name
-        )
-    return checked
 
 
 def _run_name(source: Path) -> str:

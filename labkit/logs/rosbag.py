@@ -156,15 +156,17 @@ def _sweeps(bag: Bag, topic: str, report: DamageReport) -> Iterator[Sweep]:
     """Yield the good scan messages, counter-clockwise from `angle_min`."""
     for number, stamp, message in _messages(bag, topic, LASER_SCAN, report):
         start, step = float(message.angle_min), float(message.angle_increment)
-        if not (math.isfinite(start) and math.isfinite(step)):
-            report.skip(number, f"a damaged {LASER_SCAN}: beams from {start:g} by {step:g} rad")
-            continue
         with np.errstate(invalid="ignore", over="ignore"):  # what is not finite makes no point
             ranges = np.asarray(message.ranges, dtype=np.float64)
+            try:
+                angles = beam_angles(start, step, len(ranges))
+            except DamagedLine as damage:
+                report.skip(number, f"a damaged {LASER_SCAN} message: {damage}")
+                continue
         yield Sweep(
             line=number,
             ranges=ranges,
-            angles=beam_angles(start, step, len(ranges)),
+            angles=angles,
             stamp=stamp,
             range_min=float(message.range_min),
             range_max=declared_maximum(float(message.range_max)),

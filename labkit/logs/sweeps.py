@@ -1,9 +1,9 @@
 """Sweeps as a log holds them, the scans made of them, and codes for "nothing came back".
 
-A scanner that saw nothing writes a number all the same, in most logs without saying which.
-Such a code stands at the top of the range, alike to some millimetres in scan after scan,
-where walls are spread. SICK's codes are the nine largest numbers of the scanner's 13 to 16
-bits, in millimetres or centimetres: 8.183 to 8.191 m, 81.83 to 81.91 m and so on.
+A scanner that saw nothing writes a special number; most logs do not say which. SICK's codes are
+the nine largest numbers of the scanner's 13 to 16 bits, in millimetres or centimetres: 8.183 to
+8.191 m, 81.83 to 81.91 m and so on. A known code counts where the ranges of a log end with it,
+more often than a wall would stand there; an unknown one is told, and is the caller's to name.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from labkit.logs.lines import DamageReport
 from labkit.scan import Scan
-from labkit.support.arrays import BoolArray, FloatArray, IntArray, as_floats, check_range
+from labkit.support.arrays import BoolArray, FloatArray, as_floats, check_range
 from labkit.support.errors import InvalidParameterError
 
 Band = tuple[float, float]
@@ -28,12 +28,9 @@ SICK: tuple[Band, ...] = tuple(
 )
 KNOWN = (*SICK, (50.0, 51.999))  # [m]; the last is of the Killian and ACES logs
 SICK_LOG = 81.8  # [m]: from here on all is a code where no maximum is declared, as by FLASER
-HIGHEST = 400.0  # [m]: no scanner of a robot sees farther
 ROUNDED = 0.005  # [m]: the third decimal of a known code may be lost
 SAME = 0.0015  # [m]: difference of one number printed in two ways
-JITTER = 0.015  # [m]: spread of a code that is measured like a range
-FEWEST = 0.015  # smallest share of the ranges that is a jittering code: else a beam or two
-MOST = 0.9  # largest share of the ranges that one repeated number may hold and still be a code
+MANY, SOME = 0.01, 100  # share and number of ranges that end in one number, as a code would
 MILLIMETRES = 100.0  # [m]: ranges whose median is larger are hardly metres
 
 
@@ -63,24 +60,16 @@ def make_scans(
     """Turn sweeps into scans: ranges that are no returns make no point.
 
     No returns are the ranges outside the declared band, and the codes that `no_return` names
-    or, by default, that the ranges of the whole log show; `range_max` takes the place of both.
+    or, by default, the known ones of the log; `range_max` takes the place of both.
     """
     codes = () if no_return is None else as_codes(no_return)
     if range_max is not None:
         check_range(range_max, "range_max", above=0.0, unit="m")
     elif no_return is None:
-        counts = count_ranges(
-            sweep.ranges[(sweep.ranges > sweep.range_min) & (sweep.ranges < sweep.range_max)]
-            for sweep in sweeps
-        )
-        codes = find_codes(counts, sick=sick)
-        if median_range(counts) > MILLIMETRES:
-            report.remarks.append(
-                f"half of the ranges lie beyond {MILLIMETRES:g} m: are they millimetres? labkit "
-                f"reads metres"
-            )
-        elif codes:
-            report.remarks.append(describe(codes, counts))
+        bands = ((sweep.ranges, sweep.range_min, sweep.range_max) for sweep in sweeps)
+        ranges = np.concatenate([r[(r > low) & (r < high)] for r, low, high in bands])
+        codes = find_codes(ranges, sick=sick)
+        report.remarks += remarks_on(ranges, codes)
     stamps = np.array([sweep.stamp for sweep in sweeps])
     if not stamps.any():  # a clock that stands at zero is none
         stamps[:] = np.nan
@@ -117,62 +106,27 @@ def declared_maximum(declared: float) -> float:
     return next((low - SAME for low in codes), declared)
 
 
-def count_ranges(sweeps: Iterable[FloatArray]) -> IntArray:
-    """Histogram of ranges [m] by the millimetre; the last bin holds all from `HIGHEST` on."""
-    counts = np.zeros(_bin(HIGHEST) + 1, dtype=np.intp)
-    for ranges in sweeps:
-        np.add.at(counts, (np.minimum(ranges, HIGHEST) * 1000.0 + 0.5).astype(np.intp), 1)
-    return counts
-
-
-def median_range(counts: IntArray) -> float:
-    """Median range [m] of a histogram; 0 if it is empty."""
-    return float(np.searchsorted(np.cumsum(counts), (counts.sum() + 1) // 2)) / 1000.0
-
-
-def find_codes(counts: IntArray, *, sick: bool) -> tuple[Band, ...]:
-    """Bands of ranges [m] that are codes, the farthest first; `sick`: none is declared."""
-    left = counts.copy()
-    left[-1] = 0
+def find_codes(ranges: FloatArray, *, sick: bool) -> tuple[Band, ...]:
+    """Bands of known codes [m] in a log's ranges, farthest first; `sick` as in `SICK_LOG`."""
     bands: list[Band] = []
-    if sick and counts[_bin(SICK_LOG) :].any():
+    if sick and (ranges >= SICK_LOG).any():
         bands.append((SICK_LOG, np.inf))
-        left[_bin(SICK_LOG) :] = 0
-    while (measured := np.flatnonzero(left)).size:
-        band = _code_at(measured[-1] / 1000.0, left, int(counts.sum()))
-        if band is None:
+    while (left := ranges[ranges < min((low for low, _ in bands), default=np.inf)]).size:
+        top = left.max()
+        rounded = ((low - ROUNDED, high + ROUNDED) for low, high in KNOWN)
+        band = next(((low, high) for low, high in rounded if low <= top <= high), None)
+        if band is None or not _stands_out(left, band):
             break
         bands.append(band)
-        left[_bin(band[0]) :] = 0
     return tuple(bands)
 
 
-def _code_at(top: float, counts: IntArray, total: int) -> Band | None:
-    """The code at the farthest range [m], if there is one."""
-    for low, high in KNOWN:
-        band = (low - ROUNDED, high + ROUNDED)
-        if band[0] <= top <= band[1] and _stands_out(counts, band, at_least=3, times=3.0):
-            return band
-    for width, at_least in ((2.0 * SAME, 10), (JITTER, max(10, round(FEWEST * total)))):
-        band = (top + SAME - width, top + SAME)
-        few = counts[_bin(band[0]) :].sum() <= MOST * total
-        if few and _stands_out(counts, band, at_least=at_least, times=5.0):
-            return band
-    return None
-
-
-def _stands_out(counts: IntArray, band: Band, *, at_least: int, times: float) -> bool:
+def _stands_out(ranges: FloatArray, band: Band) -> bool:
     """Compare a band with the fullest one of its width in the metre below it."""
-    first, last = map(_bin, band)
-    width = last - first + 1
-    inside = counts[first : last + 1].sum()
-    below = counts[max(first - max(1000, width) - 1, 0) : first]
-    sums = np.convolve(below, np.ones(min(width, len(below)), dtype=np.intp), "valid")
-    return bool(inside >= at_least and inside > times * sums.max(initial=0))
-
-
-def _bin(value: float) -> int:
-    return round(min(max(value, 0.0), HIGHEST) * 1000.0)
+    low, width = band[0], band[1] - band[0]
+    below = low - width * np.arange(np.ceil(1.0 / width) + 1.0)[::-1]
+    fullest = np.histogram(ranges, below)[0].max()
+    return bool(np.count_nonzero(ranges >= low) > max(2, 3 * fullest))
 
 
 def within(ranges: FloatArray, bands: Iterable[Band]) -> BoolArray:
@@ -193,17 +147,25 @@ def as_codes(no_return: ArrayLike) -> tuple[Band, ...]:
     return tuple((code - SAME, code + SAME) for code in codes.tolist())
 
 
-def describe(bands: Sequence[Band], counts: IntArray) -> str:
-    """The remark about the codes that were found."""
-    texts, dropped = [], 0
-    for low, high in bands:
-        found = counts[_bin(low) : _bin(high) + 1]
-        values = (np.flatnonzero(found) + _bin(low)) / 1000.0
-        dropped += int(found.sum())
-        ends = dict.fromkeys((values[0], values[-1]))  # one, if they are equal
-        texts.append(" to ".join(f"{value:g}" for value in ends) + " m")
-    return (
-        f"{dropped} of {counts.sum()} ranges ({100.0 * dropped / counts.sum():.2g} %) read "
-        f"{', '.join(texts[:4])}: codes for no return, they make no point; `no_return` names "
-        f"others, or none"
-    )
+def remarks_on(ranges: FloatArray, codes: Sequence[Band]) -> list[str]:
+    """What a user should know of a log's ranges: their unit, and codes found or suspected."""
+    if ranges.size and np.median(ranges) > MILLIMETRES:
+        far = f"half of the ranges lie beyond {MILLIMETRES:g} m"
+        return [f"{far}: are they millimetres? labkit reads metres"]
+    remarks = []
+    coded = within(ranges, codes)
+    if codes:
+        ends = dict.fromkeys((ranges[coded].min(), ranges[coded].max()))  # one, if equal
+        remarks.append(
+            f"{coded.sum()} of {ranges.size} ranges ({100.0 * coded.mean():.2g} %) read "
+            f"{' to '.join(f'{end:g}' for end in ends)} m: codes for no return, they make no "
+            f"point; `no_return` names others, or none"
+        )
+    top = ranges[~coded].max(initial=0.0)
+    at_top = np.count_nonzero(ranges[~coded] > top - SAME)
+    if at_top > max(SOME, MANY * ranges.size):
+        remarks.append(
+            f"{at_top} of {ranges.size} ranges read {top:g} m, the longest of all; if that means "
+            f"no return, name it as `no_return`"
+        )
+    return remarks

@@ -62,7 +62,7 @@ def test_the_demo_shows_the_lesson_s_numbers_until_a_parameter_is_another(run):
         (("match", "a", "b", "--initial", 0, 0, "inf"), "three finite numbers x, y, theta, got"),
         (("evaluate", "a", "--reference", "b", "--stretch", "nan"), "--stretch must be in (0, 1e"),
         (("odometry", "killian", "--scans", "1"), "--scans must be a whole number of at least 2"),
-        (("odometry", "killian", "--angles", "nan", "1"), "--angles must be 2 finite numbers"),
+        (("odometry", "killian", "--angles", "-90", "89"), "--angles must be radians within one"),
     ],
 )
 def test_a_wrong_command_line_ends_with_2(run, arguments, message):

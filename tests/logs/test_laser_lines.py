@@ -95,7 +95,10 @@ FLASER_DAMAGE = [
 ROBOTLASER_DAMAGE = [
     (lambda f: f[:11], "the line ends before the number of remissions"),
     (lambda f: f[:-1], "27 fields, expected 28 for ROBOTLASER1 with 4 beams and 0 remissions"),
-    (lambda f: [*f[:2], "-90", *f[3:]], "beams from -90 in steps of 0.017453, expected radians"),
+    (
+        lambda f: [*f[:2], "-90", *f[3:]],
+        "`angles` must be radians within one turn, got -90 to 0: are these degrees",
+    ),
     (lambda f: [*f[:5], "-1", *f[6:]], "the maximum range is -1, expected a positive number"),
 ]
 

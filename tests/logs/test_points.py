@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from labkit.logs import read_log
-from labkit.support.errors import InvalidParameterError, LogError
+from labkit.support.errors import InvalidPointsError, LogError
 
 TWO = [[1.0, 2.0], [-3.5, 4e-3]]
 HALF_CIRCLE = (-np.pi / 2, np.pi / 2)
@@ -124,7 +124,9 @@ def test_points_in_millimetres_are_told(save):
     assert not any("millimetres" in remark for remark in read_log(surveyed).remarks)
 
 
-@pytest.mark.parametrize("header", ["r0,r1,r2,r3,r4\n", "# ranges\n", "%time,a,b,c,d,e\n"])
+@pytest.mark.parametrize(
+    "header", ["r0,r1,r2,r3,r4\n", "# ranges\n", "%time,b[0],b[1],b[2],b[3],b[4]\n"]
+)
 def test_a_row_of_ranges_is_a_scan(save, header):
     clock = "10.5," if "time" in header else ""
     path = save(f"{header}{clock}1,2,nan,4,inf\n{clock}5,,7,8,9\n", "scans.csv")
@@ -143,5 +145,28 @@ def test_a_table_of_ranges_needs_the_directions_of_its_beams(save):
     ):
         read_log(path)
     for angles in ([0.0, 1.0, 2.0], [0.0, np.nan]):
-        with pytest.raises(InvalidParameterError, match="`angles` must be 2 finite numbers"):
+        with pytest.raises(InvalidPointsError, match="`angles` must be 2 finite numbers"):
             read_log(path, angles=angles)
+
+
+@pytest.mark.parametrize("clock", ["", "stamp,", "Time,"])
+@pytest.mark.parametrize("place", [0, 2, 6])
+@pytest.mark.parametrize("name", ["seq", "t", "angle_min", "intensity3"])
+def test_a_column_that_is_neither_a_clock_nor_a_beam_is_refused_by_its_name(
+    save, clock, place, name
+):
+    """The law: whatever its name and its place, it is never read as a range."""
+    names = [*f"{clock}r0,r1,r2,r3,r4".split(",")]
+    names.insert(place, name)
+    row = ",".join("1" for _ in names)
+    with pytest.raises(LogError, match=rf"the column '{name}' is neither a clock .* nor a number"):
+        read_log(save(f"{','.join(names)}\n{row}\n"), angles=HALF_CIRCLE)
+
+
+def test_a_first_column_that_rises_in_every_row_is_told(save):
+    rows = [[0.1 * k, 4.0 - 0.1 * k, 2.0, 3.0, 2.5] for k in range(6)]
+    told = "the first column rises in every row: if it is a clock"
+    for header, table, said in (("", rows, 1), ("r0,r1,r2,r3,r4\n", rows, 0), ("", rows[::-1], 0)):
+        text = header + "".join(",".join(map(str, row)) + "\n" for row in table)
+        remarks = read_log(save(text), angles=HALF_CIRCLE).remarks
+        assert sum(remark.startswith(told) for remark in remarks) == said

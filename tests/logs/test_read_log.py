@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit.logs import lines, read_log, read_tum
-from labkit.support.errors import InvalidParameterError, LogError
+from labkit.support.errors import InvalidPointsError, LogError
 
 
 def zipped(members, method=zipfile.ZIP_DEFLATED):
@@ -95,7 +95,7 @@ def test_a_pipe_and_a_device_are_refused(tmp_path):
 
 
 def test_options_that_do_not_fit(save, run):
-    with pytest.raises(InvalidParameterError, match="`laser_offset` must be 3 finite numbers"):
+    with pytest.raises(InvalidPointsError, match="`laser_offset` must be 3 finite numbers"):
         read_log(save(run), laser_offset=(0.0, 0.0))
     for parameter in ("topic", "odometry_topic"):
         with pytest.raises(LogError, match=rf"run\.log: is no ROS bag; leave .*`{parameter}`"):
