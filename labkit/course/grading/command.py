@@ -75,7 +75,7 @@ def add_grade(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         metavar="S",
         help="CPU seconds per cell and per question (%(default)s)",
     )
-    add("--jobs", type=int, metavar="N", help="how many at a time (cores + 2)")
+    add("--jobs", type=int, metavar="N", help="how many at a time (2 × cores + 4)")
     add("--cluster", metavar="ADDRESS", help="grade on a running Dask cluster")
 
 
@@ -223,12 +223,16 @@ def _grade(
     return failures
 
 
+def default_jobs() -> int:
+    """So many that boxes which start, wait or take long leave the cores to others."""
+    return 2 * (os.cpu_count() or 1) + 4
+
+
 @contextlib.contextmanager
 def _open_executor(jobs: int | None, cluster: str | None) -> Iterator[Executor]:
     """Threads of this process, each with a box at work; or the workers of a Dask cluster."""
     if cluster is None:
-        spare = 2  # a box that starts leaves cores idle
-        executor = ThreadPoolExecutor(jobs or (os.cpu_count() or 1) + spare)
+        executor = ThreadPoolExecutor(jobs or default_jobs())
         try:
             yield executor
         finally:

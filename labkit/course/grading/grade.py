@@ -149,7 +149,8 @@ class Sitting:
         if self.is_stuck(question, state, right or ()):
             return [Outcome(error=OUT_OF_TIME)] * len(cases)
         self.is_sealed |= hidden
-        seconds = self.wall.seconds if right else min(self.wall.seconds, self.budget[name])
+        patience = self.wall.seconds / (1 + len(self.hung) // 3)
+        seconds = patience if right else min(patience, self.budget[name])
         outcomes: list[Outcome] = []
         try:
             calls = [[data.to_json(argument) for argument in case.arguments] for case in cases]

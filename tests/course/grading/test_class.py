@@ -198,15 +198,6 @@ def test_a_mistake_is_told_before_the_work(arguments, message, grade, tmp_path, 
     assert not (tmp_path / "grades").exists()
 
 
-def test_run_among_the_submissions_none_of_them_is_imported(tmp_path):
-    """By the command `labkit`: `python -m labkit` would put the folder on the path."""
-    (tmp_path / "numpy.py").write_text("print('mine'); raise SystemExit(3)", encoding="utf-8")
-    command = [Path(sys.executable).with_name("labkit"), "--version"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert "mine" not in done.stdout + done.stderr
-    assert done.returncode == 0
-
-
 @pytest.mark.slow
 def test_a_cluster_gives_the_same_marks(grade, tmp_path):
     """Takes some ten seconds; buys `--cluster`."""

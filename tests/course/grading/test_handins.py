@@ -71,10 +71,11 @@ def test_what_a_student_calls_a_file_chooses_nothing(tmp_path):
 
 
 def test_of_two_uploads_with_one_name_the_newest_counts(read, tmp_path):
-    folder = write(tmp_path / "class", ["ada_1_12_a.py", "emmy_2_13_a.py"], b"new = 1\n")
+    folder = write(tmp_path / "class", ["ada_LATE_1_12_a.py", "emmy_2_13_a.py"], b"new = 1\n")
     write(folder, ["ada_1_9_a.py"], b"old = 1\n")
     found, _ = find_submissions(folder)
     assert read(found[0])[0] == {"a.py": "new = 1\n"}
+    assert [one.late for one in found] == [1.0, 0.0]
 
 
 def test_a_class_of_two_layouts_is_refused_with_the_way_out(tmp_path):
@@ -152,9 +153,13 @@ def test_what_is_too_large_is_named_and_the_rest_is_read(read, tmp_path):
         file.truncate(33 << 20)
     with zipfile.ZipFile(folder / "ada/bomb.zip", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("b.py", b" " * (64 << 20))
+    for name in "cde":  # the third one is too much for all together
+        with zipfile.ZipFile(folder / f"ada/{name}.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr("x.ipynb", b'{"cells": []}' + b" " * (20 << 20))
     files, unread = read(one_submission(folder, "ada"))
-    assert list(files) == ["ada/a.py"]
-    assert {line.partition(" ")[0] for line in unread} == {"ada/large.ipynb", "ada/bomb.zip"}
+    assert set(files) == {"ada/a.py", "ada/c.zip/x.ipynb", "ada/d.zip/x.ipynb"}
+    lost = {"ada/large.ipynb", "ada/bomb.zip", "ada/e.zip"}
+    assert {line.partition(" ")[0] for line in unread} == lost
 
 
 def test_names_of_any_bytes_are_printable(read, tmp_path):

@@ -137,7 +137,11 @@ libc.unshare(0x10000000) + 1
 libc.prctl(1, 0, 0, 0, 0) + 1
 libc.prctl(ctypes.c_ulong((1 << 32) + 1), 0, 0, 0, 0) + 1
 """,
-    "time, memory": "len([bytes(2**27) for _ in range(99)])",
+    "time, memory": """
+len([bytes(2**27) for _ in range(99)])
+open("/box/a", "wb").write(bytes(2**24 + 2**20))
+os.sched_setaffinity({grader}, [0]) or True
+""",
     "user": "os.getuid() * (os.getuid() == {user})",
 }
 HOLES = """
@@ -333,6 +337,12 @@ def test_a_box_takes_a_user_that_nobody_is(monkeypatch):
         "labkit.course.grading.box.USERS", iter([0, pwd.getpwnam("nobody").pw_uid, 7777])
     )
     assert unused_user() == 7777
+    running = [sys.executable, "-c", "import os; os.setuid(7777); print(flush=True); input()"]
+    with subprocess.Popen(running, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdout.readline()
+        monkeypatch.setattr("labkit.course.grading.box.USERS", iter([7777, 8888]))
+        assert unused_user() == 8888
+        process.communicate(b"\n")
 
 
 def test_numbers_of_every_kind_survive_the_wall(graded, assignment):

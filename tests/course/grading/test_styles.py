@@ -121,7 +121,7 @@ SCRIPTS = {
 
 @pytest.mark.parametrize("style", STYLES)
 def test_a_right_notebook_gets_all_points(style, graded):
-    verdict = graded({"renamed (1).ipynb": STYLES[style]}, ASSIGNMENT)
+    verdict = graded({"renamed (1).ipynb": STYLES[style]}, ASSIGNMENT, seconds=1.0)
     assert verdict.score == 100.0, [
         (one.question, one.score, one.message) for one in verdict.questions if not one.passed
     ] + list(verdict.notes)
