@@ -7,7 +7,7 @@ import { Frame } from "./explorer/frame.js";
 import { PATIENCE, writeRows } from "./explorer/readouts.js";
 import { floats } from "./explorer/scene.js";
 import { View, widgetOf } from "./explorer/view.js";
-import { drawMark, signOf } from "./marks.js";
+import { drawMark, legendOf } from "./marks.js";
 import { MODELS } from "./models.js";
 
 const HIGHEST = 400; // px
@@ -52,17 +52,13 @@ class LiveFigure extends View {
     const tools = this.sliders.length === 1 ? [this.play, reset] : [reset];
     const figures = panels.map(({ name }, k) => part("named", ...(name ? [element("p", {}, name)] : []), this.canvases[k]));
     const labels = new Map(panels.flatMap(({ marks }) => marks.map(([kind, , label]) => [kind, label])));
-    const entries = [...labels].map(([kind, label]) => {
-      const { sign, color } = signOf(kind);
-      return element("span", {}, element("b", { style: `color: ${color}`, "aria-hidden": "true" }, sign), ` ${label}`);
-    });
     this.numbers = element("dl", { class: "icp-readouts" });
     this.spoken = element("p", { class: "icp-spoken", role: "status" });
     this.root = element(
       "div", { class: "icp-explorer icp-compact icp-live", role: "group", "aria-label": this.model.get("label") },
       part(
         panels.length > 1 ? "stack" : "frame",
-        part("left", part("panels", ...figures), element("p", { class: "icp-legend" }, ...entries)),
+        part("left", part("panels", ...figures), legendOf([...labels])),
         part("right", part("sliders", ...this.sliders.map(({ node }) => node)), part("row", ...tools), this.numbers, this.curve, this.spoken),
       ),
     );

@@ -61,20 +61,10 @@ def live_figure(
 ) -> LiveFigure:
     """A picture that is computed where it is read, each time that a slider moves.
 
-    Parameters
-    ----------
-    model : str
-        What computes it: "turn", "outlier", "cuts" or "race" of ``models.js``.
-    sliders : mapping of str to iterable of float
-        What each changes, with its unit, and its values; in the order of the model's arguments.
-    label : str
-        What the picture shows, for those who cannot see it; its numbers are added.
-    start : sequence of float
-        Where the sliders stand first.
-    xlim, ylim : tuple of float
-        The part of the plane that is seen [m].
-    **given : array_like or IcpParameters
-        What the model is about, by the names that it knows.
+    `model` is one of ``models.js``, and `given` what it is about, by the names that it knows. Each
+    slider, in the order of the model's arguments, has a name with its unit and its values; `label`
+    says what the picture shows, for those who cannot see it, and (`xlim`, `ylim`) [m] how much of
+    the plane is seen.
     """
     if model not in MODELS:
         raise InvalidParameterError(

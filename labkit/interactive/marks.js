@@ -1,6 +1,7 @@
 // The marks of a live figure: apart in shape or dash as well as in colour.
 
 import { cross, diamond, plus, ring, speck } from "./explorer/canvas.js";
+import { element } from "./explorer/controls.js";
 
 const points = (marker) => (context, frame, data) => {
   for (let i = 0; i < data.length; i += 2) marker(context, ...frame.pixel(data[i], data[i + 1]));
@@ -22,12 +23,22 @@ const cells = (context, frame, data) => {
 const outline = (context, frame, data) => {
   for (let i = 0; i < data.length; i += 2) context.lineTo(...frame.pixel(data[i], data[i + 1]));
 };
+// A robot of 28 cm: a drop that points ahead.
+const drop = (context, frame, [x, y, theta]) => {
+  const [u, v] = frame.pixel(x, y), r = Math.max(7, 0.28 * frame.scale);
+  context.arc(u, v, r, 0.8 - theta, 2 * Math.PI - 0.8 - theta);
+  context.lineTo(u + 1.45 * r * Math.cos(theta), v - 1.45 * r * Math.sin(theta));
+  context.closePath();
+};
 const circle = (context, frame, [x, y, radius]) => context.arc(...frame.pixel(x, y), radius * frame.scale, 0, 2 * Math.PI);
 
 // How each kind is drawn, and its sign in the legend; `fill` is how opaque its inside is.
 const KINDS = {
   older: { path: points(speck), color: "target", sign: "▪", fill: 1 },
   newer: { path: points(ring), color: "source", sign: "○" },
+  robot: { path: drop, color: "source", sign: "●", fill: 0.85, width: 2 },
+  ghost: { path: drop, color: "reference", sign: "◌", fill: 0.25, width: 2, dash: [4, 3] },
+  rival: { path: drop, color: "method-1", sign: "◌", fill: 0.25, width: 2, dash: [2, 2] },
   scan: { path: points(speck), color: "target", sign: "▪", fill: 0.35, width: 0.1 },
   wall: { path: segments, color: "grid", sign: "—", width: 1.5 },
   seen: { path: points(speck), color: "source", sign: "▪", fill: 1 },
@@ -55,10 +66,14 @@ export function drawMark(context, frame, colors, [kind, data]) {
   context.fill();
   context.globalAlpha = 1;
   context.stroke();
+  context.setLineDash([]);
 }
 
-// The sign and the colour of a kind of marks, in the legend.
-export function signOf(kind) {
-  const { sign, color } = KINDS[kind];
-  return { sign, color: `var(--icp-${color})` };
+// What kinds of marks stand for: [kind, words] each.
+export function legendOf(entries) {
+  const signs = entries.map(([kind, words]) => {
+    const { sign, color } = KINDS[kind];
+    return element("span", {}, element("b", { style: `color: var(--icp-${color})`, "aria-hidden": "true" }, sign), ` ${words}`);
+  });
+  return element("p", { class: "icp-legend" }, ...signs);
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, fields
 from typing import Any
 
 import anywidget
@@ -20,51 +20,35 @@ WHEELS = {
 }
 
 
-@dataclass(frozen=True, kw_only=True)
-class Place:
-    """A world to drive in: where the drive starts, what to try, and what a failure there shows."""
-
-    name: str
-    world: World
-    start: tuple[float, float, float]
-    hint: str
-    lesson: str
-
-
-PLACES = (
-    Place(
-        name="Room",
-        world=room(),
-        start=(2.0, -1.5, 1.6),
-        hint="Drive a few rounds about the pillar.",
-        lesson="Small errors add up, and a later round draws the walls a second time. "
-        "Recognise places.",
+PLACES: dict[str, tuple[World, tuple[float, float, float], str, str]] = {
+    # where the drive starts, what to try, and what a failure there shows
+    "Room": (
+        room(),
+        (2.0, -1.5, 1.6),
+        "Drive a few rounds about the pillar.",
+        "Small errors add up, and a later round draws the walls a second time. Recognise places.",
     ),
-    Place(
-        name="Corridor",
-        world=corridor(),
-        start=(0.0, 0.0, 0.0),
-        hint="Drive along the corridor, and watch the blue robot.",
-        lesson="The corridor looks the same everywhere, so the scans say: you stand still. "
+    "Corridor": (
+        corridor(),
+        (0.0, 0.0, 0.0),
+        "Drive along the corridor, and watch the blue robot.",
+        "The corridor looks the same everywhere, so the scans say: you stand still. "
         "Only wheels can tell.",
     ),
-    Place(
-        name="Doorways",
-        world=doorways(period=0.8, opening=0.35),
-        start=(0.1, 0.0, 0.0),
-        hint="Drive slowly first, then at full speed.",
-        lesson="More than half a doorway between two scans: the nearest one that fits is one back. "
+    "Doorways": (
+        doorways(period=0.8, opening=0.35),
+        (0.1, 0.0, 0.0),
+        "Drive slowly first, then at full speed.",
+        "More than half a doorway between two scans: the nearest one that fits is one back. "
         "Drive slowly, or believe the wheels.",
     ),
-    Place(
-        name="Two rooms",
-        world=two_rooms(),
-        start=(-3.0, 0.5, 0.0),
-        hint="Go through the door, round the other room, and back.",
-        lesson="What one room shows, the other does not: errors at the door stay. "
-        "Recognise places.",
+    "Two rooms": (
+        two_rooms(),
+        (-3.0, 0.5, 0.0),
+        "Go through the door, round the other room, and back.",
+        "What one room shows, the other does not: errors at the door stay. Recognise places.",
     ),
-)
+}
 
 
 class Drive(anywidget.AnyWidget):
@@ -88,9 +72,9 @@ def drive() -> Drive:
     """
     return Drive(
         places=[
-            {"name": each.name, "start": each.start, "hint": each.hint, "lesson": each.lesson}
-            | {"segments": base64_of(each.world.segments.reshape(-1, 4))}
-            for each in PLACES
+            {"name": name, "start": start, "hint": hint, "lesson": lesson}
+            | {"segments": base64_of(world.segments.reshape(-1, 4))}
+            for name, (world, start, hint, lesson) in PLACES.items()
         ],
         lidar=asdict(LIDAR) | {"angles": LIDAR.angles.tolist()},
         wheels={name: asdict(noise) for name, noise in WHEELS.items()},

@@ -7,10 +7,9 @@ import { floats } from "../explorer/scene.js";
 import { apply, between, compose, invert, toXYTheta, transform } from "../explorer/se2.js";
 import { isPage, toClipboard } from "../explorer/state.js";
 import { View, widgetOf } from "../explorer/view.js";
-import { drawMark } from "../marks.js";
+import { drawMark, legendOf } from "../marks.js";
 import { Odometry } from "./odometry.js";
-import { cast, generator } from "./rays.js";
-import { Robot, decoded, encoded, rounded, wheelStep } from "./robot.js";
+import { Robot, cast, generator, wheelStep } from "./world.js";
 
 const TICK = 1 / 60, SCAN = 12; // s, and ticks from one scan to the next
 const LONGEST = 900; // scans that a link holds: three minutes
@@ -20,14 +19,27 @@ const LOST = 0.1; // m off, from which the lesson is told
 const RACE = "#drive?";
 const DIALS = ["max_correspondence_distance", "overlap_ratio", "huber_delta"];
 const KEYS = { ArrowUp: [1, 0], w: [1, 0], ArrowDown: [-1, 0], s: [-1, 0], ArrowLeft: [0, 1], a: [0, 1], ArrowRight: [0, -1], d: [0, -1] };
+const rounded = (pose) => pose.map((each) => Math.round(1000 * each) / 1000); // as a link holds it
 const clamp = (value) => Math.max(-1, Math.min(1, value));
+
+// The changes from one pose to the next, in thousandths, in the base of 36.
+export function encoded(poses) {
+  const steps = poses.slice(1).flatMap((pose, k) => pose.map((each, i) => Math.round(1000 * (each - poses[k][i]))));
+  return steps.map((step) => step.toString(36)).join(".");
+}
+
+export function decoded(text, start) {
+  const poses = [rounded(start)], steps = text.split(".").map((each) => parseInt(each, 36) / 1000);
+  for (let k = 0; k + 2 < steps.length; k += 3) poses.push(rounded(poses.at(-1).map((each, i) => each + steps[k + i])));
+  return poses;
+}
 
 class DriveView extends View {
   constructor(model, signal) {
     super(model, signal);
     this.parameters = { ...model.get("parameters") };
     this.places = new Map(model.get("places").map((each) => [each.name, each]));
-    Object.assign(this, { wheels: "none", frame: null, view: new Frame(), sheet: new Frame(), held: new Set() });
+    Object.assign(this, { wheels: "none", view: new Frame(), sheet: new Frame(), held: new Set() });
     this.build();
     this.live();
     addEventListener("hashchange", () => this.open(), { signal });
@@ -51,8 +63,7 @@ class DriveView extends View {
     this.canvas = element("canvas", { tabindex: 0, role: "application", "aria-label": "Map. Arrow keys or W, A, S, D drive the robot." });
     const how = matchMedia("(pointer: coarse)").matches ? "Drag here to drive" : "Drag, or click and use the arrow keys: drive!";
     this.prompt = element("p", { class: "icp-prompt", "aria-hidden": "true" }, how);
-    const mark = (color, sign, text) => element("span", {}, element("b", { style: `color: var(--icp-${color})`, "aria-hidden": "true" }, sign), text);
-    const legend = element("p", { class: "icp-legend" }, mark("source", "●", " where its scans say that it is"), mark("reference", "◌", " where it is"));
+    const legend = legendOf([["robot", "where its scans say that it is"], ["ghost", "where it is"]]);
     this.score = element("p", { class: "icp-score" });
     this.said = element("p", { class: "icp-advice", role: "status" });
     this.spoken = element("p", { class: "icp-spoken", role: "status" });
@@ -80,12 +91,9 @@ class DriveView extends View {
     });
     on("keyup", ({ key }) => this.held.delete(key));
     on("blur", () => this.held.clear());
-    on("pointerdown", (event) => {
-      this.canvas.setPointerCapture(event.pointerId);
-      this.pointer = [event.offsetX, event.offsetY];
-      this.go();
-    });
-    on("pointermove", ({ offsetX, offsetY }) => this.pointer && (this.pointer = [offsetX, offsetY]));
+    const point = ({ offsetX, offsetY }) => (this.pointer = [offsetX, offsetY]);
+    on("pointerdown", (event) => this.go(point(event), this.canvas.setPointerCapture(event.pointerId)));
+    on("pointermove", (event) => this.pointer && point(event));
     on("lostpointercapture", () => (this.pointer = null));
   }
 
@@ -168,7 +176,7 @@ class DriveView extends View {
       this.behind += Math.min(0.1, (now - this.now) / 1000);
       for (; this.behind >= TICK; this.behind -= TICK) this.tick();
     }
-    const rests = !this.pointer && !this.held.size && this.robot.atRest() && !this.moved();
+    const rests = !this.pointer && !this.held.size && !this.robot.speed && !this.robot.turning && !this.moved();
     if (rests && this.now !== null) this.spoken.textContent = this.sum();
     this.now = rests || this.now === null ? null : now;
     for (const name of DIALS) this.controls[name].set(this.parameters[name]);
@@ -231,40 +239,20 @@ class DriveView extends View {
     const share = this.now === null || this.sliding ? 0 : (this.ticks % SCAN) / SCAN; // it goes on as it last went
     const ahead = compose(last.T, between(transform(0, 0, 0), last.step, share));
     this.shown = this.shown && this.now !== null ? between(this.shown, ahead, 0.4) : ahead;
-
     // A small world is seen whole; in a long one both robots are kept in view.
     const { context, width, height } = fresh, [ghost] = this.robot.pose, { x, y } = this.shown;
     const across = long ? Math.max(ACROSS, 1.3 * Math.abs(x - ghost) + 4) : this.across + 1;
     const scale = Math.min(width / across, height / (this.down + 1)), center = long ? [(x + ghost) / 2, this.center[1]] : this.center;
     this.view.look({ width, height, center, scale });
-    drawMark(context, this.view, colors, ["wall", this.segments]);
+    const mark = (kind, data) => drawMark(context, this.view, colors, [kind, data]), seen = apply(this.shown, last.points);
+    mark("wall", this.segments);
     const corner = this.view.pixel(this.left - MARGIN, this.top + MARGIN);
     context.drawImage(this.map, ...corner, (this.map.width * scale) / INK, (this.map.height * scale) / INK);
-    const seen = apply(this.shown, last.points);
-    drawMark(context, this.view, colors, ["view", [x, y, ...seen]]);
-    drawMark(context, this.view, colors, ["seen", seen]);
-    const rival = this.rival?.poses[Math.min(Math.floor(this.ticks / SCAN), this.rival.poses.length - 1)];
-    if (rival) this.drawRobot(context, rival, colors["method-1"], 0.25);
-    this.drawRobot(context, this.robot.pose, colors.reference, 0.25);
-    this.drawRobot(context, toXYTheta(this.shown), colors.source, 0.85);
-  }
-
-  drawRobot(context, [x, y, theta], color, fill) {
-    const [u, v] = this.view.pixel(x, y), r = Math.max(7, 0.28 * this.view.scale);
-    context.strokeStyle = context.fillStyle = color;
-    context.lineWidth = 2;
-    context.setLineDash(fill < 0.5 ? [4, 3] : []);
-    context.beginPath();
-    context.arc(u, v, r, 0, 2 * Math.PI);
-    context.globalAlpha = fill;
-    context.fill();
-    context.globalAlpha = 1;
-    context.stroke();
-    context.setLineDash([]);
-    if (fill > 0.5) context.strokeStyle = "white";
-    context.beginPath();
-    for (const turn of [2.5, 0, -2.5]) context.lineTo(u + r * Math.cos(theta + turn), v - r * Math.sin(theta + turn));
-    context.stroke();
+    mark("view", [x, y, ...seen]);
+    mark("seen", seen);
+    if (this.rival) mark("rival", this.rival.poses[Math.min(Math.floor(this.ticks / SCAN), this.rival.poses.length - 1)]);
+    mark("ghost", this.robot.pose);
+    mark("robot", toXYTheta(this.shown));
   }
 }
 

@@ -137,12 +137,8 @@ def icp_explorer(
     values also reach Python. Google Colab shows it after
     ``google.colab.output.enable_custom_widget_manager()``.
 
-    Parameters
-    ----------
-    scenes : sequence of Scene, optional
-        Pairs of scans to choose from; `default_scenes` by default.
-    parameters : IcpParameters, optional
-        Where the sliders stand at first, and what they do not change.
+    `scenes` are pairs of scans to choose from, `default_scenes` by default; `parameters` say where
+    the sliders stand at first, and what they do not change.
 
     Examples
     --------
@@ -170,19 +166,12 @@ def icp_sliders(
 ) -> Explorer:
     """The lesson's three sliders, gate, overlap and Huber's delta, beside one pair of scans.
 
-    Parameters
-    ----------
-    source, target, T_init, parameters
-        As in `labkit.icp`. The sliders start at the parameters.
-    T_reference, reference : array_like, shape (3, 3), and str, optional
-        The true motion, and its name: "truth" of a simulation, "reference" of a recording.
-    runs : bool
-        Whether the loop runs, and its end is shown first; if not, the sliders judge the
-        pairs at `T_init`.
-    sliders : mapping of str to iterable of float, optional
-        Other sliders than the three, each with the values that it can take: of
-        "max_correspondence_distance", "overlap_ratio" and "huber_delta", and of the guess "x",
-        "y" [m] and "turn" [°]. An empty mapping leaves the iterations alone.
+    The scans, `T_init` and `parameters` are as in `labkit.icp`; `T_reference` is the true motion,
+    `reference` its name: "truth" of a simulation, "reference" of a recording. With `runs` the end
+    of the loop is shown first; without, the sliders judge the pairs at `T_init`. `sliders` are
+    others than the three, each with its values: of "max_correspondence_distance",
+    "overlap_ratio" and "huber_delta", and of the guess "x", "y" [m] and "turn" [°]. An empty
+    mapping leaves the iterations alone.
     """
     scene = Scene(
         name="the scans",

@@ -1,0 +1,78 @@
+// A world of walls, the scanner that looks into it, and the robot that they stop; mirrors
+// labkit/simulation/lidar.py. Segments are flat arrays ax, ay, bx, by, ... in metres.
+
+import { toXYTheta, transform } from "../explorer/se2.js";
+
+const SPEED = 2.5, TURN = 1.7; // m/s and rad/s at most
+const HASTE = 4; // m/s² and, three times it, rad/s²
+const RADIUS = 0.28; // m
+
+// One sweep: the points in beam order, and the range of each beam; Infinity for a no-return.
+export function cast(segments, T, { angles, range_min, range_max, noise_std }, random) {
+  const noisy = firstHits(segments, T, angles).map((range) => range + noise_std * random());
+  const ranges = noisy.map((range) => (range > range_min && range < range_max ? range : Infinity));
+  const points = angles.flatMap((angle, k) => (ranges[k] < Infinity ? [ranges[k] * Math.cos(angle), ranges[k] * Math.sin(angle)] : []));
+  return { ranges, points: Float64Array.from(points) };
+}
+
+// The distance along each beam to the nearest segment that it crosses: of each end it is looked
+// at how far ahead it lies, and how far to the left.
+export function firstHits(segments, { c, s, x, y }, angles) {
+  return Float64Array.from(angles, (angle) => {
+    const bx = c * Math.cos(angle) - s * Math.sin(angle), by = s * Math.cos(angle) + c * Math.sin(angle);
+    let nearest = Infinity;
+    for (let i = 0; i < segments.length; i += 4) {
+      const ax = segments[i] - x, ay = segments[i + 1] - y, ex = segments[i + 2] - x, ey = segments[i + 3] - y;
+      const acrossA = bx * ay - by * ax, acrossB = bx * ey - by * ex;
+      if (acrossA < 0 === acrossB < 0) continue;
+      const aheadA = bx * ax + by * ay, aheadB = bx * ex + by * ey;
+      const distance = aheadA + (acrossA / (acrossA - acrossB)) * (aheadB - aheadA);
+      if (distance >= 0 && distance < nearest) nearest = distance;
+    }
+    return nearest;
+  });
+}
+
+// Normal numbers by chance, the same ones for the same seed.
+export const generator = (seed) => {
+  const uniform = () => {
+    seed = (seed + 0x6d2b79f5) | 0;
+    let t = Math.imul(seed ^ (seed >>> 15), 1 | seed);
+    t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
+    return (((t ^ (t >>> 14)) >>> 0) + 0.5) / 2 ** 32;
+  };
+  return () => Math.sqrt(-2 * Math.log(uniform())) * Math.cos(2 * Math.PI * uniform());
+};
+
+// What the wheels tell about a step, as wheel_increments of labkit.simulation does.
+export const wheelStep = (T_step, { along, across, turn, drift }, random) => {
+  const [x, y, theta] = toXYTheta(T_step), [a, b, c] = [along * random(), across * random(), random()];
+  const spread = Math.hypot(turn * theta, drift * Math.hypot(x, y));
+  return transform(x + a * x - b * y, y + a * y + b * x, theta + spread * c);
+};
+
+export class Robot {
+  constructor(pose) {
+    Object.assign(this, { pose, speed: 0, turning: 0 });
+  }
+
+  // Go on for `dt` seconds; `ahead` and `left` in [-1, 1] are what the driver wants.
+  move(dt, { ahead, left }, segments) {
+    const toward = (now, wanted, most) => now + Math.max(-most, Math.min(most, wanted - now));
+    this.speed = toward(this.speed, SPEED * ahead, HASTE * dt);
+    this.turning = toward(this.turning, TURN * left, 3 * HASTE * dt);
+    const [x, y, was] = this.pose, theta = was + this.turning * dt, length = this.speed * dt;
+    this.pose = [...offWalls(x + length * Math.cos(theta), y + length * Math.sin(theta), segments), theta];
+  }
+}
+
+// The nearest place at which the robot touches no wall.
+function offWalls(x, y, segments) {
+  for (let i = 0; i < segments.length; i += 4) {
+    const [ax, ay, bx, by] = segments.subarray(i, i + 4), dx = bx - ax, dy = by - ay;
+    const along = Math.max(0, Math.min(1, ((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1)));
+    const outX = x - ax - along * dx, outY = y - ay - along * dy, distance = Math.hypot(outX, outY);
+    if (distance > 0 && distance < RADIUS) (x += outX * (RADIUS / distance - 1)), (y += outY * (RADIUS / distance - 1));
+  }
+  return [x, y];
+}
