@@ -38,7 +38,7 @@ from labkit.support.arrays import (
     check_range,
     read_only,
 )
-from labkit.support.compiled import compiled
+from labkit.support.compiled import checked, compiled
 from labkit.support.errors import InvalidPointsError
 from labkit.target import Target
 
@@ -70,6 +70,8 @@ class Correspondences(NamedTuple):
         Which are among the ⌊ρN⌋ closest pairs.
     weights : ndarray, shape (N,)
         Huber's weight of a kept pair, 0 for a rejected one.
+    inlier_count : int
+        Number of kept pairs.
     max_correspondence_distance, huber_delta : float
         The gate d_max and δ that were used [m].
     point_share : float
@@ -86,6 +88,7 @@ class Correspondences(NamedTuple):
     residuals: FloatArray
     within_overlap: BoolArray
     weights: FloatArray
+    inlier_count: int
     max_correspondence_distance: float
     huber_delta: float
     point_share: float
@@ -105,11 +108,6 @@ class Correspondences(NamedTuple):
     def cost(self) -> float:
         """The truncated Huber cost J [m²]; see `labkit.icp`."""
         return cost(self)
-
-    @property
-    def inlier_count(self) -> int:
-        """Number of kept pairs."""
-        return int(np.count_nonzero(self.weights))
 
     @property
     def fitness(self) -> float:
@@ -138,7 +136,8 @@ def associate(
         moved[i, 0] = T[0, 0] * x + T[0, 1] * y + T[0, 2]
         moved[i, 1] = T[1, 0] * x + T[1, 1] * y + T[1, 2]
     index, distances = nearest(moved, target, reach * (1.0 + 1e-9), partners)
-    partners[:] = index
+    for i in range(len(partners)):
+        partners[i] = index[i]
     return moved, index, distances
 
 
@@ -165,8 +164,9 @@ def reject_and_weigh(
     within_overlap = overlap(distances, stage.overlap_ratio)  # (B)
     kept = within_gate & within_overlap & np.isfinite(residuals)
     delta, share = widened(residuals, kept, stage)
-    weights = huber_weights(residuals, delta)  # (C)
+    weights, inlier_count = huber_weights(residuals, delta), 0  # (C)
     for i in range(len(weights)):
+        inlier_count += kept[i]
         if not kept[i]:
             weights[i] = 0.0
     return Correspondences(
@@ -178,6 +178,7 @@ def reject_and_weigh(
         residuals,
         within_overlap,
         weights,
+        inlier_count,
         stage.max_correspondence_distance,
         delta,
         share,
@@ -217,13 +218,13 @@ def _weighed(residuals: ArrayLike, huber_delta: float) -> tuple[Any, ...]:
     return _as_distances(residuals, "residuals"), float(huber_delta)
 
 
-@compiled(check=_gated)
+@checked(_gated)
 def distance_gate(distances: FloatArray, max_correspondence_distance: float) -> BoolArray:
     """(A) Mask of the pairs within the gate: ``d <= max_correspondence_distance`` [m]."""
     return distances <= max_correspondence_distance
 
 
-@compiled(check=_trimmed)
+@checked(_trimmed)
 def overlap(distances: FloatArray, overlap_ratio: float) -> BoolArray:
     """(B) Mask of the ⌊ρN⌋ closest pairs, at least 3; of equally close ones the first.
 
@@ -267,7 +268,7 @@ def overlap_count(source_points: int, overlap_ratio: float) -> int:
     return min(source_points, max(MIN_PAIRS, int(overlap_ratio * source_points)))
 
 
-@compiled(check=_weighed)
+@checked(_weighed)
 def huber_weights(residuals: FloatArray, huber_delta: float) -> FloatArray:
     """(C) Huber's weights of residuals [m]: 1 up to δ, δ/r beyond; all 1 where δ is inf."""
     weights = np.ones_like(residuals)
@@ -277,7 +278,7 @@ def huber_weights(residuals: FloatArray, huber_delta: float) -> FloatArray:
     return weights
 
 
-@compiled(check=_weighed)
+@checked(_weighed)
 def huber_loss(residuals: Metres, huber_delta: float) -> Metres:
     """Huber's loss [m²] whose weights those are: r² up to δ, 2δr − δ² beyond."""
     capped: Metres = np.minimum(residuals, huber_delta)

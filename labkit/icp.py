@@ -161,7 +161,7 @@ def check(
     """(H) Why to stop, by the last step, the pairs, the cost and the budget; None to go on."""
     if stage.may_converge and stands_still(poses, parameters):
         return Termination.CONVERGED_POSE
-    if np.count_nonzero(pairs.weights) < MIN_PAIRS:
+    if pairs.inlier_count < MIN_PAIRS:
         return too_few(pairs)
     if stage.may_converge and abs(costs[-1] - costs[-2]) < parameters.cost_tolerance:
         return Termination.CONVERGED_COST
@@ -184,8 +184,10 @@ def stands_still(poses: list[FloatArray], parameters: IcpParameters) -> bool:
 @compiled
 def too_few(pairs: Correspondences) -> Termination:
     """The ending of a run in which fewer than 3 pairs were kept."""
-    matched = pairs.within_overlap & (pairs.distances <= pairs.max_correspondence_distance)
-    if np.count_nonzero(matched) >= MIN_PAIRS:  # on no surface
+    gate, matched = pairs.max_correspondence_distance, 0
+    for i in range(len(pairs.distances)):
+        matched += pairs.within_overlap[i] and pairs.distances[i] <= gate
+    if matched >= MIN_PAIRS:  # on no surface
         return Termination.DEGENERATE
     return Termination.TOO_FEW_CORRESPONDENCES
 
@@ -195,5 +197,7 @@ def as_array(poses: list[FloatArray]) -> FloatArray:
     """The poses as one array, shape (K, 3, 3)."""
     stack = np.empty((len(poses), 3, 3))
     for k in range(len(poses)):
-        stack[k] = poses[k]
+        for row in range(3):
+            for column in range(3):
+                stack[k, row, column] = poses[k][row, column]
     return stack

@@ -125,7 +125,8 @@ class IcpResult:
     @cached_property
     def far(self) -> int:
         """How many poses, the first ones, counted as far from the answer; see `labkit.schedule`."""
-        return far_poses(self.poses, self.source.points, self.parameters.for_loop)
+        told = self.parameters
+        return far_poses(self.poses, self.source.points, told.for_loop) if told.approach else 0
 
     @cached_property
     def history(self) -> tuple[Iteration, ...]:

@@ -75,8 +75,8 @@ def widened(residuals: FloatArray, kept: BoolArray, stage: Stage) -> tuple[float
     delta, wide = stage.huber_delta, stage.huber_delta
     if not stage.far or math.isinf(delta):
         return delta, 0.0
-    if kept.any():
-        some = residuals[kept]
+    some = residuals[kept]
+    if len(some) > 0:
         wide = max(delta, WIDTH * select(some, len(some) // 2))
     return wide, min(1.0, POINT_SHARE * (wide / delta) ** 2)
 

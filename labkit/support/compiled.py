@@ -1,52 +1,37 @@
 """Compile with numba; without numba, run in Python.
 
 A stage is a function on arrays and numbers, in plain Python: what the book quotes is what runs.
-What it returns to Python is a tuple of arrays and numbers, never a named one: numba makes those
-by running Python, which an interrupt would end. Machine code is kept on disk
-(`labkit.support.code_cache`). Without numba, or with one that does not know this numpy yet,
-Python runs the same functions, some hundred times slower.
-
-Importing this module does not import numba.
+It returns arrays and numbers to Python, no named tuple: numba makes those by running Python,
+and an interrupt there ends the process. Without numba, or with one that does not know this
+numpy yet, Python runs the same functions, some hundred times slower.
 """
-
-from __future__ import annotations
 
 import functools
 import logging
 from collections.abc import Callable
 from types import FunctionType
-from typing import Any, TypeVar, overload
+from typing import Any, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
-Check = Callable[..., tuple[Any, ...]]
-
 OPTIONS = {"nogil": True, "error_model": "numpy"}  # threads share the cores; 1/0 is inf
+INNER = OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
-@overload
-def compiled(function: F) -> F: ...
-@overload
-def compiled(*, check: Check) -> Callable[[F], F]: ...
-def compiled(function: F | None = None, *, check: Check | None = None) -> Any:
-    """Mark a stage: numba compiles it, with the stages that it calls, at its first call.
+def checked(check: Callable[..., tuple[Any, ...]]) -> Callable[[F], F]:
+    """Mark a stage whose arguments `check` returns, or refuses, where Python calls it."""
+    return lambda function: compiled(function, check)
 
-    What Python gives it passes through `check`, which returns the arguments or raises. What
-    another stage gives it does not.
-    """
-    if function is None:
-        return functools.partial(compiled, check=check)
 
-    @functools.cache
-    def inner() -> Any:
-        return load_numba().njit(**OPTIONS)(function)
+def compiled(function: F, check: Callable[..., Any] | None = None) -> F:
+    """Mark a stage: numba compiles it, with the stages that it calls, at its first call."""
 
     @functools.cache
     def entry() -> Any:
-        if load_numba() is None:
+        if (numba := load_numba()) is None:
             return function
         from labkit.support.code_cache import keep  # noqa: PLC0415 (imports numba)
 
-        return keep(load_numba().njit(**OPTIONS)(function))
+        return keep(numba.njit(**OPTIONS)(function))
 
     def call(*arguments: Any, **named: Any) -> Any:
         if check is not None:
@@ -59,11 +44,11 @@ def compiled(function: F | None = None, *, check: Check | None = None) -> Any:
                 first = first.__cause__
             raise first from None
 
-    # Under its own name and module, for doctest and tracebacks.
-    code = call.__code__.replace(co_name=function.__name__)
+    code = call.__code__.replace(co_name=function.__name__)  # for tracebacks, as its module
     stage: Any = FunctionType(code, function.__globals__, None, None, call.__closure__)
-    stage.inner = inner
-    return functools.wraps(function)(stage)
+    stage.inner = functools.cache(lambda: load_numba().njit(**INNER)(function))  # in other stages
+    functools.update_wrapper(stage, function)
+    return stage  # type: ignore[no-any-return]
 
 
 @functools.cache
@@ -77,9 +62,8 @@ def load_numba() -> Any:
         return None
     if numba.config.DISABLE_JIT:  # a student steps through the stages
         return None
-
-    def stage_type(function: Any, _: object) -> Any:
-        return numba.types.Dispatcher(function.inner()) if hasattr(function, "inner") else None
-
-    typeof_impl.register(FunctionType, stage_type)
+    dispatcher = numba.types.Dispatcher
+    typeof_impl.register(
+        FunctionType, lambda one, _: dispatcher(one.inner()) if hasattr(one, "inner") else None
+    )
     return numba

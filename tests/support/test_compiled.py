@@ -31,7 +31,7 @@ def answer(cache, program=ASKED):
 def cache(tmp_path_factory):
     """A cache with one stage in it."""
     folder = tmp_path_factory.mktemp("cache")
-    assert "compiling the matcher, this once" in answer(folder)
+    assert "compiling the matcher for this computer, once" in answer(folder)
     assert answer(folder) == ""
     return folder
 
