@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from labkit import __version__
-from labkit.cli import demo, evaluate, match, odometry
+import labkit
+from labkit.cli import evaluate, match, odometry
 from labkit.cli.options import flag
 from labkit.course.grading.command import add_autograder, add_grade
 from labkit.course.report import pages as report
@@ -20,33 +20,20 @@ from labkit.support.errors import InvalidParameterError, LabkitError
 
 BAD_INPUT, USAGE = 1, 2
 COMMANDS: dict[str, Any] = {
-    "demo": demo,
     "odometry": odometry,
     "match": match,
     "evaluate": evaluate,
     "report": report,
 }
 
-DESCRIPTION = """\
-ICP-based motion estimation from 2D LiDAR scans.
-
-  labkit demo                                the lesson's experiment, with its known truth
-  labkit odometry killian                    the motion of a real robot over 1.9 km
-  labkit match target.csv source.csv         the transform between two scans
-  labkit evaluate run.tum --reference r.tum  how good a trajectory is
-  labkit report my_report.ipynb              a report as HTML and PDF
-  labkit grade submissions/                  verdicts on what a class handed in"""
-
 EPILOG = """\
-Exit status: 0 done; 1 the input cannot be used, or the scans cannot be matched; 2 the
-command line is wrong. `labkit COMMAND --help` explains each command. Parameters that are no
-option are set in Python, e.g. by `labkit.odometry.OdometryParameters`: book/api.md lists them."""
+`labkit COMMAND --help` explains a command; `labkit odometry killian` is a good one to begin with.
+Exit status: 0 done; 1 the input cannot be used, or the scans cannot be matched; 2 the command
+line is wrong. Other parameters are set in Python, as by `labkit.odometry.OdometryParameters`."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status."""
-    sys.stdout = sys.stdout or io.StringIO()  # none where it is closed, as by `>&-`
-    sys.stderr = sys.stderr or io.StringIO()
     if isinstance(sys.stdout, io.TextIOWrapper):  # a code page without ² must not end a run
         sys.stdout.reconfigure(errors="replace")
     try:
@@ -58,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _drop_output()
         return 0
     except OSError as error:
-        if error.filename is not None:  # of no stream: a defect, which its traceback tells best
+        if error.filename is not None:  # not of a stream: a bug, show the traceback
             raise
         _drop_output()
         problem = f"the output cannot be written: {error.strerror}; send it elsewhere"
@@ -89,12 +76,14 @@ def build_parser() -> argparse.ArgumentParser:
     """Build the parser of the whole command line."""
     parser = argparse.ArgumentParser(
         prog="labkit",
-        description=DESCRIPTION,
+        description=labkit.__doc__,
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=_versions())
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    commands = parser.add_subparsers(
+        title="commands", dest="command", required=True, metavar="COMMAND"
+    )
     for name, command in COMMANDS.items():
         one = commands.add_parser(
             name,
@@ -117,4 +106,4 @@ def _versions() -> str:
             parts.append(f"{package} {version(package)}")
         except PackageNotFoundError:
             parts.append(f"without {package}")
-    return f"labkit {__version__} ({', '.join(parts)})"
+    return f"labkit {labkit.__version__} ({', '.join(parts)})"

@@ -66,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(parser, "limits", defaults.limits, LIMITS)
     add_options(parser, "filters", defaults.preprocessing, FILTERS)
     group = parser.add_argument_group("output, in this folder by default; `none` writes nothing")
-    group.add_argument("--out", metavar="FILE", help="trajectory, TUM or .g2o (LOG-odometry.tum)")
+    group.add_argument("--out", metavar="FILE", help="trajectory, TUM (LOG-odometry.tum)")
     group.add_argument("--quality", metavar="FILE", help="a CSV row a step (LOG-quality.csv)")
     group.add_argument("--plot", metavar="FILE", help="map and trajectory (LOG-map.png)")
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from labkit.logs import Log, write_g2o, write_tum
-from labkit.odometry import OdometryResult, StepRecord, increments_between
+from labkit.logs import Log, write_tum
+from labkit.odometry import OdometryResult, StepRecord
 from labkit.support.arrays import FloatArray
 from labkit.support.errors import InvalidParameterError
 from labkit.support.files import atomic_write, refuse_unwritable
@@ -37,11 +37,8 @@ COLUMNS = ("scan", "stamp", "decision", *MOTION, *OF_A_MATCH, "termination", "re
 
 
 def write_trajectory(path: str, log: Log, result: OdometryResult) -> None:
-    """Write the poses: a graph if the suffix is .g2o, else TUM."""
-    if path.endswith(".g2o"):
-        write_g2o(path, result.poses, increments_between(result.poses))
-    else:
-        write_tum(path, _stamps(log), result.poses)
+    """Write the poses, in the format TUM."""
+    write_tum(path, _stamps(log), result.poses)
 
 
 def write_quality(path: str, log: Log, result: OdometryResult) -> None:

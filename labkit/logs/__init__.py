@@ -5,7 +5,6 @@
 
 from labkit.logs.log import Log, SkippedLine
 from labkit.logs.read_log import read_log
-from labkit.logs.trajectories import interpolate_poses, read_tum, write_g2o, write_tum
+from labkit.logs.trajectories import interpolate_poses, read_tum, write_tum
 
-__all__ = ["Log", "SkippedLine", "interpolate_poses", "read_log"]
-__all__ += ["read_tum", "write_g2o", "write_tum"]
+__all__ = ["Log", "SkippedLine", "interpolate_poses", "read_log", "read_tum", "write_tum"]

@@ -1,4 +1,4 @@
-"""Trajectories and pose graphs: TUM, which `evo` reads, g2o, and poses between two stamps."""
+"""Trajectories: TUM, which `evo` reads, and poses between two stamps."""
 
 from __future__ import annotations
 
@@ -98,32 +98,6 @@ def _parse_tum(fields: Sequence[str]) -> tuple[float, float, float, float]:
             f"a rotation out of the plane, qx = {qx:g} and qy = {qy:g}, expected 0 and 0"
         )
     return t, x, y, float(wrap(2.0 * math.atan2(qz, qw)))
-
-
-def write_g2o(path: str | os.PathLike[str], poses: ArrayLike, increments: ArrayLike) -> None:
-    """Write a pose graph: a ``VERTEX_SE2`` per pose, an ``EDGE_SE2`` from each to the next.
-
-    Parameters
-    ----------
-    path : path-like
-        The file, written whole or not at all.
-    poses : array_like, shape (K, 3)
-        Vertices in the world, rows (x [m], y [m], θ [rad]).
-    increments : array_like, shape (K − 1, 3)
-        Edges: the pose of vertex k + 1 in the frame of vertex k. All have the identity for
-        information matrix.
-    """
-    vertices, edges = as_poses(poses, "poses"), as_poses(increments, "increments", minimum=0)
-    if len(edges) != len(vertices) - 1:
-        raise InvalidPointsError(
-            f"`increments` must have one row fewer than `poses`, got {len(edges)} and "
-            f"{len(vertices)}"
-        )
-    with atomic_write(path) as file:
-        for k, (x, y, theta) in enumerate(vertices.tolist()):
-            file.write(f"VERTEX_SE2 {k} {x!r} {y!r} {theta!r}\n")
-        for k, (x, y, theta) in enumerate(edges.tolist()):
-            file.write(f"EDGE_SE2 {k} {k + 1} {x!r} {y!r} {theta!r} 1 0 0 1 0 1\n")
 
 
 def interpolate_poses(stamps: ArrayLike, times: ArrayLike, poses: ArrayLike) -> FloatArray:

@@ -78,12 +78,6 @@ def test_a_table_of_ranges_needs_angles_and_none_writes_nothing(run, carmen_log,
     assert (files(), "wrote" in out) == (["scans.csv"], False)
 
 
-def test_a_trajectory_as_a_graph(run, carmen_log, tmp_path):
-    run("odometry", carmen_log[0], "--out", "graph.g2o", "--quality", "none", "--plot", "none")
-    words = [line.split()[0] for line in (tmp_path / "graph.g2o").read_text().splitlines()]
-    assert (words.count("VERTEX_SE2"), words.count("EDGE_SE2")) == (8, 7)
-
-
 def test_the_head_of_killian_against_its_reference(run, files):
     """The built-in run: simulated wheels, errors of the odometry and of the prior."""
     status, out, _ = run("odometry", "killian", "--scans", "60", "--plot", "none")

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from labkit.logs import interpolate_poses, read_tum, write_g2o, write_tum
+from labkit.logs import interpolate_poses, read_tum, write_tum
 from labkit.support.errors import InvalidPointsError, LogError
 
 HALF = math.sqrt(0.5)
@@ -74,19 +74,6 @@ def test_a_file_without_poses(save):
         read_tum("gone.tum")
 
 
-def test_a_graph_keeps_its_numbers_bit_for_bit(tmp_path):
-    rng = np.random.default_rng(4)
-    poses, increments = rng.normal(size=(5, 3)) * 1e3, rng.normal(size=(4, 3)) / 7.0
-    write_g2o(tmp_path / "out.g2o", poses, increments)
-    rows = [line.split() for line in (tmp_path / "out.g2o").read_text().splitlines()]
-    vertices = np.array([row[1:] for row in rows if row[0] == "VERTEX_SE2"], dtype=float)
-    edges = np.array([row[1:] for row in rows if row[0] == "EDGE_SE2"], dtype=float)
-    assert (vertices == np.column_stack([np.arange(5), poses])).all()
-    assert (edges[:, :2] == [[0, 1], [1, 2], [2, 3], [3, 4]]).all()
-    assert (edges[:, 2:5] == increments).all()
-    assert (edges[:, 5:] == [1, 0, 0, 1, 0, 1]).all()
-
-
 @given(turn=st.floats(-3.1, 3.1), start=st.floats(-3.1, 3.1), share=st.floats(0.0, 1.0))
 def test_poses_turn_along_the_shorter_arc(turn, start, share):
     times, poses = [11.0, 10.0], [[1.0, 4.0, start + turn], [0.0, 2.0, start]]
@@ -111,7 +98,6 @@ STILL, AWAY = np.zeros((2, 3)), [[0.0, np.inf, 0.0]]
         (interpolate_poses, ([0], [0, np.inf], STILL), "`times` must be finite, got inf at ind"),
         (write_tum, ("out.tum", [1], STILL), r"`stamps` must have shape \(2,\), one per pose, got"),
         (write_tum, ("out.tum", [1], AWAY), r"`poses` must be finite, got \[0.0, inf, 0.0\] at"),
-        (write_g2o, ("out.g2o", STILL, STILL), "one row fewer than `poses`, got 2 and 2"),
     ],
 )
 def test_what_does_not_belong_together(tmp_path, monkeypatch, function, arguments, message):
