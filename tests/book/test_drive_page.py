@@ -66,7 +66,7 @@ def test_in_a_corridor_only_wheels_tell_and_a_link_holds_the_drive(page, address
     page.goto("about:blank")
     page.goto(link)
     expect(page.get_by_label("world")).to_have_value("Corridor")
-    expect(page.locator(".icp-advice")).to_contain_text(f"To beat: {metres:.0f} m")
+    expect(page.locator(".icp-advice")).to_contain_text(f"To beat, in orange: {metres:.0f} m")
     for nonsense in ("drive=%00.zz.-", "world=moon&drive=1", "metres=x&drive=1.1.1"):  # is ignored
         page.goto("about:blank")
         page.goto(f"{address}#drive?{nonsense}")

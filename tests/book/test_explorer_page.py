@@ -207,29 +207,21 @@ def test_steps_play_and_pause_and_are_told_in_one_sentence(page):
 
 def test_the_wheel_zooms_about_the_cursor_within_bounds(page):
     nearer, farther = page.get_by_title("Zoom in"), page.get_by_title("Zoom out")
-    plane, first = page.locator(".icp-plane"), picture(page)
+    first = picture(page)
     expect(farther).to_be_disabled()
-    x, y = free_spot(page)
-    page.mouse.move(x, y)
+    page.mouse.move(*free_spot(page))
     page.mouse.wheel(0.0, -400.0)
     assert picture(page) == first  # a page that is scrolled is no map that is zoomed
-    plane.focus()
+    page.locator(".icp-plane").focus()
     for _ in range(8):
         page.mouse.wheel(0.0, -400.0)
         page.evaluate(TWO_FRAMES)
     expect(nearer).to_be_disabled()
-    before = guess(page)[0]
-    drag(page, (x, y), (30.0, 0.0))
-    assert 0.01 < guess(page)[0] - before < 0.2
     press(page, "Pan")
     shown, at = picture(page), guess(page)
-    drag(page, (x, y), (30.0, 0.0))
+    drag(page, free_spot(page), (30.0, 0.0))
     assert guess(page) == at
     assert picture(page) != shown
-    for _ in range(5):
-        if farther.is_enabled():
-            farther.click()
-    expect(farther).to_be_disabled()
 
 
 def test_a_copied_state_is_a_link_to_it(page, address):
@@ -251,23 +243,13 @@ def test_a_copied_state_is_a_link_to_it(page, address):
     assert guess(page) == [0.0, 0.05, 0.0]
     assert picture(page) == before
     page.goto("about:blank")
-    page.goto(f"{link}state=nonsense")  # is ignored
-    expect(readout(page, "shown")).to_contain_text("the guess, iteration 0 of")
-
-
-def test_a_page_has_its_state_again_when_it_is_reloaded(page):
-    choose(page, "Room")
-    page.get_by_label("gate").press("Home")
-    page.locator(".icp-plane").press("ArrowUp")
-    before, at = picture(page), guess(page)
-    come_back(page)
+    page.goto(address)  # without the link, too: it is kept, but for the iteration
     expect(page.get_by_label("gate")).to_have_attribute("aria-valuetext", "0.05 m")
     expect(page.get_by_label("scans", exact=True)).to_have_value("Room")
-    assert guess(page) == at
-    assert picture(page) == before
-    press(page, "Reset")
-    come_back(page)
-    expect(page.get_by_label("gate")).not_to_have_attribute("aria-valuetext", "0.05 m")
+    assert guess(page) == [0.0, 0.05, 0.0]
+    page.goto("about:blank")
+    page.goto(f"{link}state=nonsense")  # is ignored
+    expect(readout(page, "shown")).to_contain_text("the guess, iteration 0 of")
 
 
 def test_the_basin_is_labkit_s_and_the_page_listens_meanwhile(page, explorer):

@@ -1,15 +1,13 @@
-"""The explorer's loop in JavaScript against labkit's: 300 parameter sets and the vectors."""
+"""The explorer's loop in JavaScript against labkit's: generated runs, names and equations."""
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +17,6 @@ from in_node import answers
 import labkit
 from labkit import IcpParameters, IcpResult, Target, Termination
 from labkit.interactive import Scene, default_scenes
-from labkit.interactive.explorer.scenes import MIN_POINTS
 from labkit.interactive.front_end import FOLDER
 from labkit.neighbors import nearest_by_brute_force
 from labkit.scan import as_scan
@@ -30,7 +27,6 @@ POSE = 1e-9  # m and rad
 COST = 1e-12  # m², and relative
 OFF = 0.2  # how often a gate or a delta is off
 REPLAYED = 7  # one run in so many is compared iteration by iteration
-CONFORMANCE = Path(__file__).parents[1] / "conformance"
 
 
 @cache
@@ -70,7 +66,7 @@ def as_json(scene: int, guess: list[float], parameters: IcpParameters) -> dict[s
     return {"pair": scene, "guess": guess, "parameters": told}
 
 
-def difference(expected: IcpResult, answer: dict[str, Any], whole: bool = True) -> str | None:
+def difference(expected: IcpResult, answer: dict[str, Any], whole: bool) -> str | None:
     """Where two runs part, in words; None where they agree.
 
     Of the costs that led there only a `whole` comparison knows: labkit takes long to replay them.
@@ -111,39 +107,6 @@ def test_the_page_computes_what_labkit_computes(tmp_path):
     assert not differences, "\n".join(differences[:5])
     assert len({scene for scene, _, _ in sets}) >= 3
     assert endings.keys() == set(Termination), endings
-
-
-def vector_runs():
-    """The runs that the ports are held to, but for those on fewer points than a scene has."""
-    for vector in json.loads((CONFORMANCE / "vectors.json").read_text()):
-        verb, *files = vector["command"]
-        if verb != "match":
-            continue
-        target, source = (np.loadtxt(CONFORMANCE / f, delimiter=",", ndmin=2) for f in files[:2])
-        told = json.loads((CONFORMANCE / files[2]).read_text())
-        guess = [told.pop(f"initial_{axis}", 0.0) for axis in ("x", "y", "theta")]
-        limits = {key: math.inf if value is None else value for key, value in told.items()}
-        if min(len(target), len(source)) >= MIN_POINTS:
-            T_init = labkit.from_xytheta(guess)
-            scene = Scene(
-                name=vector["name"], source=as_scan(source), target=as_scan(target), T_init=T_init
-            )
-            yield scene, guess, IcpParameters(**limits)
-
-
-def test_the_page_ends_the_vectors_as_labkit_does(tmp_path):
-    """They hold each ending, and the order of its tests, that chance does not meet."""
-    runs = list(vector_runs())
-    jobs = [as_json(number, *run[1:]) for number, run in enumerate(runs)]
-    found = answers([scene for scene, _, _ in runs], jobs, tmp_path)
-    differences, endings = [], set()
-    for (scene, _, parameters), answer in zip(runs, found, strict=True):
-        expected = labkit.icp(scene.source, scene.target, scene.T_init, parameters)
-        endings.add(expected.termination)
-        if reason := difference(expected, answer):
-            differences.append(f"{scene.name}: {reason}")
-    assert not differences, "\n".join(differences)
-    assert endings == set(Termination)
 
 
 def test_of_equally_near_points_the_first_is_taken(tmp_path):

@@ -205,7 +205,7 @@ class DriveView extends View {
     this.ink(this.poses.length - 1, palette(this.root));
     this.score.textContent = this.sum();
     const { poses, metres, off } = this.rival ?? {}, lesson = this.off() > LOST ? this.at.lesson : this.at.hint;
-    const beat = poses ? `To beat: ${metres.toFixed(0)} m in ${Math.round(poses.length * SCAN * TICK)} s, ${off.toFixed(2)} m off. ` : "";
+    const beat = poses ? `To beat, in orange: ${metres.toFixed(0)} m in ${Math.round(poses.length * SCAN * TICK)} s, ${off.toFixed(2)} m off. ` : "";
     if (beat + lesson !== this.advised) this.said.textContent = this.advised = beat + lesson; // read aloud, so once
   }
 
@@ -244,11 +244,11 @@ class DriveView extends View {
     const across = long ? Math.max(ACROSS, 1.3 * Math.abs(x - ghost) + 4) : this.across + 1;
     const scale = Math.min(width / across, height / (this.down + 1)), center = long ? [(x + ghost) / 2, this.center[1]] : this.center;
     this.view.look({ width, height, center, scale });
-    const mark = (kind, data) => drawMark(context, this.view, colors, [kind, data]), seen = apply(this.shown, last.points);
+    const mark = (kind, data) => drawMark(context, this.view, colors, [kind, data]), seen = apply(last.T, last.points);
     mark("wall", this.segments);
     const corner = this.view.pixel(this.left - MARGIN, this.top + MARGIN);
     context.drawImage(this.map, ...corner, (this.map.width * scale) / INK, (this.map.height * scale) / INK);
-    mark("view", [x, y, ...seen]);
+    mark("view", [last.T.x, last.T.y, ...seen]);
     mark("seen", seen);
     if (this.rival) mark("rival", this.rival.poses[Math.min(Math.floor(this.ticks / SCAN), this.rival.poses.length - 1)]);
     mark("ghost", this.robot.pose);

@@ -11,12 +11,11 @@ import {
 import { drawCost } from "./cost.js";
 import { pairsAt } from "./correspondences.js";
 import { icp } from "./icp.js";
-import { storeBet, storedBet } from "./memory.js";
 import { Plane } from "./plane.js";
 import { Readouts, outcome } from "./readouts.js";
 import { unpacked } from "./scene.js";
 import { apply, between, toXYTheta, transform } from "./se2.js";
-import { copyState, keepState, keptState, stateFromAddress } from "./state.js";
+import { copyState, keepState, keptState, stateFromAddress, storeBet, storedBet } from "./state.js";
 import { View, widgetOf } from "./view.js";
 
 const PLAY = 350; // ms that an iteration takes at speed 1

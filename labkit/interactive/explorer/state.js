@@ -2,14 +2,37 @@
 // page has its last state again when it is reloaded; in JupyterLab Python has it.
 
 import { SLIDERS } from "./controls.js";
-import { recall, remember } from "./memory.js";
 
+const STORE = "labkit-explorer";
 const HASH = "#icp?";
 const TOLD = ["scene", ...SLIDERS, "guess"];
 
 export const isPage = () => document.documentElement.hasAttribute("data-content_root");
 const stateOf = (model) => Object.fromEntries(TOLD.map((name) => [name, model.get(name)]));
 const stateKey = () => `state of ${location.pathname}`;
+
+const kept = () => {
+  try {
+    return JSON.parse(localStorage.getItem(STORE)) ?? {};
+  } catch {
+    return {}; // storage is forbidden or damaged: the explorer works, it only forgets
+  }
+};
+
+function remember(key, value) {
+  try {
+    localStorage.setItem(STORE, JSON.stringify({ ...kept(), [key]: value }));
+  } catch {}
+}
+
+// Where the run will end as the reader bet it, one place [x, y] a scene; null without a bet. Scenes
+// of one name may hold other scans elsewhere; their first guess tells them apart.
+const betOn = ({ name, guess }) => `bet on ${name} from ${guess.map((each) => each.toFixed(6))}`;
+export const storeBet = (scene, place) => remember(betOn(scene), place);
+export function storedBet(scene) {
+  const place = kept()[betOn(scene)];
+  return place?.length === 2 && place.every(Number.isFinite) ? place : null;
+}
 
 // Put the text on the clipboard; resolves to what to tell the reader.
 export async function copyState(model, shown) {
@@ -48,7 +71,7 @@ export function stateFromAddress(scenes) {
 
 // The state that the reader left.
 export function keptState(scenes) {
-  return isPage() ? sensible(scenes, () => recall(stateKey())) : null;
+  return isPage() ? sensible(scenes, () => kept()[stateKey()]) : null;
 }
 
 // Null without a state, or where it makes no sense.
