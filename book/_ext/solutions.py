@@ -12,7 +12,7 @@ A directive ``{solution}``, or a box titled "Solution", in a cell without the ta
 The first leaves nbgrader's stub behind and keeps the cell's metadata, so that what comes
 out is what ``nbgrader generate_assignment`` would hand out; but a cell that was folded to hide
 its solution is open, as there is something to write. The answers to the checks of
-understanding are no solutions: they are there to be opened.
+understanding are no solutions: they are there to be opened. nbgrader's hidden tests go as well.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ FOLDED = "hide-input"
 CODE_STUB = ("# YOUR CODE HERE", "raise NotImplementedError()")
 TEXT_STUB = "YOUR ANSWER HERE"
 
+_HIDDEN = re.compile(r"(?ms)^### BEGIN HIDDEN TESTS\n.*?^### END HIDDEN TESTS\n?")
 _UNTAGGED = re.compile(r"(?im)^.*(?::::|```)\{(?:solution|(?:dropdown|admonition)\} *solution).*$")
 
 
@@ -105,7 +106,8 @@ def refuse_untagged(text: str, name: str) -> None:
 
 
 def _strip_code(source: str, place: str) -> tuple[str, list[str]]:
-    """Put a stub for each marked region."""
+    """Put a stub for each marked region, and take out nbgrader's hidden tests."""
+    source = _HIDDEN.sub("", source).rstrip("\n")
     left: list[str] = []
     taken: list[str] = []
     region: list[str] | None = None

@@ -1,9 +1,23 @@
-"""Whether an answer is the expected one, and if not, why not."""
+"""Whether an answer is the expected one, and if not, why not.
+
+As a command it holds a program to the vectors, and says which case differs::
+
+    python tests/conformance/compare.py alignment node align.js
+
+The first word is the group; the others start the program, which gets each case's command behind
+them and prints one line of JSON (README.md beside this file).
+"""
 
 from __future__ import annotations
 
+import json
 import math
+import subprocess
+import sys
+from pathlib import Path
 from typing import Any
+
+FOLDER = Path(__file__).parent
 
 TOLERANCE = 1e-9  # metres, radians, m², and the pure number of fitness
 
@@ -56,3 +70,41 @@ def _value(key: str, answer: Any, expected: Any, tolerance: float) -> str | None
     if abs(apart) <= tolerance:
         return None
     return f"{key} = {expected!r} was expected, got {answer!r}, {abs(apart):.2g} apart"
+
+
+def try_program(program: list[str], command: list[str], expected: dict[str, Any]) -> str | None:
+    """Why a program's answer to one command is not the expected one; None where it is."""
+    words = [str(FOLDER / word) if word.startswith("data/") else word for word in command]
+    try:
+        done = subprocess.run(
+            [*program, *words], capture_output=True, text=True, timeout=30, check=False
+        )
+        return disagreement(json.loads(done.stdout), expected)
+    except subprocess.TimeoutExpired:
+        return "no answer within 30 seconds"
+    except json.JSONDecodeError:
+        told = (done.stderr or done.stdout).strip().splitlines()
+        return f"no line of JSON; it says: {told[-1] if told else 'nothing'}"
+    except OSError as error:
+        sys.exit(f"compare.py: {program[0]} does not start: {error.strerror}")
+
+
+def main(group: str, *program: str) -> None:
+    """Hold a program to the vectors of a group; the status is 1 where one differs."""
+    vectors = json.loads((FOLDER / "vectors.json").read_text("utf-8"))
+    cases = [each for each in vectors if each["group"] == group]
+    if not cases or not program:
+        groups = ", ".join(dict.fromkeys(each["group"] for each in vectors))
+        sys.exit(f"usage: compare.py GROUP PROGRAM [ARGUMENT ...]; the groups are {groups}")
+    agreed = 0
+    for case in cases:
+        reason = try_program(list(program), case["command"], case["expected"])
+        agreed += reason is None
+        if reason:
+            print(f"{case['name']}: {reason}\n    {' '.join(case['command'])}")
+    print(f"{agreed} of {len(cases)} cases of {group} agree")
+    sys.exit(agreed < len(cases))
+
+
+if __name__ == "__main__":
+    main(*(sys.argv[1:] or ["", ""]))

@@ -2,6 +2,8 @@
 
 import json
 import math
+import subprocess
+import sys
 
 import pytest
 
@@ -137,3 +139,16 @@ def test_errors_and_poses():
     assert disagreement({"poses": poses["poses"][:2]}, poses).startswith("3 poses were expected")
     moved = {"poses": [*poses["poses"][:2], [0.0, 0.0, 1.0]]}
     assert disagreement(moved, poses).startswith("pose 2: x = ")
+
+
+def test_a_program_is_told_which_case_differs():
+    says = "import json; print(json.dumps({'error': 'degenerate'}))"
+    done = subprocess.run(
+        [sys.executable, CONFORMANCE / "compare.py", "alignment", sys.executable, "-c", says],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert done.stdout.startswith("angle_0: the keys ['theta', 'x', 'y'] were expected")
+    assert done.stdout.endswith("9 of 37 cases of alignment agree\n")

@@ -29,7 +29,6 @@ def _spoiled(*options):
 @exercise("A gate for your loop", lambda: _spoiled(0.3, 6), {
     STRAY: {"d <= gate": "d >= 0"},
     "The pairs beyond the gate are kept, and the others left out.": {"d <= gate": "d > gate"},
-    "The squares of the distances are held to the gate; it is in metres.": {"d <=": "d**2 <="},
     LEFT: {"align(p[near], q[near]) @ T": "T @ align(p[near], q[near])"},
     "This is the last step alone; the answer is the product of all.": {"q[near]) @ T": "q[near])"},
     UNMOVED: {"apply(T, source)": "source"},
@@ -92,7 +91,7 @@ def line_icp(source, target, T_init, gate=0.3, delta=0.02, rounds=15):
         index, d = older.search.query(p)
         q, n = older.points[index], older.normals[index]
         e = ((p - q) * n).sum(axis=1)
-        on = (d <= gate) & np.isfinite(e)
+        on = (d <= gate) & np.isfinite(n[:, 0])
         w = huber_weights(abs(e[on]), delta)
         T = align_to_lines(p[on], q[on], n[on], w) @ T
     return T

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import ast
+from copy import deepcopy
 from pathlib import Path
 
 import nbformat
 import pytest
 from answers import RIGHT, WRONG
 from IPython.core.inputtransformer2 import TransformerManager
+from solutions import strip_notebook
 
 from labkit.course.exercises import check, exercises
 from labkit.support.errors import InvalidParameterError
 
 FOLDER = Path(__file__).parents[3] / "notebooks"
 CHAPTERS = {path.name: nbformat.read(path, 4) for path in sorted(FOLDER.glob("[01]*.ipynb"))}
+HANDED_OUT = {name: strip_notebook(deepcopy(each), name)[0] for name, each in CHAPTERS.items()}
 EXERCISES = exercises()
 
 
@@ -23,11 +26,15 @@ def parse(source: str) -> ast.Module:
 
 
 def functions(notebook: nbformat.NotebookNode, tag: str) -> dict[str, ast.FunctionDef]:
-    """The functions that are defined in the cells with a tag; of several the last one."""
+    """The functions of the cells with a tag and of nbgrader's answers; of several the last one."""
     tagged = [
         cell
         for cell in notebook.cells
-        if cell.cell_type == "code" and tag in cell.metadata.get("tags", [])
+        if cell.cell_type == "code"
+        and (
+            tag in cell.metadata.get("tags", [])
+            or cell.metadata.get("nbgrader", {}).get("solution")
+        )
     ]
     nodes = [node for cell in tagged for node in parse(cell.source).body]
     return {node.name: node for node in nodes if isinstance(node, ast.FunctionDef)}
@@ -47,7 +54,7 @@ def run(tree: ast.Module, names: dict[str, object]) -> dict[str, object]:
 
 STUBS = {
     name: (chapter, node)
-    for chapter, notebook in CHAPTERS.items()
+    for chapter, notebook in HANDED_OUT.items()
     for name, node in functions(notebook, "stub").items()
 }
 

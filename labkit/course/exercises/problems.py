@@ -1,0 +1,232 @@
+"""Chapter 9: what its problems ask for in code, beside the argument on paper."""
+
+import math
+
+import numpy as np
+
+from labkit import IcpParameters, align, apply, icp, transform
+from labkit.course.exercises import exercise
+from labkit.se2 import rotation
+from labkit.simulation import Lidar, World, cast
+from labkit.simulation.world import circle
+
+
+def _pairs():
+    rng = np.random.default_rng(9)
+    p = rng.uniform([-4.0, -3.0], [4.0, 3.0], (12, 2))
+    q = apply(transform(0.6, -0.2, 2.4), p) + rng.normal(0.0, 0.2, p.shape)
+    return p, q, rng.uniform(0.1, 1.0, len(p))
+
+
+P, Q, W = _pairs()
+
+
+# fmt: off
+@exercise("The best translation beside a prior", {
+    "a prior as heavy as the pairs": (rotation(0.8), P, Q, W, np.array([2.0, -1.0]), W.sum()),
+    "a light prior": (rotation(-2.0), P, Q, W, np.array([-3.0, 4.0]), 0.5),
+}, {
+    "The prior is left out.": {"+ w_prior * t_prior) / (W + w_prior)": ") / W"},
+    "The prior weighs 1 here: use its weight.":
+        lambda R, p, q, w, t, v: translation_with_prior(R, p, q, w, t, 1.0),
+    "The pairs weigh 1 against the prior; together they weigh W = Σw.":
+        {"W * best": "best", "(W + w_prior)": "(1 + w_prior)"},
+    "The centroids are those of pairs of equal weight; use the weighted ones.":
+        {"w @ p / W": "p.mean(0)", "w @ q / W": "q.mean(0)"},
+    "This is the mean of the two; each counts by its weight.":
+        lambda R, p, q, w, t, v: (t + translation_with_prior(R, p, q, w, t, 0.0)) / 2,
+    "The source's centroid is not turned: t = q̄ − R p̄.": {"R @ (w @ p / W)": "w @ p / W"},
+})
+def translation_with_prior(R, p, q, w, t_prior, w_prior):
+    """The weighted mean of what the pairs say and of the prior."""
+    W = w.sum()
+    best = w @ q / W - R @ (w @ p / W)
+    return (W * best + w_prior * t_prior) / (W + w_prior)
+
+
+@exercise("A turn about a known point", {
+    "a turn about the origin": (P, Q, np.zeros(2)),
+    "a turn about (3, −1)": (P, Q, np.array([3.0, -1.0])),
+}, {
+    "The points are centred on their means; a turn about c is seen from c.":
+        lambda p, q, c: turn_about_known(p - p.mean(0), q - q.mean(0), 0 * c),
+    "The turn is about the origin; subtract c from both.":
+        lambda p, q, c: turn_about_known(p, q, 0 * c),
+    "The angle has the wrong sign: the cross product is x × y.": {"tan2(b, a)": "tan2(-b, a)"},
+    "`atan` of b / a loses half of the angles: use `atan2(b, a)`.":
+        {"np.arctan2(b, a)": "np.arctan(b / a)"},
+    "The arguments of `atan2` are exchanged.": {"tan2(b, a)": "tan2(a, b)"},
+})
+def turn_about_known(p, q, c):
+    """The top of the cosine, seen from c."""
+    x, y = p - c, q - c
+    a, b = (x * y).sum(), (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]).sum()
+    return np.arctan2(b, a)
+
+
+def _van():
+    rng = np.random.default_rng(5)
+    p = rng.uniform([-5.0, -4.0], [5.0, 4.0], (40, 2))
+    q = p + rng.normal(0.0, 0.01, p.shape)
+    q[:12] += (0.8, 0.0)
+    return {f"{share:.0%} of 40 pairs, 12 on a van": (p, q, share) for share in (0.7, 0.95)}
+
+
+@exercise("Trimmed alignment", _van, {
+    "The worst pairs are kept: sort from small to large.": {"argsort(r)": "argsort(-r)"},
+    "This is the alignment of all pairs: trim by its residuals, and align again.":
+        {"int(ratio * len(p))": "len(p)"},
+    "The share of the pairs that *go* is kept.": {"int(ratio": "int((1 - ratio)"},
+    "The pairs are sorted by their distance before the motion: move the points first.":
+        {"apply(T, p)": "p"},
+})
+def trimmed_alignment(p, q, ratio):
+    """Align, sort, keep; thirty times."""
+    order = np.arange(len(p))
+    for _ in range(30):
+        T = align(p[order], q[order])
+        r = np.hypot(*(apply(T, p) - q).T)
+        order = np.argsort(r)[:int(ratio * len(p))]
+    return T
+
+
+def _avenue():
+    spots = [(x, y) for x in range(-20, 21, 2) for y in (-1.5, 1.5)]
+    trees = World(segments=np.concatenate([circle(spot, 0.2) for spot in spots]))
+    lidar, T = Lidar(field_of_view=2 * np.pi, beam_count=720), transform(0.4, 0.0, 0.0)
+    older, newer = cast(trees, np.eye(3), lidar, rng=1), cast(trees, T, lidar, rng=2)
+    return {f"a guess {far:g} m off": (newer, older, 0.4, far) for far in (0.3, 1.5)}
+
+
+@exercise("Along the avenue", _avenue, {
+    "This is where the run ends; asked for is how far that is from the truth.":
+        {"T_target_source[0, 2] - x_true": "T_target_source[0, 2]"},
+    "The guess is the offset alone; it is added to the true motion.": {"x_true + offset": "offset"},
+})
+def along_the_avenue(source, target, x_true, offset):
+    """Error and RMSE from a guess that is off."""
+    told = IcpParameters(max_correspondence_distance=1.0)
+    end = icp(source, target, transform(x_true + offset, 0.0, 0.0), told)
+    return end.T_target_source[0, 2] - x_true, end.inlier_rmse
+
+
+@exercise("How fast a heading drifts", {
+    "200 steps of 0.5 m": (200, 0.5, math.radians(0.3)), "3 steps of 2 m": (3, 2.0, 0.01),
+}, {
+    "The errors are counted as if each turned all of the path: s σ n^{3/2}, without the 3.":
+        lambda n, s, sigma: s * sigma * n**1.5,
+    "This is the sum of the standard deviations; independent errors add as squares.":
+        {"math.sqrt(sum(m**2 for m in range(n)))": "sum(range(n))"},
+    "The first step already goes along a wrong heading here; it goes along the exact one.":
+        {"range(n)": "range(n + 1)"},
+    "This is the error of the heading's own sum; each error is counted once for each later step.":
+        {"m**2": "1"},
+    "The length of a step is missing.": {"s * sigma": "sigma"},
+})
+def sideways_std(n, s, sigma):
+    """Each error as often as there are steps after it."""
+    return s * sigma * math.sqrt(sum(m**2 for m in range(n)))
+
+
+@exercise("The wrong side", {
+    "a turn of 90° and a step": (transform(0.4, 0.1, math.pi / 2), transform(0.05, 0.02, 0.02)),
+    "two large motions": (transform(2.0, -1.0, 2.5), transform(-1.0, 3.0, -1.2)),
+}, {
+    "The sign: it is that of T dT minus that of dT T.": {"T @ dT - dT @ T": "dT @ T - T @ dT"},
+    "Only the step is turned; the other product turns `t` as well.":
+        lambda T, dT: (T[:2, :2] - np.eye(2)) @ dT[:2, 2],
+    "Only `t` is turned; the other product turns the step as well.":
+        lambda T, dT: -(dT[:2, :2] - np.eye(2)) @ T[:2, 2],
+})
+def gap_of_sides(T, dT):
+    """By the products that the problem forbids."""
+    return (T @ dT - dT @ T)[:2, 2]
+
+
+R = np.linspace(0.0, 1.0, 21)
+
+
+@exercise("A parabola above Huber's loss", {
+    "it touches at 0.1 m": (R, 0.1, 0.2), "it touches at 0.4 m": (R, 0.4, 0.2),
+    "it touches at 0.9 m": (R, 0.9, 0.2),
+}, {
+    "It does not touch: at r0 it has to have the loss's value there.": {"+ loss": ""},
+    "This is the loss itself.": lambda r, r0, d: np.where(r <= d, r**2, 2 * d * r - d**2),
+    "This is r²: below the loss's slope beyond δ the weight is δ/r0.": lambda r, r0, d: r**2,
+    "This is the tangent in r, a line that lies below the loss; it is a parabola in r.":
+        lambda r, r0, d: parabola_above(r0, r0, d) + 2 * min(r0, d) * (r - r0),
+    "The weight is (δ/r0)²; it is δ/r0.": {"min(1.0, delta / r0)": "min(1.0, delta / r0) ** 2"},
+})
+def parabola_above(r, r0, delta):
+    """The tangent of the loss in r²."""
+    linear = 2 * delta * r0 - delta**2
+    loss = linear if r0 > delta else r0**2
+    return min(1.0, delta / r0) * (r**2 - r0**2) + loss
+
+
+@exercise("How narrow a wedge may be", {
+    "an angle of 10°": (math.radians(10),), "an angle of 90°": (math.pi / 2,),
+    "an angle of 150°": (math.radians(150),),
+}, {
+    "This is the larger eigenvalue.": {")[0]": ")[1]"},
+    "The mean over the points is missing: the sum of both halves is divided by N.": {"/ 2": "/ 1"},
+    "Beyond 90° the walls get narrower again: take the size of the cosine.":
+        lambda alpha: (1 - math.cos(alpha)) / 2,
+    "This is α²/4, the first term alone.": lambda alpha: alpha**2 / 4,
+    "This is the determinant, the product of both eigenvalues.": lambda a: math.sin(a) ** 2 / 4,
+})
+def weakest_information(alpha):
+    """From the matrix."""
+    n = np.array([[0.0, 1.0], [-math.sin(alpha), math.cos(alpha)]])
+    return np.linalg.eigvalsh(n.T @ n / 2)[0]
+
+
+@exercise("The error that is left", {"3 pairs": (3, 0.01), "200 pairs": (200, 0.02)}, {
+    "This is the RMSE at the true motion: the fit takes three of the 2N numbers.": {"* N - 3": "* N"},
+    "Each pair has two numbers, not one: 2N − 3 are left.": {"2 * N": "N"},
+    "The motion has three numbers, not two.": {"- 3": "- 2"},
+    "The sum over N pairs is not divided by N.": {" / N": ""},
+    "This divides by 2N numbers; the RMSE is over N pairs.": {" / N": " / (2 * N)"},
+})
+def expected_rmse(N, sigma):
+    """Of 2N numbers three are fitted."""
+    left = 2 * N - 3
+    return sigma * math.sqrt(left / N)
+
+
+@exercise("The way back", {
+    "a turn of 2.2 rad": (-3.0, 4.0, np.array([1.0, 2.0]), np.array([-0.5, 0.3])),
+    "a turn of −0.6 rad": (8.0, -5.5, np.array([0.0, -1.0]), np.array([2.0, 1.0])),
+}, {
+    "This is the alignment of p onto q; asked for is that of q onto p.":
+        lambda a, b, p, q: transform(*(q - rotation(math.atan2(b, a)) @ p), math.atan2(b, a)),
+    "The centroids have not changed roles.": {"p_mean - R @ q_mean": "q_mean - R @ p_mean"},
+    "b keeps its sign here; exchanging the points changes it.": {"-b, a": "b, a"},
+    "Both signs have changed: a keeps its sign.": {"-b, a": "-b, -a"},
+    "The target's centroid is not turned: t = p̄ − R q̄.": {"R @ q_mean": "q_mean"},
+})
+def backward_alignment(a, b, p_mean, q_mean):
+    """Of the sums, b changes its sign."""
+    angle = math.atan2(-b, a)
+    R = rotation(angle)
+    return transform(*(p_mean - R @ q_mean), angle)
+
+
+@exercise("A gate from first principles", {
+    "the numbers of the problem": (0.01, 0.05, 0.1, math.radians(3.0), 6.0),
+    "noise alone": (0.02, 0.0, 0.0, 0.0, 6.0), "a turn alone": (0.0, 0.0, 0.0, 1.2, 6.0),
+}, {
+    "The noise is that of one scan; both scans have it, so it is √2 σ.": {"math.sqrt(2.0)": "1.0"},
+    "The noise is taken once; 3σ lets one pair in 400 through.": {"3.0 * ": ""},
+    "The turn is the arc; a point moves along the chord.":
+        {"2.0 * reach * math.sin(angle / 2.0)": "reach * angle"},
+    "The partner is at most half a spacing away.": {"spacing / 2.0": "spacing"},
+    "Noise and spacing stand at right angles to one another: they add as squares.":
+        lambda s, d, off, a, D: off + 2 * D * math.sin(a / 2) + 3 * math.sqrt(2) * s + d / 2,
+    "The offset of the guess is missing.": {"offset + 2.0": "2.0"},
+    "The turn of the guess is missing.": lambda s, d, off, a, D: first_gate(s, d, off, 0.0, D),
+})
+def first_gate(sigma, spacing, offset, angle, reach):
+    """What the guess may be off, and what the scans add."""
+    scans = math.hypot(3.0 * math.sqrt(2.0) * sigma, spacing / 2.0)
+    return offset + 2.0 * reach * math.sin(angle / 2.0) + scans
