@@ -14,7 +14,7 @@ except ImportError as error:
     missing = error.name or "anywidget"
     raise MissingExtraError("what moves in a notebook", missing, "notebooks") from error
 
-from labkit.interactive.drive import drive
+from labkit.interactive.driving import drive
 from labkit.interactive.explorer.scenes import Scene, default_scenes, killian_scene
 from labkit.interactive.explorer.widget import Explorer, align_by_hand, icp_explorer, icp_sliders
 from labkit.interactive.live_figure import live_figure

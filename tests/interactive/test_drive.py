@@ -13,7 +13,7 @@ pytest.importorskip("anywidget")
 from in_node import told_by
 
 import labkit
-from labkit.interactive.drive import PLACES, WHEELS, Drive, drive
+from labkit.interactive.driving import PLACES, WHEELS, Drive, drive
 from labkit.odometry.parameters import MATCHER
 from labkit.simulation import Lidar, WheelNoise, cast, wheel_increments
 

@@ -54,8 +54,8 @@ PLACES: dict[str, tuple[World, tuple[float, float, float], str, str]] = {
 class Drive(anywidget.AnyWidget):
     """A robot to drive; make one with `drive`."""
 
-    _esm = bundle("drive/drive.js")
-    _css = style("drive/drive.css")
+    _esm = bundle("driving/drive.js")
+    _css = style("driving/drive.css")
 
     places: traitlets.List[Any] = traitlets.List().tag(sync=True)
     lidar = traitlets.Dict().tag(sync=True)

@@ -10,7 +10,7 @@ import { prepareTarget } from "../explorer/scene.js";
 import { compose, invert, poseDifference, toXYTheta, transform } from "../explorer/se2.js";
 
 const AWAY = 4, WITHIN = 2; // m driven between two visits of a place, and how far apart they may seem
-const APART = 0.4; // m driven between two scans that are looked at
+const APART = 0.9; // m driven between two scans that are looked at
 const SHARE = 0.55; // of the points, with a partner: the same place
 
 const targetOf = (scan) => (scan.target ??= prepareTarget(scan.points, normalsAlongSweep(scan.points)));
