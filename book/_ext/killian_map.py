@@ -26,7 +26,8 @@ import labkit
 from labkit.cli.outputs import write_map
 from labkit.course.exercises.graph import solve_graph
 from labkit.evaluation import ate
-from labkit.odometry import integrate
+from labkit.logs import Log
+from labkit.odometry import increments_between, integrate
 from labkit.plotting import book_figure, map_points
 from labkit.plotting.style import SOURCE, TARGET
 
@@ -39,6 +40,13 @@ EVERY, BEAMS, RANGE_MAX = 6, 90, 15.0  # every so many-th scan, its beams, their
 TURN = 0.58  # lays the building along the picture's width, as `map.js` does [rad]
 LAST = "good"  # what the last cell that is run sets
 SIGMA = np.array([0.05, 0.05, 0.01])  # of an edge [m, m, rad]
+STEP_BEAMS, TOLD_STEPS = 180, 36  # of the steps that the reader can try: all beams, in cm
+LIED = {
+    1732: "ICP says that the robot stood still. Did it?",
+    2222: "the robot turned by 131° between two sweeps, and ICP lost it. Turn the scan back.",
+    2225: "the robot turned by 172° between two sweeps, and ICP lost it. Turn the scan back.",
+    2436: "here the match of the odometry slipped by 80 cm. Does yours?",
+}
 STATES = {
     "wheels": "What the wheels say",
     "odometry": "What scan matching finds",
@@ -108,7 +116,27 @@ def packed(names: dict[str, Any]) -> dict[str, Any]:
         }
         for name, rows in poses.items()
     ]
-    return {"beams": BEAMS, "reach": RANGE_MAX, "ranges": _base64(ranges), "states": states}
+    told = {"beams": BEAMS, "reach": RANGE_MAX, "ranges": _base64(ranges), "states": states}
+    return told | {"every": EVERY, "total": len(log.scans) - 1, "steps": steps(log)}
+
+
+def steps(log: Log) -> dict[str, Any]:
+    """Steps to try by hand: some along the way where the robot moved, and those that lied."""
+    moved = np.hypot(*increments_between(log.reference)[:, :2].T)
+    chosen = {
+        int(block[np.argmax(moved[block - 1])])
+        for block in np.array_split(np.arange(1, len(log.scans)), TOLD_STEPS)
+    }
+    scans = sorted(chosen | LIED.keys())
+    ranges = np.zeros((len(scans), 2, STEP_BEAMS), dtype="<u2")
+    for row, k in enumerate(scans):
+        for which, scan in enumerate(log.scans[k - 1 : k + 1]):
+            x, y = scan.points.T
+            beam = np.rint((np.arctan2(y, x) / np.pi + 0.5) * STEP_BEAMS).astype(int)
+            ranges[row, which, beam] = np.rint(100.0 * np.hypot(x, y))
+    motions = increments_between(log.reference)[np.array(scans) - 1]
+    rows = [[round(each, 4) for each in row] for row in motions.tolist()]
+    return {"scans": scans, "lied": LIED, "ranges": _base64(ranges), "motions": rows}
 
 
 def _base64(array: Any) -> str:

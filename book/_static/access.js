@@ -48,7 +48,7 @@
     [...fields].slice(1).forEach((node) => node.removeAttribute("id"));
     each("th", (node) => node.textContent.trim() || node.replaceWith(document.createElement("td")));
 
-    each("article figure:has(img):not(.killian-map)", (figure) => letEnlarge(figure.querySelector("img")));
+    each("article figure:has(img):not(:has(img[src*='killian-']))", (figure) => letEnlarge(figure.querySelector("img")));
 
     // Anchors for exercises and equations; figures and headings have theirs.
     each(".exercise.admonition[id] > .admonition-title, div.math[id] > .eqno", (node) => {

@@ -1,8 +1,9 @@
-// The first page's map: the same sweeps, drawn at three sets of poses and at what lies between.
+// The first page's map: the same sweeps, drawn at three sets of poses and at what lies between; a click
+// on its path puts that step into the toy above. Chapters 5 and 10 begin with the first two sets.
 // killian_map.py writes the data; without it, without JavaScript and on paper stands a picture.
 (() => {
   const vendor = new URL("vendor/killian/map.js", document.currentScript.src).href;
-  const MARGIN = 12, PLAY = 7000, ENDS = ["wheels", "places recognised"]; // m, ms
+  const MARGIN = 12, PLAY = 7000, ENDS = ["wheels", "scan matching", "places recognised"]; // m, ms
   const TURN = 0.58, BAR = 50; // the building along the picture's width; m
   const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const make = (tag, attributes, ...children) => {
@@ -40,18 +41,54 @@
     write(`${BAR} m`, 16 * dense, height - 18 * dense);
   };
 
-  const enliven = (figure, { beams, reach, ranges, states }) => {
+  // The two sweeps of a step, for the toy above: ranges in cm, a beam each degree.
+  const START = [1.0, -0.6, 0.3]; // m, rad: where the newer sweep lies first
+  const pack = (numbers) => btoa(String.fromCharCode(...new Uint8Array(Float64Array.from(numbers).buffer)));
+  const sceneOf = ({ scans, lied, ranges, motions }, i) => {
+    const all = new Uint16Array(bytes(ranges).buffer), k = scans[i];
+    const [target, source] = [0, 1].map((which) => [...all.subarray(180 * (2 * i + which), 180 * (2 * i + which + 1))].flatMap((range, j) => {
+      const angle = (j / 180 - 0.5) * Math.PI;
+      return range ? [(range / 100) * Math.cos(angle), (range / 100) * Math.sin(angle)] : [];
+    }));
+    const hint = `Step ${k}: ${lied[k] ?? "drag the newer scan, blue, onto the older one."}`;
+    return { name: `step ${k}`, source: pack(source), target: pack(target), normals: pack(target.map(() => NaN)), guess: lied[k] ? [0, 0, 0] : START, answer: motions[i], hint };
+  };
+  const intoToy = async (scene) => {
+    await window.drawWidgets();
+    const toy = document.querySelector(".icp-by-hand");
+    toy.dispatchEvent(new CustomEvent("icp-scene", { detail: scene }));
+    toy.scrollIntoView({ block: "center" });
+    toy.querySelector(".icp-plane").focus({ preventScroll: true });
+  };
+
+  const enliven = (figure, { beams, reach, ranges, states, every, total, steps: tries }) => {
     const seen = bytes(ranges), steps = states.map(({ poses }) => stepsOf(new Float32Array(bytes(poses).buffer)));
     const count = steps[0].length / 3, path = new Float64Array(3 * count);
     const rays = Array.from({ length: beams }, (_, j) => ((j / beams - 0.5) * Math.PI)).map((a) => [Math.cos(a), Math.sin(a)]);
     const canvas = make("canvas", { role: "img" }), name = make("b", {}), off = make("span", {});
-    const slider = make("input", { type: "range", min: 0, max: 2, step: 0.01 });
+    const isFirst = figure.matches(".killian-map"), last = isFirst ? 2 : 1;
+    const slider = make("input", { type: "range", min: 0, max: last, step: 0.01 });
     slider.setAttribute("aria-label", "Poses from");
     const play = make("button", { type: "button", textContent: "▶", title: "Play" });
     play.setAttribute("aria-label", "Play");
-    const bar = make("div", { className: "map-bar" }, play, make("span", {}, ENDS[0]), slider, make("span", {}, ENDS[1]));
+    const bar = make("div", { className: "map-bar" }, play, make("span", {}, ENDS[0]), slider, make("span", {}, ENDS[last]));
     const live = make("div", { className: "map-live" }, make("p", {}, name, off), canvas, bar);
     figure.prepend(live);
+    const give = (i) => intoToy(sceneOf(tries, i)), spots = [];
+    if (isFirst) {
+      const lied = Object.keys(tries.lied).map((k) => make("button", { type: "button", textContent: k, onclick: () => give(tries.scans.indexOf(Number(k))) }));
+      live.append(make("div", { className: "map-bar" }, "Click on a dot to try that step above. At four of them ICP was wrong:", ...lied));
+      canvas.addEventListener("click", ({ offsetX, offsetY }) => {
+        const far = spots.map(([u, v]) => Math.hypot(u - offsetX, v - offsetY));
+        give(far.indexOf(Math.min(...far)));
+      });
+      document.addEventListener("icp-found", ({ target }) => {
+        if (target.querySelector(".map-next")) return;
+        const next = make("button", { type: "button", className: "map-next", textContent: `Now ${total.toLocaleString("en")} times` });
+        next.addEventListener("click", () => (figure.scrollIntoView({ block: "center" }), start()));
+        target.querySelector(".icp-row").append(next);
+      });
+    }
 
     const walk = (at) => {
       const i = Math.min(1, Math.floor(at)), w = at - i, [a, b] = [steps[i], steps[i + 1]];
@@ -96,6 +133,15 @@
       context.beginPath();
       for (let k = 0; k < 3 * count; k += 3) context.lineTo(u(path[k + 1]), v(path[k]));
       context.stroke();
+      if (isFirst) tries.scans.forEach((k, i) => {
+        const n = 3 * Math.min(count - 1, Math.round(k / every)), [left, top] = [u(path[n + 1]), v(path[n])], isLie = k in tries.lied;
+        spots[i] = [left / dense, top / dense];
+        context.beginPath();
+        context.arc(left, top, (isLie ? 6 : 3) * dense, 0, 2 * Math.PI);
+        Object.assign(context, { fillStyle: "white", strokeStyle: "#e69f00", lineWidth: 2.5 * dense });
+        if (isLie) context.stroke();
+        else context.fill();
+      });
       label(context, dense, [0, 3 * count - 3].map((k) => [u(path[k + 1]), v(path[k])]), BAR * scale);
       name.textContent = state.name;
       off.textContent = `${state.off < 10 ? state.off.toFixed(1) : Math.round(state.off)} m off, in the median`;
@@ -103,24 +149,24 @@
       canvas.setAttribute("aria-label", `Map of the corridors and the path through them. ${state.name}: ${off.textContent}.`);
     };
 
+    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     let playing = null;
     const stop = () => (cancelAnimationFrame(playing), (playing = null));
     const start = () => {
       stop();
-      let before = performance.now(), at = slider.valueAsNumber >= 2 ? 0 : slider.valueAsNumber;
+      let before = performance.now(), at = still ? last : slider.valueAsNumber % last;
       const go = (now) => {
-        at = Math.min(2, at + (2 * (now - before)) / PLAY), before = now;
+        at = Math.min(last, at + (2 * (now - before)) / PLAY), before = now;
         slider.value = at;
         draw();
-        playing = at < 2 ? requestAnimationFrame(go) : null;
+        playing = at < last ? requestAnimationFrame(go) : null;
       };
       playing = requestAnimationFrame(go);
     };
     slider.addEventListener("input", () => (stop(), draw()));
     play.addEventListener("click", () => (playing ? stop() : start()));
     new ResizeObserver(draw).observe(canvas);
-    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    slider.value = still ? 2 : 0;
+    slider.value = still ? last : 0;
     draw();
     if (still) return;
     const once = new IntersectionObserver(([{ isIntersecting }]) => isIntersecting && (once.disconnect(), start()), { threshold: 0.7 });
@@ -128,7 +174,7 @@
   };
 
   document.addEventListener("DOMContentLoaded", () => {
-    const figure = document.querySelector("figure.killian-map");
+    const figure = document.querySelector("figure.killian-map") ?? document.querySelector("img[src*='killian-map']")?.closest("figure, p");
     if (!figure) return;
     window.killianMap = (data) => enliven(figure, data);
     document.head.append(Object.assign(document.createElement("script"), { src: vendor }));

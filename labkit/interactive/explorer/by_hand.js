@@ -13,7 +13,10 @@ import { DEGREE, apply, between, poseDifference, toXYTheta, transform } from "./
 import { View } from "./view.js";
 
 const TRAIL = 150; // numbers that the curve remembers
+const NEAR = [0.35, 6 * DEGREE]; // from which the answer is close: m, rad
 const BY_TOUCH = "Drag the newer scan, blue, onto the older one; turn it by its knob.";
+const LEGEND = [["target", "older scan"], [4, "newer scan, and its nearest points"], [1, "left out: the farthest fifth"]];
+const FEWER = 0.004; // share of the number from which it is warmer or colder
 const BY_KEYS = "Arrow keys move it by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
 
 export class HandView extends View {
@@ -27,10 +30,27 @@ export class HandView extends View {
       this.request();
     });
     this.start();
+    this.beckon();
   }
 
   leave() {
     this.playing?.stop();
+    this.seen.disconnect();
+  }
+
+  // Once, when it is first seen: the scan is drawn a little towards the other, and back.
+  beckon() {
+    this.seen = new IntersectionObserver(([{ isIntersecting }]) => {
+      if (!isIntersecting) return;
+      this.seen.disconnect();
+      if (this.path || this.trail.length > 1 || !this.known || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
+      const from = transform(...this.model.get("guess"));
+      this.playing = tween(1, (at) => {
+        this.ghost = at < 1 ? between(from, this.known, 0.4 * Math.sin(Math.PI * at)) : null;
+        this.request();
+      }, { pace: 1200 });
+    }, { threshold: 0.6 });
+    this.seen.observe(this.root);
   }
 
   build() {
@@ -46,11 +66,14 @@ export class HandView extends View {
     const again = button("Start again", "Put the scan back", () => this.start());
     const misfit = element("p", { class: "icp-misfit" }, this.distance, " between the scans, where they overlap");
     const help = element("p", { class: "icp-status icp-keys" }, BY_KEYS);
+    const marks = LEGEND.map(([kind, text]) => element("span", { class: `icp-mark-${kind}` }, text));
     const side = part("right", misfit, this.verdict, part("row", run, again), this.curve, help, this.spoken);
     this.root = element(
       "div", { class: "icp-explorer icp-by-hand", role: "group", "aria-label": this.model.get("label") },
-      part("frame", part("left", this.plane.canvas), side),
+      part("frame", part("left", this.plane.canvas, element("p", { class: "icp-legend" }, ...marks)), side),
     );
+    const take = ({ detail }) => (this.model.set("scene_data", [detail]), this.start()); // from the first page's map
+    this.root.addEventListener("icp-scene", take, { signal: this.signal });
   }
 
   start() {
@@ -58,6 +81,7 @@ export class HandView extends View {
     Object.assign(this, unpacked(scene));
     this.parameters = { ...this.model.get("fixed_parameters"), ...this.model.get("first_parameters") };
     this.trail = [];
+    this.hint = scene.hint ?? BY_TOUCH;
     this.plane.frame(Float64Array.of(0, 0, ...this.target.points, ...apply(transform(...scene.guess), this.source)));
     this.move(scene.guess);
   }
@@ -92,40 +116,45 @@ export class HandView extends View {
 
   stop() {
     this.playing?.stop();
-    this.playing = null;
+    this.playing = this.ghost = null;
     this.part = 0;
     if (this.path) this.shown = this.path.length - 1;
   }
 
   update() {
     const at = this.pose(), path = this.path?.slice(0, this.shown + 1) ?? [transform(at.x, at.y, at.theta)];
-    const T = this.part ? between(path.at(-1), this.path[this.shown + 1], this.part) : path.at(-1);
+    const T = this.ghost ?? this.part ? this.ghost ?? between(path.at(-1), this.path[this.shown + 1], this.part) : path.at(-1);
     const [x, y, theta] = toXYTheta(T), pose = { x, y, theta };
     const { pairs, cost } = pairsAt(this.source, this.target, T, this.parameters);
     const misfit = Math.sqrt((cost * pairs.kept.length) / Math.max(1, pairs.kept.reduce((sum, each) => sum + each, 0)));
-    if (misfit !== this.trail.at(-1)) this.trail = [...this.trail, misfit].slice(-TRAIL);
+    if (misfit !== this.trail.at(-1) && !this.ghost) this.trail = [...this.trail, misfit].slice(-TRAIL);
     this.distance.textContent = `${misfit.toFixed(3)} m`;
     this.judge(T);
     const colors = palette(this.root);
-    const names = ["before", "now", ...(this.trail.length > 1 ? [] : ["turn"])];
+    const names = ["before", this.ghost ? "drag me" : "now", ...(this.trail.length > 1 ? [] : ["turn"])];
     this.plane.draw({ target: this.target.points, source: apply(T, this.source), pairs, path, answer: null, pose, colors, names });
     const title = "that distance [m], as you move";
     drawCost(this.curve, { series: [this.trail], shown: this.trail.length - 1, colors, title });
     this.curve.setAttribute("aria-label", `${title}: now ${misfit.toFixed(3)} m`);
   }
 
-  // Found, or stuck, and how far from the answer; on the way the number tells enough.
+  // Found, or stuck, and how far from the answer; on the way, whether the number falls.
   judge(T) {
     const running = this.path && this.shown < this.path.length - 1, by = this.ended ? "ICP" : "you";
     const outcome = outcomeOf(this.ended ?? { T_target_source: T, termination: "CONVERGED_POSE" }, this.known, this.model.get("found_within"));
     const off = poseDifference(this.known, T), far = off[0] < 0.1 ? sayDifference(off) : `${off[0].toFixed(2)} m`;
     const [x, y, theta] = toXYTheta(T), turn = (Math.abs(theta) / DEGREE).toFixed(1);
-    let said = this.ended ? "" : BY_TOUCH;
+    const [before, now] = [this.trail.at(-4) ?? this.trail[0], this.trail.at(-1)], change = now / before - 1;
+    let said = this.ended ? "" : this.trail.length < 2 ? this.hint : this.verdict.textContent;
+    if (!this.ended && this.trail.length > 1 && Math.abs(change) > FEWER) said = change < 0 ? "Warmer." : "Colder.";
+    if (!this.ended && off[0] < NEAR[0] && off[1] < NEAR[1]) said = `Near: ${far} to go. ICP can finish.`;
     if (!running && outcome === 0) said = `Found${by === "you" ? " by hand" : ""}: the robot moved ${Math.hypot(x, y).toFixed(2)} m and turned ${turn}°.`;
     else if (!running && this.ended) said = `${outcome === 2 ? "ICP gives up" : "Stuck"}, ${far} away: help it, drag the scan nearer.`;
-    this.root.classList.toggle("icp-found", !running && outcome === 0);
+    const isFound = !running && outcome === 0;
+    if (isFound && !this.root.matches(".icp-found")) this.root.dispatchEvent(new Event("icp-found", { bubbles: true }));
+    this.root.classList.toggle("icp-found", isFound);
     if (said === this.verdict.textContent) return;
     this.verdict.textContent = said;
-    if (said && said !== BY_TOUCH) this.spoken.textContent = said;
+    if (said && said !== this.hint) this.spoken.textContent = said;
   }
 }
