@@ -3,8 +3,9 @@
 A picture often takes cells of numbers and a cell that draws them. JupyterLab folds each alone.
 In the book a folded cell that shows nothing goes into the fold of the next one that shows
 something, or else of the last one before. The cells of a solution go into the dropdown of its
-text, or into one of their own. Marks of solutions, and what an unsolved exercise's check says,
-are left out. On paper nothing unfolds: folded code is left out there, but for solutions.
+text, or into one of their own, with the check that follows them. Marks of solutions, and what an
+unsolved exercise's check says, are left out. On paper nothing unfolds: folded code is left out
+there, but for solutions.
 """
 
 from __future__ import annotations
@@ -27,15 +28,18 @@ def join_folds(app: Sphinx, doctree: nodes.document) -> None:
     """Join each folded cell without output with one that has some, and gather the solutions."""
     waiting: list[nodes.container] = []
     shown: nodes.container | None = None
+    solution: nodes.container | None = None
     for cell in list(doctree.findall(nodes.container)):
         if _is_solution(cell) and cell.get("hide_mode") == "input":
-            _put_into(None, [cell])
+            solution = _put_into(None, [cell])
+        elif _is_check(cell) and solution and cell.parent[cell.parent.index(cell) - 1] is solution:
+            _put_into(solution, [cell])
         elif _is_folded(cell) and len(cell) == 1:
             waiting.append(cell)
         elif _is_folded(cell):
             _join([*waiting, cell], cell)
             waiting, shown = [], cell
-        if "tag_stub" in cell["classes"]:
+        if cell.get("nb_element") == "cell_code":
             _silence(cell)
     if shown and waiting:
         _join([shown, *waiting], shown)
@@ -61,8 +65,9 @@ def _write(code: nodes.literal_block, text: str) -> None:
 
 def _silence(cell: nodes.container) -> None:
     """Take out what the check of an exercise says that nobody has solved."""
+    signs = UNSOLVED if "tag_stub" in cell["classes"] else UNSOLVED[:1]
     for output in cell.children[1:]:
-        if output.astext().lstrip()[:1] in UNSOLVED:
+        if output.astext().lstrip()[:1] in signs:
             cell.remove(output)
 
 
@@ -83,7 +88,7 @@ def _solutions(
         yield list(parent[at:end]), dropdown
 
 
-def _put_into(dropdown: nodes.container | None, cells: list[nodes.container]) -> None:
+def _put_into(dropdown: nodes.container | None, cells: list[nodes.container]) -> nodes.container:
     if dropdown is None:
         dropdown = create_component(
             "dropdown",
@@ -103,6 +108,7 @@ def _put_into(dropdown: nodes.container | None, cells: list[nodes.container]) ->
         cell.parent.remove(cell)
         del cell["hide_mode"]
         dropdown += cell
+    return dropdown
 
 
 def _is_hidden(node: nodes.Node | None) -> bool:
@@ -124,6 +130,12 @@ def _is_folded(node: nodes.Node | None) -> bool:
 def _is_solution(node: nodes.Element) -> bool:
     is_cell = node.get("nb_element") == "cell_code"
     return is_cell and "### BEGIN SOLUTION" in node.astext()
+
+
+def _is_check(node: nodes.Element) -> bool:
+    """Whether a folded cell tries the solution that stands before it: its output would tell it."""
+    of_nbgrader = node.get("cell_metadata", {}).get("nbgrader", {})
+    return bool(node.get("hide_mode") == "input" and of_nbgrader.get("grade"))
 
 
 def _code(cell: nodes.Element) -> nodes.literal_block:

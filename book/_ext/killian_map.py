@@ -23,12 +23,11 @@ import numpy as np
 from PIL import Image
 
 import labkit
-from labkit.cli.outputs import write_map
 from labkit.course.exercises.graph import solve_graph
 from labkit.evaluation import ate
 from labkit.logs import Log
 from labkit.odometry import increments_between, integrate
-from labkit.plotting import book_figure, map_points
+from labkit.plotting import book_figure, map_points, plot_trajectory
 from labkit.plotting.style import SOURCE, TARGET
 
 BOOK = Path(__file__).parents[1]
@@ -164,7 +163,9 @@ def draw(names: dict[str, Any]) -> None:
     drawn = io.BytesIO()
     figure.savefig(drawn, format="png", dpi=200)
     Image.open(drawn).convert("RGB").quantize(64).convert("RGB").save(PICTURE, lossless=True)
-    write_map(str(DRIFT), log, names["run"])
+    figure = book_figure(5.0)
+    plot_trajectory(figure.subplots(), names["run"].poses, log.scans, log.reference)
+    figure.savefig(DRIFT, dpi=200)
     Image.open(DRIFT).convert("RGB").quantize(64).save(DRIFT, optimize=True)
 
 

@@ -18,7 +18,7 @@
     node.replaceWith(frame);
     frame.append(node);
     frame.after(button);
-    show(false);
+    show(true);
   });
 
   // Paper is light, whatever the screen is.
@@ -88,14 +88,22 @@
       document.getElementById("pst-skip-link").append(way);
     });
 
+    // A table that a telephone would scroll: its rows stand below one another, each cell with its name.
+    const stack = (node) => {
+      const names = [...node.querySelectorAll("thead th, thead td")].map((each) => each.textContent.trim());
+      for (const row of node.querySelectorAll("tbody tr")) [...row.cells].forEach((cell, k) => names[k] && k && (cell.dataset.name = names[k]));
+      node.classList.add("stacked");
+    };
+
     // What scrolls sideways can be scrolled by keys. First all is read, then all is written: a
     // page is laid out once, not once for each. To measure what is folded would unfold it.
     const reach = () => {
       const all = document.querySelectorAll(".pst-scrollable-table-container, div.math, .bd-article pre");
       const nodes = [...all].filter((node) => !node.closest("details:not([open])"));
       nodes.forEach((node) => node.removeAttribute("tabindex")); // its margin would make it scroll on
+      nodes.forEach((node) => node.classList.remove("stacked"));
       const wide = nodes.filter((node) => node.scrollWidth > node.clientWidth);
-      wide.forEach((node) => { node.tabIndex = 0; });
+      wide.forEach((node) => (innerWidth <= 600 && node.querySelector("thead") ? stack(node) : (node.tabIndex = 0)));
       due = null;
     };
     let due = null;

@@ -28,12 +28,14 @@
   const label = (context, dense, [start, end], bar) => {
     const write = (text, left, top) => (context.strokeText(text, left, top), context.fillText(text, left, top));
     const { width, height } = context.canvas, isClosed = Math.hypot(start[0] - end[0], start[1] - end[1]) < 12 * dense;
-    context.font = `600 ${13 * dense}px system-ui, sans-serif`;
+    context.font = `600 ${13 * dense}px ${getComputedStyle(context.canvas).fontFamily}`;
     Object.assign(context, { fillStyle: "white", strokeStyle: "#0f151c", lineWidth: 4 * dense, lineJoin: "round" });
-    for (const [[left, top], text] of isClosed ? [[end, "start and end"]] : [[start, "start"], [end, "end"]]) {
+    const names = width < 480 * dense ? [[end, ""], [start, ""]] : isClosed ? [[end, "start and end"]] : [[start, "start"], [end, "end"]]; // no room for words on a telephone
+    for (const [[left, top], text] of names) {
       context.beginPath();
       context.arc(left, top, 4.5 * dense, 0, 2 * Math.PI);
       context.stroke(), context.fill();
+      if (!text) continue;
       const wide = context.measureText(text).width, isAtEdge = left + wide + 20 * dense > width;
       write(text, isAtEdge ? left - wide - 9 * dense : left + 9 * dense, top + (text === "end" ? 17 : -7) * dense);
     }
@@ -73,7 +75,8 @@
     play.setAttribute("aria-label", "Play");
     const bar = make("div", { className: "map-bar" }, play, make("span", {}, ENDS[0]), slider, make("span", {}, ENDS[last]));
     const live = make("div", { className: "map-live" }, make("p", {}, name, off), canvas, bar);
-    figure.prepend(live);
+    if (isFirst) figure.prepend(live);
+    else figure.before(live); // the figure compares with the reference
     const give = (i) => intoToy(sceneOf(tries, i)), spots = [];
     if (isFirst) {
       const lied = Object.keys(tries.lied).map((k) => make("button", { type: "button", textContent: k, onclick: () => give(tries.scans.indexOf(Number(k))) }));

@@ -5,18 +5,15 @@
   const STORE = "labkit-predictions", SHOW = "labkit-answers";
 
   // Where storage is forbidden or damaged the page works; it only forgets.
-  const recall = (where, key) => {
+  const attempt = (act) => {
     try {
-      return JSON.parse(window[where].getItem(key));
+      return act();
     } catch {
       return null;
     }
   };
-  const keep = (where, key, value) => {
-    try {
-      window[where].setItem(key, JSON.stringify(value));
-    } catch {}
-  };
+  const recall = (where, key) => attempt(() => JSON.parse(window[where].getItem(key)));
+  const keep = (where, key, value) => attempt(() => window[where].setItem(key, JSON.stringify(value)));
   const stored = () => recall("localStorage", STORE) ?? {};
   const store = (key, answer) => {
     const { [key]: _, ...others } = stored();

@@ -5,30 +5,15 @@
   const STOP = new Set("a an and are as at be by can do does for from has have how i in is it its me must my of on or should that the there this to was what when where which why with you your".split(" "));
   const MOST = 20, BELOW = 6, AROUND = 90; // results, those below a field; letters about a word
   // A row holds words that mean the same here; what is asked by one is found by the others, for less.
-  const SAME = `install installation setup start environment python
-    composition compose composed order left
-    delta δ
-    rho ρ
-    psi ψ
-    submit submission hand upload deliver
-    cite citation references literature bibliography paper bibtex
-    windows mac linux powershell
-    kd tree search nearest neighbour neighbor
-    error wrong help problem stuck crash fails
-    grade mark points score grading
-    trim trimming trimmed overlap
-    outlier robust huber
-    uncertainty covariance confidence
-    corridor degenerate degeneracy unobservable
-    speed fast time slow runtime
-    c++ java matlab wolfram language port
-    angle heading yaw rotation turn
-    initial guess prior start
-    map slam loop closure graph
-    stop converge convergence termination
-    license copyright mit
-    deadline late lateness`.split("\n").map((row) => row.trim().split(" "));
-  const WEIGHT = [[/^(book\/(api|decisions|benchmark)|notebooks\/assignment)/, 0.35], [/^book\/(instructors|errata|languages)/, 0.75], [/^book\/(glossary|students)/, 1.4], [/^notebooks\/(0|10)/, 1.15]];
+  const SAME = [
+    "install installation setup start environment python", "windows mac linux powershell", "kd tree search nearest neighbour neighbor",
+    "composition compose composed order left", "delta δ", "rho ρ", "psi ψ", "angle heading yaw rotation turn", "initial guess prior start",
+    "cite citation references literature bibliography paper bibtex", "submit submission hand upload deliver", "late deadline lateness",
+    "grade mark points score grading", "error wrong help problem stuck crash fails", "trim trimming trimmed overlap", "outlier robust huber",
+    "uncertainty covariance confidence", "corridor degenerate degeneracy unobservable", "speed fast time slow runtime",
+    "c++ java matlab wolfram language port", "map slam loop closure graph", "stop converge convergence termination",
+  ].map((row) => row.split(" "));
+  const WEIGHT = [[/^(book\/(api|decisions|benchmark)|notebooks\/assignment)/, 0.35], [/^book\/(instructors|errata|languages)/, 0.75], [/^book\/(glossary|students)/, 1.4], [/^notebooks\/(0[1-8]|10)/, 1.15]];
   const folder = document.documentElement.dataset.content_root;
   const wordsOf = (text) => text.toLowerCase().match(/[\p{L}\p{N}δρψθ+]+/gu) ?? [];
   const stem = (word) => (word.length > 4 ? word.replace(/(ations?|ions?|ings?|ments?|ed|es|ers?|s)$/, "").replace(/([^aeiou])\1$/, "$1") : word);

@@ -32,6 +32,15 @@ WATCH = """() => {
         .observe(number, { childList: true, characterData: true, subtree: true });
 }"""
 
+FRAMES = """async () => {
+    const frames = [], plane = document.querySelector(".icp-plane");
+    while (frames.length < 40) {
+        frames.push(plane.toDataURL());
+        await new Promise(later => setTimeout(later, 50));
+    }
+    return frames;
+}"""
+
 
 @pytest.fixture(scope="module")
 def pair() -> Explorer:
@@ -104,3 +113,12 @@ def test_from_too_far_off_icp_says_that_it_gives_up(browser, pair, tmp_path):
     with opened(browser, address, ".icp-distance", reduced_motion="reduce") as page:
         page.get_by_role("button", name="Let ICP finish").click()
         expect(page.locator(".icp-verdict")).to_contain_text("gives up")
+
+
+@pytest.mark.parametrize("motion", ["no-preference", "reduce"])
+def test_the_scan_beckons_once_and_lies_where_it_lay(browser, address, motion):
+    with opened(browser, address, SIGN, reduced_motion=motion) as page:
+        seen = page.evaluate(FRAMES)
+        assert (len(set(seen)) > 5) == (motion == "no-preference")
+        assert seen[-1] == page.evaluate("() => document.querySelector('.icp-plane').toDataURL()")
+        expect(page.locator(".icp-legend")).to_contain_text("left out: the farthest fifth")

@@ -41,6 +41,15 @@ def test_a_solution_stays_alone_and_does_not_show_its_marks():
     assert one.parent[0].astext() == folds.IN_CODE
 
 
+def test_what_the_check_of_a_solution_shows_is_folded_with_it():
+    one, told = cell("### BEGIN SOLUTION\nx = 1\n### END SOLUTION"), cell("x", output=True)
+    told["cell_metadata"] = {"nbgrader": {"grade": True}}
+    alone = told.deepcopy()
+    joined(one, told, nodes.paragraph("", "And so on."), alone)
+    assert told.parent is one.parent
+    assert alone.parent is not one.parent
+
+
 @pytest.mark.parametrize(("said", "kept"), [("○ `f` is not written yet.", 1), ("12", 2)])
 def test_the_check_of_an_unsolved_exercise_is_silent(said, kept):
     stub = cell("check(f)", hide="", output=True)

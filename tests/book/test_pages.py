@@ -62,6 +62,7 @@ COPIED = """paragraph => {
     return ["text/plain", "text/html"].map(kind => clipboardData.getData(kind));
 }"""
 IN_THE_DARK = [NAMES[0], "notebooks/04_icp_loop", "book/languages"]
+WIDE = "all => all.filter(t => t.scrollWidth > t.clientWidth + 1).map(t => t.innerText)"
 HELD = """node => {
     const held = node.closest(".predict-held");
     const shown = held?.querySelector(":scope > .cell_output") ?? held ?? node;
@@ -115,27 +116,43 @@ def draws_all_it_holds(page: Page) -> None:
 
 
 def fits_a_telephone(page: Page) -> None:
-    """Nothing scrolls sideways but figures that are enlarged, and no formula is cut off."""
+    """Nothing scrolls sideways but figures, of which a reader sees the letters, and no table."""
     page.set_viewport_size({"width": 390, "height": 844})
-    for enlarge in [each for each in page.locator(".enlarge").all() if each.is_visible()][:1]:
-        enlarge.click()
-        frame = page.locator(".enlarged")
-        assert frame.evaluate("node => node.scrollWidth") > 600
+    for smaller in [each for each in page.locator(".enlarge").all() if each.is_visible()][:1]:
+        count = page.locator(".enlarged").count()
+        assert page.locator(".enlarged").first.evaluate("node => node.scrollWidth") > 600
+        smaller.click()
+        expect(page.locator(".enlarged")).to_have_count(count - 1)
+    page.evaluate("() => new Promise(drawn => requestAnimationFrame(() => setTimeout(drawn)))")
+    assert page.locator(".pst-scrollable-table-container").evaluate_all(WIDE) == []
     assert page.evaluate("() => document.documentElement.scrollWidth") <= 390
     assert page.locator("div.math").evaluate_all(CUT_FORMULAS) == []
 
 
-# What readers ask, and where the answer stands; of the last one among the first three.
+# What readers ask, and the page where the answer stands.
 QUESTIONS = {
-    "gate": "glossary.html#term-Gate",
-    "what is the gate": "glossary.html#term-Gate",
-    "Huber": "glossary.html#term-Huber",
-    "submit": "students.html#submit",
+    "why left composition": "01_problem_and_se2.html#names",
+    "install on windows": "students.html#start",
+    "how to install": "students.html#start",
+    "huber delta": "glossary.html#term-Huber",
+    "kd-tree": "03_correspondences.html#sec-search",
+    "cite": "references.html",
     "how do I submit": "students.html#submit",
+    "what is trimming": "glossary.html#term-Trimming",
+    "what is the gate": "glossary.html#term-Gate",
     "atan2": "02_alignment.html#in-the-plane",
+    "mirror image determinant": "02_alignment.html#",
+    "singular value decomposition": "02_alignment.html#in-any-dimension",
     "covariance corridor": "06_line_metric.html",
     "ATE": "glossary.html#term-ATE",
     "basin of convergence": "04_icp_loop.html#the-basin",
+    "when does icp fail": "07_failures.html",
+    "late submissions": "instructors.html#grade",
+    "does it run in c++": "languages.html",
+    "when to stop the loop": "04_icp_loop.html#when-to-stop",
+    "initial guess": "glossary.html#term-Initial-guess",
+    "what is a pose graph": "10_closing.html#a-pose-graph",
+    "symbols": "notation.html",
 }
 
 
@@ -148,11 +165,13 @@ def test_the_search_finds_the_place_that_answers(browser, html):
             page.locator("input[name=q]").last.fill(question)
             expect(page.locator("#search-results h2")).to_contain_text(f"“{question}”")
             assert place in links.first.get_attribute("href"), question
-        page.goto(f"{address}?q=why on the left")
-        links.first.wait_for()
-        found = [links.nth(k).get_attribute("href") for k in range(3)]
-        assert any("01_problem" in each or "04_icp_loop" in each for each in found)
         assert page.locator("[id=search-input]").count() == 1
+    with visit(browser, html.as_uri(), "notebooks/02_alignment") as page:
+        page.keyboard.press("Control+k")
+        page.keyboard.type("how do I submit")  # what is found shows while one types
+        found = page.locator(".search-below a")
+        expect(found.first).to_have_attribute("href", re.compile("students.html#submit"))
+        assert found.first.bounding_box()["height"] > 10
 
 
 def test_a_term_tells_its_meaning_under_the_focus(browser, html):
@@ -184,6 +203,50 @@ def test_the_first_screen_holds_the_two_scans_whole(browser, html, width, height
         for part in (".icp-by-hand .icp-plane", ".icp-verdict", ".icp-by-hand button >> nth=0"):
             box = page.locator(part).bounding_box()
             assert box["y"] + box["height"] < height, part
+
+
+SHIFT = """() => {
+    window.shift = 0;
+    const add = entry => { if (!entry.hadRecentInput) window.shift += entry.value; };
+    new PerformanceObserver(list => list.getEntries().forEach(add))
+        .observe({ type: "layout-shift", buffered: true });
+}"""
+
+
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_the_first_page_stands_still_while_it_loads(browser, html, width, height):
+    address = f"{html.as_uri()}/{NAMES[0]}.html"
+    size = {"width": width, "height": height}
+    with opened(browser, address, ".icp-distance:has-text('m')", viewport=size) as page:
+        page.evaluate(SHIFT)
+        page.wait_for_timeout(1500)  # the map is drawn, and the scan has beckoned
+        assert page.evaluate("() => window.shift") < 0.02
+
+
+def test_a_step_of_the_map_comes_into_the_toy_and_what_is_found_plays_the_map(browser, html):
+    with visit(browser, html.as_uri(), NAMES[0]) as page:
+        number, verdict = page.locator(".icp-distance"), page.locator(".icp-verdict")
+        canvas = page.locator(".map-live canvas")
+        expect(number).to_contain_text("m")
+        first = number.inner_text()
+        page.locator(".icp-by-hand .icp-plane").focus()
+        for key, count in {"ArrowLeft": 12, "ArrowUp": 8, "PageDown": 10}.items():
+            for _ in range(count):
+                page.keyboard.press(key)
+        expect(verdict).to_contain_text(re.compile("Warmer|Near"))
+        page.get_by_role("button", name="Let ICP finish").click()
+        expect(verdict).to_contain_text("Found")
+        page.get_by_role("button", name="Now 3,872 times").click()
+        expect(canvas).to_be_in_viewport()
+        page.get_by_role("button", name="1732").click()
+        expect(verdict).to_contain_text("Step 1732: ICP says that the robot stood still")
+        page.get_by_role("button", name="Let ICP finish").click()
+        expect(verdict).to_contain_text("Stuck, 0.7")  # the step that lied
+        second = number.inner_text()
+        size = canvas.bounding_box()
+        canvas.click(position={"x": size["width"] / 2, "y": size["height"] / 2})
+        expect(verdict).to_contain_text(re.compile(r"Step \d+: drag"))
+        assert len({first, second, number.inner_text()}) == 3
 
 
 def test_the_map_unfolds_from_the_wheels_to_the_places_recognised(browser, html):

@@ -13,7 +13,7 @@ import { DEGREE, apply, between, poseDifference, toXYTheta, transform } from "./
 import { View } from "./view.js";
 
 const TRAIL = 150; // numbers that the curve remembers
-const NEAR = [0.35, 6 * DEGREE]; // from which the answer is close: m, rad
+const CLOSE = [0.35, 6 * DEGREE]; // from which the answer is close: m, rad
 const BY_TOUCH = "Drag the newer scan, blue, onto the older one; turn it by its knob.";
 const LEGEND = [["target", "older scan"], [4, "newer scan, and its nearest points"], [1, "left out: the farthest fifth"]];
 const FEWER = 0.004; // share of the number from which it is warmer or colder
@@ -147,7 +147,7 @@ export class HandView extends View {
     const [before, now] = [this.trail.at(-4) ?? this.trail[0], this.trail.at(-1)], change = now / before - 1;
     let said = this.ended ? "" : this.trail.length < 2 ? this.hint : this.verdict.textContent;
     if (!this.ended && this.trail.length > 1 && Math.abs(change) > FEWER) said = change < 0 ? "Warmer." : "Colder.";
-    if (!this.ended && off[0] < NEAR[0] && off[1] < NEAR[1]) said = `Near: ${far} to go. ICP can finish.`;
+    if (!this.ended && off[0] < CLOSE[0] && off[1] < CLOSE[1]) said = `Near: ${far} to go. ICP can finish.`;
     if (!running && outcome === 0) said = `Found${by === "you" ? " by hand" : ""}: the robot moved ${Math.hypot(x, y).toFixed(2)} m and turned ${turn}°.`;
     else if (!running && this.ended) said = `${outcome === 2 ? "ICP gives up" : "Stuck"}, ${far} away: help it, drag the scan nearer.`;
     const isFound = !running && outcome === 0;
