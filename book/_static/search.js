@@ -29,7 +29,7 @@
   // How well a word fits a text: whole words count more than beginnings, and these more than others of its meaning.
   const fit = (stems, wanted) => {
     const own = stems.reduce((sum, each) => sum + (each === wanted ? 1 : each.startsWith(wanted) && wanted.length > 2 ? 0.5 : 0), 0);
-    return own || (stems.some((each) => alike.get(wanted)?.includes(each)) ? 0.5 : 0);
+    return own || (stems.some((each) => alike.get(wanted)?.includes(each)) ? 0.7 : 0);
   };
 
   let entries = null;
@@ -38,7 +38,7 @@
       const of = (text) => wordsOf(text).map(stem);
       window.labbookExcerpts = (told) => loaded(told.map((each) => ({
         all: each, title: of(each[3]), page: of(each[1]), text: of(each[4]), words: wordsOf(`${each[3]} ${each[4]}`).join(" "),
-        weight: WEIGHT.find(([pages]) => pages.test(each[0]))?.[1] ?? 1,
+        weight: (WEIGHT.find(([pages]) => pages.test(each[0]))?.[1] ?? 1) * (each[2].startsWith("ex-") ? 0.6 : 1),
       })));
       document.head.append(Object.assign(document.createElement("script"), { src: `${folder}excerpts.js` }));
     }));

@@ -98,6 +98,10 @@ def test_icp_never_lets_its_number_rise_and_ends_found(browser, pair, tmp_path):
     found = f"Found: the robot moved {np.hypot(x, y):.2f} m and turned {np.degrees(turn):.1f}°."
     near = written_page(align_by_hand(replace(scene, T_init=NEAR), TOLD), tmp_path)
     with opened(browser, near, SIGN) as page:  # in motion
+        page.locator(".icp-plane").focus()
+        for key in ("ArrowLeft", "ArrowRight"):  # a touch, and it no longer beckons
+            page.keyboard.press(key)
+        page.evaluate(TWO_FRAMES)
         page.evaluate(WATCH)
         page.get_by_role("button", name="Let ICP finish").click()
         expect(page.locator(".icp-verdict")).to_have_text(found, timeout=20_000)

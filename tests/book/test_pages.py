@@ -147,7 +147,7 @@ QUESTIONS = {
     "ATE": "glossary.html#term-ATE",
     "basin of convergence": "04_icp_loop.html#the-basin",
     "when does icp fail": "07_failures.html",
-    "late submissions": "instructors.html#grade",
+    "late submissions": "students.html#submit",
     "does it run in c++": "languages.html",
     "when to stop the loop": "04_icp_loop.html#when-to-stop",
     "initial guess": "glossary.html#term-Initial-guess",
