@@ -2,25 +2,6 @@
 (() => {
   const root = document.documentElement;
 
-  // A picture that a telephone shows too small can be enlarged; then it scrolls.
-  const letEnlarge = (window.letEnlarge = (picture) => {
-    const node = picture.closest("p, a") ?? picture;
-    const frame = document.createElement("div");
-    const button = document.createElement("button");
-    const show = (large) => {
-      frame.classList.toggle("enlarged", large);
-      if (large) frame.tabIndex = 0; // what scrolls can be scrolled by keys
-      else frame.removeAttribute("tabindex");
-      button.textContent = large ? "Fit to the page" : "Enlarge";
-    };
-    Object.assign(button, { type: "button", className: "enlarge" });
-    button.addEventListener("click", () => show(button.textContent === "Enlarge"));
-    node.replaceWith(frame);
-    frame.append(node);
-    frame.after(button);
-    show(true);
-  });
-
   // Paper is light, whatever the screen is.
   let onScreen = null;
   addEventListener("beforeprint", () => {
@@ -47,8 +28,6 @@
     const fields = document.querySelectorAll('[id="search-input"]'); // two on the page of the search
     [...fields].slice(1).forEach((node) => node.removeAttribute("id"));
     each("th", (node) => node.textContent.trim() || node.replaceWith(document.createElement("td")));
-
-    each("article figure:has(img):not(:has(img[src*='killian-']))", (figure) => letEnlarge(figure.querySelector("img")));
 
     // Anchors for exercises and equations; figures and headings have theirs.
     each(".exercise.admonition[id] > .admonition-title, div.math[id] > .eqno", (node) => {
@@ -98,7 +77,7 @@
     // What scrolls sideways can be scrolled by keys. First all is read, then all is written: a
     // page is laid out once, not once for each. To measure what is folded would unfold it.
     const reach = () => {
-      const all = document.querySelectorAll(".pst-scrollable-table-container, div.math, .bd-article pre");
+      const all = document.querySelectorAll(".pst-scrollable-table-container, div.math, .bd-article pre, .bd-article figure");
       const nodes = [...all].filter((node) => !node.closest("details:not([open])"));
       nodes.forEach((node) => node.removeAttribute("tabindex")); // its margin would make it scroll on
       nodes.forEach((node) => node.classList.remove("stacked"));

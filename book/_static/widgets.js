@@ -30,7 +30,6 @@
     if (!models.has(id)) models.set(id, modelOf(state));
     const { default: widget } = await moduleOf(state);
     await widget.render({ model: models.get(id), el: area });
-    area.querySelectorAll("img").forEach((picture) => window.letEnlarge?.(picture));
   };
 
   document.addEventListener("DOMContentLoaded", () => {
