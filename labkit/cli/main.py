@@ -40,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try:
             return _run(build_parser().parse_args(arguments))
         finally:
-            sys.stdout.flush()  # not at Python's exit, where no failure can be told
+            sys.stdout.flush()  # here, since Python's exit reports no failure
     except BrokenPipeError:  # the reader (`| head`) has seen enough
         _drop_output()
         return 0
@@ -54,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(args: argparse.Namespace) -> int:
-    """Run the command; a mistake is told in one line."""
+    """Run the command; a mistake becomes one line on stderr."""
     try:
         return int(args.run(args))
     except InvalidParameterError as error:

@@ -5,11 +5,10 @@ and one rotation [rad] per pose or pair; the two are never mixed into one number
 are not three finite numbers, or unequal lengths, raise `InvalidPointsError`.
 """
 
-from labkit.evaluation.absolute import absolute_errors, ate
 from labkit.evaluation.association import associate
 from labkit.evaluation.consistency import disagreement, forward_backward, loop_closure
 from labkit.evaluation.pose_errors import ErrorSummary, PoseErrors
-from labkit.evaluation.relative import RelativeErrors, compare, rpe
+from labkit.evaluation.reference import RelativeErrors, absolute_errors, ate, compare, rpe
 
 __all__ = [
     "ErrorSummary",

@@ -57,7 +57,7 @@ def shorten(text: str, longest: int = MAX_REASON) -> str:
 def read_lines(report: DamageReport) -> Iterator[tuple[int, str]]:
     """Yield the lines of the report's file with their numbers from 1, as they are read.
 
-    gzip and zip are told by their first bytes, never by the suffix. Bytes that are not UTF-8
+    gzip and zip are recognised by their first bytes, never by the suffix. Bytes that are not UTF-8
     become U+FFFD and harm their line only.
     """
     seen = 0

@@ -44,7 +44,7 @@ class Log:
     skipped : tuple of SkippedLine
         The damaged lines that were left out.
     remarks : tuple of str
-        Oddities that are no damage: codes taken for "no return", stamps that run backwards,
+        Warnings that drop no line: codes taken for "no return", stamps that run backwards,
         an odometry that falls silent, numbers that look like millimetres.
     """
 
@@ -63,8 +63,8 @@ class Log:
     def __repr__(self) -> str:
         """One line: name, format, number of scans, and which poses there are."""
         poses = [name for name in ("odometry", "reference") if getattr(self, name) is not None]
-        told = ", ".join(poses) or "no poses"
-        return f"Log({self.name}: {len(self)} scans, {self.format}, {told})"
+        found = ", ".join(poses) or "no poses"
+        return f"Log({self.name}: {len(self)} scans, {self.format}, {found})"
 
     def head(self, count: int) -> Log:
         """The first scans, and the poses that belong to them."""

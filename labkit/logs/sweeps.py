@@ -3,7 +3,7 @@
 A scanner that saw nothing writes a special number; most logs do not say which. SICK's codes are
 the nine largest numbers of the scanner's 13 to 16 bits, in millimetres or centimetres: 8.183 to
 8.191 m, 81.83 to 81.91 m and so on. A known code counts where the ranges of a log end with it,
-more often than a wall would stand there; an unknown one is told, and is the caller's to name.
+more often than a wall would stand there. A remark names a number that may be an unknown code.
 """
 
 from __future__ import annotations

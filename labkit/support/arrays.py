@@ -56,20 +56,9 @@ def read_only(values: Values) -> Values:
 
 
 def as_points(points: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
-    """Check an array of 2D points.
+    """Check points (N, 2) [m], at least `minimum` of them, finite and within `FARTHEST`.
 
-    Parameters
-    ----------
-    points : array_like, shape (N, 2)
-        Points in metres. Those that are NaN, infinite or beyond `FARTHEST` are refused by index.
-    name : str
-        The caller's name for the argument; every message begins with it.
-    minimum : int
-        The fewest points that make sense.
-
-    Returns
-    -------
-    ndarray, shape (N, 2), float64
+    Every message begins with `name`, the caller's word, and names the first bad point by index.
     """
     checked = as_floats(
         points, name, hint="give an (N, 2) array of metres, `scan.points` of a scan"
