@@ -6,6 +6,7 @@ for, and else raises a `LabkitError` that names the argument and says what it go
 
 import math
 from functools import partial
+from itertools import product
 
 import numpy as np
 import pytest
@@ -24,59 +25,43 @@ from labkit import (
     transform,
     wrap,
 )
+from labkit.evaluation import ate, disagreement, forward_backward, rpe
+from labkit.plotting import book_figure, plot_scans, plot_trajectory
 from labkit.se2 import relative, rotation
+from labkit.simulation import Lidar, WheelNoise, room, sample_scan, scan_along, wheel_increments
 
 NAN, INF = math.nan, math.inf
 T, POSE = transform(1.0, 2.0, 0.3), np.array([1.0, 2.0, 0.3])
+TWICE, FAILED = 2.0 * np.eye(3), np.full((3, 3), NAN)
 POINTS = np.random.default_rng(0).uniform(-4.0, 4.0, (5, 2))
-ANGLES = np.linspace(-1.0, 1.0, 5)
+POSES = np.random.default_rng(1).uniform(-1.0, 1.0, (5, 3))
+SCAN, ANGLES, TURN = Scan.from_points(POINTS), np.linspace(-1.0, 1.0, 5), np.linspace(0, 360, 5)
 
-GIVEN = {
-    "text": "a",
-    "number as text": "1.5",
-    "texts": ["1", "2", "3"],
-    "nothing": None,
-    "dict": {"x": 1.0},
-    "function": invert,
-    "scan": Scan.from_points(POINTS),
-    "complex": POSE * 1j,
-    "ragged": [[1.0, 2.0], [3.0]],
-    "object": np.array([1, None]),
-    "number": 0.5,
-    "NaN": NAN,
-    "inf": INF,
-    "pair": [1.0, 2.0],
-    "four": [1.0, 2.0, 0.3, 4.0],
-    "empty": [],
-    "no points": np.empty((0, 2)),
-    "pose": POSE,
-    "poses": np.tile(POSE, (4, 1)),
-    "NaN pose": [1.0, NAN, 0.3],
-    "three poses": np.tile(POSE, (3, 1)),
-    "transform": T,
-    "transforms": np.stack([T, T]),
-    "no transforms": np.empty((0, 3, 3)),
-    "failed": np.full((3, 3), NAN),
-    "two I": 2.0 * np.eye(3),
-    "far": transform(1, 2, 3) + INF,
-    "mirror": np.diag([1.0, -1.0, 1.0]),
-    "last row": T + np.eye(3)[[1, 0, 2]].T * 1e-3,
-    "R": T[:2, :2],
-    "half": T[:2],
-    "in space": np.eye(4),
-    "wrong one": np.stack([T, 2.0 * T]),
-    "points": POINTS,
-    "transposed": POINTS.T,
-    "NaN points": POINTS * [1.0, NAN],
-    "far points": POINTS * 1e200,
-    "xyz": np.ones((5, 3)),
-    "homogeneous": np.ones((3, 5)),
-    "masked": np.ma.masked_invalid(POINTS * [1.0, NAN]),
-    "ranges": np.ones(5),
-    "angles": ANGLES,
-    "degrees": np.degrees(ANGLES),
-    "turn": np.linspace(0.0, 360.0, 5),
-}
+
+def everything():
+    """Arrays of every shape, sound and with each defect, and what is no array of numbers."""
+    for shape in (shape for axes in range(4) for shape in product((0, 2, 3, 5), repeat=axes)):
+        sound = np.random.default_rng(2).uniform(-1.0, 1.0, shape)
+        yield from (sound, sound * 1j, sound.astype(str), sound.astype(object))
+        for bad in (NAN, INF, 1e200) if sound.size else ():
+            broken = sound.copy()
+            broken.flat[0] = bad
+            yield broken
+        if sound.size:
+            yield np.ma.masked_values(sound, sound.flat[0])
+    yield from (
+        None,
+        "a",
+        "1.5",
+        ["1", "2", "3"],
+        {"x": 1.0},
+        invert,
+        SCAN,
+        [[1.0, 2.0], [3.0]],
+        [],
+    )
+    yield from (T, FAILED, TWICE, T + INF, np.diag([1.0, -1.0, 1.0]), T[:2, :2], T[:2], np.eye(4))
+    yield from (np.stack([T, T]), np.stack([T, FAILED]), np.stack([T, TWICE]), T + 1e-3, TURN)
 
 
 def numbers(value):
@@ -95,27 +80,29 @@ def is_finite(value):
 def are_transforms(value):
     if np.shape(numbers(value))[-2:] != (3, 3):
         return False
-    if np.isnan(value).all():  # of a match that failed
-        return True
-    R = np.asarray(value)[..., :2, :2]
+    T = np.reshape(value, (-1, 3, 3))
+    T = T[~np.isnan(T).all(axis=(1, 2))]  # but those of a match that failed
+    R = T[:, :2, :2]
+    if not np.isfinite(T).all() or np.abs(R).max(initial=0.0) > 2.0:
+        return False
     proper = np.allclose(R @ R.mT, np.eye(2), atol=1e-5) and (np.linalg.det(R) > 0.0).all()
-    return proper and (np.asarray(value)[..., 2, :] == [0.0, 0.0, 1.0]).all()
+    return proper and (T[:, 2] == [0.0, 0.0, 1.0]).all()
 
 
 def are_poses(value):
     are_rows = is_finite(value) and np.shape(value)[-1:] == (3,)
-    return are_rows and not (are_transforms(value) and np.size(value))
+    return are_rows and not (np.size(value) and are_transforms(value))
 
 
 def are_points(value):
-    if isinstance(value, list) and not value:
+    if np.shape(numbers(value)) == (0,):  # as of an empty list
         return True
     is_table = is_finite(value) and np.ndim(value) == 2 and np.shape(value)[1] == 2
     return is_table and np.abs(value).max(initial=0.0) <= 1e9
 
 
 def is_scan(value):
-    return isinstance(value, Scan) or (are_points(value) and len(value) > 0)
+    return isinstance(value, Scan) or is_cloud(value)
 
 
 def are_pairs(value):
@@ -123,7 +110,9 @@ def are_pairs(value):
 
 
 def are_ranges(value):
-    return numbers(value) is not None and np.shape(value) == (5,)
+    """A masked range is a no-return, as NaN is."""
+    given = value.data if isinstance(value, np.ma.MaskedArray) else value
+    return np.shape(numbers(given)) == (5,)
 
 
 def are_angles(value):
@@ -131,10 +120,28 @@ def are_angles(value):
 
 
 def is_one(value):
-    return value is None or (are_transforms(value) and np.ndim(value) == 2 and is_finite(value))
+    return are_transforms(value) and np.ndim(value) == 2 and is_finite(value)
 
 
-SCANS = (POINTS, POINTS)
+def is_one_or_none(value):
+    return value is None or is_one(value)
+
+
+def is_cloud(value):
+    return are_points(value) and len(value) > 0
+
+
+def are_poses_at(least, most=5):
+    """Tell trajectories of so many poses."""
+    return lambda value: (
+        (are_poses(value) and np.shape(value)[1:] == (3,) and least <= len(value) <= most)
+        and np.abs(value).max() <= 1e9
+    )
+
+
+AX = book_figure().subplots()
+SCANS, FIVE = (POINTS, POINTS), ([are_poses_at(5)] * 2, (POSES, POSES))
+ANY_NUMBERS = [lambda value: numbers(value) is not None]
 DOORS = {  # what each place of the call asks for, and an example of it
     transform: ([is_finite] * 3, (1.0, 2.0, 0.3)),
     from_xytheta: ([are_poses], (POSE,)),
@@ -143,31 +150,35 @@ DOORS = {  # what each place of the call asks for, and an example of it
     invert: ([are_transforms], (T,)),
     relative: ([are_transforms] * 2, (T, T)),
     apply: ([are_transforms, are_points], (T, POINTS)),
-    wrap: ([lambda value: numbers(value) is not None], (0.3,)),
-    rotation: ([lambda value: numbers(value) is not None], (0.3,)),
+    wrap: (ANY_NUMBERS, (0.3,)),
+    rotation: (ANY_NUMBERS, (0.3,)),
     Scan.from_ranges: ([are_ranges, are_angles], (np.ones(5), ANGLES)),
     Scan.from_points: ([are_points], (POINTS,)),
     align: ([are_pairs] * 2, SCANS),
     align_svd: ([are_pairs] * 2, SCANS),
-    icp: ([is_scan, is_scan, is_one], (*SCANS, np.eye(3))),
+    icp: ([is_scan, is_scan, is_one_or_none], (*SCANS, np.eye(3))),
+    partial(sample_scan, rng=0): ([is_cloud, is_one], (POINTS, T)),
+    partial(scan_along, room(), lidar=Lidar(), rng=0): ([are_poses_at(1)], (POSES,)),
+    partial(wheel_increments, noise=WheelNoise(), rng=0): ([are_poses_at(2)], (POSES,)),
+    **dict.fromkeys((ate, rpe, forward_backward, disagreement), FIVE),
+    partial(plot_scans, AX): ([is_scan, is_scan, is_one_or_none], (*SCANS, T)),
+    partial(plot_trajectory, AX): ([are_poses_at(1)], (POSES,)),
 }
 PLACES = [(door, place) for door, (asks, _) in DOORS.items() for place in range(len(asks))]
 
 
-@pytest.mark.parametrize("given", GIVEN)
-@pytest.mark.parametrize(
-    ("door", "place"), PLACES, ids=lambda each: getattr(each, "__name__", each)
-)
-def test_a_door_takes_what_it_asks_for_and_says_what_else_it_got(door, place, given):
+@pytest.mark.parametrize(("door", "place"), PLACES)
+def test_a_door_takes_what_it_asks_for_and_says_what_else_it_got(door, place):
     asks, example = DOORS[door]
-    arguments = list(example)
-    arguments[place] = GIVEN[given]
-    if asks[place](GIVEN[given]):
-        with np.errstate(invalid="ignore"):  # infinity is no angle: NaN
+    for given in everything():
+        arguments = [*example[:place], given, *example[place + 1 :]]
+        if asks[place](given):
+            with np.errstate(invalid="ignore"):  # infinity is no angle: NaN
+                door(*arguments)
+            continue
+        print(f"{given!r:.99}")  # shown where it fails
+        with pytest.raises(LabkitError, match=r"(?s)^`[\w ,\[\]]+` .*\bgot "):
             door(*arguments)
-        return
-    with pytest.raises(LabkitError, match=r"(?s)^`[\w ,\[\]]+` .*\bgot "):
-        door(*arguments)
 
 
 @pytest.mark.parametrize(
@@ -178,10 +189,10 @@ def test_a_door_takes_what_it_asks_for_and_says_what_else_it_got(door, place, gi
         (partial(apply, T, POINTS.T), r"got \(2, 5\); transpose it \(`\.T`\)"),
         (partial(apply, T, POINTS[0]), r"got \(2,\); one point is `\[\[x, y\]\]`"),
         (partial(apply, T, np.ones((5, 3))), r"got \(5, 3\); keep x and y"),
-        (partial(apply, T, GIVEN["scan"]), r"got Scan\(5 points\); .*`scan\.points` of a scan"),
-        (partial(apply, 2.0 * np.eye(3), POINTS), r"proper rigid .* got \[\[2\.0, 0\.0, 0\.0\]"),
-        (partial(icp, POINTS, POINTS, GIVEN["failed"]), r"NaN, .* failed; print `result\.message`"),
-        (partial(invert, GIVEN["wrong one"]), r"proper rigid transform, got \[\[1\.9"),
+        (partial(apply, T, SCAN), r"got Scan\(5 points\); .*`scan\.points` of a scan"),
+        (partial(apply, TWICE, POINTS), r"proper rigid .* got \[\[2\.0, 0\.0, 0\.0\]"),
+        (partial(icp, POINTS, POINTS, FAILED), r"NaN, .* failed; print `result\.message`"),
+        (partial(invert, np.stack([T, TWICE])), r"proper rigid transform, got \[\[2\.0"),
         (partial(to_xytheta, np.eye(4)), r"got shape \(4, 4\); of one in space take `T\[np\.ix_"),
         (partial(to_xytheta, T[:2, :2]), r"got shape \(2, 2\)"),
         (partial(compose, [T, T]), r"compose\(\*transforms\)"),
@@ -192,7 +203,7 @@ def test_a_door_takes_what_it_asks_for_and_says_what_else_it_got(door, place, gi
         (partial(Scan.from_points, np.ones(541)), r"got \(541,\); ranges go through `labkit\.Scan"),
         (partial(Scan.from_ranges, POINTS, ANGLES), r"\(5, 2\); points .* `Scan\.from_points`"),
         (partial(Scan.from_ranges, np.ones(5), [-1, 1]), r"\(5,\) and \(2,\); `np\.linspace\(fir"),
-        (partial(Scan.from_ranges, np.ones(5), GIVEN["turn"]), r"0 to 360: are these degrees\? us"),
+        (partial(Scan.from_ranges, np.ones(5), TURN), r"0 to 360: are these degrees\? us"),
         (partial(Scan.from_ranges, [1.0], [90.0]), r"90: are these degrees\? use `np\.radians`"),
         (partial(Scan.from_ranges, [1.0], [0.0], range_max="3"), r"`range_max` must be .* got '3'"),
         (partial(align, POINTS, POINTS[:3]), "must be pairs, got 5 and 3 points; row i of one"),

@@ -80,30 +80,37 @@ def as_points(points: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
         raise InvalidPointsError(f"`{name}` must have shape (N, 2), got {checked.shape}; {advice}")
     if len(checked) < minimum:
         raise InvalidPointsError(f"`{name}` needs at least {minimum} points, got {len(checked)}")
-    if not np.abs(checked).max(initial=0.0) <= FARTHEST:
-        as_finite(checked, name, hint="drop such points first")
-        index = int(np.abs(checked).max(axis=1).argmax())
+    return _as_near(checked, name)
+
+
+def _as_near(rows: FloatArray, name: str) -> FloatArray:
+    """Return `rows`, or name the first one that is not finite or lies beyond `FARTHEST`."""
+    if not np.abs(rows).max(initial=0.0) <= FARTHEST:
+        as_finite(rows, name, hint="drop such rows first")
+        index = int(np.abs(rows).max(axis=1).argmax())
         raise InvalidPointsError(
-            f"`{name}` must lie within {FARTHEST:g} m, got {checked[index].tolist()} at index "
-            f"{index}; drop such points first"
+            f"`{name}` must lie within {FARTHEST:g} m, got {rows[index].tolist()} at index "
+            f"{index}; drop such rows first"
         )
-    return checked
+    return rows
 
 
 def as_poses(poses: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
     """Check a trajectory: rows (x [m], y [m], θ [rad]), shape (K, 3), finite."""
     checked = as_floats(poses, name, hint="give rows (x, y, theta)")
-    if checked.ndim != 2 or checked.shape[1] != 3:
+    is_transform = checked.shape == (3, 3) and is_rigid(checked.ravel().tolist())
+    if checked.ndim != 2 or checked.shape[1] != 3 or is_transform:
         raise InvalidPointsError(
-            f"`{name}` must have shape (K, 3), rows (x, y, theta), got {checked.shape}; "
-            f"transforms go through `labkit.to_xytheta` first"
+            f"`{name}` must have shape (K, 3), rows (x, y, theta), got "
+            f"{'a transform' if is_transform else checked.shape}; transforms go through "
+            f"`labkit.to_xytheta` first"
         )
     if len(checked) < minimum:
         plural = "s" if minimum > 1 else ""
         raise InvalidPointsError(
             f"`{name}` needs at least {minimum} pose{plural}, got {len(checked)}"
         )
-    return as_finite(checked, name)
+    return _as_near(checked, name)
 
 
 def as_numbers(values: ArrayLike, name: str, what: str = "x, y, angle") -> FloatArray:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from labkit.plotting import book_figure, map_points, plot_covariance, plot_scans, plot_trajectory
+from labkit.plotting import book_figure, map_points, plot_covariance, plot_trajectory
 from labkit.scan import Scan
 from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
@@ -15,10 +15,6 @@ SCANS = [Scan.from_points(POINTS)] * 3
 @pytest.mark.parametrize(
     ("plot", "arguments", "message"),
     [
-        (plot_scans, (POINTS[:0], POINTS), r"`source` is empty, got shape \(0, 2\)"),
-        (plot_scans, (POINTS, [[0.0, np.nan]]), r"`target` must be finite, .* at index 0"),
-        (plot_scans, (POINTS, POINTS, 2 * np.eye(3)), "`T_target_source` must be a proper rigid"),
-        (plot_trajectory, (POSES[:, :2],), r"`poses` must have shape \(K, 3\)"),
         (plot_trajectory, (POSES, SCANS[:2]), "must be one to one, got 2 scans and 3 poses"),
         (plot_trajectory, (POSES, None, [[0, 0, np.inf]]), "`reference` must be finite"),
         (plot_covariance, (POINTS[0], np.eye(3)), "shape .2, 2., got .* take a block"),

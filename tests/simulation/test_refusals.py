@@ -13,10 +13,8 @@ from labkit.simulation import (
     crowd,
     lesson_world,
     room,
-    sample_scan,
     scan_along,
     two_rooms,
-    wheel_increments,
 )
 from labkit.simulation.world import circle
 from labkit.support.errors import InvalidParameterError, InvalidPointsError
@@ -30,14 +28,7 @@ NAN, POSE, WALL = math.nan, np.zeros((1, 3)), np.zeros((1, 2, 2))
         (lambda: World(segments=WALL[0]), r"`segments` must have shape \(M, 2, 2\), got \(2, 2\)"),
         (lambda: World(segments=WALL * NAN), "`segments` must be finite, got .*nan.* at index 0"),
         (lambda: MovingObject(segments=WALL, velocity=[1, NAN]), "`velocity` must be 2 finite num"),
-        (lambda: scan_along(room(), np.empty((0, 3)), Lidar(), rng=0), "at least 1 pose, got 0"),
         (lambda: scan_along(room(), POSE, Lidar(), rng=0, stamps=[0, 1]), r"\(1,\), .* got \(2,\)"),
-        (lambda: sample_scan([[1, 0]], 2 * np.eye(3), rng=0), "`T_world_scanner` must be a proper"),
-        (lambda: wheel_increments(POSE, WheelNoise(), rng=0), "at least 2 poses, got 1"),
-        (
-            lambda: wheel_increments(WALL[0], WheelNoise(), rng=0),
-            r"\(K, 3\), rows .*, got \(2, 2\)",
-        ),
     ],
 )
 def test_points_and_poses_that_cannot_be_meant(call, message):
