@@ -45,34 +45,8 @@ class Termination(Enum):
         return self in (Termination.TOO_FEW_CORRESPONDENCES, Termination.DEGENERATE)
 
 
-class _Quality:
-    """Numbers of the correspondences that an object has."""
-
-    correspondences: Correspondences
-
-    @property
-    def cost(self) -> float:
-        """The truncated Huber cost J [m²]; see `labkit.icp`."""
-        return self.correspondences.cost
-
-    @property
-    def inlier_count(self) -> int:
-        """Number of kept pairs."""
-        return self.correspondences.inlier_count
-
-    @property
-    def fitness(self) -> float:
-        """Kept pairs over source points, in [0, 1]."""
-        return self.correspondences.fitness
-
-    @property
-    def inlier_rmse(self) -> float:
-        """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
-        return self.correspondences.inlier_rmse
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Iteration(_Quality):
+class Iteration:
     """The state after one iteration; number 0 is the initial guess, before any step.
 
     Attributes
@@ -93,9 +67,24 @@ class Iteration(_Quality):
     rotation_step: float = math.nan
     far: bool = False
 
+    @property
+    def cost(self) -> float:
+        """The truncated Huber cost J [m²]; see `labkit.icp`."""
+        return self.correspondences.cost
+
+    @property
+    def inlier_count(self) -> int:
+        """Number of kept pairs."""
+        return self.correspondences.inlier_count
+
+    @property
+    def inlier_rmse(self) -> float:
+        """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
+        return self.correspondences.inlier_rmse
+
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class IcpResult(_Quality):
+class IcpResult:
     """The outcome of one registration.
 
     The pairs and the history are computed by the loop's own stages, once, when they are asked
@@ -156,13 +145,33 @@ class IcpResult(_Quality):
         )
 
     @cached_property
-    def correspondences(self) -> Correspondences:  # type: ignore[override]
+    def correspondences(self) -> Correspondences:
         """The last association, at the final pose."""
         return self._pairs_at(self.iterations)
 
     def _pairs_at(self, k: int) -> Correspondences:
-        points, T, far = self.source.points, self.poses[k], k < self.far
-        return pairs_at(points, self.target, T, self.parameters, far=far)
+        points, T = self.source.points, self.poses[k]
+        return pairs_at(points, self.target, T, self.parameters, far=k < self.far)
+
+    @property
+    def inlier_count(self) -> int:
+        """Number of kept pairs at the last pose."""
+        return self.correspondences.inlier_count
+
+    @property
+    def fitness(self) -> float:
+        """Kept pairs over source points, in [0, 1]."""
+        return self.correspondences.fitness
+
+    @property
+    def inlier_rmse(self) -> float:
+        """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
+        return self.correspondences.inlier_rmse
+
+    @property
+    def cost(self) -> float:
+        """The truncated Huber cost J [m²] at the last pose; see `labkit.icp`."""
+        return self.correspondences.cost
 
     @property
     def converged(self) -> bool:

@@ -80,8 +80,11 @@ def write_assignment(
     }
     draw = partial(_hidden_of, list(entries), visible, secret)
     first = draw({}, 0)
-    others = partial(draw, first)
-    drawn = [first, *process_map(others, range(1, variants), desc="variants", disable=None)]
+    others, numbers = partial(draw, first), range(1, variants)
+    if questions is QUESTIONS:  # a process finds no other ones
+        drawn = [first, *process_map(others, numbers, desc="variants", disable=None)]
+    else:
+        drawn = [first, *map(others, numbers)]
     files |= {hidden / f"variant_{k}.json": cases_file(cases) for k, cases in enumerate(drawn)}
     for path, solutions in notebooks.items():
         files[path] = notebook_text(path, solutions, questions)

@@ -69,7 +69,6 @@ def _scaled():
         {"abs(np.vdot(x, y)) / spread(x)": "(spread(y) / spread(x)) ** 0.5"},
     "This is the scale from target to source, turned over: divide the trace by Σ‖x‖².":
         {"abs(np.vdot(x, y)) / spread(x)": "spread(y) / abs(np.vdot(x, y))"},
-    "Source and target are swapped: this is the scale back.": lambda p, q: best_scale(q, p),
     "The points are not turned: the trace is that of R H, with the best R.":
         {"abs(np.vdot(x, y))": "np.vdot(x, y).real"},
     "The points are turned the wrong way: with R transposed the trace is another one.":

@@ -20,8 +20,6 @@ from labkit.simulation import Lidar, cast, room
     "A pair exactly on the gate is inside, as in `distance_gate`.": {"r <= d_max": "r < d_max"},
     "The square is held against d_max; both are squares, d_max² is the limit.":
         {"(r, d_max) ** 2": "(r**2, d_max)"},
-    "The losses are not squared: they are min(r², d_max²), in m².": {" ** 2": ""},
-    "The losses are halved; this book's loss is min(r², d_max²), without ½.": {"** 2": "** 2 / 2"},
     "The weights are the losses' slope in r; asked for is the slope in s = r².":
         {"r <= d_max": "2 * r * (r <= d_max)"},
 })
@@ -47,8 +45,6 @@ def _sharing():
         {"rows == back": "there == back"},
     "`there` and `back` are compared entry by entry; they count different points.":
         {"rows == back[there]": "there == back"},
-    "These are the indices of the mutual points; asked for is a mask, one entry a point.":
-        lambda p, q: np.flatnonzero(mutual_pairs(p, q)),
 })
 def mutual_pairs(p, q):
     """From the table of all distances."""
@@ -98,9 +94,12 @@ def _two_guesses():
         for seed, T in enumerate((np.eye(3), transform(0.3, 0.1, 0.15)))
     )
     back = apply(invert(transform(0.4, -0.2, 1.0)), newer)
+    spoiled = newer.copy()
+    spoiled[::2] += np.linspace(0.05, 0.6, len(spoiled[::2]))[:, None]  # what moved in between
     return {
         "no guess": (newer, older, np.eye(3)),
         "a guess": (newer, older, transform(0.2, 0.0, 0.1)),
+        "half of the points moved": (spoiled, older, transform(0.2, 0.0, 0.1)),
         "a robot that has turned far": (back, older, transform(0.3, -0.2, 0.95)),
     }
 

@@ -7,6 +7,7 @@ exercise is written; a question of the assignment has more fields (`labkit.cours
 from __future__ import annotations
 
 import inspect
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -46,7 +47,8 @@ class exercise:
     title: str
     visible: Mapping[str, Any] | Callable[[], Mapping[str, Any]]  # arguments, by words for them
     mistakes: Mapping[str, Any] = field(default_factory=dict)  # wrong functions by their sentence
-    tolerance: float = 1e-6  # of an entry, relative to the largest of its result or to 1
+    # Of an entry, relative to the largest of its result or to 1; or by the arguments.
+    tolerance: float | Callable[..., float] = 1e-6
 
     readings: Sequence[Edits] = ({},)  # edits for each way in which the question can be read
 
@@ -136,13 +138,14 @@ class exercise:
         wanted = plain(self.right(*arguments))
         answer = _kind(wanted)
         sizes = np.abs(read(answer, wanted)) * (answer is not Answer.NUMBERS)
+        allowed = self.tolerance(*arguments) if callable(self.tolerance) else self.tolerance
         return Case(
             id=about,
             hidden=False,
             about=f"for {about}",
             arguments=arguments,
             expected=(wanted,),
-            tolerance=self.tolerance * sizes[np.isfinite(sizes)].max(initial=1.0),
+            tolerance=allowed * sizes[np.isfinite(sizes)].max(initial=1.0),
             mistaken=self.mistaken(arguments),
         )
 
@@ -181,7 +184,8 @@ def _signs(question: Question, value: Value) -> bytes | None:
 def answers(ways: Sequence[Function], arguments: Arguments) -> tuple[Value, ...]:
     """What the functions answer to the arguments; nothing where one of them fails."""
     try:
-        with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
             return tuple(plain(way(*arguments)) for way in ways)
     except FAILURES:
         return ()

@@ -42,7 +42,6 @@ def _figures():
         {"quantile(good": "quantile(np.append(good, bad)"},
     "The second number is the share of all matches; asked is that of the bad.":
         {"bad > least": "np.append(good, bad) > least"},
-    "The second is the share *not* caught.": {"bad > least": "bad <= least"},
     "The second is a count; give a share.": {".mean()": ".sum()"},
     "The share is taken as a percentage: `np.percentile` takes 100 times what `np.quantile` takes.":
         {"np.quantile": "np.percentile"},
@@ -70,9 +69,6 @@ def _path(steps, chain=lambda T, step: T @ step):
     "A full turn is no error: wrap the angle.": {"math.remainder(turn, math.tau)": "turn"},
     "The increments are added along the same axes, and the angle is not wrapped.":
         lambda s: (np.hypot(*s.sum(0)[:2]), abs(s[:, 2].sum())),
-    "The angle keeps its sign; asked for is its size.": {"abs(math": "(math"},
-    "The angle is in degrees; it is to be in radians.":
-        lambda s: closing_gap(s) * np.array([1, 180 / math.pi]),
     "This is the length of the way; asked for is how far its end is from its start.":
         {"*_path(increments)[-1, :2])": "*increments[:, :2].T).sum()"},
     "The angle is that of all turns, whichever way: add them with their signs.":

@@ -23,7 +23,6 @@ PI = math.pi
         lambda t, f: max(0.0, 1 - t / f),
     "Two views that do not meet share 0, not less; and wide ones meet again behind the robot.":
         lambda t, f: 1 - abs(t) / f,
-    "This is the share that is *not* seen again.": lambda t, f: 1 - shared_view(t, f),
     "This is the share not seen again, and wide views meet behind.": lambda t, f: abs(t) / f,
     "The share is taken of a whole turn, 2π; it is one of the field of view.":
         lambda t, f: shared_view(t, f) * f / (2 * PI),
@@ -50,7 +49,6 @@ def shared_view(turn, field):
     "One period is taken off a long step; take several.": lambda s, p: s - p if s > p / 2 else s,
     "The periods are rounded up; round to the nearest.": lambda s, p: s - p * math.ceil(s / p),
     "The periods are cut off towards zero; round to the nearest.": math.fmod,
-    "The sign is lost: behind is negative.": lambda s, p: abs(apparent_step(s, p)),
     "This is the number of periods; take them off the step.": lambda s, p: round(s / p),
     "The step is never longer than half a period: it does not stop there, it starts again behind.":
         lambda s, p: max(-p / 2, min(p / 2, s)),
@@ -96,7 +94,6 @@ CHEAPEST = "np.where(converged, costs, np.inf).argmin()"
     "The index counts among those that converged; asked for is that among all.":
         {CHEAPEST: "costs[converged].argmin()"},
     "This is the smallest cost; give the index of that run.": {CHEAPEST: "costs[converged].min()"},
-    "The index counts from 1; count from 0.": {CHEAPEST: f"{CHEAPEST} + 1"},
     "The costs of the others are set to 0, which is the smallest of all: set them to infinity.":
         {CHEAPEST: "(costs * converged).argmin()"},
 })

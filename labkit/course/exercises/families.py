@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+Changes = dict[str, tuple[str, Callable[[Any], Any]]]  # what is said of each, and what it does
+
 
 class Family(NamedTuple):
     """One family on the arguments of a question."""
@@ -21,7 +23,7 @@ class Family(NamedTuple):
     says: str
 
 
-CHANGES: dict[str, tuple[str, Callable[[Any], Any]]] = {  # of numbers and arrays of numbers
+CHANGES: Changes = {  # of numbers and arrays of numbers
     "from_degrees": ("`{0}` is taken for degrees; it is in radians", np.deg2rad),
     "to_degrees": ("`{0}` is turned into degrees; keep radians", np.rad2deg),
     "negated": ("`{0}` enters with the wrong sign", np.negative),
@@ -33,29 +35,25 @@ CHANGES: dict[str, tuple[str, Callable[[Any], Any]]] = {  # of numbers and array
     "halved": ("`{0}` enters half as large", lambda x: 0.5 * x),
     "complement": ("1 − `{0}` stands where `{0}` belongs", lambda x: 1 - x),
     "to_millimetres": ("`{0}` is turned into millimetres; keep metres", lambda x: 1000.0 * x),
-    "from_millimetres": ("`{0}` is taken for millimetres; it is in metres", lambda x: 0.001 * x),
 }
-OF_ARRAYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
+OF_ARRAYS: Changes = {
     "sorted": ("`{0}` is sorted first, so its entries lose their places", lambda x: np.sort(x, 0)),
     "reversed": ("`{0}` is taken from its end", lambda x: x[::-1]),
     "unused": ("`{0}` makes no difference: all of its entries count alike", np.ones_like),
     "zero": ("`{0}` makes no difference: it counts as zero", np.zeros_like),
-    "first_alone": ("only the first entry of `{0}` is used", lambda x: x[:1]),
-    "not_the_last": ("the last entry of `{0}` is left out", lambda x: x[:-1]),
-    "not_the_first": ("the first entry of `{0}` is left out", lambda x: x[1:]),
 }
-OF_POINTS: dict[str, tuple[str, Callable[[Any], Any]]] = {
+OF_POINTS: Changes = {
     "axes": ("x and y of `{0}` are exchanged", lambda x: x[..., ::-1]),
     "flat": ("y of `{0}` is left out", lambda x: x * (1, 0)),
     "upright": ("x of `{0}` is left out", lambda x: x * (0, 1)),
     "from_centroid": ("`{0}` is centred, although it should not be", lambda x: x - x.mean(0)),
 }
-OF_MATRICES: dict[str, tuple[str, Callable[[Any], Any]]] = {
+OF_MATRICES: Changes = {
     "inverted": ("`{0}` is inverted: the wrong one of two frames?", np.linalg.inv),
     "transposed": ("`{0}` is transposed", np.transpose),
     "identity": ("`{0}` makes no difference: it counts as no motion", lambda x: np.eye(len(x))),
 }
-OF_LIMITS: dict[str, tuple[str, Callable[[Any], Any]]] = {
+OF_LIMITS: Changes = {
     "no_limit": (
         "the condition on `{0}` is forgotten: it counts as if without end",
         lambda x: np.inf,
@@ -63,7 +61,7 @@ OF_LIMITS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "no_number": ("the condition on `{0}` is forgotten: it counts as zero", lambda x: type(x)(0)),
     "one": ("`{0}` makes no difference: it counts as one", lambda x: type(x)(1)),
 }
-OF_COUNTS: dict[str, tuple[str, Callable[[Any], Any]]] = {
+OF_COUNTS: Changes = {
     "one_more": ("`{0}` is one too large: counted from 0, or from 1?", lambda x: x + 1),
     "one_less": ("`{0}` is one too small: counted from 0, or from 1?", lambda x: x - 1),
 }
@@ -93,19 +91,20 @@ def _sentence(says: str) -> str:
     return f"Your answers are those that come out when {says}."
 
 
-def _form(value: Any) -> tuple[int, ...] | None:
-    """Dimensions of arguments that can be taken for one another; the rows do not count."""
+def _form(value: Any) -> tuple[Any, ...] | None:
+    """Kind and axes of arguments that can be taken for one another; the rows do not count."""
     if isinstance(value, bool | str) or not isinstance(value, int | float | np.ndarray):
         return None
-    return (*np.shape(value)[1:], np.ndim(value))
+    array = np.asarray(value)
+    return array.dtype.kind, array.ndim, *array.shape[1:]
 
 
-def _fitting(value: Any) -> dict[str, tuple[str, Callable[[Any], Any]]]:
-    """The changes that make sense for a value."""
-    if isinstance(value, bool | str) or not isinstance(value, int | float | np.ndarray | tuple):
-        return {}
+def _fitting(value: Any) -> Changes:
+    """The changes that make sense for a value; none of them leads an index beyond its array."""
     if isinstance(value, tuple):
-        return {id: OF_ARRAYS[id] for id in ("reversed", "first_alone", "not_the_first")}
+        return {"reversed": OF_ARRAYS["reversed"]}
+    if isinstance(value, bool | str) or not isinstance(value, int | float | np.ndarray):
+        return {}
     array = np.asarray(value)
     if array.dtype == bool:
         return {"inverted": ("`{0}` is inverted", np.logical_not)}
@@ -113,4 +112,5 @@ def _fitting(value: Any) -> dict[str, tuple[str, Callable[[Any], Any]]]:
         return OF_LIMITS | (OF_COUNTS if isinstance(value, int) else CHANGES)
     if array.ndim == 2 and array.shape[0] == array.shape[1]:
         return OF_MATRICES
-    return OF_ARRAYS | CHANGES | (OF_POINTS if array.shape[-1] == 2 else {})
+    of_values = CHANGES if array.dtype.kind == "f" else {}
+    return OF_ARRAYS | of_values | (OF_POINTS if array.shape[-1] == 2 else {})

@@ -56,8 +56,6 @@ def turning_column(p, n):
 }, {
     "This is the sum; divide it by W, the sum of the weights.": {" / w.sum()": ""},
     "The sum is divided by N; divide it by W, the sum of the weights.": {"w.sum()": "len(w)"},
-    "The weights are missing: with these all points count alike.":
-        lambda p, n, w: line_matrix(p, n, np.ones(len(w))),
     "The third column is in metres per radian: divide it by ℓ.": {" / length": ""},
     "The centroid has to be the weighted one.": {"(p, axis=0, weights=w)": "(p, axis=0)"},
     "The turn is about the origin: take the weighted centroid off.":
@@ -80,12 +78,15 @@ def _corridor_and_room():
     turned, _ = np.linalg.qr(np.array([[1.0, 2.0, 0.5], [-1.0, 1.0, 1.0], [0.3, -0.7, 1.0]]))
     g = np.array([0.03, -0.02, 0.05])
     values = {"a corridor": (0.001, 0.4, 0.6), "a room": (0.2, 0.3, 0.5)}
+    values["a room that is seen well, but for one direction"] = (0.03, 0.1, 3.0)
     return {about: (turned @ np.diag(v) @ turned.T, g, 0.02) for about, v in values.items()}
 
 
 @exercise("A step in the directions that are seen", _corridor_and_room, {
     "This solves for every direction, even where all is noise.": {"(values >= least)": "1"},
     "This solves for every direction, and the sign is wrong.": {"(values >= least)": "-1"},
+    "`least` is held against shares of the largest eigenvalue; hold it against each as it is.":
+        {">= least": ">= least * values.max()"},
     "This keeps the free directions and drops the rest.": {">=": "<"},
     "Eigenvectors are the *columns* of what `eigh` returns, not rows.":
         {"    parts": "    V = V.T\n    parts"},
@@ -116,7 +117,6 @@ def _two_sources():
 
 @exercise("Wheels and scan, fused", _two_sources, {
     "This is the mean of the two, whatever they know.": lambda x, A, y, B: (x + y) / 2,
-    "The two are exchanged: each has its own information.": lambda x, A, y, B: fuse(y, A, x, B),
     "This weighs each with the diagonal of its information only.":
         lambda x, A, y, B: fuse(x, np.diag(np.diag(A)), y, np.diag(np.diag(B))),
     "The sum is divided by diagonal entries; solve with the sum of both matrices.":

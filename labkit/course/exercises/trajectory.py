@@ -21,9 +21,6 @@ from labkit.course.exercises import exercise
         lambda D, e: D * (1 - math.cos(e)),
     "This is D·tan|ε|: the pose moves on a circle, no tangent.": lambda D, e: D * math.tan(abs(e)),
     "A distance is never negative: take |ε|.": lambda D, e: 2 * D * math.sin(e / 2),
-    "The angle is taken for degrees, not radians.": lambda D, e: lever_error(D, math.radians(e)),
-    "The angle is turned into degrees; keep radians.": lambda D, e: lever_error(D, math.degrees(e)),
-    "This is the chord of twice the angle: halve it.": lambda D, e: 2 * D * math.sin(abs(e)),
 })
 def lever_error(D, epsilon):
     """By the law of cosines."""
@@ -62,8 +59,6 @@ def seen_from_first(poses):
 }, {
     "The step is put on the left: the robot measured it, so it acts before the pose, on its right.":
         lambda T, s: se2.transform(*s) @ T,
-    "This is where the robot was; the step of the wheels is missing.": lambda T, s: T,
-    "This is the step alone; the way from the key scan is missing.": lambda T, s: se2.transform(*s),
     "This goes from the scan before to the key scan and on: the pose is the other way round.":
         lambda T, s: se2.invert(T) @ se2.transform(*s),
     "The step goes backwards: it is inverted.": lambda T, s: T @ se2.invert(se2.transform(*s)),
@@ -95,8 +90,6 @@ def guess_from_key(T_key_before, step):
     "This is the smaller share; the larger one decides.": {"max": "min"},
     "This is the mean; the larger share decides.": {"max(way, turned)": "(way + turned) / 2"},
     "The angle is in degrees and its limit in radians.": {"abs(psi)": "math.degrees(abs(psi))"},
-    "Only the way is looked at.": {"max(way, turned)": "way"},
-    "Only the turn is looked at.": {"max(way, turned)": "turned"},
 })
 def key_used_up(T_key_now, reach, turn):
     """The larger share."""
@@ -124,7 +117,6 @@ def key_used_up(T_key_now, reach, turn):
         {"se2.wrap(turn - measured[2])": "(turn - measured[2]) % (2 * np.pi)"},
     "Only the difference of the headings is wrapped; wrap the error itself.":
         {"turn - measured[2])": "turn) - measured[2]"},
-    "This is the prediction; subtract what it measured.": lambda i, j, z: edge_error(i, j, 0 * z),
     "The measurement is turned with the displacement; it is in the frame of pose i already.":
         {"(x, y) - measured[:2]": "((x, y) - measured[:2])"},
     "The error is measured along the world's axes; turn it into the frame of pose i.":

@@ -1,6 +1,7 @@
 """`check` in a notebook: the verdict on the visible cases, shown inline."""
 
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from right_answers import solution as right
 
 import labkit
 from labkit.correspondences import overlap
-from labkit.course.exercises import check, score
+from labkit.course.exercises import check, checking, score
 from labkit.course.grading.assignment import FOLDER, load_assignment
 from labkit.support.errors import InvalidParameterError, LabkitError
 
@@ -46,7 +47,9 @@ def test_a_wrong_one_is_told_its_mistake():
     assert not feedback.passed
     assert feedback.verdict.misconception == "transposed"
     lines = repr(feedback).splitlines()
-    assert lines[0].startswith("✗ Rotation: This looks like a known mistake: R is transposed")
+    assert lines[0].startswith(
+        "✗ Rotation: This looks like a known mistake: This is the transposed"
+    )
     assert lines[1:] == [
         "  - A quarter turn: the rotation is off by 180°.",
         "  - A turn to the right: the rotation is off by 57°.",
@@ -170,6 +173,54 @@ def test_what_a_function_raises_is_a_verdict(error, reason):
 
     assert reason in repr(check(named("rotation", raising)))
     assert score(named("rotation", raising)) == 0.0
+
+
+ENDLESS = {
+    "a plain loop": "while True: pass",
+    "what catches errors": "while True:\n        try: sum(range(99))\n        except Exception: 0",
+    "a recursion that begins anew": "f = lambda: f()\n    while True:\n        try: f()\n"
+    "        except RecursionError: pass",
+    "a call that takes long": "while True: np.linalg.svd(np.ones((60, 60)))",
+}
+
+
+@pytest.mark.parametrize("loop", ENDLESS.values(), ids=ENDLESS)
+@pytest.mark.parametrize("name", ["rotation", "motion_between"])
+def test_an_endless_loop_ends_with_a_word(monkeypatch, name, loop):
+    """The law: every endless loop in Python ends when the time is over, and nothing comes later."""
+    monkeypatch.setattr(checking, "SECONDS", 0.3)
+    function = namespace(f"def {name}(*arguments):\n    {loop}\n")[name]
+    assert "it took too long; does a loop have no end?" in repr(check(function))
+    time.sleep(0.01)
+    assert check(named("rotation", right.rotation)).passed
+
+
+def test_the_time_of_a_compiler_is_not_counted(monkeypatch):
+    monkeypatch.setattr(checking, "SECONDS", 0.05)
+    names = {"__name__": "numba.core.slow", "time": time, "right": right.rotation}
+    source = "def rotation(a):\n    end = time.time() + 0.1\n    while time.time() < end: pass\n"
+    exec(source + "    return right(a)\n", names)
+    assert check(names["rotation"]).passed
+
+
+@pytest.mark.parametrize(
+    ("name", "body", "hint"),
+    [
+        ("motion_between", "return a @ np.zeros((7, 2))", "does not multiply (N, 2) points"),
+        ("mutual_pairs", "return p[np.array([0.5])]", "are indices and distances exchanged?"),
+        ("align_in_space", "return np.eye(3)", "it returned R alone, expected (R, t)"),
+        ("icp_by_hand", "return np.eye(2)", "it returned R alone, expected (R, t)"),
+        ("typical_error", "return 0.1", "clean = a Preprocessing: got 0.1"),
+        (
+            "truncated_square",
+            "return np.minimum(a, b) ** 2, 0.5 * a",
+            "in result 2 at [0] got 0, expected 1",
+        ),
+    ],
+)
+def test_the_usual_slips_are_told_what_they_are(name, body, hint):
+    source = f"def {name}(a, b=0, *rest):\n    p = a\n    {body}\n"
+    assert hint in repr(check(namespace(source)[name]))
 
 
 def test_the_students_own_interrupt_ends_the_check():

@@ -98,14 +98,10 @@ $\sum_i \lVert\mathbf{R}\,\mathbf{p}_i + \mathbf{t} - \mathbf{q}_i\rVert^2$.
         lambda R, p, q: q.mean(axis=0) - p.mean(axis=0)),
     "transposed": (0.5, "The source's centroid is turned by R transposed: t = q̄ − R p̄.",
         lambda R, p, q: q.mean(axis=0) - R.T @ p.mean(axis=0)),
-    "negative": (0.5, "The sign is the wrong way round: t = q̄ − R p̄ goes from source to target.",
-        lambda R, p, q: R @ p.mean(axis=0) - q.mean(axis=0)),
     "difference_turned": (0.4, "The difference of the centroids is turned as one; turn p̄ alone.",
         lambda R, p, q: R @ (q.mean(axis=0) - p.mean(axis=0))),
     "first_pair": (0.4, "Only the first pair is used; least squares takes the centroids of all of "
         "them.", lambda R, p, q: q[0] - R @ p[0]),
-    "sums": (0.5, "These are sums over the points; the centroid divides them by their number.",
-        lambda R, p, q: q.sum(axis=0) - R @ p.sum(axis=0)),
 })
 def best_translation(R, source, target):
     """Best translation for a fixed rotation.
@@ -141,9 +137,6 @@ possible, also one beyond a right angle.
 }, mistakes={
     "sign_of_b": (0.5, "The angle has the wrong sign: b = Σ (x v − y u), (x, y) of the source.",
         {"np.arctan2(b,": "np.arctan2(-b,"}),
-    "transposed": (0.5, "This is R transposed, next to the right t.",
-        {"return R, q_mean": "return R.T, q_mean"}),
-    "swapped": (0.5, SWAPPED, lambda p, q: align(q, p)),
     "arctan_of_ratio": (0.6, "arctan(b / a) cannot tell (a, b) from (−a, −b): take arctan2.",
         {"np.arctan2(b, (x * y).sum())": "np.arctan(b / (x * y).sum())"}),
     "arctan2_swapped": (0.4, "The arguments of arctan2 are swapped: it takes b first, then a.",
@@ -154,8 +147,6 @@ possible, also one beyond a right angle.
         {"x, y = source - p_mean, target - q_mean": "x, y = source, target"}),
     "centroid_not_turned": (0.5, NOT_TURNED,
         {"q_mean - R @ p_mean": "q_mean - p_mean"}, TRANSLATION),
-    "translation_zero": (0.5, "The rotation is right, but the translation is left out.",
-        {"return R, q_mean - R @ p_mean": "return R, np.zeros(2)"}, TRANSLATION),
 })
 def align(source, target):
     """Best rigid motion of pairs, all of which count alike.
@@ -210,9 +201,6 @@ not sum up to one; some may be zero.
         {"/ weights.sum()": "/ len(weights)"}, WEIGHTS),
     "sign_of_b": (0.5, "The angle has the wrong sign: b = Σ w (x v − y u), (x, y) the source.",
         {"np.arctan2(b,": "np.arctan2(-b,"}),
-    "swapped": (0.5, SWAPPED, lambda p, q, w: align_weighted(q, p, w)),
-    "transposed": (0.5, "This is R transposed, next to the right t.",
-        {"return R, q_mean": "return R.T, q_mean"}),
     "not_normalised": (0.5, "The weighted sums are taken for means: divide Σ w p and Σ w q by Σ w.",
         {" / weights.sum()": ""}, WEIGHTS),
 })
@@ -264,7 +252,6 @@ The answer is to be a rotation all the same: the best one there is.
         {"svd(H)": "svd(H.T)"}),
     "v_transposed": (0.6, "`np.linalg.svd` returns V transposed; R = V diag(1, s) Uᵀ needs V.",
         [{"R = Vt.T @": "R = Vt @"}, {"R = Vt.T @": f"R = {CHANGED_SIGNS} @"}]),
-    "swapped": (0.5, SWAPPED, lambda p, q: align(q, p)),
     "not_centred": (0.3, "The points are not centred: H sums the points less their centroids.",
         {"(source - p_mean).T @ (target - q_mean)": "source.T @ target"}),
     "centroid_not_turned": (0.5, NOT_TURNED,

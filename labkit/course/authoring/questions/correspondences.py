@@ -101,11 +101,6 @@ Find for each source point the nearest target point. Comparing all with all is g
         [{"distances.argmin": f"np.abs(offsets).{by}(axis=2).argmin"} for by in ("sum", "max")]),
     "used_once": (0.4, "Every target point is given away once; several source points may share "
         "their nearest.", _used_once),
-    "from_one": (0.8, "The indices count from 1; Python's rows count from 0.",
-        {"return indices,": "return indices + 1,"}),
-    "order_of_results": (0.8, "The results are in the wrong order: indices, then distances.",
-        {"return indices, distances[np.arange(len(source)), indices]":
-         "return distances[np.arange(len(source)), indices], indices"}),
     "farthest": (0.1, "These are the farthest points: take the smallest distance, not the largest.",
         {"argmin": "argmax"}),
 })
@@ -149,11 +144,6 @@ Reject the pairs that are farther apart than the gate $d_{\max}$. A pair right o
         lambda d, gate: d <= gate**2),
     "strict": (0.05, "A pair right on the gate is rejected: the gate is d <= d_max.",
         lambda d, gate: d < gate),
-    "inverted": (*INVERTED, lambda d, gate: d > gate),
-    "indices": (0.7, "These are the indices of the pairs that stay; asked for is a mask, one entry "
-        "a pair.", lambda d, gate: np.flatnonzero(d <= gate)),
-    "distances": (0.4, "These are the distances that stay; asked for is a mask, one entry a pair.",
-        lambda d, gate: d[d <= gate]),
     "relative": (0.3, "The gate is taken as a share of the largest distance; it is in metres.",
         lambda d, gate: d <= gate * d.max()),
 })
@@ -209,7 +199,6 @@ Of $N$ pairs keep the $\lfloor\rho N\rfloor$ closest, but at least 3. The pairs 
         {"int(overlap_ratio": "int((1 - overlap_ratio)"}),
     "indices": (0.7, "These are indices of the pairs that stay; asked for is a mask, one entry a "
         "pair.", lambda d, ratio: np.argsort(d)[:max(3, int(ratio * len(d)))]),
-    "inverted": (*INVERTED, {"return kept": "return ~kept"}),
     "other_minimum": (0.85, "Where ρN is small another number of pairs than 3 is kept.",
         [{"max(3, ": "max(2, "}, {"max(3, ": "max(4, "}]),
 })
@@ -250,12 +239,6 @@ $w_i = 1$ for $r_i \le \delta$, and $w_i = \delta / r_i$ for $r_i > \delta$.
         lambda r, delta: delta / r),
     "cut": (0.5, "Pairs beyond δ weigh nothing here: that is a gate. Huber's weight falls as δ/r.",
         lambda r, delta: np.where(r <= delta, 1.0, 0.0)),
-    "rooted": (0.5, "Beyond δ this is the square root of δ/r; the weight is δ/r itself.",
-        lambda r, delta: np.sqrt(huber_weights(r, delta))),
-    "ratio_squared": (0.5, "Beyond δ this is (δ/r)²; the weight is δ/r itself.",
-        lambda r, delta: huber_weights(r, delta) ** 2),
-    "upside_down": (0.4, "Beyond δ this is r/δ: the farther a pair, the more it counts. Take δ/r.",
-        lambda r, delta: np.maximum(r, delta) / delta),
     "branches_swapped": (0.4, "The branches are swapped: 1 belongs up to δ, δ/r beyond.",
         lambda r, delta: np.where(r > delta, 1.0, delta / r)),
     "loss": (0.3, "This is Huber's loss; asked for are the weights that go with it.", huber_loss),
@@ -303,8 +286,6 @@ there is no such number; return `nan`, and not a 0 that looks like a perfect mat
         lambda d, kept: np.sqrt(np.sum(d[kept] ** 2) / len(d))),
     "mean": (0.4, "This is the mean distance; the RMSE is the root of the mean square.",
         {ROOT_MEAN_SQUARE: "np.mean(distances[kept])"}),
-    "no_root": (0.5, "The root is missing: this is the mean square, in m².",
-        {ROOT_MEAN_SQUARE: "np.mean(distances[kept] ** 2)"}),
     "no_mean": (0.5, "The sum of squares is not divided by the number of kept pairs.",
         {ROOT_MEAN_SQUARE: "np.sqrt(np.sum(distances[kept] ** 2))"}),
     "spread": (0.3, "This is the standard deviation: it subtracts the mean, the RMSE does not.",
@@ -342,10 +323,6 @@ alone says little, since it gets better the fewer pairs are left.
 }, mistakes={
     "count": (0, "This is the number of pairs that are kept; asked for is their share.",
         np.count_nonzero),
-    "percent": (0.5, "This is the share in percent; asked for is a number from 0 to 1.",
-        lambda kept: 100.0 * np.mean(kept)),
-    "rejected": (0.4, "This is the share of the rejected pairs; asked for is that of the kept.",
-        lambda kept: 1.0 - np.mean(kept)),
 })
 def fitness(kept):
     """Share of the source points whose pair is kept.

@@ -169,7 +169,7 @@ the cost stands still ($|\Delta J| < \varepsilon_J$); the budget is spent ($k \g
     "a cost that did not change": _ending(200.0, 150.0, cost=0.0),
     "a turn to the left without a shift": _ending(0.2, 60.0, cost=0.01),
     "a turn to the right without a shift": _ending(0.2, -60.0),
-    "a shift without a turn": _ending(300.0, 0.2),
+    "a turn of a few tolerances": _ending(0.2, 8.0),
     "a shift of a few tolerances": _ending(8.0, 0.2, cost=0.02),
     "a shift aslant": _ending(1.3, 0.2, heading=DIAGONAL),
     "a cost that fell much": _ending(40.0, 90.0, cost=-0.5),
@@ -211,10 +211,6 @@ the cost stands still ($|\Delta J| < \varepsilon_J$); the budget is spent ($k \g
         {"< eps_": "<= eps_"}),
     "sine": (0.9, "The sine is taken for the angle: at half a turn it is zero, too. Use arctan2.",
         {"np.arctan2(dT[1, 0], dT[0, 0])": "dT[1, 0]"}),
-    "inverted": (0.0, "True and False are swapped: True means to stop.",
-        lambda *arguments: not has_converged(*arguments)),
-    "always": (0.0, "It says True whatever it is given.", lambda *arguments: True),
-    "never": (0.0, "It says False whatever it is given.", lambda *arguments: False),
 })
 def has_converged(dT, cost_change, iteration, eps_t, eps_psi, eps_cost, k_max):
     """Whether the loop ends after this iteration.
@@ -343,8 +339,6 @@ the transform after the last step.
         {"T = T_init": "T = np.eye(3)"}, "chapter 4, “The basin of convergence”"),
     "guess_lost": (0.6, "This is the motion since the guess, which is a part of the answer.",
         {RESULT: "break\n    return T @ invert(T_init)"}),
-    "inverse": (0.6, "This is the inverse: it maps the target onto the source.",
-        {RESULT: "break\n    return invert(T)"}),
     **{id: (credit, *wrong, STAGES) for id, (_, credit, *wrong) in WRONG_STAGES.items()},
     "budget_ignored": (0.85, "Another budget ends the loop: take at most `max_iterations` steps.",
         [{BUDGET: f"range({most})"} for most in (10, 20, 200)]),

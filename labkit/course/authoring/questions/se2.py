@@ -55,8 +55,6 @@ Write the matrix that turns points counter-clockwise by the angle $\theta$.
     "more than a whole turn": _angle(6.8, 7.6),
     "an angle given as a whole number": _whole(-5, -4, -2, -1, 1, 2, 4, 5),
 }, mistakes={
-    "transposed": (0.5, "R is transposed: a positive angle turns counter-clockwise.",
-        {"[[c, -s], [s, c]]": "[[c, s], [-s, c]]"}),
     "degrees": (0.5, "The angle is taken for degrees; `theta` is in radians already.",
         lambda theta: rotation(np.deg2rad(theta))),
     "reflection": (0.25, "This is a reflection, [[c, s], [s, −c]]: its determinant is −1.",

@@ -46,6 +46,8 @@ ADVICE = {
     "NotDataError": "it returned an object; return numbers or arrays.",
 }
 
+ENOUGH = 6  # wrong entries that tell a family from chance where all are whole numbers
+
 
 def assess(
     question: Question, cases: Sequence[Case], outcomes: Sequence[Outcome]
@@ -139,10 +141,17 @@ def recognise(
     if listed:
         return listed[0] if len(listed) == 1 else None
     related = [replace(general(id), chapter=question.chapter) for id in _relations(question, given)]
-    families = related + explaining
-    if all(_is_whole(question, case) for case in wrong) and len(families) > 1:
-        return None  # whole numbers agree by chance
-    return families[0] if families else None
+    if all(_is_whole(question, case) for case in wrong):  # whole numbers agree by chance
+        is_enough = sum(_count_wrong(question, *each[:2]) for each in given) >= ENOUGH
+        found = related + (explaining if is_enough else [])
+        return found[0] if len(found) == 1 else None
+    return next(iter(related + explaining), None)
+
+
+def _count_wrong(question: Question, case: Case, value: Value) -> int:
+    """The entries of an answer that are wrong; 0 where it has another form."""
+    got, wanted = numbers(question.answer, value), _accepted(question.answer, case)[0]
+    return 0 if got is None or got.shape != wanted.shape else int((got != wanted).sum())
 
 
 def _relations(question: Question, given: Sequence[tuple[Case, Value, bool]]) -> list[str]:
@@ -155,7 +164,7 @@ def _relations(question: Question, given: Sequence[tuple[Case, Value, bool]]) ->
             for id, wrong in relations(question.answer, case).items()
             if (left is None or id in left)
             and got is not None
-            and any(_close(got, one, case.tolerance * _scale(one)) for one in wrong)
+            and any(_close(got, one, _allowed(question, case, one)) for one in wrong)
         }
         left = fitting
     return list(left or ())
@@ -173,9 +182,8 @@ def is_right(question: Question, case: Case, value: Value) -> bool:
     if isinstance(got, str):
         return False
     for wanted in _accepted(question.answer, case):
-        allowed: FloatArray | float = case.tolerance
-        if question.answer is Answer.NUMBERS:  # each has a unit, and so a size, of its own
-            allowed = allowed * np.maximum(1.0, np.nan_to_num(np.abs(wanted), posinf=1.0))
+        is_several = question.answer is Answer.NUMBERS
+        allowed = _allowed(question, case, wanted) if is_several else case.tolerance
         if _close(_adjusted(got, wanted, question, case), wanted, allowed):
             return True
     return False
@@ -188,7 +196,7 @@ def is_answer_of(misconception: str, question: Question, case: Case, value: Valu
         if isinstance(got, str) or isinstance(wrong, str):
             if isinstance(got, str) and isinstance(wrong, str) and got == wrong:
                 return True
-        elif _close(got, wrong, case.tolerance * _scale(wrong)):
+        elif _close(got, wrong, _allowed(question, case, wrong)):
             return True
     return False
 
@@ -240,9 +248,13 @@ def _close(got: FloatArray, wanted: FloatArray, tolerance: FloatArray | float) -
         return bool((alike | (np.abs(got - wanted) <= tolerance)).all())
 
 
-def _scale(wrong: FloatArray) -> float:
-    """A mistake's answer can be far larger than the right one, whose size the tolerance knows."""
-    return float(np.abs(wrong[np.isfinite(wrong)]).max(initial=1.0))
+def _allowed(question: Question, case: Case, answer: FloatArray) -> FloatArray | float:
+    """The tolerance at an answer; a mistake's can be far larger than the right one."""
+    sizes = np.nan_to_num(np.abs(answer), posinf=1.0)
+    if question.answer is Answer.NUMBERS:  # each has a unit, and so a size, of its own
+        allowed: FloatArray = np.maximum(1.0, sizes) * case.tolerance
+        return allowed
+    return case.tolerance * float(sizes.max(initial=1.0))
 
 
 def _no_value(question: Question, case: Case, outcome: Outcome) -> str:

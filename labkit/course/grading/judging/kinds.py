@@ -95,6 +95,8 @@ def _read_transform(value: Value) -> FloatArray:
         T = _floats(value, Answer.TRANSFORM)
         if T.shape in ((3, 3), (4, 4)):
             return T
+        if T.shape == (2, 2):
+            raise Unreadable("it returned R alone, expected (R, t)")
     raise Unreadable(f"it returned arrays of other shapes, expected {EXPECTED[Answer.TRANSFORM]}")
 
 
@@ -154,11 +156,21 @@ def difference(question: Question, case: Case, got: FloatArray, wanted: FloatArr
     with np.errstate(all="ignore"):
         right = (np.abs(got - wanted) <= case.tolerance) | (got == wanted) | np.isnan(wanted)
     first = np.unravel_index(np.argmin(right), got.shape)
-    place = f" at [{', '.join(map(str, first))}]" if got.ndim else ""
+    place = _place(question, case, [int(one) for one in first])
     is_flag = question.answer in (Answer.FLAG, Answer.MASK)
     numbers = float(got[first]), float(wanted[first])
     texts = [str(bool(number)) if is_flag else _shown(number) for number in numbers]
     return f"For {shown}:{place} got {texts[0]}, expected {texts[1]}."
+
+
+def _place(question: Question, case: Case, first: list[int]) -> str:
+    """Where an entry stands; of several results, counted within its own."""
+    if question.answer is Answer.NUMBERS and isinstance(case.expected[0], tuple):
+        sizes = [read(Answer.NUMBERS, part).size for part in case.expected[0]]
+        part = int(np.searchsorted(np.cumsum(sizes), first[0], side="right"))
+        within = f" at [{first[0] - sum(sizes[:part])}]" if sizes[part] > 1 else ""
+        return f" in result {part + 1}{within}"
+    return f" at [{', '.join(map(str, first))}]" if first else ""
 
 
 def _shown(value: object) -> str:
@@ -170,7 +182,11 @@ def _shown(value: object) -> str:
         return text.replace("\n", "").replace("  ", " ")
     if isinstance(value, tuple | list) and all(isinstance(one, float | int) for one in value):
         return f"({', '.join(map(_shown, value))})"
-    return f"an array {value.shape}" if isinstance(value, np.ndarray) else "a tuple"
+    if isinstance(value, np.ndarray):
+        return f"an array {value.shape}"
+    if isinstance(value, tuple | list) and not hasattr(value, "_fields"):
+        return f"{len(value)} entries"
+    return f"a {type(value).__name__}"
 
 
 def how_wrong(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> str:
@@ -188,6 +204,8 @@ def how_wrong(question: Question, case: Case, got: FloatArray, wanted: FloatArra
 
 
 def _shape(question: Question, got: FloatArray, wanted: FloatArray) -> str:
+    if question.answer is Answer.TRANSFORM and len(got) == len(wanted) - 1:
+        return "it returned R alone, expected (R, t)."
     if got.ndim == wanted.ndim and got.shape[1:] == wanted.shape[1:]:
         surplus = len(got) - len(wanted)
         side = "too long" if surplus > 0 else "too short"

@@ -32,13 +32,13 @@ def _frames(change: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatAr
 
 
 OF_MOTIONS: dict[str, Row] = {
-    "inverse": (0.4, "This is the inverse of what is asked: it maps the other way round. Are "
+    "inverse": (0.5, "This is the inverse of what is asked: it maps the other way round. Are "
         "source and target swapped, or two frames?", _frames(lambda R, t: (R.T, -R.T @ t))),
-    "rotation_transposed": (0.4, "R is transposed: it turns the other way.",
+    "rotation_transposed": (0.5, "R is transposed: it turns the other way.",
         _frames(lambda R, t: (R.T, t))),
     "translation_negated": (0.4, "The sign of the translation is turned round.",
         _frames(lambda R, t: (R, -t))),
-    "translation_missing": (0.4, "The rotation is right, but the translation is left out.",
+    "translation_missing": (0.5, "The rotation is right, but the translation is left out.",
         _frames(lambda R, t: (R, 0.0 * t))),
     "rotation_missing": (0.2, "The translation is right, but there is no rotation.",
         _frames(lambda R, t: (np.eye(len(t)), t))),
@@ -60,7 +60,7 @@ OF_MATRICES: dict[str, Row] = {
     "inverse_matrix": (0.4, "This is the inverse of the matrix.", np.linalg.inv),
 }
 OF_NUMBERS: dict[str, Row] = {
-    "sign_turned": (0.4, "This is minus the answer: the sign is turned round.", np.negative),
+    "sign_turned": (0.5, "This is minus the answer: the sign is turned round.", np.negative),
     "sign_lost": (0, "The sign is lost: the size is right.", np.abs),
     "in_degrees": (0.5, "This is 180/π times the answer: angles are in radians here, not degrees.",
         np.rad2deg),
@@ -75,10 +75,10 @@ OF_NUMBERS: dict[str, Row] = {
         lambda x: 100.0 * x),
     "millimetres": (0.5, "This is a thousand times the answer: lengths are in metres here.",
         lambda x: 1000.0 * x),
-    "upside_down": (0, "This is one divided by the answer: numerator and denominator are swapped.",
+    "upside_down": (0.4, "This is one divided by the answer: are two numbers exchanged?",
         lambda x: 1.0 / x),
-    "one_more": (0, "This is one too much: counted from 1, or from 0?", lambda x: x + 1.0),
-    "one_less": (0, "This is one too little: counted from 0, or from 1?", lambda x: x - 1.0),
+    "one_more": (0.8, "This is one too much: counted from 1, or from 0?", lambda x: x + 1.0),
+    "one_less": (0.8, "This is one too little: counted from 0, or from 1?", lambda x: x - 1.0),
 }  # fmt: skip
 OF_ROWS: dict[str, Row] = {
     "reversed": (0, "The numbers are right, but in reversed order.", lambda x: x[::-1]),
@@ -122,14 +122,15 @@ OF_POSES: dict[str, Row] = {
     "last_pose": (0.3, "This is the last pose alone; asked for are all.", lambda x: x[-1:]),
 }  # fmt: skip
 SCALED: dict[str, tuple[float, str]] = {
-    "times_count": (0.4, "This is the answer times the number of entries: a sum for a mean?"),
+    "times_count": (0.5, "This is the answer times the number of entries: a sum for a mean?"),
     "over_count": (0.4, "This is the answer divided by the number of entries once too often."),
     "one_fewer": (0.4, "It is divided by one entry less than there are: N − 1 in place of N?"),
     "values": (0.4, "These are the entries of an argument that are True in the mask; asked for is "
         "the mask, one entry a pair."),
     "ranks": (0.3, "`argsort` says which entry has a rank, not which rank an entry has: set the "
         "mask at these indices."),
-    "order_of_results": (0.6, "The results are right, but in the wrong order."),
+    "unchanged": (0.0, "The {} argument comes back as it came."),
+    "order_of_results": (0.8, "The results are right, but in the wrong order."),
 }  # fmt: skip
 BY_KIND: Mapping[Answer, dict[str, Row]] = {
     Answer.TRANSFORM: OF_MOTIONS,
@@ -142,7 +143,7 @@ BY_KIND: Mapping[Answer, dict[str, Row]] = {
     Answer.FLAG: OF_FLAGS,
     Answer.POSES: OF_POSES,
 }
-PLACES = ("first", "second", "third", "fourth", "fifth")
+PLACES = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh")
 
 
 def general(id: str) -> Misconception:
@@ -151,6 +152,8 @@ def general(id: str) -> Misconception:
     rows = SCALED | {name: row[:2] for rows in BY_KIND.values() for name, row in rows.items()}
     credit, says = rows[name]
     said = f"Of the {PLACES[int(part)]} result: {says[0].lower()}{says[1:]}" if part else says
+    if name == "unchanged":
+        said = says.format(PLACES[int(part)])
     return Misconception(id=id, says=said, credit=credit)
 
 
@@ -189,7 +192,9 @@ def _related(answer: Answer, case: Case, value: Value) -> Iterator[tuple[str, An
 
 def _of_entries(answer: Answer, case: Case, wanted: FloatArray) -> Iterator[tuple[str, Any]]:
     """Relations by the number of entries of an argument, or by its entries."""
-    for one in case.arguments:
+    for place, one in enumerate(case.arguments):
+        if isinstance(one, np.ndarray | float | int) and np.shape(one) == wanted.shape:
+            yield f"unchanged@{place}", one
         count = len(one) if isinstance(one, np.ndarray) and one.ndim else 0
         if answer in (Answer.NUMBER, Answer.VECTOR, Answer.MATRIX) and count > 1:
             yield "times_count", wanted * count

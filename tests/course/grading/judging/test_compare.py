@@ -166,7 +166,7 @@ def test_answers_of_two_mistakes_name_neither():
     question = ASSIGNMENT.question("rotation")
     cases = ASSIGNMENT.cases("rotation", "ada")
     mixed = [
-        returned(case, case.mistaken["transposed" if number % 2 else "degrees"][0])
+        returned(case, case.mistaken["reflection" if number % 2 else "degrees"][0])
         for number, case in enumerate(cases)
     ]
     assert recognise(question, cases, mixed) is None
@@ -176,9 +176,9 @@ def test_a_mistake_in_the_form_of_the_answer_is_known_by_its_form():
     question = ASSIGNMENT.question("distance_gate")
     case = Case(
         id="1", hidden=False, about="a form", arguments=(), expected=(np.array([True, False]),),
-        tolerance=1e-6, mistaken={"indices": ("text",), "strict": (np.array([False, False]),)},
+        tolerance=1e-6, mistaken={"relative": ("text",), "strict": (np.array([False, False]),)},
     )  # fmt: skip
-    assert recognise(question, [case], [returned(case, "other text")]).id == "indices"
+    assert recognise(question, [case], [returned(case, "other text")]).id == "relative"
     assert recognise(question, [case], [returned(case, np.array([0, 0]))]).id == "strict"
 
 
