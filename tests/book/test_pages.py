@@ -165,8 +165,8 @@ def test_the_search_finds_the_place_that_answers(browser, html):
         assert page.locator("[id=search-input]").count() == 1
     with visit(browser, html.as_uri(), "notebooks/02_alignment") as page:
         page.keyboard.press("Control+k")
-        page.keyboard.type("how do I submit")  # what is found shows while one types
-        found = page.locator(".search-below a")
+        page.locator(".search-button__search-container input").fill("how do I submit")
+        found = page.locator(".search-below a")  # below the field, while one types
         expect(found.first).to_have_attribute("href", re.compile("students.html#submit"))
         assert found.first.bounding_box()["height"] > 10
 
@@ -330,8 +330,13 @@ def test_what_is_held_back_is_shown_by_the_switch_the_address_and_a_link(browser
 
 
 # A place in the page for each widget and figure, and one that moves before the first question.
-PLACES = """async () => {
-    await window.drawWidgets?.();
+DRAWN = """() => {
+    const map = document.querySelector("article img[src*='killian-map']");
+    const waiting = document.querySelector("[type*='widget-view'], .widget-subarea:empty");
+    window.drawWidgets?.();
+    return !waiting && (!map || document.querySelector(".map-live canvas"));
+}"""
+PLACES = """() => {
     const all = document.querySelectorAll("article :is(figure, .cell_output img, .icp-explorer)");
     const seen = [...all].filter(node => !node.closest("details, .tag_on-paper, .diagram"));
     const low = seen.filter(node => node.getBoundingClientRect().height < 40);
@@ -346,6 +351,7 @@ PLACES = """async () => {
 @pytest.mark.parametrize("name", [each for each in NAMES if each.startswith("notebooks/")])
 def test_a_chapter_opens_with_all_its_widgets_and_figures_in_place(browser, html, name):
     with visit(browser, html.as_uri(), name) as page:
+        page.wait_for_function(DRAWN)
         seen, low, moves = page.evaluate(PLACES)
         assert low == []
         assert moves
