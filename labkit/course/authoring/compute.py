@@ -65,8 +65,8 @@ def hidden_cases(
     Raises
     ------
     LabkitError
-        If no draw tells all mistakes apart: the recipes need another case. If a mistake earns less
-        than the share of the cases that it passes.
+        If no draw tells all mistakes apart, or each has a mistake that earns less than the share
+        of the cases that it passes.
     """
     rng = Rng(np.random.PCG64([4711, variant, *entry.right.__name__.encode(), *secret]))
     for _ in range(SETS):
@@ -85,10 +85,7 @@ def hidden_cases(
         confused = confusion(entry, (*visible, *cases))
         if not confused:
             return tuple(cases)
-    raise LabkitError(
-        f"no draw of the cases of {entry.right.__name__} tells its mistakes apart: {confused}; "
-        f"add a case that does"
-    )
+    raise LabkitError(f"{entry.right.__name__}: {confused} (in each of {SETS} draws)")
 
 
 def passing(entry: question, case: Case) -> set[tuple[str, int]]:
@@ -162,28 +159,21 @@ def settled(entry: question, case: Case) -> Case:
 
 
 def confusion(entry: question, cases: Sequence[Case]) -> str:
-    """The mistake that is not called by its name on these cases; empty where each is.
-
-    Raises
-    ------
-    LabkitError
-        If all are, and one earns less than the share of the cases that it passes.
-    """
+    """The mistake that is not called by its name on these cases, or earns less than the cases that
+    it passes; empty where there is none."""
     asked, cheap = entry.asked_for, ""
     for one in asked.misconceptions:
         for outcomes in outcomes_of(one.id, cases):
             verdict = assess(asked, cases, outcomes)
             if verdict.misconception != one.id:
-                return f"{one.id} is taken for {verdict.misconception or 'none'}"
+                return f"{one.id} is taken for {verdict.misconception or 'none'}; add a case"
             if verdict.score > round(one.credit * asked.points, 2):
                 share = verdict.score / asked.points
                 cheap = (
-                    f"{asked.id}: {one.id} is to earn {one.credit:g} of the points, but its cases "
-                    f"that pass are worth {share:.2f}; raise its credit"
+                    f"{one.id} is to earn {one.credit:g} of the points, but its cases that pass "
+                    f"are worth {share:.2f}; raise its credit"
                 )
-    if cheap:
-        raise LabkitError(cheap)
-    return ""
+    return cheap
 
 
 def outcomes_of(id: str, cases: Sequence[Case]) -> list[list[Outcome]]:
