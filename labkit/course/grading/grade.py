@@ -63,7 +63,7 @@ class Sitting:
         self.cells, self.scripts = list(program.cells), program.scripts
         self.functions, self.wall = functions, wall
         self.left = IN_ALL * wall.seconds  # of processor time
-        self.budget = dict.fromkeys(functions, 2.0 * wall.seconds)  # of it, for each question
+        self.budget = dict.fromkeys(functions, wall.seconds)  # of it, for each question
         self.box: Box | None = None
         self.failures = 0
         self.is_sealed = False
@@ -149,7 +149,7 @@ class Sitting:
         if self.is_stuck(question, state, right or ()):
             return [Outcome(error=OUT_OF_TIME)] * len(cases)
         self.is_sealed |= hidden
-        patience = self.wall.seconds / (1 + len(self.hung) // 3)
+        patience = self.wall.seconds / 2.0 / (1 + len(self.hung) // 3)
         seconds = patience if right else min(patience, self.budget[name])
         outcomes: list[Outcome] = []
         try:

@@ -163,10 +163,8 @@ def unpacked(files: Mapping[str, bytes]) -> tuple[dict[str, bytes], list[str]]:
     return {name: found[name] for name in sorted(kept, key=times.__getitem__)}, unread
 
 
-def unzip(
-    name: str, data: bytes, most: int, times: dict[str, tuple[int, ...]], *, deeper: bool = True
-) -> dict[str, bytes]:
-    """The notebooks and scripts in an archive, and in archives in it if `deeper`.
+def unzip(name: str, data: bytes, most: int, times: dict[str, tuple[int, ...]]) -> dict[str, bytes]:
+    """The notebooks and scripts in an archive; archives in it are passed over.
 
     Raises
     ------
@@ -181,18 +179,13 @@ def unzip(
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         for info in sorted(archive.infolist(), key=lambda info: likely_first(info.filename)):
             inner = f"{name}/{printable(info.filename)}"
-            if is_skipped(inner) or not (is_source(inner) or (deeper and may_hold_source(inner))):
+            if is_skipped(inner) or not is_source(inner):
                 continue
-            held = {inner: member(archive, info, min(most, MAX_FILE))}
+            files[inner] = member(archive, info, min(most, MAX_FILE))
             times[inner] = info.date_time
-            if len(held[inner]) > MAX_FILE:
-                raise ValueError(f"{inner} is larger than {MAX_FILE // MEBIBYTE} MiB")
-            if not is_source(inner):
-                held = unzip(inner, held[inner], most, times, deeper=False)
-            most -= sum(map(len, held.values()))
-            if most < 0:
-                raise ValueError("it holds too much; hand in your own files alone")
-            files |= held
+            most -= len(files[inner])
+            if most < 0 or len(files[inner]) > MAX_FILE:
+                raise ValueError(f"{inner} and those before it are too large; clear the outputs")
     return files
 
 

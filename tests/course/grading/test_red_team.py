@@ -11,7 +11,6 @@ import time
 from pathlib import Path
 
 import pytest
-import small as small_numbers
 from small import RIGHT
 
 from labkit.course.grading.assignment import FOLDER, load_assignment
@@ -245,27 +244,6 @@ def test_nothing_is_left_of_a_box(by_kill, safe_wall, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_visible_calls_know_no_hidden_input(graded, tmp_path):
-    """Whatever the code finds in memory while a visible case runs: no hidden input is there."""
-    folder = small_numbers.write_assignment(tmp_path / "one")
-    secret = small_numbers.case("h", 8234.25, -8234.25)
-    for variant in range(2):
-        cases = {"double": [secret], "negate": [secret]}
-        small_numbers.write(folder / f"hidden/variant_{variant}.json", cases=cases)
-    code = """
-import gc
-seen = set()
-def negate(x):
-    for one in gc.get_objects():
-        if isinstance(one, (list, tuple, dict)):
-            parts = one.values() if isinstance(one, dict) else one
-            seen.update(part for part in parts if type(part) is float and 8000 < part < 9000)
-    raise ValueError(str(sorted(seen)))
-"""
-    verdict = graded({"a.py": code.encode()}, load_assignment(folder))
-    assert "8234" not in str(verdict)
-
-
 @pytest.mark.parametrize(
     "code",
     [
@@ -283,14 +261,6 @@ def test_a_hostile_cell_costs_itself_alone(code, graded, assignment):
     files = {f"{k}.ipynb": json.dumps({"cells": cells}).encode() for k in range(2)}
     verdict = graded(files, assignment, seconds=1.0)
     assert verdict.score == 5.0, verdict.notes
-
-
-def test_all_together_have_one_deadline(graded, assignment):
-    slow = "from threading import Event\ndef double(x):\n    Event().wait(99)\nnegate = double\n"
-    verdict = graded({"a.py": slow.encode()}, assignment, seconds=0.5)
-    assert verdict.score == 0.0
-    assert "took too long" in verdict.questions[0].message
-    assert verdict.seconds < 60.0  # 5 s, on a machine that is not at its limit
 
 
 def test_what_the_box_says_is_checked_word_by_word():

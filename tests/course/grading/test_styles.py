@@ -1,6 +1,5 @@
 """Honest ways to write and to hand in right answers: each earns all that it should."""
 
-import io
 import json
 import zipfile
 from pathlib import Path
@@ -84,7 +83,6 @@ STYLES = {
     ),
     "checks and text deleted": answered(checks=False, closing=False),
     "magics": answered(TIMED, before=MAGIC),
-    "slow experiments": answered(before=("while 1:\n    pass",) * 9, after=("while 1: pass",) * 9),
     "classes": answered({"align": RIGHT["align"]}, before=(CLASSES.format(numpy=NUMPY),)),
     "an error at the end": answered(after=("this is no Python", "1 / 0")),
     "a failing assert in the cell": answered({"wrap": RIGHT["wrap"] + "\n\nassert wrap(4) == 4"}),
@@ -156,17 +154,10 @@ def test_a_notebook_may_run_its_own_files(magic, graded):
 @pytest.mark.parametrize(
     ("changed", "lost"),
     [
-        ({"invert": STUB.format("invert")}, {"invert"}),
-        ({"compose": STUB.format("compose"), **replaced("icp_step", "dT @ T", "compose(dT, T)")},
-         {"compose"}),
         ({"compose": "def compose(a, b):\n    return b @ a\n",
           **replaced("icp_step", "dT @ T", "compose(dT, T)")}, {"compose"}),
-        ({"has_converged": STUB.format("has_converged"), **CONVERGES}, {"has_converged"}),
         ({"has_converged": "def has_converged(*arguments):\n    return True\n", **CONVERGES},
          {"has_converged"}),
-        ({"align_weighted": "def align_weighted(source, target, weights):\n    return 1 / 0\n"},
-         {"align_weighted"}),
-        ({"rotation": "def rotation(theta):\n    return np.eye(2)\n"}, {"rotation"}),
     ],
 )  # fmt: skip
 def test_a_slip_costs_its_own_points_alone(changed, lost, graded):
@@ -176,27 +167,15 @@ def test_a_slip_costs_its_own_points_alone(changed, lost, graded):
     assert "in place of yours: with yours it would get" in lent.message
 
 
-def test_nothing_is_lent_to_an_answer_that_only_hands_on(graded):
-    changed = {
-        "icp_step": STUB.format("icp_step"),
-        "icp": "def icp(source, target, T, gate, ratio, delta, budget):\n"
-        "    return icp_step(source, target, T, gate, ratio, delta)\n",
-    }
-    verdict = graded({"a.ipynb": answered(changed)}, ASSIGNMENT)
-    scores = {one.question: one.score for one in verdict.questions}
-    assert scores["icp_step"] == scores["icp"] == 0.0
-
-
 def test_a_whole_repository_is_graded_by_what_is_ones_own(graded, read, tmp_path):
     with zipfile.ZipFile(tmp_path / "repo.zip", "w") as archive:
         archive.writestr("lab/notebooks/assignment.ipynb", answered())
         for path in Path(labkit.__file__).parent.glob("*.py"):
             archive.write(path, f"lab/labkit/{path.name}")
-    data = io.BytesIO((tmp_path / "repo.zip").read_bytes())
-    with zipfile.ZipFile(tmp_path / "outer.zip", "w") as archive:
-        archive.writestr("work.zip", data.getvalue())
-    for name in ("repo.zip", "outer.zip"):
-        handed_in = one_submission(tmp_path / name, "ada")
+    (tmp_path / "outer").mkdir()
+    (tmp_path / "repo.zip").rename(tmp_path / "outer/work.zip")
+    for place in ("outer", "outer/work.zip"):
+        handed_in = one_submission(tmp_path / place, "ada")
         files, unread = read(handed_in)
         assert [Path(file).name for file in files] == ["assignment.ipynb"]
         assert not unread

@@ -140,8 +140,8 @@ class Session:
     def run_cell(self, source: str, label: str, seconds: float) -> str:
         """Run the statements of a cell one by one; why it was not run to its end.
 
-        Once the time of all experiments is over, those that only show something are left out, and
-        one that sets a name gets a tenth of a cell's time.
+        What only shows something gets a third of a cell's time. Once the time of all experiments
+        is over it is left out, and what sets a name gets a tenth.
         """
         patient = True
         try:
@@ -152,10 +152,12 @@ class Session:
         for node in nodes:
             start, limit = time.process_time(), seconds
             if not parsing.is_definition(node):
-                ample = patient and self.left > 0.0
-                if not ample and (isinstance(node, parsing.SHOWING) or self.left < -2.0 * seconds):
+                ample, shows = patient and self.left > 0.0, isinstance(node, parsing.SHOWING)
+                if not ample and (shows or self.left < -2.0 * seconds):
                     continue
-                limit = min(seconds, self.left) if ample else seconds / 10.0
+                limit = (
+                    min(seconds / (3.0 if shows else 1.0), self.left) if ample else seconds / 10.0
+                )
             try:
                 with self.within(limit):
                     self.run(node, label)
