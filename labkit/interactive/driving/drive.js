@@ -158,6 +158,7 @@ class DriveView extends View {
     const found = this.odometry.recognise(this.parameters), after = scans.map(({ T }) => T);
     const told = `${found} scans recognised: ${off.toFixed(2)} m off before, ${this.off().toFixed(2)} m now.`;
     this.said.textContent = found ? told : "The scans recognise no place that the robot saw before.";
+    this.score.textContent = this.sum();
     this.sliding = { stop() {} };
     const { stop } = tween(1, (at) => {
       scans.forEach((scan, k) => (scan.T = at < 1 ? between(before[k], after[k], at) : after[k]));
