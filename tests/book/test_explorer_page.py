@@ -82,32 +82,18 @@ def press(page: Page, *names: str) -> None:
 
 
 def test_it_says_what_labkit_says(page, explorer):
-    """Every scene, from its own guess, under both metrics."""
+    """Every scene, from its own guess."""
     page.emulate_media(reduced_motion="reduce")
-    for metric in ("point_to_point", "point_to_line"):
-        page.get_by_label("metric").select_option(metric)
-        for name, scene in explorer.scenes.items():
-            choose(page, name)
-            told = labkit.IcpParameters(metric=metric)
-            run = labkit.icp(scene.source, scene.target, scene.T_init, told)
-            expect(readout(page, "shown")).to_have_text(
-                f"the guess, iteration 0 of {run.iterations}"
-            )
-            count, points = run.history[0].inlier_count, len(scene.source)
-            expect(page.locator(".icp-sentence")).to_contain_text(f"keep {count} of {points} pairs")
-            press(page, "End")
-            rmse = f"{run.inlier_rmse:.4f} m over {run.inlier_count} inliers"
-            expect(readout(page, "RMSE")).to_have_text(rmse)
-            ending = f"{run.iterations} iterations, {run.message}"
-            expect(readout(page, "the run")).to_contain_text(ending)
-            x, y, theta = labkit.to_xytheta(run.T_target_source)
-            said = readout(page, "pose").inner_text().replace("−", "-")
-            assert re.fullmatch(r"\(-?\d\.\d{3}, -?\d\.\d{3}\) m, -?\d+\.\d\d°", said)
-            *shift, turn = map(float, re.findall(r"[-\d.]+", said))
-            # To the last digit: of points that are equally near, as some are in a recorded
-            # scan, rounding alone decides which is taken.
-            assert shift == pytest.approx([x, y], abs=1e-3)
-            assert turn == pytest.approx(np.degrees(theta), abs=1e-2)
+    for name, scene in explorer.scenes.items():
+        choose(page, name)
+        run = labkit.icp(scene.source, scene.target, scene.T_init)
+        count, points = run.history[0].inlier_count, len(scene.source)
+        expect(page.locator(".icp-sentence")).to_contain_text(f"keep {count} of {points} pairs")
+        press(page, "End")
+        rmse = f"{run.inlier_rmse:.4f} m over {run.inlier_count} inliers"
+        expect(readout(page, "RMSE")).to_have_text(rmse)
+        ending = f"{run.iterations} iterations, {run.message}"
+        expect(readout(page, "the run")).to_contain_text(ending)
 
 
 def test_a_run_tells_its_end_only_once_it_was_played(page):
