@@ -70,15 +70,21 @@ def poor(inlier_ratio: float, rmse: float, limits: SanityLimits) -> list[str]:
     return found
 
 
-def conflicts(increment: FloatArray, prior: FloatArray | None, limits: SanityLimits) -> list[str]:
-    """How far a match lies from the prior, where that is too far; empty without a prior."""
+def conflicts(
+    increment: FloatArray, prior: FloatArray | None, limits: SanityLimits, agreement: float = 1.0
+) -> list[str]:
+    """How far a match lies from the prior, where that is too far; empty without a prior.
+
+    A match that agrees less with its target must lie nearer to the prior.
+    """
     if prior is None:
         return []
     x, y, turn = (increment - prior).tolist()
-    turn, most = math.remainder(turn, math.tau), limits.max_prior_rotation
+    turn, share = math.remainder(turn, math.tau), max(agreement, 0.0)
+    near, most = share * limits.max_prior_translation, share * limits.max_prior_rotation
     found = []
-    if not (apart := math.hypot(x, y)) <= limits.max_prior_translation:
-        found.append(f"{apart:.2f} m from the prior > {limits.max_prior_translation:.2f} m")
+    if not (apart := math.hypot(x, y)) <= near:
+        found.append(f"{apart:.2f} m from the prior > {near:.2f} m")
     if not abs(turn) <= most:
         found.append(f"{_degrees(turn)} from the prior > {_degrees(most)}")
     return found

@@ -239,7 +239,8 @@ class _Step:
         free = seen is None or seen.degenerate
         rmse = math.sqrt(np.mean(pairs.residuals[pairs.kept] ** 2))
         information = 0.0 if seen is None else float(seen.values[0])
-        against = conflicts(increment, self.prior, limits)
+        share = agreement if self.parameters.search else 1.0
+        against = conflicts(increment, self.prior, limits, share)
         found = poor(result.fitness, rmse, limits)
         if self.prior is None or against or not self.parameters.search:
             found += beyond(increment, limits)
