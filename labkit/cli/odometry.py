@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -13,11 +14,11 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from labkit.cli.options import MATCHING, add_options, chosen, number_or_off
+from labkit.cli.options import SHORT, add_options, chosen, number_or_off
 from labkit.cli.outputs import refuse_picture, write_map, write_quality, write_trajectory
 from labkit.cli.text import ERROR_HEADER, error_row, table
 from labkit.evaluation import compare
-from labkit.logs import Log, read_log
+from labkit.logs import Log, interpolate_poses, read_log, read_tum
 from labkit.odometry import (
     Decision,
     OdometryParameters,
@@ -26,6 +27,7 @@ from labkit.odometry import (
     increments_between,
     integrate,
 )
+from labkit.scan import scanner_poses
 from labkit.simulation import WheelNoise, wheel_increments
 from labkit.support.arrays import FloatArray, check_count
 from labkit.support.errors import InvalidPointsError, WriteError
@@ -39,13 +41,14 @@ fallbacks. LOG is a CARMEN or g2o log, a ROS bag, a CSV of points or of ranges (
 told from the content), or `killian`: a real run of 1.9 km that comes with the lab.
 
 The prior is where a step's search begins, and what it falls back to:
-  log        the log's own odometry
-  simulated  wheel odometry simulated from the log's reference: per step, sd 10 % of the way
-             along and 5 % across, 10 % of the turn and 0.05 rad/m of heading
+  log        the log's own odometry, or that of `--odometry`
   none       the motion of the step before
-  auto       the first of these that the log allows (the default)"""
+  auto       the first of these that there is (the default); for `killian` wheel odometry
+             simulated from its reference: per step, sd 10 % of the way along and 5 % across,
+             10 % of the turn and 0.05 rad/m of heading"""
 
 SIMULATED_WHEELS = WheelNoise(along=0.10, across=0.05, turn=0.10, drift=0.05)
+MATCHING = tuple(SHORT)
 LIMITS, FILTERS = ("max_translation",), ("range_min", "range_max")
 NOTHING = "none"  # the word for no file
 SHOWN_DAMAGE = 5  # damaged lines that are named one by one
@@ -57,12 +60,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     add = parser.add_argument
     add("log", metavar="LOG", help="a log file, or `killian`")
-    add("--prior", choices=("auto", "log", "simulated", "none"), default="auto", help="see above")
+    add("--prior", choices=("auto", "log", "none"), default="auto", help="see above")
+    wheels = "wheel odometry of the robot, TUM, on the clock of the scans"
+    add("--odometry", metavar="FILE", help=wheels)
     add("--scans", type=int, metavar="N", help="use the first N scans only (default all)")
     _add_log_options(parser)
     defaults = OdometryParameters()
     add_options(parser, "matching", defaults.icp, MATCHING)
-    add_options(parser, "map", defaults, ("against",))
     add_options(parser, "limits", defaults.limits, LIMITS)
     add_options(parser, "filters", defaults.preprocessing, FILTERS)
     group = parser.add_argument_group("output, in this folder by default; `none` writes nothing")
@@ -93,25 +97,27 @@ def run(args: argparse.Namespace) -> int:
         icp=replace(defaults.icp, **chosen(args, MATCHING)),
         limits=replace(defaults.limits, **chosen(args, LIMITS)),
         preprocessing=replace(defaults.preprocessing, **chosen(args, FILTERS)),
-        against=args.against,
     )
     if args.scans is not None:
         check_count(args.scans, "scans", at_least=2)
     log = _read(args)
     outputs = _choose_outputs(args, log.name)
     prior, source = choose_prior(log, args.prior)
-    print(f"{log.name}: {len(log)} scans, {parameters.icp.metric} metric, prior: {source}")
+    print(f"{log.name}: {len(log)} scans, prior: {source}")
     start = np.zeros(3) if log.reference is None else log.reference[0]
     warm()  # compiling is no time of a step
     began = time.perf_counter()
     progress = partial(tqdm, unit="scan", desc="matching", disable=None)
-    result = estimate_odometry(log.scans, prior, parameters, start=start, progress=progress)
+    with warnings.catch_warnings(action="ignore"):  # the remarks are told below
+        result = estimate_odometry(log.scans, prior, parameters, start=start, progress=progress)
     seconds = time.perf_counter() - began
     for path, write in outputs:
         write(path, log, result)
     if outputs:
         print("wrote " + ", ".join(path for path, _ in outputs))
     print(_decisions(result, seconds))
+    for remark in result.remarks:
+        print(f"note: {remark}", file=sys.stderr)
     unbelieved = [record for record in result.records[1:] if not record.decision.matched]
     too_long = sum("translation" in record.reason for record in unbelieved)
     if too_long > MANY * len(result.records):
@@ -149,7 +155,20 @@ def _read(args: argparse.Namespace) -> Log:
         print(f"note: {remark}", file=sys.stderr)
     if len(log) < 2:
         raise InvalidPointsError(f"{log.name} holds a single scan; a motion needs two")
+    if args.odometry is not None:
+        log = replace(log, odometry=_wheels(args, log))
     return log if args.scans is None else log.head(args.scans)
+
+
+def _wheels(args: argparse.Namespace, log: Log) -> FloatArray:
+    """Poses of the scanner by the file of `--odometry`, at the times of the scans."""
+    if np.isnan(log.stamps).any():
+        raise InvalidPointsError(f"{log.name} holds no times, which `--odometry` needs")
+    try:
+        robot = interpolate_poses(log.stamps, *read_tum(args.odometry))
+    except InvalidPointsError as error:
+        raise InvalidPointsError(f"{args.odometry}: {error}") from None
+    return scanner_poses(robot, args.laser_offset)
 
 
 def _choose_outputs(args: argparse.Namespace, name: str) -> list[tuple[str, Writer]]:
@@ -171,33 +190,28 @@ def _choose_outputs(args: argparse.Namespace, name: str) -> list[tuple[str, Writ
 
 def choose_prior(log: Log, wanted: str) -> tuple[FloatArray | None, str]:
     """Increments (K−1, 3) from which the steps start, and a word on their origin."""
-    if wanted == "auto":
-        allowed = {"log": log.odometry, "simulated": log.reference}
-        wanted = next((name for name, poses in allowed.items() if poses is not None), "none")
-    if wanted == "none":
-        return None, "the last motion"
-    poses = log.odometry if wanted == "log" else log.reference
-    if poses is None:
-        lacking = "odometry" if wanted == "log" else "reference"
-        raise InvalidPointsError(
-            f"{log.name} holds no {lacking} for `--prior {wanted}`; try `--prior none`"
-        )
+    if wanted != "none" and log.odometry is not None:
+        return increments_between(log.odometry), "the log's odometry"
     if wanted == "log":
-        return increments_between(poses), "the log's odometry"
-    increments = wheel_increments(poses, SIMULATED_WHEELS, rng=0)
-    return increments, "wheel odometry simulated from the reference, seed 0"
+        raise InvalidPointsError(
+            f"{log.name} holds no odometry for `--prior log`; give it by `--odometry`"
+        )
+    if wanted == "auto" and log.name == "killian" and log.reference is not None:
+        increments = wheel_increments(log.reference, SIMULATED_WHEELS, rng=0)
+        return increments, "wheel odometry simulated from the reference, seed 0"
+    return None, "the last motion"
 
 
 def _decisions(result: OdometryResult, seconds: float) -> str:
     """Summary of where the steps came from."""
     steps = len(result.records) - 1
-    retry, search = result.count(Decision.RETRY), result.count(Decision.SEARCH)
-    matched = result.count(Decision.ICP, Decision.RETRY, Decision.SEARCH)
+    search = result.count(Decision.SEARCH)
+    matched = search + result.count(Decision.ICP)
     prior, skipped = result.count(Decision.PRIOR), result.count(Decision.HOLD, Decision.STAND)
     degenerate = sum(record.degenerate for record in result.records)
-    found = f"{retry} on the second attempt, {search} after a search"
+    doubtful = sum(record.is_doubtful for record in result.records)
     return (
         f"{steps} steps in {seconds:.1f} s ({1e3 * seconds / steps:.2f} ms a step): {matched} from "
-        f"ICP ({found}, {result.against_prior} against the prior), {prior} from the prior, "
-        f"{skipped} skipped; {degenerate} degenerate"
+        f"ICP ({search} after a search, {result.against_prior} against the prior), "
+        f"{prior} from the prior, {skipped} skipped; {degenerate} degenerate, {doubtful} doubtful"
     )

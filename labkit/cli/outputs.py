@@ -17,23 +17,27 @@ from labkit.support.files import atomic_write, refuse_unwritable
 PICTURES = (".png", ".pdf", ".svg")
 MOST_DRAWN = 5000  # scans in a map: a picture shows no more
 
-# Columns about the match, by fields of the record. Empty without a match.
+# Columns by fields of the record; those about the match are empty without one.
 OF_A_MATCH = {
     "inliers": "inlier_count",
     "inlier_ratio": "inlier_ratio",
     "rmse_m": "rmse",
-    "cost_m2": "cost",
+    "agreement": "agreement",
     "seen_through": "seen_through",
     "margin": "margin",
     "ambiguous": "ambiguous",
+    "against_prior": "against_prior",
     "rotation_rad": "rotation",
     "information": "information",
     "degenerate": "degenerate",
-    "spread_ratio": "spread",
     "iterations": "iterations",
 }
 MOTION = ("dx_m", "dy_m", "dtheta_rad")
-COLUMNS = ("scan", "stamp", "decision", *MOTION, *OF_A_MATCH, "termination", "reason")
+COVARIANCE = ("cov_xx", "cov_xy", "cov_xt", "cov_yy", "cov_yt", "cov_tt")  # [m², m rad, rad²]
+COLUMNS = (
+    *("scan", "stamp", "decision", "doubtful", *MOTION, *COVARIANCE, *OF_A_MATCH),
+    *("termination", "reason"),
+)
 
 
 def write_trajectory(path: str, log: Log, result: OdometryResult) -> None:
@@ -83,7 +87,9 @@ def _cells(record: StepRecord) -> list[str]:
     told = (getattr(record, name) for name in OF_A_MATCH.values())
     return [
         record.decision.value,
+        _number(record.is_doubtful),
         *map(_number, record.increment),
+        *map(_number, record.covariance[np.triu_indices(3)]),
         *("" if ending is None else _number(value) for value in told),
         "" if ending is None else ending.name.lower(),
         record.reason,

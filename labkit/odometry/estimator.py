@@ -3,29 +3,41 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Sized
 from dataclasses import dataclass, replace
-from itertools import chain, repeat
-from typing import Any
+from itertools import chain, groupby, repeat
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.carried import stands
-from labkit.odometry.integration import as_row, as_rows, increments_between, integrate_step
+from labkit.odometry.integration import as_row, as_rows, integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.sanity import grown
 from labkit.odometry.search import REMEMBERED
 from labkit.odometry.step import STILL, Decision, StepRecord, estimate_step
 from labkit.scan import Scan
-from labkit.support.arrays import FloatArray, check_kind
+from labkit.se2 import from_xytheta, relative, to_xytheta
+from labkit.support.arrays import FloatArray, as_floats, check_kind
 from labkit.support.errors import InvalidPointsError
 
+NOTHING = Scan(points=np.empty((0, 2)))
+IN_A_ROW = 3  # matches against the prior that are worth a remark
 RESTING = 0.02, math.radians(0.5)  # [m] and [rad]: wheels that tell less say that they stand
 SAME_VIEW = 0.9  # share of a scan that lies as it lay, where the robot does stand
+
+
+@runtime_checkable
+class HasScans(Protocol):
+    """A log: its scans, and its odometry or None."""
+
+    scans: Any
+    odometry: Any
 
 
 class ScanMatchingOdometry:
@@ -51,12 +63,24 @@ class ScanMatchingOdometry:
     ) -> None:
         self.parameters = OdometryParameters() if parameters is None else parameters
         check_kind(self.parameters, "parameters", OdometryParameters)
-        self.pose = as_row(start, "start")
+        self._pose = as_row(start, "start")
+        self._count = 0  # scans taken
+        self._lost = 0  # steps since the last one that was matched
         self._seen = LocalMap(last_scan=self.parameters.against == "scan")
+        self._before = NOTHING
         self._earlier_motions: deque[FloatArray] = deque(maxlen=REMEMBERED)  # the newest first
-        self._last_motion: FloatArray | None = None
-        self._lost = 0  # steps since the last one that was matched, or taken from a prior
-        self._before = self._seen.key
+        self._last_motion = STILL
+
+    def __repr__(self) -> str:
+        """One line: the number of scans, and the pose."""
+        x, y, heading = self._pose.tolist()
+        pose = f"({x:.3f} m, {y:.3f} m, {heading:.3f} rad)"
+        return f"ScanMatchingOdometry({self._count} scans, pose {pose})"
+
+    @property
+    def pose(self) -> FloatArray:
+        """Pose (x, y, ψ) of the newest scan [m, m, rad], a copy."""
+        return self._pose.copy()
 
     def update(self, scan: Scan | ArrayLike, prior: ArrayLike | None = None) -> StepRecord:
         """Take the next scan and move the pose.
@@ -64,49 +88,62 @@ class ScanMatchingOdometry:
         Parameters
         ----------
         scan : Scan or array_like, shape (N, 2)
-            The newest scan, in metres.
-        prior : array_like, shape (3,) or (3, 3), optional
-            The increment (Δx, Δy, Δψ), or its transform, that wheels or an IMU report.
+            The newest scan, in metres; one without points is allowed.
+        prior : array_like, shape (3,) or a transform, optional
+            The increment (Δx, Δy, Δψ) that wheels or an IMU report; NaN stands for none.
         """
-        expected = None if prior is None else as_row(prior, "prior")
-        filtered = self.parameters.preprocessing(scan)
-        record = StepRecord(increment=STILL, decision=Decision.START)
+        filtered = self._filtered(scan)
+        expected = None if prior is None or _is_nan(prior) else as_row(prior, "prior")
         if self.parameters.search and expected is not None and self._denies(filtered, expected):
             expected = None
-        if self._last_motion is not None:
-            motions = np.array([self._last_motion, *self._earlier_motions])
-            limits = self.parameters.limits
-            if self.parameters.search:
-                limits = grown(limits, motions, self._lost)
-            record = estimate_step(
-                filtered,
-                self._seen.target,
-                expected,
-                motions,
-                replace(self.parameters, limits=limits),
-                T_target_last=self._seen.T_target_last,
-                key=self._seen.key,
-            )
+        record = StepRecord(increment=STILL, decision=Decision.START)
+        if self._count > 0:
+            record = self._step(filtered, expected)
         # A motion is held once: nobody saw it, so it is no ground for holding it again.
         held = record.decision in (Decision.HOLD, Decision.STAND)
-        self._lost = self._lost + 1 if held else 0
+        self._lost = 0 if record.decision.matched else self._lost + 1
         self._last_motion = STILL if held else record.increment
         if record.decision.matched and not record.degenerate:
             self._earlier_motions.appendleft(record.increment)
-        told = self.parameters.search and expected is not None
-        self._seen.add(filtered, record.increment, matched=record.decision.matched, told=told)
-        self._before = filtered
-        self.pose = integrate_step(self.pose, record.increment)
+        told = expected if self.parameters.search else None
+        self._seen.add(filtered, record.increment, told, matched=record.decision.matched)
+        self._before, self._count = filtered, self._count + 1
+        self._pose = integrate_step(self._pose, record.increment)
         return record
 
-    def _denies(self, scan: Scan, expected: FloatArray) -> bool:
-        """True if wheels stand, and the scan does not."""
-        is_still = (
-            math.hypot(expected[0], expected[1]) < RESTING[0] and abs(expected[2]) < RESTING[1]
+    def _filtered(self, scan: Scan | ArrayLike) -> Scan:
+        """The scan after the filters; an error names it."""
+        if not isinstance(scan, Scan) and np.size(scan) == 0:
+            return NOTHING
+        try:
+            return self.parameters.preprocessing(scan)
+        except InvalidPointsError as error:
+            raise InvalidPointsError(f"scan {self._count}: {error}") from None
+
+    def _step(self, scan: Scan, expected: FloatArray | None) -> StepRecord:
+        """The step to the newest scan; with the search, its limits follow the run."""
+        motions = np.array([self._last_motion, *self._earlier_motions])
+        parameters = self.parameters
+        if parameters.search:
+            limits = grown(parameters.limits, motions, self._lost)
+            parameters = replace(parameters, limits=limits)
+        return estimate_step(
+            scan,
+            self._seen.target,
+            expected,
+            motions,
+            parameters,
+            T_target_last=self._seen.T_target_last,
+            T_target_told=self._seen.T_target_told,
+            key=self._seen.key,
         )
-        if not is_still or min(len(self._before), len(scan)) < MIN_PAIRS:
+
+    def _denies(self, scan: Scan, expected: FloatArray) -> bool:
+        """True if the wheels stand, and the scan does not."""
+        moved, turned = math.hypot(expected[0], expected[1]), abs(expected[2])
+        if moved > RESTING[0] or turned > RESTING[1] or len(scan) < MIN_PAIRS:
             return False
-        return bool(stands(scan, self._before).mean() < SAME_VIEW)
+        return len(self._before) > 0 and bool(stands(scan, self._before).mean() < SAME_VIEW)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -122,8 +159,27 @@ class OdometryResult:
 
     @property
     def against_prior(self) -> int:
-        """Number of matches that were believed against a prior without support."""
+        """Number of matches that were believed against a prior."""
         return sum(record.against_prior for record in self.records)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Oddities of the run: hardly a match, or wheels that were contradicted for long."""
+        found, steps = [], self.records[1:]
+        matched = sum(record.decision.matched for record in steps)
+        if matched < 0.5 * len(steps):
+            found.append(
+                f"{len(steps) - matched} of {len(steps)} steps did not match; are ranges in "
+                f"metres, and angles in radians? If so, look at the gate and the limits"
+            )
+        for against, run in groupby(enumerate(self.records), lambda each: each[1].against_prior):
+            scans = [k for k, _ in run]
+            if against and len(scans) >= IN_A_ROW:
+                found.append(
+                    f"scans {scans[0]} to {scans[-1]} were all matched against the prior: either "
+                    f"the wheels failed there, or something that moves was taken for the room"
+                )
+        return tuple(found)
 
     def __repr__(self) -> str:
         counts = Counter(record.decision.value for record in self.records)
@@ -133,7 +189,7 @@ class OdometryResult:
 
 
 def estimate_odometry(
-    scans: Iterable[Scan | ArrayLike],
+    scans: Iterable[Scan | ArrayLike] | HasScans,
     priors: ArrayLike | None = None,
     parameters: OdometryParameters | None = None,
     *,
@@ -144,10 +200,11 @@ def estimate_odometry(
 
     Parameters
     ----------
-    scans : iterable of Scan or array_like, length K
-        In the order of time; they are gone through once.
-    priors : array_like, shape (K, 3) or (K−1, 3), or (K, 3, 3) or (K−1, 3, 3), optional
-        Wheel odometry: K poses, or the K−1 increments between them, as rows or transforms.
+    scans : iterable of Scan or array_like, length K, or Log
+        In the order of time; they are gone through once. A log brings its own odometry.
+    priors : array_like, shape (K, 3) or (K−1, 3), optional
+        Wheel odometry: K poses, or the K−1 increments between them, as rows or as transforms,
+        (3, 3) or (4, 4) each. A row of NaN says that there are no wheels here.
     parameters : OdometryParameters, optional
         Matcher, limits and fallbacks.
     start : array_like, shape (3,) or (3, 3)
@@ -162,23 +219,37 @@ def estimate_odometry(
     >>> estimate_odometry(scan_along(room(), path, Lidar(), rng=0), priors=path)
     OdometryResult(3 scans: start 1, icp 2)
     """
+    sweeps: Iterable[Any] = scans.scans if isinstance(scans, HasScans) else scans
+    if isinstance(scans, HasScans) and priors is None:
+        priors = scans.odometry
     odometry = ScanMatchingOdometry(parameters, start)
     expected: Iterable[FloatArray | None] = repeat(None)
     if priors is not None:
-        scans = scans if isinstance(scans, Sized) else list(scans)
-        expected = chain([None], _as_increments(priors, len(scans)))
+        sweeps = sweeps if isinstance(sweeps, Sized) else list(sweeps)
+        expected = chain([None], _as_increments(priors, len(sweeps)))
     poses, records = list[FloatArray](), list[StepRecord]()
-    for scan, prior in zip(progress(scans), expected, strict=False):
+    for scan, prior in zip(progress(sweeps), expected, strict=False):
         records.append(odometry.update(scan, prior))
         poses.append(odometry.pose)
-    return OdometryResult(poses=np.array(poses).reshape(-1, 3), records=tuple(records))
+    result = OdometryResult(poses=np.array(poses).reshape(-1, 3), records=tuple(records))
+    for remark in result.remarks:
+        warnings.warn(remark, stacklevel=2)
+    return result
 
 
 def _as_increments(priors: ArrayLike, scan_count: int) -> FloatArray:
-    rows = as_rows(priors, "priors")
+    rows = as_rows(priors, "priors", gaps=True)
     if len(rows) not in (scan_count, scan_count - 1):
         raise InvalidPointsError(
             f"`priors` must have shape ({scan_count}, 3), a pose a scan, or "
             f"({scan_count - 1}, 3), an increment a step, got {np.shape(priors)}"
         )
-    return increments_between(rows) if len(rows) == scan_count else rows
+    if len(rows) < scan_count:
+        return rows
+    T_world = from_xytheta(rows)
+    return to_xytheta(relative(T_world[:-1], T_world[1:]))
+
+
+def _is_nan(prior: ArrayLike) -> bool:
+    """True for a row of NaN."""
+    return np.shape(prior) == (3,) and bool(np.isnan(as_floats(prior, "prior")).all())

@@ -35,16 +35,22 @@ class LocalMap:
     def __init__(self, *, last_scan: bool = False) -> None:
         self.last_scan = last_scan
         self.target: Target | None = None
+        self.T_target_told = np.eye(3)  # the last pose by the priors since the newest key scan
         self.key = Scan(points=np.empty((0, 2)))  # the newest key scan, as it was taken
         self.T_target_last = np.eye(3)
         self._sizes: deque[int] = deque()  # points of each key scan, the oldest first
 
-    def add(self, scan: Scan, increment: FloatArray, *, matched: bool, told: bool = False) -> None:
+    def add(
+        self, scan: Scan, increment: FloatArray, prior: FloatArray | None, *, matched: bool
+    ) -> None:
         """Take the newest scan, one `increment` (Δx, Δy, Δψ) on.
 
         If a prior told the motion, what is carried along stays out of the map.
         """
         self.T_target_last = self.T_target_last @ from_xytheta(increment)
+        self.T_target_told = self.T_target_told @ from_xytheta(
+            increment if prior is None else prior
+        )
         moved, turned = step_length(np.eye(3), self.T_target_last)
         if len(scan) < MIN_PAIRS:
             return
@@ -52,12 +58,13 @@ class LocalMap:
             self.target = self._thinned(scan)
         elif self.last_scan or not matched or moved > KEY_DISTANCE or turned > KEY_ROTATION:
             fixed = scan
-            if told and not self.last_scan:
+            if prior is not None:
                 fixed = without_carried(scan, self.key, self.target, self.T_target_last)
             self.target = self._with_key(self.target, self._thinned(fixed))
         else:
             return
         self.key = scan
+        self.T_target_told = np.eye(3)
         self.T_target_last = np.eye(3)
 
     def _thinned(self, scan: Scan) -> Target:

@@ -9,6 +9,7 @@ import numpy as np
 
 from labkit.support.arrays import FloatArray, check_range
 
+FULL = 0.7  # agreement from which on a match may lie as far from the prior as the limits say
 ROOM = 1.5  # times the longest of the last motions: a step that is no surprise
 
 
@@ -80,7 +81,7 @@ def conflicts(
     if prior is None:
         return []
     x, y, turn = (increment - prior).tolist()
-    turn, share = math.remainder(turn, math.tau), max(agreement, 0.0)
+    turn, share = math.remainder(turn, math.tau), min(1.0, max(agreement, 0.0) / FULL)
     near, most = share * limits.max_prior_translation, share * limits.max_prior_rotation
     found = []
     if not (apart := math.hypot(x, y)) <= near:

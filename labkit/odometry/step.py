@@ -20,28 +20,32 @@ scan fits clearly less well there; without either the step is not believed.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
 
 import numpy as np
 
 from labkit.correspondences import MIN_PAIRS, huber_loss
+from labkit.covariance import censi_information
 from labkit.degeneracy import spread_ratio
 from labkit.icp import icp
 from labkit.odometry.agreement import THROUGH, beams_of, seen_through
 from labkit.odometry.carried import without_carried
 from labkit.odometry.parameters import OdometryParameters
-from labkit.odometry.sanity import beyond, conflicts, poor
+from labkit.odometry.sanity import SanityLimits, beyond, conflicts, poor
 from labkit.odometry.search import STARTS, alike, apart, completed, search, surprise
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
 from labkit.schedule import gate_of
 from labkit.se2 import from_xytheta, invert, rotation, to_xytheta
 from labkit.support.arrays import FloatArray
+from labkit.support.errors import DegenerateAlignmentError
 from labkit.target import Target
 
 STILL = np.zeros(3)
+RANGE_STD = 0.01  # [m] of a range, at least
 AT_TARGET = np.eye(3)
 SUPPORTED, SURE = 0.5, 0.8  # agreement that asks for no search, with a prior and without
 SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
@@ -63,7 +67,10 @@ class Decision(Enum):
     @property
     def matched(self) -> bool:
         """True if the motion came from matching the scans."""
-        return self in (Decision.ICP, Decision.RETRY, Decision.SEARCH)
+        return self in MATCHED
+
+
+MATCHED = Decision.ICP, Decision.RETRY, Decision.SEARCH
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -74,48 +81,53 @@ class StepRecord:
     ----------
     increment, decision : ndarray, shape (3,), and Decision
         (Δx, Δy, Δψ) taken, in the frame of scan k, [m, m, rad], and where it came from.
+    covariance : ndarray, shape (3, 3)
+        Covariance of the increment: Censi's, with a third of the limits as the standard
+        deviation along what the match does not see, and of a motion that was not matched.
     reason : str
         The checks that failed on the way; empty where the first match passed.
-    inlier_count, inlier_ratio, rotation : float
-        Kept pairs, their share of the source, and the match's |Δψ| [rad].
-    rmse, cost : float
-        Root mean square of the kept pairs' residuals [m], and the truncated Huber cost J [m²].
-    seen_through : float
-        Share of the target's points in view that the scan's beams look through.
-    agreement : float
-        1 where all of the scan lies on the target, 0 where none does, and less where its beams
-        look through the target; −∞ where the match failed.
+    inlier_count, inlier_ratio, rmse, rotation : float
+        Kept pairs, their share of the source, the root mean square of their residuals [m], and
+        |Δψ| [rad].
+    seen_through, agreement : float
+        Share of the target's visible points that beams pass through; and 1 where all of the scan
+        lies on the target, 0 where none does, less where beams pass through; −∞ of a failed match.
     margin, ambiguous : float, bool
         By how much the match agrees better than the best one elsewhere that passes the checks,
         NaN without one; and whether that is too little to tell which is right.
     against_prior : bool
         Whether the match was believed although it lies beyond the limits around the prior.
-    information, degenerate : float, bool
-        Smallest eigenvalue of the information, and whether a direction is free.
-    spread : float
-        The lesson's cheap corridor test; see `labkit.degeneracy.spread_ratio`.
+    information, degenerate, spread : float, bool, float
+        Smallest eigenvalue of the information, whether a direction is free, and the lesson's
+        cheap corridor test; see `labkit.degeneracy.spread_ratio`.
     iterations, termination : int, Termination or None
         ICP steps of the match, and how it ended.
     """
 
     increment: FloatArray
     decision: Decision
+    covariance: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
     reason: str = ""
     inlier_count: int = 0
     inlier_ratio: float = math.nan
     rmse: float = math.nan
-    cost: float = math.nan
+    rotation: float = math.nan
     seen_through: float = math.nan
     agreement: float = math.nan
     margin: float = math.nan
     ambiguous: bool = False
     against_prior: bool = False
-    rotation: float = math.nan
     information: float = math.nan
+    degenerate: bool = False
     spread: float = math.nan
     iterations: int = 0
-    degenerate: bool = False
     termination: Termination | None = None
+
+    @property
+    def is_doubtful(self) -> bool:
+        """True if the step was not matched, or its match has little support or a rival."""
+        unsure = self.ambiguous or self.against_prior or self.agreement < SUPPORTED
+        return self.decision is not Decision.START and (unsure or not self.decision.matched)
 
 
 def estimate_step(
@@ -126,6 +138,7 @@ def estimate_step(
     parameters: OdometryParameters,
     *,
     T_target_last: FloatArray = AT_TARGET,
+    T_target_told: FloatArray = AT_TARGET,
     key: Scan | None = None,
 ) -> StepRecord:
     """Estimate the motion from scan k (`target`) to scan k+1 (`source`).
@@ -143,6 +156,8 @@ def estimate_step(
         Matcher, limits and fallbacks.
     T_target_last : ndarray, shape (3, 3)
         Where scan k was taken in the target's frame; the identity where it is the target.
+    T_target_told : ndarray, shape (3, 3)
+        The same by the priors alone, since the target got its frame.
     key : Scan, optional
         The scan in whose frame the target lies, as it was taken. Points that lie as they did
         there while the prior moves are carried along, and left out.
@@ -151,29 +166,54 @@ def estimate_step(
     last_resort = Decision.HOLD if likely[0].any() else Decision.STAND
     if prior is not None:
         likely, last_resort = np.vstack([prior, likely]), Decision.PRIOR
+    told = T_target_last, prior is not None, parameters.limits
     if target is None or len(source) < MIN_PAIRS:
         which = "older" if target is None else "newer"
         reason = f"the {which} scan has fewer than {MIN_PAIRS} points"
-        return StepRecord(increment=likely[0], decision=last_resort, reason=reason)
+        covariance = covariance_of(None, *told)
+        return StepRecord(
+            increment=likely[0], decision=last_resort, covariance=covariance, reason=reason
+        )
 
     expected = T_target_last @ from_xytheta(likely)
     step = _Step(source, target, T_target_last, prior, expected, parameters)
     tried = [step.match(expected[0], Decision.ICP)]
     if prior is not None and key is not None and parameters.search:
-        is_near = not tried[0].complaints and not tried[0].record.against_prior
-        T = tried[0].T_target_source if is_near else expected[0]
-        fixed = without_carried(source, key, target, T)
-        if len(fixed) < len(source):
-            step = replace(step, source=fixed)
-            tried = [step.match(expected[0], Decision.ICP)]
-    if step.is_doubtful(tried[0]):
+        first = tried[0]
+        is_near = not first.complaints and not first.record.against_prior
+        here = first.T_target_source if is_near else expected[0]
+        for T in (here, T_target_told @ from_xytheta(prior)):
+            fixed = without_carried(source, key, target, T)
+            if len(fixed) < len(source):
+                other = replace(step, source=fixed)
+                again = other.match(expected[0], Decision.ICP)
+                if again.record.agreement > tried[0].record.agreement:
+                    step, tried = other, [again]
+    if step.asks_for_more(tried[0]):
         tried += step.fall_back()
     best = step.choose(tried)
     shift, turn = best.record.increment[:2], best.record.increment[2]
     record = replace(best.record, spread=spread_ratio(source, rotation(turn).T @ shift))
     if not best.complaints and not (record.ambiguous and prior is not None):
-        return record  # E
-    return replace(record, increment=likely[0], decision=last_resort, against_prior=False)  # F
+        return replace(record, covariance=covariance_of(best.result, *told))  # E
+    taken = replace(record, increment=likely[0], decision=last_resort, against_prior=False)
+    return replace(taken, covariance=covariance_of(None, *told))  # F
+
+
+def covariance_of(
+    result: IcpResult | None, T_target_last: FloatArray, is_told: bool, limits: SanityLimits
+) -> FloatArray:
+    """Covariance (3, 3) of an increment: Censi's where a match sees, a third of the limits else."""
+    shift, turn = limits.max_translation, limits.max_rotation
+    if is_told:
+        shift, turn = limits.max_prior_translation, limits.max_prior_rotation
+    information = np.diag(np.divide(3.0, [shift, shift, turn]) ** 2)
+    if result is not None:
+        J = np.eye(3)  # from the target's axes to those of scan k
+        J[:2, :2] = T_target_last[:2, :2].T
+        with suppress(DegenerateAlignmentError):
+            information += J @ censi_information(result, RANGE_STD) @ J.T
+    return np.asarray(np.linalg.inv(information))
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,6 +224,7 @@ class _Match:
     T_target_source: FloatArray  # NaN where it failed
     complaints: list[str]
     score: float = -math.inf  # the agreement, less by how much the motion surprises
+    result: IcpResult | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,7 +263,6 @@ class _Step:
             decision=decision,
             inlier_count=result.inlier_count,
             inlier_ratio=result.fitness,
-            cost=result.cost,
             agreement=-math.inf,
             rotation=abs(float(increment[2])),
             iterations=result.iterations,
@@ -260,7 +300,7 @@ class _Step:
         )
         unlike = surprise(T, self.expected_of(record))
         score = agreement - SURPRISE * unlike / (1.0 + unlike)
-        return _Match(record, T, found if supported else [*found, *against], score)
+        return _Match(record, T, found if supported else [*found, *against], score, result)
 
     def expected_of(self, record: StepRecord) -> FloatArray:
         """The poses that are expected of a match near the prior, or of one against it."""
@@ -270,16 +310,21 @@ class _Step:
 
     def is_suspect(self, T: FloatArray) -> bool:
         """True if the prior is less like the last motions than the pose T is."""
+        return self.oddity > 1.0 and self.oddity > 1.0 + surprise(T, self.expected[1:])
+
+    @cached_property
+    def oddity(self) -> float:
+        """How unlike the last motions the prior is, 0 without one or without a search."""
         if self.prior is None or not self.parameters.search:
-            return False
-        return surprise(self.expected[0], self.expected[1:]) > 1.0 + surprise(T, self.expected[1:])
+            return 0.0
+        return surprise(self.expected[0], self.expected[1:])
 
     @cached_property
     def is_impossible(self) -> bool:
         """True if the prior tells a motion that is longer than a step can be."""
         return self.prior is not None and bool(beyond(self.prior, self.parameters.limits))
 
-    def is_doubtful(self, match: _Match) -> bool:
+    def asks_for_more(self, match: _Match) -> bool:
         """True if there may be a better match than this first one."""
         record, asked = match.record, SURE if self.prior is None else SUPPORTED
         untold = record.against_prior or (record.degenerate and self.prior is None)
@@ -290,10 +335,16 @@ class _Step:
         """A match with reduced steps (F), or those from a search's starts."""
         if not self.parameters.search:
             return [self.match(self.expected[0], Decision.RETRY)]
-        window = self.parameters.limits.max_translation, self.parameters.limits.max_rotation
-        found = search(self.source, self.target, self.T_target_last, window)
-        others, told = apart(self.expected, STARTS)[1:], self.prior is not None
-        tried = [self.match(T_guess, Decision.SEARCH, is_peak=told) for T_guess in others]
+        limits, told = self.parameters.limits, self.prior is not None
+        guesses, found = list[FloatArray](), list[FloatArray]()
+        if told:
+            window = limits.max_prior_translation, limits.max_prior_rotation
+            found += search(self.source, self.target, self.expected[0], window)
+        if not told or self.oddity > 1.0:  # the robot may be anywhere that a step leads to
+            window = limits.max_translation, limits.max_rotation
+            found += search(self.source, self.target, self.T_target_last, window)
+            guesses = apart(self.expected, STARTS)[1:]
+        tried = [self.match(T_guess, Decision.SEARCH, is_peak=told) for T_guess in guesses]
         return tried + [self.match(T_guess, Decision.SEARCH, is_peak=True) for T_guess in found]
 
     def choose(self, tried: list[_Match]) -> _Match:

@@ -5,7 +5,7 @@ import csv
 import numpy as np
 import pytest
 
-from labkit.logs import read_log, read_tum
+from labkit.logs import read_log, read_tum, write_tum
 
 
 @pytest.fixture
@@ -17,9 +17,9 @@ def test_a_log_becomes_a_trajectory_a_table_and_a_map(run, carmen_log, files, tm
     log, path = carmen_log
     status, out, err = run("odometry", log)
     assert status == 0
-    assert "room: 8 scans, point_to_line metric, prior: the log's odometry" in out
+    assert "room: 8 scans, prior: the log's odometry" in out
     assert "7 steps" in out
-    assert "7 from ICP (0 on the second attempt, 0 after a search, 0 against the prior)" in out
+    assert "7 from ICP (0 after a search, 0 against the prior)" in out
     assert "0 from the prior, 0 skipped" in out
     assert files() == ["room-map.png", "room-odometry.tum", "room-quality.csv"]
     stamps, poses = read_tum(tmp_path / "room-odometry.tum")
@@ -34,8 +34,10 @@ def test_a_log_becomes_a_trajectory_a_table_and_a_map(run, carmen_log, files, tm
     assert 0.0 < float(rows[3]["rmse_m"]) < 0.1
     assert 0.4 < float(rows[3]["inlier_ratio"]) <= 1.0
     assert rows[3]["termination"].startswith("converged")
-    assert 0.0 < float(rows[3]["cost_m2"]) < float(rows[3]["rmse_m"]) ** 2
     assert 0.0 <= float(rows[3]["seen_through"]) < 0.1
+    assert 0.8 < float(rows[3]["agreement"]) <= 1.0
+    assert 0.0 < float(rows[3]["cov_xx"]) < 1e-3
+    assert (rows[3]["against_prior"], rows[3]["doubtful"]) == ("0", "0")
     assert (rows[0]["ambiguous"], rows[3]["ambiguous"], rows[3]["margin"]) == ("", "0", "")
 
 
@@ -74,8 +76,31 @@ def test_a_table_of_ranges_needs_angles_and_none_writes_nothing(run, carmen_log,
     assert (status, "angles=(-2.356, 2.356)" in err) == (1, True)
     status, out, _ = run("odometry", "scans.csv", "--angles", -np.pi / 2, np.pi / 2, *nothing)
     assert (status, "prior: the last motion" in out) == (0, True)
-    assert "7 from ICP (0 on the second attempt" in out
+    assert "7 from ICP (0 after a search" in out
     assert (files(), "wrote" in out) == (["scans.csv"], False)
+
+
+def test_wheels_from_a_file_are_those_of_the_log(run, carmen_log, tmp_path):
+    log = read_log(carmen_log[0])
+    write_tum(tmp_path / "wheels.tum", log.stamps, log.odometry)
+    rows = [[scan.stamp, *scan.ranges] for scan in log.scans]
+    header = ",".join(["stamp", *(f"r{k}" for k in range(len(rows[0]) - 1))])
+    np.savetxt(tmp_path / "scans.csv", rows, delimiter=",", header=header, comments="")
+    angles = ("--angles", log.scans[0].angles[0], log.scans[0].angles[-1])
+    status, out, err = run(
+        "odometry", "scans.csv", *angles, "--odometry", "wheels.tum", "--plot", "none"
+    )
+    assert (status, "prior: the log's odometry" in out) == (0, True), err
+    run("odometry", carmen_log[0], "--plot", "none")
+    ours, theirs = (read_tum(f"{name}-odometry.tum")[1] for name in ("scans", "room"))
+    np.testing.assert_allclose(ours, theirs, atol=1e-3)
+
+
+def test_a_run_that_did_not_match_says_so(run, carmen_log, tmp_path):
+    rows = [1e3 * scan.ranges for scan in read_log(carmen_log[0]).scans]
+    np.savetxt(tmp_path / "scans.csv", rows, delimiter=",", fmt="%.1f")
+    status, _, err = run("odometry", "scans.csv", "--angles", -1.5, 1.5, "--plot", "none")
+    assert (status, err.count("steps did not match")) == (0, 1)
 
 
 def test_the_head_of_killian_against_its_reference(run, files):
@@ -96,8 +121,9 @@ def test_the_head_of_killian_against_its_reference(run, files):
         (("{log}", "--out", "no/such/t.tum"), "cannot write no/such/t.tum"),
         (("{log}", "--out", "a", "--quality", "./a"), "cannot write ./a: it is written by this"),
         (("{pair}", "--out", "pair.log"), "cannot write pair.log: it is the log itself"),
-        (("{log}", "--prior", "simulated"), "holds no reference for `--prior simulated`"),
-        (("{pair}", "--prior", "log"), "holds no odometry for `--prior log`"),
+        (("{pair}", "--prior", "log"), "holds no odometry for `--prior log`; give it by"),
+        (("{pair}", "--odometry", "{log}"), "pair holds no times, which `--odometry` needs"),
+        (("{log}", "--odometry", "wheels.tum"), "wheels.tum: `stamps` must lie within `times`"),
         (("{points}", "--scans", "2"), "a single scan; a motion needs two"),
         (("{cut}", "--strict"), "cut.log:8: "),
     ],
@@ -108,6 +134,7 @@ def test_what_cannot_be_done_is_said_and_leaves_no_file(
     log, _ = carmen_log
     names = ("points", "pair", "cut")
     inputs = {"log": log} | {name: tmp_path / f"{name}.log" for name in names}
+    write_tum(tmp_path / "wheels.tum", [0.0, 1.0], np.zeros((2, 3)))
     inputs["points"].write_text("1.0,2.0\n1.5,2.0\n2.0,2.5\n")
     inputs["pair"].write_text("scan,x,y\n0,1.0,2.0\n1,1.0,2.1\n")
     inputs["cut"].write_text(log.read_text()[:-400])

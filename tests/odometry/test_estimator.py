@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from labkit import IcpParameters, Scan
+from labkit.evaluation import ate
 from labkit.filters import Preprocessing
+from labkit.logs import Log
 from labkit.odometry import (
     Decision,
     OdometryParameters,
@@ -16,8 +18,9 @@ from labkit.odometry import (
     increments_between,
     integrate,
 )
+from labkit.odometry.carried import OFF
 from labkit.se2 import apply, from_xytheta, to_xytheta
-from labkit.simulation import Lidar, room, scan_along
+from labkit.simulation import Lidar, WheelNoise, room, scan_along, wheel_increments
 from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 EMPTY = Scan.from_ranges([math.inf], [0.0])
@@ -90,9 +93,23 @@ def test_a_run_is_told_in_one_line():
     result = estimate_odometry(SCANS, lie)
     assert np.abs(result.poses - estimate_odometry(SCANS, PRIORS).poses).max() < 0.02
     assert result.against_prior == 1
+    assert result.records[5].is_doubtful
     assert repr(result).startswith("OdometryResult(12 scans: start 1, ")
     assert repr(result).endswith("; 1 against the prior)")
-    assert "\n" not in repr(result)
+    odometry = ScanMatchingOdometry(start=[1.0, 2.0, 0.5])
+    odometry.update(SCANS[0])
+    odometry.pose[0] = 99.0
+    told = "ScanMatchingOdometry(1 scans, pose (1.000 m, 2.000 m, 0.500 rad))"
+    assert repr(odometry) == told
+
+
+def test_wheels_that_are_contradicted_for_long_and_units_that_fit_nothing_are_remarks():
+    lie = PRIORS + np.where(np.arange(11)[:, None] < 3, 0.0, [0.0, 3.0, 0.0])
+    with pytest.warns(UserWarning, match="scans 4 to .* were all matched against the prior"):
+        estimate_odometry(SCANS, lie)
+    millimetres = [1e3 * scan.points for scan in SCANS]
+    with pytest.warns(UserWarning, match="of 11 steps did not match; are ranges in metres"):
+        estimate_odometry(millimetres, PRIORS)
 
 
 @pytest.mark.parametrize("start", [(5.0, -2.0, 3.0), from_xytheta([5.0, -2.0, 3.0])])
@@ -160,16 +177,82 @@ def test_frames_do_not_matter_to_a_run():
         np.testing.assert_allclose(two.increment, expected, atol=1e-8)
 
 
+def test_a_log_an_empty_array_and_a_row_of_nan_are_taken_as_they_are():
+    log = Log(scans=tuple(SCANS), odometry=integrate(PRIORS), name="room", format="points")
+    expected = estimate_odometry(SCANS, PRIORS)
+    np.testing.assert_allclose(estimate_odometry(log).poses, expected.poses, atol=1e-9)
+    space = np.tile(np.eye(4), (12, 1, 1))
+    space[np.ix_(range(12), [0, 1, 3], [0, 1, 3])] = from_xytheta(log.odometry)
+    space[:, 2, 3] = 0.4
+    np.testing.assert_allclose(estimate_odometry(SCANS, space).poses, expected.poses, atol=1e-9)
+    holes = PRIORS.copy()
+    holes[[2, 6]] = math.nan
+    scans = [*SCANS[:7], np.empty((0, 2)), *SCANS[8:]]
+    result = estimate_odometry(scans, holes, start=TRUTH[0])
+    assert result.records[7].decision is Decision.HOLD
+    assert result.records[7].covariance[0, 0] > 100.0 * result.records[6].covariance[0, 0]
+    assert np.abs(result.poses[8:] - TRUTH[8:]).max() < 0.03
+    space[3, :3, :3] = space[3, [2, 0, 1], :3]
+    with pytest.raises(InvalidPointsError, match="drop roll and pitch first"):
+        estimate_odometry(SCANS, space)
+
+
+@pytest.mark.parametrize("scan", [np.ones(541), np.ones((9, 3)), [[math.nan, 1.0]]])
+def test_an_error_names_the_scan(scan):
+    with pytest.raises(InvalidPointsError, match=r"^scan 2: `points` must"):
+        estimate_odometry([*SCANS[:2], scan])
+
+
+RANGES = {  # disturbances of the ranges (B,), at the angles, in scan k
+    "none": lambda r, a, k, rng: r,
+    "noise": lambda r, a, k, rng: r + rng.normal(0.0, 0.03, len(r)),
+    "ghosts": lambda r, a, k, rng: np.where(
+        rng.random(len(r)) < 0.1, rng.uniform(0.3, 9, len(r)), r
+    ),
+    "dropouts": lambda r, a, k, rng: np.where(rng.random(len(r)) < 0.5, math.nan, r),
+    "carried": lambda r, a, k, rng: np.where(abs(a) < 0.7, np.minimum(r, 0.8 / np.cos(a)), r),
+    "walking": lambda r, a, k, rng: np.where(abs(a - 0.05 * k) < 0.7, np.minimum(r, 0.9), r),
+    "empty": lambda r, a, k, rng: r if k % 5 else np.full(len(r), math.nan),
+}
+WHEELS = {  # disturbances of the wheels (K, 3)
+    "jump": lambda w, rng: w + np.outer(np.arange(len(w)) % 9 == 5, [0, 0, rng.uniform(0.6, 1.4)]),
+    "slip": lambda w, rng: w + np.outer(np.arange(len(w)) % 9 == 5, [rng.uniform(0.6, 2), 0.3, 0]),
+    "stand": lambda w, rng: w * (abs(np.arange(len(w)) - 15) > 5)[:, None],
+    "longer": lambda w, rng: 1.1 * w,
+    "missing": lambda w, rng: np.where(np.arange(len(w))[:, None] % 4 == 3, math.nan, w),
+}
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("kind", [*RANGES, *WHEELS])
+def test_no_single_disturbance_makes_the_odometry_worse_than_its_wheels(kind, seed):
+    """The law; wheels count as disturbed as they are.
+
+    A thing is known to be carried once it was carried `OFF` far; until then it may be the room.
+    """
+    rng = np.random.default_rng(seed)
+    turns = np.repeat(rng.uniform(-0.3, 0.3, 10), 3)
+    truth = integrate(np.column_stack([np.full(30, 0.12), np.zeros(30), turns]))
+    lidar = Lidar(beam_count=271)
+    wheels = wheel_increments(truth, WheelNoise(along=0.1, turn=0.1, drift=0.1), rng=rng)
+    wheels = WHEELS.get(kind, lambda w, _: w)(wheels, rng)
+    scans = [
+        Scan.from_ranges(RANGES.get(kind, RANGES["none"])(s.ranges, s.angles, k, rng), s.angles)
+        for k, s in enumerate(scan_along(room(), truth, lidar, rng=rng))
+    ]
+    found = estimate_odometry(scans, wheels).poses
+    alone = integrate(np.nan_to_num(wheels))
+    errors = [ate(poses, truth).translation.rmse for poses in (found, alone)]
+    assert errors[0] < max(errors[1], 0.5 * OFF)
+
+
 @pytest.mark.parametrize(
     ("priors", "message"),
     [
         (PRIORS[:5], r"`priors` must have shape \(12, 3\), a pose a scan, or \(11, 3\), an inc"),
         (PRIORS[:, :2], r"rows \(x, y, ψ\), .* got shape \(11, 2\)"),
         (PRIORS.ravel(), r"or transforms, shape \(K, 3, 3\), got shape \(33,\)"),
-        (
-            np.where(np.arange(11)[:, None] == 2, math.nan, PRIORS),
-            r"`priors` must be finite, got .*nan.* at index 2",
-        ),
+        (np.where(PRIORS[2, 0] == PRIORS, math.nan, PRIORS), r"`priors` must be finite, got .*nan"),
         ([["a", "b", "c"]] * 11, r"`priors` must hold numbers"),
     ],
 )
