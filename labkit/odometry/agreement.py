@@ -22,7 +22,7 @@ THROUGH = 0.5  # what a beam that looks through a wall counts, beside a point wi
 
 @compiled
 def seen_through(bearing: FloatArray, end: FloatArray, target: FloatArray, T: FloatArray) -> float:
-    """Share of the target's points in view that beams look through, at the pose T.
+    """Share of the visible target points that beams pass through, at the pose T.
 
     The beams, of `beams_of`, are sorted by their bearing [rad], and end [m] away. Points
     hidden behind the beams' ends are not in view; NaN where none is.

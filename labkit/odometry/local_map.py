@@ -77,7 +77,7 @@ class LocalMap:
         return Target(Scan.from_points(scan.points[kept]), Target(scan).normals[kept])
 
     def _with_key(self, target: Target, newest: Target) -> Target:
-        """The map seen from the newest key scan, without the one that is too many."""
+        """The map in the newest key scan's frame; the oldest is dropped beyond KEY_SCANS."""
         most = 1 if self.last_scan else KEY_SCANS
         surplus = self._sizes.popleft() if len(self._sizes) > most else 0
         T_newest_target = invert(self.T_target_last)

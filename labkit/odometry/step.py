@@ -10,11 +10,13 @@ F  `_Step.fall_back`  a search, and ICP from its peaks, where the first match is
                       without the search, ICP with a reduced gate and reduced steps
    `estimate_step`    the prior; without one, skip: hold the last motion once, or stand still
 
-A match that has support, and is alone, is believed against the prior; against one beyond the
-limits of a step it needs no support. If a scan fits in several places, the match is not a
-measurement: the prior is taken, where there is one. Motions that no wall fixes, such as the way
-along a corridor, are taken from the prior or, with the search, from the last motions, unless the
-scan fits clearly less well there; without either the step is not believed.
+A match lies within the window around the prior, nearer where it agrees less. Or it overrides the
+prior, if the last motions are less like the prior than like the match, and its agreement is at
+least 0.5; if the prior itself breaks the limits of a step, no agreement is required. What is
+carried along is left out first. If a scan fits in several places, the match is not a measurement:
+the prior is taken, where there is one. Motions that no wall fixes, such as the way along a
+corridor, are taken from the prior or, with the search, from the last motions, unless the scan fits
+clearly less well there. Without the search, the lesson's checks hold as they are.
 """
 
 from __future__ import annotations
@@ -49,7 +51,7 @@ RANGE_STD = 0.01  # [m] of a range, at least
 AT_TARGET = np.eye(3)
 SUPPORTED, SURE = 0.5, 0.8  # agreement that asks for no search, with a prior and without
 SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
-SAME = 0.01  # scores that differ by less: whichever was tried first
+SAME = 0.01  # scores closer than this tie; the first tried wins
 ALIKE = 0.05  # agreements that differ by less do not tell which of two matches is right
 
 
@@ -229,7 +231,7 @@ class _Match:
 
 @dataclass(frozen=True, eq=False)
 class _Step:
-    """Context of all matches; `expected` are poses after the prior, if any, and last motions."""
+    """One step. `expected`: poses predicted by the prior (first) and the last motions."""
 
     source: Scan
     target: Target
@@ -241,8 +243,8 @@ class _Step:
     def match(self, T_guess: FloatArray, decision: Decision, *, is_peak: bool = False) -> _Match:
         """Match once (A), and judge the outcome.
 
-        A peak of the search tells no free direction: its match goes there where expected, unless
-        the scan fits clearly less well.
+        Along a free direction a peak is arbitrary: move the match to the expected pose unless it
+        fits clearly worse there.
         """
         told = self.parameters.retry if decision is Decision.RETRY else self.parameters.icp
         result = icp(self.source, self.target, T_guess, told)
@@ -310,14 +312,10 @@ class _Step:
 
     def is_suspect(self, T: FloatArray) -> bool:
         """True if the prior is less like the last motions than the pose T is."""
-        return self.oddity > 1.0 and self.oddity > 1.0 + surprise(T, self.expected[1:])
-
-    @cached_property
-    def oddity(self) -> float:
-        """How unlike the last motions the prior is, 0 without one or without a search."""
         if self.prior is None or not self.parameters.search:
-            return 0.0
-        return surprise(self.expected[0], self.expected[1:])
+            return False
+        T_prior, before = self.expected[0], self.expected[1:]
+        return surprise(T_prior, before) > 1.0 + surprise(T, before)
 
     @cached_property
     def is_impossible(self) -> bool:
@@ -336,15 +334,13 @@ class _Step:
         if not self.parameters.search:
             return [self.match(self.expected[0], Decision.RETRY)]
         limits, told = self.parameters.limits, self.prior is not None
-        guesses, found = list[FloatArray](), list[FloatArray]()
-        if told:
+        window = limits.max_translation, limits.max_rotation
+        found = search(self.source, self.target, self.T_target_last, window)
+        if told:  # finer, where the wheels lead
             window = limits.max_prior_translation, limits.max_prior_rotation
             found += search(self.source, self.target, self.expected[0], window)
-        if not told or self.oddity > 1.0:  # the robot may be anywhere that a step leads to
-            window = limits.max_translation, limits.max_rotation
-            found += search(self.source, self.target, self.T_target_last, window)
-            guesses = apart(self.expected, STARTS)[1:]
-        tried = [self.match(T_guess, Decision.SEARCH, is_peak=told) for T_guess in guesses]
+        others = apart(self.expected, STARTS)[1:]
+        tried = [self.match(T_guess, Decision.SEARCH, is_peak=told) for T_guess in others]
         return tried + [self.match(T_guess, Decision.SEARCH, is_peak=True) for T_guess in found]
 
     def choose(self, tried: list[_Match]) -> _Match:
