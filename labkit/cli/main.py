@@ -12,7 +12,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import labkit
-from labkit.cli import evaluate, match, odometry
+from labkit.cli import demo, evaluate, match, odometry
 from labkit.cli.options import flag
 from labkit.course.grading.command import add_autograder, add_grade
 from labkit.course.report import pages as report
@@ -20,6 +20,7 @@ from labkit.support.errors import InvalidParameterError, LabkitError
 
 BAD_INPUT, USAGE = 1, 2
 COMMANDS: dict[str, Any] = {
+    "demo": demo,
     "odometry": odometry,
     "match": match,
     "evaluate": evaluate,
@@ -27,7 +28,7 @@ COMMANDS: dict[str, Any] = {
 }
 
 EPILOG = """\
-`labkit COMMAND --help` explains a command; `labkit odometry killian` is a good one to begin with.
+`labkit COMMAND --help` explains a command; `labkit demo` is a good one to begin with.
 Exit status: 0 done; 1 the input cannot be used, or the scans cannot be matched; 2 the command
 line is wrong. Other parameters are set in Python, as by `labkit.odometry.OdometryParameters`."""
 

@@ -43,6 +43,15 @@ def test_the_help_names_every_command_and_each_explains_itself(run):
         assert (status, f"usage: labkit {command}" in out) == (0, True)
 
 
+def test_the_demo_shows_the_lesson_s_numbers_until_a_parameter_is_another(run):
+    status, out, err = run("demo")
+    assert (status, err) == (0, "")
+    assert "truth       t = (0.3500, 0.1000) m, theta = 6.000 deg" in out
+    estimate = "estimate    t = (0.3496, 0.1008) m, theta = 6.011 deg"
+    assert estimate in out
+    assert estimate not in run("demo", "--overlap", 1)[1]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
