@@ -103,10 +103,8 @@ def closed_form(p: FloatArray, q: FloatArray, w: FloatArray) -> tuple[FloatArray
             b += w[i] * (x * v - y * u)  # (2.6)
             p_spread, p_arm = p_spread + w[i] * (x * x + y * y), max(p_arm, abs(x), abs(y))
             q_spread, q_arm = q_spread + w[i] * (u * u + v * v), max(q_arm, abs(u), abs(v))
-            p_far, q_far = (
-                max(p_far, abs(p[i, 0]), abs(p[i, 1])),
-                max(q_far, abs(q[i, 0]), abs(q[i, 1])),
-            )
+            p_far = max(p_far, abs(p[i, 0]), abs(p[i, 1]))
+            q_far = max(q_far, abs(q[i, 0]), abs(q[i, 1]))
     theta = math.atan2(b, a)  # (2.7)
     T = turn_about(p_mean, theta, q_mean[0] - p_mean[0], q_mean[1] - p_mean[1])  # (2.3)
     total = w.sum()

@@ -51,48 +51,34 @@ class Correspondences(NamedTuple):
 
     Entry i is source point i; from afar, that of ``source[::stride]`` (see `labkit.schedule`).
 
-    Attributes
-    ----------
-    source : ndarray, shape (N, 2)
-        The source points in the target's frame [m].
-    target : ndarray, shape (N, 2)
-        The nearest target point of each [m].
-    normals : ndarray, shape (N, 2) or (0, 2)
-        The target's normal there, NaN where it has none; without rows under point-to-point.
-    target_index : ndarray of int, shape (N,)
-        Row of the nearest point in the target.
-    distances : ndarray, shape (N,)
-        Distance between the two points of each pair [m].
-    residuals : ndarray, shape (N,)
-        What the metric minimises [m]: the distance, or the distance from the line through
-        the partner's surface, NaN where it has no normal.
-    within_overlap : ndarray of bool, shape (N,)
-        Which are among the ⌊ρN⌋ closest pairs.
-    weights : ndarray, shape (N,)
-        Huber's weight of a kept pair, 0 for a rejected one.
-    inlier_count : int
-        Number of kept pairs.
-    max_correspondence_distance, huber_delta : float
-        The gate d_max and δ that were used [m].
-    point_share : float
-        Share of the point-to-point metric in the step of line pairs; see `labkit.schedule`.
-    stride : int
-        Only the points ``source[::stride]`` were matched.
     """
 
     source: FloatArray
+    """The source points in the target's frame [m], shape (N, 2)."""
     target: FloatArray
+    """The nearest target point of each [m], shape (N, 2)."""
     normals: FloatArray
+    """The target's normal there, NaN where it has none; without rows under point-to-point."""
     target_index: IntArray
+    """Row of the nearest point in the target, shape (N,)."""
     distances: FloatArray
+    """Distance between the two points of each pair [m], shape (N,)."""
     residuals: FloatArray
+    """What the metric minimises [m]: the distance, or that from the line, NaN without a normal."""
     within_overlap: BoolArray
+    """Which are among the ⌊ρN⌋ closest pairs, shape (N,)."""
     weights: FloatArray
+    """Huber's weight of a kept pair, 0 for a rejected one, shape (N,)."""
     inlier_count: int
+    """Number of kept pairs."""
     max_correspondence_distance: float
+    """The gate d_max [m] of this iteration."""
     huber_delta: float
+    """δ [m] of this iteration."""
     point_share: float
+    """Share of the point-to-point metric in the step of line pairs; see `labkit.schedule`."""
     stride: int
+    """Only the points ``source[::stride]`` were matched."""
 
     @property
     def kept(self) -> BoolArray:
@@ -169,20 +155,10 @@ def reject_and_weigh(
         inlier_count += kept[i]
         if not kept[i]:
             weights[i] = 0.0
+    gate, stride = stage.max_correspondence_distance, stage.stride
+    found = (source, partners, on_surface, index, distances, residuals)
     return Correspondences(
-        source,
-        partners,
-        on_surface,
-        index,
-        distances,
-        residuals,
-        within_overlap,
-        weights,
-        inlier_count,
-        stage.max_correspondence_distance,
-        delta,
-        share,
-        stage.stride,
+        *found, within_overlap, weights, inlier_count, gate, delta, share, stride
     )
 
 

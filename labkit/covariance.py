@@ -90,17 +90,8 @@ def fuse(
     Informations add, and the mean is weighted by them. Along a free direction the prior alone
     counts.
 
-    Parameters
-    ----------
-    result, range_std
-        As in `censi_covariance`.
-    prior, prior_covariance : array_like, shapes (3,) and (3, 3)
-        (Δx, Δy, Δψ) by wheels or an IMU, and its positive definite covariance.
-
-    Returns
-    -------
-    tuple of ndarray
-        (Δx, Δy, Δψ), shape (3,), and its covariance, shape (3, 3).
+    The prior is (Δx, Δy, Δψ) by wheels or an IMU, shape (3,), with a positive definite covariance,
+    shape (3, 3). `result` and `range_std` are as in `censi_covariance`.
     """
     P = as_covariance(prior_covariance, "prior_covariance", 3, definite=True)
     information = censi_information(result, range_std)

@@ -27,22 +27,10 @@ def observability(
 ) -> Information | None:
     """Information of the kept pairs about each direction of the motion between two scans.
 
-    Parameters
-    ----------
-    pairs : Correspondences
-        ``result.correspondences``.
-    target : Target
-        ``result.target``; its normals are used, whatever metric made the pairs.
-    source_normals : ndarray, shape (N, 2), optional
-        Normals of the source's own surface at the pairs' source points, in the target's
-        frame; NaN where there is none. Noise in the normals makes a smooth wall look
-        structured. It is independent in the two scans, so their normals together tell
-        structure from noise. Pairs without both are left out.
-
-    Returns
-    -------
-    Information or None
-        None where no kept pair lies on a surface, so that nothing can be said.
+    The target's normals are used, whatever metric made the pairs; None where no kept pair lies on
+    a surface. Noise in the normals makes a smooth wall look structured. It is independent in the
+    two scans, so `source_normals`, shape (N, 2), in the target's frame, NaN where there is none,
+    tell structure from noise. Pairs without both normals are left out.
     """
     normals = target.normals[pairs.target_index]
     used = pairs.kept & np.isfinite(normals[:, 0])

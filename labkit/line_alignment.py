@@ -39,7 +39,7 @@ from labkit.support.errors import DegenerateAlignmentError
 # this share of what they answer straight motion into a wall: √0.02 is a mean angle of 8°
 # between the surface and the direction, about the noise of a normal.
 MIN_INFORMATION = 0.02
-# A quarter of it will do where so much of point-to-point steadies the step.
+# A quarter is enough if the point-to-point share is at least STEADY_SHARE.
 STEADY_SHARE, STEADY_INFORMATION = 0.03, 0.25 * MIN_INFORMATION
 # As τ → 1 eigenvalues and threshold both approach 1; this margin absorbs rounding.
 BUT_FOR_ROUNDING = 1.0 - 1e-12
@@ -87,14 +87,9 @@ def line_information(
 ) -> Information:
     """Information that surface points carry about a small rigid motion.
 
-    Parameters
-    ----------
-    points, normals : array_like, shape (N, 2)
-        Points [m] on surfaces, and the unit normals there.
-    weights : array_like, shape (N,), optional
-        Weight of each, ≥ 0; all equal by default.
-    other_normals : array_like, shape (N, 2), optional
-        The same normals, measured independently: their noise averages out of J'ᵀWJ.
+    Points [m] on surfaces and the unit normals there, shape (N, 2), of weights ≥ 0, shape (N,),
+    all equal by default. `other_normals` are the same normals, measured independently: their
+    noise averages out of J'ᵀWJ.
 
     Raises
     ------
@@ -115,19 +110,9 @@ def align_to_lines(
     normals: ArrayLike,
     weights: ArrayLike,
 ) -> FloatArray:
-    """One Gauss-Newton step of the point-to-line metric.
+    """One Gauss-Newton step (3, 3) of the point-to-line metric: none in free directions.
 
-    Parameters
-    ----------
-    source, target, normals : array_like, shape (N, 2)
-        Matched points [m] and the unit normals of the target's surface.
-    weights : array_like, shape (N,)
-        Weight of each pair, ≥ 0.
-
-    Returns
-    -------
-    ndarray, shape (3, 3)
-        The step ``T_target_source``, identity in every free direction.
+    Matched points [m] and unit normals of the target's surface, shape (N, 2), of weights ≥ 0.
 
     Raises
     ------

@@ -35,12 +35,7 @@ def nearest_by_brute_force(points: FloatArray, target: FloatArray) -> IntArray:
 
 
 class NearestNeighbors:
-    """Nearest-neighbour search in a target, built once and asked often.
-
-    Parameters
-    ----------
-    target : array_like, shape (M, 2)
-        Points to search, in metres.
+    """Nearest-neighbour search in a target, points (M, 2) [m], built once and asked often.
 
     Examples
     --------
@@ -55,20 +50,7 @@ class NearestNeighbors:
         self.grid = Grid(self.target, *sort_into_cells(self.target))
 
     def query(self, points: ArrayLike) -> tuple[IntArray, FloatArray]:
-        """Nearest target point of each row.
-
-        Parameters
-        ----------
-        points : array_like, shape (N, 2)
-            Points in the target's frame, in metres.
-
-        Returns
-        -------
-        index : ndarray of int, shape (N,)
-            Row of the target.
-        distance : ndarray, shape (N,)
-            In metres.
-        """
+        """Row and distance [m] of the target point nearest to each of the points (N, 2) [m]."""
         points = as_points(points, "points")
         return nearest(points, self.grid, math.inf, np.full(len(points), -1))
 

@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections import namedtuple
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import Literal, cast, get_args
+from typing import Any, Literal, cast, get_args
 
 from labkit.support.arrays import check_count, check_range
 from labkit.support.errors import InvalidParameterError
 
 Metric = Literal["point_to_point", "point_to_line"]
+
+
+def _shown(default: Any, label: str, meaning: str, **unit: str) -> Any:
+    """A field that the command line and the sliders show."""
+    return field(default=default, metadata={"label": label, "help": meaning, **unit})
 
 
 @dataclass(frozen=True)
@@ -47,43 +52,23 @@ class IcpParameters:
     labkit.support.errors.InvalidParameterError: `overlap_ratio` must be in (0, 1], got 1.3
     """
 
-    max_correspondence_distance: float = field(
-        default=0.5,
-        metadata={
-            "label": "gate",
-            "unit": "m",
-            "help": "gate: pairs farther apart are rejected; inf turns it off",
-        },
+    max_correspondence_distance: float = _shown(
+        0.5, "gate", "gate: pairs farther apart are rejected; inf turns it off", unit="m"
     )
-    overlap_ratio: float = field(
-        default=0.85,
-        metadata={
-            "label": "overlap ρ",
-            "help": "share of the source points that is kept, closest first, in (0, 1]",
-        },
+    overlap_ratio: float = _shown(
+        0.85, "overlap ρ", "share of the source points that is kept, closest first, in (0, 1]"
     )
-    huber_delta: float = field(
-        default=0.2,
-        metadata={
-            "label": "Huber δ",
-            "unit": "m",
-            "help": "residuals beyond it weigh delta/r; inf turns it off",
-        },
+    huber_delta: float = _shown(
+        0.2, "Huber δ", "residuals beyond it weigh delta/r; inf turns it off", unit="m"
     )
     max_iterations: int = 60
     translation_tolerance: float = 1e-6
     rotation_tolerance: float = 1e-6
     cost_tolerance: float = 1e-12
-    metric: Metric = field(
-        default="point_to_point", metadata={"label": "metric", "help": "what a residual is"}
-    )
+    metric: Metric = _shown("point_to_point", "metric", "what a residual is")  # noqa: RUF009
     step_fraction: float = 1.0
-    approach: bool = field(
-        default=False,
-        metadata={
-            "label": "begin wide, end narrow",
-            "help": "begin with a wide delta, end with a gate of 8 delta",
-        },
+    approach: bool = _shown(
+        False, "begin wide, end narrow", "begin with a wide delta, end with a gate of 8 delta"
     )
 
     def __post_init__(self) -> None:
@@ -110,9 +95,9 @@ class IcpParameters:
     @cached_property
     def for_loop(self) -> IcpParameters:
         """The same fields as a named tuple, each of its default's type: numba reads no class."""
-        told = [getattr(self, each.name) for each in NUMBERS]
-        kinds: list[type] = [type(each.default) for each in NUMBERS]
-        return cast(IcpParameters, LoopParameters(*map(lambda kind, x: kind(x), kinds, told)))
+        told = {each.name: getattr(self, each.name) for each in NUMBERS}
+        kinds: dict[str, type] = {each.name: type(each.default) for each in NUMBERS}
+        return cast(IcpParameters, LoopParameters(**{n: kinds[n](told[n]) for n in told}))
 
 
 NUMBERS = tuple(each for each in fields(IcpParameters) if each.name != "metric")

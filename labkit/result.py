@@ -45,8 +45,34 @@ class Termination(Enum):
         return self in (Termination.TOO_FEW_CORRESPONDENCES, Termination.DEGENERATE)
 
 
+class _Quality:
+    """Numbers of the correspondences that an object has."""
+
+    correspondences: Correspondences
+
+    @property
+    def cost(self) -> float:
+        """The truncated Huber cost J [m²]; see `labkit.icp`."""
+        return self.correspondences.cost
+
+    @property
+    def inlier_count(self) -> int:
+        """Number of kept pairs."""
+        return self.correspondences.inlier_count
+
+    @property
+    def fitness(self) -> float:
+        """Kept pairs over source points, in [0, 1]."""
+        return self.correspondences.fitness
+
+    @property
+    def inlier_rmse(self) -> float:
+        """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
+        return self.correspondences.inlier_rmse
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Iteration:
+class Iteration(_Quality):
     """The state after one iteration; number 0 is the initial guess, before any step.
 
     Attributes
@@ -67,24 +93,9 @@ class Iteration:
     rotation_step: float = math.nan
     far: bool = False
 
-    @property
-    def cost(self) -> float:
-        """The truncated Huber cost J [m²]; see `labkit.icp`."""
-        return self.correspondences.cost
-
-    @property
-    def inlier_count(self) -> int:
-        """Number of kept pairs."""
-        return self.correspondences.inlier_count
-
-    @property
-    def inlier_rmse(self) -> float:
-        """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
-        return self.correspondences.inlier_rmse
-
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class IcpResult:
+class IcpResult(_Quality):
     """The outcome of one registration.
 
     The pairs and the history are computed by the loop's own stages, once, when they are asked
@@ -145,33 +156,13 @@ class IcpResult:
         )
 
     @cached_property
-    def correspondences(self) -> Correspondences:
+    def correspondences(self) -> Correspondences:  # type: ignore[override]
         """The last association, at the final pose."""
         return self._pairs_at(self.iterations)
 
     def _pairs_at(self, k: int) -> Correspondences:
-        points, T = self.source.points, self.poses[k]
-        return pairs_at(points, self.target, T, self.parameters, far=k < self.far)
-
-    @property
-    def inlier_count(self) -> int:
-        """Number of kept pairs at the last pose."""
-        return self.correspondences.inlier_count
-
-    @property
-    def fitness(self) -> float:
-        """Kept pairs over source points, in [0, 1]."""
-        return self.correspondences.fitness
-
-    @property
-    def inlier_rmse(self) -> float:
-        """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
-        return self.correspondences.inlier_rmse
-
-    @property
-    def cost(self) -> float:
-        """The truncated Huber cost J [m²] at the last pose; see `labkit.icp`."""
-        return self.correspondences.cost
+        points, T, far = self.source.points, self.poses[k], k < self.far
+        return pairs_at(points, self.target, T, self.parameters, far=far)
 
     @property
     def converged(self) -> bool:

@@ -148,7 +148,7 @@ def _expect_alike(ranges: FloatArray, angles: FloatArray) -> None:
     if ranges.shape != angles.shape:
         raise InvalidPointsError(
             f"`ranges` and `angles` must have one shape (B,), got {ranges.shape} and "
-            f"{angles.shape}; `np.linspace(first, last, {len(ranges)})` makes an angle a beam"
+            f"{angles.shape}; `np.linspace(first, last, {len(ranges)})` gives each beam its angle"
         )
 
 

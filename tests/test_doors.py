@@ -61,7 +61,14 @@ def everything():
         [],
     )
     yield from (T, FAILED, TWICE, T + INF, np.diag([1.0, -1.0, 1.0]), T[:2, :2], T[:2], np.eye(4))
-    yield from (np.stack([T, T]), np.stack([T, FAILED]), np.stack([T, TWICE]), T + 1e-3, TURN)
+    yield from (
+        np.stack([T, T]),
+        np.stack([T, FAILED]),
+        np.stack([T, TWICE]),
+        T + 1e-3,
+        invert(FAILED),
+        TURN,
+    )
 
 
 def numbers(value):
@@ -81,7 +88,7 @@ def are_transforms(value):
     if np.shape(numbers(value))[-2:] != (3, 3):
         return False
     T = np.reshape(value, (-1, 3, 3))
-    T = T[~np.isnan(T).all(axis=(1, 2))]  # but those of a match that failed
+    T = T[~np.isnan(T[:, :2]).all(axis=(1, 2))]  # but those of a match that failed
     R = T[:, :2, :2]
     if not np.isfinite(T).all() or np.abs(R).max(initial=0.0) > 2.0:
         return False

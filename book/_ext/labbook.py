@@ -23,8 +23,14 @@ from sphinx.application import Sphinx
 from terms import explain_terms, link_chapters
 
 from labkit.plotting.style import css_variables
+from labkit.support.warm import warm
 
 UNUSED = re.compile("mathjax|thebe", re.IGNORECASE)
+
+
+def compile_stages(*_: object) -> None:
+    """Compile what is new before a notebook runs, which would show the line that says so."""
+    warm()
 
 
 def write_colors(app: Sphinx, error: Exception | None) -> None:
@@ -58,7 +64,7 @@ def describe(
 
 
 STEPS = {
-    "config-inited": (killian_map.provide, settle_buttons),
+    "config-inited": (compile_stages, killian_map.provide, settle_buttons),
     "source-read": (for_lab.restore,),
     "autodoc-process-signature": (api.hide_signature,),
     "doctree-read": (mark_all, make_figures, join_folds),

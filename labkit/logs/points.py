@@ -144,7 +144,7 @@ def _clock_column(row: Sequence[str], file: str) -> int | None:
         if name not in CLOCKS and (stem != beam or stem == name):
             raise LogError(
                 f"{file}: the column {name!r} is neither a clock ({', '.join(CLOCKS)}) nor a "
-                f"numbered beam (r0, r1, ...); take it out, or begin a title with #"
+                f"numbered beam (r0, r1, ...); rename it, take it out, or begin a title with #"
             )
     return next((k for k, name in enumerate(names) if name in CLOCKS), None)
 

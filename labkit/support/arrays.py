@@ -197,7 +197,7 @@ def as_transform(T: ArrayLike, name: str) -> FloatArray:
 def as_transforms(T: ArrayLike, name: str) -> FloatArray:
     """Check rigid transforms (..., 3, 3): proper rotations, finite, last rows 0 0 1.
 
-    The transform of a match that failed, all NaN, passes, and leads to NaN.
+    The NaN of a match that failed, or of its inverse, passes and stays NaN.
     """
     build = "build one with `labkit.transform(x, y, theta)`"
     checked = as_floats(T, name, hint=build)
@@ -212,7 +212,7 @@ def as_transforms(T: ArrayLike, name: str) -> FloatArray:
             f"`{name}` must be a (3, 3) transform, got shape {checked.shape}; {build}"
         )
     for each in checked.reshape(-1, 9).tolist():  # plain numbers: most stacks are short
-        if not is_rigid(each) and not all(map(math.isnan, each)):
+        if not is_rigid(each) and not all(map(math.isnan, each[:6])):
             got = np.reshape(each, (3, 3)).tolist()
             raise InvalidPointsError(
                 f"`{name}` must be a proper rigid transform, got {got}; {build}"

@@ -182,7 +182,7 @@ def weakest_information(alpha):
 
 
 @exercise("The error that is left", {"3 pairs": (3, 0.01), "200 pairs": (200, 0.02)}, {
-    "This is the RMSE at the true motion: the fit takes three of the 2N numbers.": {"* N - 3": "* N"},
+    "This is the RMSE at the true motion: the fit takes 3 of the 2N numbers.": {"* N - 3": "* N"},
     "Each pair has two numbers, not one: 2N − 3 are left.": {"2 * N": "N"},
     "The motion has three numbers, not two.": {"- 3": "- 2"},
     "The sum over N pairs is not divided by N.": {" / N": ""},

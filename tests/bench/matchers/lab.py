@@ -27,6 +27,15 @@ def point_to_point(
     return _match(source, target, T_init, _with_gate(POINT_TO_POINT, gate))
 
 
+def with_quality(
+    source: Scan, target: Scan, T_init: FloatArray, gate: float
+) -> tuple[FloatArray, int]:
+    """The same by lines, and all that a result tells when it is asked."""
+    result = icp(source, target, T_init, _with_gate(POINT_TO_LINE, gate))
+    assert result.inlier_count == result.history[-1].inlier_count
+    return result.T_target_source, result.iterations
+
+
 @cache
 def _with_gate(parameters: IcpParameters, gate: float) -> IcpParameters:
     """Parameters are checked when they are made, and made once for a log."""
