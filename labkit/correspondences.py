@@ -64,7 +64,7 @@ class Correspondences(NamedTuple):
     distances: FloatArray
     """Distance between the two points of each pair [m], shape (N,)."""
     residuals: FloatArray
-    """What the metric minimises [m]: the distance, or that from the line, NaN without a normal."""
+    """What the metric minimises [m], the distance or that from the line; NaN without a normal."""
     within_overlap: BoolArray
     """Which are among the ⌊ρN⌋ closest pairs, shape (N,)."""
     weights: FloatArray

@@ -139,7 +139,7 @@ def check_angles(angles: FloatArray, name: str) -> None:
     if max(high - low, -low, high) > MOST_TURN:
         raise InvalidParameterError(
             f"must be radians within one turn, got {low:.6g} to {high:.6g}: are these degrees? "
-            f"use `np.radians`",
+            f"use `np.radians`: 90 degrees are 1.5708",
             parameter=name,
         )
 

@@ -77,6 +77,9 @@ def words_of(root: Path) -> dict[str, str]:
     for path in (root / "notebooks").glob("*.ipynb"):
         for cell in nbformat.read(path, as_version=4).cells:
             words |= {f"#{label}": path.name for label in LABEL.findall(cell.source)}
+    for path in book.glob("*.md"):
+        found = LABEL.findall(path.read_text("utf-8"))
+        words |= {f"#{label}": f"../book/{path.name}" for label in found}
     return words
 
 

@@ -163,7 +163,10 @@ def _read(args: argparse.Namespace) -> Log:
 def _wheels(args: argparse.Namespace, log: Log) -> FloatArray:
     """Poses of the scanner by the file of `--odometry`, at the times of the scans."""
     if np.isnan(log.stamps).any():
-        raise InvalidPointsError(f"{log.name} holds no times, which `--odometry` needs")
+        raise InvalidPointsError(
+            f"{log.name} holds no times, which `--odometry` "
+            f"needs; give its table a column `stamp` in seconds"
+        )
     try:
         robot = interpolate_poses(log.stamps, *read_tum(args.odometry))
     except InvalidPointsError as error:

@@ -27,7 +27,7 @@ from labkit.logs.lines import (
 from labkit.logs.sweeps import MILLIMETRES, Sweep
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
-from labkit.support.errors import LogError
+from labkit.support.errors import InvalidParameterError, LogError
 
 CLOCKS = ("stamp", "time", "timestamp")
 POINT = ("x", "y")
@@ -115,8 +115,13 @@ def read_ranges_table(
             if angles is None:
                 raise LogError(
                     f"{report.file}: rows of {count} numbers; if they are the ranges of a scan, "
-                    f"name the directions of the first and the last beam, as "
-                    f"`angles=(-2.356, 2.356)` [rad] (a trajectory is read by `read_tum`)"
+                    f"name the directions of the first and the last beam [rad], as "
+                    f"`angles=(-2.356, 2.356)`, for `labkit odometry` as `--angles -2.356 2.356` "
+                    f"(a trajectory is read by `read_tum`)"
+                )
+            if count > 1 and angles[0] == angles[1]:
+                raise InvalidParameterError(
+                    f"must be two directions, got {angles[0]:g} twice", parameter="angles"
                 )
             beams = np.linspace(angles[0], angles[1], count)
         try:

@@ -159,7 +159,7 @@ def remarks_on(ranges: FloatArray, codes: Sequence[Band]) -> list[str]:
         remarks.append(
             f"{coded.sum()} of {ranges.size} ranges ({100.0 * coded.mean():.2g} %) read "
             f"{' to '.join(f'{end:g}' for end in ends)} m: codes for no return, they make no "
-            f"point; `no_return` names others, or none"
+            f"point; `no_return` (`--no-return`) names others, or none"
         )
     top = ranges[~coded].max(initial=0.0)
     at_top = np.count_nonzero(ranges[~coded] > top - SAME)

@@ -220,6 +220,11 @@ def estimate_odometry(
     OdometryResult(3 scans: start 1, icp 2)
     """
     sweeps: Iterable[Any] = scans.scans if isinstance(scans, HasScans) else scans
+    if isinstance(sweeps, str | Scan) or not isinstance(sweeps, Iterable):
+        raise InvalidPointsError(
+            f"`scans` must be a series of scans or a log, got {scans!r}; "
+            f"`labkit.read_log` reads a file, one match is `labkit.icp`"
+        )
     if isinstance(scans, HasScans) and priors is None:
         priors = scans.odometry
     odometry = ScanMatchingOdometry(parameters, start)
@@ -246,8 +251,10 @@ def _as_increments(priors: ArrayLike, scan_count: int) -> FloatArray:
         )
     if len(rows) < scan_count:
         return rows
-    T_world = from_xytheta(rows)
-    return to_xytheta(relative(T_world[:-1], T_world[1:]))
+    steps, told = np.full((len(rows) - 1, 3), np.nan), np.isfinite(rows[:, 0])
+    for k in np.flatnonzero(told[:-1] & told[1:]):
+        steps[k] = to_xytheta(relative(from_xytheta(rows[k]), from_xytheta(rows[k + 1])))
+    return steps
 
 
 def _is_nan(prior: ArrayLike) -> bool:

@@ -64,7 +64,11 @@ def as_rows(poses: ArrayLike, name: str, *, gaps: bool = False) -> FloatArray:
     """
     given = as_floats(poses, name, hint="give rows (x, y, ψ) or (Δx, Δy, Δψ)")
     if given.ndim == 3 and given.shape[1:] in TRANSFORMS:
-        return to_xytheta([as_transform(_planar(T, name), name) for T in given])
+        told = ~(gaps & np.isnan(given[:, :2]).all(axis=(1, 2)))
+        rows = np.full((len(given), 3), np.nan)
+        for k in np.flatnonzero(told):
+            rows[k] = to_xytheta(as_transform(_planar(given[k], name), f"{name}[{k}]"))
+        return rows
     if given.ndim != 2 or given.shape[1] != 3:
         raise InvalidPointsError(
             f"`{name}` must be rows (x, y, ψ), shape (K, 3), or transforms, shape (K, 3, 3), "

@@ -81,10 +81,10 @@ def try_program(program: list[str], command: list[str], expected: dict[str, Any]
         )
         return disagreement(json.loads(done.stdout), expected)
     except subprocess.TimeoutExpired:
-        return "no answer within 30 seconds"
+        sys.exit(f"compare.py: no answer to `{' '.join(command)}` within 30 seconds")
     except json.JSONDecodeError:
-        told = (done.stderr or done.stdout).strip().splitlines()
-        return f"no line of JSON; it says: {told[-1] if told else 'nothing'}"
+        told = (done.stderr or done.stdout).strip().splitlines() or ["nothing"]
+        return f"no line of JSON; it says: {next((x for x in told if 'Error' in x), told[-1])}"
     except OSError as error:
         sys.exit(f"compare.py: {program[0]} does not start: {error.strerror}")
 

@@ -272,3 +272,14 @@ def test_a_bad_prior_while_streaming(prior):
         with pytest.raises(InvalidPointsError, match="`prior` must"):
             odometry.update(scan, prior)
         odometry.update(scan)
+
+
+@pytest.mark.parametrize("form", ["poses", "transforms", "increments"])
+def test_a_gap_in_the_wheels_is_a_step_without_wheels(form):
+    path = np.array([[0.1 * k, 0.0, 0.02 * k] for k in range(6)])
+    scans = list(scan_along(room(), path, Lidar(), rng=0))
+    priors = np.diff(path, axis=0) if form == "increments" else path.copy()
+    priors = from_xytheta(priors) if form == "transforms" else priors
+    priors[3] = np.nan
+    run = estimate_odometry(scans, priors=priors)
+    assert abs(run.poses - path).max() < 0.02

@@ -20,6 +20,8 @@ from pkgutil import iter_modules
 from types import FrameType
 from typing import Any
 
+import numpy as np
+
 import labkit.course.exercises as chapters
 from labkit.course.exercises.entries import ENTRIES, exercise
 from labkit.course.grading.assignment import load_assignment
@@ -173,7 +175,7 @@ def _exercise(name: str) -> exercise:
 def tried_exercise(entry: exercise, function: Callable[..., Any]) -> QuestionVerdict:
     """The verdict on a function of a chapter; families are computed where nothing listed fits."""
     question, cases = entry.asked
-    outcomes = _outcomes(cases, function)
+    outcomes = _outcomes(cases, function, in_place=False)  # later cells read the arguments
     verdict = assess(question, cases, outcomes)
     if verdict.passed:
         return replace(verdict, message="right in every case.")
@@ -211,14 +213,18 @@ def _is_labkits(call: tuple[str, str]) -> bool:
 
 
 def _outcomes(
-    cases: Sequence[Case], function: Callable[..., Any], called: Calls | None = None
+    cases: Sequence[Case],
+    function: Callable[..., Any],
+    called: Calls | None = None,
+    *,
+    in_place: bool = True,
 ) -> list[Outcome]:
     """The outcomes of all cases within the time for a check; once it is over, no more are asked."""
     outcomes = list[Outcome]()
     try:
         with limited(SECONDS):
             for case in cases:
-                outcomes.append(_outcome(case, function, called))
+                outcomes.append(_outcome(case, function, called, in_place))
     except OutOfTime:
         late = Outcome(error="OutOfTime", message=f"it did not end within {SECONDS:g} seconds")
         outcomes += [late] * (len(cases) - len(outcomes))
@@ -261,7 +267,9 @@ def _is_patient(frame: FrameType | None) -> bool:
     return False
 
 
-def _outcome(case: Case, function: Callable[..., Any], called: Calls | None) -> Outcome:
+def _outcome(
+    case: Case, function: Callable[..., Any], called: Calls | None, in_place: bool
+) -> Outcome:
     def note(frame: FrameType, event: str, _: object) -> None:
         if event == "call" and called is not None:
             called.add(call := (frame.f_code.co_name, str(frame.f_globals.get("__name__"))))
@@ -276,6 +284,9 @@ def _outcome(case: Case, function: Callable[..., Any], called: Calls | None) -> 
                 value = function(*arguments)
             finally:
                 sys.setprofile(before)
+        changed = "" if in_place else _changed(function, arguments, case.arguments)
+        if changed:
+            return Outcome(error="ChangedError", message=changed)
         return Outcome(value=plain(value))
     except NoAnswerError as error:
         return Outcome(error=type(error).__name__, message=str(error))
@@ -285,3 +296,11 @@ def _outcome(case: Case, function: Callable[..., Any], called: Calls | None) -> 
         said = said_of(error)
         hint = next((f"; {text}" for sign, text in HINTS.items() if re.search(sign, said)), "")
         return Outcome(error=type(error).__name__, message=said + line + hint)
+
+
+def _changed(function: Callable[..., Any], now: Sequence[Any], given: Sequence[Any]) -> str:
+    """The arguments that a call wrote into."""
+    names = getattr(getattr(function, "__code__", None), "co_varnames", ())
+    pairs = enumerate(zip(now, given, strict=True))
+    spoiled = (k for k, (a, b) in pairs if isinstance(a, np.ndarray) and a.tobytes() != b.tobytes())
+    return ", ".join(names[k] if k < len(names) else f"number {k + 1}" for k in spoiled)

@@ -26,7 +26,7 @@ def _spoiled(*options):
 
 
 # fmt: off
-@exercise("A gate for your loop", lambda: _spoiled(0.3, 6), {
+@exercise("A gate for your loop", lambda: _spoiled(0.4, 6), {
     STRAY: {"d <= gate": "d >= 0"},
     "The pairs beyond the gate are kept, and the others left out.": {"d <= gate": "d > gate"},
     LEFT: {"align(p[near], q[near]) @ T": "T @ align(p[near], q[near])"},

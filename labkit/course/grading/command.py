@@ -181,6 +181,8 @@ def _submissions(args: argparse.Namespace) -> list[Submission]:
     )
     for remark in remarks[:SHOWN]:
         _say(remark)
+    if any(one.student == CLASS for one in found):
+        raise LabkitError(f"a student is called {CLASS!r}, which means the class; rename the file")
     return found
 
 

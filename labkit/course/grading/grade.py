@@ -285,8 +285,9 @@ def _follow_through(
 ) -> dict[str, QuestionVerdict]:
     """The questions that call wrong earlier ones, with the right functions in their place.
 
-    No right function is lent to an answer that only hands its work on to it, nor to an earlier
-    question than its own: so none that is asked for is in the box before it is asked.
+    No right function is lent to an answer that only hands its work on to it, nor to a question
+    that it would answer outright, nor to an earlier question than its own: so none that is asked
+    for is in the box before it is asked.
     """
     better: dict[str, QuestionVerdict] = {}
     wrong: dict[str, str] = {}  # right sources of the functions that are wrong, by name
@@ -295,7 +296,11 @@ def _follow_through(
         if old.passed:
             continue
         calls = sitting.calls(question)
-        lent = {name: source for name, source in wrong.items() if name in calls}
+        lent = {
+            name: source
+            for name, source in wrong.items()
+            if name in calls and not assignment.answers(name, question.id)
+        }
         hidden = [case for case in assignment.cases(question.id, student) if case.hidden]
         for state in sitting.states(question) if lent and hidden else ():
             new = assess(question, hidden, sitting.ask(question, hidden, state, lent))

@@ -127,23 +127,32 @@ def read_adjustments(
     path = Path(folder) / ADJUSTMENTS
     if not path.exists():
         write_rows(path, HEADER, [])
+    return read_table(path, assignment, names)
+
+
+def read_table(
+    path: str | os.PathLike[str], assignment: Assignment, names: Mapping[str, str] | None
+) -> Adjustments:
+    """Read the lines of such a table; without `names`, those of the whole class alone."""
     points = {one.id: one.points for one in assignment.questions}
     lines: dict[tuple[str, str], Line] = {}
     rows = read_rows(path, HEADER[:3])[1]
     for line, row in sorted(rows, key=lambda one: one[1]["student"].strip() != CLASS):
         name, what, text = (row[column].strip() for column in HEADER[:3])
+        if names is None and name != CLASS:
+            continue
         where = f"{path}: line {line}"
         possible = RULES if name == CLASS else (*points, *WHAT)
         if what not in possible:
             near = difflib.get_close_matches(what.lower(), possible, n=1)
             hint = f"did you mean {near[0]!r}?" if near else f"the items are {', '.join(possible)}"
             raise LabkitError(f"{where}: unknown item {what!r}; {hint}")
-        student = name if name == CLASS else _student(name, names, where)
-        value, most = number(text), points.get(what, math.inf)
+        student = name if names is None or name == CLASS else _student(name, names, where)
+        value, most = number(text), points.get(what, 100.0 if what == "late_percent" else math.inf)
         if what == "written" and student != CLASS:
             most = lines.get((CLASS, what), Line(0.0)).value
         if not math.isfinite(value) or not 0.0 <= value <= most:
-            upto = f" from 0 to {most:g}" if math.isfinite(most) else ""
+            upto = f" from 0 to {most:g}" if math.isfinite(most) else " from 0"
             way_out = f"; say what they are worth: {CLASS},written,POINTS," if most == 0 else ""
             raise LabkitError(f"{where}: {what} must be a number{upto}, got {text!r}{way_out}")
         if (student, what) in lines:

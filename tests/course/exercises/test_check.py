@@ -10,6 +10,7 @@ from right_answers import solution as right
 import labkit
 from labkit.correspondences import overlap
 from labkit.course.exercises import check, checking, score
+from labkit.course.exercises.checking import exercises
 from labkit.course.grading.assignment import FOLDER, load_assignment
 from labkit.support.errors import InvalidParameterError, LabkitError
 
@@ -267,3 +268,13 @@ def test_a_broken_assignment_is_named(tmp_path, file, content, message):
         (tmp_path / file).write_text(content, encoding="utf-8")
     with pytest.raises(LabkitError, match=message):
         load_assignment(tmp_path, hidden=False)
+
+
+def test_an_exercise_that_writes_into_what_it_is_given_is_told_so():
+    def icp_by_hand(source, target, T_init, rounds=15):
+        T_init[:] = exercises()["icp_by_hand"].right(source, target, T_init, rounds)
+        return T_init
+
+    feedback = check(icp_by_hand)
+    assert not feedback.passed
+    assert "changed an argument in place: T_init; work on a copy" in repr(feedback)

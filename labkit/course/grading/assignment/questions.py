@@ -141,6 +141,15 @@ class Assignment:
                 found.insert(1, self.right[one])
         return "\n\n".join(found)
 
+    def answers(self, one: str, other: str) -> bool:
+        """True if a right function of one question would answer the other outright.
+
+        It does where it takes all that the other takes, and returns the same kind of result.
+        """
+        mine, asked = self.question(one), self.question(other)
+        takes = set(re.findall(r"\w+", asked.signature)) <= set(re.findall(r"\w+", mine.signature))
+        return takes and mine.answer is asked.answer
+
     def variant(self, student: str) -> int:
         """The variant of a student: always the same one for the same name."""
         digest = hashlib.sha256((self.salt + student).encode("utf-8", "surrogatepass")).digest()

@@ -27,8 +27,13 @@ from labkit.course.grading.box import open_wall
 from labkit.course.grading.grade import grade_one
 from labkit.course.grading.handins import one_submission
 from labkit.course.grading.judging.verdict import SubmissionVerdict
-from labkit.course.grading.marks import ADJUSTMENTS, CLASS, HEADER, read_adjustments
-from labkit.course.grading.tables import number, read_rows
+from labkit.course.grading.marks import (
+    ADJUSTMENTS,
+    CLASS,
+    HEADER,
+    read_adjustments,
+    read_table,
+)
 from labkit.support.errors import LabkitError
 from labkit.support.files import atomic_write
 
@@ -121,9 +126,9 @@ def write_autograder(
     """
     folder = Path(assignment).resolve()
     rules = [",".join(HEADER)]
-    for _, row in read_rows(adjustments, HEADER[:3])[1] if adjustments else []:
-        if row["student"].strip() == CLASS:
-            rules.append(f"{CLASS},{row['what'].strip()},{number(row['value'])},")
+    if adjustments:
+        table = read_table(adjustments, load_assignment(folder), None)
+        rules += [f"{CLASS},{what},{line.value}," for (_, what), line in table.lines.items()]
     with (
         atomic_write(path, "wb") as file,
         zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, strict_timestamps=False) as archive,

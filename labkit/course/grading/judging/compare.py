@@ -44,6 +44,7 @@ ADVICE = {
     KILLED: "the program ended in it: too much memory, or an exit.",
     "TooMuchError": "it returned far more data than the answer holds.",
     "NotDataError": "it returned an object; return numbers or arrays.",
+    "ChangedError": "it changed an argument in place{why}; work on a copy.",
 }
 
 ENOUGH = 6  # wrong entries that tell a family from chance where all are whole numbers

@@ -85,7 +85,7 @@ def _read_transform(value: Value) -> FloatArray:
         value = value["T"] if "T" in value else (value["R"], value["t"])
     if isinstance(value, tuple) and len(value) == 2:
         R, t = (_floats(part, Answer.TRANSFORM) for part in value)
-        if R.size == len(t) and t.ndim == 2 and len(t) == t.shape[1]:
+        if t.ndim == 2 and R.size == len(t) == t.shape[1]:
             raise Unreadable("it returned (t, R), expected (R, t)")
         if R.shape in ((2, 2), (3, 3)) and t.size == len(R):
             T = np.eye(len(R) + 1)

@@ -50,6 +50,17 @@ def root(small, tmp_path):
     return root
 
 
+@pytest.mark.parametrize(
+    "rule", ["late_percnt,10", "late_percent,-10", "late_percent,101", "icp,3"]
+)
+def test_a_wrong_rule_of_the_class_is_refused_before_the_archive_is_written(small, tmp_path, rule):
+    rules = tmp_path / "adjustments.csv"
+    rules.write_text(f"student,what,value\n*,{rule}\n", encoding="utf-8")
+    with pytest.raises(LabkitError, match="line 2: "):
+        write_autograder(tmp_path / "autograder.zip", small, rules)
+    assert not (tmp_path / "autograder.zip").exists()
+
+
 def run_autograder(root):
     """The results, and what instructors see of the run."""
     script = root / "source/run_autograder"

@@ -57,6 +57,7 @@ def test_an_answer_is_read_in_any_form(answer, value, read_as):
         (Answer.MATRIX, None, r"returned None \(is a `return` missing\?\)"),
         (Answer.TRANSFORM, ((2, 3), R), r"returned \(t, R\), expected \(R, t\)"),
         (Answer.TRANSFORM, (R, (1, 2, 3)), "other shapes"),
+        (Answer.TRANSFORM, (0.0, 0.0), "other shapes"),
         (Answer.TRANSFORM, np.eye(5), "other shapes"),
         (Answer.TRANSFORM, {"rotation": 1}, 'a dict without "R" and "t", or "T"'),
         (Answer.MATRIX, ((1, 2), (3,)), "a list or tuple that is no array of numbers"),
