@@ -22,6 +22,7 @@ IntArray = NDArray[np.intp]
 Values = TypeVar("Values", bound=NDArray[Any])
 EPSILON = 2.0**-52  # the spacing of doubles at 1
 FARTHEST = 1e9  # [m]: no robot drives or sees farther, so a number beyond it is damaged
+LARGEST = 1e12  # [m]: beyond it the squares of coordinates hold no centimetre
 
 
 def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:
@@ -84,12 +85,12 @@ def as_points(points: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
 
 
 def _as_near(rows: FloatArray, name: str) -> FloatArray:
-    """Return `rows`, or name the first one that is not finite or lies beyond `FARTHEST`."""
-    if not np.abs(rows).max(initial=0.0) <= FARTHEST:
+    """Return `rows`, or name the first one that is not finite or lies beyond `LARGEST`."""
+    if not np.abs(rows).max(initial=0.0) <= LARGEST:
         as_finite(rows, name, hint="drop such rows first")
         index = int(np.abs(rows).max(axis=1).argmax())
         raise InvalidPointsError(
-            f"`{name}` must lie within {FARTHEST:g} m, got {rows[index].tolist()} at index "
+            f"`{name}` must lie within {LARGEST:g} m, got {rows[index].tolist()} at index "
             f"{index}; drop such rows first"
         )
     return rows

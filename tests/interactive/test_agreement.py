@@ -136,7 +136,7 @@ def test_the_page_s_functions_and_equations_are_labkit_s():
             snake = (
                 re.sub(r"(?<!_)([A-Z])", r"_\1", function).lower().replace("x_y_theta", "xytheta")
             )
-            assert re.search(rf"def {snake}\(", core), f"{name}: {function}"
+            assert re.search(rf"def {snake}\(|^    {snake}: ", core, re.M), f"{name}: {function}"
         for number in re.findall(r"\(\d\.\d+\)", page):
             assert number in core, f"{name}: {number}"
     assert len(list(mirrors())) >= 9

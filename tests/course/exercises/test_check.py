@@ -185,6 +185,7 @@ ENDLESS = {
 }
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # of hypothesis
 @pytest.mark.parametrize("loop", ENDLESS.values(), ids=ENDLESS)
 @pytest.mark.parametrize("name", ["rotation", "motion_between"])
 def test_an_endless_loop_ends_with_a_word(monkeypatch, name, loop):
