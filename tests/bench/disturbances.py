@@ -316,7 +316,10 @@ def cells(runs: list[dict[str, Any]], *, wheels: bool) -> dict[str, str]:
 
 def page(results: list[dict[str, Any]]) -> str:
     """The page of the book: two tables, and a sentence on each disturbance."""
-    logs, parts = list(dict.fromkeys(each["log"] for each in results)), [INTRO]
+    logs, count = list(dict.fromkeys(each["log"] for each in results)), results[0]["steps"] + 1
+    led = [each for each in results if each["wheels"]]
+    worse = sum(each["ate"] > 1.05 * each["alone"] for each in led)
+    parts = [INTRO.format(count, worse, len(led))]
     for wheels, title in ((True, "With wheels"), (False, "Without wheels")):
         runs = [each for each in results if each["wheels"] == wheels]
         if not runs:
@@ -338,13 +341,13 @@ def page(results: list[dict[str, Any]]) -> str:
 INTRO = """\
 # Disturbances
 
-What does one disturbance cost the odometry? Each row disturbs the first scans of recorded logs in
-one way, and runs the defaults on them. The first figure is the ATE over that of the clean run; the
-first row tells that one in metres. With wheels, the second is the ATE over that of the *wheels
-alone*, disturbed as they are: it should not exceed 1. Without wheels, the second is the share of
-steps that are off by more than 0.5 m or 10°, in percent. One run scatters by a factor of two, as it
-does with a millimetre of noise: read the column, not the cell. `tests/bench/disturbances.py` writes
-this page."""
+What does one disturbance cost the odometry? Each row disturbs the first {0} scans of recorded
+logs in one way, and runs the defaults on them. The first figure is the ATE over that of the clean
+run; the first row tells that one in metres. With wheels, the second is the ATE over that of the
+*wheels alone*, disturbed as they are: it should not exceed 1, and does in {1} of {2} runs. Without
+wheels, the second is the share of steps that are off by more than 0.5 m or 10°, in percent. One run
+scatters by a factor of two, as it does with a millimetre of noise: read the column, not the cell.
+`tests/bench/disturbances.py` writes this page."""
 
 KNOWN = """\
 ## Does it know?
