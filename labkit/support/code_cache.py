@@ -72,7 +72,8 @@ class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]
             content = file.read_bytes()
             if content[-32:] != hashlib.sha256(content[:-32]).digest():
                 file.unlink(missing_ok=True)  # numba compiles anew
-        if (found := super().load(key)) is None:
+        found, folder = super().load(key), cache_folder()
+        if found is None and folder and not any(folder.rglob("*.nbc")):  # nothing yet
             tell_once("compiling the matcher for this computer, once: 10 to 30 s")
         return found
 
