@@ -132,7 +132,7 @@ QUESTIONS = {
     "install on windows": "students.html#start",
     "how to install": "students.html#start",
     "huber delta": "glossary.html#term-Huber",
-    "kd-tree": "03_correspondences.html#sec-search",
+    "kd-tree": "appendix_search.html",
     "cite": "references.html",
     "how do I submit": "students.html#submit",
     "what is trimming": "glossary.html#term-Trimming",
