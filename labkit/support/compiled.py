@@ -8,12 +8,14 @@ numpy yet, Python runs the same functions, some hundred times slower.
 
 import functools
 import logging
+import threading
 from collections.abc import Callable
 from types import FunctionType
 from typing import Any, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
 OPTIONS = {"nogil": True, "error_model": "numpy"}  # threads share the cores; 1/0 is inf
+INSIDE = threading.local()  # without numba: whether a stage runs, whose calls are not checked
 INNER = OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
@@ -24,17 +26,18 @@ def checked(check: Callable[..., tuple[Any, ...]]) -> Callable[[F], F]:
 
 def compiled(function: F, check: Callable[..., Any] | None = None) -> F:
     """Mark a stage: numba compiles it, with the stages that it calls, at its first call."""
+    inside = INSIDE  # `call` has the globals of its stage
 
     @functools.cache
     def entry() -> Any:
         if (numba := load_numba()) is None:
-            return function
+            return _in_python(function)
         from labkit.support.code_cache import keep  # noqa: PLC0415 (imports numba)
 
         return keep(numba.njit(**OPTIONS)(function))
 
     def call(*arguments: Any, **named: Any) -> Any:
-        if check is not None:
+        if check is not None and not getattr(inside, "stage", False):
             arguments, named = check(*arguments, **named), {}
         try:
             return entry()(*arguments, **named)
@@ -49,6 +52,17 @@ def compiled(function: F, check: Callable[..., Any] | None = None) -> F:
     stage.inner = functools.cache(lambda: load_numba().njit(**INNER)(function))  # in other stages
     functools.update_wrapper(stage, function)
     return stage  # type: ignore[no-any-return]
+
+
+def _in_python(function: Callable[..., Any]) -> Callable[..., Any]:
+    def run(*arguments: Any, **named: Any) -> Any:
+        before, INSIDE.stage = getattr(INSIDE, "stage", False), True
+        try:
+            return function(*arguments, **named)
+        finally:
+            INSIDE.stage = before
+
+    return run
 
 
 @functools.cache
