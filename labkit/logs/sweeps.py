@@ -148,7 +148,7 @@ def as_codes(no_return: ArrayLike) -> tuple[Band, ...]:
 
 
 def remarks_on(ranges: FloatArray, codes: Sequence[Band]) -> list[str]:
-    """What a user should know of a log's ranges: their unit, and codes found or suspected."""
+    """Remarks for a user on a log's ranges: their unit, and codes found or suspected."""
     if ranges.size and np.median(ranges) > MILLIMETRES:
         far = f"half of the ranges lie beyond {MILLIMETRES:g} m"
         return [f"{far}: are they millimetres? labkit reads metres"]

@@ -1,4 +1,4 @@
-"""What is carried along stands still in the scanner's own frame, and is no witness of its motion.
+"""Things carried along: still in the scanner's own frame, so no witness of its motion.
 
 A trolley that the robot pushes, or a person beside it, lies in every scan where it lay before:
 so much of a scan may agree with a robot that stands still. If a motion is expected, points that

@@ -182,7 +182,7 @@ def _signs(question: Question, value: Value) -> bytes | None:
 
 
 def answers(ways: Sequence[Function], arguments: Arguments) -> tuple[Value, ...]:
-    """What the functions answer to the arguments; nothing where one of them fails."""
+    """Answers of the functions to the arguments; nothing where one of them fails."""
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore")

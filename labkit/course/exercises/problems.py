@@ -227,6 +227,6 @@ def backward_alignment(a, b, p_mean, q_mean):
     "The turn of the guess is missing.": lambda s, d, off, a, D: first_gate(s, d, off, 0.0, D),
 })
 def first_gate(sigma, spacing, offset, angle, reach):
-    """What the guess may be off, and what the scans add."""
+    """Sum of the error that the guess may have and of what the scans add."""
     scans = math.hypot(3.0 * math.sqrt(2.0) * sigma, spacing / 2.0)
     return offset + 2.0 * reach * math.sin(angle / 2.0) + scans

@@ -241,7 +241,7 @@ class Box:
         self._looked = self._began
 
     def _moved(self, move: Callable[[], T]) -> T:
-        """What comes of a step on the channel, with a look at the time from time to time."""
+        """Result of a step on the channel, with a look at the time from time to time."""
         while True:
             moved = None
             try:

@@ -226,7 +226,7 @@ def _grade(
 
 
 def default_jobs() -> int:
-    """So many that boxes which start, wait or take long leave the cores to others."""
+    """Number of boxes at a time: those that start, wait or take long leave the cores to others."""
     return 2 * (os.cpu_count() or 1) + 4
 
 

@@ -164,7 +164,7 @@ def difference(question: Question, case: Case, got: FloatArray, wanted: FloatArr
 
 
 def _place(question: Question, case: Case, first: list[int]) -> str:
-    """Where an entry stands; of several results, counted within its own."""
+    """Place of an entry; of several results, counted within its own."""
     if question.answer is Answer.NUMBERS and isinstance(case.expected[0], tuple):
         sizes = [read(Answer.NUMBERS, part).size for part in case.expected[0]]
         part = int(np.searchsorted(np.cumsum(sizes), first[0], side="right"))
