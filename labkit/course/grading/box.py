@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import compileall
 import contextlib
-import importlib.util
+import importlib
 import itertools
 import json
 import os
@@ -30,19 +30,19 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
+import numpy as np
+import scipy
+
 from labkit.course.grading.inside import data
 from labkit.support.errors import LabkitError
-from labkit.support.extras import MissingExtraError
 
 T = TypeVar("T")
-MEBIBYTE = 1 << 20
-MEMORY, FILE_BYTES, DISK_BYTES = 1536 * MEBIBYTE, 16 * MEBIBYTE, 64 * MEBIBYTE
-MAX_LINE = MEBIBYTE // 4
+MEMORY, FILE_BYTES, DISK_BYTES, MAX_LINE = 1536 << 20, 16 << 20, 64 << 20, 1 << 18
 SECONDS = 3.0
 IN_ALL, BY_THE_CLOCK = 60.0, 30.0  # of processor time for a submission; by the clock for an order
 START = 120.0  # [s] until a box must be ready, on a machine at its limit
 LOOK = 0.25  # [s] between two looks at the time that a box has used
-TOO_LONG, TOO_MUCH = "it took too long", "the program sent too much output"
+TOO_LONG, ENDED = "it took too long", "the program ended"
 PACKAGE = Path(__file__).resolve().parents[2]
 OWN = str(PACKAGE / "course/grading/inside")
 SYSTEM = ("/usr", "/lib", "/lib64", "/etc/ld.so.cache", "/etc/alternatives")
@@ -63,16 +63,15 @@ main()
 """
 PROBE = """
 import os, socket
-def read(path):
-    return os.listdir(path)[0] if os.path.isdir(path) else open(path, "rb")
-def fork():
-    return os.fork() or os._exit(0)
-def holes(paths):
-    found, trials = [], [(f"read {path}", lambda path=path: read(path)) for path in paths]
-    for says, trial in [*trials, ("open sockets", socket.socket), ("start processes", fork)]:
+trials = {"read {}": lambda path: os.listdir(path)[0] if os.path.isdir(path) else open(path, "rb"),
+          "open sockets": lambda _: socket.socket(),
+          "start processes": lambda _: os.fork() or os._exit(0)}
+def holes(path):
+    found = []
+    for says, trial in trials.items():
         try:
-            trial()
-            found.append(f"it can {says}")
+            trial(path)
+            found.append("it can " + says.format(path))
         except (OSError, IndexError):
             pass
     return found
@@ -98,13 +97,7 @@ class Wall(NamedTuple):
 def open_wall(
     hidden: Sequence[str | os.PathLike[str]], seconds: float = SECONDS, *, isolation: bool = True
 ) -> Wall:
-    """The strongest wall that works here, tried with a box that looks for holes.
-
-    Raises
-    ------
-    LabkitError
-        Where none does; the message says why, and what to do.
-    """
+    """The strongest wall that works here; `LabkitError` where none does, with what to do."""
     if not isolation and os.name == "posix":
         return Wall("none", seconds=seconds)
     reasons = []
@@ -122,22 +115,23 @@ def open_wall(
 
 
 def why_not(wall: Wall) -> str:
-    """Reasons that keep a wall from holding here; empty where it holds."""
+    """Reasons that keep a wall from holding here, tried with a box that looks for holes; or ""."""
     if sys.platform != "linux":
         return "this is not Linux"
     if wall.mode == "bubblewrap" and not shutil.which("bwrap"):
         return "bubblewrap is not installed"
     if wall.mode == "user" and os.geteuid() != 0:
         return "it needs root, as in a container"
-    paths = data.to_json((*wall.hidden, "/etc/shadow"))
+    calls = [[path] for path in ("/etc/shadow", *wall.hidden)]
     try:
         with contextlib.closing(Box(wall)) as box:
             box.send(START, cells=[(PROBE, "probe")], scripts={}, functions=["holes"])
             while "answers" not in box.receive():
                 pass
-            box.send(START, function="holes", state="last", right={}, calls=[[paths]])
-            return " and ".join(data.from_json(box.receive()["value"]))
-    except (BoxError, MachineError, OSError, KeyError) as error:
+            box.send(START, function="holes", state="last", right={}, calls=calls)
+            found = [hole for _ in calls for hole in data.from_json(box.receive()["value"])]
+            return " and ".join(dict.fromkeys(found))
+    except (BoxError, LabkitError, OSError, KeyError) as error:
         return str(error) or type(error).__name__
 
 
@@ -149,12 +143,11 @@ class Box:
         self._buffer = b""
         self._channel, theirs = socket.socketpair()
         self._channel.settimeout(LOOK)
-        bare = wall.mode == "none"
         settings = {
             "seconds": IN_ALL * wall.seconds,
             "memory": MEMORY,
             "file_bytes": FILE_BYTES if wall.mode == "bubblewrap" else 0,
-            "user": unused_user() if os.geteuid() == 0 and not bare else 0,
+            "user": unused_user() if os.geteuid() == 0 and wall.mode != "none" else 0,
             "wall": wall.mode,
         }
         command = [os.path.realpath(sys.executable), "-I", "-S", "-B", "-X", "utf8", "-c"]
@@ -188,30 +181,19 @@ class Box:
         return complaint.decode(errors="replace").strip().rpartition("\n")[2]
 
     def send(self, allowed: float, **order: Any) -> None:
-        """Have it run the cells (`Session.read`) or call a function (`Session.ask`).
-
-        All answers to this order may take so many seconds of processor time.
-        """
+        """Order `Session.read` or `Session.ask`, with seconds of processor time for all answers."""
         left = memoryview(json.dumps({"seconds": self.wall.seconds, **order}).encode() + b"\n")
         self._allow(allowed)
         while left:
             left = left[self._moved(partial(self._channel.send, left)) :]
 
     def receive(self) -> dict[str, Any]:
-        """The next thing that the box says.
-
-        Raises
-        ------
-        BoxError
-            Where the time is over, the program ended, or what comes is no answer.
-        MachineError
-            Where the box got no processor to work on.
-        """
+        """The next answer; `BoxError` where none comes, `MachineError` by the machine's fault."""
         while b"\n" not in self._buffer:
             read = self._moved(partial(self._channel.recv, 1 << 16))
             self._buffer += read
             if not read or len(self._buffer) > MAX_LINE + (1 << 16):
-                raise BoxError(TOO_MUCH if read else "the program ended")
+                raise BoxError("the program sent too much output" if read else ENDED)
         line, _, self._buffer = self._buffer.partition(b"\n")
         try:
             answer = json.loads(line)
@@ -222,18 +204,14 @@ class Box:
         return answer
 
     def used(self) -> tuple[float, float]:
-        """Seconds of processor time that the box has used, and that it waited for a processor.
-
-        Where the system does not tell, all of the clock counts as used.
-        """
+        """Seconds of processor time that the box has used, and that it waited for a processor."""
         try:
-            return times_of(self._pid)
-        except (OSError, ValueError, IndexError):
+            fields = Path(f"/proc/{self._pid}/stat").read_text().rpartition(")")[2].split()
+            threads = Path(f"/proc/{self._pid}/task").glob("*/schedstat")
+            waited = sum(int(thread.read_text().split()[1]) for thread in threads)
+            return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK"), waited / 1e9
+        except (OSError, ValueError, IndexError):  # the system does not tell
             return time.monotonic() - self._began, 0.0
-
-    def spent(self) -> float:
-        """Seconds of processor time since the last order was sent."""
-        return self.used()[0] - self._before[0]
 
     def _allow(self, seconds: float) -> None:
         self._allowed, self._began = seconds, time.monotonic()
@@ -243,17 +221,14 @@ class Box:
     def _moved(self, move: Callable[[], T]) -> T:
         """Result of a step on the channel, with a look at the time from time to time."""
         while True:
-            moved = None
-            try:
-                moved = move()
-            except TimeoutError:
-                pass
-            except OSError:
-                raise BoxError("the program ended") from None
-            if moved is None or time.monotonic() > self._looked + LOOK:
+            if time.monotonic() > self._looked + LOOK:
                 self._look()
-            if moved is not None:
-                return moved
+            try:
+                return move()
+            except TimeoutError:
+                continue
+            except OSError:
+                raise BoxError(ENDED) from None
 
     def _look(self) -> None:
         """End the order when its time is over: the processor's for the code, else the machine's."""
@@ -276,14 +251,6 @@ def innermost(pid: int) -> int:
         while children := Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
             pid = int(children[0])
     return pid
-
-
-def times_of(pid: int) -> tuple[float, float]:
-    """Seconds that a process has run, and that it was ready and got no processor."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    threads = Path(f"/proc/{pid}/task").glob("*/schedstat")
-    waited = sum(int(thread.read_text().split()[1]) for thread in threads)
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK"), waited / 1e9
 
 
 def bubblewrap(wall: Wall) -> list[str]:
@@ -310,11 +277,8 @@ def bubblewrap(wall: Wall) -> list[str]:
 @cache
 def libraries() -> tuple[str, ...]:
     """The folders of what a box can import besides Python's own library, and of its own code."""
-    if importlib.util.find_spec("IPython") is None:
-        raise MissingExtraError("grading", "IPython", "grading")
-    specs = map(importlib.util.find_spec, ("numpy", "scipy", "IPython"))
-    found = [path for spec in specs for path in (spec and spec.submodule_search_locations) or []]
     compileall.compile_dir(OWN, quiet=2)  # once here, and not in each box
+    found = [path for package in (np, scipy) for path in package.__path__]
     places = (OWN, *found, *(f"{path}.libs" for path in found))
     return tuple(os.path.realpath(path) for path in places if os.path.isdir(path))
 

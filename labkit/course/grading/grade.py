@@ -22,7 +22,6 @@ from labkit.course.grading.assignment.questions import Assignment, Case, Questio
 from labkit.course.grading.box import (
     IN_ALL,
     TOO_LONG,
-    TOO_MUCH,
     Box,
     BoxError,
     MachineError,
@@ -49,7 +48,6 @@ MAX_NOTES = 20
 MAX_FAILURES = 5  # boxes that end in the cells
 CELLS, CALLS, CUT = 5.0, 2.0, 1.0  # for all cells and all calls of an order, of what the box cuts
 OUT_OF_TIME = "OutOfTime"
-ENDED_BY = {TOO_LONG: OUT_OF_TIME, TOO_MUCH: "TooMuchError"}
 
 
 class Sitting:
@@ -151,18 +149,18 @@ class Sitting:
         self.is_sealed |= hidden
         patience = self.wall.seconds / 2.0 / (1 + len(self.hung) // 3)
         seconds = patience if right else min(patience, self.budget[name])
+        before = self.box.used()[0]
         outcomes: list[Outcome] = []
         try:
             calls = [[data.to_json(argument) for argument in case.arguments] for case in cases]
             order = {"function": name, "state": state, "right": dict(right or {}), "calls": calls}
             self.box.send(CALLS * seconds + CUT, seconds=max(seconds, 0.01), **order)
             outcomes += [outcome(self.box.receive()) for _ in cases]
-            self.budget[name] -= self.box.spent()
+            self.budget[name] -= self.box.used()[0] - before
         except BoxError as error:
             self.close(self.box)
-            outcomes += [Outcome(error=ENDED_BY.get(str(error), KILLED))] * (
-                len(cases) - len(outcomes)
-            )
+            ending = Outcome(error=OUT_OF_TIME if str(error) == TOO_LONG else KILLED)
+            outcomes += [ending] * (len(cases) - len(outcomes))
             self.hung.add((name, state))
         if any(one.error == OUT_OF_TIME for one in outcomes):
             self.hung.add((name, state))

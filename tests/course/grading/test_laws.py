@@ -86,9 +86,6 @@ class Liar:
     def used(self):
         return 0.0, 0.0
 
-    def spent(self):
-        return 0.0
-
     def close(self):
         pass
 

@@ -140,14 +140,11 @@ def test_a_notebook_may_import_its_own_scripts(graded):
     assert graded(files, ASSIGNMENT).score == 100.0
 
 
-@pytest.mark.parametrize("magic", ["%run helpers.py", "%run ./helpers", "%run helpers.ipynb"])
+@pytest.mark.parametrize("magic", ["%run helpers.py", "%run ./helpers"])
 def test_a_notebook_may_run_its_own_files(magic, graded):
     helper, *_, step = HELPED.format(helper="shifted").partition("\n\n\n")
     files = {"work.zip/a.ipynb": answered({"icp_step": f"{magic}\n{step}"})}
-    name = "ipynb" if magic.endswith("ipynb") else "py"
-    files["work.zip/helpers." + name] = {"py": helper.encode(), "ipynb": notebook([cell(helper)])}[
-        name
-    ]
+    files["work.zip/helpers.py"] = helper.encode()
     assert graded(files, ASSIGNMENT).score == 100.0
 
 

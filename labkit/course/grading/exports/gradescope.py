@@ -41,7 +41,6 @@ MOST = 1500  # characters that a student is shown of one question
 HERE = Path(__file__).with_name("autograder")
 PACKAGE = HERE.parents[3]
 SCRIPTS = ("setup.sh", "run_autograder")
-READER = "ipython>=8.20"  # as the extra "grading" has it, which also draws pages
 
 
 def grade_for_gradescope(root: Path) -> None:
@@ -139,7 +138,7 @@ def write_autograder(
             archive.writestr(info, (HERE / script).read_bytes())
         needed = re.compile(r"(numpy|scipy|tqdm)\b(?!.*extra ==)")
         own = filter(needed.match, requires("labkit") or [])
-        archive.writestr("requirements.txt", "\n".join([*own, READER, ""]))
+        archive.writestr("requirements.txt", "\n".join([*own, ""]))
         archive.writestr(ADJUSTMENTS, "\n".join([*rules, ""]))
         for source in sorted(PACKAGE.rglob("*")):
             lab = FOLDER in source.parents and source.suffix == ".json"  # the folder's instead

@@ -37,7 +37,7 @@ MAKING_SOME = tuple(
 
 
 def confine(*, seconds: float, memory: int, file_bytes: int, user: int, wall: str) -> None:
-    """Give up what the student's code shall not have; for good.
+    """Give up for good what the student's code shall not have.
 
     That is more than so many seconds of processor time, and bytes of address space and of a file;
     the user that one is, unless `user` is 0; and, unless the `wall` is "none", many system calls.

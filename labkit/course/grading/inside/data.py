@@ -1,14 +1,14 @@
-"""Plain data and its form in JSON: the only encoding that crosses the wall.
+"""Plain data and its form in JSON, which alone crosses the wall, and stands in the assignment.
 
 `to_json` runs in the box, on objects that may lie about themselves. Nothing that it writes can be
-executed, and `from_json` refuses what it cannot have written. The assignment's files have the same
-form.
+executed, and `from_json` refuses what it cannot have written.
 """
 
 from __future__ import annotations
 
 import contextlib
 import math
+import traceback
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -18,23 +18,12 @@ Value: TypeAlias = (
     NDArray[Any] | float | int | bool | str | tuple["Value", ...] | dict[str, "Value"] | None
 )
 """Plain data. Arrays are float64, int64 or bool; a student's list arrives as a tuple."""
-MOST = 1 << 16
-MAX_NESTING = 12
-NODE = 24
-MAX_MESSAGE = 480
+MOST, NODE, MAX_NESTING, MAX_MESSAGE = 1 << 16, 24, 12, 480
 DTYPES = {"f": "float64", "i": "int64", "u": "int64", "b": "bool"}
 
 
 class NoAnswerError(Exception):
     """A returned value that is no answer; the message says what to return instead."""
-
-
-class NotDataError(NoAnswerError):
-    """A value that is no data."""
-
-
-class TooMuchError(NoAnswerError):
-    """A value beyond what one answer may return."""
 
 
 def plain(value: Any, most: int = MOST) -> Any:
@@ -50,17 +39,9 @@ def to_json(value: Any, most: int = MOST) -> Any:
     """The form in JSON of a value of at most so many bytes.
 
     Numbers of any kind become float, int or bool; arrays float64, int64 or bool; lists
-    and named tuples become tuples.
+    and named tuples become tuples. Raises `NoAnswerError` for anything but numbers, strings, None,
+    arrays, tuples and dicts, and for what is larger or too deeply nested.
 
-    Raises
-    ------
-    NotDataError
-        If it is, or holds, anything but numbers, strings, None, arrays, tuples and dicts.
-    TooMuchError
-        If it is larger than `most`, or too deeply nested.
-
-    Examples
-    --------
     >>> to_json((True, np.eye(2)))
     {'tuple': [True, {'dtype': 'float64', 'shape': [2, 2], 'data': [1.0, 0.0, 0.0, 1.0]}]}
     """
@@ -71,7 +52,7 @@ def to_json(value: Any, most: int = MOST) -> Any:
         sized = isinstance(value, tuple | list | range | dict | str)
         left -= NODE + 8 * (value.size if isinstance(value, np.ndarray) else sized and len(value))
         if left < 0 or depth > MAX_NESTING:
-            raise TooMuchError("returned more data than an answer to this question can need")
+            raise NoAnswerError("returned more data than an answer to this question can need")
         if isinstance(value, tuple | list | range):
             return {"tuple": [encoded(entry, depth + 1) for entry in value]}
         if isinstance(value, dict):
@@ -98,18 +79,16 @@ def _single(value: Any) -> Any:
     else:
         name = type(value).__name__[:60]
         what = f"{'an' if name[:1].lower() in 'aeiou' else 'a'} {name}"
-    raise NotDataError(f"returned {what}; return numbers, arrays or tuples")
+    raise NoAnswerError(f"returned {what}; return numbers, arrays or tuples")
 
 
 def _array(value: Any) -> dict[str, Any]:
     array = np.asarray(value)
     if array.dtype.kind == "c":
-        raise NotDataError("returned complex numbers; return real ones (`.real`?)")
+        raise NoAnswerError("returned complex numbers; return real ones (`.real`?)")
     if array.dtype.kind not in DTYPES:
-        raise NotDataError(
-            f"returned an array of dtype {array.dtype}, which holds no numbers; "
-            f"are its rows of different length?"
-        )
+        what = f"an array of dtype {array.dtype}, which holds no numbers"
+        raise NoAnswerError(f"returned {what}; are its rows of different length?")
     array = array.astype(DTYPES[array.dtype.kind])
     data = array.ravel().tolist()
     if not np.isfinite(array).all():
@@ -120,8 +99,6 @@ def _array(value: Any) -> dict[str, Any]:
 def from_json(tree: Any, depth: int = 0) -> Any:  # noqa: PLR0911 (one for each form)
     """The data that `to_json` was given; `ValueError` for text that it cannot have written.
 
-    Examples
-    --------
     >>> from_json({"tuple": [1, {"float": "nan"}]})
     (1, nan)
     """
@@ -147,6 +124,9 @@ def from_json(tree: Any, depth: int = 0) -> Any:  # noqa: PLR0911 (one for each 
 def said_of(error: BaseException) -> str:
     """The error's name and text; it may raise another one instead of its text."""
     said = type(error).__name__
+    if said == "NotImplementedError" and not error.args:
+        *_, (stub, _) = traceback.walk_tb(error.__traceback__)
+        return f"`{stub.f_code.co_name}` is not written yet"
     with contextlib.suppress(BaseException):
         said += f": {error}"
     return said[:MAX_MESSAGE]

@@ -1,17 +1,14 @@
-"""Runs one submission and answers calls of its functions; nothing that it says is trusted.
+"""Runs one submission and answers calls of its functions, one JSON object a line.
 
-The grader writes orders to standard input, one JSON object a line, and reads answers in the same
-form. The student's code shares this process and can forge every byte that leaves it. A forged
-answer is a value like any other, compared outside with a reference that never came in.
+The student's code shares this process and can forge every byte that leaves it. A forged answer is
+a value like any other, compared outside with a reference that never came in.
 """
 
 from __future__ import annotations
 
 import ast
-import builtins
 import codeop
 import contextlib
-import io
 import json
 import os
 import random
@@ -27,31 +24,12 @@ import numpy as np
 
 from labkit.course.grading.inside import confine, data, parsing, standins
 
-MAGIC = "a magic"
-RUNNING_MAGICS = ("time", "capture", "prun")
 STATES = ("last", "first", "end")  # after the cells that define an answer, and after all
 TICK, IDLE = 0.25, 0.002  # [s] one that used less processor time than this was spent waiting
 
 
 class OutOfTime(BaseException):
     """A cell or a call that is cut short."""
-
-
-class Shell(standins.StandIn):
-    """IPython's shell for `get_ipython()`: magics that run code run it, others do nothing."""
-
-    session: Session
-
-    def run_line_magic(self, name: str, line: str, body: str = "") -> None:
-        """``%time statement``, ``%run script.py``, ``%%capture``."""
-        if name in (*RUNNING_MAGICS, "run"):
-            finder, script = self.session.finder, line.strip("'\" ").rpartition(" ")[2]
-            file = finder.file(script.removeprefix("./"), ("", ".py", ".ipynb"))
-            source = finder.scripts.get(file, "") if name == "run" else body or line
-            for node in parsing.statements(source, MAGIC, self.session.transform)[0]:
-                self.session.run(node, MAGIC)
-
-    run_cell_magic = run_line_magic
 
 
 class Session:
@@ -68,7 +46,6 @@ class Session:
         self.hands_on: dict[str, str] = {}
         self.finder = standins.Finder()
         self.compile = codeop.Compile()  # it remembers imports of __future__
-        self.transform = parsing.load_transformer()
         self.left = self.may_wait = self.ticked = 0.0
         self.armed = False
         signal.signal(signal.SIGPROF, self.cut)
@@ -104,21 +81,12 @@ class Session:
             for timer in (signal.ITIMER_PROF, signal.ITIMER_REAL):
                 signal.setitimer(timer, 0.0)
 
-    def read(
-        self,
-        cells: list[tuple[str, str]],
-        scripts: dict[str, str],
-        functions: list[str],
-        seconds: float,
-    ) -> None:
-        """Run cells (source, label) in turn, and say what they define."""
-        self.functions, self.finder.scripts = functions, scripts
-        notes: list[str] = []
-        broken: dict[str, str] = {}
-        self.space.update(np=np, display=standins.StandIn("display"))
-        shell = Shell("get_ipython")
-        shell.session, self.space["get_ipython"] = self, lambda: shell
-        builtins.open = opened
+    def read(self, seconds: float, cells: list[tuple[str, str]], **given: Any) -> None:
+        """Run cells (source, label) in turn, and say what they define of the given functions."""
+        self.functions, self.finder.scripts = given["functions"], given["scripts"]
+        notes, broken = list[str](), dict[str, str]()
+        self.space.update({name: standins.StandIn(name) for name in ("display", "get_ipython")})
+        self.space["np"] = np
         time.sleep = lambda _: None  # who draws step by step waits for nobody here
         seed()
         self.left = 2.0 * seconds  # for all experiments together
@@ -128,7 +96,7 @@ class Session:
             fault = self.run_cell(source, label, seconds)
             if fault:
                 notes.append(fault)
-                broken |= {one: fault for one in functions if f"def {one}(" in source}
+                broken |= {one: fault for one in self.functions if f"def {one}(" in source}
             for name, value in self.answers.items():
                 if value is not before.get(name):
                     self.states["last", name] = kept = self.space | self.answers
@@ -143,27 +111,23 @@ class Session:
         What only shows something gets a third of a cell's time. Once the time of all experiments
         is over it is left out, and what sets a name gets a tenth.
         """
-        patient = True
         try:
             with self.within(seconds):
-                nodes, fault = parsing.statements(source, label, self.transform)
+                nodes, fault = parsing.statements(source, label)
         except BaseException as error:
             return f"{label} cannot be parsed, so nothing in it counts: {self.text(error)}"
         for node in nodes:
             start, limit = time.process_time(), seconds
             if not parsing.is_definition(node):
-                ample, shows = patient and self.left > 0.0, isinstance(node, parsing.SHOWING)
-                if not ample and (shows or self.left < -2.0 * seconds):
+                shows = isinstance(node, parsing.SHOWING)
+                if self.left <= (0.0 if shows else -2.0 * seconds):
                     continue
-                limit = (
-                    min(seconds / (3.0 if shows else 1.0), self.left) if ample else seconds / 10.0
-                )
+                limit = max(min(seconds / (3.0 if shows else 1.0), self.left), seconds / 10.0)
             try:
                 with self.within(limit):
                     self.run(node, label)
             except BaseException as error:
                 fault = fault or f"{label} did not run to its end: {self.text(error)}"
-                patient = patient and not isinstance(error, OutOfTime)
             if not parsing.is_definition(node):
                 waited = limit - self.may_wait / 2.0
                 self.left -= max(time.process_time() - start, waited)
@@ -181,10 +145,8 @@ class Session:
                     continue
                 self.uses.setdefault(name, set()).update(parsing.names_in(code))
                 self.hands_on[name] = parsing.handed_on(node)
-                hides = isinstance(value, standins.StandIn) or (
-                    name in self.answers and parsing.is_stub(value)
-                )
-                if name in self.functions and not hides:
+                hides = name in self.answers and parsing.is_stub(value)
+                if name in self.functions and not hides and type(value) is not standins.StandIn:
                     self.answers[name] = value
 
     def described(self) -> dict[str, Any]:
@@ -195,27 +157,21 @@ class Session:
                     self.uses.setdefault(part.co_name, set()).update(parsing.names_in(part))
         found = {}
         for name in self.answers:
-            last = self.states["last", name]
-            used = [name]
+            last, used, passed = self.states["last", name], [name], [name]
             for one in used:  # which grows meanwhile
                 used += self.uses.get(one, set()).difference(used)
-            states = ((state, self.states.get((state, name), last)) for state in STATES[1:])
+            for one in passed:  # to helpers that do all the work, and to theirs
+                passed += {self.hands_on.get(one, "")}.difference(passed, [""])
+            others = ((state, self.states.get((state, name), last)) for state in STATES[1:])
             differ = [
-                state for state, it in states if any(it.get(a) is not last.get(a) for a in used)
+                state for state, it in others if any(it.get(a) is not last.get(a) for a in used)
             ]
             found[name] = {
                 "states": [STATES[0], *differ],
                 "calls": [one for one in self.functions if one in used[1:]],
-                "hands_on": self.behind(name),
+                "hands_on": passed[-1] if len(passed) > 1 else "",
             }
         return found
-
-    def behind(self, name: str) -> str:
-        """The function that does the work of an answer which only hands it on, by helpers too."""
-        passed = [name]
-        while (following := self.hands_on.get(passed[-1], "")) and following not in passed:
-            passed.append(following)
-        return passed[-1] if len(passed) > 1 else ""
 
     def ask(
         self, function: str, state: str, right: dict[str, str], calls: list[Any], seconds: float
@@ -257,13 +213,6 @@ class Session:
             file = frame.f_code.co_filename
             place = place if file.startswith(("/", "<")) else f" (line {line} of {file})"
         return data.said_of(error) + place
-
-
-def opened(file: Any, *options: Any, **more: Any) -> Any:
-    """`open`, which makes no file of the null device, as a box may not."""
-    if file == os.devnull:
-        more["opener"] = lambda path, flags: os.open(path, flags & os.O_ACCMODE)
-    return io.open(file, *options, **more)  # noqa: UP020 (it takes the place of `open`)
 
 
 def seed() -> None:

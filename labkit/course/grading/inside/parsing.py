@@ -1,20 +1,20 @@
-"""Reading of code without running it: its statements, what they define and what they mention.
-
-Magics are turned into Python by IPython's own transformer.
-"""
+"""Reading of code without running it: its statements, what they define and what they mention."""
 
 from __future__ import annotations
 
 import ast
-import importlib
 import re
-import sys
 import types
 import warnings
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
+MAGICS = {  # of IPython, in turn: those that run code leave it, others nothing
+    r"\A\s*%%(?!time\b|capture|prun)(?s:.*)": "",
+    r"^([ \t]*)%(?:time|prun) +": r"\1",
+    r"^([ \t]*)%run +(?:\./)?(\w+).*": r"\1from \2 import *",
+    r"^([^#'\"]*=)[ \t]*[%!].*": r"\1 None",
+    r"^([ \t]*)(?:[%!?].*|[\w.]+\?+[ \t]*$)": r"\1pass",
+}
 PIECE = re.compile(r"^(?=@|(?:async +)?def\b|class\b)", re.MULTILINE)
 PASSING = {"tuple", "list", "float", "array", "asarray", "copy", "deepcopy"}  # change no answer
 WORKING = (
@@ -25,22 +25,17 @@ SHOWING = (ast.Expr, ast.For, ast.While, ast.Assert)  # set no name that an answ
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Import, ast.ImportFrom)
 
 
-def statements(
-    source: str, label: str, transform: Callable[[str], str]
-) -> tuple[list[ast.stmt], str]:
-    """The statements of a cell, each import of several packages taken apart, and what is wrong.
-
-    `transform` turns magics into Python. What is no Python even then is left out up to the next
-    definition.
-    """
+def statements(source: str, label: str) -> tuple[list[ast.stmt], str]:
+    """The statements of a cell and what is wrong, which is left out up to the next definition."""
     nodes, fault = list[ast.stmt](), ""
     with warnings.catch_warnings(action="ignore"):
         try:
             nodes = ast.parse(source, label).body
         except SyntaxError:
-            above = len(source) - len(source.lstrip("\n"))
-            line, part = above, ""
-            for piece in PIECE.split(transform(source)):
+            for magic, code in MAGICS.items():
+                source = re.sub(magic, code, source, flags=re.MULTILINE)
+            line, part = 0, ""
+            for piece in PIECE.split(source):
                 part += piece
                 if piece.startswith("@"):  # a decorator belongs to what follows
                     continue
@@ -55,31 +50,13 @@ def statements(
                         fault = fault or f"{says}: it is left out up to the next definition"
                         part = "".join(part.splitlines(keepends=True)[: wrong - 1])
                 line += count
-    found = list[ast.stmt]()
-    for node in nodes:
-        parts = node.names if isinstance(node, ast.Import) else ()
-        found += [ast.copy_location(ast.Import([alias]), node) for alias in parts] or [node]
-    return found, fault
-
-
-def load_transformer() -> Callable[[str], str]:
-    """IPython's `transform_cell`, without the rest of IPython, which is slow to import."""
-    for name in ("IPython", "IPython.core", "IPython.utils"):
-        module = sys.modules[name] = types.ModuleType(name)
-        module.__path__ = [str(Path(path, *name.split("."))) for path in sys.path]
-    transform = importlib.import_module("IPython.core.inputtransformer2").TransformerManager()
-    for name in [name for name in sys.modules if name.partition(".")[0] == "IPython"]:
-        del sys.modules[name]
-    found: Callable[[str], str] = transform.transform_cell
-    return found
+    return nodes, fault
 
 
 def is_definition(node: ast.stmt) -> bool:
     """True if a statement defines or imports something, or sets a constant: it calls nothing."""
-    constant = isinstance(node, ast.Assign | ast.AnnAssign) and not any(
-        isinstance(part, ast.Call | ast.comprehension) for part in ast.walk(node)
-    )
-    return constant or isinstance(node, DEFINITIONS)
+    calls = any(isinstance(part, ast.Call | ast.comprehension) for part in ast.walk(node))
+    return isinstance(node, DEFINITIONS if calls else (*DEFINITIONS, ast.Assign, ast.AnnAssign))
 
 
 def is_stub(value: Any) -> bool:

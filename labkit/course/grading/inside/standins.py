@@ -1,8 +1,7 @@
 """Imports in the box: the scripts that were handed in, and stand-ins for what draws and shows.
 
-A submission that plots, moves a slider or wraps a loop in a progress bar shall not fail for it:
-`import matplotlib` gives a thing that takes every call and does nothing. labkit itself is one of
-these, so that no answer can call the reference.
+A submission that plots or moves a slider shall not fail for it. labkit itself is a stand-in, so
+that no answer can call the reference.
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ from __future__ import annotations
 import importlib.abc
 import sys
 import types
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from importlib.machinery import ModuleSpec
 from typing import Any
 
@@ -24,11 +23,7 @@ NAMES = {
 
 
 class StandIn(types.ModuleType):
-    """A package, or a thing in it: takes every call, attribute and index, and does nothing.
-
-    A function handed to it comes back unchanged, so that a decorator of a missing package
-    leaves what it decorates alone.
-    """
+    """A package, or a thing in it: takes every call, attribute and index, and does nothing."""
 
     is_stand_in = True
 
@@ -38,7 +33,7 @@ class StandIn(types.ModuleType):
         return WORKING.get(name) or StandIn(f"{self.__name__}.{name}")
 
     def __call__(self, given: Any = None, *_: Any, **__: Any) -> Any:
-        """Do nothing."""
+        """Do nothing; a function comes back as it was, so that decorators leave it alone."""
         return given if isinstance(given, types.FunctionType) else self
 
     def __iter__(self) -> Iterator[StandIn]:
@@ -81,29 +76,17 @@ WORKING = {
 
 
 class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Imports the handed-in scripts from memory, and stand-ins; asked before all other finders.
-
-    Attributes
-    ----------
-    scripts : dict of str to str
-        Source by file name. ``lab/mine.py`` is imported as ``mine`` and as ``lab.mine``.
-    imported : list of (code, dict)
-        What was imported of them: the code and the namespace of each.
-    """
+    """Imports handed-in scripts, from whatever folder, and stand-ins; asked before all others."""
 
     def __init__(self) -> None:
-        self.scripts: dict[str, str] = {}
-        self.imported: list[tuple[types.CodeType, dict[str, Any]]] = []
-
-    def file(self, place: str, ends: Iterable[str]) -> str:
-        """The file at a place, with one of some endings, in whatever folder; "" for none."""
-        wanted = tuple(f"/{place}{end}" for end in ends)
-        return next((file for file in self.scripts if f"/{file}".endswith(wanted)), "")
+        self.scripts: dict[str, str] = {}  # sources by file name
+        self.imported: list[tuple[types.CodeType, dict[str, Any]]] = []  # with their namespaces
 
     def find_spec(self, name: str, path: Any, target: Any = None) -> ModuleSpec | None:
         """A spec for a script, a folder of scripts or a stand-in."""
         place = name.replace(".", "/")
-        file = self.file(place, (".py", ".py.txt", "/__init__.py"))
+        wanted = tuple(f"/{place}{end}" for end in (".py", ".py.txt", "/__init__.py"))
+        file = next((file for file in self.scripts if f"/{file}".endswith(wanted)), "")
         folder = any(f"/{place}/" in f"/{file}" for file in self.scripts)
         own = bool(file or folder) and name not in sys.stdlib_module_names
         if own or name.partition(".")[0] in NAMES:

@@ -117,7 +117,6 @@ def test_the_archive_holds_the_course_s_cases_and_what_its_image_needs(root):
     assert held == {"variant_0.json", "variant_1.json"}
     requirements = (root / "source/requirements.txt").read_text(encoding="utf-8")
     assert "numpy" in requirements
-    assert "ipython" in requirements
     assert "extra" not in requirements
     with zipfile.ZipFile(root.with_suffix(".zip")) as archive:
         assert archive.getinfo("run_autograder").external_attr >> 16 == 0o100755
