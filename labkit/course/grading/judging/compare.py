@@ -6,6 +6,7 @@ here. The answers that are compared with are data; nothing here computes one.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
@@ -14,7 +15,7 @@ import numpy as np
 
 from labkit.course.grading.assignment.questions import Answer, Case, Misconception, Question
 from labkit.course.grading.inside.data import Value
-from labkit.course.grading.judging.kinds import Unreadable, difference, how_wrong, read
+from labkit.course.grading.judging.kinds import Unreadable, read, sentences
 from labkit.course.grading.judging.relations import general, numbers, relations
 from labkit.course.grading.judging.verdict import (
     CELL_FAILED,
@@ -42,8 +43,6 @@ ADVICE = {
     NO_RESULT: "the result is wrong.",
     "OutOfTime": "it took too long; does a loop have no end?",
     KILLED: "the program ended in it: too much memory, or an exit.",
-    "TooMuchError": "it returned far more data than the answer holds.",
-    "NotDataError": "it returned an object; return numbers or arrays.",
     "ChangedError": "it changed an argument in place{why}; work on a copy.",
 }
 
@@ -63,8 +62,6 @@ def assess(
     pairs = list(zip(cases, outcomes, strict=True))
     verdicts = [judge(question, *pair) for pair in pairs]
     known = None if all(one.passed for one in verdicts) else recognise(question, cases, outcomes)
-    if known:
-        verdicts = [judge(question, *pair, is_known=True) for pair in pairs]
     counting = [place for place, case in enumerate(cases) if case.hidden] or range(len(cases))
     share = sum(verdicts[place].passed for place in counting) / len(counting)
     share = max(0.0, (share - question.chance) / (1.0 - question.chance))
@@ -83,10 +80,8 @@ def assess(
     )
 
 
-def judge(
-    question: Question, case: Case, outcome: Outcome, *, is_known: bool = False
-) -> CaseVerdict:
-    """The verdict on one call; that of a known mistake needs no numbers.
+def judge(question: Question, case: Case, outcome: Outcome) -> CaseVerdict:
+    """The verdict on one call.
 
     Of a hidden case it says only that the result is wrong, or that there is none: whatever else it
     told could be made to spell out an input.
@@ -102,9 +97,8 @@ def judge(
     else:
         wanted = _accepted(question.answer, case)[0]
         got = _adjusted(got, wanted, question, case)
-        text = how_wrong(question, case, got, wanted)
-        if not is_known:
-            text += " " + difference(question, case, got, wanted)
+        first, *more = sentences(question, case, got, wanted)
+        text = " ".join([first, *map(_capital, more)])
     reason = f"{_capital(case.about)}: {text}" if text else ""
     return CaseVerdict(id=case.id, hidden=case.hidden, passed=not text, reason=reason)
 
@@ -192,7 +186,7 @@ def is_right(question: Question, case: Case, value: Value) -> bool:
 
 def is_answer_of(misconception: str, question: Question, case: Case, value: Value) -> bool:
     """True if a value is what that mistake gives here, be it a form that cannot be read."""
-    got = _read(question.answer, value)
+    got = _as_given(question.answer, value)
     for wrong in _wrong(question.answer, case, misconception):
         if isinstance(got, str) or isinstance(wrong, str):
             if isinstance(got, str) and isinstance(wrong, str) and got == wrong:
@@ -237,7 +231,13 @@ def _accepted(answer: Answer, case: Case) -> tuple[FloatArray, ...]:
 
 @cache
 def _wrong(answer: Answer, case: Case, misconception: str) -> tuple[FloatArray | str, ...]:
-    return tuple(_read(answer, value) for value in case.mistaken.get(misconception, ()))
+    return tuple(_as_given(answer, value) for value in case.mistaken.get(misconception, ()))
+
+
+def _as_given(answer: Answer, value: Value) -> FloatArray | str:
+    """The numbers of a value, be it an answer or not; of one without, why it is no answer."""
+    found = numbers(answer, value)
+    return _read(answer, value) if found is None else found
 
 
 def _close(got: FloatArray, wanted: FloatArray, tolerance: FloatArray | float) -> bool:
@@ -261,7 +261,7 @@ def _allowed(question: Question, case: Case, answer: FloatArray) -> FloatArray |
 def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
     """Reason why there is nothing to compare; of a hidden case without the student's own words."""
     message = "" if case.hidden else outcome.message
-    if outcome.error == "NotDataError" and message:
+    if outcome.error == "NoAnswerError" and message:
         return f"it {message}" + ("" if message.endswith("?") else ".")
     if outcome.error in ADVICE:
         why = f": {message}" if message else ""
@@ -287,7 +287,8 @@ def _message(
             True,
         )
     if all(outcome.error == "NotImplementedError" for outcome in outcomes):
-        return f"`{question.function}` is not written yet.", True
+        called = re.match(r"`\w+` is not written yet", outcomes[0].message)
+        return f"{called[0] if called else f'`{question.function}` is not written yet'}.", True
     if known:
         read_on = f" See {known.chapter}." if known.chapter else ""
         return f"This looks like a known mistake: {known.says}{read_on}", False

@@ -1,10 +1,8 @@
 """The kinds of answers: how each is parsed, in every accepted form, and how far off it is.
 
 An answer may come as an array, as nested tuples, as whole numbers; a transform as (R, t),
-as a homogeneous matrix or as a dict of either. `read` brings all of them to one float array, and
-says in the student's words what it could not read. `how_wrong` says what is wrong with one that
-it could, and `difference` shows what went in, what came out and what should. All three speak of
-visible cases alone.
+as a homogeneous matrix or as a dict of either. `read` brings all of them to one float array, or
+says what it could not read; `sentences` say of a visible case what is wrong with one that it could.
 """
 
 from __future__ import annotations
@@ -138,29 +136,39 @@ def _kind(value: Value) -> str:
     return names.get(type(value).__name__, "a number")
 
 
-def difference(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> str:
-    """Arguments and, at the first wrong entry, the value got and the value wanted.
+def sentences(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
+    """Sentences on an answer, as `read` returns it, that is not the wanted one.
 
-    Examples
-    --------
     >>> from labkit.course.grading.assignment import load_assignment
     >>> assignment = load_assignment(hidden=False)
     >>> case = assignment.cases("wrap")[0]
-    >>> difference(assignment.question("wrap"), case, np.array(4.712), np.array(-1.571))
-    'For angle = 4.7124: got 4.712, expected -1.571.'
+    >>> list(sentences(assignment.question("wrap"), case, np.array(4.712), np.array(-1.571)))
+    ['for angle = 4.7124: got 4.712, expected -1.571.']
     """
     names = [name.strip() for name in question.signature.strip("()").split(",")]
-    shown = ", ".join(map("{} = {}".format, names, map(_shown, case.arguments)))
+    given = ", ".join(map("{} = {}".format, names, map(_shown, case.arguments)))
     if got.shape != wanted.shape:
-        return f"For {shown}: got shape {got.shape}, expected {wanted.shape}."
-    with np.errstate(all="ignore"):
+        surplus = len(got) - len(wanted) if got.ndim == wanted.ndim > 0 else 0
+        if question.answer is Answer.TRANSFORM and surplus == -1:
+            yield "it returned R alone, expected (R, t)."
+        elif surplus and got.shape[1:] == wanted.shape[1:]:
+            side = "long" if surplus > 0 else "short"
+            yield f"the result is too {side} by {abs(surplus)}."
+        yield f"for {given}: got shape {got.shape}, expected {wanted.shape}."
+        return
+    with np.errstate(all="ignore"):  # 1e300 is an answer, too
+        if np.isnan(wanted).any():
+            yield "when no pair is kept, return NaN."
+        elif (~np.isfinite(got) & np.isfinite(wanted)).any():
+            yield "the result holds NaN or infinity; look for a division by zero."
+        else:
+            yield from _TEXTS.get(question.answer, _numbers)(question, case, got, wanted)
         right = (np.abs(got - wanted) <= case.tolerance) | (got == wanted) | np.isnan(wanted)
     first = np.unravel_index(np.argmin(right), got.shape)
+    as_shown = bool if question.answer in (Answer.FLAG, Answer.MASK) else float
+    texts = [_shown(as_shown(one[first])) for one in (got, wanted)]
     place = _place(question, case, [int(one) for one in first])
-    is_flag = question.answer in (Answer.FLAG, Answer.MASK)
-    numbers = float(got[first]), float(wanted[first])
-    texts = [str(bool(number)) if is_flag else _shown(number) for number in numbers]
-    return f"For {shown}:{place} got {texts[0]}, expected {texts[1]}."
+    yield f"for {given}:{place} got {texts[0]}, expected {texts[1]}."
 
 
 def _place(question: Question, case: Case, first: list[int]) -> str:
@@ -175,42 +183,18 @@ def _place(question: Question, case: Case, first: list[int]) -> str:
 
 def _shown(value: object) -> str:
     """A few numbers, or the shape of many."""
-    if isinstance(value, float | int):
-        return f"{value:.5g}"
-    if isinstance(value, np.ndarray) and value.size <= FEW:
+    if isinstance(value, np.ndarray) and value.size > FEW:
+        return f"an array {value.shape}"
+    if isinstance(value, np.ndarray):
         text = np.array2string(value, precision=4, separator=", ", max_line_width=999)
         return text.replace("\n", "").replace("  ", " ")
     if isinstance(value, tuple | list) and all(isinstance(one, float | int) for one in value):
         return f"({', '.join(map(_shown, value))})"
-    if isinstance(value, np.ndarray):
-        return f"an array {value.shape}"
     if isinstance(value, tuple | list) and not hasattr(value, "_fields"):
         return f"{len(value)} entries"
-    return f"a {type(value).__name__}"
-
-
-def how_wrong(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> str:
-    """One or two sentences on an answer, as `read` returns it, that is not the wanted one."""
-    if got.shape != wanted.shape:
-        return _shape(question, got, wanted)
-    if np.isnan(wanted).any():
-        return "when no pair is kept, return NaN."
-    if (~np.isfinite(got) & np.isfinite(wanted)).any():
-        return "the result holds NaN or infinity; look for a division by zero."
-    says = _TEXTS.get(question.answer, _numbers)
-    with np.errstate(all="ignore"):  # 1e300 is an answer, too
-        first, *more = list(says(question, case, got, wanted))[:2]
-    return " ".join([first, *(sentence[:1].upper() + sentence[1:] for sentence in more)])
-
-
-def _shape(question: Question, got: FloatArray, wanted: FloatArray) -> str:
-    if question.answer is Answer.TRANSFORM and len(got) == len(wanted) - 1:
-        return "it returned R alone, expected (R, t)."
-    if got.ndim == wanted.ndim and got.shape[1:] == wanted.shape[1:]:
-        surplus = len(got) - len(wanted)
-        side = "too long" if surplus > 0 else "too short"
-        return f"the result is {side} by {abs(surplus)}; expected {EXPECTED[question.answer]}."
-    return f"the result has shape {got.shape}, expected {wanted.shape}."
+    if isinstance(value, float | int) and not isinstance(value, bool):
+        return f"{value:.5g}"
+    return str(value) if isinstance(value, bool) else f"a {type(value).__name__}"
 
 
 def _matrix(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
@@ -243,16 +227,10 @@ def _rotation(got: FloatArray, wanted: FloatArray) -> Iterator[str]:
 
 def _numbers(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     error = np.abs(got - wanted)[np.isfinite(wanted)]
-    most = float(error.max(initial=0.0))
     unit = f" {question.unit}" if question.unit else ""
-    if question.answer is Answer.NUMBER:
-        yield f"the result is off by {_size(most, unit)}."
-        return
-    low, high = question.low, question.high
-    if low is not None and high is not None and (outside := (got < low) | (got > high)).any():
-        yield f"{_share(outside)} of the numbers lie outside [{low:g}, {high:g}]."
-    share = _share(error > case.tolerance)
-    yield f"{share} of the numbers are off, by up to {_size(most, unit)}."
+    if got.size > 1:
+        most = _size(float(error.max(initial=0.0)), unit)
+        yield f"{_share(error > case.tolerance)} of the numbers are off, by up to {most}."
 
 
 def _matches(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
@@ -268,14 +246,9 @@ def _mask(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -
     if not np.isin(got, (0.0, 1.0)).all():
         yield "the result holds other numbers than True and False; expected a mask."
         return
-    kept, lost = int(np.count_nonzero(got > wanted)), int(np.count_nonzero(got < wanted))
-    parts = ((kept, "keeps", "go"), (lost, "rejects", "stay"))
-    said = [
-        f"{does} {count} pair{'' if count == 1 else 's'} that should {do}"
-        for count, does, do in parts
-        if count
-    ]
-    yield f"it {' and '.join(said)}."
+    for wrong, does, do in ((got > wanted, "keeps", "go"), (got < wanted, "rejects", "stay")):
+        if count := np.count_nonzero(wrong):
+            yield f"it {does} {count} pair{'' if count == 1 else 's'} that should {do}."
 
 
 def _poses(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
@@ -289,10 +262,6 @@ def _poses(question: Question, case: Case, got: FloatArray, wanted: FloatArray) 
         f"the positions are off by up to {_size(shift, ' m')}, "
         f"the headings by up to {_size(math.degrees(turn.max()), '°')}."
     )
-
-
-def _flag(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
-    yield f"it returned {bool(got)}, but the correct answer is {bool(wanted)}."
 
 
 def _size(number: float, unit: str) -> str:
@@ -312,5 +281,4 @@ _TEXTS: dict[Answer, Callable[[Question, Case, FloatArray, FloatArray], Iterator
     Answer.MATCHES: _matches,
     Answer.MASK: _mask,
     Answer.POSES: _poses,
-    Answer.FLAG: _flag,
 }  # of all others `_numbers`

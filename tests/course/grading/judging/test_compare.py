@@ -66,8 +66,7 @@ SECRET = "3.14159 is the first input"
     [
         ("OutOfTime", "took too long; does a loop have no end?", ""),
         ("Killed", "the program ended in it", ""),
-        ("TooMuchError", "far more data", ""),
-        ("NotDataError", "return numbers or arrays", f"it {SECRET}."),
+        ("NoAnswerError", "it raised an error.", f"it {SECRET}."),
         ("NotDefined", "there is no function `align`", ""),
         ("CellFailed", "its cell did not run;", f"did not run: {SECRET};"),
         ("NotImplementedError", "not written yet", ""),
@@ -105,7 +104,7 @@ TEXTS = [  # the question, how its right answer is changed, what is said of that
     ("align", lambda T: T @ np.diag([1.0, -1.0, 1.0]), "determinant is −1"),
     ("align", lambda T: 2 * T - np.diag([0, 0, 1]), "columns are not orthonormal"),
     ("align", lambda T: T + 1.0, "last row"),
-    ("huber_weights", lambda w: -w, "all of the numbers lie outside [0, 1]."),
+    ("huber_weights", lambda w: -w, "all of the numbers are off"),
     ("huber_weights", lambda w: w * np.nan, "look for a division by zero"),
     ("huber_weights", lambda w: np.append(w, 1.0), "too long by 1"),
     ("integrate", lambda p: p + np.array([0, 0, 2 * np.pi]), "wrap them"),
@@ -162,6 +161,14 @@ def test_the_examples_learnt_by_heart_are_worth_nothing(question):
         assert assess(question, cases, filled).score <= by_constant.score
 
 
+@pytest.mark.parametrize(("function", "named"), [("align", "align"), ("icp", "nearest_neighbors")])
+def test_a_stub_is_named_also_where_it_is_called(function, named):
+    question, cases = ASSIGNMENT.question(function), ASSIGNMENT.cases(function)
+    called = "" if function == named else f"`{named}` is not written yet (line 4 of cell 7)"
+    outcomes = [Outcome(error="NotImplementedError", message=called)] * len(cases)
+    assert assess(question, cases, outcomes).message == f"`{named}` is not written yet."
+
+
 def test_answers_of_two_mistakes_name_neither():
     question = ASSIGNMENT.question("rotation")
     cases = ASSIGNMENT.cases("rotation", "ada")
@@ -180,6 +187,9 @@ def test_a_mistake_in_the_form_of_the_answer_is_known_by_its_form():
     )  # fmt: skip
     assert recognise(question, [case], [returned(case, "other text")]).id == "relative"
     assert recognise(question, [case], [returned(case, np.array([0, 0]))]).id == "strict"
+    case = replace(case, mistaken={"relative": (np.ones((2, 2)),)})
+    assert recognise(question, [case], [returned(case, np.ones((2, 2)))]).id == "relative"
+    assert recognise(question, [case], [returned(case, np.eye(2))]) is None
 
 
 def test_any_of_the_nearest_target_points_is_right():
