@@ -20,12 +20,10 @@ help: ## list these commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 book: $(READY) ## run every notebook and build the book
-	@$(WARM)
 	$(BIN)/jupyter-book build . --all -W -n --keep-going
 	@echo "Open $(CURDIR)/_build/html/index.html in a browser."
 
 student: $(READY) ## write what students get: the lab and its book without solutions
-	@$(WARM)
 	$(BIN)/python book/_ext/students_edition.py
 
 test: $(TESTS) ## check style and types, then test code, notebooks and pages
@@ -64,7 +62,6 @@ mutants: $(TESTS) ## plant sixty faults, one at a time, and list those that no t
 	$(BIN)/python tests/mutants.py $(MUTANTS_OPTIONS)
 
 lock: $(READY) ## resolve pyproject.toml into requirements.txt: every package, with its hashes
-	$(GET_UV)
 	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 	    --no-strip-extras --no-header pyproject.toml --all-extras --group build --group test \
 	    --output-file requirements.txt
@@ -97,6 +94,5 @@ $(READY): requirements.txt pyproject.toml
 	@touch $@
 
 $(TESTS): $(READY)
-	$(GET_UV)
 	$(UV) --group test || $(PIP) --require-hashes --requirement requirements.txt
 	@touch $@

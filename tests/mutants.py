@@ -1,8 +1,8 @@
 """Change the lab in random places, one at a time, and list what its tests do not notice.
 
 ``python tests/mutants.py [--part core|course|book] [--count 60] [--seed 0] [FILE ...]`` works in a
-copy. A change takes some fifteen seconds. A survivor means the same in other words, tunes what no
-test measures, or names a test that is missing.
+copy. A change takes some fifteen seconds, one that nothing notices a few minutes: it means the same
+in other words, tunes what no test measures, or names a test that is missing.
 """
 
 from __future__ import annotations
@@ -23,12 +23,13 @@ ROOT = Path(__file__).parents[1]
 TRACKED = subprocess.run(
     ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
 ).stdout.split("\n")
-PARTS = {  # the files that are changed, and the tests that all of a part's files are held to
-    "core": (r"labkit/(odometry/)?[a-z]\w*\.py", ()),
-    "course": (r"labkit/course/.+\.py", ()),
+PARTS = {  # the files that are changed, the tests that they are held to, and which of these
+    "core": (r"labkit/(odometry/)?[a-z]\w*\.py", r"tests/(odometry/)?test_\w+\.py", "not slow"),
+    "course": (r"labkit/course/.+\.py", r"tests/course/.*test_\w+\.py", "not slow"),
     "book": (
         r"book/_ext/\w+\.py",
-        ("edition", "folds", "formulas", "predictions", "figures", "notebooks", "pages"),
+        r"tests/book/test_(?!firefox|jupyterlab|\w+_page)\w+\.py",
+        "not slow or intro or icp_loop",  # two pages of twenty-seven
     ),
 }
 OTHER = {
@@ -83,34 +84,30 @@ def changed(text: str, number: int) -> tuple[str, str]:
 
 
 def tests_of(file: str, part: str) -> list[str]:
-    """The file's own tests and examples first, then those of what it serves."""
-    name = Path(file).name
-    if part == "book":
-        own = [file, *(f"tests/book/test_{each}.py" for each in PARTS[part][1])]
-    else:
-        folder = "tests" / Path(file).parent.relative_to("labkit")
-        own = [file, (folder / f"test_{name}").as_posix()]
-        if part == "course":  # the tests of its folder, and of the folders below and above
-            own += [folder.as_posix(), folder.parent.as_posix()]
-        else:
-            served = ("refusals", "icp", "schedule", "step", "search", "estimator")
-            own += [(folder / f"test_{each}.py").as_posix() for each in served]
-    return [each for each in dict.fromkeys(own) if (ROOT / each).exists() and each != "tests"]
+    """The file's examples and own tests first, then those that import it, then its part's."""
+    path = Path(file)
+    names = re.compile(rf"(?m)^(?:from|import) .*\b{path.stem}\b")
+    folder = "tests/" + "/".join(path.parts[1:3] if part == "course" else path.parts[:0])
+    tests = [each for each in TRACKED if re.fullmatch(PARTS[part][1], each)]
+    own = [each for each in tests if each.endswith(f"/test_{path.name}")]
+    own += [each for each in tests if names.search((ROOT / each).read_text("utf-8"))]
+    own += [each for each in tests if each.startswith(folder)]
+    return [file, *dict.fromkeys(own)]
 
 
-def is_noticed(lab: Path, file: str, part: str) -> bool:
-    """Whether a test falls, or hangs."""
+def red(lab: Path, tests: list[str], *options: str) -> str:
+    """The first test that falls, or "" where none does."""
     told = {"PYTHONPATH": str(lab), "LABKIT_CACHE": str(lab / "cache"), "LABKIT_EXAMPLES": "quick"}
-    quick = "not others" if part == "book" else "not slow and not others"
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-m", quick]
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-m", "not others", *options, *tests]
     try:
         done = subprocess.run(
-            [*command, *tests_of(file, part)],
-            cwd=lab, env=os.environ | told, capture_output=True, check=False, timeout=600,
+            command, cwd=lab, env=os.environ | told, capture_output=True, text=True, check=False,
+            timeout=900,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
-        return True
-    return done.returncode != 0
+        return "no end"
+    found = re.findall(r"(?m)^(?:FAILED|ERROR) (.*)", done.stdout)
+    return (found or ["no start" if done.returncode else ""])[0]
 
 
 def main() -> None:
@@ -133,11 +130,14 @@ def main() -> None:
             shutil.copy(ROOT / name, lab / name)
         for name, number in drawn:
             text, line = changed(sources[name], number)
+            tests, chosen = tests_of(name, args.part), ("-k", PARTS[args.part][2])
             (lab / name).write_text(text, "utf-8")
-            seen = is_noticed(lab, name, args.part)
+            by = red(lab, tests, *chosen)
             (lab / name).write_text(sources[name], "utf-8")
-            noticed += seen
-            print(f"{'noticed ' if seen else 'SURVIVED'} {name}: {line}", flush=True)
+            if by.startswith("tests/") and red(lab, tests, *chosen, "--last-failed"):
+                sys.exit(f"red without a change: {by}")
+            noticed += bool(by)
+            print(f"{'noticed ' if by else 'SURVIVED'} {name}: {line}  ({by[:100]})", flush=True)
     print(f"{args.part}: {noticed} of {len(drawn)} noticed; there are {len(places)} places")
 
 
