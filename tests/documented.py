@@ -71,7 +71,6 @@ EXCUSED = {
         "prepares nbgrader's source; its own tests are nbconvert's"
     ),
     "dolos run -l python -i grades/handed_out.py grades/code/*.py": "another program's",
-    "python book/_ext/killian_map.py": "draws two pictures of README anew, from chapter 10",
 }
 WINDOWS = re.compile(r"py -3|\.venv\\")  # the workflow's job on Windows runs their like
 
