@@ -1,6 +1,6 @@
 """Logs and trajectories: reading and writing.
 
-`read_log` reads every format and recognises it by its content.
+`read_log` reads every format.
 """
 
 from labkit.logs.log import Log, SkippedLine

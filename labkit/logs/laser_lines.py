@@ -11,7 +11,8 @@
     VERTEX_SE2 id x y theta            (g2o: the pose of the ROBOTLASER1 line below it)
 
 An ``FLASER`` line says nothing of its beams. By convention the first one looks to −90°,
-and the step is π/n for an even count, π/(n − 1) for an odd one (180 or 181 beams).
+and the step is π/n for an even count, π/(n − 1) for an odd one (180 or 181 beams); from 81.8 m
+on, its scanner reports no return.
 Every scan brings its own pose, so ``ODOM`` and all other first words are passed over unread.
 """
 
@@ -32,7 +33,7 @@ from labkit.logs.lines import (
     parse_numbers,
     parse_pose,
 )
-from labkit.logs.sweeps import Pose, Sweep, declared_maximum
+from labkit.logs.sweeps import Pose, Sweep
 from labkit.scan import check_angles, scanner_poses
 from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
 from labkit.support.arrays import FloatArray, read_only
@@ -41,6 +42,7 @@ from labkit.support.errors import LabkitError, LogError
 G2O_WORDS = frozenset({"VERTEX_SE2", "EDGE_SE2"})
 CARMEN_WORDS = frozenset({"FLASER", "ROBOTLASER1", "ODOM", "PARAM", "NEFF", "TRUEPOS", "RAWLASER1"})
 
+FLASER_MAXIMUM = 81.8  # [m]
 SAME_PLACE = 0.1  # [m, rad]: largest difference of two lines that tell one mounting
 PRINTED = 1e-4  # [m, rad]: difference of two poses by their printed decimals alone
 
@@ -84,15 +86,16 @@ def scanner_trajectories(
     laser = np.array([sweep.laser for sweep in sweeps])
     robot = np.array([sweep.robot for sweep in sweeps])
     mounts = to_xytheta(relative(from_xytheta(robot), from_xytheta(laser)))
-    mount = _median(mounts)
+    x, y, theta = mounts.T
+    cosine, sine = np.median(np.cos(theta)), np.median(np.sin(theta))  # where ±π are one
+    mount = np.array([np.median(x), np.median(y), np.arctan2(sine, cosine)])
     off = np.abs(to_xytheta(relative(from_xytheta(mount), from_xytheta(mounts)))).max(axis=1)
     rigid = _most(off) <= SAME_PLACE
     declared = rigid and bool(np.abs(mount).max() > PRINTED)
     if declared and laser_offset.any():
-        x, y, theta = mount
         raise LogError(
-            f"{file}: the log itself says where the scanner sits on the robot, "
-            f"({x:.3f} m, {y:.3f} m, {theta:.4f} rad); leave `laser_offset` out"
+            f"{file}: the log itself says where the scanner sits on the robot, at "
+            f"{mount.round(4).tolist()} (m, m, rad); leave `laser_offset` out"
         )
     offset = mount if declared else laser_offset
     vertices = np.array([sweep.vertex for sweep in sweeps if sweep.vertex is not None])
@@ -116,6 +119,7 @@ def _parse_flaser(number: int, fields: Sequence[str]) -> Sweep:
         ranges=np.array(parse_numbers(fields[2 : n + 2], "range")),
         angles=beam_angles(-math.pi / 2, step, n),
         stamp=_parse_stamp(*fields[-3:]),
+        range_max=FLASER_MAXIMUM,
         laser=parse_pose(fields[n + 2 : n + 5], "the laser pose"),
         robot=parse_pose(fields[n + 5 : n + 8], "the robot pose"),
     )
@@ -127,10 +131,9 @@ def _parse_robotlaser(number: int, fields: Sequence[str], vertex: Pose | None) -
     expect_fields(fields, n + m + 24, f"ROBOTLASER1 with {n} beams and {m} remissions")
     names = ("start angle", "field of view", "angular step", "maximum range")
     start, fov, step, declared = map(parse_finite, fields[2:6], names)
-    if step <= 0.0:
-        raise DamagedLine(f"the angular step is {step:g}, expected a positive number")
-    if declared <= 0.0:
-        raise DamagedLine(f"the maximum range is {declared:g}, expected a positive number")
+    for value, name in ((step, "angular step"), (declared, "maximum range")):
+        if value <= 0.0:
+            raise DamagedLine(f"the {name} is {value:g}, expected a positive number")
     # 0.017453 is short of one degree by 3e-7 rad, which 179 steps make 5e-5 rad.
     exact = (each for each in (fov / n, fov / max(n - 1, 1)) if abs(each - step) <= 1e-6)
     first = n + m + 10
@@ -139,7 +142,7 @@ def _parse_robotlaser(number: int, fields: Sequence[str], vertex: Pose | None) -
         ranges=np.array(parse_numbers(fields[9 : n + 9], "range")),
         angles=beam_angles(start, next(exact, step), n),
         stamp=_parse_stamp(*fields[-3:]),
-        range_max=declared_maximum(declared),
+        range_max=declared,
         laser=parse_pose(fields[first : first + 3], "the laser pose"),
         robot=parse_pose(fields[first + 3 : first + 6], "the robot pose"),
         vertex=vertex,
@@ -161,13 +164,6 @@ def _parse_stamp(ipc: str, host: str, logger: str) -> float:
     """Time of the message [s]; the logger's clock if the message has none (0)."""
     ipc_stamp = parse_finite(ipc, f"the timestamp beside host {host[:30]!r}")
     return ipc_stamp or parse_finite(logger, f"the logger timestamp beside host {host[:30]!r}")
-
-
-def _median(mounts: FloatArray) -> FloatArray:
-    """Median of each number; that of θ about the mean direction, where ±π are one."""
-    x, y, theta = mounts.T
-    mean = np.arctan2(np.sin(theta).mean(), np.cos(theta).mean())
-    return np.array([np.median(x), np.median(y), wrap(mean + np.median(wrap(theta - mean)))])
 
 
 def _most(gaps: FloatArray) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import gzip
 import io
 import math
-import os
 import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -16,7 +15,7 @@ from labkit.support.arrays import FARTHEST
 from labkit.support.errors import LogError
 
 MAX_BYTES = 512 << 20  # of a file, unpacked: a small packed one must not fill the memory
-MAX_LINE_BYTES = 4 << 20  # of a line
+MAX_LINE_BYTES = 4 << 20
 MAX_REASON = 180  # characters: with the file's name it stays a message that a terminal shows
 
 
@@ -65,12 +64,11 @@ def read_lines(report: DamageReport) -> Iterator[tuple[int, str]]:
     with _open(report.file) as stream:
         for number, line in enumerate(iter(lambda: stream.readline(MAX_LINE_BYTES), b""), 1):
             seen += len(line)
-            if seen > MAX_BYTES:
+            if seen > MAX_BYTES or len(line) == MAX_LINE_BYTES:
                 raise LogError(
-                    f"{report.file}: more than {MAX_BYTES:,} bytes, unpacked; cut it in pieces"
+                    f"{report.file}:{number}: more than {MAX_BYTES:,} bytes, unpacked, or more "
+                    f"than {MAX_LINE_BYTES:,} in a line; cut it in pieces"
                 )
-            if len(line) == MAX_LINE_BYTES:
-                raise LogError(f"{report.file}:{number}: more than {MAX_LINE_BYTES:,} bytes")
             text = line.decode("utf-8", "replace").removeprefix("\ufeff").rstrip("\r\n")
             empty = empty and not text.strip()
             yield number, text
@@ -80,32 +78,23 @@ def read_lines(report: DamageReport) -> Iterator[tuple[int, str]]:
 
 @contextmanager
 def _open(file: str) -> Iterator[BinaryIO]:
-    """Open a file, unpacked; raise `LogError` for all that goes wrong with it until the end."""
-    packed = False
+    """Open a file, unpacked; all that goes wrong with it until the end is a `LogError`."""
     try:
-        if os.path.exists(file) and not os.path.isfile(file):
-            kind = "a directory" if os.path.isdir(file) else "a pipe or a device"
-            raise LogError(f"{file}: is {kind}, expected a file")
         with open(file, "rb") as raw:
-            magic = raw.peek(4)[:4]
-            packed = magic.startswith((b"\x1f\x8b", b"PK\x03\x04", b"PK\x05\x06"))
-            if not packed:
-                yield raw
-            elif magic.startswith(b"PK"):
+            magic = raw.peek(2)[:2]
+            if magic == b"PK":
                 with zipfile.ZipFile(raw) as archive, archive.open(_member(archive)) as unpacked:
                     yield cast(BinaryIO, io.BufferedReader(cast(io.RawIOBase, unpacked)))
-            else:
+            elif magic == b"\x1f\x8b":
                 with gzip.open(raw) as unpacked:
                     yield cast(BinaryIO, unpacked)
+            else:
+                yield raw
     except LogError as error:
         raise LogError(str(error) if file in str(error) else f"{file}: {error}") from None
-    except FileNotFoundError:
-        raise LogError(f"{file}: no such file") from None
     except Exception as error:  # a damaged archive raises errors of many kinds
         reason = shorten(getattr(error, "strerror", None) or str(error) or type(error).__name__)
-        problem = "the archive cannot be unpacked" if packed else "cannot be read"
-        way_out = "; get it again, or unpack it and name the log" if packed else ""
-        raise LogError(f"{file}: {problem}: {reason}{way_out}") from None
+        raise LogError(f"{file}: cannot be read: {reason}") from None
 
 
 def _member(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
@@ -113,10 +102,7 @@ def _member(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
     files = [each for each in archive.infolist() if not each.is_dir()]
     members = [each for each in files if not each.filename.startswith("__MACOSX/")]
     if len(members) != 1:
-        raise LogError(
-            f"a zip archive must hold exactly one log, got {len(members)}; unpack it and name "
-            f"one file"
-        )
+        raise LogError(f"must hold exactly one log, got {len(members)}; unpack it and name one")
     return members[0]
 
 
@@ -126,14 +112,14 @@ def parse_numbers(fields: Sequence[str], what: str) -> list[float]:
         return [float(field) for field in fields]
     except ValueError:
         index = next(k for k, field in enumerate(fields) if not is_number(field))
-    raise DamagedLine(f"{what} {index + 1} is {_quoted(fields[index])}, expected a number")
+    raise DamagedLine(f"{what} {index + 1} is {fields[index]!r:.30}, expected a number")
 
 
 def parse_finite(field: str, what: str) -> float:
     """Convert a field to a finite float; `DamagedLine` names a bad one."""
     value = float(field) if is_number(field) else math.nan
     if not math.isfinite(value):
-        raise DamagedLine(f"{what} is {_quoted(field)}, expected a finite number")
+        raise DamagedLine(f"{what} is {field!r:.30}, expected a finite number")
     return value
 
 
@@ -147,19 +133,18 @@ def parse_pose(fields: Sequence[str], what: str) -> tuple[float, float, float]:
 
 def parse_count(fields: Sequence[str], index: int, what: str, at_least: int) -> int:
     """Convert the field at `index` to a count; `DamagedLine` if there is none, or too small."""
-    if index >= len(fields):
-        raise DamagedLine(f"{len(fields)} fields, the line ends before the number of {what}")
-    field = fields[index]
-    if not (field.isdecimal() and field.isascii() and len(field) < 10 and int(field) >= at_least):
+    field = fields[index] if index < len(fields) else ""
+    value = float(field) if is_number(field) else math.nan
+    if not (value.is_integer() and value >= at_least):
         raise DamagedLine(
-            f"the number of {what} is {_quoted(field)}, expected an integer ≥ {at_least}"
+            f"the number of {what} is {field!r:.30}, expected an integer of at least {at_least}"
         )
-    return int(field)
+    return int(value)
 
 
 def expect_near(x: float, y: float, what: str) -> None:
     """Raise `DamagedLine` for a place beyond `FARTHEST`."""
-    if max(abs(x), abs(y)) > FARTHEST:
+    if not (abs(x) <= FARTHEST and abs(y) <= FARTHEST):
         raise DamagedLine(f"{what} is ({x:g}, {y:g}), expected to lie within {FARTHEST:g} m")
 
 
@@ -176,7 +161,3 @@ def is_number(field: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _quoted(field: str) -> str:
-    return repr(field if len(field) <= 30 else field[:27] + "...")

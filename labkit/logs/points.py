@@ -9,8 +9,8 @@ others are beams by number, as ``r0,r1,r2``.
 from __future__ import annotations
 
 import math
+import re
 from array import array
-from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
@@ -27,12 +27,12 @@ from labkit.logs.lines import (
 from labkit.logs.sweeps import MILLIMETRES, Sweep
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
-from labkit.support.errors import InvalidParameterError, LogError
+from labkit.support.errors import LogError
 
 CLOCKS = ("stamp", "time", "timestamp")
 POINT = ("x", "y")
+NUMBERED = re.compile(r"(.*?)[\[(]?[0-9]+[\])]?")  # r0, ranges[0]
 FEWEST_BEAMS = 4
-FRACTIONS = 0.02  # largest share of the rows whose scan number may be none, by damage alone
 
 
 def split_row(line: str) -> list[str]:
@@ -54,45 +54,42 @@ def read_points_table(lines: Iterable[tuple[int, str]], report: DamageReport) ->
     """Read rows of points; scans come in the order in which their number is first met."""
     names: list[str] = []
     found: dict[float, array[float]] = {}
-    good = fractions = 0
     for number, text in lines:
         row = split_row(text)
-        if not row:
-            continue
         if not names:
             names = _columns(row)
             if names and not _is_number_row(row):
                 continue
         try:
-            expect_fields(row, len(names) or 2, "a row of points")
-            named = dict(zip(names or POINT, row, strict=True))
-            scan = parse_finite(named.get("scan", "0"), "the scan number")
-            x, y = parse_finite(named["x"], "x"), parse_finite(named["y"], "y")
-            expect_near(x, y, "the point")
-            if not scan.is_integer():
-                fractions += 1
-                raise DamagedLine(f"the scan number is {scan:g}, expected a whole number")
+            if row:
+                scan, x, y = _parse_point(names or POINT, row)
+                found.setdefault(scan, array("d")).extend((x, y))
         except DamagedLine as damage:
             report.skip(number, damage)
-            continue
-        found.setdefault(scan, array("d")).extend((x, y))
-        good += 1
-    if fractions > max(1.0, FRACTIONS * (fractions + good)):
-        raise LogError(
-            f"{report.file}: {fractions} of {fractions + good} rows begin with no whole "
-            f"number, so that it is no scan's; name the columns in a header, as `x,y,intensity`"
-        )
-    if not found:
-        return ()
     scans = tuple(Scan.from_points(np.array(points).reshape(-1, 2)) for points in found.values())
-    first = scans[0].points
-    extent = float(np.median(np.hypot(*(first - np.median(first, axis=0)).T)))
-    if extent > MILLIMETRES:
-        report.remarks.append(
-            f"half of the points lie more than {extent:.4g} m from their middle: are they "
-            f"millimetres? labkit reads metres"
-        )
+    if scans:
+        first = scans[0].points
+        extent = float(np.median(np.hypot(*(first - np.median(first, axis=0)).T)))
+        if extent > MILLIMETRES:
+            report.remarks.append(
+                f"half of the points lie more than {extent:.4g} m from their middle: are they "
+                f"millimetres? labkit reads metres"
+            )
     return scans
+
+
+def _parse_point(names: Sequence[str], row: Sequence[str]) -> tuple[float, float, float]:
+    """Number of the scan, x and y of one row."""
+    expect_fields(row, len(names), "a row of points")
+    named = {"scan": "0"} | dict(zip(names, row, strict=True))
+    scan, x, y = (parse_finite(named[name], name) for name in ("scan", *POINT))
+    expect_near(x, y, "the point")
+    if not scan.is_integer():
+        raise DamagedLine(
+            f"scan is {scan:g}, expected a whole number; if the columns are others, name them in a "
+            f"header, as `x,y,intensity`"
+        )
+    return scan, x, y
 
 
 def read_ranges_table(
@@ -119,19 +116,16 @@ def read_ranges_table(
                     f"`angles=(-2.356, 2.356)`, for `labkit odometry` as `--angles -2.356 2.356` "
                     f"(a trajectory is read by `read_tum`)"
                 )
-            if count > 1 and angles[0] == angles[1]:
-                raise InvalidParameterError(
-                    f"must be two directions, got {angles[0]:g} twice", parameter="angles"
-                )
             beams = np.linspace(angles[0], angles[1], count)
         try:
             expect_fields(row, len(beams) + (clock is not None), f"{len(beams)} beams")
             stamp = np.nan if clock is None else parse_finite(row.pop(clock), "the stamp")
             ranges = parse_numbers([field or "nan" for field in row], "range")
-            first_column.append(ranges[0])
-            yield Sweep(line=number, ranges=np.array(ranges), angles=beams, stamp=stamp)
         except DamagedLine as damage:
             report.skip(number, damage)
+            continue
+        first_column.append(ranges[0])
+        yield Sweep(line=number, ranges=np.array(ranges), angles=beams, stamp=stamp)
     if not has_header and len(first_column) > FEWEST_BEAMS and np.all(np.diff(first_column) > 0.0):
         report.remarks.append(
             "the first column rises in every row: if it is a clock and no beam, say so in a "
@@ -142,11 +136,10 @@ def read_ranges_table(
 def _clock_column(row: Sequence[str], file: str) -> int | None:
     """The column of the clock by a header of ranges; all others must be beams of one name."""
     names = [field.strip("\"' %").lower() for field in row]
-    stems = [name.rstrip("0123456789[]()") for name in names]
-    numbered = Counter(stem for stem, name in zip(stems, names, strict=True) if stem != name)
-    beam = numbered.most_common(1)[0][0] if numbered else None
+    stems = [found[1] if (found := NUMBERED.fullmatch(name)) else "" for name in names]
+    beam = max(stems, key=stems.count)
     for name, stem in zip(names, stems, strict=True):
-        if name not in CLOCKS and (stem != beam or stem == name):
+        if name not in CLOCKS and (stem != beam or not beam):
             raise LogError(
                 f"{file}: the column {name!r} is neither a clock ({', '.join(CLOCKS)}) nor a "
                 f"numbered beam (r0, r1, ...); rename it, take it out, or begin a title with #"

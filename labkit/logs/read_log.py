@@ -1,4 +1,4 @@
-"""One function for all logs: it recognises the format by the content, not by the name."""
+"""One function for all logs: it recognises the format by the content, a bag by its suffix."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from importlib.util import find_spec
 from itertools import chain, islice
 from pathlib import Path
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.logs.laser_lines import CARMEN_WORDS, G2O_WORDS, read_laser_lines, scanner_trajectories
@@ -29,12 +28,6 @@ FORMATS = (
 )
 KILLIAN = "killian"  # the built-in run: MIT Killian Court, 3,873 scans over 1.9 km
 HEAD = 1000  # lines that tell the format
-EXPECTED = {
-    "carmen": "FLASER or ROBOTLASER1 lines",
-    "g2o": "a ROBOTLASER1 line below each VERTEX_SE2",
-    "points": "rows `x,y` or `scan,x,y`",
-    "ranges": "rows of ranges",
-}
 SUFFIXES = frozenset({".gz", ".zip", ".log", ".clf", ".g2o", ".csv", ".txt", ".bag"})
 
 
@@ -65,8 +58,8 @@ def read_log(
         declared maximum counts, and `no_return`.
     no_return : array_like, optional
         Ranges [m] that mean "nothing came back", to 1.5 mm; ``()`` for none. By default the
-        known codes with which a log's ranges end, named in `Log.remarks`. A `range_max` takes
-        the place of these.
+        known code with which a log's ranges end, named in `Log.remarks`. A `range_max` takes
+        the place of it.
     laser_offset : array_like, shape (3,)
         Pose of the scanner on the robot, ``T_robot_laser`` as (x [m], y [m], θ [rad]), for
         a log that does not declare it itself: ``T_w_laser = T_w_robot @ T_robot_laser``.
@@ -113,8 +106,6 @@ def read_log(
             file, report, laser_offset=offset, topic=topic, odometry_topic=odometry_topic
         )
     else:
-        if topic is not None or odometry_topic is not None:
-            raise LogError(f"{file}: is no ROS bag; leave `topic` and `odometry_topic` out")
         lines = read_lines(report)
         head = list(islice(lines, HEAD))
         lines = chain(head, lines)
@@ -123,16 +114,13 @@ def read_log(
             scans = read_points_table(lines, report)
         elif format == "ranges":
             sweeps = list(read_ranges_table(lines, report, beams))
-        else:
-            sweeps = list(read_laser_lines(lines, report, graph=format == "g2o"))
-    if format in ("carmen", "g2o") and sweeps:
-        odometry, reference = scanner_trajectories(sweeps, offset, report.file)
+        elif sweeps := list(read_laser_lines(lines, report, graph=format == "g2o")):
+            odometry, reference = scanner_trajectories(sweeps, offset, report.file)
     if sweeps:
-        sick = format == "carmen" and any(np.isinf(sweep.range_max) for sweep in sweeps)
-        scans = make_scans(sweeps, report, range_max=range_max, no_return=no_return, sick=sick)
+        scans = make_scans(sweeps, report, range_max=range_max, no_return=no_return)
     if not scans:
-        lacking = f"a {format} log without any scan, expected {EXPECTED.get(format, 'scans')}"
-        raise LogError(f"{report.file}: {lacking}{report.summary()}")
+        lacking = f"a {format} log without any scan{report.summary()}; labkit reads {FORMATS}"
+        raise LogError(f"{report.file}: {lacking}")
     return Log(
         scans=scans,
         odometry=odometry,
@@ -162,9 +150,8 @@ def _format(head: Sequence[str], file: str) -> str:
         return "carmen"
     if kind := table_kind(head):
         return kind
-    binary = any(not line.replace("\t", " ").isprintable() for line in head[:5])
-    found = "binary data" if binary else repr("".join(head[:1])[:40])
-    raise LogError(f"{file}: unknown format, the file begins with {found}; labkit reads {FORMATS}")
+    begin = repr("".join(head[:1])[:40])
+    raise LogError(f"{file}: unknown format, the file begins with {begin}; labkit reads {FORMATS}")
 
 
 def _run_name(source: Path) -> str:

@@ -5,7 +5,6 @@ The package `rosbags` reads the bag; it is optional and imported only when a bag
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import count
@@ -15,32 +14,30 @@ from typing import Any
 import numpy as np
 
 from labkit.logs.laser_lines import beam_angles
-from labkit.logs.lines import DamagedLine, DamageReport, shorten
-from labkit.logs.sweeps import Sweep, declared_maximum
-from labkit.logs.trajectories import MAX_EXTRAPOLATION, interpolate_poses, seconds_outside
+from labkit.logs.lines import DamagedLine, DamageReport, expect_near, shorten
+from labkit.logs.sweeps import Sweep
+from labkit.logs.trajectories import (
+    MAX_EXTRAPOLATION,
+    interpolate_poses,
+    planar_heading,
+    seconds_outside,
+)
 from labkit.scan import scanner_poses
-from labkit.support.arrays import FARTHEST, FloatArray
+from labkit.support.arrays import FloatArray
 from labkit.support.errors import LogError
 from labkit.support.extras import need
 
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
 ODOMETRY = "nav_msgs/msg/Odometry"
-ROS1_MAGIC = b"#ROSBAG V"
-ROS2_MAGICS = (b"SQLite format 3\0", b"\x89MCAP0\r\n")
-UNIT = 1e-3  # a quaternion's length differs from 1 by its digits, no more
+BAGS = (".bag", ".db3", ".mcap")  # the first is of ROS 1
 SILENCE = 1.0  # [s]: between two messages farther apart nobody knows the way
 
 Bag = tuple[Any, Callable[[bytes, str], Any]]  # the reader, and the decoder of its messages
 
 
 def is_bag(path: Path) -> bool:
-    """Recognise a bag by its first bytes, a ROS 2 directory by its metadata."""
-    try:
-        if path.is_dir():
-            return (path / "metadata.yaml").is_file()
-        return path.is_file() and _first_bytes(path).startswith((ROS1_MAGIC, *ROS2_MAGICS))
-    except (OSError, ValueError):
-        return False
+    """Recognise a bag by its suffix, a directory of ROS 2 by its metadata."""
+    return path.suffix in BAGS or (path / "metadata.yaml").is_file()
 
 
 def read_bag(
@@ -91,28 +88,18 @@ def _open(path: Path, file: str) -> Iterator[Bag]:
     from rosbags import rosbag1, rosbag2  # noqa: PLC0415
     from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
 
+    is_ros1 = path.suffix == BAGS[0]
+    store = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_HUMBLE)
     try:
-        if _first_bytes(path).startswith(ROS1_MAGIC):
-            opened: Any = rosbag1.Reader(path)
-            decode: Any = get_typestore(Stores.ROS1_NOETIC).deserialize_ros1
-        else:
-            opened = rosbag2.Reader(path)
-            decode = get_typestore(Stores.ROS2_HUMBLE).deserialize_cdr
+        opened = (rosbag1 if is_ros1 else rosbag2).Reader(path)
         opened.open()
     except Exception as error:  # a damaged bag makes rosbags raise errors of many kinds
         reason = shorten(str(error)) or type(error).__name__
         raise LogError(f"{file}: the bag cannot be opened: {reason}") from error
     try:
-        yield opened, decode
+        yield opened, store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
     finally:
         opened.close()
-
-
-def _first_bytes(path: Path) -> bytes:
-    if path.is_dir():
-        return b""
-    with path.open("rb") as file:
-        return file.read(16)
 
 
 def _topics(bag: Bag, msgtype: str) -> list[str]:
@@ -169,7 +156,7 @@ def _sweeps(bag: Bag, topic: str, report: DamageReport) -> Iterator[Sweep]:
             angles=angles,
             stamp=stamp,
             range_min=float(message.range_min),
-            range_max=declared_maximum(float(message.range_max)),
+            range_max=float(message.range_max),
         )
 
 
@@ -178,22 +165,11 @@ def _track(bag: Bag, topic: str, report: DamageReport) -> FloatArray:
     rows = []
     for number, stamp, message in _messages(bag, topic, ODOMETRY, report):
         try:
-            rows.append((stamp, *_planar_pose(message.pose.pose)))
+            place, q = message.pose.pose.position, message.pose.pose.orientation
+            expect_near(place.x, place.y, "the pose")
+            rows.append((stamp, place.x, place.y, planar_heading(q.x, q.y, q.z, q.w)))
         except DamagedLine as damage:
             report.skip(number, f"a damaged {ODOMETRY} message: {damage}")
     if not rows:
         raise LogError(f"{report.file}: no usable {ODOMETRY} message on {topic}{report.summary()}")
     return np.array(sorted(rows, key=lambda row: row[0]))
-
-
-def _planar_pose(pose: Any) -> tuple[float, float, float]:
-    """Pose (x, y, θ) of a robot on the floor; `DamagedLine` if it is none."""
-    x, y, q = pose.position.x, pose.position.y, pose.orientation
-    if not (abs(x) <= FARTHEST and abs(y) <= FARTHEST):
-        raise DamagedLine(f"its pose is not within {FARTHEST:g} m")
-    norm = math.hypot(q.x, q.y, q.z, q.w)
-    if not abs(norm - 1.0) <= UNIT:
-        raise DamagedLine(f"its quaternion has length {norm:.4g}, expected 1")
-    sine = 2.0 * (q.w * q.z + q.x * q.y)
-    cosine = 1.0 - 2.0 * (q.y * q.y + q.z * q.z)
-    return x, y, math.atan2(sine, cosine)

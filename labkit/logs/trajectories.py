@@ -18,12 +18,14 @@ from labkit.logs.lines import (
     read_lines,
 )
 from labkit.se2 import wrap
-from labkit.support.arrays import FloatArray, as_finite, as_floats, as_poses
+from labkit.support.arrays import FloatArray, as_poses, as_stamps
 from labkit.support.errors import InvalidPointsError, LogError
 from labkit.support.files import atomic_write
 
 TUM = "timestamp tx ty tz qx qy qz qw"
 MAX_EXTRAPOLATION = 0.1  # [s] for which the first and the last pose are held
+UNIT = 1e-3  # a quaternion's length differs from 1 by its digits, no more
+LEAN = 0.25  # sine of half the angle by which a robot on the floor may lean, 29 degrees
 
 
 def write_tum(path: str | os.PathLike[str], stamps: ArrayLike, poses: ArrayLike) -> None:
@@ -39,11 +41,7 @@ def write_tum(path: str | os.PathLike[str], stamps: ArrayLike, poses: ArrayLike)
         Rows (x [m], y [m], θ [rad]).
     """
     rows = as_poses(poses, "poses")
-    times = as_finite(as_floats(stamps, "stamps"), "stamps", hint="or give indices for times")
-    if times.shape != (len(rows),):
-        raise InvalidPointsError(
-            f"`stamps` must have shape ({len(rows)},), one per pose, got {times.shape}"
-        )
+    times = as_stamps(stamps, "stamps", len(rows))
     half = wrap(rows[:, 2]) / 2.0
     table = np.column_stack([times, rows[:, :2], np.sin(half), np.cos(half)])
     with atomic_write(path) as file:
@@ -53,7 +51,7 @@ def write_tum(path: str | os.PathLike[str], stamps: ArrayLike, poses: ArrayLike)
 
 
 def read_tum(path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
-    """Read a planar trajectory, plain, in gzip or in zip; tz is dropped.
+    """Read a planar trajectory, plain, in gzip or in zip; tz and a small lean are dropped.
 
     A trajectory with a damaged line is refused as a whole, since a gap in it would go unseen.
 
@@ -86,18 +84,22 @@ def read_tum(path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
 
 
 def _parse_tum(fields: Sequence[str]) -> tuple[float, float, float, float]:
-    """Time and x, y, θ of one line; the angle of a rotation about z is 2·atan2(qz, qw)."""
+    """Time and x, y, θ of one line."""
     expect_fields(fields, 8, f"`{TUM}`")
-    t, x, y, _, qx, qy, qz, qw = map(parse_finite, fields, TUM.split())
+    t, x, y, _, *quaternion = map(parse_finite, fields, TUM.split())
     expect_near(x, y, "the position")
+    return t, x, y, planar_heading(*quaternion)
+
+
+def planar_heading(qx: float, qy: float, qz: float, qw: float) -> float:
+    """θ in (−π, π] of a unit quaternion that hardly leans; `DamagedLine` if it is none."""
     norm = math.hypot(qx, qy, qz, qw)
-    if abs(norm - 1.0) > 1e-3:
+    if not abs(norm - 1.0) <= UNIT:
         raise DamagedLine(f"the quaternion has length {norm:.4g}, expected 1 (order qx qy qz qw)")
-    if max(abs(qx), abs(qy)) > 1e-6:
-        raise DamagedLine(
-            f"a rotation out of the plane, qx = {qx:g} and qy = {qy:g}, expected 0 and 0"
-        )
-    return t, x, y, float(wrap(2.0 * math.atan2(qz, qw)))
+    if math.hypot(qx, qy) > LEAN:
+        raise DamagedLine(f"a rotation out of the plane, qx = {qx:g} and qy = {qy:g}, expected 0")
+    sine, cosine = 2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz
+    return float(wrap(math.atan2(sine, cosine)))
 
 
 def interpolate_poses(stamps: ArrayLike, times: ArrayLike, poses: ArrayLike) -> FloatArray:
@@ -117,13 +119,8 @@ def interpolate_poses(stamps: ArrayLike, times: ArrayLike, poses: ArrayLike) -> 
     ndarray, shape (K, 3)
         A pose for each scan, θ in (−π, π].
     """
-    rows, t = as_poses(poses, "poses"), as_finite(as_floats(stamps, "stamps"), "stamps")
-    known = as_finite(as_floats(times, "times"), "times")
-    if t.ndim != 1 or known.shape != (len(rows),):
-        raise InvalidPointsError(
-            f"`stamps` must have shape (K,) and `times` ({len(rows)},), one per pose, "
-            f"got {t.shape} and {known.shape}"
-        )
+    rows, t = as_poses(poses, "poses"), as_stamps(stamps, "stamps")
+    known = as_stamps(times, "times", len(rows))
     order = np.argsort(known, kind="stable")
     known, rows = known[order], rows[order]
     outside = seconds_outside(t, known)

@@ -154,6 +154,15 @@ def as_finite(rows: FloatArray, name: str, hint: str = "") -> FloatArray:
     return rows
 
 
+def as_stamps(stamps: ArrayLike, name: str, count: int | None = None) -> FloatArray:
+    """Check finite times [s], shape (K,); one for each of `count` poses, if that is given."""
+    checked = as_floats(stamps, name, hint="give seconds")
+    if checked.ndim != 1 or count not in (None, len(checked)):
+        expected = "(K,)" if count is None else f"({count},), one per pose"
+        raise InvalidPointsError(f"`{name}` must have shape {expected}, got {checked.shape}")
+    return as_finite(checked, name)
+
+
 def as_pairs(
     source: ArrayLike, target: ArrayLike, weights: ArrayLike | None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -194,25 +194,19 @@ def test_signalling_nan_and_huge_poses_pass_without_a_warning(bag):
     bag.odometry(10.0, 1.0, 0.0, 0.0)
     log = read_log(bag.close())
     assert log.scans[0].beams.tolist() == [1]
-    assert "its pose is not within 1e+09 m" in log.skipped[0].reason
+    assert "the pose is (1e+300, 0), expected to lie within 1e+09 m" in log.skipped[0].reason
 
 
-@pytest.mark.parametrize(
-    ("orientation", "reason"),
-    [
-        ((0.0, 0.0, 2.0, 2.0), "its quaternion has length 2.828, expected 1"),
-        ((0.0, 0.0, math.nan, 1.0), "its quaternion has length nan, expected 1"),
-    ],
-)
-def test_a_quaternion_that_is_none_is_damage(bag, orientation, reason):
+@pytest.mark.parametrize("length", [2.828, math.nan])
+def test_a_quaternion_that_is_none_is_damage(bag, length):
     bag.scan(10.0)
-    bag.odometry(10.0, 5.0, 0.0, 0.0, orientation=dict(zip("xyzw", orientation, strict=True)))
+    bag.odometry(10.0, 5.0, 0.0, 0.0, orientation={"w": length})
     bag.odometry(10.0, 1.0, 0.0, 0.0)
-    leaning = {"x": 0.0, "y": math.sin(0.1), "z": 0.0, "w": math.cos(0.1)}
-    bag.odometry(10.05, 1.0, 0.0, 0.0, orientation=leaning)
+    bag.odometry(10.05, 1.0, 0.0, 0.0, orientation={"y": math.sin(0.1), "w": math.cos(0.1)})
     log = read_log(bag.close())
     assert log.odometry.tolist() == [[1.0, 0.0, 0.0]]
-    assert [(s.line, reason in s.reason) for s in log.skipped] == [(1, True)]
+    assert [skipped.line for skipped in log.skipped] == [1]
+    assert f"the quaternion has length {length}, expected 1" in log.skipped[0].reason
 
 
 def test_an_odometry_that_falls_silent_is_told(bag):

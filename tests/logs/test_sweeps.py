@@ -1,4 +1,4 @@
-"""Codes for "no return": told from walls that happen to stand at the top of the range."""
+"""What is no return, by codes and by declaration; clocks and units."""
 
 import numpy as np
 import pytest
@@ -9,22 +9,25 @@ from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 STEPS = np.arange(12)
 PATH = np.column_stack([0.1 * STEPS - 0.6, 0.03 * STEPS, 0.05 * STEPS])
+LIDAR = Lidar(beam_count=180, field_of_view=np.pi, range_max=100.0)
 
 
-def sweeps(longest, codes=(), *, share=0.1, digits=3, noise=0.01, path=PATH):
+def sweeps(longest, codes=(), share=0.1):
     """Ranges of a drive through a room, scaled until its farthest wall stands at `longest`."""
-    lidar = Lidar(beam_count=180, field_of_view=np.pi, noise_std=noise, range_max=100.0)
-    ranges = np.array([scan.ranges for scan in scan_along(room(), path, lidar, rng=4)])
+    ranges = np.array([scan.ranges for scan in scan_along(room(), PATH, LIDAR, rng=4)])
     ranges *= longest / ranges.max()
     rng = np.random.default_rng(1)
     if len(codes):
         missed = rng.random(ranges.shape) < share
         ranges[missed] = rng.choice(codes, np.count_nonzero(missed))
-    return ranges.round(digits)
+    return ranges.round(3)
 
 
 def saved(save, line, rows, **options):
-    return save("".join(line(row, **options) for row in rows.tolist()))
+    """A log of these ranges, a scan a second."""
+    clock = "stamp" if "maximum" in options else "ipc"
+    lines = (line(row, **{clock: k + 1.0}, **options) for k, row in enumerate(rows.tolist()))
+    return save("".join(lines))
 
 
 CODES = [(8.183, 8.187, 8.191), (32.77,), (50.9, 51.07, 51.16), (81.83, 81.91)]
@@ -32,28 +35,19 @@ CODES = [(8.183, 8.187, 8.191), (32.77,), (50.9, 51.07, 51.16), (81.83, 81.91)]
 
 @pytest.mark.parametrize("codes", CODES)
 @pytest.mark.parametrize("share", [0.02, 0.4])
-def test_a_known_code_at_the_top_makes_no_point(save, flaser, codes, share):
+@pytest.mark.parametrize("declared", [None, 1.001, 1.2])  # times the longest code
+def test_a_known_code_at_the_top_makes_no_point(save, flaser, robotlaser, codes, share, declared):
+    """The law: whether the log declares no maximum, or one above the code."""
     rows = sweeps(0.97 * min(codes), codes, share=share)
-    log = read_log(saved(save, flaser, rows))
+    options = {} if declared is None else {"maximum": declared * max(codes)}
+    log = read_log(saved(save, robotlaser if options else flaser, rows, **options))
     for scan, row in zip(log.scans, rows, strict=True):
         assert scan.beams.tolist() == np.flatnonzero(row < 0.975 * min(codes)).tolist()
         assert (scan.ranges == row).all()
-    remark = log.remarks[0]
-    count = np.count_nonzero(rows > 0.975 * min(codes))
-    assert remark.startswith(f"{count} of {rows.size} ranges (")
-    assert f"{max(codes):g} m" in remark
-    assert len(remark) < 200
-
-
-@pytest.mark.parametrize("longest", [8.187, 30.0, 51.0])
-@pytest.mark.parametrize(("digits", "noise"), [(2, 0.01), (3, 0.0)])
-@pytest.mark.parametrize("stands", [False, True])
-def test_a_wall_at_the_top_is_a_wall(save, flaser, longest, digits, noise, stands):
-    path = PATH[[3] * 30] if stands else PATH
-    rows = sweeps(longest, digits=digits, noise=noise, path=path)
-    log = read_log(saved(save, flaser, rows))
-    assert all(len(scan) == 180 for scan in log.scans)
-    assert not any("no return" in remark for remark in log.remarks)
+    if options or max(codes) < 81.8:  # where every FLASER ends
+        count = np.count_nonzero(rows > 0.975 * min(codes))
+        assert log.remarks[0].startswith(f"{count} of {rows.size} ranges (")
+        assert f"{max(codes):g} m: codes for no return" in log.remarks[0]
 
 
 def test_a_scanner_that_sees_farther_has_no_code_there(save, flaser):
@@ -61,24 +55,7 @@ def test_a_scanner_that_sees_farther_has_no_code_there(save, flaser):
     rows = sweeps(75.0, (81.91,))
     rows[::2, :3] = 8.191
     log = read_log(saved(save, flaser, rows))
-    assert all(
-        len(scan) == np.count_nonzero(row < 80.0) for scan, row in zip(log.scans, rows, strict=True)
-    )
-    assert "read 81.91 m: codes" in log.remarks[0]
-
-
-@pytest.mark.parametrize(
-    ("declared", "codes"),
-    [(8.19, (8.183, 8.191)), (40.0, (32.763, 32.767)), (81.92, (81.83, 81.91))],
-)
-def test_a_declared_maximum_above_the_code_keeps_none(save, robotlaser, declared, codes):
-    rows = sweeps(0.9 * codes[0], codes)
-    lines = (
-        robotlaser(row, maximum=declared, stamp=k + 1.0) for k, row in enumerate(rows.tolist())
-    )
-    log = read_log(save("".join(lines)))
-    for scan, row in zip(log.scans, rows, strict=True):
-        assert len(scan) == np.count_nonzero(row < 0.95 * codes[0])
+    assert [len(scan) for scan in log.scans] == np.count_nonzero(rows < 80.0, axis=1).tolist()
 
 
 def test_the_caller_has_the_last_word(save, flaser):
@@ -98,18 +75,50 @@ def test_the_caller_has_the_last_word(save, flaser):
 def test_an_unknown_code_is_told_and_is_the_callers_to_name(save, flaser):
     rows = sweeps(9.0, (10.0,))
     path = saved(save, flaser, rows)
-    told = (
-        f"{np.count_nonzero(rows == 10.0)} of {rows.size} ranges read 10 m, the longest of all; if"
-    )
+    told = f"{np.count_nonzero(rows == 10.0)} of {rows.size} ranges read 10 m, the longest of all"
     assert read_log(path).remarks[0].startswith(told)
     for scan, row in zip(read_log(path, no_return=10.0).scans, rows, strict=True):
         assert scan.beams.tolist() == np.flatnonzero(row < 10.0).tolist()
 
 
-@pytest.mark.parametrize("line", ["flaser", "robotlaser"])
-def test_millimetres_are_suspected_by_name(save, request, line):
+def test_range_max_takes_the_place_of_the_codes(save, flaser):
+    path = save(flaser([1.0, 50.5, 60.0, 81.83]))
+    assert read_log(path).scans[0].beams.tolist() == [0, 1, 2]
+    assert read_log(path, range_max=60.0).scans[0].beams.tolist() == [0, 1]
+    with pytest.raises(InvalidParameterError, match=r"`range_max` must be in .* got -1"):
+        read_log(path, range_max=-1.0)
+
+
+@pytest.mark.parametrize("code", [0, "nan", 3.4028235e38])
+def test_what_is_no_range_makes_no_point(save, flaser, code):
+    scan = read_log(save(flaser([1.0, code, 40.0, 60.0]))).scans[0]
+    assert scan.beams.tolist() == [0, 2, 3]
+    assert len(scan.ranges) == 4
+
+
+def test_millimetres_are_suspected_by_name(save, flaser, robotlaser):
     rows = 1000.0 * sweeps(9.0)
-    write = request.getfixturevalue(line)
-    options = {"maximum": 81920.0} if line == "robotlaser" else {}
-    log = read_log(saved(save, write, rows, **options))
-    assert "are they millimetres? labkit reads metres" in log.remarks[0]
+    for path in (saved(save, flaser, rows), saved(save, robotlaser, rows, maximum=81920.0)):
+        assert "are they millimetres? labkit reads metres" in read_log(path).remarks[0]
+
+
+@pytest.mark.parametrize(
+    ("clocks", "stamps"),
+    [
+        ([(0.0, 3.5)], [3.5]),  # the logger's stands in
+        ([(0.0, 0.0), (0.0, 0.0)], [np.nan, np.nan]),
+        ([(0.0, 0.0), (0.1, 0.0)], [0.0, 0.1]),
+    ],
+)
+def test_clocks(save, flaser, clocks, stamps):
+    log = read_log(save("".join(flaser([1.0, 2.0], ipc=a, logger=b) for a, b in clocks)))
+    np.testing.assert_array_equal(log.stamps, stamps)
+
+
+def test_a_clock_that_stands_still_or_runs_backwards_is_told(save, flaser):
+    stamps = [10.0, 11.0, 11.0, 10.5, 12.0, 11.5]
+    log = read_log(save("".join(flaser([1.0, 2.0], ipc=stamp) for stamp in stamps)))
+    assert log.remarks == (
+        "the clock of the scans stands still or runs backwards 3 times, first at line 3: 11 s "
+        "after 11 s",
+    )

@@ -45,33 +45,24 @@ def test_evo_reads_it(tmp_path):
 
 
 def test_comments_and_gzip(save):
-    text = "# one\n\n1 2 3 9 0 0 0 1\n  # two\n2 2 3 9 0 0 1 0\n"
+    lean = f"{math.sin(0.1)} 0 0 {math.cos(0.1)}"
+    text = f"# one\n\n1 2 3 9 0 0 0 1\n  # two\n2 2 3 9 0 0 1 0\n3 2 3 9 {lean}\n"
     stamps, poses = read_tum(save(gzip.compress(text.encode())))
-    assert stamps.tolist() == [1.0, 2.0]
-    assert poses.tolist() == [[2.0, 3.0, 0.0], [2.0, 3.0, math.pi]]
+    assert stamps.tolist() == [1.0, 2.0, 3.0]
+    assert poses.tolist() == [[2.0, 3.0, 0.0], [2.0, 3.0, math.pi], [2.0, 3.0, 0.0]]
 
 
 @pytest.mark.parametrize(
-    ("line", "reason"),
+    ("text", "message"),
     [
-        ("1 2 3 0 0 0 1", "7 fields, expected 8 for `timestamp tx ty tz qx qy qz qw`"),
-        ("nan 2 3 0 0 0 0 1", "timestamp is 'nan', expected a finite number"),
-        ("1 1e10 3 0 0 0 0 1", "the position is (1e+10, 3), expected to lie within 1e+09 m"),
-        ("1 2 3 0 0 0 1 1", "the quaternion has length 1.414, expected 1"),
-        (f"1 2 3 0 0 {HALF} {HALF} 0", "a rotation out of the plane, qx = 0 and qy = 0.707107"),
+        ("1 2 3 0 0 0 1 1\n", "p:1: the quaternion has length 1.414, expected 1"),
+        (f"# t\n1 2 3 0 0 {HALF} {HALF} 0\n", "p:2: a rotation out of the plane, qx = 0 and qy"),
+        ("# nothing\n", "p: a trajectory without any pose"),
     ],
 )
-def test_a_bad_line_is_named(save, line, reason):
-    with pytest.raises(LogError) as raised:
-        read_tum(save(f"# t\n1 2 3 0 0 0 0 1\n{line}\n", "path.tum"))
-    assert f"path.tum:3: {reason}" in str(raised.value)
-
-
-def test_a_file_without_poses(save):
-    with pytest.raises(LogError, match=r"run\.log: a trajectory without any pose"):
-        read_tum(save("# nothing\n"))
-    with pytest.raises(LogError, match=r"gone\.tum: no such file"):
-        read_tum("gone.tum")
+def test_what_is_no_planar_trajectory(save, text, message):
+    with pytest.raises(LogError, match=message):
+        read_tum(save(text, "p"))
 
 
 @given(turn=st.floats(-3.1, 3.1), start=st.floats(-3.1, 3.1), share=st.floats(0.0, 1.0))
@@ -94,7 +85,7 @@ STILL, AWAY = np.zeros((2, 3)), [[0.0, np.inf, 0.0]]
     ("function", "arguments", "message"),
     [
         (interpolate_poses, ([0, 1.2], [0, 1], STILL), "`times`, from 0 to 1 s, got 1.2 s at"),
-        (interpolate_poses, ([0], [0], STILL), r"`times` \(2,\), one per pose, got \(1,\) and \(1"),
+        (interpolate_poses, ([0], [0], STILL), r"`times` .* shape \(2,\), one per pose, got"),
         (interpolate_poses, ([0], [0, np.inf], STILL), "`times` must be finite, got inf at ind"),
         (write_tum, ("out.tum", [1], STILL), r"`stamps` must have shape \(2,\), one per pose, got"),
         (write_tum, ("out.tum", [1], AWAY), r"`poses` must be finite, got \[0.0, inf, 0.0\] at"),
