@@ -39,6 +39,7 @@ OTHER = {
     ast.FloorDiv: ast.Mult, ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd,
 }  # fmt: skip
 SKIPPED = (ast.Import, ast.ImportFrom, ast.Raise, ast.JoinedStr)
+MADE_UP = re.compile(r"rng\.\w+|transform")  # called for an example, where another does as well
 SKIPPED_FIELDS = {"annotation", "returns", "decorator_list"}
 Change = tuple[ast.AST, str, int, ast.AST]  # the parent, its field, the place there, the new child
 
@@ -49,7 +50,8 @@ def changes(node: ast.AST) -> Iterator[Change]:
         if name in SKIPPED_FIELDS:
             continue
         for k, child in enumerate(value if isinstance(value, list) else [value]):
-            if isinstance(child, ast.AST) and not isinstance(child, SKIPPED):
+            made_up = isinstance(child, ast.Call) and MADE_UP.fullmatch(ast.unparse(child.func))
+            if isinstance(child, ast.AST) and not isinstance(child, SKIPPED) and not made_up:
                 yield from ((node, name, k, new) for new in instead_of(child))
                 yield from changes(child)
 

@@ -58,7 +58,7 @@ def test_what_a_student_calls_a_file_chooses_nothing(tmp_path):
         "mallorym_4711_98768_x_4712_attempt_2099-01-01-00-00-00_answers.ipynb",
         "mallorym_4711_98769_Victim_4712_assignsubmission_file_answers.ipynb",
         "mallorym_LATE_4711_98770_x_4711_attempt_2026-01-01-00-00-00_answers.ipynb",
-        "mallorym_LATE_4711_98771_victim_4712_98799_answers.ipynb",
+        "mallorym_4711_98771_victim_4712_98799_answers.ipynb",
     ]
     (mallory, victim), _ = find_submissions(write(tmp_path / "canvas", names))
     assert (mallory.student, len(mallory.files), mallory.late) == ("4711", 4, 1.0)
