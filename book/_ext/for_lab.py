@@ -32,14 +32,8 @@ ENTRY = re.compile(r"(?m)^(\S.*)\n((?:  .*\n|\n(?=  ))+)")
 def resolve(notebook: nbformat.NotebookNode, folder: Path, words: Mapping[str, str]) -> None:
     """Write what the book alone resolves as JupyterLab can draw it, in place.
 
-    Parameters
-    ----------
-    notebook : nbformat.NotebookNode
-        Format 4.
-    folder : pathlib.Path
-        Where it stands: its links start there.
-    words : mapping of str to str
-        What to write for a term or a work, and in which file a label is; `words_of` reads them.
+    Links start in `folder`. `words`, which `words_of` reads, tells what to write for a term or a
+    work, and in which file a label is.
     """
     own = {label for cell in notebook.cells for label in LABEL.findall(cell.source)}
     for number, cell in enumerate(notebook.cells):
@@ -65,11 +59,16 @@ def restore(app: Sphinx, page: str, source: list[str]) -> None:
     source[0] = json.dumps(notebook)
 
 
+def meanings(book: Path) -> dict[str, str]:
+    """The first sentence of the glossary on each of its terms."""
+    glossary = (book / "glossary.md").read_text("utf-8").partition(":::{glossary}\n")[2]
+    return {term.lower(): _first(_plain(said)) for term, said in ENTRY.findall(glossary)}
+
+
 def words_of(root: Path) -> dict[str, str]:
     """Meanings of terms, author, year and title of works, and notebooks of labels, by key."""
     book = root / "book"
-    glossary = (book / "glossary.md").read_text("utf-8").partition(":::{glossary}\n")[2]
-    words = {term.lower(): _first(_plain(said)) for term, said in ENTRY.findall(glossary)}
+    words = meanings(book)
     for key, work in parse_file(book / "references.bib").entries.items():
         names = [" ".join(map(str, each.rich_last_names)) for each in work.persons["author"]]
         first = f"{names[0]} et al." if len(names) > 2 else " and ".join(names)
@@ -84,7 +83,7 @@ def words_of(root: Path) -> dict[str, str]:
 
 
 def _explained(word: str, meaning: str) -> str:
-    return f"{{abbr}}`{word} ({meaning})`"
+    return f"{{abbr}}`{word} ({meaning.translate(SQUARE)})`"  # in it stand no round brackets
 
 
 def _cited(kind: str, keys: list[str], words: Mapping[str, str]) -> str:
@@ -106,10 +105,10 @@ def _address(
 
 
 def _plain(text: str) -> str:
-    """A text without markup, works and chapters; JupyterLab knows no round brackets in it."""
+    """A text without markup, works and chapters."""
     text = re.sub(r"\$([^$]*)\$", lambda m: symbols(m[1]), CITATION.sub("", text))
     text = re.sub(r"\s*\(\[chapter [^()]*\([^()]*\)\)|[`*]", "", text)
-    text = re.sub(r"\{\w+\}|\[([^\]]*)\]\([^()]*\)", r"\1", text).translate(SQUARE)
+    text = re.sub(r"\{\w+\}|\[([^\]]*)\]\([^()]*\)", r"\1", text)
     return re.sub(r" (?=[.,])", "", " ".join(text.split()))
 
 

@@ -25,31 +25,26 @@ from PIL import Image
 import labkit
 from labkit.course.exercises.graph import solve_graph
 from labkit.evaluation import ate
-from labkit.logs import Log
 from labkit.odometry import increments_between, integrate
 from labkit.plotting import book_figure, map_points, plot_trajectory
 from labkit.plotting.style import SOURCE, TARGET
+from labkit.support.arrays import FloatArray
 
 BOOK = Path(__file__).parents[1]
 CHAPTER = BOOK.parent / "notebooks" / "10_closing.ipynb"
 DATA = BOOK / "_static" / "vendor" / "killian" / "map.js"
 PICTURE = BOOK / "_static" / "killian-closed.webp"
 DRIFT = PICTURE.with_name("killian-map.png")
-EVERY, BEAMS, RANGE_MAX = 6, 90, 15.0  # every so many-th scan, its beams, their reach [m]
+EVERY, RANGE_MAX = 6, 15.0  # every so many-th scan, every other beam, so far as this [m]
 TURN = 0.58  # lays the building along the picture's width, as `map.js` does [rad]
 LAST = "good"  # what the last cell that is run sets
 SIGMA = np.array([0.05, 0.05, 0.01])  # of an edge [m, m, rad]
-STEP_BEAMS, TOLD_STEPS = 180, 36  # of the steps that the reader can try: all beams, in cm
+TOLD_STEPS = 36  # that the reader can try: all beams, in cm
 LIED = {
     1732: "ICP says that the robot stood still. Did it?",
     2222: "the robot turned by 131° between two sweeps, and ICP lost it. Turn the scan back.",
     2225: "the robot turned by 172° between two sweeps, and ICP lost it. Turn the scan back.",
     2436: "here the match of the odometry slipped by 80 cm. Does yours?",
-}
-STATES = {
-    "wheels": "What the wheels say",
-    "odometry": "What scan matching finds",
-    "closed": "…and once places are recognised",
 }
 
 
@@ -94,48 +89,43 @@ def packed(names: dict[str, Any]) -> dict[str, Any]:
     """Ranges of every 6th scan as bytes, and three sets of poses with their errors."""
     log = names["log"]
     poses = {
-        "wheels": integrate(names["prior"], log.reference[0]),
-        "odometry": names["run"].poses,
-        "closed": names["closed"],
+        "What the wheels say": integrate(names["prior"], log.reference[0]),
+        "What scan matching finds": names["run"].poses,
+        "…and once places are recognised": names["closed"],
     }
-    chosen = range(0, len(log.scans), EVERY)
-    ranges = np.zeros((len(chosen), BEAMS), dtype=np.uint8)
-    for row, k in enumerate(chosen):
-        x, y = log.scans[k].points.T
-        r, beam = np.hypot(x, y), np.rint((np.arctan2(y, x) / np.pi + 0.5) * BEAMS)
-        near = r < RANGE_MAX
-        ranges[row, np.clip(beam[near], 0, BEAMS - 1).astype(int)] = np.ceil(
-            r[near] * 255 / RANGE_MAX
-        )
+    seen = np.stack([scan.ranges for scan in log.scans])
+    near = np.where(seen < RANGE_MAX, seen, 0.0)[::EVERY, ::2]
     states = [
         {
-            "name": STATES[name],
+            "name": name,
             "off": float(ate(rows, log.reference).translation.median),
             "poses": _base64(rows[::EVERY].astype("<f4")),
         }
         for name, rows in poses.items()
     ]
-    told = {"beams": BEAMS, "reach": RANGE_MAX, "ranges": _base64(ranges), "states": states}
-    return told | {"every": EVERY, "total": len(log.scans) - 1, "steps": steps(log)}
-
-
-def steps(log: Log) -> dict[str, Any]:
-    """Steps to try by hand: some along the way where the robot moved, and those that lied."""
-    moved = np.hypot(*increments_between(log.reference)[:, :2].T)
-    chosen = {
-        int(block[np.argmax(moved[block - 1])])
-        for block in np.array_split(np.arange(1, len(log.scans)), TOLD_STEPS)
+    return {
+        "beams": near.shape[1],
+        "reach": RANGE_MAX,
+        "ranges": _base64(np.ceil(near * 255 / RANGE_MAX).astype(np.uint8)),
+        "states": states,
+        "every": EVERY,
+        "total": len(seen) - 1,
+        "steps": steps(seen, increments_between(log.reference)),
     }
-    scans = sorted(chosen | LIED.keys())
-    ranges = np.zeros((len(scans), 2, STEP_BEAMS), dtype="<u2")
-    for row, k in enumerate(scans):
-        for which, scan in enumerate(log.scans[k - 1 : k + 1]):
-            x, y = scan.points.T
-            beam = np.rint((np.arctan2(y, x) / np.pi + 0.5) * STEP_BEAMS).astype(int)
-            ranges[row, which, beam] = np.rint(100.0 * np.hypot(x, y))
-    motions = increments_between(log.reference)[np.array(scans) - 1]
-    rows = [[round(each, 4) for each in row] for row in motions.tolist()]
-    return {"scans": scans, "lied": LIED, "ranges": _base64(ranges), "motions": rows}
+
+
+def steps(seen: FloatArray, motions: FloatArray) -> dict[str, Any]:
+    """Steps to try by hand: some along the way where the robot moved, and those that lied."""
+    moved = np.hypot(*motions[:, :2].T)
+    blocks = np.array_split(np.arange(len(moved)), TOLD_STEPS)
+    scans = np.unique([*(block[moved[block].argmax()] + 1 for block in blocks), *LIED])
+    pairs = seen[scans[:, None] - [1, 0]]
+    return {
+        "scans": scans.tolist(),
+        "lied": LIED,
+        "ranges": _base64(np.rint(100.0 * np.where(np.isfinite(pairs), pairs, 0.0)).astype("<u2")),
+        "motions": motions[scans - 1].round(4).tolist(),
+    }
 
 
 def _base64(array: Any) -> str:

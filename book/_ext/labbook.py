@@ -13,7 +13,7 @@ import killian_map
 from docutils import nodes
 from excerpts import write_excerpts
 from figures import make_figures
-from folds import join_folds
+from folds import tidy_cells
 from formulas import draw_formulas
 from killian_map import PICTURE
 from launch import settle_buttons
@@ -67,7 +67,7 @@ STEPS = {
     "config-inited": (compile_stages, killian_map.provide, settle_buttons),
     "source-read": (for_lab.restore,),
     "autodoc-process-signature": (api.hide_signature,),
-    "doctree-read": (mark_all, make_figures, join_folds),
+    "doctree-read": (mark_all, make_figures, tidy_cells),
     "doctree-resolved": (explain_terms, link_chapters, api.link_names),
     "html-page-context": (draw_formulas, drop_unused, describe),
     "build-finished": (write_colors, write_excerpts, lighten),

@@ -10,7 +10,6 @@ from __future__ import annotations
 import html
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
@@ -23,17 +22,6 @@ _DRAWN = re.compile(
 )
 _ESCAPES = re.compile(r"\\[ntr]|\\u003[ce]")
 _UNREAD = {".png", ".webp", ".svg", ".pdf", ".woff", ".woff2", ".ttf", ".gz", ".zip"}
-
-
-@dataclass(frozen=True, kw_only=True)
-class Leak:
-    """One trace: the file, and the words that should not be in it."""
-
-    file: Path
-    words: str
-
-    def __str__(self) -> str:
-        return f"{self.file}: {self.words!r}"
 
 
 def only_secret(secret: Iterable[str], public: Iterable[str]) -> frozenset[str]:
@@ -52,15 +40,15 @@ def only_secret(secret: Iterable[str], public: Iterable[str]) -> frozenset[str]:
     return frozenset(told).difference(*map(_all_runs, public))
 
 
-def find_leaks(folder: Path, runs: frozenset[str]) -> list[Leak]:
-    """The first trace in each file of text below a folder."""
+def find_leaks(folder: Path, runs: frozenset[str]) -> list[str]:
+    """The first trace in each file of text below a folder: its name, and the words."""
     leaks = []
     for file in sorted(each for each in folder.rglob("*") if each.is_file()):
         if file.suffix not in _UNREAD:
             text = file.read_text("utf-8", errors="replace")
             found = set().union(*(runs.intersection(_all_runs(each)) for each in _readings(text)))
             if found:
-                leaks.append(Leak(file=file.relative_to(folder), words=min(found)))
+                leaks.append(f"{file.relative_to(folder)}: {min(found)!r}")
     return leaks
 
 

@@ -28,76 +28,48 @@ def lighten(app: Sphinx, error: Exception | None) -> None:
     if error is None and app.builder.name == "html":
         out = Path(app.outdir)
         pages = {path: path.read_text("utf-8") for path in out.rglob("*.html")}
-        write_icons(out, "".join(pages.values()))
-        change_pictures(out, pages)
+        write_icons(out / "_static", "".join(pages.values()))
+        change_pictures(out / "_images", pages)
 
 
-def write_icons(out: Path, html: str) -> None:
-    """A style sheet with the icons that the pages and the other style sheets name."""
-    (vendor,) = (out / "_static" / "vendor" / "fontawesome").iterdir()
-    code_of = dict(
-        re.findall(
-            r'\.fa-([a-z0-9-]+):before\{content:"\\([0-9a-f]+)"',
-            _spread(vendor / "css/all.min.css"),
-        )
+def write_icons(static: Path, html: str) -> None:
+    """A style sheet with the icons that pages, scripts and the other style sheets name."""
+    (vendor,) = (static / "vendor" / "fontawesome").iterdir()
+    groups = re.findall(
+        r'((?:\.fa-[\w-]+:before,?)+)\{content:"\\(\w+)"',
+        (vendor / "css/all.min.css").read_text("utf-8"),
     )
-    used = {
-        name for name in re.findall(r"\bfa-([a-z0-9-]+)", html + _scripts(out)) if name in code_of
-    }
-    sheets = "".join(
-        each.read_text("utf-8")
-        for each in (out / "_static").rglob("*.css")
-        if vendor not in each.parents
-    )
-    codes = {code_of[name] for name in used} | set(re.findall(r"\\(f[0-9a-f]{3})\b", sheets))
-    codes |= {f"{ord(sign):x}" for sign in set(sheets) if "\ue000" <= sign <= "\uf8ff"}
-    rules = [
-        BASE,
-        *(f'.fa-{name}:before {{ content: "\\{code_of[name]}"; }}' for name in sorted(used)),
-    ]
+    code_of = {name: code for names, code in groups for name in re.findall(r"fa-([\w-]+)", names)}
+    sheets = set(static.rglob("*.css")) - set(vendor.rglob("*.css"))
+    texts = [each.read_text("utf-8") for each in [*static.glob("scripts/*.js"), *sheets]]
+    told = "".join([html, *texts])
+    used = sorted(set(re.findall(r"\bfa-([\w-]+)", told)) & code_of.keys())
+    letters = {int(code_of[name], 16) for name in used}
+    letters |= {int(code, 16) for code in re.findall(r"\\(f[0-9a-f]{3})\b", told)}
+    letters |= {ord(sign) for sign in set(told) if "\ue000" <= sign <= "\uf8ff"}
+    rules = [BASE, *(f'.fa-{name}:before {{ content: "\\{code_of[name]}"; }}' for name in used)]
     for file, (family, weight) in FONTS.items():
         font = TTFont(vendor / "webfonts" / f"fa-{file}.ttf")
         subsetter = subset.Subsetter()
-        subsetter.populate(unicodes=[int(code, 16) for code in codes])
+        subsetter.populate(unicodes=letters)
         subsetter.subset(font)
         font.flavor = "woff"
-        packed = io.BytesIO()
-        font.save(packed)
-        told = base64.b64encode(packed.getvalue()).decode("ascii")
-        source = f"url(data:font/woff;base64,{told})"
+        font.save(packed := io.BytesIO())
+        source = f"url(data:font/woff;base64,{base64.b64encode(packed.getvalue()).decode('ascii')})"
         rules.append(
             f'@font-face {{ font-family: "{family}"; font-weight: {weight}; src: {source}; }}'
         )
-    (out / "_static" / ICONS).write_text("\n".join(rules), "utf-8")
+    (static / ICONS).write_text("\n".join(rules), "utf-8")
 
 
-def _spread(sheet: Path) -> str:
-    """The rules of the icons, each with one name."""
-    spread = lambda rule: "".join(f"{name}{rule[2]}" for name in rule[1].split(","))  # noqa: E731
-    return re.sub(r"((?:\.fa-[a-z0-9-]+:before,?)+)(\{[^}]*\})", spread, sheet.read_text("utf-8"))
-
-
-def _scripts(out: Path) -> str:
-    return "".join(each.read_text("utf-8") for each in (out / "_static" / "scripts").glob("*.js"))
-
-
-def change_pictures(out: Path, pages: dict[Path, str]) -> None:
-    """Turn each PNG that pages show into a WebP without loss, where that is smaller."""
-    drawn = sorted((out / "_images").glob("*.png"))
+def change_pictures(folder: Path, pages: dict[Path, str]) -> None:
+    """Turn each PNG that pages show into a WebP without loss."""
     with ThreadPoolExecutor() as pool:
-        smaller = {name for name in pool.map(_as_webp, drawn) if name}
+        list(pool.map(_as_webp, folder.glob("*.png")))
     for path, html in pages.items():
-        changed = re.sub(
-            r"(_images/[\w.-]+)\.png",
-            lambda m: m[1] + (".webp" if Path(m[1]).name in smaller else ".png"),
-            html,
-        )
-        if changed != html:
-            path.write_text(changed, "utf-8")
+        path.write_text(re.sub(rf"({folder.name}/[\w.-]+)\.png", r"\1.webp", html), "utf-8")
 
 
-def _as_webp(picture: Path) -> str | None:
-    webp = picture.with_suffix(".webp")
-    Image.open(picture).save(webp, lossless=True, method=2)
-    (picture if webp.stat().st_size < picture.stat().st_size else webp).unlink()
-    return picture.stem if webp.exists() else None
+def _as_webp(picture: Path) -> None:
+    Image.open(picture).save(picture.with_suffix(".webp"), lossless=True, method=2)
+    picture.unlink()

@@ -44,6 +44,7 @@ from __future__ import annotations
 import re
 
 from docutils import nodes
+from folds import is_dropdown
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
@@ -66,7 +67,7 @@ def mark(box: nodes.admonition) -> None:
     PredictionError
         For a box without its dropdown, or a dropdown without a usable answer.
     """
-    dropdowns = [each for each in box.children if _is_dropdown(each)]
+    dropdowns = [each for each in box.children if is_dropdown(each)]
     if len(dropdowns) != 1:
         raise PredictionError(f"a prediction needs one dropdown, got {len(dropdowns)}")
     bold = next(iter(dropdowns[0].findall(nodes.strong)), None)
@@ -92,10 +93,6 @@ def mark(box: nodes.admonition) -> None:
         box["classes"].append("predict-number")
     else:
         raise PredictionError(f"the answer must be a choice, a number or a place, got {answer!r}")
-
-
-def _is_dropdown(node: nodes.Node) -> bool:
-    return isinstance(node, nodes.container) and node.get("design_component") == "dropdown"
 
 
 def mark_all(app: Sphinx, doctree: nodes.document) -> None:

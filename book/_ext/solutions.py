@@ -19,16 +19,16 @@ from __future__ import annotations
 
 import re
 
-from nbconvert.preprocessors import ClearOutputPreprocessor, TagRemovePreprocessor
 from nbformat import NotebookNode
 
-BEGIN, END = "BEGIN SOLUTION", "END SOLUTION"
+BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
 TAG = "solution"
 CLAIMS = "remove-cell"
 FOLDED = "hide-input"
 CODE_STUB = ("# YOUR CODE HERE", "raise NotImplementedError()")
 TEXT_STUB = "YOUR ANSWER HERE"
 
+_REGION = re.compile(rf"(?m)^([ \t]*){BEGIN}\n((?:.*\n)*?)[ \t]*{END}$")
 _HIDDEN = re.compile(r"(?ms)^### BEGIN HIDDEN TESTS\n.*?^### END HIDDEN TESTS\n?")
 _UNTAGGED = re.compile(r"(?im)^.*(?::::|```)\{(?:solution|(?:dropdown|admonition)\} *solution).*$")
 
@@ -38,24 +38,10 @@ class SolutionMarkError(ValueError):
 
 
 def strip_notebook(notebook: NotebookNode, name: str) -> tuple[NotebookNode, list[str]]:
-    r"""Take the solutions and all outputs out of a notebook.
+    r"""Take the solutions and all outputs out of a notebook (of format 4), in place.
 
-    Parameters
-    ----------
-    notebook : NotebookNode
-        Format 4; changed in place.
-    name : str
-        What to call it in a message.
-
-    Returns
-    -------
-    NotebookNode, list of str
-        What is left, and each text that was taken out.
-
-    Raises
-    ------
-    SolutionMarkError
-        For a mark without its partner or its tag, with the cell and the line.
+    `name` is what messages call it. Returns the notebook and each text that was taken out; a mark
+    without its partner or its tag raises `SolutionMarkError`.
 
     Examples
     --------
@@ -67,10 +53,9 @@ def strip_notebook(notebook: NotebookNode, name: str) -> tuple[NotebookNode, lis
         # YOUR CODE HERE
         raise NotImplementedError()
     >>> taken
-    ['    return 2 * x']
+    ['    return 2 * x\n']
     """
     taken: list[str] = []
-    stubbed = False
     for number, cell in enumerate(notebook.cells, start=1):
         place = f"{name}, cell {number}"
         if TAG in cell.metadata.get("tags", []):
@@ -79,21 +64,22 @@ def strip_notebook(notebook: NotebookNode, name: str) -> tuple[NotebookNode, lis
             cell.source, found = _strip_code(cell.source, place)
             taken += found
             if found:
-                stubbed = True
                 _unfold(cell)
+                # its checks fail until they are answered, so the book does not run it
+                notebook.metadata.setdefault("mystnb", {})["execution_mode"] = "off"
         elif cell.metadata.get("nbgrader", {}).get("solution", False):
             taken.append(cell.source)
             cell.source = TEXT_STUB
         else:
             refuse_untagged(cell.source, place)
-    for preprocessor in (
-        TagRemovePreprocessor(remove_cell_tags={TAG, CLAIMS}),
-        ClearOutputPreprocessor(),
-    ):
-        notebook, _ = preprocessor.preprocess(notebook, {})
-    notebook.cells = [cell for cell in notebook.cells if cell.source.strip()]
-    if stubbed:  # its checks fail until they are answered, so the book does not run it
-        notebook.metadata.setdefault("mystnb", {})["execution_mode"] = "off"
+    notebook.cells = [
+        cell
+        for cell in notebook.cells
+        if cell.source.strip() and not {TAG, CLAIMS} & set(cell.metadata.get("tags", []))
+    ]
+    for cell in notebook.cells:
+        if cell.cell_type == "code":
+            cell.outputs, cell.execution_count = [], None
     return notebook, taken
 
 
@@ -108,28 +94,12 @@ def refuse_untagged(text: str, name: str) -> None:
 def _strip_code(source: str, place: str) -> tuple[str, list[str]]:
     """Put a stub for each marked region, and take out nbgrader's hidden tests."""
     source = _HIDDEN.sub("", source).rstrip("\n")
-    left: list[str] = []
-    taken: list[str] = []
-    region: list[str] | None = None
-    for number, line in enumerate(source.split("\n"), start=1):
-        begins, ends = BEGIN in line, END in line
-        if (begins and region is not None) or (ends and region is None):
-            missing = END if begins else BEGIN
-            raise SolutionMarkError(
-                f"{place}, line {number}: {line.strip()!r} without {missing!r} before it"
-            )
-        if begins:
-            region = []
-            indent = line[: len(line) - len(line.lstrip())]
-            left += [indent + stub for stub in CODE_STUB]
-        elif ends:
-            taken.append("\n".join(region or []))
-            region = None
-        else:
-            (left if region is None else region).append(line)
-    if region is not None:
-        raise SolutionMarkError(f"{place}: {BEGIN!r} without {END!r} after it")
-    return "\n".join(left), taken
+    taken = [text for _, text in _REGION.findall(source)]
+    left = _REGION.sub(lambda found: "\n".join(found[1] + each for each in CODE_STUB), source)
+    for text in (left, *taken):
+        if alone := re.search(f"{BEGIN}|{END}", text):
+            raise SolutionMarkError(f"{place}: {alone[0]!r} stands without its partner")
+    return left, taken
 
 
 def _unfold(cell: NotebookNode) -> None:

@@ -20,14 +20,13 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fnmatch import fnmatch
 from pathlib import Path
 
 import for_lab
 import launch
 import nbformat
-from leaks import Leak, find_leaks, only_secret
+from leaks import find_leaks, only_secret
 from solutions import SolutionMarkError, refuse_untagged, strip_notebook
 
 ROOT = Path(__file__).parents[2]
@@ -83,34 +82,19 @@ class EditionError(Exception):
     """The edition cannot be written; the message says why and what to do."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Source:
-    """A students' source tree that was written: how many solutions went, and their words."""
+def write_source(root: Path, to: Path) -> tuple[int, frozenset[str]]:
+    """Copy what students get from `root` into the new folder `to`, without its solutions.
 
-    solutions: int
-    secrets: frozenset[str]
-
-
-def write_source(root: Path, to: Path) -> Source:
-    """Copy what students get from `root` into the new folder `to`, without its solutions."""
+    Returns how many solutions went, and the runs of words that only they have.
+    """
     url, branch = launch.repository(root / "_config.yml")
     secret: list[str] = []
     public: list[str] = [README]
     words = for_lab.words_of(root)
     for path in _handed_out(root):
-        target = to / path.relative_to(root)
-        target.parent.mkdir(parents=True, exist_ok=True)
         name = path.relative_to(root).as_posix()
-        if path.suffix not in (".ipynb", ".md"):
-            shutil.copy(path, target)
-            if name == "_toc.yml":
-                target.write_text(without_staff_pages(path.read_text("utf-8")), "utf-8")
-            if name == "Makefile":
-                target.write_text(without_commands(path.read_text("utf-8")), "utf-8", newline="\n")
-            if name == "requirements.txt":
-                target.write_text(without_tests(path.read_text("utf-8")), "utf-8", newline="\n")
-            public.append(path.read_text("utf-8", errors="replace"))
-            continue
+        target = to / name
+        target.parent.mkdir(parents=True, exist_ok=True)
         if path.suffix == ".ipynb":
             notebook = nbformat.read(path, as_version=4)
             original = "\n".join(cell.source for cell in notebook.cells)
@@ -119,17 +103,19 @@ def write_source(root: Path, to: Path) -> Source:
             if url:
                 launch.add_install_cell(notebook, url, branch)
             nbformat.write(notebook, target)
+            secret += taken
+            for text in taken:
+                original = original.replace(text, "\n")
         else:
-            original = path.read_text("utf-8")
-            refuse_untagged(original, name)
-            taken = []
-            target.write_text(without_staff_pages(original), "utf-8", newline="\n")
-        secret += taken
-        for text in taken:
-            original = original.replace(text, "\n")
+            shutil.copy(path, target)
+            original = path.read_text("utf-8", errors="replace")
+            if path.suffix == ".md":
+                refuse_untagged(original, name)
+            if edit := EDITED.get(path.suffix, EDITED.get(name)):
+                target.write_text(edit(original), "utf-8", newline="\n")
         public.append(original)
     (to / "README.md").write_text(README, "utf-8", newline="\n")
-    return Source(solutions=len(secret), secrets=only_secret(secret, public))
+    return len(secret), only_secret(secret, public)
 
 
 def without_commands(makefile: str) -> str:
@@ -141,23 +127,17 @@ def without_commands(makefile: str) -> str:
     return makefile
 
 
-def without_tests(lock: str) -> str:
-    """The lock without the packages that only tests need: each entry ends with who needs it."""
-    entries = {re.split(r"[\[=]", text)[0]: text for text in re.split(r"(?m)^(?=\w)", lock) if text}
-    users = {
-        name: set(re.findall(r"(?m)^ *#(?: +via)? +(\S.*)$", text))
-        for name, text in entries.items()
-    }
-    kept = {"labkit (pyproject.toml)", "labkit (pyproject.toml:build)"}
-    while more := {name for name in users if name not in kept and users[name] & kept}:
-        kept |= more
-    return "".join(text for name, text in entries.items() if name in kept)
-
-
 def without_staff_pages(text: str) -> str:
     """The table of contents or a page without the pages that students do not get."""
     text = re.sub(rf"(?m)^ *- file: book/(?:{STAFF_PAGES})\n", "", text)
     return re.sub(rf"\[([^\]]+)\]\((?:[./]*book/)?(?:{STAFF_PAGES})(?:\.md)?\)", r"\1", text)
+
+
+EDITED = {
+    "_toc.yml": without_staff_pages,
+    ".md": without_staff_pages,
+    "Makefile": without_commands,
+}
 
 
 def build_book(source: Path, scratch: Path, vendor: Path) -> Path:
@@ -176,10 +156,11 @@ def build_book(source: Path, scratch: Path, vendor: Path) -> Path:
     return work / "_build" / "html"
 
 
-def write_edition(root: Path, to: Path, *, with_book: bool = True) -> Source:
+def write_edition(root: Path, to: Path, *, with_book: bool = True) -> int:
     """Write both parts below `to`, or neither where a trace of a solution is found.
 
-    An edition that stands there is replaced; any other folder is not touched.
+    An edition that stands there is replaced; any other folder is not touched. Returns how many
+    solutions were taken out.
     """
     if to.exists() and not (to / "lab" / "labkit").is_dir() and any(to.iterdir()):
         raise EditionError(f"{to} holds something else than a students' edition; name another")
@@ -187,17 +168,17 @@ def write_edition(root: Path, to: Path, *, with_book: bool = True) -> Source:
     with tempfile.TemporaryDirectory(dir=to.parent, prefix=".student-") as name:
         scratch = Path(name)
         fresh = scratch / "student"
-        source = write_source(root, fresh / "lab")
+        solutions, secrets = write_source(root, fresh / "lab")
         if with_book:
             html = build_book(fresh / "lab", scratch, root / "book" / "_static" / "vendor")
             html.rename(fresh / "html")
-        refuse_leaks(find_leaks(fresh, source.secrets))
+        refuse_leaks(find_leaks(fresh, secrets))
         shutil.rmtree(to, ignore_errors=True)
         fresh.rename(to)
-    return source
+    return solutions
 
 
-def refuse_leaks(leaks: list[Leak]) -> None:
+def refuse_leaks(leaks: list[str]) -> None:
     """Raise where there is a leak, and say where and what."""
     if leaks:
         shown = "\n".join(f"  {leak}" for leak in leaks[:10])
@@ -225,11 +206,11 @@ def main() -> None:
     if not args.no_book:
         print("Building the students' book, which runs every notebook; a few minutes ...")
     try:
-        source = write_edition(ROOT, args.to.resolve(), with_book=not args.no_book)
+        solutions = write_edition(ROOT, args.to.resolve(), with_book=not args.no_book)
     except (EditionError, SolutionMarkError) as error:
         sys.exit(f"students' edition: {error}")
     files = sum(each.is_file() for each in args.to.rglob("*"))
-    print(f"{source.solutions} solutions taken out; no trace of one in {files:,} files.")
+    print(f"{solutions} solutions taken out; no trace of one in {files:,} files.")
     print(f"For students: {args.to / 'lab'}")
     if not args.no_book:
         print(f"Their book:   {args.to / 'html' / 'index.html'}")

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 from docutils import nodes
-from sphinx import addnodes
+from for_lab import meanings
 from sphinx.application import Sphinx
-from sphinx.environment import BuildEnvironment
 from sphinx.util import logging
 
-GLOSSARY = "book/glossary"
 log = logging.getLogger(__name__)
 WORN = {
     "gate": "gate",
@@ -23,13 +22,16 @@ WORN = {
 
 
 def explain_terms(app: Sphinx, doctree: nodes.document, page: str) -> None:
-    """Give each link to a term of the glossary its meaning as the link's title."""
+    """Give each link to a term of the glossary the first sentence on it as the link's title."""
     links = [each for each in doctree.findall(nodes.reference) if _is_term(each)]
     if links:
-        meanings = meanings_in(app.env)
+        told = meanings(Path(app.srcdir, "book"))
+        meaning_of = {
+            re.sub(r"[^a-z0-9]+", "-", term).strip("-"): said for term, said in told.items()
+        }
         for link in links:
             target = link.get("refid") or link["refuri"].partition("#")[2]
-            link["reftitle"] = meanings[target]
+            link["reftitle"] = meaning_of[target.removeprefix("term-").lower()]
             link["classes"] += [f"w-{WORN[each]}" for each in WORN if each in target.lower()][:1]
 
 
@@ -49,24 +51,5 @@ def link_chapters(app: Sphinx, doctree: nodes.document, page: str) -> None:
             line[:] = [nodes.Text(before), link, nodes.Text(after)]
 
 
-def meanings_in(env: BuildEnvironment) -> dict[str, str]:
-    """The meaning of each term, by the id of its entry."""
-    return {
-        target: _plain(item)
-        for item in env.get_doctree(GLOSSARY).findall(nodes.definition_list_item)
-        for term in item.findall(nodes.term)
-        for target in term["ids"]
-    }
-
-
 def _is_term(link: nodes.reference) -> bool:
     return any("std-term" in each["classes"] for each in link.findall(nodes.inline))
-
-
-def _plain(item: nodes.definition_list_item) -> str:
-    """The words of an entry, without the works that it cites and the chapter that it names."""
-    (definition,) = (each.deepcopy() for each in item.findall(nodes.definition))
-    for link in list(definition.findall(addnodes.pending_xref)):
-        link.parent.remove(link)
-    text = re.sub(r"\s+", " ", definition.astext())
-    return re.sub(r" ?\( ?\)|(?<=\w) (?=[.,:])", "", text).strip()

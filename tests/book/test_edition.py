@@ -46,7 +46,7 @@ def test_a_marked_region_becomes_an_open_stub_and_the_other_metadata_stay():
     assert left.cells[0].source == STUB
     opened = {"nbgrader": NBGRADER, "tags": ["raises"], "jupyter": {}}
     assert left.cells[0].metadata == opened
-    assert taken == ["    return 2 * x"]
+    assert taken == ["    return 2 * x\n"]
     assert left.metadata["mystnb"]["execution_mode"] == "off"
 
 
@@ -80,9 +80,9 @@ UNTAGGED = "a.ipynb, cell 1: .* with the tag `solution`"
         (new_markdown_cell, f"Why?\n\n:::{{solution}} ex-a\n{SECRET}\n:::", UNTAGGED),
         (new_markdown_cell, f":::{{dropdown}} Solution to the first part\n{SECRET}\n:::", UNTAGGED),
         (new_markdown_cell, f"- one\n\n  ```{{admonition}} Solution\n  {SECRET}\n  ```", UNTAGGED),
-        (new_code_cell, "### BEGIN SOLUTION\nx = 1", "cell 1: 'BEGIN SOLUTION' without 'END SOL"),
-        (new_code_cell, "x = 1\n### END SOLUTION", "cell 1, line 2: '### END SOLUTION' without"),
-        (new_code_cell, "### BEGIN SOLUTION\n### BEGIN SOLUTION", "cell 1, line 2: '### BEGIN"),
+        (new_code_cell, "### BEGIN SOLUTION\nx = 1", "cell 1: '### BEGIN SOLUTION' stands without"),
+        (new_code_cell, "x = 1\n### END SOLUTION", "cell 1: '### END SOLUTION' stands without"),
+        (new_code_cell, f"### BEGIN SOLUTION\n{CODE}", "cell 1: '### BEGIN SOLUTION' stands"),
     ],
 )
 def test_a_solution_without_the_tag_and_a_mark_without_its_partner_are_refused(
@@ -113,7 +113,7 @@ def test_a_planted_leak_is_found(tmp_path, name, text):
     assert find_leaks(tmp_path, secrets) == []
     (tmp_path / name).write_text(text, "utf-8")
     (leak,) = find_leaks(tmp_path, secrets)
-    assert leak.file.name == name
+    assert leak.startswith(f"{name}: '")
 
 
 def test_a_drawn_formula_counts_by_its_source(tmp_path):
