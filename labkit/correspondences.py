@@ -25,7 +25,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.neighbors import Grid, nearest, select
+from labkit.neighbors import SAFELY, Grid, Known, nearest, nothing_known, select
 from labkit.parameters import IcpParameters
 from labkit.schedule import Stage, stage_of, widened
 from labkit.support.arrays import (
@@ -108,22 +108,19 @@ class Correspondences(NamedTuple):
 
 @compiled
 def associate(
-    source: FloatArray, target: Grid, T: FloatArray, reach: float, partners: IntArray
+    source: FloatArray, target: Grid, T: FloatArray, reach: float, known: Known
 ) -> tuple[FloatArray, IntArray, FloatArray]:
     """(D) Move source points (N, 2) by T and find the nearest target point of each.
 
     Returns the moved points, and row and distance [m] of their partners; −1 and inf where none
-    lies within `reach` [m]. The search begins at the rows `partners`, and leaves there what it
-    found.
+    lies within `reach` [m].
     """
     moved = np.empty(source.shape)
     for i in range(len(source)):
         x, y = source[i, 0], source[i, 1]
         moved[i, 0] = T[0, 0] * x + T[0, 1] * y + T[0, 2]
         moved[i, 1] = T[1, 0] * x + T[1, 1] * y + T[1, 2]
-    index, distances = nearest(moved, target, reach * (1.0 + 1e-9), partners)
-    for i in range(len(partners)):
-        partners[i] = index[i]
+    index, distances = nearest(moved, target, SAFELY * reach, known)
     return moved, index, distances
 
 
@@ -305,7 +302,7 @@ def _pairs_at(
     far: bool,
 ) -> tuple[Any, ...]:
     stage = stage_of(parameters, len(source), far, True)
-    partners, n = np.full(len(source), -1), stage.stride
-    moved, index, distances = associate(source[::n], target, T, math.inf, partners[::n])
+    known = nothing_known(len(source))
+    moved, index, distances = associate(source[:: stage.stride], target, T, math.inf, known)
     pairs = reject_and_weigh(moved, index, distances, target, normals, stage)
     return pairs[:]  # as a plain tuple, for Python

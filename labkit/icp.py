@@ -16,7 +16,7 @@ from labkit.correspondences import (
     reject_and_weigh,
 )
 from labkit.line_alignment import line_step
-from labkit.neighbors import Grid
+from labkit.neighbors import Grid, nothing_known
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination, step_length
 from labkit.scan import Scan, as_scan
@@ -104,10 +104,10 @@ def run(
 ) -> tuple[FloatArray, Termination]:
     """The loop: the poses of all iterations, and how it ended. Letters: boxes of the flow chart."""
     poses, costs, stage = [T_init], [math.inf], first_stage(parameters, len(source))
-    partners = np.full(len(source), -1)  # of each source point, in the target
+    known = nothing_known(len(source))
     while True:
-        n, gate = stage.stride, stage.max_correspondence_distance
-        found = associate(source[::n], target, poses[-1], gate, partners[::n])  # D
+        gate, some = stage.max_correspondence_distance, source[:: stage.stride]
+        found = associate(some, target, poses[-1], gate, known)  # D
         pairs = reject_and_weigh(*found, target, normals, stage)  # E
         costs.append(cost(pairs))
         termination = check(poses, costs, pairs, stage, parameters)  # H

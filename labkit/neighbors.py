@@ -18,6 +18,7 @@ from labkit.support.compiled import compiled
 
 CELLS = 8  # cells for each point: walls fill few of them
 SAMPLE = 32  # points by which the grid's borders are chosen
+SAFELY = 1.0 + 1e-9  # a margin for rounding
 ROUNDING = 1e-6  # of a cell's side: a point may lie this far beyond its cell
 _BLOCK = 1 << 20  # brute force holds at most this many distances at once
 
@@ -51,8 +52,7 @@ class NearestNeighbors:
 
     def query(self, points: ArrayLike) -> tuple[IntArray, FloatArray]:
         """Row and distance [m] of the target point nearest to each of the points (N, 2) [m]."""
-        points = as_points(points, "points")
-        return nearest(points, self.grid, math.inf, np.full(len(points), -1))
+        return query(as_points(points, "points"), self.grid)
 
 
 class Grid(NamedTuple):
@@ -83,8 +83,8 @@ def sort_into_cells(
     columns, lines = int(width * per_metre) + 1, int(height * per_metre) + 1
     cell, start = np.empty(count, np.intp), np.zeros(columns * lines + 1, np.intp)
     for i in range(count):
-        line = cell_index(points[i, 1] - low, per_metre, lines)
-        cell[i] = line * columns + cell_index(points[i, 0] - left, per_metre, columns)
+        line = cell_index((points[i, 1] - low) * per_metre, lines)
+        cell[i] = line * columns + cell_index((points[i, 0] - left) * per_metre, columns)
         start[cell[i] + 1] += 1
     for k in range(columns * lines):
         start[k + 1] += start[k]
@@ -111,65 +111,119 @@ def trimmed_range(values: FloatArray) -> tuple[float, float]:
 
 
 @compiled
-def cell_index(offset: float, per_metre: float, count: int) -> int:
-    """Column (or line) at this offset from the edge [m]; the border's for one outside."""
-    return int(min(max(offset * per_metre, 0.0), count - 1.0))
+def cell_index(offset: float, count: int) -> int:
+    """Column (or line) at this offset from the edge [cells]; the border's for one outside."""
+    return int(min(max(offset, 0.0), count - 1.0))
 
 
 @compiled
-def cells_around(x: float, y: float, radius: float, grid: Grid) -> tuple[int, int, int, int]:
-    """First and last column, first and last line of the cells that a circle [m] touches."""
-    u, v, r = x - grid.x, y - grid.y, radius + ROUNDING / grid.per_metre
-    left = cell_index(u - r, grid.per_metre, grid.columns)
-    right = cell_index(u + r, grid.per_metre, grid.columns)
-    low = cell_index(v - r, grid.per_metre, grid.lines)
-    high = cell_index(v + r, grid.per_metre, grid.lines)
-    return left, right, low, high
+def cells_around(x: float, y: float, radius: float, grid: Grid) -> tuple[int, int, int, int, float]:
+    """First and last column, first and last line of the cells that a circle [m] touches.
+
+    And the radius [m] of the circle that they hold.
+    """
+    u, v = (x - grid.x) * grid.per_metre, (y - grid.y) * grid.per_metre
+    r, inside = radius * grid.per_metre + ROUNDING, math.inf
+    left, right = cell_index(u - r, grid.columns), cell_index(u + r, grid.columns)
+    low, high = cell_index(v - r, grid.lines), cell_index(v + r, grid.lines)
+    if left > 0:
+        inside = min(inside, u - left)
+    if right < grid.columns - 1:
+        inside = min(inside, right + 1.0 - u)
+    if low > 0:
+        inside = min(inside, v - low)
+    if high < grid.lines - 1:
+        inside = min(inside, high + 1.0 - v)
+    return left, right, low, high, (inside - ROUNDING) / grid.per_metre
+
+
+class Known(NamedTuple):
+    """What a search leaves for the next one, row by row."""
+
+    rows: IntArray  # (N, 2), two target points
+    places: FloatArray  # (N, 2), from where they are the nearest ones [m]
+    clear: FloatArray  # (N,), the distance from there within which lies no other [m]
+
+
+@compiled
+def nothing_known(count: int) -> Known:
+    """The start of a search for so many points."""
+    return Known(np.zeros((count, 2), np.intp), np.zeros((count, 2)), np.zeros(count))
+
+
+@compiled
+def query(points: FloatArray, grid: Grid) -> tuple[IntArray, FloatArray]:
+    """Row and distance [m] of the target point nearest to each of the points (N, 2) [m]."""
+    return nearest(points, grid, math.inf, nothing_known(len(points)))
 
 
 @compiled
 def nearest(
-    points: FloatArray, grid: Grid, reach: float, guess: IntArray
+    points: FloatArray, grid: Grid, reach: float, known: Known
 ) -> tuple[IntArray, FloatArray]:
     """Row and distance [m] of the nearest target point within `reach` [m]; −1 and inf for none.
 
-    `guess` names a row of the target for each point, at best that of one nearby, or −1 (then the
-    partner of the point before is tried). The search goes out to the nearest point known so far,
-    in one circle or a few growing ones.
+    Where a point has moved so little that no third target point can be the nearest, one of the
+    two known ones is [1]_. Else the search goes out to the nearest point known so far, in one
+    circle or a few growing ones.
+
+    .. [1] Greenspan, Godin, "A nearest neighbor method for efficient ICP", 3DIM 2001.
     """
-    index, distance = np.empty(len(points), np.intp), np.full(len(points), np.inf)
-    row = -1
+    index, distance = np.full(len(points), -1), np.full(len(points), np.inf)
+    before = 0  # the partner of the point before
     for i in range(len(points)):
-        x, y, near, least = points[i, 0], points[i, 1], guess[i], reach * reach
-        if near < 0:
-            near = row  # the partner of the point before
-        row = -1
-        if near >= 0:
-            dx, dy = x - grid.points[near, 0], y - grid.points[near, 1]
-            if dx * dx + dy * dy <= least:
-                row, least = near, dx * dx + dy * dy
-        radius = min(reach, 1.0 / grid.per_metre)
-        if row >= 0:
-            radius = min(radius, math.sqrt(least) * (1.0 + 1e-9))
-        while True:
-            left, right, low, high = cells_around(x, y, radius, grid)
-            for line in range(low, high + 1):
-                first = grid.start[line * grid.columns + left]
-                last = grid.start[line * grid.columns + right + 1]
-                for k in range(first, last):
-                    dx, dy = x - grid.entries[k, 0], y - grid.entries[k, 1]
-                    square = dx * dx + dy * dy
-                    if square < least or (square == least and not 0 <= row < grid.rows[k]):
-                        row, least = grid.rows[k], square
-            if least <= radius * radius or (row < 0 and radius >= reach):
-                break
-            radius = min(2.0 * radius, reach)
-            if row >= 0:
-                radius = min(radius, math.sqrt(least) * (1.0 + 1e-9))
-        index[i] = row
-        if row >= 0:
-            distance[i] = math.sqrt(least)
+        x, y = points[i, 0], points[i, 1]
+        row, other = known.rows[i, 0], known.rows[i, 1]
+        square, square_other = squared(x, y, grid.points, row), squared(x, y, grid.points, other)
+        if square_other < square or (square_other == square and other < row):
+            row, other, square = other, row, square_other
+        moved = math.sqrt(squared(x, y, known.places, i))
+        if not (math.sqrt(square) + moved) * SAFELY < known.clear[i]:
+            square = min(square, squared(x, y, grid.points, before))
+            row, other, square, known.clear[i] = search_around(x, y, grid, reach, square)
+            known.rows[i, 0], known.rows[i, 1] = row, other
+            known.places[i, 0], known.places[i, 1] = x, y
+        before = row
+        if square <= reach * reach:
+            index[i], distance[i] = row, math.sqrt(square)
     return index, distance
+
+
+@compiled
+def squared(x: float, y: float, points: FloatArray, i: int) -> float:
+    """The squared distance [m²] from (x, y) to point i."""
+    dx, dy = x - points[i, 0], y - points[i, 1]
+    return dx * dx + dy * dy
+
+
+@compiled
+def search_around(
+    x: float, y: float, grid: Grid, reach: float, square: float
+) -> tuple[int, int, float, float]:
+    """Rows of the two nearest target points, the squared distance [m²] of the first, the clearance.
+
+    `square` [m²] is that of a target point nearby: the first circle goes there.
+    """
+    radius = min(SAFELY * math.sqrt(square), reach, 1.0 / grid.per_metre)
+    while True:
+        a, b, least, second, third = 0, 0, math.inf, math.inf, math.inf
+        left, right, low, high, clear = cells_around(x, y, radius, grid)
+        for line in range(low, high + 1):
+            first = grid.start[line * grid.columns + left]
+            for k in range(first, grid.start[line * grid.columns + right + 1]):
+                dx, dy = x - grid.entries[k, 0], y - grid.entries[k, 1]
+                square = dx * dx + dy * dy
+                if square <= third:
+                    row = grid.rows[k]
+                    if square < least or (square == least and row < a):
+                        a, b, least, second, third = row, a, square, least, second
+                    elif square < second:
+                        b, second, third = row, square, second
+                    else:
+                        third = square
+        if least <= clear * clear or radius >= reach:
+            return a, b, least, min(clear, math.sqrt(third))
+        radius = min(2.0 * radius, reach, SAFELY * math.sqrt(least))
 
 
 @compiled
@@ -183,7 +237,7 @@ def neighbors_of(
     size, radius = len(rows), min(reach, 1.0 / grid.per_metre)
     while True:
         found, most = 0, radius * radius
-        left, right, low, high = cells_around(x, y, radius, grid)
+        left, right, low, high, _ = cells_around(x, y, radius, grid)
         for line in range(low, high + 1):
             first = grid.start[line * grid.columns + left]
             for k in range(first, grid.start[line * grid.columns + right + 1]):
