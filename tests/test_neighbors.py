@@ -7,6 +7,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.spatial.distance import cdist
 
 from labkit.neighbors import (
+    Known,
     NearestNeighbors,
     nearest,
     nearest_by_brute_force,
@@ -43,14 +44,20 @@ def test_grid_and_brute_force_agree_bit_for_bit(points, target):
 
 
 @given(scenes, scenes, st.sampled_from([0.1, 0.5, 3.0, 1e4]), seeds)
-def test_a_search_ends_at_its_reach_wherever_it_begins(points, target, reach, seed):
-    guess = np.random.default_rng(seed).integers(-1, len(target), len(points))
-    index, distance = nearest(points, NearestNeighbors(target).grid, reach, guess)
-    squares = table(points, target)
-    there = squares.min(axis=1) <= reach**2
-    np.testing.assert_array_equal(index[there], squares.argmin(axis=1)[there])
-    assert (index[~there] == -1).all()
-    assert np.isposinf(distance[~there]).all()
+def test_what_a_search_knows_of_other_places_changes_no_answer(points, target, reach, seed):
+    """It ends at its reach, and keeps a partner only where no other point can be nearer."""
+    rng, count = np.random.default_rng(seed), len(points)
+    grid = NearestNeighbors(target).grid
+    known = Known(rng.integers(len(target), size=(count, 2)), 0.0 * points, np.zeros(count))
+    for step in (0.0, 0.5, 0.1, 0.01, 0.001, 0.0):
+        points = points + step * rng.normal(size=points.shape)
+        index, distance = nearest(points, grid, reach, known)
+        squares = table(points, target)
+        there = squares.min(axis=1) <= reach**2
+        np.testing.assert_array_equal(index[there], squares.argmin(axis=1)[there])
+        np.testing.assert_array_equal(distance[there], np.sqrt(squares.min(axis=1)[there]))
+        assert (index[~there] == -1).all()
+        assert np.isposinf(distance[~there]).all()
 
 
 @given(scenes, st.sampled_from([0.1, 0.5, 1e4]))
