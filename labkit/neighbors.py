@@ -193,7 +193,7 @@ def nearest(
 def squared(x: float, y: float, points: FloatArray, i: int) -> float:
     """The squared distance [m²] from (x, y) to point i."""
     dx, dy = x - points[i, 0], y - points[i, 1]
-    return dx * dx + dy * dy
+    return float(dx * dx + dy * dy)
 
 
 @compiled
