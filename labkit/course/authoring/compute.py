@@ -14,7 +14,7 @@ scale.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from decimal import ROUND_CEILING, Context
 from typing import Any
@@ -23,18 +23,20 @@ import numpy as np
 
 from labkit.course.authoring.entries import Exact, Recipe, Rng, question
 from labkit.course.exercises.entries import Arguments, Function, answers
+from labkit.course.exercises.families import Family
 from labkit.course.grading.assignment.questions import Answer, Case
-from labkit.course.grading.inside.data import plain
+from labkit.course.grading.inside.data import Value, plain
 from labkit.course.grading.judging.compare import assess, is_answer_of, is_right
 from labkit.course.grading.judging.kinds import read
 from labkit.course.grading.judging.verdict import Outcome
 from labkit.support.arrays import FloatArray
 from labkit.support.errors import LabkitError
 
+Wrong = Mapping[str, tuple[Value, ...]]  # the answers of mistakes, by their ids
+
 TRIES, SETS = 200, 20
 ALIKE = 3  # draws among which one as hard as another variant's is looked for
 LARGEST = 1e-3  # a tolerance beyond it says more about rounding than about skill: drawn anew
-DECIMALS = 12
 EPSILON = 2.0**-24
 DRAWS, MARGIN = 4, 16.0
 FLOOR = 64.0 * EPSILON
@@ -131,7 +133,7 @@ def draw_case(entry: question, id: str, about: str, recipe: Recipe, rng: Rng) ->
             return agreed(entry, case)
         moved = perturbed(arguments, np.random.default_rng(2))
         if all(is_right(asked, case, one) for one in answers(rights, moved) or (None,)):
-            return agreed(entry, settled(entry, case))
+            return agreed(entry, settled(entry, case, entry.mistaken))
     raise LabkitError(f"no draw of {asked.id}, {about!r}, is stable; ease its recipe")
 
 
@@ -147,15 +149,37 @@ def agreed(entry: question, case: Case) -> Case:
     return case
 
 
-def settled(entry: question, case: Case) -> Case:
-    """The case with the answers of all mistakes that slightly other arguments do not change."""
-    again = entry.mistaken(perturbed(case.arguments, np.random.default_rng(1)))
-    kept = {
-        id: wrong
-        for id, wrong in case.mistaken.items()
-        if id in again and all(is_answer_of(id, entry.asked_for, case, one) for one in again[id])
-    }
+def settled(
+    entry: question, case: Case, wrongs: Callable[[Arguments], Wrong], draws: int = 2
+) -> Case:
+    """The case with the answers of those mistakes that slightly other arguments do not change.
+
+    Where two ways out tie, each draw takes the other one with even chances.
+    """
+    kept, rng = dict(case.mistaken), np.random.default_rng(1)
+    for _ in range(draws):
+        again = wrongs(perturbed(case.arguments, rng))
+        for id in kept.keys() - again.keys():
+            del kept[id]
+        for id in list(kept):
+            if not all(is_answer_of(id, entry.asked_for, case, one) for one in again[id]):
+                del kept[id]
     return replace(case, mistaken=kept)
+
+
+def steady_families(entry: question, case: Case) -> dict[Family, Value]:
+    """The answers of the families of mistakes in the arguments that slightly other arguments do
+    not change; with as many digits as tell them apart."""
+
+    def wrongs(arguments: Arguments) -> Wrong:
+        return {family.id: (one,) for family, one in entry.families(arguments).items()}
+
+    assert not callable(entry.visible)
+    found = entry.families(case.arguments)
+    known = replace(case, mistaken=wrongs(case.arguments))
+    if not isinstance(entry.visible[case.about], Exact):
+        known = settled(entry, known, wrongs, draws=8)
+    return {family: rounded(one, 8) for family, one in found.items() if family.id in known.mistaken}
 
 
 def confusion(entry: question, cases: Sequence[Case]) -> str:
@@ -236,15 +260,13 @@ def round_up(number: float) -> float:
     return float(TWO_DIGITS.create_decimal(repr(float(number))))
 
 
-def rounded(value: Any) -> Any:
-    """The value as plain data, to 12 decimals: what is left does not hang on the machine."""
+def rounded(value: Any, decimals: int = 12) -> Any:
+    """The value as plain data with few digits: what is left does not hang on the machine."""
     if isinstance(value, dict):
-        return {id: rounded(one) for id, one in value.items()}
+        return {id: rounded(one, decimals) for id, one in value.items()}
     value = plain(value)
     if isinstance(value, tuple):
-        return tuple(map(rounded, value))
-    if isinstance(value, float):
-        return round(value, DECIMALS) + 0.0
-    if isinstance(value, np.ndarray) and value.dtype.kind == "f":
-        return np.round(value, DECIMALS) + 0.0
+        return tuple(rounded(one, decimals) for one in value)
+    if isinstance(value, float) or (isinstance(value, np.ndarray) and value.dtype.kind == "f"):
+        return np.round(value, decimals) + 0.0
     return value

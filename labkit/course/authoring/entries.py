@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Concatenate, ParamSpec
 
 import numpy as np
@@ -85,7 +86,7 @@ class question(exercise):
     slack: Callable[[Arguments], float] = lambda arguments: 0.0  # of the tolerance, on top
     alike: Callable[[Recipe, Arguments], Recipe] | None = None  # as hard as another variant's case
 
-    @property
+    @cached_property
     def asked_for(self) -> Question:
         """The question as the grading knows it."""
         given = ("answer", "chapter", "unit", "low", "high", "chance")

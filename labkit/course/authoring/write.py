@@ -17,18 +17,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-import numpy as np
 from tqdm.contrib.concurrent import process_map
 
 import labkit
-from labkit.course.authoring.compute import hidden_cases, visible_cases
+from labkit.course.authoring.compute import hidden_cases, steady_families, visible_cases
 from labkit.course.authoring.entries import question
 from labkit.course.authoring.questions import QUESTIONS, TITLE
 from labkit.course.exercises.entries import ENTRIES, with_families
-from labkit.course.exercises.families import Family
 from labkit.course.grading.assignment.files import COURSE, FORMAT, salt_of
 from labkit.course.grading.assignment.questions import Case, Cases, Question
-from labkit.course.grading.inside.data import Value, to_json
+from labkit.course.grading.inside.data import to_json
 from labkit.support.errors import LabkitError
 from labkit.support.files import atomic_write
 
@@ -45,7 +43,6 @@ SCORE = """
 from labkit.course.exercises import score
 score({})
 ### END HIDDEN TESTS"""
-DIGITS = 9  # of the answers of families, of which there are many
 
 Cell = dict[str, Any]
 
@@ -113,22 +110,8 @@ def _hidden_of(
 
 def _posed(entry: question, cases: Sequence[Case]) -> tuple[Question, list[Case]]:
     """The question and its visible cases, with the families of mistakes in the arguments."""
-    return with_families(
-        entry.asked_for, cases, [_short(entry.families(c.arguments)) for c in cases]
-    )
-
-
-def _short(found: Mapping[Family, Value]) -> dict[Family, Value]:
-    """The answers with as many digits as a family needs to be told."""
-
-    def short(value: Any) -> Any:
-        if isinstance(value, tuple):
-            return tuple(map(short, value))
-        if isinstance(value, np.ndarray) and value.dtype.kind == "f":
-            return np.array([short(one) for one in value.ravel().tolist()]).reshape(value.shape)
-        return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
-
-    return {family: short(value) for family, value in found.items()}
+    found = [steady_families(entry, case) for case in cases]
+    return with_families(entry.asked_for, cases, found)
 
 
 def course_file(questions: Sequence[question], secret: bytes = b"") -> str:

@@ -59,7 +59,7 @@ SHIFT, TURN = "np.hypot(*dT[:2, 2])", "abs(np.arctan2(dT[1, 0], dT[0, 0]))"
 STOP = f"{SHIFT} < 1e-13 and {TURN} < 1e-13"
 BUDGET = "range(max_iterations)"
 STEP = "T, icp_step(source, target, T, max_distance, overlap_ratio, delta)"
-WIDER = (2, 1.2, 1.3, 1.4, 1.5, 1.65, 1.8, 2.3, 2.6, 3)
+WIDER = (2, 1.2, 1.5, 3)
 RMSE = "np.sqrt(np.mean(nearest_neighbors(source @ T[:2, :2].T + T[:2, 2], target)[1] ** 2))"
 KEPT = "    kept = distance_gate(d, max_distance) & overlap(d, overlap_ratio)\n"
 KEPT_OF_GATED = f"    kept = {GATE}\n    kept[kept] = overlap(d[kept], overlap_ratio)\n"
