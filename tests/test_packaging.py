@@ -1,4 +1,4 @@
-"""What is installed: data files, the lock, and a version that has its entry."""
+"""What is installed: data files and the lock."""
 
 import re
 import tomllib
@@ -7,8 +7,6 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 from packaging.version import Version
-
-import labkit
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
@@ -54,9 +52,3 @@ def test_the_lock_has_hashes_and_says_no_host():
     assert len(entries) > 100
     assert all("--hash=sha256:" in entry for entry in entries if entry)
     assert not re.search(r"https?:|index-url|@ ", LOCK)
-
-
-def test_the_version_has_its_entry():
-    assert re.search(
-        rf"(?m)^## {re.escape(labkit.__version__)}\b", (ROOT / "CHANGELOG.md").read_text("utf-8")
-    )

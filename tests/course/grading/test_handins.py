@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from labkit.course.grading.files import list_files, read_files
 from labkit.course.grading.handins import find_submissions, one_submission
 from labkit.support.errors import LabkitError
 
@@ -160,6 +161,13 @@ def test_what_is_too_large_is_named_and_the_rest_is_read(read, tmp_path):
     assert set(files) == {"ada/a.py", "ada/c.zip/x.ipynb", "ada/d.zip/x.ipynb"}
     lost = {"ada/large.ipynb", "ada/bomb.zip", "ada/e.zip"}
     assert {line.partition(" ")[0] for line in unread} == lost
+
+
+def test_the_grader_holds_no_more_than_is_read(tmp_path):
+    for path in write(tmp_path / "ada", ["a.py", "b.py", "c.py"]).iterdir():
+        os.truncate(path, 20 << 20)
+    found, unread = read_files(list_files(tmp_path / "ada"))
+    assert (len(found), len(unread)) == (2, 1)
 
 
 def test_names_of_any_bytes_are_printable(read, tmp_path):
