@@ -49,19 +49,11 @@ INSTALLED = (
 EXCUSED = {
     "make lab": "opens JupyterLab in a window; tests/book/test_jupyterlab.py starts it",
     "make fix": "changes the sources; make test holds what it would change",
-    "make quick": "runs a part of make test",
     "make lock": "asks the registry for what is new; tests/test_packaging.py reads the lock",
     "source .venv/bin/activate": "changes the terminal that it is typed in",
-    ".venv/bin/pytest tests/cli": "runs a part of make test",
-    ".venv/bin/pytest tests/course/authoring": "runs a part of make test",
-    ".venv/bin/pytest --nbval-lax --nbval-current-env notebooks/03_correspondences.ipynb": (
-        "runs a part of make test"
-    ),
     ".venv/bin/python tests/bench/pages.py": "measures times, which no test asserts",
     "pip install pre-commit && pre-commit install": "changes the contributor's git hooks",
     "python -m pip list": "is pip's own",
-    "labkit grade": "the name of a command that is run",
-    "python -m labkit.course.authoring": "the same, in the words of the page",
     ".venv/bin/python -m labkit.course.authoring": (
         "writes the assignment anew in a checkout; tests/course/authoring calls what it calls"
     ),
@@ -72,7 +64,10 @@ EXCUSED = {
     ),
     "dolos run -l python -i grades/handed_out.py grades/code/*.py": "another program's",
 }
-WINDOWS = re.compile(r"py -3|\.venv\\")  # the workflow's job on Windows runs their like
+# Parts of make test; the names of commands that are run; what the workflow's Windows job runs.
+PARTS = re.compile(
+    r"make quick|\.venv/bin/pytest |(labkit grade|python -m labkit.course.authoring)$|py -3|\.venv."
+)
 
 
 def commands(page: str) -> list[str]:
