@@ -4,11 +4,11 @@ import os
 import shutil
 import subprocess
 import sys
-from importlib.metadata import version
 
 import numpy as np
 import pytest
 
+import labkit
 from labkit.cli.main import build_parser
 
 MODULE = ["-m", "labkit"]
@@ -25,7 +25,7 @@ def test_the_version_names_the_packages_without_loading_numba():
     program = "import sys; from labkit.cli import main\ntry: main()\nexcept SystemExit: "
     program += "print(sorted({'numba', 'llvmlite'} & sys.modules.keys()))"
     line, loaded = python("-c", program, "--version").stdout.splitlines()
-    assert line.startswith(f"labkit {version('labkit')} (Python ")
+    assert line.startswith(f"labkit {labkit.__version__} (Python ")
     assert f", numpy {np.__version__}, scipy " in line
     assert ", numba " in line or ", without numba" in line
     assert loaded == "[]"
