@@ -5,9 +5,8 @@ from __future__ import annotations
 import argparse
 
 from labkit.cli.text import ERROR_HEADER, error_dict, error_row, table, to_json
-from labkit.evaluation import absolute_errors, associate, rpe
+from labkit.evaluation import associate, compare
 from labkit.logs import read_tum
-from labkit.support.arrays import FARTHEST, check_range
 from labkit.support.errors import InvalidPointsError
 
 HELP = "measure a trajectory against a reference"
@@ -31,7 +30,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Measure and print."""
-    check_range(args.stretch, "stretch", above=0.0, at_most=FARTHEST, unit="m")
     stamps, estimate = read_tum(args.estimate)
     reference_stamps, reference = read_tum(args.reference)
     pairs = associate(stamps, reference_stamps, args.tolerance)
@@ -40,16 +38,11 @@ def run(args: argparse.Namespace) -> int:
             f"{args.estimate} and {args.reference} share {len(pairs)} stamps within "
             f"{args.tolerance:g} s, but at least 2 are needed; are their clocks the same?"
         )
-    x, x_reference = estimate[pairs[:, 0]], reference[pairs[:, 1]]
-    kind, absolute = absolute_errors(x, x_reference)
-    errors = {
-        kind: absolute,
-        "RPE, a step": rpe(x, x_reference),
-        f"RPE, {args.stretch:g} m": rpe(x, x_reference, args.stretch, "metres"),
-    }
+    poses = {"estimate": estimate[pairs[:, 0]]}
+    errors = compare(poses, reference[pairs[:, 1]], args.stretch)
     if args.json:
-        print(to_json({name: error_dict(e) | {"count": len(e)} for name, e in errors.items()}))
+        print(to_json({name: error_dict(each) for name, each in errors.items()}))
     else:
         print(f"{len(pairs)} of {len(estimate)} poses have a partner in the reference")
-        print(table(ERROR_HEADER, [error_row(name, e) for name, e in errors.items()]))
+        print(table(ERROR_HEADER, [error_row(name, each) for name, each in errors.items()]))
     return 0

@@ -38,19 +38,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):  # a code page without ² must not end a run
         sys.stdout.reconfigure(errors="replace")
     try:
-        try:
-            return _run(build_parser().parse_args(arguments))
-        finally:
-            sys.stdout.flush()  # here, since Python's exit reports no failure
-    except BrokenPipeError:  # the reader (`| head`) has seen enough
-        _drop_output()
-        return 0
+        status = _run(build_parser().parse_args(arguments))
+        sys.stdout.flush()  # here, since Python's exit reports no failure
+        return status
     except OSError as error:
         if error.filename is not None:  # not of a stream: a bug, show the traceback
             raise
-        _drop_output()
-        problem = f"the output cannot be written: {error.strerror}; send it elsewhere"
-        print(f"labkit: {problem}", file=sys.stderr)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for the flush at exit
+        if isinstance(error, BrokenPipeError):  # the reader (`| head`) has seen enough
+            return 0
+        print(f"labkit: the output cannot be written: {error.strerror}", file=sys.stderr)
         return BAD_INPUT
 
 
@@ -58,19 +55,14 @@ def _run(args: argparse.Namespace) -> int:
     """Run the command; a mistake becomes one line on stderr."""
     try:
         return int(args.run(args))
-    except InvalidParameterError as error:
-        known = error.parameter in vars(args)
-        message = f"{flag(error.parameter)} {error.problem}" if known else str(error)
-        print(f"labkit {args.command}: {message}", file=sys.stderr)
-        return USAGE
     except LabkitError as error:
-        print(f"labkit {args.command}: {error}", file=sys.stderr)
-        return BAD_INPUT
-
-
-def _drop_output() -> None:
-    """Redirect stdout to /dev/null, so that the flush at exit cannot fail again."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        message, status = str(error), BAD_INPUT
+        if isinstance(error, InvalidParameterError):
+            status = USAGE
+            if error.parameter in vars(args):
+                message = f"{flag(error.parameter)} {error.problem}"
+        print(f"labkit {args.command}: {message}", file=sys.stderr)
+        return status
 
 
 def build_parser() -> argparse.ArgumentParser:

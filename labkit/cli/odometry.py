@@ -48,11 +48,13 @@ The prior is where a step's search begins, and what it falls back to:
              10 % of the turn and 0.05 rad/m of heading"""
 
 SIMULATED_WHEELS = WheelNoise(along=0.10, across=0.05, turn=0.10, drift=0.05)
-MATCHING = tuple(SHORT)
-LIMITS, FILTERS = ("max_translation",), ("range_min", "range_max")
+OPTIONS = {  # fields of `OdometryParameters`, and those of their fields that are options
+    "icp": tuple(SHORT),
+    "limits": ("max_translation",),
+    "preprocessing": ("range_min", "range_max"),
+}
 NOTHING = "none"  # the word for no file
 SHOWN_DAMAGE = 5  # damaged lines that are named one by one
-MANY = 0.05  # share of steps too long to be believed at which the limit is named
 Writer = Callable[[str, Log, OdometryResult], None]
 
 
@@ -66,9 +68,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--scans", type=int, metavar="N", help="use the first N scans only (default all)")
     _add_log_options(parser)
     defaults = OdometryParameters()
-    add_options(parser, "matching", defaults.icp, MATCHING)
-    add_options(parser, "limits", defaults.limits, LIMITS)
-    add_options(parser, "filters", defaults.preprocessing, FILTERS)
+    for part, names in OPTIONS.items():
+        add_options(parser, part, getattr(defaults, part), names)
     group = parser.add_argument_group("output, in this folder by default; `none` writes nothing")
     group.add_argument("--out", metavar="FILE", help="trajectory, TUM (LOG-odometry.tum)")
     group.add_argument("--quality", metavar="FILE", help="a CSV row a step (LOG-quality.csv)")
@@ -92,12 +93,11 @@ def _add_log_options(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Estimate the motion, write what was asked for and print a summary."""
     defaults = OdometryParameters()
-    parameters = replace(
-        defaults,
-        icp=replace(defaults.icp, **chosen(args, MATCHING)),
-        limits=replace(defaults.limits, **chosen(args, LIMITS)),
-        preprocessing=replace(defaults.preprocessing, **chosen(args, FILTERS)),
-    )
+    parts = {
+        part: replace(getattr(defaults, part), **chosen(args, names))
+        for part, names in OPTIONS.items()
+    }
+    parameters = replace(defaults, **parts)
     if args.scans is not None:
         check_count(args.scans, "scans", at_least=2)
     log = _read(args)
@@ -118,14 +118,6 @@ def run(args: argparse.Namespace) -> int:
     print(_decisions(result, seconds))
     for remark in result.remarks:
         print(f"note: {remark}", file=sys.stderr)
-    unbelieved = [record for record in result.records[1:] if not record.decision.matched]
-    too_long = sum("translation" in record.reason for record in unbelieved)
-    if too_long > MANY * len(result.records):
-        print(
-            f"note: {too_long} steps were not believed where a match moved the robot by more than "
-            f"{args.max_translation:g} m; `--max-translation` allows longer ones",
-            file=sys.stderr,
-        )
     if log.reference is not None:
         trajectories = {"odometry": result.poses}
         if prior is not None:
@@ -182,12 +174,12 @@ def _choose_outputs(args: argparse.Namespace, name: str) -> list[tuple[str, Writ
         (args.plot or f"{name}-map.png", write_map),
     ]
     wanted = [(path, writer) for path, writer in outputs if path != NOTHING]
-    taken = {Path(args.log).resolve(): "is the log itself"}
+    taken = {Path(args.log).resolve()}
     for path, writer in wanted:
         (refuse_picture if writer is write_map else refuse_unwritable)(path)
         if (place := Path(path).resolve()) in taken:
-            raise WriteError(f"cannot write {path}: it {taken[place]}; give each file its own name")
-        taken[place] = "is written by this run already"
+            raise WriteError(f"cannot write {path}: it is the log or another output; rename it")
+        taken.add(place)
     return wanted
 
 

@@ -15,10 +15,8 @@ from labkit.support.errors import InvalidParameterError
 from labkit.support.files import atomic_write, refuse_unwritable
 
 PICTURES = (".png", ".pdf", ".svg")
-MOST_DRAWN = 5000  # scans in a map: a picture shows no more
 
-# Columns by fields of the record; those about the match are empty without one.
-OF_A_MATCH = {
+OF_A_MATCH = {  # columns by fields of the record, empty without a match
     "inliers": "inlier_count",
     "inlier_ratio": "inlier_ratio",
     "rmse_m": "rmse",
@@ -32,11 +30,10 @@ OF_A_MATCH = {
     "degenerate": "degenerate",
     "iterations": "iterations",
 }
-MOTION = ("dx_m", "dy_m", "dtheta_rad")
-COVARIANCE = ("cov_xx", "cov_xy", "cov_xt", "cov_yy", "cov_yt", "cov_tt")  # [m², m rad, rad²]
 COLUMNS = (
-    *("scan", "stamp", "decision", "doubtful", *MOTION, *COVARIANCE, *OF_A_MATCH),
-    *("termination", "reason"),
+    *("scan", "stamp", "decision", "doubtful", "dx_m", "dy_m", "dtheta_rad"),
+    *("cov_xx", "cov_xy", "cov_xt", "cov_yy", "cov_yt", "cov_tt"),  # [m², m rad, rad²]
+    *(*OF_A_MATCH, "termination", "reason"),
 )
 
 
@@ -62,19 +59,19 @@ def write_map(path: str, log: Log, result: OdometryResult) -> None:
 
     figure = Figure(figsize=(7.0, 5.6), layout="constrained")  # letters are read on a page
     ax = figure.add_subplot()
-    every = -(-len(log) // MOST_DRAWN)
-    plot_trajectory(ax, result.poses[::every], scans=log.scans[::every], reference=log.reference)
+    plot_trajectory(ax, result.poses, scans=log.scans, reference=log.reference)
     ax.set_title(f"{log.name}: map and trajectory by scan matching")
     with atomic_write(path, "wb") as file:
         figure.savefig(file, format=Path(path).suffix[1:].lower(), dpi=200)
 
 
 def refuse_picture(path: str) -> None:
-    """Raise the error that `write_map` would raise, before any work is done."""
+    """Raise the error of `write_map` before any work is done."""
     refuse_unwritable(path)
     if Path(path).suffix.lower() not in PICTURES:
-        problem = f"must end in .png, .pdf or .svg, got {path!r}"
-        raise InvalidParameterError(problem, parameter="plot")
+        raise InvalidParameterError(
+            f"must end in .png, .pdf or .svg, got {path!r}", parameter="plot"
+        )
 
 
 def _stamps(log: Log) -> FloatArray:

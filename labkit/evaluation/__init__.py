@@ -8,13 +8,11 @@ are not three finite numbers, or unequal lengths, raise `InvalidPointsError`.
 from labkit.evaluation.association import associate
 from labkit.evaluation.consistency import disagreement, forward_backward, loop_closure
 from labkit.evaluation.pose_errors import ErrorSummary, PoseErrors
-from labkit.evaluation.reference import RelativeErrors, absolute_errors, ate, compare, rpe
+from labkit.evaluation.reference import ate, compare, rpe
 
 __all__ = [
     "ErrorSummary",
     "PoseErrors",
-    "RelativeErrors",
-    "absolute_errors",
     "associate",
     "ate",
     "compare",

@@ -6,8 +6,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from labkit.support.arrays import FloatArray, IntArray, as_finite, as_floats, check_range
-from labkit.support.errors import InvalidPointsError
+from labkit.support.arrays import IntArray, as_stamps, check_range
 
 
 def associate(stamps_a: ArrayLike, stamps_b: ArrayLike, tolerance: float) -> IntArray:
@@ -33,7 +32,7 @@ def associate(stamps_a: ArrayLike, stamps_b: ArrayLike, tolerance: float) -> Int
     >>> associate([0.0, 1.0, 2.0], [1.02, 1.9, 2.01], tolerance=0.05).tolist()
     [[1, 0], [2, 2]]
     """
-    a, b = _as_stamps(stamps_a, "stamps_a"), _as_stamps(stamps_b, "stamps_b")
+    a, b = as_stamps(stamps_a, "stamps_a"), as_stamps(stamps_b, "stamps_b")
     check_range(tolerance, "tolerance", at_least=0.0, unit="s")
     if a.size == 0 or b.size == 0:
         return np.empty((0, 2), dtype=np.intp)
@@ -42,11 +41,3 @@ def associate(stamps_a: ArrayLike, stamps_b: ArrayLike, tolerance: float) -> Int
     index = np.arange(len(a))
     paired = (a_of_b[b_of_a] == index) & (gap <= tolerance)
     return np.asarray(np.column_stack([index, b_of_a])[paired], dtype=np.intp)
-
-
-def _as_stamps(stamps: ArrayLike, name: str) -> FloatArray:
-    """Check times: shape (K,), seconds, finite, in any order."""
-    checked = as_floats(stamps, name, hint="give seconds")
-    if checked.ndim != 1:
-        raise InvalidPointsError(f"`{name}` must have shape (K,), got {checked.shape}")
-    return as_finite(checked, name)

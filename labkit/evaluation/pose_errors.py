@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.se2 import relative, to_xytheta
-from labkit.support.arrays import FloatArray, as_floats, as_poses
+from labkit.support.arrays import FloatArray, IntArray, as_finite, as_floats, as_poses
 from labkit.support.errors import InvalidPointsError
 
 
@@ -39,10 +39,9 @@ class ErrorSummary:
         >>> ErrorSummary.of([]).rmse
         nan
         """
-        e = as_floats(errors, "errors")
-        if e.ndim != 1 or not np.isfinite(e).all():
-            shown = f"shape {e.shape}" if e.ndim != 1 else f"{e[~np.isfinite(e)][0]}"
-            raise InvalidPointsError(f"`errors` must be finite and of shape (N,), got {shown}")
+        e = as_finite(as_floats(errors, "errors"), "errors")
+        if e.ndim != 1:
+            raise InvalidPointsError(f"`errors` must have shape (N,), got {e.shape}")
         if e.size == 0:
             return cls(0, *[math.nan] * 6)
         return cls(
@@ -58,10 +57,14 @@ class ErrorSummary:
 
 @dataclass(frozen=True, eq=False)
 class PoseErrors:
-    """N translation errors [m] ≥ 0 and N rotation errors [rad] in [0, π], by pose or pair."""
+    """N translation errors [m] ≥ 0 and N rotation errors [rad] in [0, π], by pose or pair.
+
+    `pairs`, (N, 2), are the poses at which the stretches of `rpe` begin and end.
+    """
 
     translation_errors: FloatArray
     rotation_errors: FloatArray
+    pairs: IntArray | None = None
 
     @property
     def translation(self) -> ErrorSummary:

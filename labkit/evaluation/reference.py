@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -12,7 +11,7 @@ from numpy.typing import ArrayLike
 from labkit import alignment
 from labkit.evaluation.pose_errors import PoseErrors, as_trajectories, pose_differences
 from labkit.se2 import from_xytheta, invert, relative
-from labkit.support.arrays import FARTHEST, FloatArray, IntArray, check_range, is_number
+from labkit.support.arrays import FARTHEST, FloatArray, IntArray, check_count, check_range
 from labkit.support.errors import DegenerateAlignmentError, InvalidParameterError
 
 
@@ -72,7 +71,7 @@ def ate(
     return PoseErrors(*pose_differences(T_true, T_reference_estimate @ T))
 
 
-def absolute_errors(estimate: ArrayLike, reference: ArrayLike) -> tuple[str, PoseErrors]:
+def _absolute_errors(estimate: ArrayLike, reference: ArrayLike) -> tuple[str, PoseErrors]:
     """Absolute trajectory error, and its name: first poses aligned if the robot never moved."""
     try:
         return "ATE", ate(estimate, reference)
@@ -80,19 +79,12 @@ def absolute_errors(estimate: ArrayLike, reference: ArrayLike) -> tuple[str, Pos
         return "ATE, first poses aligned", ate(estimate, reference, align="origin")
 
 
-@dataclass(frozen=True, eq=False)
-class RelativeErrors(PoseErrors):
-    """Errors of N stretches; `pairs` (N, 2) are the poses at which each begins and ends."""
-
-    pairs: IntArray
-
-
 def rpe(
     estimate: ArrayLike,
     reference: ArrayLike,
     delta: float = 1,
     unit: Literal["steps", "metres"] = "steps",
-) -> RelativeErrors:
+) -> PoseErrors:
     """Relative pose error (Sturm et al., IROS 2012), one per stretch of a given length.
 
     The error of the stretch from i to j is that of the estimate's ``T_i_j`` against the
@@ -110,8 +102,8 @@ def rpe(
 
     Returns
     -------
-    RelativeErrors
-        Without pairs, and its summaries NaN, where the trajectory is too short.
+    PoseErrors
+        With the `pairs` of poses that bound each stretch; of a trajectory that is too short, none.
 
     Notes
     -----
@@ -128,7 +120,9 @@ def rpe(
     """
     x, x_reference = as_trajectories(estimate=estimate, reference=reference)
     if unit == "steps":
-        pairs = _pairs_by_steps(len(x), delta)
+        check_count(delta, "delta", at_least=1)
+        start = np.arange(len(x) - int(delta))
+        pairs = np.column_stack([start, start + int(delta)])
     elif unit == "metres":
         check_range(delta, "delta", above=0.0, at_most=FARTHEST, unit="m")
         pairs = _pairs_by_path(x_reference, delta)
@@ -137,7 +131,7 @@ def rpe(
     T, T_true = from_xytheta(x), from_xytheta(x_reference)
     i, j = pairs.T
     errors = pose_differences(relative(T_true[i], T_true[j]), relative(T[i], T[j]))
-    return RelativeErrors(*errors, pairs)
+    return PoseErrors(*errors, pairs)
 
 
 def compare(
@@ -161,27 +155,14 @@ def compare(
     >>> list(errors), round(errors["wheels, RPE a step"].translation.max, 3)
     (['wheels, RPE a step', 'wheels, RPE over 10 m', 'wheels, ATE'], 0.1)
     """
-    names = trajectories.keys()
-    errors: dict[str, PoseErrors] = {
-        f"{name}, RPE a step": rpe(trajectories[name], reference) for name in names
-    }
-    for name in names:
-        over = rpe(trajectories[name], reference, stretch, "metres")
-        errors[f"{name}, RPE over {stretch:g} m"] = over
-    for name in names:
-        kind, absolute = absolute_errors(trajectories[name], reference)
-        errors[f"{name}, {kind}"] = absolute
-    return errors
-
-
-def _pairs_by_steps(length: int, delta: float) -> IntArray:
-    """All (i, i + delta)."""
-    if not (is_number(delta) and delta >= 1 and float(delta).is_integer()):
-        raise InvalidParameterError(
-            f"must be a whole number of at least 1 step, got {delta!r}", parameter="delta"
-        )
-    start = np.arange(length - int(delta))
-    return np.column_stack([start, start + int(delta)])
+    check_range(stretch, "stretch", above=0.0, at_most=FARTHEST, unit="m")
+    steps, stretches, absolute = {}, {}, {}
+    for name, poses in trajectories.items():
+        steps[f"{name}, RPE a step"] = rpe(poses, reference)
+        stretches[f"{name}, RPE over {stretch:g} m"] = rpe(poses, reference, stretch, "metres")
+        kind, errors = _absolute_errors(poses, reference)
+        absolute[f"{name}, {kind}"] = errors
+    return steps | stretches | absolute
 
 
 def _pairs_by_path(poses: FloatArray, delta: float) -> IntArray:

@@ -100,8 +100,7 @@ def scanner_trajectories(
     offset = mount if declared else laser_offset
     vertices = np.array([sweep.vertex for sweep in sweeps if sweep.vertex is not None])
     if len(vertices):
-        gaps = np.abs(robot - vertices)
-        gaps[:, 2] = np.abs(wrap(gaps[:, 2]))
+        gaps = np.abs(to_xytheta(relative(from_xytheta(vertices), from_xytheta(robot))))
         repeated = _most(gaps.max(axis=1)) <= PRINTED
         return None if repeated else scanner_poses(robot, offset), scanner_poses(vertices, offset)
     laser = np.column_stack([laser[:, :2], wrap(laser[:, 2])])

@@ -31,12 +31,9 @@ class Log:
     ----------
     scans : tuple of Scan, length K
         The scans, each in its own frame.
-    odometry : ndarray, shape (K, 3), or None
-        Poses of the scanner by raw wheel odometry, rows (x [m], y [m], θ [rad]) with θ in
-        (−π, π]; None if the file has none.
-    reference : ndarray, shape (K, 3), or None
-        Poses of the scanner by a better estimate (an optimised pose graph, a corrected
-        log), rows as above; None if the file has none.
+    odometry, reference : ndarray, shape (K, 3), or None
+        Poses of the scanner by raw wheel odometry, and by a better estimate (an optimised pose
+        graph, a corrected log): rows (x [m], y [m], θ [rad]) with θ in (−π, π].
     name : str
         Name of the run: the file's, without its suffixes.
     format : str
@@ -44,8 +41,7 @@ class Log:
     skipped : tuple of SkippedLine
         The damaged lines that were left out.
     remarks : tuple of str
-        Warnings that drop no line: codes taken for "no return", stamps that run backwards,
-        an odometry that falls silent, numbers that look like millimetres.
+        Warnings that drop no line: codes for "no return", clocks, gaps, millimetres.
     """
 
     scans: tuple[Scan, ...]

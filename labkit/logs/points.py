@@ -111,10 +111,9 @@ def read_ranges_table(
             count = len(row) - (clock is not None)
             if angles is None:
                 raise LogError(
-                    f"{report.file}: rows of {count} numbers; if they are the ranges of a scan, "
-                    f"name the directions of the first and the last beam [rad], as "
-                    f"`angles=(-2.356, 2.356)`, for `labkit odometry` as `--angles -2.356 2.356` "
-                    f"(a trajectory is read by `read_tum`)"
+                    f"{report.file}: rows of {count} numbers; if they are ranges, name the first "
+                    f"and the last beam's direction [rad], as `angles=(-2.356, 2.356)`, for "
+                    f"`labkit odometry` as `--angles -2.356 2.356`"
                 )
             beams = np.linspace(angles[0], angles[1], count)
         try:

@@ -63,16 +63,15 @@ def read_bag(
         sweeps = list(_sweeps(bag, chosen, report))
         track = _track(bag, wheel, report)
     times, kept = track[:, 0], []
-    gaps = seconds_outside(np.array([sweep.stamp for sweep in sweeps]), times)
-    for sweep, gap in zip(sweeps, gaps, strict=True):
-        if gap <= MAX_EXTRAPOLATION:
+    for sweep in sweeps:
+        if (gap := seconds_outside(sweep.stamp, times)) <= MAX_EXTRAPOLATION:
             kept.append(sweep)
         else:
             report.skip(sweep.line, f"a scan {gap:.3f} s outside the odometry")
     if not kept:
         raise LogError(f"{report.file}: no usable scan in the bag{report.summary()}")
-    silent = np.diff(times)
-    if len(silent) and silent.max() > max(SILENCE, 10.0 * float(np.median(silent))):
+    silent = np.diff(times, append=times[-1])
+    if silent.max() > max(SILENCE, 10.0 * float(np.median(silent))):
         k = int(np.argmax(silent))
         report.remarks.append(
             f"the odometry is silent for {silent[k]:.1f} s from {times[k]:.10g} s on; the poses "
@@ -143,13 +142,13 @@ def _sweeps(bag: Bag, topic: str, report: DamageReport) -> Iterator[Sweep]:
     """Yield the good scan messages, counter-clockwise from `angle_min`."""
     for number, stamp, message in _messages(bag, topic, LASER_SCAN, report):
         start, step = float(message.angle_min), float(message.angle_increment)
-        with np.errstate(invalid="ignore", over="ignore"):  # what is not finite makes no point
-            ranges = np.asarray(message.ranges, dtype=np.float64)
-            try:
+        try:
+            with np.errstate(invalid="ignore", over="ignore"):  # what is not finite makes no point
+                ranges = np.asarray(message.ranges, dtype=np.float64)
                 angles = beam_angles(start, step, len(ranges))
-            except DamagedLine as damage:
-                report.skip(number, f"a damaged {LASER_SCAN} message: {damage}")
-                continue
+        except DamagedLine as damage:
+            report.skip(number, f"a damaged {LASER_SCAN} message: {damage}")
+            continue
         yield Sweep(
             line=number,
             ranges=ranges,

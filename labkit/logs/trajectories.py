@@ -123,8 +123,8 @@ def interpolate_poses(stamps: ArrayLike, times: ArrayLike, poses: ArrayLike) -> 
     known = as_stamps(times, "times", len(rows))
     order = np.argsort(known, kind="stable")
     known, rows = known[order], rows[order]
-    outside = seconds_outside(t, known)
-    if (outside > MAX_EXTRAPOLATION).any():
+    outside = [seconds_outside(each, known) for each in t.tolist()]
+    if max(outside, default=0.0) > MAX_EXTRAPOLATION:
         k = int(np.argmax(outside))
         raise InvalidPointsError(
             f"`stamps` must lie within `times`, from {known[0]:.10g} to {known[-1]:.10g} s, got "
@@ -135,6 +135,6 @@ def interpolate_poses(stamps: ArrayLike, times: ArrayLike, poses: ArrayLike) -> 
     return np.column_stack([x, y, wrap(theta)])
 
 
-def seconds_outside(stamps: FloatArray, times: FloatArray) -> FloatArray:
-    """Time [s] from each stamp to the span of the sorted times; 0 or less inside it."""
-    return np.asarray(np.maximum(times[0] - stamps, stamps - times[-1]))
+def seconds_outside(stamp: float, times: FloatArray) -> float:
+    """Time [s] from a stamp to the span of the sorted times; 0 or less inside it."""
+    return max(float(times[0]) - stamp, stamp - float(times[-1]))

@@ -7,19 +7,17 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from labkit.plotting.style import METHODS, SOURCE, TARGET, legend_below, style_grid
+from labkit.plotting.style import METHODS, SOURCE, legend_below, style_grid
 from labkit.result import IcpResult
-from labkit.support.arrays import FloatArray
 
 _TITLE_WIDTH = 66  # characters of a title across the book's page
-_FLOOR = 1e-7  # of the greatest value: what is smaller would only stretch the scale
-_STYLES: dict[str, dict[str, Any]] = {
-    "cost J": {"color": SOURCE, "marker": "o"},
-    "translation step": {"color": METHODS[0], "marker": "^", "linestyle": "--"},
-    "rotation step": {"color": METHODS[1], "marker": "s", "linestyle": ":"},
+_FLOOR = 1e-7  # of the greatest value: the scale ends there
+_STYLES: dict[str, dict[str, Any]] = {  # by the field of an iteration
+    "cost": {"label": "cost J", "color": SOURCE, "marker": "o"},
+    "translation_step": {"color": METHODS[0], "marker": "^", "linestyle": "--"},
+    "rotation_step": {"color": METHODS[1], "marker": "s", "linestyle": ":"},
 }
 
 
@@ -29,56 +27,32 @@ def plot_convergence(ax: Axes, result: IcpResult, step_ax: Axes | None = None) -
     Parameters
     ----------
     ax : Axes
-        For the cost J [m²], on a log scale; what is less than 1e-7 of its greatest value is
-        marked at the foot.
+        For the cost J [m²], on a log scale, which ends at 1e-7 of its greatest value.
     step_ax : Axes, optional
-        For the steps, [m] and [rad]; by default a second y-axis at the right of `ax`.
+        For the steps, [m] and [rad], likewise; without it only the cost is drawn.
     """
-    lower = ax.twinx() if step_ax is None else step_ax
-    cost, moved, turned = (
-        np.array([getattr(each, name) for each in result.history])
-        for name in ("cost", "translation_step", "rotation_step")
-    )
-    costs = _draw(ax, "cost", {"cost J": cost})
-    steps = _draw(lower, "step", {"translation step": moved, "rotation step": turned})
-    ax.set_ylabel("cost J [m²]")
-    lower.set_ylabel("step [m] or [rad]")
-    for each in (ax, lower):
-        style_grid(each)
-        each.set_xlim(-0.4, len(cost) - 0.6)
-        each.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
-        each.set_xlabel("iteration")
-    if step_ax is None:
-        lower.grid(visible=False)
-        lower.spines["right"].set_visible(True)
-        legend_below(ax, costs + steps)
-    else:
+    _draw(ax, result, ("cost",), "cost J [m²]")
+    if step_ax is not None:
+        _draw(step_ax, result, ("translation_step", "rotation_step"), "step [m] or [rad]")
         if ax.get_shared_x_axes().joined(ax, step_ax):
             ax.set_xlabel("")
-        legend_below(step_ax, steps)
+        legend_below(step_ax)
     count = result.iterations
     ended = textwrap.fill(result.message, _TITLE_WIDTH)
     ax.set_title(f"{count} iteration{'' if count == 1 else 's'}\n{ended}")
     return ax
 
 
-def _draw(ax: Axes, what: str, curves: dict[str, FloatArray]) -> list[Line2D]:
-    """Curves on one log scale, their legend entries; what is as good as 0 at its foot."""
-    top = max(np.max(values, initial=0.0, where=values > 0.0) for values in curves.values())
-    if top > 0.0:
+def _draw(ax: Axes, result: IcpResult, names: tuple[str, ...], ylabel: str) -> None:
+    values = np.array([[getattr(each, name) for name in names] for each in result.history])
+    for name, curve in zip(names, values.T, strict=False):
+        style = {"label": name.replace("_", " ")} | _STYLES[name]
+        ax.plot(curve, markersize=4.5, linewidth=1.4, **style)
+    if (top := np.max(values, initial=0.0, where=np.isfinite(values))) > 0.0:
         ax.set_yscale("log")
-    elif not any(np.isfinite(values).any() for values in curves.values()):
-        ax.set_yticks([])  # a run that took no step
-    floor = _FLOOR * top
-    entries = []
-    for name, values in curves.items():
-        style = _STYLES[name]
-        shown = np.where(values < floor, floor, values)
-        entries += ax.plot(shown, label=name, markersize=4.5, linewidth=1.4, **style)
-    tiny = [np.flatnonzero(values < floor) for values in curves.values()]
-    if any(map(len, tiny)):
-        at = np.unique(np.concatenate(tiny))
-        foot = np.full(len(at), floor)
-        label = f"{what} below the scale"
-        entries += ax.plot(at, foot, "v", markersize=7.0, color=TARGET, label=label)
-    return entries
+        ax.set_ylim(bottom=max(_FLOOR * top, ax.get_ylim()[0]))
+    ax.set_xlim(-0.4, max(len(values), 1) - 0.6)
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+    ax.set_xlabel("iteration")
+    ax.set_ylabel(ylabel)
+    style_grid(ax)

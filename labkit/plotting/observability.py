@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
@@ -43,18 +45,14 @@ def plot_observability(ax: Axes, target: Scan | ArrayLike, information: Informat
     for direction, color in zip(directions.T, COLORS if count else [GREY], strict=False):
         arrows = motion_field(information, direction, at)
         arrows *= size / np.hypot(*arrows.T).max()
-        ax.quiver(
-            *at.T,
-            *arrows.T,
-            angles="xy",
-            scale_units="xy",
-            scale=1.0,
-            color=color,
-            units="inches",
-            width=0.022 if count else 0.012,
-            headwidth=4.5,
-            zorder=2.5,
-        )
+        to_scale: dict[str, Any] = {
+            "angles": "xy",
+            "scale_units": "xy",
+            "scale": 1.0,
+            "units": "inches",
+        }
+        width = 0.022 if count else 0.012
+        ax.quiver(*at.T, *arrows.T, color=color, width=width, headwidth=4.5, zorder=2.5, **to_scale)
         ax.update_datalim(at + arrows)
         kind = "a turn" if abs(direction[2]) > np.sqrt(0.5) else "a shift"  # mostly
         label = f"{'free' if count else 'fixed, known least'}: {kind}"

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
-from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
 from labkit.correspondences import Correspondences
@@ -66,7 +63,7 @@ STYLES: dict[Fate, tuple[str, str, str, float]] = {  # colour, line, marker and 
 
 
 def plot_correspondences(ax: Axes, target: Scan | ArrayLike, pairs: Correspondences) -> Axes:
-    """Draw each pair as a line from the moved source point to its target point.
+    """Draw each pair as a line from the moved source point, which is marked, to its target point.
 
     Line and marker tell the pair's fate, see `labkit.plotting.fates`; the legend counts
     each of them. "no line" appears only where it happened.
@@ -78,34 +75,28 @@ def plot_correspondences(ax: Axes, target: Scan | ArrayLike, pairs: Corresponden
     pairs : Correspondences
         The association, with the source where it was matched.
     """
-    handles = [draw_target(ax, scan_points(target, "target"))]
+    draw_target(ax, scan_points(target, "target"))
     fate_of = fates(pairs)
-    segments = np.stack([pairs.source, pairs.target], axis=1)
-    for fate in Fate:
+    gaps = np.full_like(pairs.source, np.nan)  # between one line and the next
+    lines = np.stack([pairs.source, pairs.target, gaps], axis=1)
+    for fate, (color, dash, marker, size) in STYLES.items():
         chosen = fate_of == fate
         if fate is Fate.NO_LINE and not chosen.any():
             continue
-        color, dash, marker, size = STYLES[fate]
-        filled = fate >= Fate.DOWN_WEIGHTED
-        look: dict[str, Any] = {
-            "marker": marker,
-            "color": color,
-            "markersize": size,
-            "markerfacecolor": color if filled else "none",
-            "markeredgewidth": 0.0 if filled else 0.9,
-        }
-        lines = LineCollection(
-            list(segments[chosen]), colors=color, linestyles=dash, linewidths=1.0, zorder=2.2
+        ax.plot(
+            *lines[chosen].reshape(-1, 2).T,
+            color=color,
+            linestyle=dash,
+            linewidth=1.0,
+            marker=marker,
+            markevery=3,
+            markersize=size,
+            markerfacecolor=color if fate >= Fate.DOWN_WEIGHTED else "none",
+            markeredgewidth=0.0 if fate >= Fate.DOWN_WEIGHTED else 0.9,
+            zorder=2.2 + 0.1 * fate,
+            label=f"{fate.label}: {np.count_nonzero(chosen)}",
         )
-        ax.add_collection(lines, autolim=False)
-        zorder = 2.6 if filled else 2.4
-        ax.plot(*pairs.source[chosen].T, linestyle="none", zorder=zorder, **look)
-        label = f"{fate.label}: {np.count_nonzero(chosen)}"
-        look |= {"linestyle": dash, "linewidth": 1.2, "label": label}
-        handles.append(Line2D([], [], **look))
-    ax.relim()
-    ax.autoscale_view()
     style_plane(ax)
     ax.set_title(f"{pairs.inlier_count} of {len(pairs.kept)} pairs are inliers")
-    legend_below(ax, handles)
+    legend_below(ax)
     return ax

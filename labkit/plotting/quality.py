@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -23,7 +22,12 @@ FALLBACKS = {  # decision: colour, marker
     Decision.HOLD: (PURPLE, "s"),
     Decision.STAND: (GREEN, "D"),
 }
-SIGNALS = {"rmse": "m", "inlier_ratio": "–", "rotation": "°", "information": "–"}
+SIGNALS = {  # of a record: the label, and the field of the limits, if it is one
+    "rmse": ("RMSE [m]", "max_rmse"),
+    "inlier_ratio": ("inlier ratio [–]", "min_inlier_ratio"),
+    "rotation": ("rotation [°]", "max_rotation"),
+    "information": ("information [–]", ""),
+}
 _MARGIN = 0.06  # of the greatest value, below 0 and above it: a mark there stays whole
 _MEDIAN_SHARE = 80  # the running median looks at one part in so many of the run,
 _MEDIAN_STEPS = 15  # but at so many steps at least
@@ -60,12 +64,12 @@ def plot_quality(
     at = np.arange(len(records), dtype=np.float64)
     decisions = [record.decision for record in records]
     axes = tuple(figure.subplots(5, 1, sharex=True, height_ratios=[3, 3, 3, 3, 2]))
-    for ax, (name, unit) in zip(axes, SIGNALS.items(), strict=False):
+    for ax, (name, (label, bound)) in zip(axes, SIGNALS.items(), strict=False):
         values = np.array([getattr(record, name) for record in records], dtype=np.float64)
-        _draw_signal(ax, at, np.degrees(values) if unit == "°" else values, decisions)
-        ax.set_ylabel(f"{'RMSE' if name == 'rmse' else name.replace('_', ' ')} [{unit}]")
-    if limits is not None:
-        _draw_limits(axes, limits)
+        limit = None if limits is None else getattr(limits, bound, MIN_INFORMATION)
+        scale = np.degrees(1.0) if name == "rotation" else 1.0
+        _draw_signal(ax, at, scale * values, decisions, limit and scale * limit)
+        ax.set_ylabel(label)
     _draw_decisions(axes[-1], at, decisions)
     axes[-1].set_xlabel("step")
     steps = len(decisions) - decisions.count(Decision.START)
@@ -76,36 +80,29 @@ def plot_quality(
 
 
 def _draw_signal(
-    ax: Axes, at: FloatArray, values: FloatArray, decisions: Sequence[Decision]
+    ax: Axes,
+    at: FloatArray,
+    values: FloatArray,
+    decisions: Sequence[Decision],
+    limit: float | None,
 ) -> None:
+    """Dots, running median, fallbacks and, dashed, the limit, in view if the data come near it."""
     ax.plot(at, values, ".", color=GREY, markersize=2.6, markeredgewidth=0, rasterized=True)
     known = np.isfinite(values)
     window = max(_MEDIAN_STEPS, len(values) // _MEDIAN_SHARE)
     if np.count_nonzero(known) > window:
-        ax.plot(
-            at[known], median_filter(values[known], window, mode="nearest"), color=SOURCE, lw=1.2
-        )
+        median = median_filter(values[known], window, mode="nearest")
+        ax.plot(at[known], median, color=SOURCE, lw=1.2)
     for decision, (color, marker) in FALLBACKS.items():
         fell = np.array([each is decision for each in decisions]) & known
         if fell.any():
-            look: dict[str, Any] = {"markeredgecolor": "white", "markeredgewidth": 0.5}
-            ax.plot(at[fell], values[fell], marker, color=color, markersize=7.0, **look)
-    greatest = float(values[known].max(initial=0.0))
-    _show_from_zero(ax, (1.0 + _MARGIN) * greatest or ax.get_ylim()[1])
-    style_grid(ax)
-
-
-def _draw_limits(axes: Sequence[Axes], limits: SanityLimits) -> None:
-    """Dashed lines; the view is stretched to show one that the data come near to."""
-    bounds = limits.max_rmse, limits.min_inlier_ratio, np.degrees(limits.max_rotation)
-    for ax, bound in zip(axes, (*bounds, MIN_INFORMATION), strict=False):
-        top = ax.get_ylim()[1]
-        ax.axhline(bound, color="black", linestyle="--", linewidth=0.9)
-        _show_from_zero(ax, max(top, 1.08 * bound) if bound < 2.0 * top else top)
-
-
-def _show_from_zero(ax: Axes, top: float) -> None:
+            ax.plot(at[fell], values[fell], marker, color=color, ms=7.0, mec="white", mew=0.5)
+    top = (1.0 + _MARGIN) * float(values[known].max(initial=0.0)) or 1.0
+    if limit is not None:
+        ax.axhline(limit, color="black", linestyle="--", linewidth=0.9)
+        top = max(top, 1.08 * limit) if limit < 2.0 * top else top
     ax.set_ylim(-_MARGIN * top, top)
+    style_grid(ax)
 
 
 def _draw_decisions(ax: Axes, at: FloatArray, decisions: Sequence[Decision]) -> None:

@@ -51,9 +51,7 @@ def plot_scans(
 def draw_target(ax: Axes, points: FloatArray) -> Line2D:
     """The older scan, shape (M, 2) [m], as black dots."""
     label = f"target ({len(points)} points)"
-    (line,) = ax.plot(
-        *points.T, ".", markersize=3.5, color=TARGET, markeredgewidth=0.0, label=label
-    )
+    (line,) = ax.plot(*points.T, ".", ms=3.5, mew=0.0, color=TARGET, label=label)
     return line
 
 

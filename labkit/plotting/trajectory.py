@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -50,25 +49,18 @@ def plot_trajectory(
     if dashed is not None:
         ax.plot(*dashed[:, :2].T, "--", color=REFERENCE, linewidth=1.2, label="reference")
     ax.plot(*rows[:, :2].T, "-", color=SOURCE, linewidth=1.0, label="estimate", zorder=2.1)
-    ring = {"markersize": 11.0, "markerfacecolor": "none", "markeredgewidth": 1.8}
-    _mark(ax, rows[0], "start", "o", color=GREEN, **ring)  # seen round an end at the same place
-    _mark(ax, rows[-1], "end", "s", color=BLACK, markersize=6.0, markeredgecolor="white")
-    ax.set_title(f"Trajectory: {len(rows):,} pose{'' if len(rows) == 1 else 's'}, {_length(rows)}")
+    # A ring, seen round an end at the same place.
+    ax.plot(*rows[0, :2], "o", ms=11.0, mfc="none", mew=1.8, color=GREEN, label="start", zorder=4)
+    ax.plot(*rows[-1, :2], "s", color=BLACK, label="end", zorder=4, ms=6.0, mec="white")
+    metres = np.hypot(*np.diff(rows[:, :2], axis=0).T).sum()
+    length = f"{metres / 1000.0:.2f} km" if metres >= 1000.0 else f"{metres:.1f} m"
+    ax.set_title(f"Trajectory: {len(rows):,} pose{'' if len(rows) == 1 else 's'}, {length}")
     style_plane(ax)
     handles = ax.get_legend_handles_labels()[0]
     if scans is not None:  # a pixel would not show in a legend
         handles.append(Line2D([], [], linestyle="none", marker=".", color=MAP_GREY, label="map"))
     legend_below(ax, handles)
     return ax
-
-
-def _mark(ax: Axes, pose: FloatArray, label: str, marker: str, **style: Any) -> None:
-    ax.plot(*pose[:2], linestyle="none", marker=marker, label=label, zorder=4, **style)
-
-
-def _length(rows: FloatArray) -> str:
-    metres = sum(math.hypot(dx, dy) for dx, dy in np.diff(rows[:, :2], axis=0))
-    return f"{metres / 1000.0:.2f} km" if metres >= 1000.0 else f"{metres:.1f} m"
 
 
 def map_points(

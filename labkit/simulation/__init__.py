@@ -4,8 +4,8 @@ There are two ways to make a scan. `lesson_experiment` repeats the lesson's own 
 number for number. `cast` and `scan_along` look into a world of walls as a real scanner
 does: beam by beam, and the nearest wall hides those behind it.
 
-Arguments out of range raise `InvalidParameterError`, arrays of another shape or not finite
-`InvalidPointsError`; the message carries the value received.
+`rng` is a `numpy.random.Generator`, or the seed of one. Arguments out of range raise
+`InvalidParameterError`, arrays of another shape or not finite `InvalidPointsError`.
 """
 
 from labkit.simulation.lesson import (

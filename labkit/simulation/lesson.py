@@ -52,28 +52,20 @@ def lesson_experiment() -> LessonExperiment:
     >>> len(experiment.target), len(experiment.source)
     (615, 597)
     """
-    world = lesson_world(600, rng=7)
-    T_world_target = np.eye(3)
-    T_world_source = transform(0.35, 0.10, math.radians(6.0))
+    world, T_target_source = lesson_world(600, rng=7), transform(0.35, 0.10, math.radians(6.0))
     return LessonExperiment(
-        source=sample_scan(world, T_world_source, rng=2),
-        target=sample_scan(world, T_world_target, rng=1),
+        source=sample_scan(world, T_target_source, rng=2),
+        target=sample_scan(world, np.eye(3), rng=1),
         T_init=transform(0.20, 0.0, math.radians(3.0)),
-        T_target_source=T_world_source,
+        T_target_source=T_target_source,
     )
 
 
 def lesson_world(count: int, rng: np.random.Generator | int) -> FloatArray:
-    """An L of two walls and scatter between them, as points.
+    """An L of two walls and scatter between them, as `count` points, shape (count, 2) [m].
 
-    Parameters
-    ----------
-    count : int
-        A quarter of it goes to the wall along x (8 m), a quarter to the wall along y
-        (6 m), half is scattered over the rectangle that they span.
-    rng : numpy.random.Generator or int
-        A generator, or the seed of one.
-
+    A quarter of them goes to the wall along x (8 m), a quarter to the wall along y (6 m); half is
+    scattered over the rectangle that they span.
     """
     check_count(count, "count", at_least=4)
     rng = np.random.default_rng(rng)
@@ -99,7 +91,7 @@ def sample_scan(
     T_world_scanner : array_like, shape (3, 3)
         Pose of the scanner.
     rng : numpy.random.Generator or int
-        A generator, or the seed of one.
+        Of the noise and the clutter.
 
     Returns
     -------

@@ -13,14 +13,12 @@ from labkit.se2 import from_xytheta, to_xytheta
 from labkit.simulation.world import World
 from labkit.support.arrays import (
     FloatArray,
-    as_floats,
     as_poses,
+    as_stamps,
     as_transform,
     check_count,
     check_range,
-    is_number,
 )
-from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 SWEEP_PERIOD = 0.1  # s between two scans where the caller gives no stamps
 
@@ -62,15 +60,10 @@ class Lidar:
 
     def __post_init__(self) -> None:
         check_count(self.beam_count, "beam_count", at_least=2)
-        check_range(
-            self.field_of_view, "field_of_view", above=0.0, at_most=2.0 * math.pi, unit="rad"
-        )
+        turn = 2.0 * math.pi
+        check_range(self.field_of_view, "field_of_view", above=0.0, at_most=turn, unit="rad")
         check_range(self.range_min, "range_min", at_least=0.0, unit="m")
-        if not (is_number(self.range_max) and self.range_max > self.range_min):
-            raise InvalidParameterError(
-                f"must exceed `range_min`, got {self.range_max!r} and {self.range_min!r} m",
-                parameter="range_max",
-            )
+        check_range(self.range_max, "range_max", above=self.range_min, unit="m")
         check_range(self.noise_std, "noise_std", at_least=0.0, at_most=self.range_max, unit="m")
         check_range(self.dropout_ratio, "dropout_ratio", at_least=0.0, at_most=1.0)
 
@@ -94,15 +87,12 @@ def cast(
 
     Parameters
     ----------
-    world : World
-        Walls and moving objects.
+    world, lidar : World, Lidar
+        What is seen, and by what.
     T_world_scanner : array_like, shape (3, 3)
         Pose of the scanner.
-    lidar : Lidar
-        Properties of the scanner.
     rng : numpy.random.Generator or int
-        A generator, or the seed of one. How much is drawn from it depends only on the
-        number of beams, never on the world.
+        How much is drawn from it depends only on the number of beams, never on the world.
     stamp : float
         The time in seconds; moving objects are where they are then.
 
@@ -146,30 +136,20 @@ def scan_along(
         Times in seconds; ten scans per second from 0 on by default.
     """
     checked = as_poses(poses, "poses")
-    times = (
-        SWEEP_PERIOD * np.arange(len(checked)) if stamps is None else as_floats(stamps, "stamps")
-    )
-    if times.shape != (len(checked),):
-        raise InvalidPointsError(
-            f"`stamps` must have shape ({len(checked)},), one per pose, got {times.shape}"
-        )
+    by_default = SWEEP_PERIOD * np.arange(len(checked))
+    times = as_stamps(by_default if stamps is None else stamps, "stamps", len(checked))
     rng = np.random.default_rng(rng)
-    return [
-        cast(world, T, lidar, rng=rng, stamp=float(stamp))
-        for T, stamp in zip(from_xytheta(checked), times, strict=True)
-    ]
+    moments = zip(from_xytheta(checked), times.tolist(), strict=True)
+    return [cast(world, T, lidar, rng=rng, stamp=stamp) for T, stamp in moments]
 
 
 def first_hits(segments: FloatArray, T_world_scanner: FloatArray, angles: FloatArray) -> FloatArray:
-    """The distance along each beam to the nearest segment that it crosses.
+    """Distance [m] along each of B beams to the nearest of M segments; infinite without one.
 
-    Every end point is seen from every beam: `along` is how far ahead it lies on the beam,
-    `across` how far to the left of it. A segment whose ends lie on either side of the
-    beam crosses it where `across` has gone linearly to zero. One comparison per end
-    point decides the side, so two segments that share an end leave no gap between them.
-
-    The segments are (M, 2, 2) [m] in the world, the B angles [rad] in the scanner's frame. The
-    distance is infinite where a beam meets nothing, or a segment exactly edge-on.
+    Each end point lies `along` the beam and `across` it, to the left. A segment whose ends lie on
+    either side of the beam crosses it where `across` has gone linearly to zero. One comparison per
+    end point decides the side, so two segments that share an end leave no gap between them. A
+    segment that is exactly edge-on is not met.
     """
     x, y, heading = to_xytheta(T_world_scanner)
     beam_x, beam_y = np.cos(heading + angles)[:, None], np.sin(heading + angles)[:, None]

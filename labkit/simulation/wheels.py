@@ -20,14 +20,11 @@ class WheelNoise:
 
     Attributes
     ----------
-    along : float
-        Error in the direction of travel, metres per metre.
-    across : float
-        Error to the side of it, metres per metre.
-    turn : float
-        Error of the heading from turning, radians per radian.
-    drift : float
-        Error of the heading from travelling, radians per metre.
+    along, across : float
+        Errors in the direction of travel and to the side of it, metres per metre.
+    turn, drift : float
+        Errors of the heading from turning, radians per radian, and from travelling, radians
+        per metre.
     """
 
     along: float = 0.05
@@ -62,10 +59,8 @@ def wheel_increments(
     ----------
     poses : array_like, shape (K, 3)
         The true rows (x [m], y [m], θ [rad]), K ≥ 2.
-    noise : WheelNoise
-        Errors of the wheels.
-    rng : numpy.random.Generator or int
-        A generator, or the seed of one.
+    noise, rng : WheelNoise, and numpy.random.Generator or int
+        Spread of the errors, and their source.
 
     Returns
     -------

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.support.arrays import FloatArray, as_finite, as_floats, as_numbers, check_count
-from labkit.support.errors import InvalidParameterError, InvalidPointsError
+from labkit.support.arrays import (
+    FloatArray,
+    as_finite,
+    as_floats,
+    as_numbers,
+    check_count,
+    check_range,
+)
+from labkit.support.errors import InvalidPointsError
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -46,7 +52,6 @@ class World:
     segments : ndarray, shape (M, 2, 2)
         The walls: M pairs of end points in metres in the world frame.
     moving : tuple of MovingObject
-        Moving objects; none by default.
     """
 
     segments: FloatArray
@@ -57,10 +62,7 @@ class World:
 
     def at(self, stamp: float) -> FloatArray:
         """All segments [m] at time `stamp` [s], shape (M, 2, 2)."""
-        if not math.isfinite(stamp):
-            raise InvalidParameterError(
-                f"must be a finite time in s, got {stamp!r}", parameter="stamp"
-            )
+        check_range(stamp, "stamp", at_least=-1e12, at_most=1e12, unit="s")
         return np.concatenate([self.segments, *(thing.at(stamp) for thing in self.moving)])
 
 

@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 
+from labkit.simulation.lesson import DEPTH, WIDTH
 from labkit.simulation.world import MovingObject, World, circle, polyline
-from labkit.support.arrays import FloatArray, check_count, check_range, is_number
-from labkit.support.errors import InvalidParameterError
+from labkit.support.arrays import FloatArray, check_count, check_range
 
-WIDTH, DEPTH = 8.0, 6.0  # m, along x and along y
 PERSON, CLEARANCE = 0.25, 1.0  # m: radius of a person, free space around the origin
 
 
@@ -54,10 +53,7 @@ def doorways(period: float = 2.0, opening: float = 0.8, depth: float = 0.4) -> W
     `opening` [m] is as wide as its niche, which is `depth` [m] deep.
     """
     _check_lengths(period=period, opening=opening, depth=depth)
-    if not opening < period:
-        raise InvalidParameterError(
-            f"must be less than the period of {period:g} m, got {opening!r}", parameter="opening"
-        )
+    check_range(period, "period", above=opening, unit="m")
     start = np.arange(-60.0, 60.0, period)
     x = start[:, None] + [0.0, period - opening, period - opening, period]
     y = np.tile([1.0, 1.0, 1.0 + depth, 1.0 + depth], len(start))
@@ -94,23 +90,13 @@ def crowd(count: int = 8, *, rng: np.random.Generator | int, speed: float = 1.0)
 
 
 def two_rooms(doorway: float = 1.2, width: float = 5.0, depth: float = DEPTH) -> World:
-    """Two rooms side by side, joined by a doorway at the origin.
+    """Two rooms side by side, `width` by `depth` [m] each, joined by a `doorway` [m] at the origin.
 
     From (−1.5, 0) most of a scan is the west room, from (0.5, 0) most of it is the
     east one: the two overlap in part, and only the shared part can be matched.
-
-    Parameters
-    ----------
-    doorway : float
-        Width in metres of the opening in the wall x = 0; less than `depth`.
-    width, depth : float
-        Extent in metres of each room along x and along y.
     """
-    _check_lengths(width=width, depth=depth)
-    if not (is_number(doorway) and 0.0 < doorway < depth):
-        raise InvalidParameterError(
-            f"must be in (0, depth = {depth:g}) m, got {doorway!r}", parameter="doorway"
-        )
+    _check_lengths(doorway=doorway, width=width, depth=depth)
+    check_range(depth, "depth", above=doorway, unit="m")
     y, jamb = depth / 2.0, doorway / 2.0
     east = np.array([[0.0, -y], [width, -y], [width, 0.4 * y], [0.6 * width, y], [0.0, y]])
     west = np.array([[-0.5 * width, y], [-0.5 * width, 0.7 * y], [-width, 0.7 * y], [-width, -y]])

@@ -264,7 +264,7 @@ def is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-def check_count(value: int, name: str, at_least: int) -> None:
+def check_count(value: float, name: str, at_least: int) -> None:
     """Raise `InvalidParameterError` unless `value` is a whole number ≥ `at_least`."""
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     if not (whole and value >= at_least):

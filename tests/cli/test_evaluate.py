@@ -24,10 +24,10 @@ def test_json_in_metres_and_radians(run, trajectories):
     status, out, err = run("evaluate", "estimate.tum", "--reference", "reference.tum")
     assert (status, err) == (0, "")
     assert "100 of 100 poses have a partner" in out
-    assert "RPE, 10 m" in out
+    assert "estimate, RPE over 10 m" in out
     _, out, _ = run("evaluate", "estimate.tum", "--reference", "reference.tum", "--json")
-    step = json.loads(out)["RPE, a step"]
-    assert step["count"] == 99
+    step = json.loads(out)["estimate, RPE a step"]
+    assert step["translation_m"]["count"] == 99
     assert step["translation_m"]["max"] == pytest.approx(0.5)
     assert step["rotation_rad"]["max"] < 1e-12
 
@@ -41,9 +41,11 @@ def test_a_robot_that_stays_in_its_place_has_errors(run, tmp_path, turn):
     status, out, err = run("evaluate", "estimate.tum", "--reference", "reference.tum", "--json")
     errors = json.loads(out)
     assert (status, err) == (0, "")
-    assert errors["RPE, a step"]["rotation_rad"]["median"] == pytest.approx(0.02)
-    assert errors["ATE, first poses aligned"]["rotation_rad"]["max"] == pytest.approx(0.18)
-    assert errors["ATE, first poses aligned"]["translation_m"]["max"] < 1e-12
+    assert errors["estimate, RPE a step"]["rotation_rad"]["median"] == pytest.approx(0.02)
+    assert errors["estimate, ATE, first poses aligned"]["rotation_rad"]["max"] == pytest.approx(
+        0.18
+    )
+    assert errors["estimate, ATE, first poses aligned"]["translation_m"]["max"] < 1e-12
 
 
 @pytest.mark.parametrize(

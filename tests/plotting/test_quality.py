@@ -5,7 +5,6 @@ import numpy as np
 from labkit.line_alignment import MIN_INFORMATION
 from labkit.odometry import Decision, SanityLimits, StepRecord
 from labkit.plotting import book_figure, plot_quality
-from labkit.plotting.pairs import STYLES
 from labkit.plotting.quality import FALLBACKS
 
 DECISIONS = [Decision.START, *[Decision.ICP] * 90, *FALLBACKS, *[Decision.ICP] * 5, Decision.PRIOR]
@@ -76,8 +75,3 @@ def test_the_line_is_a_running_median():
     np.testing.assert_array_equal(line.get_xdata(), at)
     for k in range(7, 53):
         assert line.get_ydata()[k] == np.median(values[k - 7 : k + 8])
-
-
-def test_decisions_differ_without_their_colour_and_so_do_fates():
-    assert len({marker for _, marker in FALLBACKS.values()}) == len(FALLBACKS)
-    assert len({marker for _, _, marker, _ in STYLES.values()}) == len(STYLES)

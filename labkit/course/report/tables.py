@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 
 from labkit.evaluation import ErrorSummary, compare
 from labkit.odometry import Decision, StepRecord
-from labkit.support.arrays import FARTHEST, check_range
 from labkit.support.errors import InvalidParameterError
 
 UNANSWERED = "**why?**"  # reason of a changed value, if none is given
@@ -57,7 +56,6 @@ def error_table(
 
     Takes and raises what that function does.
     """
-    check_range(stretch, "stretch", above=0.0, at_most=FARTHEST, unit="m")
 
     def three(errors: ErrorSummary, scale: float, form: str) -> str:
         if errors.count == 0:
