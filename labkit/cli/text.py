@@ -49,16 +49,5 @@ def error_dict(errors: PoseErrors) -> dict[str, dict[str, float]]:
 
 def to_json(content: Mapping[str, Any]) -> str:
     """JSON with null where there is no number, for readers that know no NaN."""
-    return json.dumps(_plain(content), indent=2, allow_nan=False)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    text = json.dumps(content, default=np.ndarray.tolist)
+    return json.dumps(json.loads(text, parse_constant=lambda _: None), indent=2)

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from labkit.evaluation import associate, ate, rpe
+from labkit.evaluation import ate, rpe
 from labkit.se2 import from_xytheta, to_xytheta
 
 pytest.importorskip("evo", reason="evo is the oracle of this module")
 
-from evo.core import sync
 from evo.core.metrics import APE, RPE, PoseRelation
 from evo.core.trajectory import PosePath3D
 from evo.core.units import Unit
@@ -75,12 +74,3 @@ def test_relative_errors(seed, delta, unit, name):
     errors = rpe(estimate, reference, delta, unit)
     np.testing.assert_array_equal(errors.pairs[:, 1], metric.delta_ids)
     assert_same(errors, name, metric)
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_association_of_streams_at_one_rate(seed):
-    rng = np.random.default_rng(seed)
-    a = np.arange(200) * 0.1 + rng.uniform(-0.02, 0.02, 200)
-    b = np.arange(200)[rng.random(200) < 0.7] * 0.1 + 0.01
-    indices_b, indices_a = sync.matching_time_indices(b, a, max_diff=0.025)
-    np.testing.assert_array_equal(associate(a, b, 0.025), np.transpose([indices_a, indices_b]))

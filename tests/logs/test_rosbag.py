@@ -108,8 +108,9 @@ def test_scans_and_interpolated_odometry(any_bag):
 
 
 @pytest.mark.parametrize("range_max", [math.inf, np.finfo(np.float32).max])
-def test_the_largest_number_there_is_is_no_return(bag, range_max):
-    bag.scan(10.0, ranges=(1.0, 3.4e38, 2.0, np.finfo(np.float32).max, 30.0), range_max=range_max)
+def test_a_number_that_is_no_range_makes_no_point_and_no_warning(bag, range_max):
+    signalling = np.array([0x7F800001], dtype=np.uint32).view(np.float32)[0]
+    bag.scan(10.0, ranges=(1.0, 3.4e38, 2.0, signalling, 30.0), range_max=range_max)
     assert read_log(bag.close()).scans[0].beams.tolist() == [0, 2, 4]
 
 
@@ -167,18 +168,6 @@ def test_bags_without_a_usable_scan_or_pose(bag, stamps, poses, message):
         read_log(bag.close())
 
 
-def test_a_cut_bag(any_bag):
-    for k in range(20):
-        any_bag.scan(10.0 + k)
-    path = any_bag.close()
-    (file,) = [path] if path.is_file() else [f for f in path.iterdir() if f.suffix != ".yaml"]
-    whole = file.read_bytes()
-    for cut in (20, len(whole) // 2):
-        file.write_bytes(whole[:cut])
-        with pytest.raises(LogError, match=r"run(\.bag)?:"):
-            read_log(path, strict=True)
-
-
 def test_a_missing_package_is_named_with_its_remedy(bag, monkeypatch):
     bag.scan(10.0)
     path = bag.close()
@@ -187,26 +176,18 @@ def test_a_missing_package_is_named_with_its_remedy(bag, monkeypatch):
         read_log(path)
 
 
-def test_signalling_nan_and_huge_poses_pass_without_a_warning(bag):
-    signalling = np.array([0x7F800001, 0x3F800000], dtype=np.uint32).view(np.float32)
-    bag.scan(10.0, ranges=signalling)
-    bag.odometry(10.0, 1e300, 0.0, 0.0)
-    bag.odometry(10.0, 1.0, 0.0, 0.0)
-    log = read_log(bag.close())
-    assert log.scans[0].beams.tolist() == [1]
-    assert "the pose is (1e+300, 0), expected to lie within 1e+09 m" in log.skipped[0].reason
-
-
 @pytest.mark.parametrize("length", [2.828, math.nan])
-def test_a_quaternion_that_is_none_is_damage(bag, length):
+def test_a_pose_that_is_none_is_damage(bag, length):
     bag.scan(10.0)
+    bag.odometry(10.0, 1e300, 0.0, 0.0)
     bag.odometry(10.0, 5.0, 0.0, 0.0, orientation={"w": length})
     bag.odometry(10.0, 1.0, 0.0, 0.0)
     bag.odometry(10.05, 1.0, 0.0, 0.0, orientation={"y": math.sin(0.1), "w": math.cos(0.1)})
     log = read_log(bag.close())
     assert log.odometry.tolist() == [[1.0, 0.0, 0.0]]
-    assert [skipped.line for skipped in log.skipped] == [1]
-    assert f"the quaternion has length {length}, expected 1" in log.skipped[0].reason
+    assert [skipped.line for skipped in log.skipped] == [1, 2]
+    assert "the pose is (1e+300, 0), expected to lie within 1e+09 m" in log.skipped[0].reason
+    assert f"the quaternion has length {length}, expected 1" in log.skipped[1].reason
 
 
 def test_an_odometry_that_falls_silent_is_told(bag):
