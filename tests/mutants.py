@@ -39,21 +39,40 @@ OTHER = {
     ast.FloorDiv: ast.Mult, ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd,
 }  # fmt: skip
 SKIPPED = (ast.Import, ast.ImportFrom, ast.Raise, ast.JoinedStr)
-MADE_UP = re.compile(r"rng\.\w+|transform")  # called for an example, where another does as well
+REAL = {  # constants that are no whole numbers
+    found
+    for name in TRACKED
+    if re.match(r"(labkit|book/_ext)/.*\.py$", name)
+    for found in re.findall(r"(?m)^([A-Z]\w+) = .*\d(?:\.\d|e-)", (ROOT / name).read_text("utf-8"))
+}
+# Where private functions make examples up, and other numbers do as well.
+EXAMPLES = re.compile(r"labkit/course/(exercises|authoring/questions)/(?!checking|entries)\w+\.py")
 SKIPPED_FIELDS = {"annotation", "returns", "decorator_list"}
 Change = tuple[ast.AST, str, int, ast.AST]  # the parent, its field, the place there, the new child
 
 
-def changes(node: ast.AST) -> Iterator[Change]:
-    """All that may be changed below a node."""
+def changes(node: ast.AST, made_up: bool = False) -> Iterator[Change]:
+    """All that may be changed below a node, but for numbers of what is made up."""
     for name, value in ast.iter_fields(node):
         if name in SKIPPED_FIELDS:
             continue
         for k, child in enumerate(value if isinstance(value, list) else [value]):
-            made_up = isinstance(child, ast.Call) and MADE_UP.fullmatch(ast.unparse(child.func))
-            if isinstance(child, ast.AST) and not isinstance(child, SKIPPED) and not made_up:
+            if not isinstance(child, ast.AST) or isinstance(child, SKIPPED):
+                continue
+            is_number = isinstance(child, ast.Constant | ast.UnaryOp)
+            if not (made_up and is_number) and not is_same(node, child):
                 yield from ((node, name, k, new) for new in instead_of(child))
-                yield from changes(child)
+            is_public = isinstance(child, ast.FunctionDef) and child.name[0] != "_"
+            is_answer = is_public or isinstance(child, ast.Lambda)
+            draws = isinstance(child, ast.Call) and ast.unparse(child.func).startswith("rng.")
+            yield from changes(child, draws or (made_up and not is_answer))
+
+
+def is_same(node: ast.AST, child: ast.AST) -> bool:
+    """True for "<" beside "<=" where a constant is no whole number, and nothing is right on it."""
+    if isinstance(node, ast.Compare) and isinstance(child, ast.Lt | ast.LtE | ast.Gt | ast.GtE):
+        return any(getattr(part, "id", "") in REAL for part in ast.walk(node))
+    return False
 
 
 def instead_of(node: ast.AST) -> Iterator[ast.AST]:
@@ -71,11 +90,11 @@ def instead_of(node: ast.AST) -> Iterator[ast.AST]:
         yield ast.Pass()
 
 
-def changed(text: str, number: int) -> tuple[str, str]:
+def changed(text: str, number: int, made_up: bool) -> tuple[str, str]:
     """The source with one of its changes, and the line in question, before and after."""
     tree = ast.parse(text)
     before = ast.unparse(tree).splitlines()
-    parent, name, k, new = list(changes(tree))[number]
+    parent, name, k, new = list(changes(tree, made_up))[number]
     if isinstance(children := getattr(parent, name), list):
         children[k] = new
     else:
@@ -122,7 +141,11 @@ def main() -> None:
     args = parser.parse_args()
     files = args.files or [each for each in TRACKED if re.fullmatch(PARTS[args.part][0], each)]
     sources = {name: (ROOT / name).read_text("utf-8") for name in files}
-    counts = {name: sum(1 for _ in changes(ast.parse(text))) for name, text in sources.items()}
+    made_up = {name: bool(EXAMPLES.fullmatch(name)) for name in files}
+    counts = {
+        name: sum(1 for _ in changes(ast.parse(text), made_up[name]))
+        for name, text in sources.items()
+    }
     places = [(name, number) for name, count in counts.items() for number in range(count)]
     drawn, noticed = random.Random(args.seed).sample(places, min(args.count, len(places))), 0
     with tempfile.TemporaryDirectory() as folder:
@@ -131,7 +154,7 @@ def main() -> None:
             (lab / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, lab / name)
         for name, number in drawn:
-            text, line = changed(sources[name], number)
+            text, line = changed(sources[name], number, made_up[name])
             tests, chosen = tests_of(name, args.part), ("-k", PARTS[args.part][2])
             (lab / name).write_text(text, "utf-8")
             by = red(lab, tests, *chosen)
