@@ -23,7 +23,14 @@ from labkit.course.grading.exports.gradescope import write_autograder
 from labkit.course.grading.exports.pages import templates, write_pages
 from labkit.course.grading.grade import grade_one
 from labkit.course.grading.handins import LAYOUTS, Submission, find_submissions, one_submission
-from labkit.course.grading.marks import CLASS, make_marks, read_adjustments, read_roster
+from labkit.course.grading.marks import (
+    ADJUSTMENTS,
+    EVERYBODY,
+    ROSTER,
+    make_marks,
+    read_adjustments,
+    read_roster,
+)
 from labkit.course.grading.store import VERDICTS, Record, file_name, read_records, write_record
 from labkit.support.arrays import check_count, check_range
 from labkit.support.errors import LabkitError
@@ -57,24 +64,12 @@ def add_grade(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     add("submissions", metavar="SUBMISSIONS", help="a folder or zip archive")
     add("--layout", choices=LAYOUTS, default="", help="naming scheme of the files (detected)")
     add("--student", metavar="NAME", help="all of SUBMISSIONS is the work of one student, NAME")
-    add("--within", metavar="LAB", default="", help="which one of nbgrader's assignments")
     add("--out", metavar="FOLDER", default="grades", help="output folder (%(default)s)")
-    add(
-        "--canvas",
-        nargs=2,
-        metavar=("GRADEBOOK", "COLUMN"),
-        help="Canvas's gradebook, to be filled in, and the assignment's title",
-    )
-    add("--moodle", metavar="WORKSHEET", help="Moodle's worksheet, to be filled in")
+    add("--canvas", nargs=2, metavar=("FILE", "COLUMN"), help="Canvas's gradebook to be filled in")
+    add("--moodle", metavar="FILE", help="Moodle's grading worksheet to be filled in")
     add = parser.add_argument_group("where the code runs").add_argument
     add("--no-isolation", action="store_true", help="NOT SAFE: only for code that you trust")
-    add(
-        "--seconds",
-        type=float,
-        default=SECONDS,
-        metavar="S",
-        help="CPU seconds per cell and per question (%(default)s)",
-    )
+    add("--seconds", type=float, default=SECONDS, help="of CPU per cell and question (%(default)s)")
     add("--jobs", type=int, metavar="N", help="how many at a time (2 × cores + 4)")
     add("--cluster", metavar="ADDRESS", help="grade on a running Dask cluster")
 
@@ -118,19 +113,25 @@ def grade(args: argparse.Namespace) -> int:
     check_range(args.seconds, "seconds", above=0.0, at_most=600.0, unit="s")
     out = Path(args.out)
     templates()  # or say what they need, before the work
-    submissions, assignment = _submissions(args), _load(args)
+    if args.student:
+        submissions = [one_submission(args.submissions, args.student)]
+    else:
+        submissions, remarks = find_submissions(args.submissions, layout=args.layout, out=out)
+        for remark in remarks[:SHOWN]:
+            _say(remark)
+    assignment = _load(args)
     books = {"canvas.csv": read_canvas(*args.canvas)} if args.canvas else {}
     books |= {"moodle.csv": read_moodle(args.moodle)} if args.moodle else {}
     os.umask(0o077)
     records = read_records(out)
-    people = [person for book in books.values() for person in book.people]
-    late = {one.names[0]: one.late for one in people if one.late is not None}
+    people = {student: one for book in books.values() for student, one in book.people.items()}
+    late = {student: one.late for student, one in people.items() if one.late is not None}
     submissions = [replace(one, late=late.get(one.student, one.late)) for one in submissions]
     names = {student: record.verdict.submission for student, record in records.items()}
     names |= {one.student: one.name for one in submissions}
-    listed = [*read_roster(out), *((one.names, one.shown) for one in people)]
-    missing = {known[0]: name for known, name in listed if not names.keys() & {*known}}
-    adjustments = read_adjustments(out, assignment, names | missing)
+    listed = read_roster(out / ROSTER) | {student: one.name for student, one in people.items()}
+    missing = {student: name for student, name in listed.items() if student not in names}
+    adjustments = read_adjustments(out / ADJUSTMENTS, assignment, names | missing)
     handed_in = [file.path for one in submissions[:1] for file in one.files[:1]]
     closed = [Path(args.assignment, "hidden"), out / VERDICTS, *handed_in]
     if args.cluster and not args.no_isolation:  # each worker tries its own
@@ -144,14 +145,14 @@ def grade(args: argparse.Namespace) -> int:
     if missing:
         absent = (one if one == name else f"{one} ({name})" for one, name in missing.items())
         _say(f"{len(missing)} of the roster handed in nothing: {_some(absent)}")
-    unread = [one.student for one in marks if (one.student, "written") not in adjustments.lines]
-    if (CLASS, "written") in adjustments.lines and unread:
+    unread = [one.student for one in marks if (one.student, "written") not in adjustments]
+    if (EVERYBODY, "written") in adjustments and unread:
         _say(f"{len(unread)} have no points for their written answers yet: {_some(unread)}")
     write_scores(marks, missing, out / "scores.csv")
     write_pages(out, marks, assignment, failures=failures, missing=missing)
     for name, book in books.items():
         if unlisted := book.fill(marks, out / name):
-            _say(f"{book.path} has no line for {len(unlisted)} of them: {_some(unlisted)}")
+            _say(f"{name}: the gradebook has no row for {len(unlisted)}: {_some(unlisted)}")
     _write_code(out, records, assignment)
     _pack_feedback(out, submissions, records)
     found, modes = len(submissions), sorted({one.verdict.mode for one in records.values()})
@@ -171,19 +172,6 @@ def _load(args: argparse.Namespace) -> Assignment:
     if assignment.public:
         _say(PUBLIC)
     return assignment
-
-
-def _submissions(args: argparse.Namespace) -> list[Submission]:
-    if args.student:
-        return [one_submission(args.submissions, args.student)]
-    found, remarks = find_submissions(
-        args.submissions, layout=args.layout, within=args.within, marks=args.out
-    )
-    for remark in remarks[:SHOWN]:
-        _say(remark)
-    if any(one.student == CLASS for one in found):
-        raise LabkitError(f"a student is called {CLASS!r}, which means the class; rename the file")
-    return found
 
 
 def _grade(

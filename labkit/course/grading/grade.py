@@ -28,8 +28,7 @@ from labkit.course.grading.box import (
     Wall,
     open_wall,
 )
-from labkit.course.grading.files import read_files
-from labkit.course.grading.handins import Submission
+from labkit.course.grading.handins import Submission, read_files
 from labkit.course.grading.inside import data
 from labkit.course.grading.judging.compare import assess
 from labkit.course.grading.judging.verdict import (

@@ -1,4 +1,4 @@
-"""Hand-ins: the files of a class, as learning platforms name them.
+"""Hand-ins: the files of a class, as learning platforms name them, in a folder or zip archive.
 
 A class has one layout. Each is a pattern that is held against the platform's own part of a name,
 from its beginning; whatever follows is the student's, and chooses neither place, time nor person.
@@ -8,16 +8,26 @@ from __future__ import annotations
 
 import os
 import re
+import time
+import zipfile
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
-from labkit.course.grading.files import Handed, list_files
-from labkit.course.grading.reading import is_source, may_hold_source, printable
+from labkit.course.grading.reading import (
+    MAX_FILE,
+    MAX_TOGETHER,
+    TOO_LARGE,
+    is_skipped,
+    is_source,
+    may_hold_source,
+    printable,
+)
 from labkit.support.errors import LabkitError
 
-FOLDERS, NBGRADER, SUBMITTED = "folders", "nbgrader", "submitted"
-OTHERS = {"submission_metadata.yml", "timestamp.txt", "roster.csv", "adjustments.csv"}
+FOLDERS = "folders"
+OTHERS = {"submission_metadata.yml", "timestamp.txt"}  # of Gradescope and nbgrader
 
 
 class Layout(NamedTuple):
@@ -45,15 +55,27 @@ LAYOUTS = {
     "gradescope": Layout(
         re.compile(r"(?:assignment_\d+_export/)?submission_(?P<student>\d+)/(?P<file>.+)$")
     ),
-    NBGRADER: Layout(  # submitted/ada/lab1/answers.ipynb
-        re.compile(r"(?:submitted/)?(?P<student>[^/]+)/(?P<lab>[^/]+)/(?P<file>.+)$")
-    ),
-    FOLDERS: Layout(  # ada/answers.ipynb, ada.ipynb, ada.zip
+    FOLDERS: Layout(  # ada/answers.ipynb, ada.ipynb, ada.zip; nbgrader's ada/lab1/answers.ipynb
         re.compile(r"(?P<student>[^/]+?)(?:/(?P<file>.+)|(?:\.ipynb|\.py)?\.\w+)$")
     ),
 }
-PLATFORMS = ("canvas", "moodle", "gradescope")  # known by their names alone
-Named: TypeAlias = tuple[dict[str, str], Handed]  # the parts of a name, and the file
+
+
+class Handed(NamedTuple):
+    """A file on disk, or in a zip archive on disk."""
+
+    name: str  # its path below what was listed, printable, with "/" between the parts
+    path: Path  # the file, or the archive that holds it
+    member: str = ""  # its name in the archive
+    changed: tuple[int, ...] = ()  # year, month, ... second, as the file system or archive says
+
+    def read(self) -> bytes:
+        """Read it all, up to a byte more than `MAX_FILE`."""
+        if self.member:
+            with zipfile.ZipFile(self.path) as archive, archive.open(self.member) as packed:
+                return packed.read(MAX_FILE + 1)
+        with self.path.open("rb") as file:
+            return file.read(MAX_FILE + 1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,13 +90,9 @@ class Submission:
 
 
 def find_submissions(
-    path: str | os.PathLike[str],
-    *,
-    layout: str = "",
-    within: str = "",
-    marks: str | os.PathLike[str] | None = None,
+    path: str | os.PathLike[str], *, layout: str = "", out: str | os.PathLike[str] = ""
 ) -> tuple[list[Submission], list[str]]:
-    """List the submissions in a folder or zip archive, by student, and what is nobody's.
+    """List the submissions in a folder or zip archive, by student, and remarks on the rest.
 
     Parameters
     ----------
@@ -82,10 +100,8 @@ def find_submissions(
         A class: a platform's bulk download, or a folder or file for each student.
     layout : str
         One of `LAYOUTS`; without it, the one that fits all files.
-    within : str
-        Which one of nbgrader's assignments.
-    marks : path-like, optional
-        The folder of the marks, which are nobody's work.
+    out : path-like
+        The folder of the marks, which nobody handed in.
 
     Raises
     ------
@@ -93,9 +109,9 @@ def find_submissions(
         Where `path` cannot be read, or no layout or more than one fits.
     """
     path = Path(path)
-    if layout in ("", NBGRADER) and os.path.isdir(path / SUBMITTED):
-        path /= SUBMITTED
-    ours = Path(marks).resolve() if marks else None
+    if os.path.isdir(path / "submitted"):  # in a course of nbgrader
+        path /= "submitted"
+    ours = Path(out).resolve() if out else None
     files = [
         file
         for file in list_files(path)
@@ -112,13 +128,12 @@ def find_submissions(
     folders = [one for one in path.iterdir() if one.is_dir()] if path.is_dir() else []
     empty = [one.name for one in folders if not any(map(Path.is_file, one.rglob("*")))]
     remarks = [f"{path}: {name} is an empty folder" for name in empty]
-    named: dict[str, dict[str, list[Named]]] = {}  # by assignment and student
+    named: dict[str, list[tuple[dict[str, str], Handed]]] = {}  # parts of a name, by student
     for file in files:
         found = pattern.match(file.name)
         if found and (found["file"] or may_hold_source(file.name)):
-            lab = named.setdefault(found.groupdict().get("lab", ""), {})
             own = file._replace(name=found["file"] or file.name)
-            lab.setdefault(found["student"], []).append((found.groupdict(), own))
+            named.setdefault(found["student"], []).append((found.groupdict(), own))
         else:
             remarks.append(f"{path}: {file.name} belongs to no student; skipped")
     if not named:
@@ -126,34 +141,19 @@ def find_submissions(
             f"{path}: no file name fits the {layout} layout (for example {files[0].name}); "
             f"choose another --layout"
         )
-    chosen = within or min(named)
-    if chosen not in named or (len(named) > 1 and not within):
-        known = ", ".join(sorted(named)) or "not told apart by these names"
-        raise LabkitError(f"{path}: the assignments are {known}, got --within {within!r}")
-    return [_submission(one, feedback) for _, one in sorted(named[chosen].items())], remarks
-
-
-def one_submission(path: str | os.PathLike[str], student: str) -> Submission:
-    """One student's submission: the content of a file, folder or zip archive."""
-    path = Path(path)
-    alone = is_source(path.name) and os.path.isfile(path)
-    listed = [Handed(printable(path.name), path)] if alone else list_files(path)
-    name = printable(student)
-    return Submission(student=name, name=name, files=tuple(listed))
+    return [_submission(one, feedback) for _, one in sorted(named.items())], remarks
 
 
 def _fitting(path: Path, files: list[Handed]) -> str:
     """The one layout that fits all files."""
-    if path.resolve().name == SUBMITTED or all(one.name.startswith("submitted/") for one in files):
-        return NBGRADER
-    for name in PLATFORMS:
+    for name in [name for name in LAYOUTS if name != FOLDERS]:
         odd = [one.name for one in files if not LAYOUTS[name].pattern.match(one.name)]
         if not odd:
             return name
         if len(odd) < len(files):
             raise LabkitError(
-                f"{path}: some names are {name}'s, and {odd[0]} is not; say --layout {name} or "
-                f"--layout {FOLDERS}, or take it out"
+                f"{path}: some files are named as {name} names them, but {odd[0]} is not; use "
+                f"--layout {name} or --layout {FOLDERS}, or take that file out"
             )
     tops = {file.name.partition("/")[0] for file in files}
     if len(tops) == 1 and all("/" in file.name for file in files):
@@ -166,7 +166,7 @@ def _fitting(path: Path, files: list[Handed]) -> str:
     return FOLDERS
 
 
-def _submission(named: list[Named], feedback: str) -> Submission:
+def _submission(named: list[tuple[dict[str, str], Handed]], feedback: str) -> Submission:
     """One student's files; of two with one name, as of two uploads, the newest counts."""
     named.sort(key=lambda one: int(one[0].get("upload") or 0))
     newest = named[-1][0]
@@ -177,3 +177,72 @@ def _submission(named: list[Named], feedback: str) -> Submission:
         late=float(any(parts["late"] for parts, _ in named)) if "late" in newest else None,
         feedback_name=feedback.format(**newest),
     )
+
+
+def one_submission(path: str | os.PathLike[str], student: str) -> Submission:
+    """One student's submission: the content of a file, folder or zip archive."""
+    path, name = Path(path), printable(student)
+    alone = is_source(path.name) and os.path.isfile(path)
+    files = [Handed(printable(path.name), path)] if alone else list_files(path)
+    return Submission(student=name, name=name, files=tuple(files))
+
+
+def list_files(path: Path) -> list[Handed]:
+    """The files of a folder or zip archive, by name; no link is followed.
+
+    Raises
+    ------
+    LabkitError
+        Where `path` is missing or cannot be read.
+    """
+    try:
+        if os.path.isdir(path):
+            return sorted(_in_folder(path))
+        with zipfile.ZipFile(path) as archive:
+            infos = [info for info in archive.infolist() if not info.is_dir()]
+    except OSError as error:
+        raise LabkitError(f"{error.filename or path}: cannot be read: {error.strerror}") from None
+    except Exception as error:  # untrusted: zipfile raises anything
+        raise LabkitError(
+            f"{path}: is no folder and no zip archive ({error}); with one notebook or script, "
+            f"say whose it is: --student NAME"
+        ) from None
+    return sorted(
+        Handed(printable(info.filename), path, info.filename, info.date_time)
+        for info in infos
+        if not is_skipped(info.filename)
+    )
+
+
+def _in_folder(folder: Path) -> Iterator[Handed]:
+    def refuse(error: OSError) -> None:
+        raise error
+
+    for root, directories, names in os.walk(folder, onerror=refuse):
+        directories[:] = [name for name in directories if not is_skipped(name)]
+        for name in names:
+            path = Path(root, name)
+            if path.is_file() and not path.is_symlink() and not is_skipped(name):
+                changed = time.localtime(path.stat().st_mtime)[:6]
+                yield Handed(printable(path.relative_to(folder).as_posix()), path, "", changed)
+
+
+def read_files(handed_in: Sequence[Handed]) -> tuple[dict[str, bytes], tuple[str, ...]]:
+    """The bytes of the files, from old to new, and what could not be read and why.
+
+    Of two files of one time the shorter name is last. Of a file that can hold no answer there is
+    the name alone.
+    """
+    found: dict[str, bytes] = {}
+    unread: list[str] = []
+    left = MAX_TOGETHER
+    for file in sorted(handed_in, key=lambda one: (one.changed, -len(one.name)), reverse=True):
+        try:
+            data = file.read() if may_hold_source(file.name) else b""
+            if len(data) > min(left, MAX_FILE):
+                raise ValueError(TOO_LARGE)
+            found[file.name] = data
+            left -= len(data)
+        except Exception as error:  # untrusted: zipfile raises anything
+            unread.append(f"{file.name} cannot be read: {error}")
+    return dict(reversed(found.items())), tuple(unread)

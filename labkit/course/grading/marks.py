@@ -15,10 +15,10 @@ from __future__ import annotations
 import difflib
 import math
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from labkit.course.grading.assignment.questions import Assignment
 from labkit.course.grading.judging.verdict import QuestionVerdict, SubmissionVerdict
@@ -28,8 +28,8 @@ from labkit.support.errors import LabkitError
 
 ADJUSTMENTS, ROSTER = "adjustments.csv", "roster.csv"
 HEADER = ("student", "what", "value", "comment")
-CLASS = "*"
-RULES = ("late_percent", "written")
+CLASS, EVERYBODY = "*", ""  # in the table, and in place of a student's id
+RULES = {"late_percent": 100.0, "written": math.inf}  # and the largest value of each
 WHAT = ("written", "late", "extension")
 
 
@@ -40,59 +40,55 @@ class Line(NamedTuple):
     comment: str = ""
 
 
-@dataclass(frozen=True)
-class Adjustments:
-    """The decisions of all lines."""
+Adjustments: TypeAlias = Mapping[tuple[str, str], Line]  # by student, or `EVERYBODY`, and item
 
-    lines: Mapping[tuple[str, str], Line]  # by student, `CLASS` among them, and what it is about
 
-    def apply(self, verdict: SubmissionVerdict, days: float) -> SubmissionVerdict:
-        """The verdict with all that is changed of it, each change told to the student.
+def adjusted(
+    verdict: SubmissionVerdict, days: float, adjustments: Adjustments
+) -> SubmissionVerdict:
+    """The verdict on what came `days` late, with all that is changed of it, each change told."""
+    told: list[str] = []
 
-        It came `days` late, as the platform says.
-        """
-        told: list[str] = []
+    def decided(what: str, default: float, before: str, after: str) -> float:
+        line = adjustments.get((verdict.student, what))
+        if line is None:
+            return default
+        because = f": {line.comment}" if line.comment else ""
+        told.append(f"{before} {line.value:g} {after}{because}.")
+        return line.value
 
-        def decided(what: str, default: float, before: str, after: str) -> float:
-            line = self.lines.get((verdict.student, what))
-            if line is None:
-                return default
-            because = f": {line.comment}" if line.comment else ""
-            told.append(f"{before} {line.value:g} {after}{because}.")
-            return line.value
-
-        late_percent, worth = (self.lines.get((CLASS, one), Line(0.0)).value for one in RULES)
-        questions = []
-        for one in verdict.questions:
-            said = f"{one.title}: set by your instructor to", f"of {one.points:g} points"
-            questions.append(replace(one, score=decided(one.question, one.score, *said)))
-        score = sum(one.score for one in questions)
-        score += decided("written", 0.0, "Written answers:", f"of {worth:g} points")
-        days = decided("late", days, "Counted as", "days late")
-        days = max(0.0, days - decided("extension", 0.0, "An extension of", "days"))
-        if share := min(days * late_percent, 100.0):
-            told.append(f"{days:.3g} days late: {share:.3g} % off {score:g} points.")
-            score *= 1.0 - share / 100.0
-        return replace(
-            verdict,
-            questions=tuple(questions),
-            score=round(max(0.0, score), 2),
-            points=verdict.points + worth,
-            late=days,
-            adjustments=tuple(told),
-        )
+    late_percent, worth = (adjustments.get((EVERYBODY, one), Line(0.0)).value for one in RULES)
+    questions = []
+    for one in verdict.questions:
+        said = f"{one.title}: set by your instructor to", f"of {one.points:g} points"
+        questions.append(replace(one, score=decided(one.question, one.score, *said)))
+    score = sum(one.score for one in questions)
+    score += decided("written", 0.0, "Written answers:", f"of {worth:g} points")
+    days = decided("late", days, "Counted as", "days late")
+    days = max(0.0, days - decided("extension", 0.0, "An extension of", "days"))
+    if share := min(days * late_percent, 100.0):
+        told.append(f"{days:.3g} days late: {share:.3g} % off {score:g} points.")
+        score *= 1.0 - share / 100.0
+    return replace(
+        verdict,
+        questions=tuple(questions),
+        score=round(max(0.0, score), 2),
+        points=verdict.points + worth,
+        late=days,
+        adjustments=tuple(told),
+    )
 
 
 def make_marks(
     records: Mapping[str, Record], adjustments: Adjustments, assignment: Assignment
 ) -> list[SubmissionVerdict]:
     """The marks of all who have a verdict or were given points."""
-    given = {one for one, what in adjustments.lines if what not in ("late", "extension")}
+    given = {one for one, what in adjustments if what not in ("late", "extension")}
     marks = []
-    for student in sorted({*records, *given} - {CLASS}):
+    for student in sorted({*records, *given} - {EVERYBODY}):
         record = records.get(student)
         verdict = record.verdict if record else _nothing(student, assignment)
-        marks.append(adjustments.apply(verdict, record.late if record else 0.0))
+        marks.append(adjusted(verdict, record.late if record else 0.0, adjustments))
     return marks
 
 
@@ -112,11 +108,12 @@ def _nothing(student: str, assignment: Assignment) -> SubmissionVerdict:
 
 
 def read_adjustments(
-    folder: str | os.PathLike[str], assignment: Assignment, names: Mapping[str, str]
+    path: str | os.PathLike[str], assignment: Assignment, names: Mapping[str, str] | None
 ) -> Adjustments:
-    """Read ``adjustments.csv`` in a folder; an empty one is written where there is none.
+    """Read ``adjustments.csv``; an empty one is written where there is none.
 
-    A line may use either a student's id or the name for a person, as `names` has them.
+    A line may use either a student's id or the name for a person, as `names` has them; without
+    `names` the rules of the class are read alone.
 
     Raises
     ------
@@ -124,17 +121,9 @@ def read_adjustments(
         Where a line fits no student or no question, or its value cannot be; the message says
         which line. Nobody's points are lost to a slip.
     """
-    path = Path(folder) / ADJUSTMENTS
-    if not path.exists():
+    if names is not None and not os.path.exists(path):
         write_rows(path, HEADER, [])
-    return read_table(path, assignment, names)
-
-
-def read_table(
-    path: str | os.PathLike[str], assignment: Assignment, names: Mapping[str, str] | None
-) -> Adjustments:
-    """Read the lines of such a table; without `names`, those of the whole class alone."""
-    points = {one.id: one.points for one in assignment.questions}
+    items = {one.id: one.points for one in assignment.questions} | dict.fromkeys(WHAT, math.inf)
     lines: dict[tuple[str, str], Line] = {}
     rows = read_rows(path, HEADER[:3])[1]
     for line, row in sorted(rows, key=lambda one: one[1]["student"].strip() != CLASS):
@@ -142,41 +131,42 @@ def read_table(
         if names is None and name != CLASS:
             continue
         where = f"{path}: line {line}"
-        possible = RULES if name == CLASS else (*points, *WHAT)
+        possible = RULES if name == CLASS else items
         if what not in possible:
-            near = difflib.get_close_matches(what.lower(), possible, n=1)
-            hint = f"did you mean {near[0]!r}?" if near else f"the items are {', '.join(possible)}"
-            raise LabkitError(f"{where}: unknown item {what!r}; {hint}")
-        student = name if names is None or name == CLASS else _student(name, names, where)
-        value, most = number(text), points.get(what, 100.0 if what == "late_percent" else math.inf)
-        if what == "written" and student != CLASS:
-            most = lines.get((CLASS, what), Line(0.0)).value
+            raise LabkitError(f"{where}: unknown item {what!r}; {_hint(what.lower(), possible)}")
+        student = EVERYBODY if name == CLASS else _student(name, names or {}, where)
+        value, most = number(text), possible[what]
+        if what == "written" and student:
+            most = lines.get((EVERYBODY, what), Line(0.0)).value
         if not math.isfinite(value) or not 0.0 <= value <= most:
             upto = f" from 0 to {most:g}" if math.isfinite(most) else " from 0"
-            way_out = f"; say what they are worth: {CLASS},written,POINTS," if most == 0 else ""
+            way_out = "" if most else f"; say what they are worth: {CLASS},written,POINTS,"
             raise LabkitError(f"{where}: {what} must be a number{upto}, got {text!r}{way_out}")
         if (student, what) in lines:
             raise LabkitError(f"{where}: {what} of {name!r} is set before; keep one of the lines")
         lines[student, what] = Line(value, row.get("comment", "").strip())
-    return Adjustments(lines)
+    return lines
 
 
 def _student(name: str, names: Mapping[str, str], where: str) -> str:
     """The student whom a line means."""
-    if name in names:
-        return name
-    known = [student for student, shown in names.items() if shown == name]
-    if len(known) == 1:
-        return known[0]
-    near = difflib.get_close_matches(name, [*names, *names.values()], n=3)
-    hint = f"; is it {' or '.join(near)}?" if near else ""
-    problem = f"is the name of {len(known)} students" if known else "is no student of this class"
-    raise LabkitError(f"{where}: {name!r} {problem}{hint}")
+    known = [name] if name in names else [one for one, shown in names.items() if shown == name]
+    if len(known) != 1:
+        problem = f"the name of {len(known)} students" if known else "no student of this class"
+        raise LabkitError(
+            f"{where}: {name!r} is {problem}; {_hint(name, [*names, *names.values()])}"
+        )
+    return known[0]
 
 
-def read_roster(folder: str | os.PathLike[str]) -> list[tuple[tuple[str, ...], str]]:
+def _hint(name: str, possible: Collection[str]) -> str:
+    near = difflib.get_close_matches(name, possible, n=3)
+    listed = ", ".join([*possible][:24])
+    return f"did you mean {' or '.join(map(repr, near))}?" if near else f"there are {listed}"
+
+
+def read_roster(path: Path) -> dict[str, str]:
     """The students of ``roster.csv``, where there is one, and their names for a person."""
-    path = Path(folder) / ROSTER
     rows = read_rows(path, ["student"])[1] if path.exists() else []
     found = ((row["student"].strip(), row.get("name", "").strip()) for _, row in rows)
-    return [((student,), name or student) for student, name in found if student]
+    return {student: name or student for student, name in found if student}

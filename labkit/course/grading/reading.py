@@ -26,13 +26,9 @@ MAX_FILES = 200  # notebooks and scripts of one student
 MAX_SOURCE = 2 * MEBIBYTE  # of code in them
 MAX_CELLS = 1000
 MAX_BRACKETS = 1_000_000  # in a notebook: each takes memory, and deep ones the parser's stack
-DIRECTORY, ENTRY = b"PK\1\2", 600  # what each file has in an archive; it takes as long as bytes
-PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # unpacked piece by piece; others at once
+TOO_LARGE = "the files are too large or too many; clear the outputs, and hand in your own alone"
 SECONDS, MEMORY, PATIENCE = 10, 1024 * MEBIBYTE, 300.0  # of the process; by the clock
-SKIPPED = {
-    ".ipynb_checkpoints", "__MACOSX", "__pycache__", ".git", ".venv", "node_modules", "Thumbs.db",
-    "desktop.ini",
-}  # fmt: skip
+SKIPPED = {"__MACOSX", "__pycache__", "node_modules", "Thumbs.db", "desktop.ini"}
 NOTEBOOK = (".ipynb", ".ipynb.txt", ".ipynb.json")  # browsers add an ending
 SOURCES = (*NOTEBOOK, ".py", ".py.txt")
 PACKAGE = Path(__file__).parents[2]
@@ -76,11 +72,11 @@ def read_apart(files: Mapping[str, bytes], functions: Collection[str]) -> Progra
 
 
 def read_program(files: Mapping[str, bytes], functions: Collection[str]) -> Program:
-    """Read the cells of all files, and choose those that are run.
+    """Read the cells of all files, from old to new, and choose those that are run.
 
     Of several files those run that define a function that is asked for, the one with the most
     answers last: of two answers to one question, its counts. Of two with as many, it is the newer
-    one: `files` come in that order, and archives tell the times of what they hold.
+    one. A file that cannot be read costs itself alone.
 
     Examples
     --------
@@ -99,102 +95,72 @@ def read_program(files: Mapping[str, bytes], functions: Collection[str]) -> Prog
     for name, data in sources.items():
         try:
             if name.lower().endswith(NOTEBOOK):
-                cells = list(notebook_cells(name if len(sources) > 1 else "", data))
-                scripts[name] = "\n\n".join(cell.source for cell in cells)
+                cells = list(notebook_cells("" if len(sources) == 1 else name, data))
+                text = "\n\n".join(cell.source for cell in cells)
             else:
-                scripts[name] = decoded(data)
-                cells = list(script_cells(name, scripts[name]))
-            left -= len(scripts[name])
+                text = decoded(data)
+                cells = list(script_cells(name, text))
+            left -= len(text)
             if left < 0:
                 raise ValueError("all files together hold too much code")
-            for place, cell in enumerate(cells):
-                if "\0" in cell.source:
-                    line = cell.source.partition("\0")[0].count("\n") + 1
-                    notes.append(
-                        f"line {line} of {cell.label} holds a NUL byte, which was left out"
-                    )
-                    cells[place] = Cell(cell.source.replace("\0", ""), cell.label)
-            scripts[name] = scripts[name].replace("\0", "")
-            read[name] = cells
-            found = (answer.findall(cell.source) for cell in cells)
-            answers[name] = {one or other for each in found for one, other in each}
         except Exception as error:  # untrusted
-            scripts.pop(name, None)
             unread.append(f"{name} cannot be read: {error or type(error).__name__}")
-    code = "\n\n".join(cell.source.lstrip("\n") for cells in read.values() for cell in cells)
-    chosen = sorted(filter(answers.get, sources), key=lambda one: len(answers[one]))
+            continue
+        for source, label in cells:
+            above, nul, _ = source.partition("\0")
+            if nul:
+                line = above.count("\n") + 1
+                notes.append(f"line {line} of {label} holds a NUL byte, which was left out")
+        read[name] = [Cell(source.replace("\0", ""), label) for source, label in cells]
+        scripts[name] = text.replace("\0", "")
+        answers[name] = {one or other for one, other in answer.findall(scripts[name])}
+    chosen = sorted(filter(answers.get, read), key=lambda one: len(answers[one]))
     for older in chosen[:-1]:
         if answers[older] <= answers[chosen[-1]]:
             notes.append(f"{older} and {chosen[-1]} answer the same; the latter counts")
     return Program(
         cells=[cell for name in chosen or list(read)[:1] for cell in read[name]],
         scripts=scripts,
-        code=code.encode("utf-8", "replace").decode(),
+        code="\n\n".join(scripts.values()).encode("utf-8", "replace").decode(),
         notes=notes,
         unread=unread[:40],
     )
 
 
 def unpacked(files: Mapping[str, bytes]) -> tuple[dict[str, bytes], list[str]]:
-    """The notebooks and scripts, those in archives too, from old to new, and what is unread.
-
-    Whatever a file makes a reader raise is said of that file, and the others are read.
-    """
+    """The notebooks and scripts, those in archives too, and what is unread; the order is kept."""
     found: dict[str, bytes] = {}
-    times: dict[str, tuple[int, ...]] = {name: (k,) for k, name in enumerate(files)}
     unread: list[str] = []
     left = MAX_TOGETHER
-    for name in sorted(filter(may_hold_source, files), key=likely_first):
-        data = files[name]
+    for name in filter(may_hold_source, reversed([*files])):  # of too many the newest are read
         try:
-            inner = {name: data} if is_source(name) else unzip(name, data, left, times)
-            left -= sum(map(len, inner.values()))
-            if left < 0:
-                raise ValueError("all files together are too large; clear the outputs")
-            found |= {inside: held for inside, held in inner.items() if not is_handed_out(inside)}
-        except Exception as error:  # untrusted: zipfile and its like raise anything
+            held = [(name, files[name])] if is_source(name) else unzipped(name, files[name])
+            for inner, data in held:
+                if len(data) > min(left, MAX_FILE) or len(found) == MAX_FILES:
+                    raise ValueError(TOO_LARGE)
+                left -= len(data)
+                if not is_handed_out(inner):
+                    found[inner] = data
+        except Exception as error:  # untrusted: zipfile raises anything
             unread.append(f"{name} cannot be read: {error}")
-    if files and not found and not unread:
-        names = ", ".join(files)
-        unread.append(f"no notebook (.ipynb) or script (.py) of your own is in {names}")
-    if len(found) > MAX_FILES:
-        unread.append(f"of {len(found)} files {MAX_FILES} are read; hand in your own alone")
-    kept = list(found)[:MAX_FILES]
-    return {name: found[name] for name in sorted(kept, key=times.__getitem__)}, unread
+    if not found and not unread:
+        names = ", ".join(list(files)[:5]) or "nothing"
+        unread.append(f"no notebook (.ipynb) or script (.py) was handed in, only {names}")
+    return dict(reversed(found.items())), unread
 
 
-def unzip(name: str, data: bytes, most: int, times: dict[str, tuple[int, ...]]) -> dict[str, bytes]:
-    """The notebooks and scripts in an archive; archives in it are passed over.
+def unzipped(name: str, data: bytes) -> Iterator[tuple[str, bytes]]:
+    """The notebooks and scripts in an archive, from new to old; archives in it are passed over."""
 
-    Raises
-    ------
-    ValueError
-        Where it holds more than `most` bytes, counting some for each file however small.
-        What is no zip archive raises what `zipfile` raises.
-    """
-    files: dict[str, bytes] = {}
-    most -= ENTRY * data.count(DIRECTORY)
-    if most < 0:
-        raise ValueError("it holds too many files; hand in your own alone")
+    def age(info: zipfile.ZipInfo) -> tuple[object, int]:
+        return info.date_time, -len(info.filename)
+
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        for info in sorted(archive.infolist(), key=lambda info: likely_first(info.filename)):
+        for info in sorted(archive.infolist(), key=age, reverse=True):
             inner = f"{name}/{printable(info.filename)}"
-            if is_skipped(inner) or not is_source(inner):
-                continue
-            files[inner] = member(archive, info, min(most, MAX_FILE))
-            times[inner] = info.date_time
-            most -= len(files[inner])
-            if most < 0 or len(files[inner]) > MAX_FILE:
-                raise ValueError(f"{inner} and those before it are too large; clear the outputs")
-    return files
-
-
-def member(archive: zipfile.ZipFile, info: zipfile.ZipInfo, most: int) -> bytes:
-    """The bytes of a member, and one more than `most` where there are more."""
-    if info.compress_type not in PACKINGS:
-        raise zipfile.BadZipFile("unsupported compression; create a normal zip file")
-    with archive.open(info) as packed:
-        return packed.read(most + 1)
+            if is_source(inner) and not is_skipped(info.filename):
+                with archive.open(info) as packed:
+                    yield inner, packed.read(MAX_FILE + 1)
 
 
 def notebook_cells(name: str, data: bytes) -> Iterator[Cell]:
@@ -214,8 +180,8 @@ def notebook_cells(name: str, data: bytes) -> Iterator[Cell]:
 
 def script_cells(name: str, text: str) -> Iterator[Cell]:
     """The cells of a script, each with as many empty lines before it as its line number says."""
-    above, parts = 0, MARK.split(text, maxsplit=MAX_CELLS)
-    for part in parts:
+    above = 0
+    for part in MARK.split(text, maxsplit=MAX_CELLS):
         yield Cell("\n" * above + part, name)
         above += part.count("\n")
 
@@ -223,7 +189,7 @@ def script_cells(name: str, text: str) -> Iterator[Cell]:
 def decoded(data: bytes) -> str:
     """The text of a script, in the encoding that it names; UTF-8 without one."""
     encoding, _ = tokenize.detect_encoding(io.BytesIO(data).readline)
-    return _unix(data.decode(encoding)).removeprefix("\ufeff")
+    return _unix(data.decode(encoding))
 
 
 def _unix(text: str) -> str:
@@ -240,15 +206,9 @@ def may_hold_source(name: str) -> bool:
     return name.lower().endswith((*SOURCES, ".zip"))
 
 
-def likely_first(name: str) -> tuple[bool, bool, int, str]:
-    """A key by which notebooks come first, then scripts, and files of the top folder before."""
-    return ".ipynb" not in name.lower(), not is_source(name), name.count("/"), name
-
-
 def is_skipped(name: str) -> bool:
     """True if a file is none of the student's: what editors and systems leave behind."""
-    path = PurePosixPath(name)
-    return bool(SKIPPED & set(path.parts)) or path.name.startswith(".")
+    return any(part in SKIPPED or part.startswith(".") for part in PurePosixPath(name).parts)
 
 
 def is_handed_out(name: str) -> bool:

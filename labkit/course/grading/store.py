@@ -21,7 +21,7 @@ from labkit.course.grading.judging.verdict import CaseVerdict, QuestionVerdict, 
 from labkit.support.errors import LabkitError, WriteError
 from labkit.support.files import atomic_write
 
-RULES = 11  # raise it when the same files would get other points or messages than before
+RULES = 12  # raise it when the same files would get other points or messages than before
 VERDICTS = "verdicts"
 
 

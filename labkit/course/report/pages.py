@@ -6,7 +6,6 @@ nbclient runs the notebook, nbconvert writes it, and Chromium or one of its kin 
 from __future__ import annotations
 
 import argparse
-import os
 import shutil
 import subprocess
 import warnings
@@ -16,14 +15,14 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from labkit.support import extras
-from labkit.support.errors import LabkitError, WriteError
+from labkit.support.errors import LabkitError
 from labkit.support.files import atomic_write, refuse_unwritable
 
 HELP = "write a report as HTML and PDF"
 DESCRIPTION = """\
-Run a report from its first cell to its last, and write it as one page of HTML and as a PDF:
-text, tables, figures and formulas, without the code. REPORT is a notebook (.ipynb) or
-Markdown (.md). Its pictures lie in its folder or below; they go into the page. MathJax draws
+Run a report from its first cell to its last, and write it as one page of HTML and as a PDF
+beside it: text, tables, figures and formulas, without the code. REPORT is a notebook (.ipynb)
+or Markdown (.md). Its pictures lie in its folder or below; they go into the page. MathJax draws
 the formulas, from the network.
 notebooks/report_template.ipynb is one to start from."""
 TIMEOUT = 300  # seconds for one cell
@@ -50,36 +49,29 @@ need = partial(extras.need, purpose="a report", extra="report")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
+    """Add the argument of the command."""
     parser.add_argument("report", metavar="REPORT", help="a notebook or Markdown")
-    parser.add_argument("--out", metavar="NAME", help="NAME.html and NAME.pdf (as REPORT's name)")
-    parser.add_argument("--html-only", action="store_true", help="no PDF, which needs Chromium")
-    parser.add_argument("--as-is", action="store_true", help="do not run the notebook first")
 
 
 def run(args: argparse.Namespace) -> int:
     """Write the files."""
     source = Path(args.report)
-    if os.path.isdir(source):
-        raise LabkitError(f"{source}: is a directory; name a notebook or Markdown in it")
-    stem = Path(args.out) if args.out else source.with_suffix("")
-    if args.out and os.path.isdir(stem):
-        raise WriteError(f"cannot write {stem}: it is a directory; name a file in it")
-    page, pdf = stem.with_name(stem.name + ".html"), stem.with_name(stem.name + ".pdf")
-    for path in [page] if args.html_only else [page, pdf]:
+    if source.suffix not in (".ipynb", ".md"):
+        raise LabkitError(f"{source}: a report is a notebook (.ipynb) or Markdown (.md)")
+    page, pdf = source.with_suffix(".html"), source.with_suffix(".pdf")
+    for path in (page, pdf):
         refuse_unwritable(path)
-    html = render(read_report(source, run=not args.as_is), source.resolve().parent)
+    html = render(read_report(source), source.resolve().parent)
     with atomic_write(page) as file:
         file.write(html)
     print(f"{page}")
-    if not args.html_only:
-        with atomic_write(pdf, "wb") as file:
-            file.write(printed(page))
-        print(f"{pdf}")
+    with atomic_write(pdf, "wb") as file:
+        file.write(printed(page))
+    print(f"{pdf}")
     return 0
 
 
-def read_report(path: str | Path, *, run: bool = True) -> Any:
+def read_report(source: Path) -> Any:
     """Read a notebook, and run it in its folder, so that no number is older than its code.
 
     A ``.md`` becomes a notebook of one cell of text.
@@ -87,48 +79,36 @@ def read_report(path: str | Path, *, run: bool = True) -> Any:
     Raises
     ------
     LabkitError
-        For another file, a cell that fails (with its number and its error), or a kernel that is
+        For a damaged file, a cell that fails (with its number and its error), or a kernel that is
         not installed or dies.
     """
-    nbformat, source = need("nbformat"), Path(path)
-    if source.suffix not in (".ipynb", ".md"):
-        raise LabkitError(f"{path}: a report is a notebook (.ipynb) or Markdown (.md)")
+    nbformat, client = need("nbformat"), need("nbclient")
     try:
         text = source.read_text("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
-        raise LabkitError(f"{path}: cannot be read: {reason}") from error
-    if source.suffix == ".md":
-        return nbformat.v4.new_notebook(cells=[nbformat.v4.new_markdown_cell(text)])
-    try:
+        if source.suffix == ".md":
+            return nbformat.v4.new_notebook(cells=[nbformat.v4.new_markdown_cell(text)])
         notebook = nbformat.reads(text, as_version=4)
     except Exception as error:  # whatever a damaged file makes the reader raise
-        raise LabkitError(f"{path}: is no notebook: {error}") from error
-    if run:
-        _execute(notebook, source)
-    return notebook
-
-
-def _execute(notebook: Any, source: Path) -> None:
-    """Run a notebook in its file's folder; its outputs replace those that it had."""
+        reason = getattr(error, "strerror", None) or f"it is damaged: {error}"
+        raise LabkitError(f"{source}: cannot be read: {reason}") from error
     reached = [0]
-    client = need("nbclient").NotebookClient(
+    runner = client.NotebookClient(
         notebook,
         timeout=TIMEOUT,
         resources={"metadata": {"path": str(source.resolve().parent)}},
         on_cell_start=lambda cell, cell_index: reached.append(cell_index + 1),
     )
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of the kernel's own machinery
-            client.execute(stderr=subprocess.DEVNULL)
+        with warnings.catch_warnings(action="ignore"):  # of the kernel's own machinery
+            runner.execute(stderr=subprocess.DEVNULL)
     except Exception as error:  # of the cell, or of a kernel that dies, hangs or is not there
         problem = getattr(error, "ename", type(error).__name__)
         message = getattr(error, "evalue", None) or str(error).strip().partition("\n")[0]
         raise LabkitError(f"{source}: cell {reached[-1]}: {problem}: {message}") from error
+    return notebook
 
 
-def render(notebook: Any, folder: str | Path = ".") -> str:
+def render(notebook: Any, folder: Path) -> str:
     """Write a notebook as nbconvert's page of HTML, without code, with its pictures in `folder`."""
     exporter = need("nbconvert").HTMLExporter(
         exclude_input=True, exclude_output_prompt=True, embed_images=True

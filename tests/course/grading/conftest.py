@@ -11,8 +11,8 @@ from small import write_assignment
 
 from labkit.cli import main
 from labkit.course.grading.box import Wall, open_wall, why_not
-from labkit.course.grading.files import read_files
 from labkit.course.grading.grade import grade_submission
+from labkit.course.grading.handins import read_files
 from labkit.course.grading.reading import read_apart, read_program
 from labkit.support.errors import LabkitError
 

@@ -23,7 +23,6 @@ CLASSES = {
         "Emmy Noether_4712_assignsubmission_file_a_1_assignsubmission_file_b.py",
     ],
     "gradescope": ["assignment_7_export/submission_4711/a.ipynb", "submission_4712/a/b.py"],
-    "nbgrader": ["submitted/4711/lab1/a.ipynb", "submitted/4712/lab1/b.py"],
     "folders": ["4711/a.ipynb", "4712.py"],
 }
 
@@ -81,7 +80,7 @@ def test_of_two_uploads_with_one_name_the_newest_counts(read, tmp_path):
 
 def test_a_class_of_two_layouts_is_refused_with_the_way_out(tmp_path):
     folder = write(tmp_path / "class", ["ada_4711_98765_a.py", "emmy.py"])
-    with pytest.raises(LabkitError, match=r"emmy\.py is not; say --layout canvas or --layout fold"):
+    with pytest.raises(LabkitError, match=r"emmy\.py is not; use --layout canvas or --layout fold"):
         find_submissions(folder)
     found, remarks = find_submissions(folder, layout="canvas")
     assert [one.student for one in found] == ["4711"]
@@ -103,20 +102,11 @@ def test_one_folder_around_all_is_not_taken_for_a_student(tmp_path):
     assert len(find_submissions(tmp_path / "class/lab 1")[0]) == 2
 
 
-def test_nbgraders_assignments_are_told_apart(tmp_path):
-    folder = write(tmp_path, ["submitted/ada/lab1/a.py", "submitted/ada/lab2/b.py", "source/x.py"])
-    with pytest.raises(LabkitError, match="the assignments are lab1, lab2, got --within ''"):
-        find_submissions(folder)
-    for place in (folder, folder / "submitted"):
-        (ada,), _ = find_submissions(place, within="lab2")
-        assert [file.name for file in ada.files] == ["b.py"]
-
-
 def test_marks_and_leftovers_are_nobodys_work(tmp_path):
     folder = write(tmp_path, ["ada.py", "grades/code/ada.py", ".git/a.py", "emmy/__pycache__/x.py"])
     write(folder, ["notes.txt"])
     (folder / "link.py").symlink_to(folder / "ada.py")
-    found, remarks = find_submissions(folder, marks=folder / "grades")
+    found, remarks = find_submissions(folder, out=folder / "grades")
     assert [one.student for one in found] == ["ada"]
     assert remarks == [f"{folder}: notes.txt belongs to no student; skipped"]
 
@@ -127,16 +117,16 @@ ZIP64 = base64.b64decode(  # a file that claims to lie beyond 2⁶³
 )
 
 
-def packed(count, method=zipfile.ZIP_STORED):
+def packed(count):
     buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", method) as archive:
+    with zipfile.ZipFile(buffer, "w") as archive:
         for number in range(count):
             archive.writestr(f"{number}.py", "k = 1")
     return buffer.getvalue()
 
 
 @pytest.mark.parametrize(
-    "data", [b"", b"PK\x03\x04", ZIP64, packed(1, zipfile.ZIP_LZMA), packed(1) + b"PK\1\2" * 90_000]
+    "data", [b"", b"PK\x03\x04", ZIP64, packed(1) + b"PK\1\2" * 90_000]
 )
 def test_a_damaged_archive_costs_itself_alone(data, read, tmp_path):
     folder = write(tmp_path / "class", ["ada/a.py", "emmy/a.py"])
@@ -154,9 +144,10 @@ def test_what_is_too_large_is_named_and_the_rest_is_read(read, tmp_path):
         file.truncate(33 << 20)
     with zipfile.ZipFile(folder / "ada/bomb.zip", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("b.py", b" " * (64 << 20))
-    for name in "cde":  # the third one is too much for all together
+    for name in "edc":  # the oldest one is too much for all together
         with zipfile.ZipFile(folder / f"ada/{name}.zip", "w", zipfile.ZIP_DEFLATED) as archive:
             archive.writestr("x.ipynb", b'{"cells": []}' + b" " * (20 << 20))
+        os.utime(folder / f"ada/{name}.zip", (ord("z") - ord(name),) * 2)
     files, unread = read(one_submission(folder, "ada"))
     assert set(files) == {"ada/a.py", "ada/c.zip/x.ipynb", "ada/d.zip/x.ipynb"}
     lost = {"ada/large.ipynb", "ada/bomb.zip", "ada/e.zip"}

@@ -35,7 +35,7 @@ def decide(small, tmp_path):
     def read(*lines):
         text = "\n".join(["student,what,value,comment", *lines])
         (tmp_path / ADJUSTMENTS).write_text(text, encoding="utf-8")
-        return read_adjustments(tmp_path, load_assignment(small), NAMES)
+        return read_adjustments(tmp_path / ADJUSTMENTS, load_assignment(small), NAMES)
 
     return read
 
@@ -84,10 +84,10 @@ def test_lateness_is_computed_when_marks_are(lines, score, decide, scores):
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("Ada,double,1,", "line 2: 'Ada' is no student of this class; is it ada"),
+        ("Ada,double,1,", "line 2: 'Ada' is no student of this class; did you mean 'ada'"),
         ("twin,double,1,", "line 2: 'twin' is the name of 2 students"),
         ("ada,doubel,1,", "line 2: unknown item 'doubel'; did you mean 'double'?"),
-        ("*,double,1,", "line 2: unknown item 'double'; the items are late_percent, "),
+        ("*,double,1,", "line 2: unknown item 'double'; there are late_percent, written"),
         ("ada,double,2.5,", "line 2: double must be a number from 0 to 2, got '2.5'"),
         ("ada,written,3,", "got '3'; say what they are worth: *,written,POINTS,"),
         ("ada,double,1,\nada,double,2,", "line 3: double of 'ada' is set before; keep one"),
@@ -102,12 +102,12 @@ def test_a_slip_is_named_and_ends_the_run(line, message, decide):
 
 def test_an_empty_table_is_made_and_what_excel_makes_of_it_is_read(small, tmp_path):
     path, assignment = tmp_path / ADJUSTMENTS, load_assignment(small)
-    assert not read_adjustments(tmp_path, assignment, {}).lines
+    assert not read_adjustments(path, assignment, {})
     assert path.read_text() == "student,what,value,comment\n"
-    assert not read_roster(tmp_path)
+    assert not read_roster(tmp_path / "roster.csv")
     text = "\ufeffstudent;what;value;comment\nada;double;0,5;\n;;;\n"
     path.write_text(text, encoding="utf-8")
-    assert read_adjustments(tmp_path, assignment, NAMES).lines["ada", "double"].value == 0.5
+    assert read_adjustments(path, assignment, NAMES)["ada", "double"].value == 0.5
 
 
 def test_records_come_back_as_they_were_for_their_owner_alone(tmp_path):

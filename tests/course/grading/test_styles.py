@@ -9,8 +9,7 @@ from right_answers import homogeneous, plain_python
 
 import labkit
 from labkit.course.grading.assignment import load_assignment
-from labkit.course.grading.files import read_files
-from labkit.course.grading.handins import one_submission
+from labkit.course.grading.handins import one_submission, read_files
 from notebooks import NUMPY, RIGHT, answered, cell, functions, notebook
 
 ASSIGNMENT = load_assignment()

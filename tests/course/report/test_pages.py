@@ -37,7 +37,6 @@ def test_a_report_is_run_and_written_without_its_code(notebook, tmp_path):
     assert "secret" not in html
     for text in ("Mine", "<pre>42", "data:image/png;base64,iVBOR"):
         assert text in html
-    assert "<pre>42" not in render(read_report(path, run=False), tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -55,10 +54,9 @@ def test_a_cell_that_fails_is_named(notebook, code, message):
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.txt", b"", r"a report is a notebook"),
         ("gone.md", None, "gone.md: cannot be read: No such file"),
-        ("a.md", b"\xff\xfe\xff", "cannot be read: it is not UTF-8 text"),
-        ("a.ipynb", b"{}[", "is no notebook"),
+        ("a.md", b"\xff\xfe\xff", "cannot be read: it is damaged: .*utf-8"),
+        ("a.ipynb", b"{}[", "it is damaged: Notebook does not"),
     ],
 )
 def test_a_file_that_is_no_report(tmp_path, name, content, message):

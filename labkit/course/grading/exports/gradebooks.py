@@ -19,20 +19,15 @@ from labkit.course.grading.judging.verdict import SubmissionVerdict, short
 from labkit.course.grading.tables import Row, number, plain, read_rows, write_rows
 from labkit.support.errors import LabkitError
 
-CANVAS_KEYS = ("ID", "SIS User ID", "SIS Login ID")
-CANVAS_STUDENT = ("Student", *CANVAS_KEYS, "Section")
-POINTS_POSSIBLE = "Points Possible"
-_NUMBER = re.compile(r"\D*(\d+)\s*")
+CANVAS = ("Student", "ID", "SIS User ID", "SIS Login ID", "Section")
 UNITS = {"week": 7.0, "day": 1.0, "hour": 1 / 24, "min": 1 / 1440, "sec": 1 / 86400}
 
 
 class Person(NamedTuple):
     """A row of a gradebook."""
 
-    line: int
     row: Row
-    names: tuple[str, ...]  # by which a student may be known, the platform's own number first
-    shown: str
+    name: str
     maximum: float  # what the assignment is worth there; nan where the gradebook does not say
     late: float | None = None  # days, where the platform tells them
 
@@ -41,35 +36,25 @@ class Person(NamedTuple):
 class Gradebook:
     """A gradebook that can be filled in."""
 
-    path: str | os.PathLike[str]
     columns: Sequence[str]  # those that go back to the platform
     grade: str  # the column of the scores
     comment: str = ""  # the one of the comments; "" where there is none
     head: Sequence[Row] = ()  # rows that go back as they are
-    people: Sequence[Person]
+    people: Mapping[str, Person]  # by the platform's own number
 
     def fill(self, marks: Iterable[SubmissionVerdict], out: str | os.PathLike[str]) -> list[str]:
         """Write the rows of those who have a mark; return the students that have no row."""
-        known = [(place, name, one) for one in self.people for place, name in enumerate(one.names)]
-        known.sort(key=lambda entry: -entry[0])  # one's own number is nobody else's login
-        holders = {name: person for _, name, person in known}
-        filled: dict[int, Row] = {}
-        unlisted = []
+        filled, unlisted = [], []
         for mark in marks:
-            person = holders.get(mark.student)
+            person = self.people.get(mark.student)
             if person is None:
                 unlisted.append(mark.student)
                 continue
-            if person.line in filled:
-                raise LabkitError(
-                    f"{self.path}: line {person.line} ({person.shown!r}) has two submissions, "
-                    f"{mark.student!r} is one; take the wrong one out"
-                )
             scaled = mark.score * person.maximum / (mark.points or math.nan)
             score = short(mark.score if math.isnan(scaled) else scaled)
             comment = plain(html.escape(summary_text(mark)).replace("\n", "<br>"))
-            filled[person.line] = person.row | {self.comment: comment, self.grade: score}
-        write_rows(out, self.columns, [*self.head, *filled.values()])
+            filled.append(person.row | {self.comment: comment, self.grade: score})
+        write_rows(out, self.columns, [*self.head, *filled])
         return unlisted
 
 
@@ -78,37 +63,34 @@ def read_canvas(path: str | os.PathLike[str], title: str) -> Gradebook:
 
     Where its "Points Possible" are no number above zero, the scores stay as they are.
     """
-    columns, rows = read_rows(path, ("Student", "ID"))
+    columns, rows = read_rows(path, CANVAS[:2])
     pattern = re.compile(re.escape(title) + r"( \(\d+\))?")
     grades = [name for name in columns if pattern.fullmatch(name)]
     if len(grades) != 1:
-        choice = ", ".join(name for name in columns if name not in CANVAS_STUDENT)
+        choice = ", ".join(name for name in columns if name not in CANVAS)
         which = "more than one" if grades else "no"
         raise LabkitError(f"{path}: line 1: {which} column {title!r}; the columns are {choice}")
     (grade,) = grades
-    head = [row for _, row in rows if row["Student"].strip().startswith(POINTS_POSSIBLE)]
+    head = [row for _, row in rows if row["Student"].strip().startswith("Points Possible")]
     possible = number(head[0][grade]) if head else math.nan
     maximum = possible if 0.0 < possible < math.inf else math.nan
-    people = []
-    for line, row in rows:
-        if row["ID"].strip():
-            names = tuple(row.get(key, "").strip() for key in CANVAS_KEYS)
-            people.append(Person(line, row, names, row["Student"], maximum))
-    kept = [name for name in (*CANVAS_STUDENT, grade) if name in columns]
-    return Gradebook(path=path, columns=kept, grade=grade, head=head, people=people)
+    numbered = ((row["ID"].strip(), row) for _, row in rows)
+    people = {one: Person(row, row["Student"], maximum) for one, row in numbered if one}
+    kept = [name for name in (*CANVAS, grade) if name in columns]
+    return Gradebook(columns=kept, grade=grade, head=head, people=people)
 
 
 def read_moodle(path: str | os.PathLike[str]) -> Gradebook:
     """Read Moodle's grading worksheet, in English, to fill in grades and comments."""
     columns, rows = read_rows(path, ("Identifier", "Grade"))
-    people = []
-    for line, row in rows:
-        names = (_NUMBER.sub(r"\1", row["Identifier"]),)
+    people = {}
+    for _, row in rows:
+        student = re.sub(r"\D*(\d+)\s*", r"\1", row["Identifier"])  # "Participant 4711"
         late = _days(row["Status"]) if "Status" in columns else None
         worth = number(row.get("Maximum Grade", ""))
-        people.append(Person(line, row, names, row[columns[1]], worth, late))
+        people[student] = Person(row, row.get("Full name") or student, worth, late)
     comment = "Feedback comments" * ("Feedback comments" in columns)
-    return Gradebook(path=path, columns=columns, grade="Grade", comment=comment, people=people)
+    return Gradebook(columns=columns, grade="Grade", comment=comment, people=people)
 
 
 def _days(status: str) -> float:

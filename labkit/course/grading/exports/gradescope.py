@@ -27,17 +27,10 @@ from labkit.course.grading.box import open_wall
 from labkit.course.grading.grade import grade_one
 from labkit.course.grading.handins import one_submission
 from labkit.course.grading.judging.verdict import SubmissionVerdict
-from labkit.course.grading.marks import (
-    ADJUSTMENTS,
-    CLASS,
-    HEADER,
-    read_adjustments,
-    read_table,
-)
+from labkit.course.grading.marks import ADJUSTMENTS, CLASS, HEADER, adjusted, read_adjustments
 from labkit.support.errors import LabkitError
 from labkit.support.files import atomic_write
 
-MOST = 1500  # characters that a student is shown of one question
 HERE = Path(__file__).with_name("autograder")
 PACKAGE = HERE.parents[3]
 SCRIPTS = ("setup.sh", "run_autograder")
@@ -47,12 +40,11 @@ def grade_for_gradescope(root: Path) -> None:
     """Grade ``root/submission``, and write ``root/results/results.json``."""
     student, days = read_metadata(root / "submission_metadata.json")
     submission = one_submission(root / "submission", student)
-    load_assignment()  # or say what is wrong with it, before a wall is tried
+    rules = read_adjustments(ADJUSTMENTS, load_assignment(), None)  # before a wall is tried
     wall = open_wall([FOLDER / "hidden", root / "submission"])
-    record = grade_one(submission, str(FOLDER), wall)
-    rules = read_adjustments(".", load_assignment(), {})
+    verdict = grade_one(submission, str(FOLDER), wall).verdict
     with atomic_write(root / "results" / "results.json") as file:
-        json.dump(results_of(rules.apply(record.verdict, days)), file, indent=1)
+        json.dump(results_of(adjusted(verdict, days, rules)), file, indent=1)
 
 
 def results_of(verdict: SubmissionVerdict) -> dict[str, Any]:
@@ -69,13 +61,12 @@ def results_of(verdict: SubmissionVerdict) -> dict[str, Any]:
     for place, one in enumerate(verdict.questions, 1):
         reasons = [case.reason for case in one.cases if not case.hidden]
         count = "" if one.cases_passed in one.message else one.cases_passed
-        told = filter(None, dict.fromkeys([one.message, *reasons, count]))
-        points = {"score": round(one.score, 6), "max_score": one.points}
-        tests.append(_test(f"{place}", one.title, one.passed, told) | points)
+        told = _shown([one.message, *reasons, count])
+        head = _head(f"{place}", one.title, one.passed)
+        tests.append({**head, **told, "score": round(one.score, 6), "max_score": one.points})
         for n, case in enumerate((case for case in one.cases if case.hidden), 1):
-            name = f"{one.title}, hidden case {case.id}"
-            shown = _test(f"{place}.{n}", name, case.passed, [case.reason])
-            tests.append(shown | {"visibility": "hidden"})
+            head = _head(f"{place}.{n}", f"{one.title}, hidden case {case.id}", case.passed)
+            tests.append({**head, **_shown([case.reason]), "visibility": "hidden"})
     return {
         "score": round(verdict.score, 6),
         **_shown([f"Graded in isolation: {verdict.mode}.", *verdict.remarks]),
@@ -84,22 +75,20 @@ def results_of(verdict: SubmissionVerdict) -> dict[str, Any]:
     }
 
 
-def _test(number: str, name: str, passed: bool, told: Iterable[str]) -> dict[str, Any]:
-    status = "passed" if passed else "failed"
-    return {"number": number, "name": name, "status": status, **_shown(told)}
+def _head(number: str, name: str, passed: bool) -> dict[str, str]:
+    return {"number": number, "name": name, "status": "passed" if passed else "failed"}
 
 
 def _shown(told: Iterable[str]) -> dict[str, str]:
-    """Text as Gradescope shows it to a student."""
-    text = "\n\n".join(told)
-    output = text if len(text) <= MOST else f"{text[:MOST]}…"
-    return {"output": output, "output_format": "text", "visibility": "visible"}
+    """Texts as Gradescope shows them to a student, each once."""
+    text = "\n\n".join(filter(None, dict.fromkeys(told)))
+    return {"output": text, "output_format": "text", "visibility": "visible"}
 
 
-def read_metadata(path: str | os.PathLike[str]) -> tuple[str, float]:
+def read_metadata(path: Path) -> tuple[str, float]:
     """Read the student and the days after the due date from ``submission_metadata.json``."""
     try:
-        told = json.loads(Path(path).read_text(encoding="utf-8"))
+        told = json.loads(path.read_text(encoding="utf-8"))
         users = sorted(str(user.get("email") or user["id"]) for user in told["users"])
         due = told.get("assignment", {}).get("due_date")
         for user in told["users"]:  # an extension of their own
@@ -124,10 +113,9 @@ def write_autograder(
     stand in the table `adjustments`.
     """
     folder = Path(assignment).resolve()
-    rules = [",".join(HEADER)]
-    if adjustments:
-        table = read_table(adjustments, load_assignment(folder), None)
-        rules += [f"{CLASS},{what},{line.value}," for (_, what), line in table.lines.items()]
+    rules = read_adjustments(adjustments, load_assignment(folder), None) if adjustments else {}
+    lines = [HEADER, *((CLASS, what, f"{line.value}", "") for (_, what), line in rules.items())]
+    needed = re.compile(r"(numpy|scipy|tqdm)\b(?!.*extra ==)")
     with (
         atomic_write(path, "wb") as file,
         zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, strict_timestamps=False) as archive,
@@ -136,10 +124,9 @@ def write_autograder(
             info = zipfile.ZipInfo(script)
             info.external_attr = 0o100755 << 16  # Gradescope runs it
             archive.writestr(info, (HERE / script).read_bytes())
-        needed = re.compile(r"(numpy|scipy|tqdm)\b(?!.*extra ==)")
         own = filter(needed.match, requires("labkit") or [])
         archive.writestr("requirements.txt", "\n".join([*own, ""]))
-        archive.writestr(ADJUSTMENTS, "\n".join([*rules, ""]))
+        archive.writestr(ADJUSTMENTS, "".join(f"{','.join(line)}\n" for line in lines))
         for source in sorted(PACKAGE.rglob("*")):
             lab = FOLDER in source.parents and source.suffix == ".json"  # the folder's instead
             if source.is_file() and "__pycache__" not in source.parts and not lab:
