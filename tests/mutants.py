@@ -25,7 +25,7 @@ TRACKED = subprocess.run(
 ).stdout.split("\n")
 PARTS = {  # the files that are changed, the tests that they are held to, and which of these
     "core": (r"labkit/(odometry/)?[a-z]\w*\.py", r"tests/(odometry/)?test_\w+\.py", "not slow"),
-    "course": (r"labkit/course/.+\.py", r"tests/course/.*test_\w+\.py", "not slow"),
+    "course": (r"labkit/course/(?!.*/scenes).+\.py", r"tests/course/.*test_\w+\.py", "not slow"),
     "book": (
         r"book/_ext/\w+\.py",
         r"tests/book/test_(?!firefox|jupyterlab|\w+_page)\w+\.py",

@@ -11,6 +11,7 @@ from labkit.alignment import align
 from labkit.line_alignment import (
     MIN_INFORMATION,
     align_to_lines,
+    center_and_length,
     least_information,
     line_information,
     line_step,
@@ -167,6 +168,12 @@ def test_information_from_normals_that_were_measured_twice(seed):
         np.testing.assert_allclose(twice.values, np.linalg.eigvalsh(A / weights.sum()), atol=1e-12)
     same = line_information(points, normals, weights, -normals)
     np.testing.assert_allclose(same.values, once.values, atol=1e-12)
+
+
+@pytest.mark.parametrize("scale", [1e-20, 1.0, 1e20])
+def test_the_lever_has_the_scale_of_the_points(scale):
+    points = scale * np.array([(-3.0, 4.0), (3.0, -4.0)])
+    assert center_and_length(points, np.ones(2))[1] == pytest.approx(5.0 * scale, abs=0.0)
 
 
 @pytest.mark.parametrize("count", [1, 7])
