@@ -92,21 +92,9 @@ class Submission:
 def find_submissions(
     path: str | os.PathLike[str], *, layout: str = "", out: str | os.PathLike[str] = ""
 ) -> tuple[list[Submission], list[str]]:
-    """List the submissions in a folder or zip archive, by student, and remarks on the rest.
+    """List the submissions of a class, by student, and remarks on the rest.
 
-    Parameters
-    ----------
-    path : path-like
-        A class: a platform's bulk download, or a folder or file for each student.
-    layout : str
-        One of `LAYOUTS`; without it, the one that fits all files.
-    out : path-like
-        The folder of the marks, which nobody handed in.
-
-    Raises
-    ------
-    LabkitError
-        Where `path` cannot be read, or no layout or more than one fits.
+    Without a `layout` the one counts that fits all files. Nobody handed in what is in `out`.
     """
     path = Path(path)
     if os.path.isdir(path / "submitted"):  # in a course of nbgrader
@@ -188,13 +176,7 @@ def one_submission(path: str | os.PathLike[str], student: str) -> Submission:
 
 
 def list_files(path: Path) -> list[Handed]:
-    """The files of a folder or zip archive, by name; no link is followed.
-
-    Raises
-    ------
-    LabkitError
-        Where `path` is missing or cannot be read.
-    """
+    """The files of a folder or zip archive, by name; no link is followed."""
     try:
         if os.path.isdir(path):
             return sorted(_in_folder(path))
@@ -230,8 +212,7 @@ def _in_folder(folder: Path) -> Iterator[Handed]:
 def read_files(handed_in: Sequence[Handed]) -> tuple[dict[str, bytes], tuple[str, ...]]:
     """The bytes of the files, from old to new, and what could not be read and why.
 
-    Of two files of one time the shorter name is last. Of a file that can hold no answer there is
-    the name alone.
+    Of two files of one time the shorter name is last. A file that can hold no answer is empty.
     """
     found: dict[str, bytes] = {}
     unread: list[str] = []

@@ -77,12 +77,6 @@ def read_program(files: Mapping[str, bytes], functions: Collection[str]) -> Prog
     Of several files those run that define a function that is asked for, the one with the most
     answers last: of two answers to one question, its counts. Of two with as many, it is the newer
     one. A file that cannot be read costs itself alone.
-
-    Examples
-    --------
-    >>> program = read_program({"a.py": b"def f(): pass", "b.py": b"k = 1"}, ["f"])
-    >>> [cell.label for cell in program.cells], list(program.scripts)
-    (['a.py'], ['a.py', 'b.py'])
     """
     sources, unread = unpacked(files)
     names = "|".join(functions)
@@ -212,11 +206,7 @@ def is_skipped(name: str) -> bool:
 
 
 def is_handed_out(name: str) -> bool:
-    """True if a file is part of a copy of labkit, by its place.
-
-    >>> is_handed_out("lab/labkit/se2.py"), is_handed_out("se2.py")
-    (True, False)
-    """
+    """True if a file is part of a copy of labkit, by its place: "lab/labkit/se2.py"."""
     _, inside, place = name.rpartition("labkit/")
     return bool(inside) and (PACKAGE / place).is_file()
 

@@ -18,7 +18,7 @@ from typing import Any
 from labkit.course.grading.assignment.questions import Assignment
 from labkit.course.grading.box import Wall
 from labkit.course.grading.judging.verdict import CaseVerdict, QuestionVerdict, SubmissionVerdict
-from labkit.support.errors import LabkitError, WriteError
+from labkit.support.errors import LabkitError
 from labkit.support.files import atomic_write
 
 RULES = 12  # raise it when the same files would get other points or messages than before
@@ -36,13 +36,7 @@ class Record:
 
 
 def read_records(out: str | os.PathLike[str]) -> dict[str, Record]:
-    """The records of a class, by student; the folder is made where there is none.
-
-    Raises
-    ------
-    LabkitError
-        Where the folder cannot be made, or a file in it is no record.
-    """
+    """The records of a class, by student; the folder is made where there is none."""
     folder = Path(out) / VERDICTS
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -74,14 +68,8 @@ def _restored(fields: dict[str, Any]) -> object:
 
 def write_record(out: str | os.PathLike[str], record: Record) -> None:
     """Store a record; it replaces the one of the same student."""
-    path = Path(out) / VERDICTS / f"{file_name(record.verdict.student)}.json"
-    try:
-        with atomic_write(path) as file:
-            file.write(json.dumps(record, default=vars))
-    except WriteError as error:
-        raise WriteError(
-            f"{error}; all verdicts until now are kept: make room, and run the same command again"
-        ) from None
+    with atomic_write(Path(out) / VERDICTS / f"{file_name(record.verdict.student)}.json") as file:
+        file.write(json.dumps(record, default=vars))
 
 
 def file_name(student: str) -> str:

@@ -19,13 +19,7 @@ FORMULA = (*"=+-@", *"＝＋－＠", "\t", "\r", "\n")  # the wide ones where pe
 def read_rows(
     path: str | os.PathLike[str], needed: Sequence[str] = ()
 ) -> tuple[list[str], list[tuple[int, Row]]]:
-    """Read the columns of a table, of which some are `needed`, and its rows with their lines.
-
-    Raises
-    ------
-    LabkitError
-        Where it cannot be read, lacks a column, or a row does not fit; the message says which.
-    """
+    """Read the columns of a table, of which some are `needed`, and its rows with their lines."""
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
@@ -77,9 +71,5 @@ def number(text: str) -> float:
 
 
 def plain(text: str) -> str:
-    """Text that no spreadsheet takes for a formula.
-
-    >>> plain("=1+1"), plain("＝1+1"), plain("well done")
-    ("'=1+1", "'＝1+1", 'well done')
-    """
+    """Text that no spreadsheet takes for a formula."""
     return "'" + text if text.startswith(FORMULA) else text

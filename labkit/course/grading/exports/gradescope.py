@@ -48,15 +48,7 @@ def grade_for_gradescope(root: Path) -> None:
 
 
 def results_of(verdict: SubmissionVerdict) -> dict[str, Any]:
-    r"""A verdict as Gradescope reads it.
-
-    Examples
-    --------
-    >>> verdict = SubmissionVerdict(student="ada", submission="ada.py", mode="user",
-    ...     questions=(), score=0.0, points=0.0, notes=("one note",), seconds=0.01)
-    >>> results_of(verdict)["tests"], results_of(verdict)["output"]
-    ([], 'Graded in isolation: user.\n\none note')
-    """
+    """A verdict as Gradescope reads it."""
     tests: list[dict[str, Any]] = []
     for place, one in enumerate(verdict.questions, 1):
         reasons = [case.reason for case in one.cases if not case.hidden]

@@ -88,13 +88,7 @@ def _write(template: str, out: Path, **content: Any) -> None:
 
 @functools.cache
 def templates() -> Any:
-    """The templates; what a student wrote is escaped wherever it stands.
-
-    Raises
-    ------
-    MissingExtraError
-        Where jinja2 is not installed.
-    """
+    """The templates; what a student wrote is escaped wherever it stands."""
     jinja2 = need("jinja2", purpose="an HTML page", extra="grading")
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("labkit.course.grading.exports"),
