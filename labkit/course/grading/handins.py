@@ -12,7 +12,7 @@ import time
 import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import NamedTuple
 
 from labkit.course.grading.reading import (
@@ -27,36 +27,29 @@ from labkit.course.grading.reading import (
 from labkit.support.errors import LabkitError
 
 FOLDERS = "folders"
-OTHERS = {"submission_metadata.yml", "timestamp.txt"}  # of Gradescope and nbgrader
-
-
-class Layout(NamedTuple):
-    """Names on a platform: of a student's file, and of the page that goes back."""
-
-    pattern: re.Pattern[str]
-    feedback: str = "{student}.html"
-
-
+# Names on a platform: of a student's file, and of the page that goes back.
 LAYOUTS = {
-    "canvas": Layout(  # lovelaceada_LATE_4711_98765_answers.ipynb
+    "canvas": (  # lovelaceada_LATE_4711_98765_answers.ipynb
         re.compile(
             r"(?P<name>[^_/]+)_(?P<late>LATE_)?(?P<student>\d+|(?<=^anon_)\w{5}|(?<=^anon_LATE_)\w{5})"
             r"_(?P<upload>\d+)_(?P<file>[^/]+)$"
         ),
         "{name}_{student}_{upload}_feedback.html",
     ),
-    "moodle": Layout(  # Ada Lovelace_4711_assignsubmission_file_/answers.ipynb
+    "moodle": (  # Ada Lovelace_4711_assignsubmission_file_/answers.ipynb
         re.compile(
             r"(?P<name>[^/_]+)_(?P<student>\d+)_assignsubmission_(?:file|onlinetext)(?:_?/|_)"
             r"(?P<file>.+)$"
         ),
         "{name}_{student}_assignsubmission_file_/feedback.html",
     ),
-    "gradescope": Layout(
-        re.compile(r"(?:assignment_\d+_export/)?submission_(?P<student>\d+)/(?P<file>.+)$")
+    "gradescope": (
+        re.compile(r"(?:assignment_\d+_export/)?submission_(?P<student>\d+)/(?P<file>.+)$"),
+        "{student}.html",
     ),
-    FOLDERS: Layout(  # ada/answers.ipynb, ada.ipynb, ada.zip; nbgrader's ada/lab1/answers.ipynb
-        re.compile(r"(?P<student>[^/]+?)(?:/(?P<file>.+)|(?:\.ipynb|\.py)?\.\w+)$")
+    FOLDERS: (  # ada/answers.ipynb, ada.ipynb, ada.zip; nbgrader's ada/lab1/answers.ipynb
+        re.compile(r"(?P<student>[^/]+?)(?:/(?P<file>.+)|(?:\.ipynb|\.py)?\.\w+)$"),
+        "{student}.html",
     ),
 }
 
@@ -101,10 +94,7 @@ def find_submissions(
         path /= "submitted"
     ours = Path(out).resolve() if out else None
     files = [
-        file
-        for file in list_files(path)
-        if PurePosixPath(file.name).name not in OTHERS
-        and not (ours and file.path.resolve().is_relative_to(ours))
+        file for file in list_files(path) if not (ours and file.path.resolve().is_relative_to(ours))
     ]
     if not files:
         raise LabkitError(
@@ -135,7 +125,7 @@ def find_submissions(
 def _fitting(path: Path, files: list[Handed]) -> str:
     """The one layout that fits all files."""
     for name in [name for name in LAYOUTS if name != FOLDERS]:
-        odd = [one.name for one in files if not LAYOUTS[name].pattern.match(one.name)]
+        odd = [one.name for one in files if not LAYOUTS[name][0].match(one.name)]
         if not odd:
             return name
         if len(odd) < len(files):

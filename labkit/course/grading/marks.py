@@ -113,7 +113,7 @@ def read_adjustments(
     """Read ``adjustments.csv``; an empty one is written where there is none.
 
     A line may use either a student's id or the name for a person, as `names` has them; without
-    `names` the rules of the class are read alone. A slip is refused by its line: it costs no points.
+    `names` the rules of the class are read alone. A slip is refused, and costs no points.
     """
     if names is not None and not os.path.exists(path):
         write_rows(path, HEADER, [])

@@ -28,7 +28,10 @@ MAX_CELLS = 1000
 MAX_BRACKETS = 1_000_000  # in a notebook: each takes memory, and deep ones the parser's stack
 TOO_LARGE = "the files are too large or too many; clear the outputs, and hand in your own alone"
 SECONDS, MEMORY, PATIENCE = 10, 1024 * MEBIBYTE, 300.0  # of the process; by the clock
-SKIPPED = {"__MACOSX", "__pycache__", "node_modules", "Thumbs.db", "desktop.ini"}
+SKIPPED = {
+    "__MACOSX", "__pycache__", "node_modules", "Thumbs.db", "desktop.ini",
+    "submission_metadata.yml", "timestamp.txt",
+}  # fmt: skip
 NOTEBOOK = (".ipynb", ".ipynb.txt", ".ipynb.json")  # browsers add an ending
 SOURCES = (*NOTEBOOK, ".py", ".py.txt")
 PACKAGE = Path(__file__).parents[2]
@@ -201,7 +204,7 @@ def may_hold_source(name: str) -> bool:
 
 
 def is_skipped(name: str) -> bool:
-    """True if a file is none of the student's: what editors and systems leave behind."""
+    """True if a file is none of the student's: what editors, systems and platforms add."""
     return any(part in SKIPPED or part.startswith(".") for part in PurePosixPath(name).parts)
 
 
@@ -214,13 +217,10 @@ def is_handed_out(name: str) -> bool:
 def printable(name: str) -> str:
     r"""A file's name as text that can be printed and stored: on disk it may be any bytes.
 
-    Two names stay two: what cannot be printed is spelled out.
-
     >>> print(printable("ad\u202ea"), printable("ad\udcff"))
-    ad\u202ea ad\xff
+    ad\u202ea ad\udcff
     """
-    text = name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in name)
 
 
 def main() -> None:

@@ -38,6 +38,8 @@ def test_a_class_gets_scores_pages_and_code_for_its_owner_alone(grade, tmp_path,
     (tmp_path / "late.py").write_text(SQUARED, encoding="utf-8")
     assert grade("late.py", "--student", "student00001") == 0
     assert scores() == {**expected, "student00001": 3.5}
+    with zipfile.ZipFile("grades/feedback.zip") as archive:
+        assert archive.namelist() == ["student00001.html"]
     page = Path("grades/students/student00003.html").read_text(encoding="utf-8")
     assert "this is x squared" in page
     assert "4 marks" in Path("grades/index.html").read_text(encoding="utf-8")
@@ -56,6 +58,7 @@ def test_it_goes_on_where_it_was_and_keeps_what_people_decided(grade, tmp_path, 
     before = verdicts()
     with Path("grades/adjustments.csv").open("a", encoding="utf-8") as file:
         file.write("student00000,double,0,copied\n*,late_percent,10,\nstudent00002,late,2,\n")
+        file.write("*,written,0,\nnew,written,0,\n")
     Path("grades/roster.csv").write_text(
         "student,name\nstudent00000,Ada\nabsent,Nobody N.\n", encoding="utf-8"
     )
@@ -65,13 +68,15 @@ def test_it_goes_on_where_it_was_and_keeps_what_people_decided(grade, tmp_path, 
         decided = {**expected, "student00000": 3.0, "student00002": 4.0, "new": 3.5, "absent": -1}
         assert scores() == decided
         assert {name: entry for name, entry in verdicts().items() if name != "new"} == before
-        assert "1 of the roster handed in nothing: absent (Nobody N.)" in capsys.readouterr().err
+        told = capsys.readouterr().err
+        assert "1 of the roster handed in nothing: absent (Nobody N.)" in told
+        assert "3 have no points for their written answers yet: student00000, " in told
         Path("grades/verdicts/student00000.json").unlink()  # graded afresh
     assert "Nobody N." in Path("grades/index.html").read_text(encoding="utf-8")
     with Path("grades/adjustments.csv").open("a", encoding="utf-8") as file:
         file.write("ada,double,0,\n")
     assert grade("class") == 1
-    assert "line 5: 'ada' is no student of this class" in capsys.readouterr().err
+    assert "line 7: 'ada' is no student of this class" in capsys.readouterr().err
 
 
 def test_one_submission_that_cannot_be_read_costs_nobody_else(grade, tmp_path, monkeypatch, capsys):

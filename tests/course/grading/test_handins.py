@@ -120,9 +120,11 @@ def test_marks_and_leftovers_are_nobodys_work(tmp_path):
     folder = write(tmp_path, ["ada.py", "grades/code/ada.py", ".git/a.py", "emmy/__pycache__/x.py"])
     write(folder, ["notes.txt"])
     (folder / "link.py").symlink_to(folder / "ada.py")
+    (folder / "zoe").mkdir()
     found, remarks = find_submissions(folder, out=folder / "grades")
     assert [one.student for one in found] == ["ada"]
-    assert remarks == [f"{folder}: notes.txt belongs to no student; skipped"]
+    assert f"{folder}: notes.txt belongs to no student; skipped" in remarks
+    assert f"{folder}: zoe is an empty folder" in remarks
 
 
 ZIP64 = base64.b64decode(  # a file that claims to lie beyond 2⁶³

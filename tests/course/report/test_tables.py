@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import labkit
-from labkit.course.report import Table, error_table, parameter_table, quality_table
+from labkit.course.report import error_table, parameter_table, quality_table
 from labkit.course.report.tables import UNANSWERED
 from labkit.odometry import Decision, OdometryParameters, SanityLimits, StepRecord
 from labkit.support.errors import InvalidParameterError
@@ -14,12 +14,6 @@ from labkit.support.errors import InvalidParameterError
 
 def cells(table):
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in table.split("\n")]
-
-
-def test_a_table_is_markdown_and_says_so():
-    table = Table.of(["a", "b"], [["x", 1], ["y", 2]])
-    assert cells(table) == [["a", "b"], ["---", "--:"], ["x", "1"], ["y", "2"]]
-    assert table._repr_markdown_() == table
 
 
 def test_a_choice_without_a_reason_is_asked_for_one():
@@ -91,12 +85,6 @@ def test_errors_are_those_of_the_evaluation():
 def test_a_path_too_short_for_a_stretch_has_no_error():
     rows = cells(error_table({"a": [[0, 0, 0], [1, 0, 0]]}, [[0, 0, 0], [1, 0, 0]]))
     assert rows[3] == ["a, RPE over 10 m", "none", "none"]
-
-
-def test_a_stretch_that_is_none_is_refused_by_its_name():
-    path = [[0, 0, 0], [1, 0, 0]]
-    with pytest.raises(InvalidParameterError, match=r"`stretch` must be in .* m, got -1"):
-        error_table({"a": path}, path, -1)
 
 
 def record(**values):
