@@ -1,9 +1,8 @@
 """From a submission's files to its verdict: run them in a box, call its functions, judge.
 
-Each question is asked with what its own cell left behind and, where that differs, with what the
-whole notebook left behind; the better verdict counts. A question that calls wrong earlier ones is
-then asked once more with the right functions in their place (follow-through), so that a slip costs
-its own points and no others.
+Each question is asked with what its own cells left behind and, where that differs, with what the
+whole notebook left behind; the best verdict counts. A question that calls wrong earlier ones is
+then asked once more with the right functions in their place (follow-through).
 
 All visible cases are asked before any hidden one: what a student reads of a visible case was
 written before a hidden input came into the box. In follow-through hidden cases alone are asked.
@@ -15,7 +14,7 @@ import time
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.assignment.questions import Assignment, Case, Question
@@ -32,7 +31,6 @@ from labkit.course.grading.handins import Submission, read_files
 from labkit.course.grading.inside import data
 from labkit.course.grading.judging.compare import assess
 from labkit.course.grading.judging.verdict import (
-    CELL_FAILED,
     KILLED,
     NO_RESULT,
     NOT_DEFINED,
@@ -49,6 +47,21 @@ CELLS, CALLS, CUT = 5.0, 2.0, 1.0  # for all cells and all calls of an order, of
 OUT_OF_TIME = "OutOfTime"
 
 
+class Told(NamedTuple):
+    """Remarks of the box on an answer; they decide no mark."""
+
+    states: Sequence[str] = ("last",)  # to ask in: after the cells that define it, and others
+    calls: frozenset[str] = frozenset()  # the functions that it uses
+    hands_on: str = ""  # the one to which it only hands its work on
+
+    @classmethod
+    def read(cls, said: Any) -> Told:
+        """What the box says, checked."""
+        lists = [map(str, _as(list, _as(dict, said).get(name))) for name in ("states", "calls")]
+        states = list(dict.fromkeys(["last", *lists[0]]))[:3]
+        return cls(states, frozenset(lists[1]), str(_as(dict, said).get("hands_on")))
+
+
 class Sitting:
     """One submission in a box, which is started anew where the code ends it.
 
@@ -62,65 +75,51 @@ class Sitting:
         self.left = IN_ALL * wall.seconds  # of processor time
         self.budget = dict.fromkeys(functions, wall.seconds)  # of it, for each question
         self.box: Box | None = None
-        self.failures = 0
-        self.is_sealed = False
-        self.left_out = list(program.notes)
-        self.notes: list[str] = []
-        self.answers: dict[str, Any] = {}  # what the box says of each, as data without a type
-        self.broken: dict[str, str] = {}
+        self.failures, self.is_sealed = 0, False
+        self.left_out, self.notes = list(program.notes), list[str]()
+        self.answers: dict[str, Told] = {}
         self.hung: set[tuple[str, str]] = set()  # functions that ended a box, each in a state
-        self.open()
 
     def open(self) -> None:
         """Start a box and have the cells run; one that ends the box is left out from then on."""
         while self.box is None and self.failures < MAX_FAILURES and self.left > 0.0:
-            cell, box = -1, Box(self.wall)
+            cell, self.box = -1, Box(self.wall)
             try:
                 order = {"cells": self.cells, "scripts": self.scripts, "functions": self.functions}
-                box.send(CELLS * self.wall.seconds + CUT, **order)
+                self.box.send(CELLS * self.wall.seconds + CUT, **order)
                 said: dict[str, Any] = {}
                 for _ in range(len(self.cells) + 1):
-                    said = box.receive()
+                    said = self.box.receive()
                     place = said.get("cell")
                     cell = place if isinstance(place, int) else cell
                 if not self.is_sealed:
                     self.notes = [*self.left_out, *_as(list, said.get("notes"))]
-                    broken = _as(dict, said.get("broken"))
-                    self.broken = {name: shown(why) for name, why in broken.items()}
-                    self.answers = _as(dict, said.get("answers"))
-                self.box = box
+                    answers = _as(dict, said.get("answers")).items()
+                    self.answers = {name: Told.read(each) for name, each in answers}
             except BoxError as error:
-                self.close(box)
+                self.close()
                 self.failures += 1
                 label = self.cells.pop(cell).label if 0 <= cell < len(self.cells) else ""
                 if not self.is_sealed:
                     self.notes = [f"the notebook could not be run to its end: {error}"]
                     says = f"{label} ended the program or hung, so it is left out"
                     self.left_out += [says] if label else []
-            except MachineError:
-                box.close()
-                raise
 
-    def told(self, question: Question) -> dict[str, Any]:
-        """Remarks of the box on an answer; they decide no mark."""
-        told: dict[str, Any] = _as(dict, self.answers.get(question.function))
-        return told
+    def told(self, question: Question) -> Told:
+        """Remarks of the box on an answer."""
+        return self.answers.get(question.function, Told())
 
-    def states(self, question: Question) -> list[str]:
-        """States to ask in: after the cells that define it and, where these differ, others."""
-        states = map(str, _as(list, self.told(question).get("states")))
-        return list(dict.fromkeys(["last", *states]))[:3]
-
-    def calls(self, question: Question) -> set[str]:
-        """The functions that an answer uses, but for one to which it only hands its work on."""
-        told = self.told(question)
-        return set(map(str, _as(list, told.get("calls")))) - {str(told.get("hands_on"))}
-
-    def is_stuck(self, question: Question, state: str, lent: Collection[str] = ()) -> bool:
-        """True if it ended a box itself, or would call a function that did."""
-        calls = set(map(str, _as(list, self.told(question).get("calls"))))
-        hung = calls.intersection(name for name, _ in self.hung) - {question.function, *lent}
-        return (question.function, state) in self.hung or bool(hung)
+    def fault(self, question: Question, state: str, lent: Collection[str]) -> Outcome | None:
+        """The outcome of a question that is not asked: what ended a box is not called again."""
+        name = question.function
+        if self.box is None:
+            return Outcome(error=KILLED if self.left > 0.0 else OUT_OF_TIME)
+        if name not in self.answers:
+            return Outcome(error=NOT_DEFINED)
+        hung = {one for one, _ in self.hung} - {name, *lent}
+        if (name, state) in self.hung or hung & self.told(question).calls:
+            return Outcome(error=OUT_OF_TIME)
+        return None
 
     def ask(
         self,
@@ -129,27 +128,16 @@ class Sitting:
         state: str,
         right: Mapping[str, str] | None = None,
     ) -> list[Outcome]:
-        """The outcomes of some cases of one question, all visible or all hidden.
-
-        What ended a box once is not asked again, and neither is what would call it.
-        """
-        name = question.function
-        hidden = any(case.hidden for case in cases)
+        """The outcomes of some cases of one question, all visible or all hidden."""
         self.open()
-        if self.box is None:
-            return [Outcome(error=KILLED if self.left > 0.0 else OUT_OF_TIME)] * len(cases)
-        if name not in self.answers:
-            fault = self.broken.get(name, "")
-            return [Outcome(error=CELL_FAILED if fault else NOT_DEFINED, message=fault)] * len(
-                cases
-            )
-        if self.is_stuck(question, state, right or ()):
-            return [Outcome(error=OUT_OF_TIME)] * len(cases)
+        fault = self.fault(question, state, right or ())
+        if fault or self.box is None:
+            return [fault or Outcome(error=KILLED)] * len(cases)
+        name, hidden = question.function, any(case.hidden for case in cases)
         self.is_sealed |= hidden
         patience = self.wall.seconds / 2.0 / (1 + len(self.hung) // 3)
         seconds = patience if right else min(patience, self.budget[name])
-        before = self.box.used()[0]
-        outcomes: list[Outcome] = []
+        before, outcomes = self.box.used()[0], list[Outcome]()
         try:
             calls = [[data.to_json(argument) for argument in case.arguments] for case in cases]
             order = {"function": name, "state": state, "right": dict(right or {}), "calls": calls}
@@ -157,10 +145,10 @@ class Sitting:
             outcomes += [outcome(self.box.receive()) for _ in cases]
             self.budget[name] -= self.box.used()[0] - before
         except BoxError as error:
-            self.close(self.box)
+            self.close()
+            self.hung.add((name, state))
             ending = Outcome(error=OUT_OF_TIME if str(error) == TOO_LONG else KILLED)
             outcomes += [ending] * (len(cases) - len(outcomes))
-            self.hung.add((name, state))
         if any(one.error == OUT_OF_TIME for one in outcomes):
             self.hung.add((name, state))
         return [
@@ -168,22 +156,16 @@ class Sitting:
             for one in outcomes
         ]
 
-    def close(self, box: Box | None = None) -> None:
+    def close(self) -> None:
         """End the box, and count its time."""
-        if box := box or self.box:
-            self.left -= box.used()[0]
-            box.close()
+        if self.box:
+            self.left -= self.box.used()[0]
+            self.box.close()
         self.box = None
 
 
 def outcome(said: Mapping[str, Any]) -> Outcome:
-    """Read what the box says of a call; nothing is taken on trust.
-
-    Raises
-    ------
-    BoxError
-        Where it is no answer.
-    """
+    """Read what the box says of a call; `BoxError` where it is no answer."""
     try:
         if "error" not in said:
             return Outcome(value=data.from_json(said["value"]))
@@ -213,24 +195,15 @@ def grade_submission(
     name: str = "",
     unread: Sequence[str] = (),
 ) -> SubmissionVerdict:
-    """Grade a student's program; the verdict is always the same, but for `seconds`.
+    """Grade a program behind a wall; the verdict is always the same, but for `seconds`.
 
-    Parameters
-    ----------
-    program : Program
-        The cells of notebooks and scripts.
-    wall : Wall
-        Where they run.
-    assignment : Assignment
-        What they are held to; `student` chooses the variant of the hidden cases.
-    student, name : str
-        Who handed it in, and the name for a person.
-    unread : sequence of str
-        What was not read.
+    `student` chooses the variant of the hidden cases, `name` is for people, `unread` what was not
+    read.
     """
     start = time.perf_counter()
     sitting = Sitting(program, [one.function for one in assignment.questions], wall)
     try:
+        sitting.open()
         found = _first_round(sitting, assignment, student)
         found |= _follow_through(sitting, assignment, student, found)
     finally:
@@ -258,7 +231,7 @@ def _first_round(
     asked = [
         (question, state, sitting.ask(question, assignment.visible[question.id], state))
         for question in assignment.questions
-        for state in sitting.states(question)
+        for state in sitting.told(question).states
     ]
     found: dict[str, QuestionVerdict] = {}
     for question, state, outcomes in asked:
@@ -292,14 +265,16 @@ def _follow_through(
         best = old = found[question.id]
         if old.passed:
             continue
-        calls = sitting.calls(question)
+        told = sitting.told(question)
         lent = {
             name: source
             for name, source in wrong.items()
-            if name in calls and not assignment.answers(name, question.id)
+            if name in told.calls
+            and name != told.hands_on
+            and not assignment.answers(name, question.id)
         }
         hidden = [case for case in assignment.cases(question.id, student) if case.hidden]
-        for state in sitting.states(question) if lent and hidden else ():
+        for state in told.states if lent and hidden else ():
             new = assess(question, hidden, sitting.ask(question, hidden, state, lent))
             if new.score > best.score:
                 says = (

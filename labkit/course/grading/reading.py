@@ -25,7 +25,7 @@ MAX_TOGETHER = 48 * MEBIBYTE  # of all files of one student
 MAX_FILES = 200  # notebooks and scripts of one student
 MAX_SOURCE = 2 * MEBIBYTE  # of code in them
 MAX_CELLS = 1000
-MAX_BRACKETS = 1_000_000  # in a notebook: each takes memory, and deep ones the parser's stack
+MAX_BRACKETS = 300_000  # in a notebook: each takes memory and time, and deep ones the stack
 TOO_LARGE = "the files are too large or too many; clear the outputs, and hand in your own alone"
 SECONDS, MEMORY, PATIENCE = 10, 1024 * MEBIBYTE, 300.0  # of the process; by the clock
 SKIPPED = {
@@ -163,7 +163,7 @@ def unzipped(name: str, data: bytes) -> Iterator[tuple[str, bytes]]:
 def notebook_cells(name: str, data: bytes) -> Iterator[Cell]:
     """The code cells of a notebook."""
     if data.count(b"[") + data.count(b"{") > MAX_BRACKETS:
-        raise ValueError("it holds too many brackets for a notebook")
+        raise ValueError("it holds too many brackets for a notebook; clear the outputs")
     content: Any = json.loads(data)  # in UTF-8, 16 or 32
     if not isinstance(content, dict) or not isinstance(content.get("cells"), list):
         raise ValueError("it is no notebook of nbformat 4")

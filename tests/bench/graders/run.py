@@ -53,10 +53,10 @@ def write_class(folder: Path, students: int, hostile: int) -> None:
         path.write_text(json.dumps(notebook), encoding="utf-8")
 
 
-def grade(folder: Path, *options: str) -> float:
+def grade(folder: Path) -> float:
     """The seconds that `labkit grade` takes for a folder ``submitted``."""
     shutil.rmtree(folder / "grades", ignore_errors=True)
-    command = [sys.executable, "-m", "labkit", "grade", "submitted", *options]
+    command = [sys.executable, "-m", "labkit", "grade", "submitted"]
     return timed(command, folder, os.environ)
 
 
@@ -87,7 +87,7 @@ def against_nbgrader(folder: Path, students: int, rounds: int) -> None:
     command = [str(NBGRADER), "-m", "nbgrader", "autograde", "lab1", "--create", "--force"]
     for _ in range(rounds):
         theirs = timed(command, folder, environment)
-        ours = grade(folder, "--within", "lab1")
+        ours = grade(folder)
         print(f"{students} notebooks: labkit {ours:.1f} s, nbgrader {theirs:.1f} s", end="")
         print(f", ratio {theirs / ours:.1f}", flush=True)
 
@@ -108,7 +108,7 @@ def main() -> None:
         for hostile in (0, args.hostile):
             shutil.rmtree(folder / "submitted", ignore_errors=True)
             write_class(folder / "submitted", args.students, hostile)
-            seconds = grade(folder, "--within", "lab1")
+            seconds = grade(folder)
             print(f"{args.students} students, {hostile} hostile: {seconds:.0f} s", flush=True)
 
 

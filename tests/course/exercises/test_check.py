@@ -254,7 +254,7 @@ def test_the_students_edition_has_no_hidden_cases(tmp_path):
     ("file", "content", "message"),
     [
         ("questions.json", None, "cannot read .*questions.json: No such file"),
-        ("visible.json", "[1]", "visible.json is no file of an assignment"),
+        ("visible.json", "[1]", "visible.json: it has format None"),
         ("questions.json", '{"format": 99}', "has format 99, this labkit reads 3"),
     ],
 )

@@ -45,9 +45,6 @@ FORGING = {
     for place in range(99):
         session().tell(value=6.0)
 """,
-    "claims a verdict": """
-    session().tell(score=100, values=[6.0])
-""",
     "writes to every descriptor": """
     for number in range(64):
         try:
@@ -59,9 +56,6 @@ FORGING = {
     "says more than can be read": """
     while True:
         os.write(session().writing, b"[" * 65536)
-""",
-    "sends what chokes a reader": """
-    os.write(session().writing, b"[" * 200000 + b"]" * 200000 + b"\\n")
 """,
     "answers from a thread, for ever": """
     def forge(own):
@@ -84,7 +78,6 @@ FORGING = {
     raise Odd("hidden", x)
 """,
     "hangs in C": "    return 10 ** 10 ** 9",
-    "fills the memory": "    return ['a' * 2 ** 28 + str(k) for k in range(99)]",
     "fills the disk": """
     for k in range(10 ** 6):
         with open(f"/box/{k}", "wb") as file:
@@ -313,8 +306,3 @@ def test_a_box_takes_a_user_that_nobody_is(monkeypatch):
         monkeypatch.setattr("labkit.course.grading.box.USERS", iter([7777, 8888]))
         assert unused_user() == 8888
         process.communicate(b"\n")
-
-
-def test_numbers_of_every_kind_survive_the_wall(graded, assignment):
-    code = "import numpy as np\ndef double(x):\n    return np.float32(2) * np.float32(x)\n" + NEGATE
-    assert graded({"a.py": code.encode()}, assignment).score == 5.0

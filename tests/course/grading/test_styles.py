@@ -58,11 +58,9 @@ TIMED = {name: f"%%time\n{RIGHT[name]}" for name in ("rotation", "icp")} | {
 STYLES = {
     "the handed-out notebook": answered(),
     "own LIMITS": answered(LIMITED),
-    "own matched": answered({"icp_step": HELPED.format(helper="matched")}),
     "transform, and an experiment": answered(
         {"icp_step": HELPED.format(helper="transform")}, after=EXPERIMENTS
     ),
-    "names used again": answered(after=EXPERIMENTS),
     "globals()": answered(
         {"has_converged": 'globals()["EPS"] = 0.0\n' + RIGHT["has_converged"].replace(
             "):\n", "):\n    EPS\n", 1)}
@@ -76,10 +74,6 @@ STYLES = {
     "loops and lists": answered(functions(plain_python), before=(
         "import math\n" + functions(plain_python)["centroid"],)),
     "homogeneous": answered(functions(homogeneous)),
-    "late helpers": answered(
-        {"icp_step": HELPED.format(helper="shifted").partition("\n\n\n")[2]},
-        after=(HELPED.format(helper="shifted").partition("\n\n\n")[0],),
-    ),
     "checks and text deleted": answered(checks=False, closing=False),
     "magics": answered(TIMED, before=MAGIC),
     "classes": answered({"align": RIGHT["align"]}, before=(CLASSES.format(numpy=NUMPY),)),
@@ -89,10 +83,8 @@ STYLES = {
         "icp": "import time\n" + ICP.replace("        if", "        time.sleep(9)\n        if", 1)
     }),
     "UTF-16": json.dumps(json.loads(answered())).encode("utf-16"),
-    "input": answered(before=("name = input('who?')\nprint(name)",)),
     "one cell": notebook([cell("import open3d, numpy as np\n" + SCRIPT + "fitness = 3")]),
     "Colab": answered(before=("from google.colab import drive\ndrive.mount('/content/drive')",)),
-    "4 MB of outputs": notebook([cell(SCRIPT) | {"outputs": [{"text": "x" * (4 << 20)}]}]),
     "a stub again below": answered(after=(STUB.format("icp"), STUB.format("rotation"))),
     "cKDTree": answered({"nearest_neighbors": "from scipy.spatial import cKDTree\n\n\n"
         "def nearest_neighbors(source, target):\n    d, i = cKDTree(target).query(source)\n"
@@ -101,18 +93,14 @@ STYLES = {
 }  # fmt: skip
 SCRIPTS = {
     "script": SCRIPT.encode(),
-    "import numpy": SCRIPT.replace("import numpy as np", "import numpy").replace(
-        "np.", "numpy.").encode(),
     "from numpy import *": SCRIPT.replace("import numpy as np", STARRED).replace(
         "np.", "").encode(),
-    "no import": SCRIPT.replace("import numpy as np\n", "").encode(),
     "latin-1": f"# -*- coding: latin-1 -*-\n# é\n{SCRIPT}".encode("latin-1"),
     "jupytext": ("# %% [markdown]\n# # Lab\n\n# %%\n" + SCRIPT + "\n# %%\n%matplotlib inline\n"
                  "# %%\n1 / 0\n").encode(),
     "nbconvert": ("#!/usr/bin/env python\n# coding: utf-8\n\n# In[1]:\n\n" + SCRIPT
                   + "\n# In[ ]:\n\nget_ipython().system('ls')\n").encode(),
     "main": (SCRIPT + "\nif __name__ == '__main__':\n    assert rotation(0)[0, 0] == 2\n").encode(),
-    "broken end": (SCRIPT + "\ndef half(\n").encode(),
 }  # fmt: skip
 
 

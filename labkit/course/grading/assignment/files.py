@@ -1,8 +1,6 @@
-"""The assignment's files, how they are read, and the secret that the hidden ones are drawn from.
+"""The assignment's files, and the secret that the hidden ones are drawn from.
 
-`questions.json` and `visible.json` are for everybody; `hidden/` is left out of what students
-get. ``python -m labkit.course.authoring`` writes them. Without a secret of the course, anybody who
-has this repository computes the same hidden cases.
+`questions.json` and `visible.json` are for everybody; `hidden/` is left out of what students get.
 """
 
 from __future__ import annotations
@@ -34,18 +32,10 @@ LEAST = 16  # bytes of a secret
 
 
 def load_assignment(folder: str | os.PathLike[str] = FOLDER, *, hidden: bool = True) -> Assignment:
-    """Read an assignment from its folder, by default labkit's own.
+    """Read an assignment from its folder; a grader wants the `hidden` cases, a notebook has none.
 
-    A grader wants the `hidden` cases, a notebook has none.
+    Raises `LabkitError` if a file is missing or of another format.
 
-    Raises
-    ------
-    LabkitError
-        If a file is missing or of another format; if the hidden cases are wanted and this is
-        the students' edition.
-
-    Examples
-    --------
     >>> load_assignment(hidden=False).question("huber_weights").signature
     '(residuals, delta)'
     """
@@ -59,10 +49,7 @@ def _load(folder: Path, hidden: bool) -> Assignment:
     visible = _cases(_read(folder / "visible.json", digest), False)
     files = sorted((folder / "hidden").glob("variant_*.json")) if hidden else []
     if hidden and not files:
-        raise LabkitError(
-            f"{folder} holds no hidden cases: this is the students' edition; grade with the "
-            f"instructor's one, or {WRITE}"
-        )
+        raise LabkitError(f"{folder} holds no hidden cases: this is the students' edition; {WRITE}")
     course = folder / "hidden" / COURSE
     kept = _read(course, digest) if hidden and course.exists() else {}
     return Assignment(
@@ -80,66 +67,51 @@ def _read(path: Path, digest: Any) -> dict[str, Any]:
     try:
         data = path.read_bytes()
         content: dict[str, Any] = json.loads(data)
+        version = content.get("format") if isinstance(content, dict) else None
+        if version != FORMAT:
+            raise ValueError(f"it has format {version!r}, this labkit reads {FORMAT}")
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", error)
         raise LabkitError(f"cannot read {path}: {why}; {WRITE}") from None
     digest.update(data)
-    version = content.get("format") if isinstance(content, dict) else None
-    if version != FORMAT:
-        raise LabkitError(
-            f"{path} is no file of an assignment: it has format {version!r}, this labkit reads "
-            f"{FORMAT}; {WRITE}"
-        )
     return content
 
 
 def _question(fields: dict[str, Any]) -> Question:
-    return Question(
-        **{
-            **fields,
-            "answer": Answer(fields["answer"]),
-            "misconceptions": tuple(Misconception(**known) for known in fields["misconceptions"]),
-        }
-    )
+    known = tuple(Misconception(**each) for each in fields["misconceptions"])
+    return Question(**fields | {"answer": Answer(fields["answer"]), "misconceptions": known})
 
 
 def _cases(content: dict[str, Any], hidden: bool) -> Cases:
-    return {
-        question: tuple(_case(**fields, hidden=hidden) for fields in cases)
-        for question, cases in content["cases"].items()
-    }
+    def case(fields: dict[str, Any]) -> Case:
+        fields |= {name: _values(fields[name]) for name in ("arguments", "expected")}
+        fields["mistaken"] = {id: _values(each) for id, each in fields["mistaken"].items()}
+        return Case(hidden=hidden, **fields)
+
+    return {question: tuple(map(case, cases)) for question, cases in content["cases"].items()}
 
 
-def _case(
-    arguments: list[Any], expected: list[Any], mistaken: dict[str, list[Any]], **fields: Any
-) -> Case:
-    return Case(
-        arguments=tuple(map(from_json, arguments)),
-        expected=tuple(map(from_json, expected)),
-        mistaken={id: tuple(map(from_json, answers)) for id, answers in mistaken.items()},
-        **fields,
-    )
+def _values(trees: list[Any]) -> tuple[Any, ...]:
+    return tuple(map(from_json, trees))
 
 
 def cases_beside(path: str | os.PathLike[str]) -> Path:
-    """The folder of the cases that are drawn from the secret in a file.
-
-    >>> cases_beside("course.secret").as_posix()
-    'course.secret.cases'
-    """
+    """The folder of the cases that are drawn from the secret in a file: ``course.secret.cases``."""
     return Path(f"{os.fspath(path)}.cases")
 
 
 def refuse_outdated(drawn: Assignment, now: Assignment, secret: str | os.PathLike[str]) -> None:
     """Raise `LabkitError` where cases were drawn for other questions than there are now."""
-    before, after = ({one.id: one for one in each.questions} for each in (drawn, now))
-    differs = [f"`{id}` is new" for id in after if id not in before]
-    differs += [f"`{id}` is gone" for id in before if id not in after]
-    for id in before.keys() & after.keys():
-        for field in ("title", "points", "signature", "docstring", "answer", "chance"):
-            was, is_now = getattr(before[id], field), getattr(after[id], field)
-            if was != is_now:
-                differs.append(f"the {field} of `{id}` was {was!r} and is {is_now!r}")
+    names = ("title", "points", "signature", "docstring", "answer", "chance")
+    before, after = (
+        {(one.id, name): getattr(one, name) for one in each.questions for name in names}
+        for each in (drawn, now)
+    )
+    differs = [
+        f"the {name} of `{id}` was {before.get((id, name))!r} and is {after.get((id, name))!r}"
+        for id, name in before | after
+        if before.get((id, name)) != after.get((id, name))
+    ]
     if differs:
         raise LabkitError(
             f"{cases_beside(secret)} was drawn for an older assignment: {'; '.join(differs[:3])}. "
@@ -148,13 +120,7 @@ def refuse_outdated(drawn: Assignment, now: Assignment, secret: str | os.PathLik
 
 
 def read_secret(path: Path, *, make: bool = False) -> bytes:
-    """The secret in a file; `make` one for its owner alone where there is none.
-
-    Raises
-    ------
-    LabkitError
-        Where the file cannot be read or written, or holds next to nothing.
-    """
+    """The secret in a file, a `LabkitError` without one; `make` one for its owner alone."""
     try:
         if make and not path.exists():
             path.touch(mode=0o600)

@@ -1,8 +1,4 @@
-"""The assignment as data: questions, their cases, and the answers of known mistakes.
-
-What a student may see and what not are files of their own: the students' edition leaves
-``hidden/`` out, and everything but grading works without it.
-"""
+"""The assignment as data: questions, their cases, and the answers of known mistakes."""
 
 from __future__ import annotations
 
@@ -77,10 +73,8 @@ class Question:
 class Case:
     """One call of a question's function, and what is known about its answer.
 
-    `mistaken` holds the answers of each misconception: one, or several where the mistake leaves
-    it open (a sign that the SVD may choose, a reading of the lesson). One that fails here, or
-    ends where rounding leads it, has none. How `tolerance` follows from the case's conditioning
-    is told in `labkit.course.authoring.references`.
+    `mistaken` holds the answers of each misconception: several where the mistake leaves it open (a
+    sign that the SVD may choose), none where it fails or ends where rounding leads it.
     """
 
     id: str  # unique within the question; says nothing about the case
@@ -101,7 +95,7 @@ class Assignment:
     """All questions and cases.
 
     Each of the `variants` holds the hidden cases, equally hard with other numbers; a student gets
-    one of them. The students' edition has none.
+    one of them.
     """
 
     title: str
@@ -119,18 +113,13 @@ class Assignment:
         return sum(question.points for question in self.questions)
 
     def question(self, id: str) -> Question:
-        """The question of that id.
-
-        Raises
-        ------
-        InvalidParameterError
-            Where there is none; the message lists those there are.
-        """
-        for question in self.questions:
-            if question.id == id:
-                return question
-        known = ", ".join(question.id for question in self.questions)
-        raise InvalidParameterError(f"must be one of {known}, got {id!r}", parameter="question")
+        """The question of that id; `InvalidParameterError` where there is none."""
+        known = {question.id: question for question in self.questions}
+        if id in known:
+            return known[id]
+        raise InvalidParameterError(
+            f"must be one of {', '.join(known)}, got {id!r}", parameter="question"
+        )
 
     def lent(self, id: str) -> str:
         """The source of a right function and of the earlier ones that it calls, and no more."""
@@ -142,10 +131,7 @@ class Assignment:
         return "\n\n".join(found)
 
     def answers(self, one: str, other: str) -> bool:
-        """True if a right function of one question would answer the other outright.
-
-        It does where it takes all that the other takes, and returns the same kind of result.
-        """
+        """True if one right function takes all that the other does, and answers it outright."""
         mine, asked = self.question(one), self.question(other)
         takes = set(re.findall(r"\w+", asked.signature)) <= set(re.findall(r"\w+", mine.signature))
         return takes and mine.answer is asked.answer

@@ -14,9 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-Value: TypeAlias = (
-    NDArray[Any] | float | int | bool | str | tuple["Value", ...] | dict[str, "Value"] | None
-)
+Value: TypeAlias = NDArray[Any] | float | str | tuple["Value", ...] | dict[str, "Value"] | None
 """Plain data. Arrays are float64, int64 or bool; a student's list arrives as a tuple."""
 MOST, NODE, MAX_NESTING, MAX_MESSAGE = 1 << 16, 24, 12, 480
 DTYPES = {"f": "float64", "i": "int64", "u": "int64", "b": "bool"}

@@ -84,7 +84,7 @@ class Session:
     def read(self, seconds: float, cells: list[tuple[str, str]], **given: Any) -> None:
         """Run cells (source, label) in turn, and say what they define of the given functions."""
         self.functions, self.finder.scripts = given["functions"], given["scripts"]
-        notes, broken = list[str](), dict[str, str]()
+        notes = list[str]()
         self.space.update({name: standins.StandIn(name) for name in ("display", "get_ipython")})
         self.space["np"] = np
         time.sleep = lambda _: None  # who draws step by step waits for nobody here
@@ -94,16 +94,14 @@ class Session:
             self.tell(cell=place)
             before = dict(self.answers)
             fault = self.run_cell(source, label, seconds)
-            if fault:
-                notes.append(fault)
-                broken |= {one: fault for one in self.functions if f"def {one}(" in source}
+            notes += [fault] * bool(fault)
             for name, value in self.answers.items():
                 if value is not before.get(name):
                     self.states["last", name] = kept = self.space | self.answers
                     if name not in before or parsing.is_stub(before[name]):
                         self.states["first", name] = kept
         self.states |= {("end", name): self.space | self.answers for name in self.answers}
-        self.tell(notes=notes[:60], broken=broken, answers=self.described())
+        self.tell(notes=notes[:60], answers=self.described())
 
     def run_cell(self, source: str, label: str, seconds: float) -> str:
         """Run the statements of a cell one by one; why it was not run to its end.

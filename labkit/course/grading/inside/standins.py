@@ -45,8 +45,6 @@ class StandIn(types.ModuleType):
     def __bool__(self) -> bool:
         return False
 
-    def __setitem__(self, *_: Any) -> None: ...
-
     def __exit__(self, *_: Any) -> None: ...
 
     def __array__(self, *_: Any, **__: Any) -> Any:
@@ -55,6 +53,7 @@ class StandIn(types.ModuleType):
 
     __float__ = __int__ = __index__ = __len__ = __array__
     __enter__ = __getitem__ = __call__
+    __setitem__ = __exit__
     __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __or__ = __call__
 
 

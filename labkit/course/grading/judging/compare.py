@@ -1,7 +1,6 @@
-"""Judging outcomes: right or wrong, how far off, and which known mistake it was.
+"""Judging outcomes, in the grader and in `check`: right or wrong, and which known mistake it was.
 
-The one judge of the course: the assignment's grader, its `check` and the chapters' `check` come
-here. The answers that are compared with are data; nothing here computes one.
+The answers that are compared with are data; nothing here computes one.
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ from labkit.course.grading.inside.data import Value
 from labkit.course.grading.judging.kinds import Unreadable, read, sentences
 from labkit.course.grading.judging.relations import general, numbers, relations
 from labkit.course.grading.judging.verdict import (
-    CELL_FAILED,
     KILLED,
     NO_RESULT,
     NOT_DEFINED,
@@ -33,12 +31,8 @@ ADVICE_ON = {
     "FileNotFoundError": "no file is there while grading, so keep the answers free of files",
     "EOFError": "nobody types while grading, so take `input` out",
 }
-OF_THE_WHOLE = {
-    NOT_DEFINED: "there is no function `{function}`; was it renamed or left out?",
-    CELL_FAILED: "its cell did not run{why}; run the whole notebook afresh to see why.",
-}
 ADVICE = {
-    **OF_THE_WHOLE,
+    NOT_DEFINED: "there is no function `{function}`: its cell did not run, or it has another name.",
     "NotImplementedError": "it is not written yet.",
     NO_RESULT: "the result is wrong.",
     "OutOfTime": "it took too long; does a loop have no end?",
@@ -46,6 +40,7 @@ ADVICE = {
     "ChangedError": "it changed an argument in place{why}; work on a copy.",
 }
 
+ALL_VISIBLE = "All visible cases pass; grading tries others."
 ENOUGH = 6  # wrong entries that tell a family from chance where all are whole numbers
 
 
@@ -59,9 +54,8 @@ def assess(
     otherwise one wrong answer, learnt by heart, would be worth as much as a function. Visible
     cases, whose answers are handed out, count where there are no hidden ones.
     """
-    pairs = list(zip(cases, outcomes, strict=True))
-    verdicts = [judge(question, *pair) for pair in pairs]
-    known = None if all(one.passed for one in verdicts) else recognise(question, cases, outcomes)
+    verdicts = [judge(question, *pair) for pair in zip(cases, outcomes, strict=True)]
+    known = recognise(question, cases, outcomes)
     counting = [place for place, case in enumerate(cases) if case.hidden] or range(len(cases))
     share = sum(verdicts[place].passed for place in counting) / len(counting)
     share = max(0.0, (share - question.chance) / (1.0 - question.chance))
@@ -108,10 +102,9 @@ def recognise(
 ) -> Misconception | None:
     """The one known mistake that gives all these answers, right and wrong ones; or None.
 
-    A call that brought no answer speaks neither for a mistake nor against it. A listed mistake
-    without an answer in a case fails there, or ends somewhere else on each machine: any wrong
-    answer fits. Where none is listed, families are tried: relations of the answers to the right
-    ones, then changes of the arguments, whose answers are known in visible cases alone.
+    A call that brought no answer speaks neither for a mistake nor against it. Where a listed
+    mistake has no answer, any wrong one fits. Where none is listed, families are tried: relations
+    of the answers to the right ones, then changes of the arguments, known in visible cases alone.
     """
     given = [
         (case, outcome.value, is_right(question, case, outcome.value))
@@ -135,12 +128,13 @@ def recognise(
     listed = [known for known in explaining if not known.family]
     if listed:
         return listed[0] if len(listed) == 1 else None
-    related = [replace(general(id), chapter=question.chapter) for id in _relations(question, given)]
-    if all(_is_whole(question, case) for case in wrong):  # whole numbers agree by chance
-        is_enough = sum(_count_wrong(question, *each[:2]) for each in given) >= ENOUGH
-        found = related + (explaining if is_enough else [])
-        return found[0] if len(found) == 1 else None
-    return next(iter(related + explaining), None)
+    found = [replace(general(id), chapter=question.chapter) for id in _relations(question, given)]
+    answers = [one for case in wrong for one in _accepted(question.answer, case)]
+    if not all((one == np.round(one)).all() for one in answers):
+        return next(iter(found + explaining), None)
+    if sum(_count_wrong(question, case, value) for case, value, _ in given) >= ENOUGH:
+        found += explaining
+    return found[0] if len(found) == 1 else None  # whole numbers agree by chance
 
 
 def _count_wrong(question: Question, case: Case, value: Value) -> int:
@@ -151,49 +145,40 @@ def _count_wrong(question: Question, case: Case, value: Value) -> int:
 
 def _relations(question: Question, given: Sequence[tuple[Case, Value, bool]]) -> list[str]:
     """The relations to the right answers that all answers have."""
-    left: dict[str, None] | None = None
+    left = list(relations(question.answer, given[0][0]))
     for case, value, _ in given:
-        got = numbers(question.answer, value)
-        fitting = {
-            id: None
-            for id, wrong in relations(question.answer, case).items()
-            if (left is None or id in left)
-            and got is not None
-            and any(_close(got, one, _allowed(question, case, one)) for one in wrong)
-        }
-        left = fitting
-    return list(left or ())
-
-
-def _is_whole(question: Question, case: Case) -> bool:
-    return all(
-        bool((wanted == np.round(wanted)).all()) for wanted in _accepted(question.answer, case)
-    )
+        got, known = numbers(question.answer, value), relations(question.answer, case)
+        left = [
+            id
+            for id in left
+            if got is not None
+            and any(_close(got, one, _allowed(question, case, one)) for one in known.get(id, ()))
+        ]
+    return left
 
 
 def is_right(question: Question, case: Case, value: Value) -> bool:
     """True if a value agrees with one of the accepted answers."""
-    got = _read(question.answer, value)
-    if isinstance(got, str):
-        return False
-    for wanted in _accepted(question.answer, case):
-        is_several = question.answer is Answer.NUMBERS
-        allowed = _allowed(question, case, wanted) if is_several else case.tolerance
-        if _close(_adjusted(got, wanted, question, case), wanted, allowed):
-            return True
-    return False
+    got, is_several = _read(question.answer, value), question.answer is Answer.NUMBERS
+    return not isinstance(got, str) and any(
+        _close(
+            _adjusted(got, wanted, question, case),
+            wanted,
+            _allowed(question, case, wanted) if is_several else case.tolerance,
+        )
+        for wanted in _accepted(question.answer, case)
+    )
 
 
 def is_answer_of(misconception: str, question: Question, case: Case, value: Value) -> bool:
     """True if a value is what that mistake gives here, be it a form that cannot be read."""
     got = _as_given(question.answer, value)
-    for wrong in _wrong(question.answer, case, misconception):
-        if isinstance(got, str) or isinstance(wrong, str):
-            if isinstance(got, str) and isinstance(wrong, str) and got == wrong:
-                return True
-        elif _close(got, wrong, _allowed(question, case, wrong)):
-            return True
-    return False
+    return any(
+        str(got) == str(wrong)
+        if isinstance(got, str) or isinstance(wrong, str)
+        else _close(got, wrong, _allowed(question, case, wrong))
+        for wrong in _wrong(question.answer, case, misconception)
+    )
 
 
 def _adjusted(got: FloatArray, wanted: FloatArray, question: Question, case: Case) -> FloatArray:
@@ -251,11 +236,9 @@ def _close(got: FloatArray, wanted: FloatArray, tolerance: FloatArray | float) -
 
 def _allowed(question: Question, case: Case, answer: FloatArray) -> FloatArray | float:
     """The tolerance at an answer; a mistake's can be far larger than the right one."""
-    sizes = np.nan_to_num(np.abs(answer), posinf=1.0)
-    if question.answer is Answer.NUMBERS:  # each has a unit, and so a size, of its own
-        allowed: FloatArray = np.maximum(1.0, sizes) * case.tolerance
-        return allowed
-    return case.tolerance * float(sizes.max(initial=1.0))
+    sizes: FloatArray = np.maximum(1.0, np.nan_to_num(np.abs(answer), posinf=1.0))
+    is_several = question.answer is Answer.NUMBERS  # each has a unit, and so a size, of its own
+    return case.tolerance * (sizes if is_several else float(sizes.max(initial=1.0)))
 
 
 def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
@@ -282,10 +265,7 @@ def _message(
     shown = [verdict for verdict in verdicts if not verdict.hidden] or verdicts
     always = {verdict.reason.partition(": ")[2] for verdict in shown}
     if passed == len(verdicts):
-        return (
-            "All cases pass." if hidden else "All visible cases pass; grading tries others.",
-            True,
-        )
+        return "All cases pass." if hidden else ALL_VISIBLE, True
     if all(outcome.error == "NotImplementedError" for outcome in outcomes):
         called = re.match(r"`\w+` is not written yet", outcomes[0].message)
         return f"{called[0] if called else f'`{question.function}` is not written yet'}.", True
@@ -293,8 +273,6 @@ def _message(
         read_on = f" See {known.chapter}." if known.chapter else ""
         return f"This looks like a known mistake: {known.says}{read_on}", False
     if passed == 0 and len(always) == 1:
-        if all(outcome.error in OF_THE_WHOLE for outcome in outcomes):
-            return _capital(*always), True
         return f"No case passes: {always.pop()}", True
     text = f"{passed} of {len(verdicts)} cases pass."
     if passed and hidden:

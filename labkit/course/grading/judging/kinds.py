@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 
 import numpy as np
 
@@ -36,18 +37,11 @@ class Unreadable(Exception):
 
 
 def read(answer: Answer, value: Value) -> FloatArray:
-    """The answer as a float array, whose length is not judged here.
+    """The answer as a float array; `Unreadable` where the value is of another kind.
 
     MATRIX gives (n, n), VECTOR, NUMBERS and MASK (N,), TRANSFORM (3, 3), or (4, 4) in space,
     MATCHES (N, 2), POSES (K, 3), NUMBER and FLAG ().
 
-    Raises
-    ------
-    Unreadable
-        Where the value is of another kind.
-
-    Examples
-    --------
     >>> read(Answer.TRANSFORM, (((1, 0), (0, 1)), (2, 3))).tolist()
     [[1.0, 0.0, 2.0], [0.0, 1.0, 3.0], [0.0, 0.0, 1.0]]
     """
@@ -78,9 +72,7 @@ def read(answer: Answer, value: Value) -> FloatArray:
 
 def _read_transform(value: Value) -> FloatArray:
     if isinstance(value, dict):
-        if "T" not in value and not {"R", "t"} <= value.keys():
-            raise Unreadable('it returned a dict without "R" and "t", or "T"')
-        value = value["T"] if "T" in value else (value["R"], value["t"])
+        value = value["T"] if "T" in value else (value.get("R"), value.get("t"))
     if isinstance(value, tuple) and len(value) == 2:
         R, t = (_floats(part, Answer.TRANSFORM) for part in value)
         if t.ndim == 2 and R.size == len(t) == t.shape[1]:
@@ -111,28 +103,23 @@ def _read_matches(value: Value) -> FloatArray:
 
 
 def _floats(value: Value, answer: Answer) -> FloatArray:
-    if isinstance(value, str | dict) or (isinstance(value, tuple) and not value):
-        raise Unreadable(f"it returned {_kind(value)}, expected {EXPECTED[answer]}")
-    try:
-        if not _is_numeric(value):
-            raise ValueError
-        return np.asarray(value).astype(np.float64)
-    except (ValueError, TypeError, OverflowError):
-        raise Unreadable(
-            f"it returned {_kind(value)} that is no array of numbers, expected {EXPECTED[answer]}"
-        ) from None
+    with suppress(ValueError, OverflowError):
+        if _is_numeric(value):
+            return np.asarray(value).astype(np.float64)
+    what = f"{_kind(value)}{' that is no array of numbers' * isinstance(value, tuple)}"
+    raise Unreadable(f"it returned {what}, expected {EXPECTED[answer]}")
 
 
 def _is_numeric(value: Value) -> bool:
     """True if it is numbers alone: of many texts numpy would give each the room of the longest."""
     if isinstance(value, tuple):
-        return all(map(_is_numeric, value))
+        return bool(value) and all(map(_is_numeric, value))
     return isinstance(value, np.ndarray | float | int)
 
 
 def _kind(value: Value) -> str:
     names = {"ndarray": "an array", "tuple": "a list or tuple", "bool": "True or False",
-             "str": "a text", "dict": "a dict"}  # fmt: skip
+             "str": "a text", "dict": "a dict", "NoneType": "None"}  # fmt: skip
     return names.get(type(value).__name__, "a number")
 
 
@@ -188,13 +175,12 @@ def _shown(value: object) -> str:
     if isinstance(value, np.ndarray):
         text = np.array2string(value, precision=4, separator=", ", max_line_width=999)
         return text.replace("\n", "").replace("  ", " ")
-    if isinstance(value, tuple | list) and all(isinstance(one, float | int) for one in value):
-        return f"({', '.join(map(_shown, value))})"
-    if isinstance(value, tuple | list) and not hasattr(value, "_fields"):
-        return f"{len(value)} entries"
-    if isinstance(value, float | int) and not isinstance(value, bool):
-        return f"{value:.5g}"
-    return str(value) if isinstance(value, bool) else f"a {type(value).__name__}"
+    if isinstance(value, tuple | list):
+        numeric = all(isinstance(one, float | int) for one in value)
+        return f"({', '.join(map(_shown, value))})" if numeric else f"{len(value)} entries"
+    if isinstance(value, bool):
+        return str(value)
+    return f"{value:.5g}" if isinstance(value, float | int) else f"a {type(value).__name__}"
 
 
 def _matrix(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
@@ -227,19 +213,12 @@ def _rotation(got: FloatArray, wanted: FloatArray) -> Iterator[str]:
 
 def _numbers(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     error = np.abs(got - wanted)[np.isfinite(wanted)]
-    unit = f" {question.unit}" if question.unit else ""
+    low, high = question.low, question.high
+    if low is not None and high is not None and (outside := (got < low) | (got > high)).any():
+        yield f"{_share(outside)} of the numbers lie outside [{low:g}, {high:g}]."
     if got.size > 1:
-        most = _size(float(error.max(initial=0.0)), unit)
+        most = _size(float(error.max(initial=0.0)), f" {question.unit}".rstrip())
         yield f"{_share(error > case.tolerance)} of the numbers are off, by up to {most}."
-
-
-def _matches(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
-    wrong = got[:, 0] != wanted[:, 0]
-    if wrong.any():
-        yield f"{_share(wrong)} of the indices are wrong."
-    error = float(np.abs(got[:, 1] - wanted[:, 1]).max())
-    if error > case.tolerance:
-        yield f"the distances are off by up to {_size(error, ' m')}."
 
 
 def _mask(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
@@ -258,10 +237,8 @@ def _poses(question: Question, case: Case, got: FloatArray, wanted: FloatArray) 
     if shift < 1e-4 and whole:
         yield "the poses are right, but some headings lie outside (−π, π]: wrap them."
         return
-    yield (
-        f"the positions are off by up to {_size(shift, ' m')}, "
-        f"the headings by up to {_size(math.degrees(turn.max()), '°')}."
-    )
+    turned = _size(math.degrees(turn.max()), "°")
+    yield f"the positions are off by up to {_size(shift, ' m')}, the headings by up to {turned}."
 
 
 def _size(number: float, unit: str) -> str:
@@ -278,7 +255,6 @@ def _share(wrong: BoolArray) -> str:
 _TEXTS: dict[Answer, Callable[[Question, Case, FloatArray, FloatArray], Iterator[str]]] = {
     Answer.MATRIX: _matrix,
     Answer.TRANSFORM: _matrix,
-    Answer.MATCHES: _matches,
     Answer.MASK: _mask,
     Answer.POSES: _poses,
 }  # of all others `_numbers`

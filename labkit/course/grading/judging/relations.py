@@ -1,7 +1,6 @@
 """Families of mistakes in the answer: relations of a wrong answer to the right one.
 
-They hold for every question of a kind, and need nothing but the answers and the arguments. Each
-sentence says how the answers are related, which is true wherever they are in all cases.
+Each sentence says how the answers are related, which is true wherever they are in all cases.
 """
 
 from __future__ import annotations
@@ -32,24 +31,16 @@ def _frames(change: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatAr
 
 
 OF_MOTIONS: dict[str, Row] = {
-    "inverse": (0.5, "This is the inverse of what is asked: it maps the other way round. Are "
-        "source and target swapped, or two frames?", _frames(lambda R, t: (R.T, -R.T @ t))),
+    "inverse": (0.5, "This is the inverse: are source and target swapped, or two frames?",
+        _frames(lambda R, t: (R.T, -R.T @ t))),
     "rotation_transposed": (0.5, "R is transposed: it turns the other way.",
         _frames(lambda R, t: (R.T, t))),
+    "rotation_missing": (0.2, "There is no rotation.", _frames(lambda R, t: (np.eye(len(t)), t))),
     "translation_negated": (0.4, "The sign of the translation is turned round.",
         _frames(lambda R, t: (R, -t))),
-    "translation_missing": (0.5, "The rotation is right, but the translation is left out.",
-        _frames(lambda R, t: (R, 0.0 * t))),
-    "rotation_missing": (0.2, "The translation is right, but there is no rotation.",
-        _frames(lambda R, t: (np.eye(len(t)), t))),
-    "translation_turned": (0.4, "The translation is turned once too often, by R.",
-        _frames(lambda R, t: (R, R @ t))),
+    "translation_missing": (0.5, "The translation is left out.", _frames(lambda R, t: (R, 0 * t))),
     "translation_turned_back": (0.4, "The translation is in the other frame: turned by Rᵀ.",
         _frames(lambda R, t: (R, R.T @ t))),
-    "translation_of_inverse": (0.4, "The rotation is right; the translation is that of the "
-        "inverse, −Rᵀ t.", _frames(lambda R, t: (R, -R.T @ t))),
-    "translation_of_target": (0.4, "R is transposed, and t is turned by it.",
-        _frames(lambda R, t: (R.T, R.T @ t))),
     "axes_of_translation": (0.4, "x and y of the translation are exchanged.",
         _frames(lambda R, t: (R, t[::-1]))),
     "reflection": (0.25, "This is a reflection: an axis of the rotation has the wrong sign.",
@@ -62,76 +53,51 @@ OF_MATRICES: dict[str, Row] = {
 OF_NUMBERS: dict[str, Row] = {
     "sign_turned": (0.5, "This is minus the answer: the sign is turned round.", np.negative),
     "sign_lost": (0, "The sign is lost: the size is right.", np.abs),
-    "in_degrees": (0.5, "This is 180/π times the answer: angles are in radians here, not degrees.",
-        np.rad2deg),
+    "in_degrees": (0.5, "This is 180/π times the answer: give radians, not degrees.", np.rad2deg),
     "in_radians": (0, "This is π/180 times the answer.", np.deg2rad),
     "squared": (0.5, "This is the square of the answer: is a root missing?", np.square),
     "rooted": (0.5, "This is the square root of the answer.", lambda x: np.sqrt(np.abs(x))),
     "doubled": (0, "This is twice the answer.", lambda x: 2.0 * x),
     "halved": (0, "This is half of the answer.", lambda x: 0.5 * x),
-    "complement": (0.4, "This is one minus the answer: the share of the others.",
-        lambda x: 1.0 - x),
-    "percent": (0.5, "This is a hundred times the answer: a share is a number from 0 to 1.",
-        lambda x: 100.0 * x),
-    "millimetres": (0.5, "This is a thousand times the answer: lengths are in metres here.",
-        lambda x: 1000.0 * x),
-    "upside_down": (0.4, "This is one divided by the answer: are two numbers exchanged?",
-        lambda x: 1.0 / x),
+    "complement": (0.4, "This is one minus the answer, the others' share.", lambda x: 1.0 - x),
+    "percent": (0.5, "This is a hundred times the answer: give no percent.", lambda x: 100.0 * x),
+    "millimetres": (0.5, "This is a thousand times the answer: give metres.", lambda x: 1000.0 * x),
+    "upside_down": (0.4, "This is one divided by the answer: is it upside down?", lambda x: 1 / x),
     "one_more": (0.8, "This is one too much: counted from 1, or from 0?", lambda x: x + 1.0),
     "one_less": (0.8, "This is one too little: counted from 0, or from 1?", lambda x: x - 1.0),
-}  # fmt: skip
+}
 OF_ROWS: dict[str, Row] = {
     "reversed": (0, "The numbers are right, but in reversed order.", lambda x: x[::-1]),
     "sorted": (0, "The numbers are right, but sorted: each belongs to its own entry.", np.sort),
     "mean": (0, "This is the mean; asked for is one number for each entry.", np.mean),
     "sum": (0, "This is the sum; asked for is one number for each entry.", np.sum),
-    "mean_square": (0, "This is the root mean square; asked for is one number for each entry.",
-        lambda x: np.sqrt(np.mean(x**2))),
-    "added_up": (0, "The numbers are added up on the way; each is for its own entry.", np.cumsum),
-    "axes_exchanged": (0, "x and y of the answer are exchanged.",
-        lambda x: np.append(x[1::-1], x[2:])),
-    "first_missing": (0, "The first entry is missing.", lambda x: x[1:]),
-    "last_missing": (0, "The last entry is missing.", lambda x: x[:-1]),
-    "normalised": (0, "The numbers are divided by their sum.", lambda x: x / x.sum()),
-}  # fmt: skip
-
-OF_MASKS: dict[str, Row] = {
-    "mask_inverted": (0.4, "The mask is inverted: True is where False belongs.", lambda x: 1.0 - x),
-    "indices": (0.7, "These are the indices of the entries that are True; asked for is a mask, one "
-        "entry a pair.", np.flatnonzero),
-    "all": (0, "Every entry is True, whatever is given.", np.ones_like),
-    "none": (0, "Every entry is False, whatever is given.", np.zeros_like),
-    "reversed_mask": (0, "The mask is right, but in reversed order.", lambda x: x[::-1]),
-}  # fmt: skip
-OF_FLAGS: dict[str, Row] = {
-    "inverted": (0, "True and False are swapped.", lambda x: 1.0 - x),
+    "axes_exchanged": (0, "x and y are exchanged.", lambda x: np.append(x[1::-1], x[2:])),
+}
+CONSTANTS: dict[str, Row] = {
     "always": (0, "It says True whatever it is given.", np.ones_like),
     "never": (0, "It says False whatever it is given.", np.zeros_like),
 }
+OF_FLAGS: dict[str, Row] = {"inverted": (0, "True and False are swapped.", lambda x: 1.0 - x)}
+OF_MASKS: dict[str, Row] = {
+    "mask_inverted": (0.4, "The mask is inverted: True is where False belongs.", lambda x: 1.0 - x),
+    "indices": (0.7, "These are indices; asked for is a mask, one entry a pair.", np.flatnonzero),
+}
 OF_POSES: dict[str, Row] = {
-    "headings_in_degrees": (0.5, "The headings are in degrees here; all angles are in radians.",
+    "headings_in_degrees": (0.5, "The headings are in degrees; angles are in radians.",
         lambda x: x * (1.0, 1.0, 180.0 / np.pi)),
     "headings_negated": (0.4, "The headings have the wrong sign.", lambda x: x * (1.0, 1.0, -1.0)),
-    "headings_of_path": (0, "The headings are left out.", lambda x: x * (1.0, 1.0, 0.0)),
     "axes_of_poses": (0.4, "x and y are exchanged.", lambda x: x[:, [1, 0, 2]]),
     "poses_transposed": (0.6, "The poses stand in columns; each is to be a row.", np.transpose),
-    "first_pose_missing": (0.7, "The first pose is missing: K steps make K + 1 poses.",
-        lambda x: x[1:]),
-    "last_pose_missing": (0.7, "The last pose is missing: K steps make K + 1 poses.",
-        lambda x: x[:-1]),
-    "last_pose": (0.3, "This is the last pose alone; asked for are all.", lambda x: x[-1:]),
+    "first_pose_missing": (0.7, "The first pose is missing.", lambda x: x[1:]),
+    "last_pose_missing": (0.7, "The last pose is missing.", lambda x: x[:-1]),
 }  # fmt: skip
 SCALED: dict[str, tuple[float, str]] = {
     "times_count": (0.5, "This is the answer times the number of entries: a sum for a mean?"),
     "over_count": (0.4, "This is the answer divided by the number of entries once too often."),
     "one_fewer": (0.4, "It is divided by one entry less than there are: N − 1 in place of N?"),
-    "values": (0.4, "These are the entries of an argument that are True in the mask; asked for is "
-        "the mask, one entry a pair."),
-    "ranks": (0.3, "`argsort` says which entry has a rank, not which rank an entry has: set the "
-        "mask at these indices."),
     "unchanged": (0.0, "The {} argument comes back as it came."),
     "order_of_results": (0.8, "The results are right, but in the wrong order."),
-}  # fmt: skip
+}
 BY_KIND: Mapping[Answer, dict[str, Row]] = {
     Answer.TRANSFORM: OF_MOTIONS,
     Answer.MATRIX: OF_MATRICES | OF_MOTIONS | OF_NUMBERS,
@@ -139,8 +105,8 @@ BY_KIND: Mapping[Answer, dict[str, Row]] = {
     Answer.VECTOR: OF_NUMBERS | OF_ROWS,
     Answer.NUMBERS: OF_NUMBERS | OF_ROWS,
     Answer.MATCHES: OF_NUMBERS | OF_ROWS,
-    Answer.MASK: OF_MASKS,
-    Answer.FLAG: OF_FLAGS,
+    Answer.MASK: OF_MASKS | CONSTANTS,
+    Answer.FLAG: OF_FLAGS | CONSTANTS,
     Answer.POSES: OF_POSES,
 }
 PLACES = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh")
@@ -200,9 +166,6 @@ def _of_entries(answer: Answer, case: Case, wanted: FloatArray) -> Iterator[tupl
             yield "times_count", wanted * count
             yield "over_count", wanted / count
             yield "one_fewer", wanted * count / (count - 1)
-        if answer is Answer.MASK and isinstance(one, np.ndarray) and one.shape == wanted.shape:
-            yield "values", one[wanted == 1.0]
-            yield "ranks", np.argsort(one) < wanted.sum()
 
 
 def _of_parts(

@@ -1,8 +1,7 @@
 """Outcomes of calls, and the verdicts on them: one for each case, question and submission.
 
-Verdicts are plain frozen data that goes to JSON and back without loss, so that one can be stored
-as soon as it is known and every report and export reads the same thing. All texts are for the
-student: none holds a hidden input, an expected value or a traceback.
+Verdicts go to JSON and back without loss. All texts are for the student: none holds a hidden
+input, an expected value or a traceback.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from html import escape
 
 from labkit.course.grading.inside.data import Value
 
-KILLED, NOT_DEFINED, CELL_FAILED = "Killed", "NotDefined", "CellFailed"
+KILLED, NOT_DEFINED = "Killed", "NotDefined"
 NO_RESULT = "NoResult"  # of a hidden case, whatever ended the call
 
 
@@ -21,50 +20,37 @@ NO_RESULT = "NoResult"  # of a hidden case, whatever ended the call
 class Outcome:
     """The outcome of one call: a value or, with an `error`, none.
 
-    The error is the name of an exception, of the box's own among them (`OutOfTime`,
-    `NotDataError`, `TooMuchError`), or one of the three above. The `message` is the student's,
-    "IndexError: ... (line 3 of cell 7)", or what the box saw: at most 600 printable characters.
-    A student can write any text there, the arguments of this call among it: of a hidden case it
-    is never shown.
+    A student can write any text into the `message`, the arguments of this call among it: of a
+    hidden case it is never shown.
     """
 
     value: Value = None  # rebuilt outside, bounds checked; NaN is data
-    error: str = ""
-    message: str = ""
+    error: str = ""  # name of an exception, of the box's own among them, or one of those above
+    message: str = ""  # as "IndexError: ... (line 3 of cell 7)"
 
 
 @dataclass(frozen=True, kw_only=True)
 class CaseVerdict:
-    """Verdict on one call of the student's function.
+    """Verdict on one call of the student's function."""
 
-    `id` is the case within its question. `reason` holds one or two sentences, or nothing where all
-    is well; that of a `hidden` case tells no number.
-    """
-
-    id: str
+    id: str  # of the case within its question
     hidden: bool
     passed: bool
-    reason: str
+    reason: str  # a few sentences, or "" where it passes; that of a hidden case tells no number
 
 
 @dataclass(frozen=True, kw_only=True)
 class QuestionVerdict:
-    """Verdict on one question.
-
-    `misconception` is the id of the known mistake that explains all wrong answers, `message` what
-    to tell the student of the whole. `replaced` names the functions of earlier questions that are
-    wrong and that right ones stood in for when this question was graded once more: the score is
-    the better of the two.
-    """
+    """Verdict on one question."""
 
     question: str
     title: str
     points: float
     score: float
     cases: tuple[CaseVerdict, ...]
-    misconception: str | None
-    message: str
-    replaced: tuple[str, ...] = ()
+    misconception: str | None  # id of the known mistake that explains all wrong answers
+    message: str  # what to tell the student of the whole
+    replaced: tuple[str, ...] = ()  # functions that right ones stood in for, with a better score
 
     @property
     def passed(self) -> bool:
@@ -79,24 +65,19 @@ class QuestionVerdict:
 
 @dataclass(frozen=True, kw_only=True)
 class SubmissionVerdict:
-    """Verdict on one submission.
-
-    `mode` is the isolation that it ran in. `notes` say what else the student should know,
-    `unread` what was not read and why, `adjustments` what an instructor changed. `late` counts
-    days. `seconds` is the only part that differs from run to run.
-    """
+    """Verdict on one submission."""
 
     student: str
-    submission: str
-    mode: str
+    submission: str  # the student's name for a person
+    mode: str  # isolation that it ran in
     questions: tuple[QuestionVerdict, ...]
     score: float
     points: float
-    notes: tuple[str, ...]
-    seconds: float
-    unread: tuple[str, ...] = ()
-    late: float = 0.0
-    adjustments: tuple[str, ...] = ()
+    notes: tuple[str, ...]  # what else the student should know
+    seconds: float  # the only part that differs from run to run
+    unread: tuple[str, ...] = ()  # what was not read, and why
+    late: float = 0.0  # days
+    adjustments: tuple[str, ...] = ()  # what an instructor changed
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -105,11 +86,7 @@ class SubmissionVerdict:
 
 
 def short(value: float) -> str:
-    """A score as people write it.
-
-    >>> short(3.0), short(2.5), short(1 / 3)
-    ('3', '2.5', '0.33')
-    """
+    """A score as people write it: 3, 2.5 or 0.33."""
     return f"{value:.2f}".rstrip("0").rstrip(".")
 
 

@@ -59,7 +59,6 @@ def test_an_answer_is_read_in_any_form(answer, value, read_as):
         (Answer.TRANSFORM, (R, (1, 2, 3)), "other shapes"),
         (Answer.TRANSFORM, (0.0, 0.0), "other shapes"),
         (Answer.TRANSFORM, np.eye(5), "other shapes"),
-        (Answer.TRANSFORM, {"rotation": 1}, 'a dict without "R" and "t", or "T"'),
         (Answer.MATRIX, ((1, 2), (3,)), "a list or tuple that is no array of numbers"),
         (Answer.VECTOR, "abc", "returned a text"),
         (Answer.VECTOR, np.eye(2), "an array with 2 axes"),
