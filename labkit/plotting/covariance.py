@@ -44,7 +44,6 @@ def plot_covariance(ax: Axes, mean: ArrayLike, covariance: ArrayLike, **style: A
     minor, major = (2.0 * reach * np.sqrt(np.maximum(values, 0.0))).tolist()
     look = {"facecolor": "none", "edgecolor": "black", "linewidth": 1.4} | style
     angle = math.degrees(math.atan2(vectors[1, 1], vectors[0, 1]))
-    angle -= 180.0 * round(angle / 180.0)  # the major axis, in (−90°, 90°]
     ax.add_patch(Ellipse((center[0], center[1]), major, minor, angle=angle, **look))
     ax.autoscale_view()
     return ax

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
-
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike, NDArray
@@ -21,45 +19,29 @@ from labkit.plotting.style import (
 )
 from labkit.scan import Scan
 
-
-class Fate(IntEnum):
-    """The end of a pair on its way through the stages; the first that rejects it counts."""
-
-    GATED = 0  # farther apart than d_max
-    TRIMMED = 1  # not among the ⌊ρN⌋ closest
-    NO_LINE = 2  # point-to-line only: the target has no normal there
-    DOWN_WEIGHTED = 3  # kept, residual beyond Huber's δ
-    KEPT = 4  # kept with full weight
-
-    @property
-    def label(self) -> str:
-        """The word for a legend."""
-        return self.name.lower().replace("down_", "down-").replace("_", " ")
+FATES: dict[str, tuple[str, str, str, float]] = {  # colour, line, marker and its size
+    "gated": (GATED, ":", "x", 4.5),  # farther apart than d_max
+    "trimmed": (TRIMMED, "--", "s", 4.0),  # not among the ⌊ρN⌋ closest
+    "no line": (NO_LINE, "-.", "D", 3.5),  # point-to-line only: the target has no normal there
+    "down-weighted": (DOWN_WEIGHTED, "-.", "^", 4.5),  # kept, residual beyond Huber's δ
+    "kept": (KEPT, "-", "o", 2.6),  # with full weight
+}
 
 
-def fates(pairs: Correspondences) -> NDArray[np.int8]:
-    """The fate of each of N pairs, values of `Fate`, shape (N,); each has exactly one.
+def fates(pairs: Correspondences) -> NDArray[np.str_]:
+    """What became of each of N pairs, shape (N,); the first stage that rejects it counts.
 
     Examples
     --------
     >>> import labkit
     >>> target = [[0.0, 0.0], [4.0, 0.0], [0.0, 3.0], [4.0, 3.0]]
     >>> moved = [[0.1, 0.0], [4.1, 0.0], [0.1, 3.0], [4.9, 3.0]]
-    >>> result = labkit.icp(moved, target)
-    >>> [Fate(fate).label for fate in fates(result.correspondences)]
+    >>> fates(labkit.icp(moved, target).correspondences).tolist()
     ['kept', 'kept', 'kept', 'gated']
     """
     judged = [~pairs.within_gate, ~pairs.within_overlap, ~pairs.kept, pairs.weights < 1.0]
-    return np.select(judged, list(map(np.int8, Fate))[:4], default=np.int8(Fate.KEPT))
-
-
-STYLES: dict[Fate, tuple[str, str, str, float]] = {  # colour, line, marker and its size
-    Fate.GATED: (GATED, ":", "x", 4.5),
-    Fate.TRIMMED: (TRIMMED, "--", "s", 4.0),
-    Fate.NO_LINE: (NO_LINE, "-.", "D", 3.5),
-    Fate.DOWN_WEIGHTED: (DOWN_WEIGHTED, "-.", "^", 4.5),
-    Fate.KEPT: (KEPT, "-", "o", 2.6),
-}
+    *rejected, kept = FATES
+    return np.select(judged, rejected, default=kept)
 
 
 def plot_correspondences(ax: Axes, target: Scan | ArrayLike, pairs: Correspondences) -> Axes:
@@ -76,13 +58,13 @@ def plot_correspondences(ax: Axes, target: Scan | ArrayLike, pairs: Corresponden
         The association, with the source where it was matched.
     """
     draw_target(ax, scan_points(target, "target"))
-    fate_of = fates(pairs)
     gaps = np.full_like(pairs.source, np.nan)  # between one line and the next
     lines = np.stack([pairs.source, pairs.target, gaps], axis=1)
-    for fate, (color, dash, marker, size) in STYLES.items():
-        chosen = fate_of == fate
-        if fate is Fate.NO_LINE and not chosen.any():
+    for fate, (color, dash, marker, size) in FATES.items():
+        chosen = fates(pairs) == fate
+        if fate == "no line" and not chosen.any():
             continue
+        filled = fate in {"down-weighted", "kept"}
         ax.plot(
             *lines[chosen].reshape(-1, 2).T,
             color=color,
@@ -91,10 +73,10 @@ def plot_correspondences(ax: Axes, target: Scan | ArrayLike, pairs: Corresponden
             marker=marker,
             markevery=3,
             markersize=size,
-            markerfacecolor=color if fate >= Fate.DOWN_WEIGHTED else "none",
-            markeredgewidth=0.0 if fate >= Fate.DOWN_WEIGHTED else 0.9,
-            zorder=2.2 + 0.1 * fate,
-            label=f"{fate.label}: {np.count_nonzero(chosen)}",
+            markerfacecolor=color if filled else "none",
+            markeredgewidth=0.0 if filled else 0.9,
+            zorder=2.6 if filled else 2.4,
+            label=f"{fate}: {np.count_nonzero(chosen)}",
         )
     style_plane(ax)
     ax.set_title(f"{pairs.inlier_count} of {len(pairs.kept)} pairs are inliers")
