@@ -50,10 +50,8 @@ def run(args: argparse.Namespace) -> int:
 def _read(file: str) -> Scan:
     """Read the one scan in a file; a damaged row raises, oddities go to stderr."""
     log = read_log(file, strict=True)
-    if log.format != "points":
-        raise LogError(f"{file}: not a table of points, expected rows `x,y` in metres")
-    if len(log) != 1:
-        raise LogError(f"{file}: {len(log)} scans, expected one; keep the rows of a single scan")
+    if log.format != "points" or len(log) != 1:
+        raise LogError(f"{file}: expected one scan of points, rows `x,y` in metres, got {log}")
     for remark in log.remarks:
         print(f"note: {file}: {remark}", file=sys.stderr)
     return log.scans[0]

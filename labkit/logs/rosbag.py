@@ -5,7 +5,7 @@ The package `rosbags` reads the bag; it is optional and imported only when a bag
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
@@ -53,14 +53,13 @@ def read_bag(
     A scan that lies more than 0.1 s outside the odometry has no pose, and is skipped.
     """
     with _open(path, report.file) as bag:
-        topics, wheels = _topics(bag, LASER_SCAN), _topics(bag, ODOMETRY)
-        if not topics:
+        chosen = _choose(bag, LASER_SCAN, topic, "topic", report.file)
+        if chosen is None:
             raise LogError(f"{report.file}: a bag without any scan, expected {LASER_SCAN} messages")
-        chosen = _choose(topics, topic, "topic", report.file)
-        if not wheels and odometry_topic is None:
-            return list(_sweeps(bag, chosen, report)), None
-        wheel = _choose(wheels, odometry_topic, "odometry_topic", report.file)
+        wheel = _choose(bag, ODOMETRY, odometry_topic, "odometry_topic", report.file)
         sweeps = list(_sweeps(bag, chosen, report))
+        if wheel is None:
+            return sweeps, None
         track = _track(bag, wheel, report)
     times, kept = track[:, 0], []
     for sweep in sweeps:
@@ -101,12 +100,9 @@ def _open(path: Path, file: str) -> Iterator[Bag]:
         opened.close()
 
 
-def _topics(bag: Bag, msgtype: str) -> list[str]:
-    return sorted({c.topic for c in bag[0].connections if c.msgtype == msgtype})
-
-
-def _choose(topics: Sequence[str], wanted: str | None, parameter: str, file: str) -> str:
-    """The topic that the caller wants, or the only one there is."""
+def _choose(bag: Bag, msgtype: str, wanted: str | None, parameter: str, file: str) -> str | None:
+    """The topic of a type that the caller wants, or the only one, or None."""
+    topics = sorted({each.topic for each in bag[0].connections if each.msgtype == msgtype})
     listed = shorten(", ".join(topics), 100)
     if wanted is None and len(topics) > 1:
         raise LogError(
@@ -114,7 +110,7 @@ def _choose(topics: Sequence[str], wanted: str | None, parameter: str, file: str
         )
     if wanted is not None and wanted not in topics:
         raise LogError(f"{file}: `{parameter}` is {wanted!r}, the bag has {listed or None}")
-    return topics[0] if wanted is None else wanted
+    return wanted or next(iter(topics), None)
 
 
 def _messages(

@@ -37,8 +37,11 @@ def test_no_match_is_status_1_and_null(run, scan_files):
     [
         ("", "empty"),
         ("1.0,2.0\nnan,3.0\n", "source.csv:2: "),
-        ("scan,x,y\n0,1.0,2.0\n1,1.0,2.0\n", "source.csv: 2 scans, expected one"),
-        ("PARAM a 1\nFLASER 2 1 1 0 0 0 0 0 0 1 host 2\n", "source.csv: not a table of points"),
+        ("scan,x,y\n0,1.0,2.0\n1,1.0,2.0\n", "rows `x,y` in metres, got Log(source: 2 scans, po"),
+        (
+            "PARAM a 1\nFLASER 2 1 1 0 0 0 0 0 0 1 host 2\n",
+            "source.csv: expected one scan of points, rows `x,y`",
+        ),
     ],
 )
 def test_a_bad_file_is_named_with_its_line(run, scan_files, tmp_path, content, message):

@@ -16,7 +16,7 @@ RELATIONS = {
     "translation_errors": PoseRelation.translation_part,
     "rotation_errors": PoseRelation.rotation_angle_rad,
 }
-STATISTICS = ["mean", "std", "median", "max", "rmse"]
+STATISTICS = ["mean", "std", "median", "p95", "max", "rmse"]
 
 
 def trajectories(seed, length=120):
@@ -41,7 +41,7 @@ def as_path(poses):
 def assert_same(errors, name, metric):
     np.testing.assert_allclose(getattr(errors, name), metric.error, rtol=0, atol=1e-9)
     summary = errors.translation if name == "translation_errors" else errors.rotation
-    expected = metric.get_all_statistics()
+    expected = metric.get_all_statistics() | {"p95": np.percentile(metric.error, 95.0)}
     for statistic in STATISTICS:
         assert getattr(summary, statistic) == pytest.approx(expected[statistic], abs=1e-9)
 

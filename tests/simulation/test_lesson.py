@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from labkit.simulation import lesson_experiment, lesson_world, sample_scan
+from labkit.simulation import lesson_experiment, lesson_world
 
 # (count, last point, sum of all coordinates), printed by the lesson's listing
 WORLD = (600, [4.943302735075616, 0.602284154423552], 3113.3364930170974)
@@ -23,11 +23,3 @@ def test_the_numbers_are_the_lessons():
     assert_anchored(lesson_world(600, rng=7), WORLD)
     assert_anchored(experiment.target.points, TARGET)
     assert_anchored(experiment.source.points, SOURCE)
-
-
-@pytest.mark.parametrize(("count", "clutter"), [(40, 5), (1000, 25)])
-def test_clutter_is_one_return_in_forty_and_never_fewer_than_five(count, clutter):
-    ahead = np.column_stack([np.linspace(1.0, 5.0, count), np.zeros(count)])
-    scan = sample_scan(ahead, np.eye(3), rng=0)
-    assert len(scan) == count + clutter
-    assert (np.abs(scan.points[count:]) <= 2.0).all()

@@ -50,9 +50,3 @@ def test_errors_are_centred_and_independent():
     assert (np.abs(error.mean(axis=0)) < 4.0 * error.std(axis=0) / math.sqrt(len(error))).all()
     correlation = np.corrcoef(error.T) - np.eye(3)
     assert np.abs(correlation).max() < 4.0 / math.sqrt(len(error))
-
-
-def test_headings_stay_wrapped():
-    steps = wheel_increments(repeated([0.0, 0.0, 3.1], 500), WheelNoise(turn=0.5), rng=0)
-    assert (steps[:, 2] > -math.pi).all()
-    assert (steps[:, 2] <= math.pi).all()
