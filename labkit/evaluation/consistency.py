@@ -1,7 +1,6 @@
 """Checks of a motion that need no reference: against itself, the prior, and the way back.
 
-None of them proves an estimate right. Each finds one kind of mistake; its notes name those
-to which it is blind.
+None of them proves an estimate right: the notes name the mistakes to which each is blind.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
     ----------
     forward, backward : array_like, shape (K, 3)
         Rows (Δx [m], Δy [m], Δψ [rad]): the newer scan matched with the older one, and the
-        older with the newer. Leave out matches that failed, and say how many they are.
+        older with the newer, without those that failed.
 
     Notes
     -----

@@ -23,8 +23,7 @@ def ate(
     """Absolute trajectory error [1]_, one per pose.
 
     The start of an odometry is arbitrary, so the estimate is first moved onto the reference,
-    as one rigid body. The result says little about drift, since one wrong turn early on
-    spoils every pose after it. `rpe` measures drift.
+    as one rigid body. One wrong turn early on spoils every pose after it; `rpe` measures drift.
 
     Parameters
     ----------
@@ -88,7 +87,7 @@ def rpe(
     """Relative pose error (Sturm et al., IROS 2012), one per stretch of a given length.
 
     The error of the stretch from i to j is that of the estimate's ``T_i_j`` against the
-    reference's. No alignment is needed, and an early mistake is counted where it is made.
+    reference's, without alignment: a mistake is counted where it is made.
 
     Parameters
     ----------
@@ -107,9 +106,8 @@ def rpe(
 
     Notes
     -----
-    Stretches overlap, and the reference's path measures them, so that all estimates of
-    one run are compared over the same pairs; `evo` selects the same with ``all_pairs=True,
-    pairs_from_reference=True``.
+    Stretches overlap, and the reference's path measures them; `evo` selects the same pairs with
+    ``all_pairs=True, pairs_from_reference=True``.
 
     Examples
     --------

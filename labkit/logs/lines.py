@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import gzip
-import io
 import math
 import zipfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from typing import BinaryIO, cast
+from collections.abc import Sequence
 
 from labkit.logs.log import SkippedLine
 from labkit.support.arrays import FARTHEST
 from labkit.support.errors import LogError
 
 MAX_BYTES = 512 << 20  # of a file, unpacked: a small packed one must not fill the memory
-MAX_LINE_BYTES = 4 << 20
 MAX_REASON = 180  # characters: with the file's name it stays a message that a terminal shows
 
 
@@ -53,45 +49,30 @@ def shorten(text: str, longest: int = MAX_REASON) -> str:
     return line if len(line) <= longest else line[: longest - 3] + "..."
 
 
-def read_lines(report: DamageReport) -> Iterator[tuple[int, str]]:
-    """Yield the lines of the report's file with their numbers from 1, as they are read.
+def read_lines(report: DamageReport) -> list[tuple[int, str]]:
+    """Read the lines of the report's file with their numbers from 1; `LogError` if there are none.
 
     gzip and zip are recognised by their first bytes, never by the suffix. Bytes that are not UTF-8
     become U+FFFD and harm their line only.
     """
-    seen = 0
-    empty = True
-    with _open(report.file) as stream:
-        for number, line in enumerate(iter(lambda: stream.readline(MAX_LINE_BYTES), b""), 1):
-            seen += len(line)
-            if seen > MAX_BYTES or len(line) == MAX_LINE_BYTES:
-                raise LogError(
-                    f"{report.file}:{number}: more than {MAX_BYTES:,} bytes, unpacked, or more "
-                    f"than {MAX_LINE_BYTES:,} in a line; cut it in pieces"
-                )
-            text = line.decode("utf-8", "replace").removeprefix("\ufeff").rstrip("\r\n")
-            empty = empty and not text.strip()
-            yield number, text
-    if empty:
+    data = _unpacked(report.file)
+    if len(data) > MAX_BYTES:
+        raise LogError(f"{report.file}: more than {MAX_BYTES:,} bytes, unpacked; cut it in pieces")
+    if not data.strip():
         raise LogError(f"{report.file}: the file is empty")
+    text = data.decode("utf-8", "replace").removeprefix("\ufeff")
+    return [(number, line.rstrip("\r")) for number, line in enumerate(text.split("\n"), 1)]
 
 
-@contextmanager
-def _open(file: str) -> Iterator[BinaryIO]:
-    """Open a file, unpacked; all that goes wrong with it until the end is a `LogError`."""
+def _unpacked(file: str) -> bytes:
+    """Read at most one byte more than a file may have; all that goes wrong is a `LogError`."""
     try:
         with open(file, "rb") as raw:
             magic = raw.peek(2)[:2]
             if magic == b"PK":
                 with zipfile.ZipFile(raw) as archive, archive.open(_member(archive)) as unpacked:
-                    yield cast(BinaryIO, io.BufferedReader(cast(io.RawIOBase, unpacked)))
-            elif magic == b"\x1f\x8b":
-                with gzip.open(raw) as unpacked:
-                    yield cast(BinaryIO, unpacked)
-            else:
-                yield raw
-    except LogError as error:
-        raise LogError(str(error) if file in str(error) else f"{file}: {error}") from None
+                    return unpacked.read(MAX_BYTES + 1)
+            return (gzip.open(raw) if magic == b"\x1f\x8b" else raw).read(MAX_BYTES + 1)
     except Exception as error:  # a damaged archive raises errors of many kinds
         reason = shorten(getattr(error, "strerror", None) or str(error) or type(error).__name__)
         raise LogError(f"{file}: cannot be read: {reason}") from None
@@ -102,7 +83,7 @@ def _member(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
     files = [each for each in archive.infolist() if not each.is_dir()]
     members = [each for each in files if not each.filename.startswith("__MACOSX/")]
     if len(members) != 1:
-        raise LogError(f"must hold exactly one log, got {len(members)}; unpack it and name one")
+        raise LogError(f"exactly one log is expected in it, got {len(members)}; unpack it")
     return members[0]
 
 

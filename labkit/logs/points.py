@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import re
 from array import array
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -94,42 +94,34 @@ def _parse_point(names: Sequence[str], row: Sequence[str]) -> tuple[float, float
 
 def read_ranges_table(
     lines: Iterable[tuple[int, str]], report: DamageReport, angles: FloatArray | None
-) -> Iterator[Sweep]:
-    """Yield a sweep for each row of ranges; an empty field is no return."""
-    beams: FloatArray | None = None
-    clock: int | None = None
-    has_header = False
-    first_column = []
-    for number, text in lines:
-        row = split_row(text)
-        if not row:
-            continue
-        if beams is None:
-            if not _is_row_of_ranges(row):
-                clock, has_header = _clock_column(row, report.file), True
-                continue
-            count = len(row) - (clock is not None)
-            if angles is None:
-                raise LogError(
-                    f"{report.file}: rows of {count} numbers; if they are ranges, name the first "
-                    f"and the last beam's direction [rad], as `angles=(-2.356, 2.356)`, for "
-                    f"`labkit odometry` as `--angles -2.356 2.356`"
-                )
-            beams = np.linspace(angles[0], angles[1], count)
+) -> list[Sweep]:
+    """Read a sweep from each row of ranges; an empty field is no return."""
+    rows = [(number, row) for number, text in lines if (row := split_row(text))]
+    header = [] if _is_row_of_ranges(rows[0][1]) else rows.pop(0)[1]
+    clock = _clock_column(header, report.file) if header else None
+    count = len(header or rows[0][1]) - (clock is not None)
+    if angles is None:
+        raise LogError(
+            f"{report.file}: rows of {count} numbers; if they are ranges, name the first and the "
+            f"last beam's direction [rad], as `angles=(-2.356, 2.356)`, for `labkit odometry` as "
+            f"`--angles -2.356 2.356`"
+        )
+    beams, sweeps = np.linspace(angles[0], angles[1], count), []
+    for number, row in rows:
         try:
-            expect_fields(row, len(beams) + (clock is not None), f"{len(beams)} beams")
+            expect_fields(row, count + (clock is not None), f"{count} beams")
             stamp = np.nan if clock is None else parse_finite(row.pop(clock), "the stamp")
-            ranges = parse_numbers([field or "nan" for field in row], "range")
+            ranges = np.array(parse_numbers([field or "nan" for field in row], "range"))
+            sweeps.append(Sweep(line=number, ranges=ranges, angles=beams, stamp=stamp))
         except DamagedLine as damage:
             report.skip(number, damage)
-            continue
-        first_column.append(ranges[0])
-        yield Sweep(line=number, ranges=np.array(ranges), angles=beams, stamp=stamp)
-    if not has_header and len(first_column) > FEWEST_BEAMS and np.all(np.diff(first_column) > 0.0):
+    first_column = [sweep.ranges[0] for sweep in sweeps]
+    if not header and len(sweeps) > FEWEST_BEAMS and np.all(np.diff(first_column) > 0.0):
         report.remarks.append(
             "the first column rises in every row: if it is a clock and no beam, say so in a "
             "header, as `stamp,r0,r1,r2`"
         )
+    return sweeps
 
 
 def _clock_column(row: Sequence[str], file: str) -> int | None:

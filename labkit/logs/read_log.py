@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from importlib.util import find_spec
-from itertools import chain, islice
 from pathlib import Path
 
 from numpy.typing import ArrayLike
@@ -42,9 +41,7 @@ def read_log(
     topic: str | None = None,
     odometry_topic: str | None = None,
 ) -> Log:
-    r"""Read a log of 2D laser scans in any format that labkit knows.
-
-    CARMEN, g2o with ``ROBOTLASER1``, tables of points and of ranges, ROS 1 and ROS 2 bags.
+    r"""Read a log: CARMEN, g2o with ``ROBOTLASER1``, a ROS bag, a table of points or of ranges.
 
     Parameters
     ----------
@@ -72,8 +69,8 @@ def read_log(
     Returns
     -------
     Log
-        `odometry` and `reference` are poses of the *scanner*; in a g2o graph the vertices are
-        the reference, in a CARMEN log whose laser poses were corrected these are.
+        With poses of the *scanner*. The vertices of a graph are its `reference`, and so are
+        laser poses that were corrected, in a CARMEN log.
 
     Raises
     ------
@@ -107,13 +104,11 @@ def read_log(
         )
     else:
         lines = read_lines(report)
-        head = list(islice(lines, HEAD))
-        lines = chain(head, lines)
-        format = _format([text for _, text in head], report.file)
+        format = _format([text for _, text in lines[:HEAD]], report.file)
         if format == "points":
             scans = read_points_table(lines, report)
         elif format == "ranges":
-            sweeps = list(read_ranges_table(lines, report, beams))
+            sweeps = read_ranges_table(lines, report, beams)
         elif sweeps := list(read_laser_lines(lines, report, graph=format == "g2o")):
             odometry, reference = scanner_trajectories(sweeps, offset, report.file)
     if sweeps:

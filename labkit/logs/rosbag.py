@@ -6,7 +6,7 @@ The package `rosbags` reads the bag; it is optional and imported only when a bag
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -52,7 +52,8 @@ def read_bag(
 
     A scan that lies more than 0.1 s outside the odometry has no pose, and is skipped.
     """
-    with _open(path, report.file) as bag:
+    bag = _open(path, report.file)
+    with closing(bag[0]):
         chosen = _choose(bag, LASER_SCAN, topic, "topic", report.file)
         if chosen is None:
             raise LogError(f"{report.file}: a bag without any scan, expected {LASER_SCAN} messages")
@@ -80,8 +81,7 @@ def read_bag(
     return kept, scanner_poses(robot, laser_offset)
 
 
-@contextmanager
-def _open(path: Path, file: str) -> Iterator[Bag]:
+def _open(path: Path, file: str) -> Bag:
     need("rosbags", purpose=f"{file}: reading a ROS bag", extra="ros")
     from rosbags import rosbag1, rosbag2  # noqa: PLC0415
     from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
@@ -94,10 +94,7 @@ def _open(path: Path, file: str) -> Iterator[Bag]:
     except Exception as error:  # a damaged bag makes rosbags raise errors of many kinds
         reason = shorten(str(error)) or type(error).__name__
         raise LogError(f"{file}: the bag cannot be opened: {reason}") from error
-    try:
-        yield opened, store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
-    finally:
-        opened.close()
+    return opened, store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
 
 
 def _choose(bag: Bag, msgtype: str, wanted: str | None, parameter: str, file: str) -> str | None:

@@ -109,10 +109,8 @@ def interpolate_poses(stamps: ArrayLike, times: ArrayLike, poses: ArrayLike) -> 
     ----------
     stamps : array_like, shape (K,)
         Times of the scans [s], at most 0.1 s before the first or after the last pose.
-    times : array_like, shape (M,)
-        Times of the poses [s], in any order.
-    poses : array_like, shape (M, 3)
-        Rows (x [m], y [m], θ [rad]).
+    times, poses : array_like, shapes (M,) and (M, 3)
+        Times [s] and rows (x [m], y [m], θ [rad]) of the trajectory, in any order.
 
     Returns
     -------

@@ -24,9 +24,8 @@ NARROWEST = 0.15  # of the longer side is shown to either side of the middle
 def plot_observability(ax: Axes, target: Scan | ArrayLike, information: Information) -> Axes:
     """Draw how the points would move along the free directions.
 
-    A free direction is a motion (Δx, Δy, ℓ Δψ) that the surface does not answer: the
-    arrows show it, to scale among themselves. Where all is fixed, thin grey arrows show the
-    direction that the scan knows least.
+    The arrows show motions (Δx, Δy, ℓ Δψ) that the surface does not answer, to scale among
+    themselves. Where all is fixed, thin grey ones show the direction that the scan knows least.
 
     Parameters
     ----------

@@ -110,11 +110,9 @@ def _draw_decisions(ax: Axes, at: FloatArray, decisions: Sequence[Decision]) -> 
     shown = [Decision.ICP, *(each for each in FALLBACKS if each in decisions)]
     for row, decision in enumerate(shown):
         here = at[[each is decision for each in decisions]]
-        if decision is Decision.ICP:
-            ax.plot(here, np.full(len(here), row), "|", color=GREY, markersize=5, rasterized=True)
-        else:
-            color, marker = FALLBACKS[decision]
-            ax.plot(here, np.full(len(here), row), marker, color=color, markersize=6)
+        color, marker = FALLBACKS.get(decision, (GREY, "|"))
+        dense = decision is Decision.ICP
+        ax.plot(here, np.full(len(here), row), marker, color=color, ms=6, rasterized=dense)
         ax.text(1.01, row, f"{len(here):,}", transform=ax.get_yaxis_transform(), va="center")
     ax.set_yticks(range(len(shown)), [decision.value for decision in shown])
     ax.set_ylim(len(shown) - 0.4, -0.6)

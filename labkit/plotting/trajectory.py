@@ -68,8 +68,7 @@ def map_points(
 ) -> FloatArray:
     """The points of all scans in the world's frame, shape (P, 2) [m], in the order of the scans.
 
-    Parameters are those of `plot_trajectory`: a small error of the heading throws points far
-    that lie beyond `range_max`.
+    Parameters are those of `plot_trajectory`.
     """
     rows = as_poses(poses, "poses")
     check_range(range_max, "range_max", above=0.0, unit="m")
