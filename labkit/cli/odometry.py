@@ -81,7 +81,7 @@ def _add_log_options(parser: argparse.ArgumentParser) -> None:
     add, pose = parser.add_argument_group("log").add_argument, ("X", "Y", "THETA")
     place = "the scanner's place on the robot, where the log does not say it [m, m, rad]"
     beams = "directions of the first and the last beam, for a CSV of ranges [rad]"
-    codes = "ranges that mean nothing came back [m], or `off` (default: told by the log)"
+    codes = "ranges that mean nothing came back [m], or `off` (default: the known codes)"
     add("--laser-offset", nargs=3, type=float, default=(0.0,) * 3, metavar=pose, help=place)
     add("--angles", nargs=2, type=float, metavar=("FIRST", "LAST"), help=beams)
     add("--no-return", nargs="+", type=number_or_off, metavar="X", help=codes)

@@ -83,7 +83,7 @@ def _member(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
     files = [each for each in archive.infolist() if not each.is_dir()]
     members = [each for each in files if not each.filename.startswith("__MACOSX/")]
     if len(members) != 1:
-        raise LogError(f"exactly one log is expected in it, got {len(members)}; unpack it")
+        raise LogError(f"the archive holds {len(members)} files, expected one log; unpack it")
     return members[0]
 
 

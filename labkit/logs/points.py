@@ -86,8 +86,8 @@ def _parse_point(names: Sequence[str], row: Sequence[str]) -> tuple[float, float
     expect_near(x, y, "the point")
     if not scan.is_integer():
         raise DamagedLine(
-            f"scan is {scan:g}, expected a whole number; if the columns are others, name them in a "
-            f"header, as `x,y,intensity`"
+            f"scan is {scan:g}, expected a whole number; if the columns mean something else, name "
+            f"them in a header, as `x,y,intensity`"
         )
     return scan, x, y
 

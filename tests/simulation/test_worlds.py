@@ -3,11 +3,9 @@
 import math
 
 import numpy as np
-import pytest
 
 from labkit.se2 import apply, transform
 from labkit.simulation import Lidar, cast, corridor, crowd, room, two_rooms
-from labkit.simulation.lidar import first_hits
 
 QUIET = Lidar(noise_std=0.0)
 AROUND = Lidar(beam_count=720, field_of_view=2.0 * math.pi, noise_std=0.0)
@@ -17,30 +15,8 @@ def ranges(world, x=0.0, y=0.0, theta=0.0, lidar=AROUND):
     return cast(world, transform(x, y, theta), lidar, rng=0).ranges
 
 
-def sensitivity(world, x=0.0, y=0.0, theta=0.0, step=1e-5):
-    """Singular values of d(ranges)/d(x, y, θ): a small one is a motion that no scan shows."""
-    columns = []
-    for shift in step * np.eye(3):
-        ahead, behind = (
-            first_hits(world.segments, transform(*pose), AROUND.angles)
-            for pose in (np.array([x, y, theta]) + shift, np.array([x, y, theta]) - shift)
-        )
-        lost = np.isinf(ahead) | np.isinf(behind)
-        columns.append(np.where(lost, np.inf, ahead - np.where(lost, 0.0, behind)) / (2.0 * step))
-    J = np.column_stack(columns)
-    smooth = (np.abs(J) < 50.0).all(axis=1)  # a beam that slips off an edge jumps
-    return np.linalg.svd(J[smooth] / math.sqrt(np.count_nonzero(smooth)), compute_uv=False)
-
-
-@pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (3.5, -2.5)])
-def test_the_room_shows_every_motion(x, y):
-    assert sensitivity(room(), x, y).min() > 0.1
-    assert np.isfinite(ranges(room(), x, y)).all()
-
-
-def test_a_corridor_hides_the_motion_along_it():
-    straight = sensitivity(corridor(), y=0.3)
-    assert straight[-1] < 1e-6 < 0.1 < straight[-2]
+def test_a_room_is_closed_and_a_corridor_looks_alike_along_it():
+    assert np.isfinite(ranges(room(), 3.5, -2.5)).all()
     np.testing.assert_allclose(ranges(corridor()), ranges(corridor(), x=3.0), rtol=1e-12)
 
 
