@@ -45,22 +45,21 @@ REAL = {  # constants that are no whole numbers
     if re.match(r"(labkit|book/_ext)/.*\.py$", name)
     for found in re.findall(r"(?m)^([A-Z]\w+) = .*\d(?:\.\d|e-)", (ROOT / name).read_text("utf-8"))
 }
-# Where private functions make examples up, and other numbers do as well.
+# Where private functions make examples up, and others would do as well.
 EXAMPLES = re.compile(r"labkit/course/(exercises|authoring/questions)/(?!checking|entries)\w+\.py")
 SKIPPED_FIELDS = {"annotation", "returns", "decorator_list"}
 Change = tuple[ast.AST, str, int, ast.AST]  # the parent, its field, the place there, the new child
 
 
 def changes(node: ast.AST, made_up: bool = False) -> Iterator[Change]:
-    """All that may be changed below a node, but for numbers of what is made up."""
+    """All that may be changed below a node, but for what is made up."""
     for name, value in ast.iter_fields(node):
         if name in SKIPPED_FIELDS:
             continue
         for k, child in enumerate(value if isinstance(value, list) else [value]):
             if not isinstance(child, ast.AST) or isinstance(child, SKIPPED):
                 continue
-            is_number = isinstance(child, ast.Constant | ast.UnaryOp)
-            if not (made_up and is_number) and not is_same(node, child):
+            if not made_up and not is_same(node, child):
                 yield from ((node, name, k, new) for new in instead_of(child))
             is_public = isinstance(child, ast.FunctionDef) and child.name[0] != "_"
             is_answer = is_public or isinstance(child, ast.Lambda)

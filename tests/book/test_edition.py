@@ -55,6 +55,7 @@ def test_cells_with_the_tag_go_with_all_they_hold():
     cells = [
         new_markdown_cell(SECRET, metadata={"tags": ["solution"]}),
         new_code_cell("f(3)", metadata={"tags": ["solution"]}, outputs=[output]),
+        new_code_cell("assert f(3) == 6", metadata={"tags": ["remove-cell"]}),
         new_code_cell("f(4)", outputs=[output], execution_count=3),
         new_markdown_cell("Go on."),
     ]

@@ -28,7 +28,7 @@ def whole(low, high):
 
 
 def asked(credit=0.25):
-    """Two questions as an author writes them; one mistake hangs on a rounding."""
+    """Two questions as an author writes them; mistakes hang on the draw, and on a rounding."""
     for name in ("double", "double_sum"):
         ENTRIES.pop(name, None)
 
@@ -38,6 +38,7 @@ def asked(credit=0.25):
         hidden={"small ones": whole(1, 9), "large ones": whole(20, 90)},
         mistakes={
             "cut_off": (credit, "Beyond 10 it stays.", lambda x: np.where(x < 10, 2 * x, x)),
+            "if_even": (0.75, "Odd ones count, too.", lambda x: x if round(x[0]) % 2 else 2 * x),
             "by_luck": (0.1, "It is drawn.", lambda x: 2 * x + 1 + (np.sin(1e12 * x) > 0)),
         },
     )  # fmt: skip
