@@ -51,6 +51,7 @@ def asked(credit=0.25):
         oracle=lambda x: 2 * x.sum(), visible={"four numbers": (np.array([1.0, 2.5, 3.0, 4.5]),)},
         hidden={"small ones": whole(1, 9)},
         mistakes={"not_doubled": (0.5, "It is not doubled.", {"double(x)": "x"})},
+        alike=lambda recipe, like: lambda rng: (rng.permutation(like[0]),),
     )  # fmt: skip
     def double_sum(x):
         """Twice the sum of x."""
@@ -92,6 +93,7 @@ def test_a_secret_draws_cases_that_are_equally_hard_and_its_own(run, capsys):
     entry = asked()[0]
     passed = [[passing(entry, c) for c in variant["double"]] for variant in one.variants]
     assert passed[0] == passed[1] == passed[2]
+    assert len({case.expected for v in one.variants for case in v["double_sum"]}) == 1
     drawn = {repr([c.arguments for c in v["double"]]) for a in read.values() for v in a.variants}
     assert len(drawn) == 6
     for variant in one.variants:
