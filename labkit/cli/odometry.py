@@ -37,8 +37,8 @@ from labkit.support.warm import warm
 HELP = "estimate the motion of a whole log"
 DESCRIPTION = """\
 Estimate the motion of a robot from its laser scans, step by step, with sanity checks and
-fallbacks. LOG is a CARMEN or g2o log, a ROS bag, a CSV of points or of ranges (the format is
-told from the content), or `killian`: a real run of 1.9 km that comes with the lab.
+fallbacks. LOG is a CARMEN or g2o log, a CSV of points or of ranges (the format is told from the
+content), a ROS bag (by its suffix), or `killian`: a real run of 1.9 km that comes with the lab.
 
 The prior is where a step's search begins, and what it falls back to:
   log        the log's own odometry, or that of `--odometry`
