@@ -152,7 +152,7 @@ def grade(args: argparse.Namespace) -> int:
     write_pages(out, marks, assignment, failures=failures, missing=missing)
     for name, book in books.items():
         if unlisted := book.fill(marks, out / name):
-            _say(f"{name}: the gradebook has no row for {len(unlisted)}: {_some(unlisted)}")
+            _say(f"{len(unlisted)} have no row in the gradebook, nor in {name}: {_some(unlisted)}")
     _write_code(out, records, assignment)
     _pack_feedback(out, submissions, records)
     found, modes = len(submissions), sorted({one.verdict.mode for one in records.values()})

@@ -32,23 +32,22 @@ def read_rows(
         text.splitlines(keepends=True), delimiter=delimiter, restval="", strict=True
     )
     columns = reader.fieldnames = [name.strip() for name in reader.fieldnames or []]
-    try:
-        rows = [(reader.line_num, row) for row in reader if any(row.values())]
-    except csv.Error as error:
-        line = reader.line_num + 1
-        raise LabkitError(
-            f"{path}: line {line}: {error}; is a double quote left open before it?"
-        ) from None
-    found = ", ".join(columns) or "none"
     for name in needed:
         if name not in columns:
+            found = ", ".join(columns) or "none"
             raise LabkitError(f"{path}: line 1: no column {name!r}; the columns are {found}")
-    for line, row in rows:
-        if None in row:
-            raise LabkitError(
-                f"{path}: line {line}: it has more cells than line 1; put text that holds a comma "
-                f"in double quotes"
-            )
+    rows = []
+    try:
+        for row in reader:
+            if None in row:
+                raise csv.Error("it has more cells than line 1")
+            if any(row.values()):
+                rows.append((reader.line_num, row))
+    except csv.Error as error:
+        raise LabkitError(
+            f"{path}: line {reader.line_num}: {error}; put text that holds a comma in "
+            f"double quotes, and close each quote"
+        ) from None
     return columns, rows
 
 

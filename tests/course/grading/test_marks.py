@@ -91,7 +91,7 @@ def test_lateness_is_computed_when_marks_are(lines, score, decide, scores):
         ("ada,double,2.5,", "line 2: double must be a number from 0 to 2, got '2.5'"),
         ("ada,written,3,", "got '3'; say what they are worth: *,written,POINTS,"),
         ("ada,double,1,\nada,double,2,", "line 3: double of 'ada' is set before; keep one"),
-        ('ada,double,1,"open\nada', ": unexpected end of data; is a double quote left open"),
+        ('ada,double,1,"open\nada', ": unexpected end of data; put text that holds a comma in"),
     ],
 )
 def test_a_slip_is_named_and_ends_the_run(line, message, decide):
