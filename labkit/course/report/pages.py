@@ -111,7 +111,10 @@ def read_report(source: Path) -> Any:
 def render(notebook: Any, folder: Path) -> str:
     """Write a notebook as nbconvert's page of HTML, without code, with its pictures in `folder`."""
     exporter = need("nbconvert").HTMLExporter(
-        exclude_input=True, exclude_output_prompt=True, embed_images=True
+        exclude_input=True,
+        exclude_input_prompt=True,  # also the room for it beside the text
+        exclude_output_prompt=True,
+        embed_images=True,
     )
     body, _ = exporter.from_notebook_node(
         notebook, resources={"metadata": {"path": str(folder), "name": "Report"}}

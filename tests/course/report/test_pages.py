@@ -35,6 +35,7 @@ def test_a_report_is_run_and_written_without_its_code(notebook, tmp_path):
     path = notebook("## Mine\n\n![a robot](robot.png) and $x^2$", "secret = 6 * 7\nprint(secret)")
     html = render(read_report(path), tmp_path)
     assert "secret" not in html
+    assert 'jp-InputArea-prompt">' not in html, "text stands to the right of its tables"
     for text in ("Mine", "<pre>42", "data:image/png;base64,iVBOR"):
         assert text in html
 
