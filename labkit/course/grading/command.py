@@ -79,9 +79,7 @@ def add_autograder(commands: argparse._SubParsersAction[argparse.ArgumentParser]
     parser = _parser(commands, "autograder", "write Gradescope's autograder.zip", AUTOGRADER)
     parser.set_defaults(run=autograder)
     parser.add_argument("file", metavar="FILE", nargs="?", default="autograder.zip")
-    parser.add_argument(
-        "--adjustments", metavar="FILE", help="adjustments.csv: its rules for lateness hold there"
-    )
+    parser.add_argument("--adjustments", metavar="FILE", help="a table whose `*` rules hold there")
 
 
 def _parser(
@@ -89,9 +87,7 @@ def _parser(
 ) -> argparse.ArgumentParser:
     formatter = argparse.RawDescriptionHelpFormatter
     parser = commands.add_parser(name, help=does, description=text, formatter_class=formatter)
-    parser.add_argument(
-        "--secret", metavar="FILE", help="hidden cases drawn from the course's secret in FILE"
-    )
+    parser.add_argument("--secret", metavar="FILE", help="the secret of your own hidden cases")
     return parser
 
 
@@ -100,9 +96,7 @@ def autograder(args: argparse.Namespace) -> int:
     assignment = _load(args)
     os.umask(0o077)  # what is written is for its owner alone
     write_autograder(args.file, args.assignment, args.adjustments)
-    sys.stdout.write(
-        f"{args.file}: upload it to Gradescope as the autograder of {assignment.title!r}\n"
-    )
+    sys.stdout.write(f"{args.file}: upload it to Gradescope as autograder of {assignment.title}\n")
     return 0
 
 

@@ -144,6 +144,12 @@ def test_a_damaged_archive_costs_itself_alone(data, read, tmp_path):
     assert unread[0].startswith("work.zip cannot be read: ")
 
 
+def test_a_hand_in_without_code_is_told_by_its_files(read, tmp_path):
+    ada = one_submission(write(tmp_path / "ada", ["report.pdf"]), "ada")
+    says = "no notebook (.ipynb) or script (.py) was handed in, only report.pdf"
+    assert read(ada) == ({}, [says])
+
+
 def test_what_is_too_large_is_named_and_the_rest_is_read(read, tmp_path):
     folder = write(tmp_path / "class", ["ada/a.py"])
     with (folder / "ada/large.ipynb").open("wb") as file:

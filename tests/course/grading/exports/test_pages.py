@@ -54,7 +54,7 @@ def test_a_student_reads_score_reason_and_chapter(pages):
     words = " ".join(pages(verdict("ada", 0.25, text="It returned a list."))[1].text.split())
     assert "Student ada : 1 of 4 points" in words
     assert "✗ 1 / 4 It returned a list. It returned a list. (hidden case)" in words
-    assert f"Read again: {GATE.chapter}" in words
+    assert f"0 of 1 cases pass. Read again: {GATE.chapter}" in words
     assert "Graded in isolation: bubblewrap." in words
 
 
