@@ -300,8 +300,8 @@ def test_beside_hostile_hand_ins_honest_ones_keep_their_marks(grade, tmp_path):
             b'"0"', b'"def rotation(): 0"'), "assignment.ipynb": answered()}, ""),
         ({"a_old.py": ("\n".join(f"def {name}(*given): return 0" for name in NAMES)).encode(),
           "a.ipynb": answered()}, "a_old.py and a.ipynb answer the same; the latter counts"),
-        ({"a.py": ("import numpy as np\nx = (1,\n" + "\n\n".join(
-            [*RIGHT.values(), "def extra(:\n    pass"])).encode()}, "line 2 of a.py is no Python"),
+        ({"a.py": ("import numpy as np\n# %%\nx = (1,\n" + "\n\n".join(
+            [*RIGHT.values(), "def extra(:\n    pass"])).encode()}, "line 3 of a.py is no Python"),
         ({"a.py": ("import numpy as np\n# \0\n" + "\n\n".join(RIGHT.values())).encode()},
          "line 2 of a.py holds a NUL byte"),
     ],
