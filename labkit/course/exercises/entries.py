@@ -178,7 +178,7 @@ def with_families(
 def _signs(question: Question, value: Value) -> bytes | None:
     """The numbers of an answer to six decimals."""
     found = numbers(question.answer, value)
-    return None if found is None else (np.round(found, 6) + 0.0).tobytes()
+    return None if isinstance(found, str) else (np.round(found, 6) + 0.0).tobytes()
 
 
 def answers(ways: Sequence[Function], arguments: Arguments) -> tuple[Value, ...]:

@@ -82,7 +82,7 @@ class Sitting:
 
     def open(self) -> None:
         """Start a box and have the cells run; one that ends the box is left out from then on."""
-        while self.box is None and self.failures < MAX_FAILURES and self.left > 0.0:
+        while self.cells and not self.box and self.failures < MAX_FAILURES and self.left > 0.0:
             cell, self.box = -1, Box(self.wall)
             try:
                 order = {"cells": self.cells, "scripts": self.scripts, "functions": self.functions}
@@ -112,7 +112,7 @@ class Sitting:
     def fault(self, question: Question, state: str, lent: Collection[str]) -> Outcome | None:
         """The outcome of a question that is not asked: what ended a box is not called again."""
         name = question.function
-        if self.box is None:
+        if self.cells and self.box is None:
             return Outcome(error=KILLED if self.left > 0.0 else OUT_OF_TIME)
         if name not in self.answers:
             return Outcome(error=NOT_DEFINED)

@@ -42,16 +42,6 @@ def lab_answers() -> Iterator[Answers]:
         yield answers
 
 
-def trivial_answers() -> Iterator[Answers]:
-    """The same kinds for the assignment of one question, "double it"."""
-    right = cycle(("return 2 * x", "return x + x", "y = x\n    return y + x"))
-    mistaken = cycle(("return x * x", "return x", "return 3 * x"))
-    failing = cycle(("return undefined_name", "return [][1]"))
-    bodies = {"right": right, "mistaken": mistaken, "failing": failing}
-    for kind in cycle(KINDS):
-        yield {"double": f"def double(x):\n    {next(bodies[kind])}"}
-
-
 def answered(release: str, answers: Mapping[str, str]) -> str:
     """The released notebook with each function in its cell, and what they share in the first."""
     notebook: dict[str, Any] = json.loads(release)

@@ -25,11 +25,7 @@ class NoAnswerError(Exception):
 
 
 def plain(value: Any, most: int = MOST) -> Any:
-    """Turn a returned value into numbers, text, arrays, tuples and dicts, as `to_json` does.
-
-    >>> plain([np.float32(0.5), np.int8(3)])
-    (0.5, 3)
-    """
+    """Turn a returned value into numbers, text, arrays, tuples and dicts, as `to_json` does."""
     return from_json(to_json(value, most))
 
 

@@ -140,7 +140,8 @@ def recognise(
 def _count_wrong(question: Question, case: Case, value: Value) -> int:
     """The entries of an answer that are wrong; 0 where it has another form."""
     got, wanted = numbers(question.answer, value), _accepted(question.answer, case)[0]
-    return 0 if got is None or got.shape != wanted.shape else int((got != wanted).sum())
+    alike = not isinstance(got, str) and got.shape == wanted.shape
+    return int(np.sum(got != wanted)) if alike else 0
 
 
 def _relations(question: Question, given: Sequence[tuple[Case, Value, bool]]) -> list[str]:
@@ -151,7 +152,7 @@ def _relations(question: Question, given: Sequence[tuple[Case, Value, bool]]) ->
         left = [
             id
             for id in left
-            if got is not None
+            if not isinstance(got, str)
             and any(_close(got, one, _allowed(question, case, one)) for one in known.get(id, ()))
         ]
     return left
@@ -172,7 +173,7 @@ def is_right(question: Question, case: Case, value: Value) -> bool:
 
 def is_answer_of(misconception: str, question: Question, case: Case, value: Value) -> bool:
     """True if a value is what that mistake gives here, be it a form that cannot be read."""
-    got = _as_given(question.answer, value)
+    got = numbers(question.answer, value)
     return any(
         str(got) == str(wrong)
         if isinstance(got, str) or isinstance(wrong, str)
@@ -216,13 +217,7 @@ def _accepted(answer: Answer, case: Case) -> tuple[FloatArray, ...]:
 
 @cache
 def _wrong(answer: Answer, case: Case, misconception: str) -> tuple[FloatArray | str, ...]:
-    return tuple(_as_given(answer, value) for value in case.mistaken.get(misconception, ()))
-
-
-def _as_given(answer: Answer, value: Value) -> FloatArray | str:
-    """The numbers of a value, be it an answer or not; of one without, why it is no answer."""
-    found = numbers(answer, value)
-    return _read(answer, value) if found is None else found
+    return tuple(numbers(answer, value) for value in case.mistaken.get(misconception, ()))
 
 
 def _close(got: FloatArray, wanted: FloatArray, tolerance: FloatArray | float) -> bool:

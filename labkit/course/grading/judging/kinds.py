@@ -124,14 +124,7 @@ def _kind(value: Value) -> str:
 
 
 def sentences(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
-    """Sentences on an answer, as `read` returns it, that is not the wanted one.
-
-    >>> from labkit.course.grading.assignment import load_assignment
-    >>> assignment = load_assignment(hidden=False)
-    >>> case = assignment.cases("wrap")[0]
-    >>> list(sentences(assignment.question("wrap"), case, np.array(4.712), np.array(-1.571)))
-    ['for angle = 4.7124: got 4.712, expected -1.571.']
-    """
+    """Sentences on an answer that is not the wanted one; the last shows what went in and out."""
     names = [name.strip() for name in question.signature.strip("()").split(",")]
     given = ", ".join(map("{} = {}".format, names, map(_shown, case.arguments)))
     if got.shape != wanted.shape:

@@ -180,10 +180,10 @@ def _of_parts(
                 yield f"{id}@{place}", join(changed)
 
 
-def numbers(answer: Answer, value: Value) -> FloatArray | None:
-    """The numbers of a value: as the answer is read, or where it cannot be, as they came."""
+def numbers(answer: Answer, value: Value) -> FloatArray | str:
+    """The numbers of a value, be it an answer or not; of one without, why it is no answer."""
     try:
         return read(answer, value)
-    except Unreadable:
+    except Unreadable as error:
         is_numeric = isinstance(value, np.ndarray | float | int)
-        return np.asarray(value).astype(np.float64) if is_numeric else None
+        return np.asarray(value).astype(np.float64) if is_numeric else str(error)
