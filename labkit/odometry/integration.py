@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
-from labkit.support.arrays import FloatArray, as_finite, as_floats, as_numbers, as_transform
+from labkit.support.arrays import FloatArray, as_finite, as_floats, as_numbers, as_transforms
 from labkit.support.errors import InvalidPointsError
 
 TRANSFORMS = ((3, 3), (4, 4))
@@ -52,23 +52,25 @@ def increments_between(poses: ArrayLike) -> FloatArray:
 def as_row(pose: ArrayLike, name: str) -> FloatArray:
     """Check one pose, (x, y, ψ) or a transform (3, 3) or (4, 4): the row (3,)."""
     given = as_floats(pose, name, hint="give three numbers: metres, metres, radians")
-    if given.ndim == 2 and given.shape in TRANSFORMS:
-        return to_xytheta(as_transform(_planar(given, name), name))
-    return as_numbers(given, name)
+    return as_rows([given], name)[0] if given.shape in TRANSFORMS else as_numbers(given, name)
 
 
 def as_rows(poses: ArrayLike, name: str, *, gaps: bool = False) -> FloatArray:
     """Check poses, rows (K, 3) or transforms (K, 3, 3) or (K, 4, 4): the rows (K, 3).
 
-    With `gaps`, a row of NaN is allowed.
+    With `gaps`, a row of NaN is allowed. The height of a transform in space is dropped.
     """
     given = as_floats(poses, name, hint="give rows (x, y, ψ) or (Δx, Δy, Δψ)")
-    if given.ndim == 3 and given.shape[1:] in TRANSFORMS:
-        told = ~(gaps & np.isnan(given[:, :2]).all(axis=(1, 2)))
-        rows = np.full((len(given), 3), np.nan)
-        for k in np.flatnonzero(told):
-            rows[k] = to_xytheta(as_transform(_planar(given[k], name), f"{name}[{k}]"))
-        return rows
+    if given.ndim == 3 and given.shape[1:] == (4, 4):
+        tilt = given[:, [0, 1, 2, 2, 2], [2, 2, 0, 1, 2]] - [0.0, 0.0, 0.0, 0.0, 1.0]
+        for k in np.flatnonzero((np.abs(tilt) > MOST_TILT).any(axis=1)):
+            raise InvalidPointsError(
+                f"`{name}` must be planar motions, which turn about z alone, got "
+                f"{given[k].tolist()}; drop roll and pitch first"
+            )
+        given = given[:, [0, 1, 3]][:, :, [0, 1, 3]]
+    if given.ndim == 3 and given.shape[1:] == (3, 3):
+        given = to_xytheta(as_transforms(given, name))
     if given.ndim != 2 or given.shape[1] != 3:
         raise InvalidPointsError(
             f"`{name}` must be rows (x, y, ψ), shape (K, 3), or transforms, shape (K, 3, 3), "
@@ -76,16 +78,3 @@ def as_rows(poses: ArrayLike, name: str, *, gaps: bool = False) -> FloatArray:
         )
     as_finite(given[~(gaps & np.isnan(given).all(axis=1))], name)
     return given
-
-
-def _planar(T: FloatArray, name: str) -> FloatArray:
-    """The planar part (3, 3) of a transform in space (4, 4); its height is dropped."""
-    if T.shape == (3, 3):
-        return T
-    tilt = np.abs(T[[0, 1, 2, 2, 2], [2, 2, 0, 1, 2]] - [0.0, 0.0, 0.0, 0.0, 1.0]).max()
-    if not tilt <= MOST_TILT:
-        raise InvalidPointsError(
-            f"`{name}` must be planar motions, which turn about z alone, got {T.tolist()}; "
-            f"drop roll and pitch first"
-        )
-    return T[np.ix_([0, 1, 3], [0, 1, 3])]
