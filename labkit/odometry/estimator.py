@@ -8,7 +8,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable, Sized
 from dataclasses import dataclass, replace
 from itertools import chain, groupby, repeat
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,14 +30,6 @@ NOTHING = Scan(points=np.empty((0, 2)))
 IN_A_ROW = 3  # matches against the prior that are worth a remark
 RESTING = 0.02, math.radians(0.5)  # [m] and [rad]: wheels that tell less say that they stand
 SAME_VIEW = 0.9  # share of a scan that lies as it lay, where the robot does stand
-
-
-@runtime_checkable
-class HasScans(Protocol):
-    """A log: its scans, and its odometry or None."""
-
-    scans: Any
-    odometry: Any
 
 
 class ScanMatchingOdometry:
@@ -93,9 +85,11 @@ class ScanMatchingOdometry:
             The increment (Δx, Δy, Δψ) that wheels or an IMU report; NaN stands for none.
         """
         filtered = self._filtered(scan)
-        expected = None if prior is None or _is_nan(prior) else as_row(prior, "prior")
-        if self.parameters.search and expected is not None and self._denies(filtered, expected):
-            expected = None
+        expected = None
+        if prior is not None:
+            expected = as_rows(as_floats(prior, "prior")[None], "prior", gaps=True)[0]
+            if np.isnan(expected[0]) or self._denies(filtered, expected):
+                expected = None
         record = StepRecord(increment=STILL, decision=Decision.START)
         if self._count > 0:
             record = self._step(filtered, expected)
@@ -121,29 +115,34 @@ class ScanMatchingOdometry:
             raise InvalidPointsError(f"scan {self._count}: {error}") from None
 
     def _step(self, scan: Scan, expected: FloatArray | None) -> StepRecord:
-        """The step to the newest scan; with the search, its limits follow the run."""
+        """The step to the newest scan; with the search, its limits follow the run.
+
+        Steps that were lost widen them only where no wheels tell where these steps led.
+        """
         motions = np.array([self._last_motion, *self._earlier_motions])
         parameters = self.parameters
         if parameters.search:
-            limits = grown(parameters.limits, motions, self._lost)
-            parameters = replace(parameters, limits=limits)
+            lost = self._lost if expected is None else 0
+            parameters = replace(parameters, limits=grown(parameters.limits, motions, lost))
+        seen = self._seen
         return estimate_step(
             scan,
-            self._seen.target,
+            seen.target,
             expected,
             motions,
             parameters,
-            T_target_last=self._seen.T_target_last,
-            T_target_told=self._seen.T_target_told,
-            key=self._seen.key,
+            T_target_last=seen.T_target_last,
+            T_target_told=seen.T_target_told,
+            key=seen.key,
         )
 
     def _denies(self, scan: Scan, expected: FloatArray) -> bool:
         """True if the wheels stand, and the scan does not."""
         moved, turned = math.hypot(expected[0], expected[1]), abs(expected[2])
-        if moved > RESTING[0] or turned > RESTING[1] or len(scan) < MIN_PAIRS:
+        if not self.parameters.search or moved > RESTING[0] or turned > RESTING[1]:
             return False
-        return len(self._before) > 0 and bool(stands(scan, self._before).mean() < SAME_VIEW)
+        views = len(scan) >= MIN_PAIRS and len(self._before) > 0
+        return views and bool(stands(scan, self._before).mean() < SAME_VIEW)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -189,7 +188,7 @@ class OdometryResult:
 
 
 def estimate_odometry(
-    scans: Iterable[Scan | ArrayLike] | HasScans,
+    scans: Any,
     priors: ArrayLike | None = None,
     parameters: OdometryParameters | None = None,
     *,
@@ -219,14 +218,14 @@ def estimate_odometry(
     >>> estimate_odometry(scan_along(room(), path, Lidar(), rng=0), priors=path)
     OdometryResult(3 scans: start 1, icp 2)
     """
-    sweeps: Iterable[Any] = scans.scans if isinstance(scans, HasScans) else scans
+    sweeps = getattr(scans, "scans", scans)
     if isinstance(sweeps, str | Scan) or not isinstance(sweeps, Iterable):
         raise InvalidPointsError(
             f"`scans` must be a series of scans or a log, got {scans!r}; "
             f"`labkit.read_log` reads a file, one match is `labkit.icp`"
         )
-    if isinstance(scans, HasScans) and priors is None:
-        priors = scans.odometry
+    if priors is None:
+        priors = getattr(scans, "odometry", None)
     odometry = ScanMatchingOdometry(parameters, start)
     expected: Iterable[FloatArray | None] = repeat(None)
     if priors is not None:
@@ -255,8 +254,3 @@ def _as_increments(priors: ArrayLike, scan_count: int) -> FloatArray:
     for k in np.flatnonzero(told[:-1] & told[1:]):
         steps[k] = to_xytheta(relative(from_xytheta(rows[k]), from_xytheta(rows[k + 1])))
     return steps
-
-
-def _is_nan(prior: ArrayLike) -> bool:
-    """True for a row of NaN."""
-    return np.shape(prior) == (3,) and bool(np.isnan(as_floats(prior, "prior")).all())

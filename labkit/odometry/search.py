@@ -22,7 +22,7 @@ import numpy as np
 from labkit.line_alignment import Information
 from labkit.result import step_length
 from labkit.scan import Scan
-from labkit.se2 import apply, from_xytheta, relative
+from labkit.se2 import apply, from_xytheta
 from labkit.support.arrays import FloatArray, IntArray
 from labkit.support.compiled import compiled
 from labkit.target import Target
@@ -166,7 +166,7 @@ def _surprise(T: FloatArray, expected: FloatArray, free: FloatArray) -> FloatArr
     """
     offset = expected[:, :2, 2] - T[:2, 2]
     offset = offset - (offset @ free.T) @ free
-    turn = relative(T, expected)
+    turn = T[:2, :2].T @ expected[:, :2, :2]
     turned = np.arctan2(turn[:, 1, 0], turn[:, 0, 0]) / USUAL[1]
     moved = np.hypot(offset[:, 0], offset[:, 1]) / USUAL[0]
     return np.asarray(moved**2 + turned**2 + AGE * np.arange(len(expected)))

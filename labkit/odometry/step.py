@@ -11,8 +11,8 @@ F  `_Step.fall_back`  a search, and ICP from its peaks, where the first match is
    `estimate_step`    the prior; without one, skip: hold the last motion once, or stand still
 
 A match lies within the window around the prior, nearer where it agrees less. Or it overrides the
-prior, if the last motions are less like the prior than like the match, and its agreement is at
-least 0.5; if the prior itself breaks the limits of a step, no agreement is required. What is
+prior: with an agreement of 0.5, if the last motions are like the match and unlike the prior; with
+0.8, if the prior is longer than a step can be, as after a gap, or off by its turn alone. What is
 carried along is left out first. If a scan fits in several places, the match is not a measurement:
 the prior is taken, where there is one. Motions that no wall fixes, such as the way along a
 corridor, are taken from the prior or, with the search, from the last motions, unless the scan fits
@@ -36,7 +36,7 @@ from labkit.icp import icp
 from labkit.odometry.agreement import THROUGH, beams_of, seen_through
 from labkit.odometry.carried import without_carried
 from labkit.odometry.parameters import OdometryParameters
-from labkit.odometry.sanity import SanityLimits, beyond, conflicts, poor
+from labkit.odometry.sanity import FULL, SanityLimits, beyond, conflicts, poor
 from labkit.odometry.search import STARTS, alike, apart, completed, search, surprise
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
@@ -49,7 +49,7 @@ from labkit.target import Target
 STILL = np.zeros(3)
 RANGE_STD = 0.01  # [m] of a range, at least
 AT_TARGET = np.eye(3)
-SUPPORTED, SURE = 0.5, 0.8  # agreement that asks for no search, with a prior and without
+SUPPORTED, SURE = 0.5, 0.8  # agreement that asks for no search, with a prior and without one
 SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
 SAME = 0.01  # scores closer than this tie; the first tried wins
 ALIKE = 0.05  # agreements that differ by less do not tell which of two matches is right
@@ -181,9 +181,8 @@ def estimate_step(
     step = _Step(source, target, T_target_last, prior, expected, parameters)
     tried = [step.match(expected[0], Decision.ICP)]
     if prior is not None and key is not None and parameters.search:
-        first = tried[0]
-        is_near = not first.complaints and not first.record.against_prior
-        here = first.T_target_source if is_near else expected[0]
+        is_near = not tried[0].complaints and not tried[0].record.against_prior
+        here = tried[0].T_target_source if is_near else expected[0]
         for T in (here, T_target_told @ from_xytheta(prior)):
             fixed = without_carried(source, key, target, T)
             if len(fixed) < len(source):
@@ -281,28 +280,28 @@ class _Step:
         free = seen is None or seen.degenerate
         rmse = math.sqrt(np.mean(pairs.residuals[pairs.kept] ** 2))
         information = 0.0 if seen is None else float(seen.values[0])
-        share = agreement if self.parameters.search else 1.0
-        against = conflicts(increment, self.prior, limits, share)
+        needed = agreement if self.parameters.search else FULL
+        against = conflicts(increment, self.prior, limits, needed)
         found = poor(result.fitness, rmse, limits)
         if self.prior is None or against or not self.parameters.search:
             found += beyond(increment, limits)
         is_expected = self.prior is not None or self.parameters.search
         if free and not (told.metric == "point_to_line" and is_expected):
             found.append(f"degenerate: information {information:.3f}")
-        supported = self.is_suspect(T) and (agreement >= SUPPORTED or self.is_impossible)
+        overrides = bool(against) and agreement >= self.overriding(T, increment)
         record = replace(
             record,
             reason=", ".join([*found, *against]),
             rmse=rmse,
             seen_through=through,
             agreement=agreement,
-            against_prior=supported and bool(against),
+            against_prior=overrides,
             information=information,
             degenerate=free,
         )
         unlike = surprise(T, self.expected_of(record))
         score = agreement - SURPRISE * unlike / (1.0 + unlike)
-        return _Match(record, T, found if supported else [*found, *against], score, result)
+        return _Match(record, T, found if overrides else [*found, *against], score, result)
 
     def expected_of(self, record: StepRecord) -> FloatArray:
         """The poses that are expected of a match near the prior, or of one against it."""
@@ -310,17 +309,15 @@ class _Step:
             return self.expected
         return self.expected[1:] if record.against_prior else self.expected[:1]
 
-    def is_suspect(self, T: FloatArray) -> bool:
-        """True if the prior is less like the last motions than the pose T is."""
+    def overriding(self, T: FloatArray, increment: FloatArray) -> float:
+        """The agreement with which a match at T, far from the prior, is believed all the same."""
         if self.prior is None or not self.parameters.search:
-            return False
-        T_prior, before = self.expected[0], self.expected[1:]
-        return surprise(T_prior, before) > 1.0 + surprise(T, before)
-
-    @cached_property
-    def is_impossible(self) -> bool:
-        """True if the prior tells a motion that is longer than a step can be."""
-        return self.prior is not None and bool(beyond(self.prior, self.parameters.limits))
+            return math.inf
+        limits, unlike = self.parameters.limits, surprise(T, self.expected[1:])
+        if unlike < 1.0 and surprise(self.expected[0], self.expected[1:]) > 1.0 + unlike:
+            return SURE if beyond(self.prior, limits) else SUPPORTED
+        shift = increment[:2] - self.prior[:2]
+        return SURE if math.hypot(*shift) <= limits.max_prior_translation else math.inf
 
     def asks_for_more(self, match: _Match) -> bool:
         """True if there may be a better match than this first one."""

@@ -177,23 +177,26 @@ def test_wheels_that_jump_do_not_win_over_a_match_that_is_alone(off):
 
 
 @pytest.mark.parametrize(
-    ("off", "decision"),
+    ("off", "more", "wins"),
     [
-        ([0.0, 0.0, math.radians(70.0)], Decision.PRIOR),
-        ([0.0, 0.0, math.radians(100.0)], Decision.SEARCH),
-        ([1.5, 0.0, 0.0], Decision.PRIOR),
-        ([2.5, 0.0, 0.0], Decision.SEARCH),
+        ([0.0, 0.0, math.radians(70.0)], 1.0, False),
+        ([0.0, 0.0, math.radians(70.0)], 0.5, True),
+        ([0.0, 0.0, math.radians(100.0)], 0.5, False),  # longer than a step can be: a gap
+        ([1.5, 0.0, 0.0], 1.0, False),
+        ([1.5, 0.0, 0.0], 0.5, True),
+        ([2.5, 0.0, 0.0], 0.5, False),
+        ([2.5, 0.0, 0.0], 0.0, True),
     ],
 )
-def test_a_motion_that_no_robot_makes_is_no_ground_to_reject_a_match(off, decision):
-    """More than half of the newer scan is new, so that its match has little support."""
+def test_wheels_are_overridden_by_a_match_with_support_and_after_a_gap_by_a_sure_one(
+    off, more, wins
+):
+    """A part of the newer scan is new, so that its match has less support."""
     source, target = looks(room())
-    behind = np.vstack([source.points * 2.0, source.points[::3] * 3.0])
-    newer = Scan.from_points(np.vstack([source.points, behind]))
+    behind = [source.points[:: round(1 / more)] * 2.0] if more else []
+    newer = Scan.from_points(np.vstack([source.points, *behind]))
     record = estimate_step(newer, target, MOTION + np.array(off), LAST, PARAMETERS)
-    assert 0.2 < record.agreement < 0.5
-    assert record.decision is decision
-    assert record.against_prior == (decision is Decision.SEARCH)
+    assert record.decision.matched == record.against_prior == wins
     if record.against_prior:
         np.testing.assert_allclose(record.increment, MOTION, atol=0.01)
 
@@ -216,13 +219,14 @@ def test_inside_the_window_around_a_prior_no_absolute_limit_applies():
     assert "translation 0.11 m > 0.05 m" in record.reason
 
 
-def test_wheels_are_contradicted_only_where_the_last_motions_are_unlike_them():
-    """The same wheels, half a metre off and more than the match: once a surprise, once usual."""
+@pytest.mark.parametrize(("off", "wins"), [([1.5, 0.0, 0.0], False), ([0.0, 0.0, 1.2], True)])
+def test_wheels_as_usual_are_contradicted_in_their_turn_alone(off, wins):
+    """What is carried along agrees with a robot that stands: it tells of a way, not of a turn."""
     newer, target = looks(room())
-    off = MOTION + np.array([1.5, 0.0, 0.0])
-    for before, is_surprise in ((LAST, True), (off, False)):
-        record = estimate_step(newer, target, off, before, PARAMETERS)
-        assert record.decision.matched == record.against_prior == is_surprise
+    prior = MOTION + np.array(off)
+    record = estimate_step(newer, target, prior, prior, PARAMETERS)
+    assert record.decision.matched == record.against_prior == wins
+    assert estimate_step(newer, target, prior, LAST, PARAMETERS).against_prior
 
 
 def test_a_corridor_is_believed_with_a_prior_and_not_without():
