@@ -35,6 +35,14 @@ def test_an_answer_passes_up_to_the_tolerance_and_no_farther(question):
             assert is_right(question, case, off) == passes, case.about
 
 
+@pytest.mark.parametrize("kind", YES_OR_NO)
+def test_yes_for_no_is_called_so(kind):
+    for question in (one for one in ASSIGNMENT.questions if one.answer is kind):
+        cases = ASSIGNMENT.cases(question.id, "ada")
+        outcomes = [Outcome(value=case.expected[0] ^ True) for case in cases]
+        assert assess(question, cases, outcomes).misconception in ("inverted", "mask_inverted")
+
+
 def shifted(value, by):
     if isinstance(value, tuple):
         return (value[0], value[1] + by)
