@@ -36,7 +36,7 @@ DATA = BOOK / "_static" / "vendor" / "killian" / "map.js"
 PICTURE = BOOK / "_static" / "killian-closed.webp"
 DRIFT = PICTURE.with_name("killian-map.png")
 EVERY, RANGE_MAX = 6, 15.0  # every so many-th scan, every other beam, so far as this [m]
-TURN = 0.58  # lays the building along the picture's width, as `map.js` does [rad]
+TURN = 0.58  # lays the building along the picture's width [rad]
 LAST = "good"  # what the last cell that is run sets
 SIGMA = np.array([0.05, 0.05, 0.01])  # of an edge [m, m, rad]
 TOLD_STEPS = 36  # that the reader can try: all beams, in cm
@@ -52,7 +52,7 @@ def provide(*_: object) -> None:
     """Write the map's data as a script, unless the one that is there is of today's sources."""
     code = cells()
     package = Path(labkit.__file__).parent
-    files = sorted([*package.glob("*.py"), *package.glob("odometry/*.py")])
+    files = [Path(__file__), *sorted(package.glob("*.py")), *sorted(package.glob("odometry/*.py"))]
     core = [path.read_text("utf-8") for path in files]
     mark = hashlib.sha256("\n".join([*code, *core]).encode()).hexdigest()
     if DATA.exists() and mark in DATA.read_text("utf-8")[:100]:
@@ -109,6 +109,7 @@ def packed(names: dict[str, Any]) -> dict[str, Any]:
         "ranges": _base64(np.ceil(near * 255 / RANGE_MAX).astype(np.uint8)),
         "states": states,
         "every": EVERY,
+        "turn": TURN,
         "total": len(seen) - 1,
         "steps": steps(seen, increments_between(log.reference)),
     }

@@ -1,4 +1,12 @@
 // What the theme leaves unsaid to those who read by ear, by keyboard or on paper.
+
+// An element with these attributes and children; the scripts after this one use it, too.
+const make = (tag, attributes = {}, ...children) => {
+  const node = Object.assign(document.createElement(tag), attributes);
+  node.append(...children);
+  return node;
+};
+
 (() => {
   const root = document.documentElement;
 
@@ -27,18 +35,18 @@
     each('[id="exercise-content"]', (node) => node.removeAttribute("id"));
     const fields = document.querySelectorAll('[id="search-input"]'); // two on the page of the search
     [...fields].slice(1).forEach((node) => node.removeAttribute("id"));
-    each("th", (node) => node.textContent.trim() || node.replaceWith(document.createElement("td")));
+    each("th", (node) => node.textContent.trim() || node.replaceWith(make("td")));
 
     // Anchors for exercises and equations; figures and headings have theirs.
     each(".exercise.admonition[id] > .admonition-title, div.math[id] > .eqno", (node) => {
       if (node.querySelector(".headerlink")) return;
-      const link = Object.assign(document.createElement("a"), { className: "headerlink", href: `#${node.parentElement.id}`, textContent: "#", title: "Link to this" });
+      const link = make("a", { className: "headerlink", href: `#${node.parentElement.id}`, textContent: "#", title: "Link to this" });
       link.setAttribute("aria-label", "Link to this");
       node.append(link);
     });
 
     // What a term means, beside it: under the mouse, the focus, or a finger, whose second tap leads on.
-    const note = Object.assign(document.createElement("div"), { className: "term-note", hidden: true });
+    const note = make("div", { className: "term-note", hidden: true });
     const hide = () => (note.hidden = true);
     note.setAttribute("role", "tooltip");
     document.body.append(note);
@@ -63,8 +71,7 @@
     // Ways past all links to what moves under the hand, in the theme's bar of such ways.
     each('.cell_output:has(script[type*="widget-view"], .widget-subarea)', (node, k) => {
       Object.assign(node, { id: node.id || `widget-${k + 1}`, tabIndex: -1 });
-      const way = Object.assign(document.createElement("a"), { href: `#${node.id}`, textContent: `Skip to widget ${k + 1}` });
-      document.getElementById("pst-skip-link").append(way);
+      document.getElementById("pst-skip-link").append(make("a", { href: `#${node.id}` }, `Skip to widget ${k + 1}`));
     });
 
     // A table that a telephone would scroll: its rows stand below one another, each cell with its name.

@@ -4,13 +4,8 @@
 (() => {
   const vendor = new URL("vendor/killian/map.js", document.currentScript.src).href;
   const MARGIN = 12, PLAY = 7000, ENDS = ["wheels", "scan matching", "places recognised"]; // m, ms
-  const TURN = 0.58, BAR = 50; // the building along the picture's width; m
+  const BAR = 50; // m
   const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  const make = (tag, attributes, ...children) => {
-    const node = Object.assign(document.createElement(tag), attributes);
-    node.append(...children);
-    return node;
-  };
 
   // Poses as steps, each seen from the pose before: between two sets of poses the path unfolds.
   const stepsOf = (poses) => {
@@ -43,13 +38,13 @@
     write(`${BAR} m`, 16 * dense, height - 18 * dense);
   };
 
-  // The two sweeps of a step, for the toy above: ranges in cm, a beam each degree.
+  // The two sweeps of a step, for the toy above: ranges in cm.
   const START = [1.0, -0.6, 0.3]; // m, rad: where the newer sweep lies first
   const pack = (numbers) => btoa(String.fromCharCode(...new Uint8Array(Float64Array.from(numbers).buffer)));
   const sceneOf = ({ scans, lied, ranges, motions }, i) => {
-    const all = new Uint16Array(bytes(ranges).buffer), k = scans[i];
-    const [target, source] = [0, 1].map((which) => [...all.subarray(180 * (2 * i + which), 180 * (2 * i + which + 1))].flatMap((range, j) => {
-      const angle = (j / 180 - 0.5) * Math.PI;
+    const all = new Uint16Array(bytes(ranges).buffer), k = scans[i], beams = all.length / scans.length / 2;
+    const [target, source] = [2 * i, 2 * i + 1].map((row) => [...all.subarray(beams * row, beams * (row + 1))].flatMap((range, j) => {
+      const angle = (j / beams - 0.5) * Math.PI;
       return range ? [(range / 100) * Math.cos(angle), (range / 100) * Math.sin(angle)] : [];
     }));
     const hint = `Step ${k}: ${lied[k] ?? "drag the newer scan, blue, onto the older one."}`;
@@ -63,7 +58,7 @@
     toy.querySelector(".icp-plane").focus({ preventScroll: true });
   };
 
-  const enliven = (figure, { beams, reach, ranges, states, every, total, steps: tries }) => {
+  const enliven = (figure, { beams, reach, ranges, states, every, total, turn: along, steps: tries }) => {
     const seen = bytes(ranges), steps = states.map(({ poses }) => stepsOf(new Float32Array(bytes(poses).buffer)));
     const count = steps[0].length / 3, path = new Float64Array(3 * count);
     const rays = Array.from({ length: beams }, (_, j) => ((j / beams - 0.5) * Math.PI)).map((a) => [Math.cos(a), Math.sin(a)]);
@@ -95,7 +90,7 @@
 
     const walk = (at) => {
       const i = Math.min(1, Math.floor(at)), w = at - i, [a, b] = [steps[i], steps[i + 1]];
-      let [x, y] = a, turn = a[2] + TURN, low = [x, y], high = [x, y];
+      let [x, y] = a, turn = a[2] + along, low = [x, y], high = [x, y];
       for (let k = 0; k < 3 * count; k += 3) {
         if (k) {
           const [dx, dy, dt] = [0, 1, 2].map((n) => a[k + n] + w * (b[k + n] - a[k + n]));
@@ -180,6 +175,6 @@
     const figure = document.querySelector("figure.killian-map") ?? document.querySelector("img[src*='killian-map']")?.closest("figure, p");
     if (!figure) return;
     window.killianMap = (data) => enliven(figure, data);
-    document.head.append(Object.assign(document.createElement("script"), { src: vendor }));
+    document.head.append(make("script", { src: vendor }));
   });
 })();

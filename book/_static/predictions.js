@@ -24,12 +24,6 @@
   let all = new URLSearchParams(location.search).has("answers") || (recall("sessionStorage", SHOW) ?? recall("localStorage", SHOW)) === true;
   if (all) keep("sessionStorage", SHOW, true);
 
-  const make = (tag, attributes = {}, ...children) => {
-    const node = Object.assign(document.createElement(tag), attributes);
-    node.append(...children);
-    return node;
-  };
-
   // The question in words tells one prediction from another, also when boxes are moved.
   const keyOf = (box) => {
     const words = [...box.children].filter((each) => each.matches("p, ol")).map((each) => each.textContent);

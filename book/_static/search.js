@@ -40,7 +40,7 @@
         all: each, title: of(each[3]), page: of(each[1]), text: of(each[4]), words: wordsOf(`${each[3]} ${each[4]}`).join(" "),
         weight: (WEIGHT.find(([pages]) => pages.test(each[0]))?.[1] ?? 1) * (each[2].startsWith("ex-") ? 0.6 : 1),
       })));
-      document.head.append(Object.assign(document.createElement("script"), { src: `${folder}excerpts.js` }));
+      document.head.append(make("script", { src: `${folder}excerpts.js` }));
     }));
 
   const find = async (query) => {
@@ -62,22 +62,16 @@
 
   const shown = ({ entry: { all: [page, pageTitle, anchor, title, text] } }, wanted) => {
     const at = text.search(new RegExp(wanted.map(escaped).join("|"), "i")), from = Math.max(0, text.lastIndexOf(" ", Math.max(0, at - AROUND)));
-    const item = document.createElement("li"), link = document.createElement("a"), where = document.createElement("p");
-    link.href = `${folder}${page}.html${anchor ? `#${anchor}` : ""}`;
-    link.textContent = title === pageTitle ? title : `${title} – ${pageTitle}`;
-    where.className = "context";
-    where.textContent = `${from ? "…" : ""}${text.slice(from, from + 2.5 * AROUND)}…`;
-    item.append(link, where);
-    return item;
+    const href = `${folder}${page}.html${anchor ? `#${anchor}` : ""}`, name = title === pageTitle ? title : `${title} – ${pageTitle}`;
+    const where = `${from ? "…" : ""}${text.slice(from, from + 2.5 * AROUND)}…`;
+    return make("li", {}, make("a", { href }, name), make("p", { className: "context" }, where));
   };
 
   const search = async (query, out, most = MOST) => {
     if (!out) return;
-    const found = query.trim() ? await find(query) : [], heading = document.createElement("h2"), list = document.createElement("ul");
-    heading.textContent = found.length ? `Found for “${query}”` : `Nothing found for “${query}”. Try another word, or the glossary.`;
-    list.className = "search";
-    list.append(...found.slice(0, most).map((each) => shown(each, asked(query))));
-    out.replaceChildren(...(query.trim() ? [heading, list] : []));
+    const found = query.trim() ? await find(query) : [], list = found.slice(0, most).map((each) => shown(each, asked(query)));
+    const told = found.length ? `Found for “${query}”` : `Nothing found for “${query}”. Try another word, or the glossary.`;
+    out.replaceChildren(...(query.trim() ? [make("h2", {}, told), make("ul", { className: "search" }, ...list)] : []));
   };
 
   document.addEventListener("DOMContentLoaded", () => {
@@ -86,7 +80,7 @@
     for (const field of document.querySelectorAll("input[name=q]")) {
       let out = results;
       if (field.closest(".search-button__search-container")) {
-        out = Object.assign(document.createElement("div"), { className: "search-below" });
+        out = make("div", { className: "search-below" });
         out.setAttribute("role", "status");
         field.form.after(out);
       }

@@ -1,9 +1,9 @@
 // A live figure: sliders, the picture that a model draws of their values, and its numbers.
 
 import { freshContext, palette } from "./explorer/canvas.js";
-import { button, element, fixed, part, slider } from "./explorer/controls.js";
-import { drawCost } from "./explorer/cost.js";
-import { Frame } from "./explorer/frame.js";
+import { button, element, fixed, nearestIndex, part, slider } from "./explorer/controls.js";
+import { TRAIL, drawCost } from "./explorer/cost.js";
+import { Frame, NEAR } from "./explorer/frame.js";
 import { PATIENCE, writeRows } from "./explorer/readouts.js";
 import { floats } from "./explorer/scene.js";
 import { View, widgetOf } from "./explorer/view.js";
@@ -11,7 +11,6 @@ import { drawMark, legendOf } from "./marks.js";
 import { MODELS } from "./models.js";
 
 const HIGHEST = 400; // px
-const TRAIL = 150; // numbers that the curve remembers
 const BEAT = 120; // ms that a value stands while one slider plays
 
 // What Python packed: arrays are base64, all else is as it is.
@@ -66,8 +65,7 @@ class LiveFigure extends View {
 
   // Each slider's nearest value; what is dragged stays among those that can be chosen.
   set(values) {
-    const nearest = ({ values }, wanted) => values.reduce((best, each) => (Math.abs(each - wanted) < Math.abs(best - wanted) ? each : best));
-    this.model.set("values", this.model.get("sliders").map((each, k) => nearest(each, values[k])));
+    this.model.set("values", this.model.get("sliders").map(({ values: all }, k) => all[nearestIndex(all, values[k])]));
     this.sync();
   }
 
@@ -94,7 +92,7 @@ class LiveFigure extends View {
   isNear(u, v) {
     const { marks } = this.answer(...this.model.get("values")).panels[0], held = ["newer", "query", "stray"];
     const spots = marks.filter(([kind]) => held.includes(kind)).flatMap(([, data]) => Array.from({ length: data.length / 2 }, (_, i) => this.view.pixel(data[2 * i], data[2 * i + 1])));
-    return spots.some(([a, b]) => Math.hypot(a - u, b - v) < 24);
+    return spots.some(([a, b]) => Math.hypot(a - u, b - v) < NEAR);
   }
 
   togglePlay() {

@@ -6,18 +6,16 @@ What a figure computes is written in ``models.js``; the tests hold it to labkit.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, cast
+from typing import Any
 
 import anywidget
-import numpy as np
 import traitlets
 from numpy.typing import ArrayLike
 
-from labkit.interactive.explorer.widget import base64_of, told
+from labkit.interactive.explorer.widget import base64_of, slider_values, told
 from labkit.interactive.front_end import bundle, style
 from labkit.parameters import IcpParameters
 from labkit.support.arrays import as_floats
-from labkit.support.errors import InvalidParameterError
 
 MODELS = ("turn", "outlier", "cuts", "race")
 
@@ -38,16 +36,6 @@ class LiveFigure(anywidget.AnyWidget):
     window = traitlets.List(traitlets.Float(), minlen=4, maxlen=4).tag(sync=True)
     given = traitlets.Dict().tag(sync=True)
 
-    @traitlets.validate("values")
-    def _one_each(self, proposal: dict[str, Any]) -> list[float]:
-        values = cast("list[float]", proposal["value"])
-        if len(values) != len(self.sliders) or not np.isfinite(values).all():
-            raise InvalidParameterError(
-                f"must be {len(self.sliders)} finite numbers, one for each slider, got {values}",
-                parameter="values",
-            )
-        return values
-
 
 def live_figure(
     model: str,
@@ -66,21 +54,10 @@ def live_figure(
     says what the picture shows, for those who cannot see it, and (`xlim`, `ylim`) [m] how much of
     the plane is seen.
     """
-    if model not in MODELS:
-        raise InvalidParameterError(
-            f"must be one of {', '.join(MODELS)}, got {model!r}", parameter="model"
-        )
-    chosen = {name: [round(float(each), 9) for each in values] for name, values in sliders.items()}
-    for name, values in chosen.items():
-        if len(values) < 2:
-            raise InvalidParameterError(
-                f"must give at least two values to each, got {name!r}: {values}",
-                parameter="sliders",
-            )
     return LiveFigure(
         model_name=model,
         label=label,
-        sliders=[{"label": name, "values": values} for name, values in chosen.items()],
+        sliders=[{"label": k, "values": slider_values(k, v)} for k, v in sliders.items()],
         values=[float(each) for each in start],
         window=[*map(float, (*xlim, *ylim))],
         given={name: packed_given(name, value) for name, value in given.items()},

@@ -1,6 +1,7 @@
-// The marks of a live figure: apart in shape or dash as well as in colour.
+// The marks of all widgets: apart in shape or dash as well as in colour, as in labkit.plotting.
 
-import { cross, diamond, plus, ring, speck } from "./explorer/canvas.js";
+import { RADIUS } from "./driving/world.js";
+import { cross, diamond, dot, plus, ring, speck, square, triangle } from "./explorer/canvas.js";
 import { element } from "./explorer/controls.js";
 
 const points = (marker) => (context, frame, data) => {
@@ -23,17 +24,28 @@ const cells = (context, frame, data) => {
 const outline = (context, frame, data) => {
   for (let i = 0; i < data.length; i += 2) context.lineTo(...frame.pixel(data[i], data[i + 1]));
 };
-// A robot of 28 cm: a drop that points ahead.
+// A robot: a drop that points ahead.
 const drop = (context, frame, [x, y, theta]) => {
-  const [u, v] = frame.pixel(x, y), r = Math.max(7, 0.28 * frame.scale);
+  const [u, v] = frame.pixel(x, y), r = Math.max(7, RADIUS * frame.scale);
   context.arc(u, v, r, 0.8 - theta, 2 * Math.PI - 0.8 - theta);
   context.lineTo(u + 1.45 * r * Math.cos(theta), v - 1.45 * r * Math.sin(theta));
   context.closePath();
 };
 const circle = (context, frame, [x, y, radius]) => context.arc(...frame.pixel(x, y), radius * frame.scale, 0, 2 * Math.PI);
 
-// How each kind is drawn, and its sign in the legend; `fill` is how opaque its inside is.
+// How each kind is drawn, and its sign in the legend; `fill` is how opaque its inside is, and `end`
+// the marker at the first end of each segment.
 const KINDS = {
+  gated: { path: segments, color: "gated", sign: "··×", dash: [1.5, 2.5], end: cross },
+  trimmed: { path: segments, color: "trimmed", sign: "--□", dash: [5, 3], end: square },
+  "no line": { path: segments, color: "noline", sign: "-·◇", dash: [5, 2, 1, 2], end: diamond },
+  "down-weighted": { path: segments, color: "down", sign: "-·▲", dash: [6, 2, 1, 2], end: triangle, fill: 1 },
+  kept: { path: segments, color: "kept", sign: "—●", end: dot, fill: 1 },
+  passed: { path: points(speck), color: "soft", sign: "·", fill: 1, width: 0.1 },
+  scanner: { color: "ink", sign: "□" },
+  now: { color: "source", sign: "●—○" },
+  answer: { path: points(plus), color: "ink", sign: "+", dash: [3, 2] },
+  bet: { color: "ink", sign: "⚑" },
   older: { path: points(speck), color: "target", sign: "▪", fill: 1 },
   newer: { path: points(ring), color: "source", sign: "○" },
   robot: { path: drop, color: "source", sign: "●", fill: 0.85, width: 2 },
@@ -56,17 +68,24 @@ const KINDS = {
 };
 
 export function drawMark(context, frame, colors, [kind, data]) {
-  const { path, color, dash = [], width = 1, fill = 0 } = KINDS[kind];
+  const { path, color, dash = [], width = 1, fill = 0, end } = KINDS[kind];
+  const paint = () => {
+    context.globalAlpha = fill;
+    context.fill();
+    context.globalAlpha = 1;
+    context.stroke();
+    context.setLineDash([]);
+    context.beginPath();
+  };
   context.strokeStyle = context.fillStyle = colors[color];
   context.lineWidth = width;
   context.setLineDash(dash);
   context.beginPath();
   path(context, frame, data);
-  context.globalAlpha = fill;
-  context.fill();
-  context.globalAlpha = 1;
-  context.stroke();
-  context.setLineDash([]);
+  paint();
+  if (fill) context.lineWidth = 0.1;
+  for (let i = 0; end && i < data.length; i += 4) end(context, ...frame.pixel(data[i], data[i + 1]));
+  paint();
 }
 
 // What kinds of marks stand for: [kind, words] each.

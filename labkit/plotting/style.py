@@ -43,6 +43,13 @@ COLORS = {  # what it stands for: on a light ground, on a dark one
 TARGET, SOURCE, KEPT, DOWN_WEIGHTED, TRIMMED, GATED, NO_LINE, REFERENCE, *METHODS = (
     light for light, _ in COLORS.values()
 )
+_GROUND = {  # of the widgets, which stand on either
+    "ink": ("#12212e", "#e6edf3"),
+    "soft": ("#55606b", "#a9b4bf"),
+    "grid": ("#e4e8ec", "#33404c"),
+    "paper": ("#ffffff", "#14181e"),
+    "scheme": ("light", "dark"),
+}
 _DARK = (  # how pages, JupyterLab, Colab and VS Code mark it
     "html:is([data-theme=dark], [theme=dark]), body:is([data-jp-theme-light=false], .vscode-dark, "
     ".vscode-high-contrast:not(.vscode-high-contrast-light))"
@@ -56,8 +63,9 @@ _ENTRY, _LETTER = 0.5, 0.065  # inches that an entry takes in a legend, and a le
 
 def css_variables() -> str:
     """The colours as variables of a style sheet, ``--icp-source`` and so on, light and dark."""
+    told = COLORS | _GROUND
     light, dark = (
-        " ".join(f"--icp-{name}: {pair[ground]};" for name, pair in COLORS.items())
+        " ".join(f"--icp-{name}: {pair[ground]};" for name, pair in told.items())
         for ground in (0, 1)
     )
     return f":root {{ {light} }}\n{_DARK} {{ {dark} }}\n"

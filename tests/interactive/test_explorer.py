@@ -37,7 +37,6 @@ def test_another_scene_brings_its_guess(explorer):
     [
         ("scene", "moon", "`scene` must be one of corner, again, got 'moon'"),
         ("overlap_ratio", 1.3, r"`overlap_ratio` must be in \(0, 1\], got 1.3"),
-        ("guess", [0.0, math.inf, 0.0], r"`guess` must be three finite .*got \[0.0, inf, 0.0\]"),
     ],
 )
 def test_what_cannot_be_meant_is_refused_and_changes_nothing(explorer, name, value, message):
@@ -54,7 +53,7 @@ def test_scenes_must_be_told_apart(scenes):
 
 
 def test_a_scene_of_two_points_is_refused():
-    with pytest.raises(LabkitError, match=r"`source` of scene 'few' .* at least 3 points, got 2"):
+    with pytest.raises(LabkitError, match=r"`source` of scene 'few' needs 3 points, got 2"):
         scene("few", source=Scan.from_points([[0.0, 0.0], [1.0, 0.0]]))
 
 
@@ -63,7 +62,7 @@ def test_a_recorded_scene_carries_the_reference(killian):
     before, now = labkit.from_xytheta(killian.reference[100:102])
     assert recorded.name == "Killian Court 101: a room"
     assert np.allclose(before @ recorded.T_reference, now, rtol=0, atol=1e-12)
-    with pytest.raises(LabkitError, match=r"`scan` must be a whole number in \[1, 3872\], got 0"):
+    with pytest.raises(LabkitError, match=r"`scan` must be in \[1, 3872\], got 0"):
         killian_scene(0)
 
 
@@ -93,7 +92,6 @@ def test_other_sliders_reach_the_page_with_their_values():
     assert icp_sliders(CORNER, CORNER, sliders={}).sliders == {}
 
 
-@pytest.mark.parametrize("sliders", [{"metric": [1.0, 2.0]}, {"x": [0.0]}])
-def test_a_slider_that_cannot_be_is_named(sliders):
-    with pytest.raises(LabkitError, match=f"{next(iter(sliders))!r}"):
-        icp_sliders(CORNER, CORNER, sliders=sliders)
+def test_a_slider_that_cannot_be_is_named():
+    with pytest.raises(LabkitError, match=r"two values to each, got 'x': \[0.0\]"):
+        icp_sliders(CORNER, CORNER, sliders={"x": [0.0]})

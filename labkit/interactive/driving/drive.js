@@ -57,7 +57,7 @@ class DriveView extends View {
     this.world = select("world", names, (name) => this.enter(name));
     this.dial = select("wheels", wheels, (name) => (this.wheels = name));
     this.controls = parameterControls({
-      scenes: [], values: {}, words: this.model.get("parameter_words"), choose() {},
+      scenes: [], words: this.model.get("parameter_words"), choose() {},
       tell: (name) => (value) => (this.parameters[name] = value, this.request()),
     });
     this.canvas = element("canvas", { tabindex: 0, role: "application", "aria-label": "Map. Arrow keys or W, A, S, D drive the robot." });

@@ -5,7 +5,7 @@ import { toXYTheta, transform } from "../explorer/se2.js";
 
 const SPEED = 2.5, TURN = 1.7; // m/s and rad/s at most
 const HASTE = 4; // m/s² and, three times it, rad/s²
-const RADIUS = 0.28; // m
+export const RADIUS = 0.28; // m
 
 // One sweep: the points in beam order, and the range of each beam; Infinity for a no-return.
 export function cast(segments, T, { angles, range_min, range_max, noise_std }, random) {

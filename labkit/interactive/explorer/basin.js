@@ -5,23 +5,24 @@ import { disc, rule, tween } from "./canvas.js";
 import { button, choice, element } from "./controls.js";
 import { icp } from "./icp.js";
 import { failed } from "./result.js";
-import { poseDifference, toXYTheta, transform } from "./se2.js";
+import { DEGREE, poseDifference, toXYTheta, transform } from "./se2.js";
 
 const OUTCOMES = ["finds the answer", "ends elsewhere", "gets no estimate"];
+const FOUND = [0.1, 2 * DEGREE]; // m and rad from the answer
 const SIZE = 15;
 const REACHES = [0.5, 1, 2];
 const SLICE = 12; // ms of work, then the page is awake again
 const BEAT = 60; // ms that an iteration of the swarm takes
 
 // What becomes of one guess, an index into OUTCOMES.
-export function outcomeOf(result, answer, [metres, radians]) {
+export function outcomeOf(result, answer) {
   if (failed(result.termination)) return 2;
   const [distance, angle] = poseDifference(answer, result.T_target_source);
-  return distance <= metres && angle <= radians ? 0 : 1;
+  return distance <= FOUND[0] && angle <= FOUND[1] ? 0 : 1;
 }
 
 // The part of the explorer that computes it. `job` gives {source, target, parameters, answer, guess,
-// within, from, key} as things stand; `changed` is called when there is more to see.
+// from, key} as things stand; `changed` is called when there is more to see.
 export class Basin {
   constructor({ job, changed, signal }) {
     Object.assign(this, { job, changed, signal });
@@ -69,7 +70,7 @@ export class Basin {
     if (stale) said = "Parameters, heading or scene have changed since.";
     else if (complete) {
       const found = outcomes.filter((each) => each === 0).length;
-      said = `${found} of ${outcomes.length} guesses end within ${job.within[0]} m of the ${job.from}.`;
+      said = `${found} of ${outcomes.length} guesses end within ${FOUND[0]} m of the ${job.from}.`;
     }
     if (this.status.textContent !== said) this.status.textContent = said;
     this.start.textContent = this.running() ? "Stop" : this.run ? "Compute again" : "Compute the basin";
@@ -91,7 +92,7 @@ export class Basin {
         const [x, y] = placeOf(run, run.done), start = transform(x, y, theta);
         const result = icp(job.source, job.target, start, job.parameters);
         run.paths.push(result.history.map((each) => each.T_target_source));
-        run.outcomes[run.done++] = outcomeOf(result, job.answer, job.within);
+        run.outcomes[run.done++] = outcomeOf(result, job.answer);
       } while (run.done < run.outcomes.length && performance.now() < until);
       this.changed();
       await new Promise((resolve) => setTimeout(resolve));

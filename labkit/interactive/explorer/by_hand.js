@@ -1,9 +1,10 @@
 // Two scans and one number: the reader does by hand what ICP does, then lets ICP finish.
 
+import { legendOf } from "../marks.js";
 import { outcomeOf } from "./basin.js";
 import { palette, tween } from "./canvas.js";
 import { button, element, part } from "./controls.js";
-import { drawCost } from "./cost.js";
+import { TRAIL, drawCost } from "./cost.js";
 import { pairsAt } from "./correspondences.js";
 import { icp } from "./icp.js";
 import { Plane } from "./plane.js";
@@ -12,10 +13,9 @@ import { unpacked } from "./scene.js";
 import { DEGREE, apply, between, poseDifference, toXYTheta, transform } from "./se2.js";
 import { View } from "./view.js";
 
-const TRAIL = 150; // numbers that the curve remembers
 const CLOSE = [0.35, 6 * DEGREE]; // from which the answer is close: m, rad
 const BY_TOUCH = "Drag the newer scan, blue, onto the older one; turn it by its knob.";
-const LEGEND = [["target", "older scan"], [4, "newer scan, and its nearest points"], [1, "left out: the farthest fifth"]];
+const LEGEND = [["older", "older scan"], ["kept", "newer scan, and its nearest points"], ["trimmed", "left out: the farthest fifth"]];
 const FEWER = 0.004; // share of the number from which it is warmer or colder
 const BY_KEYS = "Arrow keys move it by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
 
@@ -66,11 +66,10 @@ export class HandView extends View {
     const again = button("Start again", "Put the scan back", () => this.start());
     const misfit = element("p", { class: "icp-misfit" }, this.distance, " between the scans, where they overlap");
     const help = element("p", { class: "icp-status icp-keys" }, BY_KEYS);
-    const marks = LEGEND.map(([kind, text]) => element("span", { class: `icp-mark-${kind}` }, text));
     const side = part("right", misfit, this.verdict, part("row", run, again), this.curve, help, this.spoken);
     this.root = element(
       "div", { class: "icp-explorer icp-by-hand", role: "group", "aria-label": this.model.get("label") },
-      part("frame", part("left", this.plane.canvas, element("p", { class: "icp-legend" }, ...marks)), side),
+      part("frame", part("left", this.plane.canvas, legendOf(LEGEND)), side),
     );
     const take = ({ detail }) => (this.model.set("scene_data", [detail]), this.start()); // from the first page's map
     this.root.addEventListener("icp-scene", take, { signal: this.signal });
@@ -79,7 +78,7 @@ export class HandView extends View {
   start() {
     const [scene] = this.model.get("scene_data");
     Object.assign(this, unpacked(scene));
-    this.parameters = { ...this.model.get("fixed_parameters"), ...this.model.get("first_parameters") };
+    this.parameters = this.model.get("first_parameters");
     this.trail = [];
     this.hint = scene.hint ?? BY_TOUCH;
     this.plane.frame(Float64Array.of(0, 0, ...this.target.points, ...apply(transform(...scene.guess), this.source)));
@@ -141,7 +140,7 @@ export class HandView extends View {
   // Found, or stuck, and how far from the answer; on the way, whether the number falls.
   judge(T) {
     const running = this.path && this.shown < this.path.length - 1, by = this.ended ? "ICP" : "you";
-    const outcome = outcomeOf(this.ended ?? { T_target_source: T, termination: "CONVERGED_POSE" }, this.known, this.model.get("found_within"));
+    const outcome = outcomeOf(this.ended ?? { T_target_source: T, termination: "CONVERGED_POSE" }, this.known);
     const off = poseDifference(this.known, T), far = off[0] < 0.1 ? sayDifference(off) : `${off[0].toFixed(2)} m`;
     const [x, y, theta] = toXYTheta(T), turn = (Math.abs(theta) / DEGREE).toFixed(1);
     const [before, now] = [this.trail.at(-4) ?? this.trail[0], this.trail.at(-1)], change = now / before - 1;

@@ -33,11 +33,9 @@ export function freshContext(canvas, heightFor) {
   return { context, width, height };
 }
 
-export function rule(context, u0, v0, u1, v1, color = null) {
-  if (color) {
-    context.strokeStyle = color;
-    context.lineWidth = 1;
-  }
+export function rule(context, u0, v0, u1, v1, color) {
+  context.strokeStyle = color;
+  context.lineWidth = 1;
   context.beginPath();
   context.moveTo(u0, v0);
   context.lineTo(u1, v1);

@@ -34,8 +34,7 @@ export function slider({ name, label, title = null, values, read, onValue }) {
     oninput: () => onValue(values[input.valueAsNumber]),
   });
   const set = (value) => {
-    const distance = (other) => Math.abs((other ?? Infinity) - value);
-    const index = value === null ? values.indexOf(null) : nearestIndex(values, distance);
+    const index = value === null ? values.indexOf(null) : nearestIndex(values, value);
     if (input.valueAsNumber !== index) input.value = index;
     const text = read(value);
     if (text === output.textContent) return;
@@ -50,12 +49,10 @@ export function slider({ name, label, title = null, values, read, onValue }) {
   return { node, set, resize };
 }
 
-function nearestIndex(values, distance) {
-  let best = 0;
-  values.forEach((value, i) => {
-    if (value !== null && distance(value) < distance(values[best])) best = i;
-  });
-  return best;
+// The index of the value that is nearest to the one wanted; that of null is none's.
+export function nearestIndex(values, wanted) {
+  const apart = (value) => Math.abs((value ?? Infinity) - wanted);
+  return values.reduce((best, value, i) => (apart(value) < apart(values[best]) ? i : best), 0);
 }
 
 // Numbers from `first` to `last` in equal steps, without the dust of adding them up.
@@ -70,28 +67,6 @@ export function choice({ name, label, title = null, options, onValue }) {
   for (const [value, text] of options) select.append(element("option", { value }, text));
   const node = element("div", { class: "icp-field", title }, element("label", { for: id }, label), select);
   return { node, set: (value) => (select.value = value) };
-}
-
-export function number({ name, label, step, digits, onValue }) {
-  const id = freshId(name);
-  let text = "", typing = false;
-  const rest = () => ((typing = false), (input.value = text));
-  const input = element("input", {
-    id, type: "number", name, step, inputmode: "decimal",
-    oninput: () => (typing = true),
-    onchange: () => {
-      if (!Number.isFinite(input.valueAsNumber)) return rest(); // emptied: the value stands
-      typing = false; // what is used of it comes back by `set`
-      onValue(input.valueAsNumber);
-    },
-    onblur: () => typing && rest(), // typed back to what it was, which is no change
-  });
-  const node = element("div", { class: "icp-number" }, element("label", { for: id }, label), input);
-  const set = (value) => {
-    text = value.toFixed(digits);
-    if (!typing) input.value = text;
-  };
-  return { node, set };
 }
 
 export function checkbox({ name, label, title = null, onValue }) {
@@ -120,7 +95,7 @@ export function keepToItself(root, signal) {
 // Names as in labkit's IcpParameters.
 export const SLIDERS = ["metric", "max_correspondence_distance", "overlap_ratio", "huber_delta", "approach"];
 
-const METRICS = [["point_to_point", "point to point"], ["point_to_line", "point to line"]];
+export const METRICS = [["point_to_point", "point to point"], ["point_to_line", "point to line"]];
 // Equal steps change equally much: distances are as on a log scale.
 const round = [0.01, 0.015, 0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.12, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1, 1.2, 1.5, 2];
 const VALUES = {
@@ -142,7 +117,7 @@ export function parameterControls({ scenes, words, choose, tell, values }) {
   const told = (name) => ({ name, label: words[name].label, title: words[name].help, onValue: tell(name) });
   const read = ({ unit }) => (value) => (value === null ? "off" : [digits(value), unit].filter(Boolean).join(" "));
   const sliders = Object.entries(VALUES).map(([name, usual]) => [
-    name, slider({ ...told(name), values: values[name] ?? usual, read: read(words[name]) }),
+    name, slider({ ...told(name), values: values?.[name] ?? usual, read: read(words[name]) }),
   ]);
   return {
     scene: choice({ name: "scene", label: "scans", onValue: choose, options: scenes.map((name) => [name, name]) }),
@@ -153,31 +128,20 @@ export function parameterControls({ scenes, words, choose, tell, values }) {
 }
 
 const GUESS = [
-  { name: "x", unit: "m", factor: 1, step: 0.05, places: 3 },
-  { name: "y", unit: "m", factor: 1, step: 0.05, places: 3 },
-  { name: "turn", unit: "°", factor: 180 / Math.PI, step: 1, places: 2 },
+  { name: "x", unit: "m", factor: 1, usual: steps(-3, 3, 0.05) },
+  { name: "y", unit: "m", factor: 1, usual: steps(-3, 3, 0.05) },
+  { name: "turn", unit: "°", factor: 180 / Math.PI, usual: steps(-180, 180, 1) },
 ];
-const replaced = (guess, k, value) => guess.map((old, i) => (i === k ? value : old));
 
-// Sliders of the guess, those of x, y and turn for which there are `values`.
-export function guessSliders({ values, guess, place }) {
-  const nodes = {}, all = GUESS.map(({ name, unit, factor }, k) => {
-    if (!(name in values)) return { set() {} };
-    const onValue = (value) => place(replaced(guess(), k, value / factor));
+// Sliders of the guess: of x, y and turn those for which there are `values`; all where there are none.
+export function guessSliders({ values, guess, move }) {
+  const nodes = {}, all = GUESS.map(({ name, unit, factor, usual }, k) => {
+    if (values && !(name in values)) return { set() {} };
+    const onValue = (value) => move(guess().map((old, i) => (i === k ? value / factor : old)));
     const read = (value) => (unit === "°" ? `${fixed(value, value % 1 ? 1 : 0)}°` : `${digits(value)} ${unit}`);
-    const made = slider({ name, label: `guess ${name}`, values: values[name], read, onValue });
+    const made = slider({ name, label: `guess ${name}`, values: values?.[name] ?? usual, read, onValue });
     nodes[name] = made.node;
     return made;
   });
   return { ...nodes, set: (row) => all.forEach(({ set }, k) => set(row[k] * GUESS[k].factor)) };
-}
-
-// The guess as three numbers, for those who would rather type than drag.
-export function guessFields({ guess, move }) {
-  const fields = GUESS.map(({ name, unit, factor, step, places }, k) => {
-    const onValue = (value) => move(replaced(guess(), k, value / factor));
-    return number({ name: `guess-${k}`, label: `${name} [${unit}]`, step, digits: places, onValue });
-  });
-  const node = element("fieldset", {}, element("legend", {}, "guess"), ...fields.map((each) => each.node));
-  return { node, set: (row) => fields.forEach(({ set }, k) => set(row[k] * GUESS[k].factor)) };
 }

@@ -2,6 +2,7 @@
 
 import { disc, freshContext, rule } from "./canvas.js";
 
+export const TRAIL = 150; // numbers that a curve remembers of what was done by hand
 const RIGHT = 12, TOP = 24, BOTTOM = 22, INSIDE = 9; // px; so much lie the curves within the frame
 
 // The costs on a log scale, with a ring at the one that is shown. More than one series are two

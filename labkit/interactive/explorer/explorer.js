@@ -6,21 +6,20 @@ import { Basin } from "./basin.js";
 import { HandView } from "./by_hand.js";
 import { palette, tween } from "./canvas.js";
 import {
-  SLIDERS, button, choice, element, guessFields, guessSliders, parameterControls, part, slider, steps, toggle,
+  SLIDERS, button, element, guessSliders, parameterControls, part, slider, steps, toggle,
 } from "./controls.js";
 import { drawCost } from "./cost.js";
 import { pairsAt } from "./correspondences.js";
 import { icp } from "./icp.js";
-import { Plane } from "./plane.js";
+import { MAX_ZOOM, Plane } from "./plane.js";
 import { Readouts, outcome } from "./readouts.js";
 import { unpacked } from "./scene.js";
 import { apply, between, toXYTheta, transform } from "./se2.js";
-import { copyState, keepState, keptState, stateFromAddress, storeBet, storedBet } from "./state.js";
+import { copyState, isPage, keepState, keptState, stateFromAddress, storeBet, storedBet } from "./state.js";
 import { View, widgetOf } from "./view.js";
 
-const PLAY = 350; // ms that an iteration takes at speed 1
-const MOVE = 100; // ms of them in which the scan moves
-const SPEEDS = [[1, "1×"], [3, "3×"], [10, "10×"]];
+const PLAY = 350, LONGEST = 6000; // ms that an iteration takes, and a run
+const MOVE = 100; // ms of an iteration in which the scan moves
 const REST = 120; // ms after which the browser keeps the state
 const KEYS = "Arrow keys move the guess by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
 const HINT = "Drag the scan, or its knob to turn it.";
@@ -49,24 +48,21 @@ class ExplorerView extends View {
   }
 
   build() {
-    const values = this.model.get("sliders") ?? {};
+    const values = this.model.get("sliders");
     this.controls = parameterControls({
       values,
       scenes: this.names(), words: this.model.get("parameter_words"),
       choose: (name) => this.choose(name),
       tell: (name) => (value) => this.set({ [name]: value }),
     });
-    this.guessSliders = guessSliders({
-      values, guess: () => this.model.get("guess"), place: (guess) => (this.stop(), this.set({ guess }), this.request()),
-    });
-    this.guess = guessFields({ guess: () => this.model.get("guess"), move: (guess) => this.move(guess) });
+    const place = (guess) => (this.stop(), this.set({ guess }), this.request());
+    const move = this.compact ? place : (guess) => this.move(guess);
+    this.guess = guessSliders({ values, guess: () => this.model.get("guess"), move });
     this.plane = new Plane({
       label: `Map of both scans. ${KEYS}`, signal: this.signal, pose: () => this.pose(),
       onPose: ({ x, y, theta }) => this.move([x, y, theta]), onBet: (place) => this.bet(place),
       onView: () => this.request(),
     });
-    this.speed = choice({ name: "speed", label: "speed", options: SPEEDS, onValue: (value) => (this.pace = PLAY / value) });
-    this.pace = PLAY;
     this.play = button("Play", "Show one iteration after the other", () => this.togglePlay());
     const read = (k) => `${k} of ${this.last()}`, onValue = (k) => this.show(k);
     this.scrubber = slider({ name: "iteration", label: "iteration", values: [0], read, onValue });
@@ -97,19 +93,19 @@ class ExplorerView extends View {
     const mode = (name, text, title) => toggle(text, title, () => this.setMode(this.plane.mode === name ? "move" : name));
     this.modes = { pan: mode("pan", "Pan", "Drag the view, not the scan"), bet: mode("bet", "Bet", BET) };
     const reset = button("Reset", "Guess, parameters and view as at first", () => this.reset());
-    const copy = button("Copy state", "Copy a link to what is shown, in JupyterLab the lines that set it", () =>
+    const copy = button("Copy state", "Copy a link to what is shown", () =>
       copyState(this.model, this.number()).then((said) => (this.said.textContent = said)));
     const shown = Object.keys(this.model.get("sliders") ?? sliders);
-    const rows = shown.map((name) => sliders[name]?.node ?? this.guessSliders[name]);
-    const full = button("Full screen", "Larger, for a lecture; the key F does the same", () => this.enlarge());
+    const { set, ...guess } = this.guess, rows = shown.map((name) => sliders[name]?.node ?? guess[name]);
+    const full = button("Full screen", "Larger, for a lecture", () => this.enlarge());
     const { sentence, numbers, legend, ending, spoken } = this.readouts;
     const tools = [this.nearer, this.farther, this.modes.pan.node];
     if (this.compact) tools.push(reset);
-    else tools.push(this.modes.bet.node, reset, copy);
+    else tools.push(this.modes.bet.node, reset, ...(isPage() ? [copy] : []));
     const map = part("left", this.plane.canvas, part("row", ...tools), legend, this.said);
-    const playing = [this.start, this.step, this.play, this.end, ...(this.compact ? [] : [this.speed.node])];
-    const run = this.model.get("runs") ? [part("row", ...playing), this.scrubber.node] : [];
-    const more = this.compact ? [] : [approach.node, this.guess.node];
+    const playing = part("row", this.start, this.step, this.play, this.end);
+    const run = this.model.get("runs") ? [playing, this.scrubber.node] : [];
+    const more = this.compact ? [] : [approach.node, ...Object.values(guess)];
     const side = part("right", part("sliders", ...rows, ...more), part("run", ...run), sentence, numbers, spoken);
     if (!this.compact) side.append(this.cost), map.append(this.basin.node);
     const top = this.compact ? [] : [part("top", scene.node, metric.node, full)];
@@ -117,8 +113,6 @@ class ExplorerView extends View {
       "div", { class: `icp-explorer${this.compact ? " icp-compact" : ""}`, role: "group", "aria-label": this.model.get("label") },
       part("frame", ...top, map, side, ending)
     );
-    const key = ({ key, target, ctrlKey, metaKey }) => key === "f" && !ctrlKey && !metaKey && !target.matches("input[type=number]") && this.enlarge();
-    if (!this.compact) this.root.addEventListener("keydown", key, { signal: this.signal });
   }
 
   // ---- what the reader does
@@ -150,7 +144,8 @@ class ExplorerView extends View {
 
   reset() {
     storeBet(this.scene, null);
-    this.set(this.model.get("first_parameters"));
+    const first = this.model.get("first_parameters");
+    this.set(Object.fromEntries(SLIDERS.map((name) => [name, first[name]])));
     this.choose(this.model.get("scene"));
     this.enter();
   }
@@ -195,7 +190,7 @@ class ExplorerView extends View {
   togglePlay() {
     if (this.playing) return this.stop();
     if (this.number() >= this.last()) this.shown = 0;
-    this.walk(this.last(), this.pace);
+    this.walk(this.last(), Math.min(PLAY, LONGEST / this.last()));
   }
 
   stop() {
@@ -233,14 +228,14 @@ class ExplorerView extends View {
 
   parameters() {
     const moved = SLIDERS.map((name) => [name, this.model.get(name)]);
-    return { ...this.model.get("fixed_parameters"), ...Object.fromEntries(moved) };
+    return { ...this.model.get("first_parameters"), ...Object.fromEntries(moved) };
   }
 
   basinJob() {
     const parameters = this.parameters(), guess = this.model.get("guess");
     return {
       source: this.source, target: this.target, parameters, answer: this.answer(), guess: transform(...guess),
-      within: this.model.get("found_within"), from: this.known ? this.scene.reference : "estimate",
+      from: this.known ? this.scene.reference : "estimate",
       key: JSON.stringify([this.scene.name, parameters, guess[2]]),
     };
   }
@@ -282,12 +277,10 @@ class ExplorerView extends View {
     }
     for (const name of [...SLIDERS, "scene"]) this.controls[name].set(this.model.get(name));
     this.guess.set(guess);
-    this.guessSliders.set(guess);
     this.scrubber.resize(steps(0, this.last(), 1));
     this.scrubber.set(this.number());
-    const { closest, farthest } = this.plane.limits();
-    this.nearer.disabled = closest;
-    this.farther.disabled = farthest;
+    this.nearer.disabled = this.plane.zoom === MAX_ZOOM;
+    this.farther.disabled = this.plane.zoom === 1;
     this.start.disabled = this.number() === 0;
     this.step.disabled = this.end.disabled = this.number() === this.last();
     for (const [name, each] of Object.entries(this.modes)) each.set(this.plane.mode === name);

@@ -2,6 +2,8 @@
 
 import { fixed } from "./controls.js";
 
+export const NEAR = 24; // px from what can be dragged within which a finger grasps it; elsewhere it scrolls
+
 export class Frame {
   // Its middle shows the place `center` [x, y]; a metre takes `scale` of its pixels.
   look({ width, height, center, scale }) {

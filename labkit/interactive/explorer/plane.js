@@ -1,27 +1,18 @@
 // The two scans in the plane: drawn with their pairs, the source dragged by the reader, the view
 // zoomed and panned, and a bet on where the run will end.
 
+import { drawMark } from "../marks.js";
 import { FATES, fates } from "./correspondences.js";
-import { cross, diamond, dot, freshContext, square, triangle } from "./canvas.js";
+import { disc, freshContext, rule } from "./canvas.js";
 import { element } from "./controls.js";
-import { Frame } from "./frame.js";
+import { Frame, NEAR } from "./frame.js";
 import { DEGREE } from "./se2.js";
 
 const HANDLE = 50; // px from the scanner to the knob that turns it
 const GRASP = 18; // px within which the knob is grasped
-const NEAR = 24; // px from a scan point or the knob within which a finger grasps; elsewhere it scrolls
 const MARGIN = 0.06;
 const EDGE = 14; // px that the scanner stays within the map
-const MAX_ZOOM = 10;
-
-// How pairs of one fate look: apart in colour, dash and marker, as in labkit.plotting.
-export const FATE_STYLES = [
-  { color: "gated", dash: [1.5, 2.5], marker: cross },
-  { color: "trimmed", dash: [5, 3], marker: square },
-  { color: "noline", dash: [5, 2, 1, 2], marker: diamond },
-  { color: "down", dash: [6, 2, 1, 2], marker: triangle },
-  { color: "kept", dash: [], marker: dot },
-];
+export const MAX_ZOOM = 10;
 
 export class Plane extends Frame {
   // `onPose` gets {x, y, theta} when the reader moves the source; `pose` tells where it is;
@@ -91,10 +82,6 @@ export class Plane extends Frame {
     const spots = [[u0, v0], [u0 + HANDLE * Math.cos(theta), v0 - HANDLE * Math.sin(theta)]];
     for (let i = 0; i < this.source.length; i += 2) spots.push(this.pixel(this.source[i], this.source[i + 1]));
     return spots.some(([a, b]) => Math.hypot(a - u, b - v) < NEAR);
-  }
-
-  limits() {
-    return { farthest: this.zoom === 1, closest: this.zoom === MAX_ZOOM };
   }
 
   // Move the view by pixels, not far beyond the points.
@@ -201,20 +188,13 @@ export class Plane extends Frame {
     this.drawGrid(context, colors);
     below(context, this, colors);
 
-    context.fillStyle = colors.target;
-    for (let i = 0; i < target.length; i += 2) {
-      const [u, v] = this.pixel(target[i], target[i + 1]);
-      context.fillRect(u - 1.3, v - 1.3, 2.6, 2.6);
-    }
-    context.fillStyle = colors.soft; // from afar not all are looked at
-    for (let i = 0; i < source.length; i += 2) {
-      if ((i >> 1) % pairs.stride === 0) continue;
-      const [u, v] = this.pixel(source[i], source[i + 1]);
-      context.fillRect(u - 0.8, v - 0.8, 1.6, 1.6);
-    }
-    const fate = fates(pairs);
-    for (let f = 0; f < FATES.length; f++) this.drawFate(context, pairs, fate, f, colors);
-    const tip = this.drawScanners(context, path, answer, pose, colors), here = this.pixel(pose.x, pose.y);
+    const mark = (kind, data) => drawMark(context, this, colors, [kind, data]);
+    mark("older", target);
+    mark("passed", source.filter((_, i) => (i >> 1) % pairs.stride)); // from afar not all are looked at
+    const fate = fates(pairs), ends = (i) => [...pairs.source.subarray(2 * i, 2 * i + 2), ...pairs.target.subarray(2 * i, 2 * i + 2)];
+    FATES.forEach((name, f) => mark(name, Array.from(fate, (each, i) => (each === f ? ends(i) : [])).flat()));
+    if (answer) mark("answer", [answer.x, answer.y]);
+    const tip = this.drawScanners(context, path, pose, colors), here = this.pixel(pose.x, pose.y);
     context.textAlign = "center";
     [this.pixel(0, 0), here, tip].slice(0, names.length).forEach(([u, v], i) => {
       context.fillStyle = i ? colors.source : colors.ink;
@@ -223,54 +203,23 @@ export class Plane extends Frame {
     context.textAlign = "left";
   }
 
-  drawFate(context, pairs, fate, f, colors) {
-    const style = FATE_STYLES[f];
-    context.strokeStyle = context.fillStyle = colors[style.color];
-    context.lineWidth = 1;
-    context.setLineDash(style.dash);
-    context.beginPath();
-    for (let i = 0; i < fate.length; i++) {
-      if (fate[i] !== f) continue;
-      context.moveTo(...this.pixel(pairs.source[2 * i], pairs.source[2 * i + 1]));
-      context.lineTo(...this.pixel(pairs.target[2 * i], pairs.target[2 * i + 1]));
-    }
-    context.stroke();
-    context.setLineDash([]);
-    context.beginPath();
-    for (let i = 0; i < fate.length; i++)
-      if (fate[i] === f) style.marker(context, ...this.pixel(pairs.source[2 * i], pairs.source[2 * i + 1]));
-    if (style.marker === dot || style.marker === triangle) context.fill();
-    else context.stroke();
-  }
-
-  // Where the older scanner stood, the way of the newer one, the answer, and the knob: where that is.
-  drawScanners(context, path, answer, pose, colors) {
-    context.fillStyle = context.strokeStyle = colors.ink;
+  // Where the older scanner stood, the way of the newer one, and the knob: where that is.
+  drawScanners(context, path, pose, colors) {
+    context.strokeStyle = colors.ink;
     context.lineWidth = 1.2;
     const [u0, v0] = this.pixel(0, 0);
     context.strokeRect(u0 - 5, v0 - 5, 10, 10);
-    context.setLineDash([3, 2]);
-    if (answer) {
-      const [u, v] = this.pixel(answer.x, answer.y);
-      context.beginPath();
-      context.moveTo(u - 9, v), context.lineTo(u + 9, v);
-      context.moveTo(u, v - 9), context.lineTo(u, v + 9);
-      context.stroke();
-    }
-    context.setLineDash([]);
-    context.strokeStyle = context.fillStyle = colors.source;
+    context.strokeStyle = colors.source;
     context.lineWidth = 2;
     context.beginPath();
-    path.forEach(({ x, y }, i) => context[i ? "lineTo" : "moveTo"](...this.pixel(x, y)));
+    path.forEach(({ x, y }) => context.lineTo(...this.pixel(x, y)));
     const [u, v] = this.pixel(pose.x, pose.y);
     const tip = [u + HANDLE * Math.cos(pose.theta), v - HANDLE * Math.sin(pose.theta)];
     context.moveTo(u, v), context.lineTo(...tip);
     context.stroke();
     const ring = (center, radius, filling) => {
-      context.beginPath();
-      context.arc(...center, radius, 0, 2 * Math.PI);
       context.fillStyle = filling;
-      context.fill();
+      disc(context, ...center, radius);
       context.stroke();
     };
     const isGuess = path.length === 1; // hollow: nothing has been estimated yet
@@ -283,11 +232,8 @@ export class Plane extends Frame {
 
   drawBet(context, colors) {
     const [u, v] = this.pixel(...this.bet);
-    context.strokeStyle = context.fillStyle = colors.ink;
-    context.lineWidth = 1.5;
-    context.beginPath();
-    context.moveTo(u, v), context.lineTo(u, v - 22);
-    context.stroke();
+    rule(context, u, v, u, v - 22, colors.ink);
+    context.fillStyle = colors.ink;
     context.beginPath();
     context.moveTo(u, v - 22), context.lineTo(u + 13, v - 17), context.lineTo(u, v - 12);
     context.fill();

@@ -1,5 +1,6 @@
 // What the explorer says in words and numbers about the iteration that is shown and the run.
 
+import { legendOf } from "../marks.js";
 import { TERMINATIONS } from "./constants.js";
 import { digits, element, fixed } from "./controls.js";
 import { FATES, fates, inlierCount, inlierRmse } from "./correspondences.js";
@@ -48,8 +49,7 @@ export class Readouts {
       ...gated, " and an ", word("overlap_ratio", `overlap of ${digits(overlap)}`),
       ` keep ${inlierCount(pairs)} of ${pairs.kept.length} pairs; `, softened, weighed,
     ];
-    const said = parts.map((each) => each.textContent ?? each).join("");
-    if (said !== this.sentence.textContent) this.sentence.replaceChildren(...parts);
+    renew(this.sentence, parts);
   }
 
   // The marks of the map that occur, with their counts.
@@ -57,16 +57,13 @@ export class Readouts {
     const counts = new Array(FATES.length).fill(0);
     for (const fate of fates(pairs)) counts[fate]++;
     const passed = sourcePoints - pairs.kept.length; // from afar not all are looked at
-    const marks = [["target", `target: ${targetPoints}`]];
-    for (const f of [4, 3, 2, 1, 0]) if (counts[f]) marks.push([f, `${FATES[f]}: ${counts[f]}`]);
+    const marks = [["older", `target: ${targetPoints}`]];
+    for (const f of [4, 3, 2, 1, 0]) if (counts[f]) marks.push([FATES[f], `${FATES[f]}: ${counts[f]}`]);
     if (passed) marks.push(["passed", `not looked at: ${passed}`]);
-    marks.push(["older", "older scanner"], ["now", "newer scanner, its way and knob"]);
+    marks.push(["scanner", "older scanner"], ["now", "newer scanner, its way and knob"]);
     if (known) marks.push(["answer", reference]);
     if (bet) marks.push(["bet", "your bet"]);
-    const said = JSON.stringify(marks);
-    if (said === this.explained) return;
-    this.explained = said;
-    this.legend.replaceChildren(...marks.map(([kind, text]) => element("span", { class: `icp-mark-${kind}` }, text)));
+    renew(this.legend, legendOf(marks).childNodes);
   }
 
   // One sentence about the whole run, once the sliders are at rest.
@@ -81,13 +78,15 @@ export class Readouts {
   }
 }
 
-// Put terms and what they stand for into a list, unless that is what it says.
+// Put terms and what they stand for into a list.
 export function writeRows(list, rows) {
-  const said = JSON.stringify(rows);
-  if (list.said === said) return;
-  list.said = said;
-  const parts = rows.flatMap(([term, text]) => [element("dt", {}, term), element("dd", { "data-readout": term }, text)]);
-  list.replaceChildren(...parts);
+  renew(list, rows.flatMap(([term, text]) => [element("dt", {}, term), element("dd", { "data-readout": term }, text)]));
+}
+
+// Put these parts into a node, unless it says the same.
+function renew(node, parts) {
+  const fresh = element("div", {}, ...parts);
+  if (fresh.textContent !== node.textContent) node.replaceChildren(...fresh.childNodes);
 }
 
 // How a run ended, for Python.

@@ -20,7 +20,7 @@ from labkit.simulation import (
     room,
     two_rooms,
 )
-from labkit.support.arrays import FloatArray, as_transform
+from labkit.support.arrays import FloatArray
 from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 LIDAR = Lidar(beam_count=361, field_of_view=2.0 * math.pi)
@@ -44,18 +44,22 @@ class Scene:
     def __post_init__(self) -> None:
         for name, scan in (("source", self.source), ("target", self.target)):
             if len(scan) < MIN_POINTS:
-                where, least = f"`{name}` of scene {self.name!r}", f"at least {MIN_POINTS} points"
-                raise InvalidPointsError(f"{where} needs {least}, got {len(scan)}")
-        as_transform(self.T_init, "T_init")
-        if self.T_reference is not None:
-            as_transform(self.T_reference, "T_reference")
+                where = f"`{name}` of scene {self.name!r}"
+                raise InvalidPointsError(f"{where} needs {MIN_POINTS} points, got {len(scan)}")
 
 
 def default_scenes() -> list[Scene]:
     """Three pairs of Killian Court, the lesson's experiment, and five simulated pairs."""
+    lesson = lesson_experiment()
     return [
         killian_scene(101, "a room"),
-        _lesson(),
+        Scene(
+            name="The lesson's experiment",
+            source=lesson.source,
+            target=lesson.target,
+            T_init=lesson.T_init,
+            T_reference=lesson.T_target_source,
+        ),
         _simulated("Room", room(), (0.30, 0.10, 8.0)),
         _simulated("Turn on the spot", room(), (0.0, 0.0, 20.0)),
         _simulated("Corridor", corridor(), (0.50, 0.05, 2.0), (0.0, 0.0, 0.0)),
@@ -69,11 +73,9 @@ def default_scenes() -> list[Scene]:
 def killian_scene(scan: int, note: str = "") -> Scene:
     """Scans `scan` − 1 and `scan` of Killian Court, from no guess."""
     log = read_log("killian")
-    last = len(log.scans) - 1
-    if not (isinstance(scan, (int, np.integer)) and 1 <= scan <= last):
-        raise InvalidParameterError(
-            f"must be a whole number in [1, {last}], got {scan!r}", parameter="scan"
-        )
+    if scan not in range(1, len(log.scans)):
+        range_told = f"[1, {len(log.scans) - 1}]"
+        raise InvalidParameterError(f"must be in {range_told}, got {scan!r}", parameter="scan")
     assert log.reference is not None
     before, now = from_xytheta(log.reference[scan - 1 : scan + 1])
     return Scene(
@@ -83,17 +85,6 @@ def killian_scene(scan: int, note: str = "") -> Scene:
         T_init=np.eye(3),
         T_reference=relative(before, now),
         reference="reference",
-    )
-
-
-def _lesson() -> Scene:
-    experiment = lesson_experiment()
-    return Scene(
-        name="The lesson's experiment",
-        source=experiment.source,
-        target=experiment.target,
-        T_init=experiment.T_init,
-        T_reference=experiment.T_target_source,
     )
 
 

@@ -1,7 +1,7 @@
-// A state of the explorer as text: in a page a link to it, in JupyterLab the lines that set it. A
-// page has its last state again when it is reloaded; in JupyterLab Python has it.
+// A state of the explorer as a link to it. A page has its last state again when it is reloaded; in
+// JupyterLab Python has it.
 
-import { SLIDERS } from "./controls.js";
+import { METRICS, SLIDERS } from "./controls.js";
 
 const STORE = "labkit-explorer";
 const HASH = "#icp?";
@@ -34,12 +34,12 @@ export function storedBet(scene) {
   return place?.length === 2 && place.every(Number.isFinite) ? place : null;
 }
 
-// Put the text on the clipboard; resolves to what to tell the reader.
-export async function copyState(model, shown) {
-  const said = isPage() ? "A link to this state is on the clipboard." : "The lines that set this state are on the clipboard.";
-  return toClipboard(isPage() ? link(model, shown) : lines(model), said);
+export function copyState(model, shown) {
+  const told = new URLSearchParams({ state: JSON.stringify({ ...stateOf(model), shown }) });
+  return toClipboard(location.href.split("#")[0] + HASH + told, "A link to this state is on the clipboard.");
 }
 
+// Put the text on the clipboard; resolves to what to tell the reader.
 export async function toClipboard(text, said) {
   try {
     await navigator.clipboard.writeText(text);
@@ -47,16 +47,6 @@ export async function toClipboard(text, said) {
   } catch {
     return `Copy this: ${text}`; // no clipboard here
   }
-}
-
-function link(model, shown) {
-  const told = new URLSearchParams({ state: JSON.stringify({ ...stateOf(model), shown }) });
-  return location.href.split("#")[0] + HASH + told;
-}
-
-function lines(model) {
-  const python = (value) => ({ null: "None", true: "True", false: "False" })[value] ?? JSON.stringify(value);
-  return TOLD.map((name) => `explorer.${name} = ${python(model.get(name))}`).join("\n");
 }
 
 export function keepState(model) {
@@ -82,7 +72,7 @@ function sensible(scenes, read) {
     const distances = [values.max_correspondence_distance, values.huber_delta];
     const numbers = [...values.guess, values.overlap_ratio, ...distances.filter((each) => each !== null)];
     if (values.guess.length !== 3 || !numbers.every(Number.isFinite)) return null;
-    if (!["point_to_point", "point_to_line"].includes(values.metric)) return null;
+    if (!METRICS.some(([name]) => name === values.metric)) return null;
     return { shown, values: Object.fromEntries(TOLD.map((name) => [name, values[name]])) };
   } catch {
     return null;

@@ -24,8 +24,6 @@ from labkit.support.arrays import FloatArray, as_transform
 from labkit.support.errors import InvalidParameterError
 from labkit.target import Target, as_target
 
-FOUND = 0.10, math.radians(2.0)  # [m], [rad]: a start in the basin ends nearer to the answer
-_CHOICES = ("max_correspondence_distance", "overlap_ratio", "huber_delta", "x", "y", "turn")
 _SLIDERS = ("metric", "max_correspondence_distance", "overlap_ratio", "huber_delta", "approach")
 
 
@@ -44,10 +42,8 @@ class Explorer(anywidget.AnyWidget):
     form = traitlets.Enum(("explorer", "sliders", "by hand"), "explorer").tag(sync=True)
     runs = traitlets.Bool(True).tag(sync=True)
     scene_data: traitlets.List[Any] = traitlets.List().tag(sync=True)
-    fixed_parameters = traitlets.Dict().tag(sync=True)
     first_parameters = traitlets.Dict().tag(sync=True)
     parameter_words = traitlets.Dict().tag(sync=True)
-    found_within = traitlets.List(traitlets.Float()).tag(sync=True)
     sliders = traitlets.Dict(allow_none=True, default_value=None).tag(sync=True)
     scene = traitlets.Unicode().tag(sync=True)
     metric = traitlets.Enum(get_args(Metric)).tag(sync=True)
@@ -65,17 +61,14 @@ class Explorer(anywidget.AnyWidget):
             raise InvalidParameterError(
                 f"must be at least one, no two of one name, got {names}", parameter="scenes"
             )
-        by_name = told(parameters)
-        first = {k: by_name[k] for k in _SLIDERS}
+        first = told(parameters)
         super().__init__(
             scene_data=[packed(each) for each in scenes],
-            fixed_parameters={k: v for k, v in by_name.items() if k not in _SLIDERS},
             first_parameters=first,
             parameter_words={each.name: dict(each.metadata) for each in fields(parameters)},
-            found_within=list(FOUND),
             scene=scenes[0].name,
             guess=_row(scenes[0].T_init),
-            **first,
+            **{name: first[name] for name in _SLIDERS},
             **layout,
         )
 
@@ -83,7 +76,7 @@ class Explorer(anywidget.AnyWidget):
     def parameters(self) -> IcpParameters:
         """The parameters that the sliders stand at."""
         moved = {name: getattr(self, name) for name in _SLIDERS}
-        return _parameters(self.fixed_parameters | moved)
+        return _parameters(self.first_parameters | moved)
 
     @property
     def T_init(self) -> FloatArray:
@@ -112,30 +105,18 @@ class Explorer(anywidget.AnyWidget):
         _parameters({name: value})
         return value
 
-    @traitlets.validate("guess")
-    def _finite(self, proposal: dict[str, Any]) -> list[float]:
-        guess = cast("list[float]", proposal["value"])
-        if not np.isfinite(guess).all():
-            raise InvalidParameterError(
-                f"must be three finite numbers (x [m], y [m], θ [rad]), got {guess}",
-                parameter="guess",
-            )
-        return guess
-
     @traitlets.observe("scene")
     def _start_over(self, change: dict[str, Any]) -> None:
         self.guess = _row(self.scenes[change["new"]].T_init)
 
 
 def icp_explorer(
-    scenes: Sequence[Scene] | None = None, parameters: IcpParameters | None = None
+    scenes: Sequence[Scene] | None = None, parameters: IcpParameters = DEFAULTS
 ) -> Explorer:
     """A widget in which the reader runs ICP by hand, with a kernel or without.
 
-    Sliders for gate, overlap and Huber's delta, a guess to drag, the iterations one by one,
-    the cost, and the basin of convergence. The page computes all of it; in JupyterLab its
-    values also reach Python. Google Colab shows it after
-    ``google.colab.output.enable_custom_widget_manager()``.
+    The page computes all that it shows; in JupyterLab its values also reach Python. Google Colab
+    shows it after ``google.colab.output.enable_custom_widget_manager()``.
 
     `scenes` are pairs of scans to choose from, `default_scenes` by default; `parameters` say where
     the sliders stand at first, and what they do not change.
@@ -147,10 +128,7 @@ def icp_explorer(
     >>> explorer.run().converged, explorer.parameters.huber_delta
     (True, 0.1)
     """
-    return Explorer(
-        default_scenes() if scenes is None else scenes,
-        IcpParameters() if parameters is None else parameters,
-    )
+    return Explorer(default_scenes() if scenes is None else scenes, parameters)
 
 
 def icp_sliders(
@@ -182,7 +160,7 @@ def icp_sliders(
         reference=reference,
     )
     label = "Gate, overlap and Huber's δ" if sliders is None else "Two scans and their match"
-    chosen = None if sliders is None else {k: _choice(k, v) for k, v in sliders.items()}
+    chosen = None if sliders is None else {k: slider_values(k, v) for k, v in sliders.items()}
     return Explorer([scene], parameters, label=label, form="sliders", runs=runs, sliders=chosen)
 
 
@@ -195,14 +173,12 @@ def align_by_hand(scene: Scene, parameters: IcpParameters = DEFAULTS) -> Explore
     return Explorer([scene], parameters, label="Two scans, to align by hand", form="by hand")
 
 
-def _choice(name: str, values: Iterable[float]) -> list[float | None]:
+def slider_values(name: str, values: Iterable[float]) -> list[float | None]:
     """Values that a slider can be set to; None is off."""
     chosen = [None if value == math.inf else round(float(value), 9) for value in values]
-    if name not in _CHOICES or len(chosen) < 2:
+    if len(chosen) < 2:
         raise InvalidParameterError(
-            f"must give at least two values to each of {', '.join(_CHOICES)}, "
-            f"got {name!r}: {chosen}",
-            parameter="sliders",
+            f"must give at least two values to each, got {name!r}: {chosen}", parameter="sliders"
         )
     return chosen
 
