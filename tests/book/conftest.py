@@ -1,20 +1,20 @@
-"""What students get, the book built from it, a server and a browser."""
+"""What students get, the book built from it, and a browser that shows pages and widgets."""
 
 from __future__ import annotations
 
 import os
 import shutil
-import threading
-from collections.abc import Iterator
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import killian_map
 import pytest
 import students_edition as edition
 import yaml
-from playwright.sync_api import Browser, sync_playwright
+from anywidget import AnyWidget
+from playwright.sync_api import Browser, Page, sync_playwright
+from widget_page import opened, written_page
 
 ROOT = Path(__file__).parents[2]
 REPOSITORY = "https://github.com/some-school/some-course"
@@ -66,20 +66,6 @@ def html(browser: Browser, lab: Path, tmp_path_factory: pytest.TempPathFactory) 
 
 
 @pytest.fixture(scope="session")
-def server(html: Path) -> Iterator[str]:
-    """Address of a local web server over the pages."""
-
-    class Quiet(SimpleHTTPRequestHandler):
-        def log_message(self, *args: object) -> None:
-            pass
-
-    with ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(html))) as httpd:
-        threading.Thread(target=httpd.serve_forever, daemon=True).start()
-        yield f"http://127.0.0.1:{httpd.server_port}"
-        httpd.shutdown()
-
-
-@pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
     """The machine's own Chromium; in CI its absence is a failure, elsewhere a skip."""
     names = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
@@ -91,3 +77,15 @@ def browser() -> Iterator[Browser]:
         browser = playwright.chromium.launch(executable_path=path, args=FLAGS)
         yield browser
         browser.close()
+
+
+@pytest.fixture
+def show(browser: Browser, tmp_path: Path) -> Iterator[Callable[..., Page]]:
+    """A function that shows a widget, once a sign is there, in a window as told."""
+    with ExitStack() as pages:
+
+        def shown(widget: AnyWidget, sign: str, hash: str = "", **window: object) -> Page:
+            address = written_page(widget, tmp_path) + hash
+            return pages.enter_context(opened(browser, address, sign, **window))
+
+        yield shown

@@ -48,12 +48,6 @@ class Firefox:
         assert told["type"] == "success", told["exceptionDetails"]["text"]
         return json.loads(told["result"].get("value", "null"))
 
-    def press(self, key: str) -> None:
-        """Press one key, named as in WebDriver's table, where the focus is."""
-        actions = [{"type": kind, "value": key} for kind in ("keyDown", "keyUp")]
-        keys = {"type": "key", "id": "keys", "actions": actions}
-        self._send("input.performActions", **self._tab, actions=[keys])
-
     def complaints(self) -> list[str]:
         """Errors since the last call: of scripts, and of files that could not be had."""
         self._send("session.status")  # what came before its answer is heard

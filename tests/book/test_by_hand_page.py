@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from mouse import drag, middle
-from playwright.sync_api import Browser, Page, expect
-
-pytest.importorskip("anywidget")
-pytest.importorskip("rtbdata")
-
-from widget_page import TWO_FRAMES, opened, written_page
+from playwright.sync_api import Page, expect
+from widget_page import TWO_FRAMES
 
 import labkit
 from labkit.interactive import Explorer, align_by_hand, killian_scene
@@ -47,16 +42,9 @@ def pair() -> Explorer:
     return align_by_hand(replace(killian_scene(101), T_init=START), TOLD)
 
 
-@pytest.fixture(scope="module")
-def address(pair: Explorer, tmp_path_factory: pytest.TempPathFactory) -> str:
-    return written_page(pair, tmp_path_factory.mktemp("page"))
-
-
 @pytest.fixture
-def page(browser: Browser, address: str) -> Iterator[Page]:
-    size = {"width": 800, "height": 700}
-    with opened(browser, address, SIGN, viewport=size, reduced_motion="reduce") as page:
-        yield page
+def page(show, pair: Explorer) -> Page:
+    return show(pair, SIGN, viewport={"width": 800, "height": 700}, reduced_motion="reduce")
 
 
 def misfit(pair: Explorer, T: np.ndarray) -> str:
@@ -91,38 +79,36 @@ def test_the_number_falls_as_the_scans_meet_and_icp_that_is_stuck_says_so(page, 
     assert distance(page) < dragged
 
 
-def test_icp_never_lets_its_number_rise_and_ends_found(browser, pair, tmp_path):
+def test_icp_never_lets_its_number_rise_and_ends_found(show, pair):
     (scene,) = pair.scenes.values()
     run = labkit.icp(scene.source, scene.target, NEAR, TOLD)
     x, y, turn = labkit.to_xytheta(run.T_target_source)
     found = f"Found: the robot moved {np.hypot(x, y):.2f} m and turned {np.degrees(turn):.1f}°."
-    near = written_page(align_by_hand(replace(scene, T_init=NEAR), TOLD), tmp_path)
-    with opened(browser, near, SIGN) as page:  # in motion
-        page.locator(".icp-plane").focus()
-        for key in ("ArrowLeft", "ArrowRight"):  # a touch, and it no longer beckons
-            page.keyboard.press(key)
-        page.evaluate(TWO_FRAMES)
-        page.evaluate(WATCH)
-        page.get_by_role("button", name="Let ICP finish").click()
-        expect(page.locator(".icp-verdict")).to_have_text(found, timeout=20_000)
-        seen = page.evaluate("() => window.seen")
+    page = show(align_by_hand(replace(scene, T_init=NEAR), TOLD), SIGN)  # in motion
+    page.locator(".icp-plane").focus()
+    for key in ("ArrowLeft", "ArrowRight"):  # a touch, and it no longer beckons
+        page.keyboard.press(key)
+    page.evaluate(TWO_FRAMES)
+    page.evaluate(WATCH)
+    page.get_by_role("button", name="Let ICP finish").click()
+    expect(page.locator(".icp-verdict")).to_have_text(found, timeout=20_000)
+    seen = page.evaluate("() => window.seen")
     assert len(seen) > 5
     assert seen == sorted(seen, reverse=True)
 
 
-def test_from_too_far_off_icp_says_that_it_gives_up(browser, pair, tmp_path):
+def test_from_too_far_off_icp_says_that_it_gives_up(show, pair):
     (scene,) = pair.scenes.values()
-    far = replace(scene, T_init=labkit.transform(80.0, 0.0, 0.0))
-    address = written_page(align_by_hand(far), tmp_path)
-    with opened(browser, address, ".icp-distance", reduced_motion="reduce") as page:
-        page.get_by_role("button", name="Let ICP finish").click()
-        expect(page.locator(".icp-verdict")).to_contain_text("gives up")
+    far = align_by_hand(replace(scene, T_init=labkit.transform(80.0, 0.0, 0.0)))
+    page = show(far, ".icp-distance", reduced_motion="reduce")
+    page.get_by_role("button", name="Let ICP finish").click()
+    expect(page.locator(".icp-verdict")).to_contain_text("gives up")
 
 
 @pytest.mark.parametrize("motion", ["no-preference", "reduce"])
-def test_the_scan_beckons_once_and_lies_where_it_lay(browser, address, motion):
-    with opened(browser, address, SIGN, reduced_motion=motion) as page:
-        seen = page.evaluate(FRAMES)
-        assert (len(set(seen)) > 5) == (motion == "no-preference")
-        assert seen[-1] == page.evaluate("() => document.querySelector('.icp-plane').toDataURL()")
-        expect(page.locator(".icp-legend")).to_contain_text("left out: the farthest fifth")
+def test_the_scan_beckons_once_and_lies_where_it_lay(show, pair, motion):
+    page = show(pair, SIGN, reduced_motion=motion)
+    seen = page.evaluate(FRAMES)
+    assert (len(set(seen)) > 5) == (motion == "no-preference")
+    assert seen[-1] == page.evaluate("() => document.querySelector('.icp-plane').toDataURL()")
+    expect(page.locator(".icp-legend")).to_contain_text("left out: the farthest fifth")

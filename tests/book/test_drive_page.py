@@ -3,33 +3,23 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from itertools import cycle
 
 import pytest
 from mouse import middle
-from playwright.sync_api import Browser, Page, expect
-
-pytest.importorskip("anywidget")
-
-from widget_page import TWO_FRAMES, opened, written_page
+from playwright.sync_api import Page, expect
+from widget_page import TWO_FRAMES
 
 from labkit.interactive import drive
 
 FIT = "() => document.documentElement.scrollWidth <= window.innerWidth"
 
 
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> str:
-    return written_page(drive(), tmp_path_factory.mktemp("drive"))
-
-
 @pytest.fixture(params=[{"width": 1366, "height": 768}, {"width": 390, "height": 844}], ids=str)
-def page(request, browser: Browser, address: str) -> Iterator[Page]:
+def page(request, show) -> Page:
     touch = request.param["width"] < 500
     told = {"viewport": request.param, "has_touch": touch, "is_mobile": touch}
-    with opened(browser, f"{address}#drive-corridor", ".icp-score", **told) as page:
-        yield page
+    return show(drive(), ".icp-score", "#drive-corridor", **told)
 
 
 def score(page: Page) -> tuple[float, float]:
@@ -50,7 +40,8 @@ def drive_on(page: Page, least: float) -> None:
     page.evaluate(TWO_FRAMES)
 
 
-def test_in_a_corridor_only_wheels_tell_and_a_link_holds_the_drive(page, address):
+def test_in_a_corridor_only_wheels_tell_and_a_link_holds_the_drive(page):
+    address = page.url.split("#")[0]
     assert page.evaluate(FIT)
     drive_on(page, 4)
     metres, off = score(page)

@@ -39,37 +39,26 @@ def test_the_examples_in_the_docstrings(module):
 # What is taken out
 
 
-def test_a_marked_region_becomes_an_open_stub_and_the_other_metadata_stay():
+def test_each_mark_of_a_solution_leaves_its_stub_and_all_else_stays():
+    """Nothing of an output stays, and a folded cell with a stub is open."""
+    output, tagged = nbformat.v4.new_output("stream", text=SECRET), {"tags": ["solution"]}
     folded = {"tags": ["hide-input", "raises"], "jupyter": {"source_hidden": True}}
-    cell = new_code_cell(CODE, metadata={"nbgrader": dict(NBGRADER)} | folded)
-    left, taken = strip_notebook(new_notebook(cells=[cell]), "a.ipynb")
-    assert left.cells[0].source == STUB
-    opened = {"nbgrader": NBGRADER, "tags": ["raises"], "jupyter": {}}
-    assert left.cells[0].metadata == opened
-    assert taken == ["    return 2 * x\n"]
-    assert left.metadata["mystnb"]["execution_mode"] == "off"
-
-
-def test_cells_with_the_tag_go_with_all_they_hold():
-    output = nbformat.v4.new_output("stream", text=SECRET)
     cells = [
-        new_markdown_cell(SECRET, metadata={"tags": ["solution"]}),
-        new_code_cell("f(3)", metadata={"tags": ["solution"]}, outputs=[output]),
+        new_code_cell(CODE, metadata={"nbgrader": dict(NBGRADER)} | folded),
+        new_markdown_cell(SECRET, metadata=tagged),
+        new_code_cell("f(3)", metadata=tagged, outputs=[output]),
         new_code_cell("assert f(3) == 6", metadata={"tags": ["remove-cell"]}),
+        new_markdown_cell(SECRET, metadata={"nbgrader": dict(NBGRADER)}),
         new_code_cell("f(4)", outputs=[output], execution_count=3),
         new_markdown_cell("Go on."),
     ]
     left, taken = strip_notebook(new_notebook(cells=cells), "a.ipynb")
-    assert [cell.source for cell in left.cells] == ["f(4)", "Go on."]
+    sources = [cell.source for cell in left.cells]
+    assert sources == [STUB, "YOUR ANSWER HERE", "f(4)", "Go on."]
+    assert taken == ["    return 2 * x\n", SECRET, "f(3)", SECRET]
     assert SECRET not in nbformat.writes(left)
-    assert taken == [SECRET, "f(3)"]
-
-
-def test_an_answer_in_words_becomes_a_stub():
-    cell = new_markdown_cell(SECRET, metadata={"nbgrader": dict(NBGRADER)})
-    left, taken = strip_notebook(new_notebook(cells=[cell]), "a.ipynb")
-    assert left.cells[0].source == "YOUR ANSWER HERE"
-    assert taken == [SECRET]
+    assert left.cells[0].metadata == {"nbgrader": NBGRADER, "tags": ["raises"], "jupyter": {}}
+    assert left.metadata["mystnb"]["execution_mode"] == "off"
 
 
 UNTAGGED = "a.ipynb, cell 1: .* with the tag `solution`"
@@ -98,6 +87,7 @@ def test_a_solution_without_the_tag_and_a_mark_without_its_partner_are_refused(
 
 MARKED = SECRET.replace(" ", "</em> <b class='k'>")
 CELL = new_markdown_cell("\n".join(SECRET.split()))
+DRAWN = '<b data-tex="{}"><svg></svg><span class="read-aloud"><math>{}</math></span></b>'
 
 
 @pytest.mark.parametrize(
@@ -106,24 +96,17 @@ CELL = new_markdown_cell("\n".join(SECRET.split()))
         ("page.html", f"<p>So {MARKED} &amp; on.</p>"),
         ("cells.ipynb", nbformat.writes(new_notebook(cells=[CELL]))),
         ("loud", SECRET.upper()),
+        ("drawn.html", "so " + DRAWN.format("2 x y z", "…") + " is r"),  # counts by its source
     ],
 )
 def test_a_planted_leak_is_found(tmp_path, name, text):
-    secrets = only_secret([SECRET], [PUBLIC])
-    (tmp_path / "clean.html").write_text(f"<p>{PUBLIC}</p>", "utf-8")
+    secrets = only_secret([SECRET, "so 2 x y z is r"], [PUBLIC])
+    other = "so " + DRAWN.format("2xyz", "2 x y z") + " is r"
+    (tmp_path / "clean.html").write_text(f"<p>{PUBLIC}</p>{other}", "utf-8")
     assert find_leaks(tmp_path, secrets) == []
     (tmp_path / name).write_text(text, "utf-8")
     (leak,) = find_leaks(tmp_path, secrets)
     assert leak.startswith(f"{name}: '")
-
-
-def test_a_drawn_formula_counts_by_its_source(tmp_path):
-    secrets = only_secret(["so 2 x y z is r"], [])
-    drawn = '<b data-tex="{}"><svg></svg><span class="read-aloud"><math>{}</math></span></b>'
-    (tmp_path / "other.html").write_text("so " + drawn.format("2xyz", "2 x y z") + " is r", "utf-8")
-    assert find_leaks(tmp_path, secrets) == []
-    (tmp_path / "same.html").write_text("so " + drawn.format("2 x y z", "…") + " is r", "utf-8")
-    assert len(find_leaks(tmp_path, secrets)) == 1
 
 
 # The edition
@@ -131,21 +114,14 @@ def test_a_drawn_formula_counts_by_its_source(tmp_path):
 
 def solution_lines() -> set[str]:
     """Every line that can be told apart, found by a simpler way than the edition's own."""
-    secret: list[str] = []
-    public = ""
-    for path in sorted(ROOT.glob("notebooks/**/*.ipynb")):
+    secret, public = "", ""
+    for path in ROOT.glob("notebooks/**/*.ipynb"):
         for cell in nbformat.read(path, as_version=4).cells:
+            parts = re.split(r"(?s)### BEGIN SOLUTION\n(.*?)### END SOLUTION", cell.source)
             if "solution" in cell.metadata.get("tags", []):
-                secret.append(cell.source)
-                continue
-            regions = re.findall(
-                r"### BEGIN SOLUTION\n(.*?)### END SOLUTION", cell.source, re.DOTALL
-            )
-            secret += regions
-            for region in regions:
-                cell.source = cell.source.replace(region, "")
-            public += cell.source + "\n"
-    lines = {line.strip() for text in secret for line in text.split("\n")}
+                parts = ["", cell.source]
+            public, secret = public + "\n".join(parts[::2]), secret + "\n".join(parts[1::2]) + "\n"
+    lines = {line.strip() for line in secret.split("\n")}
     return {each for each in lines if len(each) >= 20 and each not in public and each[:3] != ":::"}
 
 

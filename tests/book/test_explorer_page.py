@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
 from mouse import Point, drag, middle
-from playwright.sync_api import Browser, Locator, Page, expect
-
-pytest.importorskip("anywidget")
-
-from widget_page import TWO_FRAMES, come_back, opened, written_page
+from playwright.sync_api import Locator, Page, expect
+from widget_page import TWO_FRAMES, come_back
 
 import labkit
 from labkit.interactive import Explorer, icp_explorer
@@ -32,19 +28,12 @@ LISTEN = """() => {
 
 @pytest.fixture(scope="module")
 def explorer() -> Explorer:
-    pytest.importorskip("rtbdata")
     return icp_explorer()
 
 
-@pytest.fixture(scope="module")
-def address(explorer: Explorer, tmp_path_factory: pytest.TempPathFactory) -> str:
-    return written_page(explorer, tmp_path_factory.mktemp("page"))
-
-
 @pytest.fixture
-def page(browser: Browser, address: str) -> Iterator[Page]:
-    with opened(browser, address, SIGN, viewport={"width": 800, "height": 1400}) as page:
-        yield page
+def page(show, explorer: Explorer) -> Page:
+    return show(explorer, SIGN, viewport={"width": 800, "height": 1400})
 
 
 def readout(page: Page, name: str) -> Locator:
@@ -59,7 +48,7 @@ def picture(page: Page) -> str:
 
 
 def guess(page: Page) -> list[float]:
-    """x [m], y [m] and turn [°], as the sliders tell them."""
+    """X [m], y [m] and turn [°], as the sliders tell them."""
     page.evaluate(TWO_FRAMES)
     told = [page.get_by_label(f"guess {each}").get_attribute("aria-valuetext") for each in AXES]
     return [float(each.strip(" m°").replace("−", "-")) for each in told]
@@ -116,24 +105,6 @@ def test_a_run_tells_its_end_only_once_it_was_played(page):
     expect(readout(page, "your bet")).to_have_count(1)
     press(page, "Reset", "End")
     expect(readout(page, "your bet")).to_have_count(0)
-
-
-@pytest.mark.parametrize("name", ["gate", "iteration"])
-def test_a_slider_obeys_the_keyboard_and_speaks(page, name):
-    press(page, "End")
-    slider = page.get_by_label(name, exact=True)
-    before = picture(page)  # which waits until the slider, too, is at the end
-    value, said = slider.input_value(), slider.get_attribute("aria-valuetext")
-    slider.focus()
-    for _ in range(12):
-        page.keyboard.press("ArrowLeft")
-    assert int(slider.input_value()) == max(0, int(value) - 12)
-    expect(slider).not_to_have_attribute("aria-valuetext", said)
-    assert slider.evaluate("node => getComputedStyle(node).outlineStyle") == "solid"
-    assert picture(page) != before
-    page.keyboard.press("End")
-    last = "off" if name == "gate" else re.compile(r"(\d+) of \1")
-    expect(slider).to_have_attribute("aria-valuetext", last)
 
 
 def test_the_scan_is_dragged_turned_and_slid(page):
@@ -201,14 +172,15 @@ def test_the_wheel_zooms_about_the_cursor_within_bounds(page):
     assert picture(page) != shown
 
 
-def test_a_copied_state_is_a_link_to_it(page, address):
+def test_a_copied_state_is_a_link_to_it(page):
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     choose(page, "Room")
     page.get_by_label("gate").press("Home")
     page.locator(".icp-plane").press("ArrowUp")
     press(page, "Step")
     expect(readout(page, "shown")).to_contain_text("iteration 1 of")
-    before, link = picture(page), address + "#icp?"
+    address, before = page.url, picture(page)
+    link = f"{address}#icp?"
     press(page, "Copy state")
     expect(page.locator(".icp-status").first).to_contain_text("clipboard")
     copied = page.evaluate("() => navigator.clipboard.readText()")
@@ -274,15 +246,9 @@ def test_it_fits_a_laptop_s_screen_at_one_height_and_stays_off_paper(page, explo
     expect(page.locator(".icp-explorer")).to_be_hidden()
 
 
-@pytest.fixture
-def telephone(browser: Browser, address: str) -> Iterator[Page]:
-    told = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
-    with opened(browser, address, SIGN, **told) as page:
-        yield page
-
-
-def test_on_a_telephone_a_finger_scrolls_but_for_one_on_the_scan(telephone):
-    page = telephone
+def test_on_a_telephone_a_finger_scrolls_but_for_one_on_the_scan(show, explorer):
+    size = {"width": 390, "height": 844}
+    page = show(explorer, SIGN, viewport=size, has_touch=True, is_mobile=True)
     page.evaluate(TWO_FRAMES)
     assert page.evaluate(FIT)
     box = page.locator(".icp-plane").bounding_box()

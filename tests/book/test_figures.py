@@ -35,25 +35,18 @@ def captions(document: nodes.document) -> list[str]:
     return [each.astext() for each in document.findall(nodes.caption)]
 
 
-def test_a_drawn_picture_and_the_italic_words_below_it_are_a_figure():
-    document = page(
-        cell("text/plain", "image/png"), words(italic("A wall.")), words(nodes.Text("So."))
-    )
-    (figure,) = document.findall(nodes.figure)
-    assert captions(document) == ["A wall."]
-    assert figure.parent["nb_element"] == "cell_code_output"
-    assert figure[0]["nb_element"] == "mime_bundle"
-    assert [each.astext() for each in document.findall(nodes.paragraph)] == ["So."]
-
-
-def test_each_figure_of_a_page_has_an_id_of_its_own_and_what_follows_its_caption_stays_text():
-    one = [cell("image/png"), words(italic("One."), nodes.Text(" It is proven."))]
-    two = [words(nodes.image(uri="map.png")), words(italic("Two."))]
+def test_pictures_and_the_italic_words_below_them_are_figures_each_with_an_id_of_its_own():
+    """What follows the italic words stays text."""
+    one = [cell("text/plain", "image/png"), words(italic("One."), nodes.Text(" It is proven."))]
+    two = [words(nodes.image(uri="map.png")), words(italic("Two.")), words(nodes.Text("So."))]
     document = page(*one, *two)
+    drawn, _ = document.findall(nodes.figure)
     assert [each["ids"] for each in document.findall(nodes.figure)] == [["figure-1"], ["figure-2"]]
     assert captions(document) == ["One.", "Two."]
+    assert drawn.parent["nb_element"] == "cell_code_output"
+    assert drawn[0]["nb_element"] == "mime_bundle"
     texts = [each.astext().strip() for each in document.findall(nodes.paragraph)]
-    assert [text for text in texts if text] == ["It is proven."]
+    assert [text for text in texts if text] == ["It is proven.", "So."]
 
 
 ON_PAPER = cell("image/png")

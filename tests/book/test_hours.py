@@ -63,13 +63,6 @@ def test_a_chapter_s_head_tells_the_minutes_that_are_counted(chapter):
     assert max(abs(told[0] - read), abs(told[2] - core)) < 8, f"counted {read:.0f}, {core:.0f} min"
 
 
-def test_deeper_sections_and_exercises_are_not_on_the_core_path():
-    words = 130 * "word "
-    text = f"# A\n{words}\n## B\n\n*Deeper.* {words}\n### C\n{words}\n## D\n{words}"
-    more = ":::{exercise} E · 25 min · deeper\nWrite.\n:::\n:::{exercise} F · 5 min\nDo.\n:::\n"
-    assert counted(f"{text}\n{more}") == pytest.approx((4.0, 30, 7.0), abs=0.2)
-
-
 def test_the_pages_tell_the_heads_and_their_sums():
     names = ("intro", "students", "instructors")
     intro, *others = ((ROOT / f"book/{name}.md").read_text("utf-8") for name in names)

@@ -3,37 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack
-from pathlib import Path
 
 import numpy as np
-import pytest
 from mouse import drag, middle
-from playwright.sync_api import Browser, Page
-
-pytest.importorskip("anywidget")
-
-from widget_page import TWO_FRAMES, opened, written_page
+from playwright.sync_api import Page
+from widget_page import TWO_FRAMES
 
 import labkit
 from labkit.interactive import icp_sliders, live_figure
 
+SIGN = "[data-readout]"  # of a widget that is drawn
 LESSON = labkit.simulation.lesson_experiment()
-
-
-@pytest.fixture
-def show(browser: Browser, tmp_path: Path) -> Iterator[Callable[..., Page]]:
-    """A function that shows a widget in a window as wide as given."""
-    with ExitStack() as pages:
-        yield lambda widget, width=800: pages.enter_context(
-            opened(
-                browser,
-                written_page(widget, tmp_path),
-                "[data-readout]",
-                viewport={"width": width, "height": 700},
-            )
-        )
 
 
 def readout(page: Page, name: str) -> str:
@@ -44,7 +24,7 @@ def readout(page: Page, name: str) -> str:
 def test_a_slider_of_the_guess_shows_where_the_run_ends(show):
     sliders = {"turn": [-20.0, 0.0, 20.0], "max_correspondence_distance": [0.005, 0.5, math.inf]}
     explorer = icp_sliders(LESSON.source, LESSON.target, LESSON.T_init, sliders=sliders)
-    page = show(explorer)
+    page = show(explorer, SIGN, viewport={"width": 800, "height": 700})
     assert page.locator(".icp-sliders label").all_inner_texts() == ["guess turn", "gate"]
     page.get_by_label("gate").press("Home")
     page.evaluate(TWO_FRAMES)
@@ -72,7 +52,7 @@ def test_a_live_figure_follows_its_sliders_and_the_hand(show):
         source=LESSON.source.points,
         target=LESSON.target.points,
     )
-    page = show(figure, 390)
+    page = show(figure, SIGN, viewport={"width": 390, "height": 700})
     picture = page.get_by_role("img", name="two scans")
     before = picture.evaluate("canvas => canvas.toDataURL()")
     page.get_by_label("turn [°]").press("ArrowRight")

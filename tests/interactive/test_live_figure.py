@@ -16,7 +16,7 @@ from in_node import told_by
 import labkit
 from labkit import IcpParameters, LabkitError
 from labkit.interactive import live_figure
-from labkit.interactive.live_figure import MODELS, LiveFigure
+from labkit.interactive.live_figure import LiveFigure
 from labkit.se2 import relative
 from labkit.simulation import Lidar, cast, room
 
@@ -157,11 +157,6 @@ def test_a_race_shows_both_runs_after_as_many_steps(tmp_path):
             assert np.allclose(moved, labkit.apply(T, newer.points), rtol=0, atol=CLOSE)
             end = "" if k < run.iterations else f", the end after {k} steps"
             assert answer["numbers"][name] == f"{said(T)} off the truth{end}"
-
-
-def test_python_and_the_page_know_the_same_models(tmp_path):
-    told = told_by("live.mjs", LiveFigure._esm, {"figures": []}, tmp_path)
-    assert tuple(told["models"]) == MODELS
 
 
 def test_a_slider_that_stands_still_is_refused():
