@@ -86,10 +86,20 @@ def test_what_a_student_calls_a_file_chooses_nothing(platform, tmp_path):
 
 def test_of_two_uploads_with_one_name_the_newest_counts(read, tmp_path):
     folder = write(tmp_path / "class", ["ada_LATE_1_12_a.py", "emmy_2_13_a.py"], b"new = 1\n")
-    write(folder, ["ada_1_9_a.py"], b"old = 1\n")
+    write(folder, ["ada_1_9_a.py", "zoe_LATE_3_14_a.py", "zoe_3_15_b.py"], b"old = 1\n")
     found, _ = find_submissions(folder)
     assert read(found[0])[0] == {"a.py": "new = 1\n"}
-    assert [one.late for one in found] == [1.0, 0.0]
+    assert [one.late for one in found] == [1.0, 0.0, 1.0]
+
+
+def test_an_archive_is_read_from_old_to_new(read, tmp_path):
+    with zipfile.ZipFile(tmp_path / "work.zip", "w") as archive:
+        for name, year in (("b.py", 2025), ("a.py", 2026), ("c.py", 2024)):
+            archive.writestr(zipfile.ZipInfo(name, (year, 1, 1, 0, 0, 0)), "k = 1\n")
+    (tmp_path / "ada").mkdir()
+    (tmp_path / "work.zip").rename(tmp_path / "ada/work.zip")
+    files, _ = read(one_submission(tmp_path / "ada", "ada"))
+    assert [name[-4:] for name in files] == ["c.py", "b.py", "a.py"]
 
 
 def test_a_class_of_two_layouts_is_refused_with_the_way_out(tmp_path):
