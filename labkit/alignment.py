@@ -142,17 +142,20 @@ def turn_about(center: tuple[float, float], theta: float, dx: float, dy: float) 
 
 def _require_solved(problem: int, count: int) -> None:
     if problem == NO_WEIGHT:
-        raise DegenerateAlignmentError(
+        reason = (
             f"all {count} weights are zero, so no pair says anything; relax the gate or the weights"
         )
-    if problem in (SOURCE_COINCIDES, TARGET_COINCIDES):
-        which = "source" if problem == SOURCE_COINCIDES else "target"
-        raise DegenerateAlignmentError(
-            f"the weighted {which} points of {count} pairs coincide, so the rotation is "
-            f"undetermined; at least 2 distinct pairs with weight are needed"
-        )
-    if problem == ANY_ROTATION:
-        raise DegenerateAlignmentError(
+    elif problem == ANY_ROTATION:
+        reason = (
             f"every rotation fits these {count} pairs equally well (a = b = 0 within "
             f"{RELATIVE_RESOLUTION:g} of their scale); is the target a mirror image of the source?"
         )
+    elif problem != SOLVED:
+        which = "source" if problem == SOURCE_COINCIDES else "target"
+        reason = (
+            f"the weighted {which} points of {count} pairs coincide, so the rotation is "
+            f"undetermined; at least 2 distinct pairs with weight are needed"
+        )
+    else:
+        return
+    raise DegenerateAlignmentError(reason)

@@ -50,35 +50,21 @@ class Correspondences(NamedTuple):
     """The pairs of one association, and what each stage decided about them.
 
     Entry i is source point i; from afar, that of ``source[::stride]`` (see `labkit.schedule`).
-
     """
 
-    source: FloatArray
-    """The source points in the target's frame [m], shape (N, 2)."""
-    target: FloatArray
-    """The nearest target point of each [m], shape (N, 2)."""
-    normals: FloatArray
-    """The target's normal there, NaN where it has none; without rows under point-to-point."""
-    target_index: IntArray
-    """Row of the nearest point in the target, shape (N,)."""
-    distances: FloatArray
-    """Distance between the two points of each pair [m], shape (N,)."""
-    residuals: FloatArray
-    """What the metric minimises [m], the distance or that from the line; NaN without a normal."""
-    within_overlap: BoolArray
-    """Which are among the ⌊ρN⌋ closest pairs, shape (N,)."""
-    weights: FloatArray
-    """Huber's weight of a kept pair, 0 for a rejected one, shape (N,)."""
-    inlier_count: int
-    """Number of kept pairs."""
-    max_correspondence_distance: float
-    """The gate d_max [m] of this iteration."""
-    huber_delta: float
-    """δ [m] of this iteration."""
-    point_share: float
-    """Share of the point-to-point metric in the step of line pairs; see `labkit.schedule`."""
-    stride: int
-    """Only the points ``source[::stride]`` were matched."""
+    source: FloatArray  #: The source points in the target's frame [m], shape (N, 2).
+    target: FloatArray  #: The nearest target point of each [m], shape (N, 2).
+    normals: FloatArray  #: The target's normal there or NaN; (0, 2) under point-to-point.
+    target_index: IntArray  #: Row of the nearest point in the target, shape (N,).
+    distances: FloatArray  #: Distance between the two points of each pair [m], shape (N,).
+    residuals: FloatArray  #: The distance [m], or that from the line; NaN without a normal.
+    within_overlap: BoolArray  #: Which are among the ⌊ρN⌋ closest pairs, shape (N,).
+    weights: FloatArray  #: Huber's weight of a kept pair, 0 for a rejected one, shape (N,).
+    inlier_count: int  #: Number of kept pairs.
+    max_correspondence_distance: float  #: The gate d_max [m] of this iteration.
+    huber_delta: float  #: δ [m] of this iteration.
+    point_share: float  #: Share of the point-to-point metric in the step of line pairs.
+    stride: int  #: Only the points ``source[::stride]`` were matched.
 
     @property
     def kept(self) -> BoolArray:
@@ -147,16 +133,10 @@ def reject_and_weigh(
     within_overlap = overlap(distances, stage.overlap_ratio)  # (B)
     kept = within_gate & within_overlap & np.isfinite(residuals)
     delta, share = widened(residuals, kept, stage)
-    weights, inlier_count = huber_weights(residuals, delta), 0  # (C)
-    for i in range(len(weights)):
-        inlier_count += kept[i]
-        if not kept[i]:
-            weights[i] = 0.0
-    gate, stride = stage.max_correspondence_distance, stage.stride
-    found = (source, partners, on_surface, index, distances, residuals)
-    return Correspondences(
-        *found, within_overlap, weights, inlier_count, gate, delta, share, stride
-    )
+    weights = np.where(kept, huber_weights(residuals, delta), 0.0)  # (C)
+    found = (source, partners, on_surface, index, distances, residuals, within_overlap, weights)
+    gate = stage.max_correspondence_distance
+    return Correspondences(*found, kept.sum(), gate, delta, share, stage.stride)
 
 
 @compiled
@@ -201,21 +181,8 @@ def distance_gate(distances: FloatArray, max_correspondence_distance: float) -> 
 def overlap(distances: FloatArray, overlap_ratio: float) -> BoolArray:
     """(B) Mask of the ⌊ρN⌋ closest pairs, at least 3; of equally close ones the first.
 
-    Parameters
-    ----------
-    distances : array_like, shape (N,)
-        Distances of *all* N source points, gated or not, in metres.
-    overlap_ratio : float
-        The fraction ρ in (0, 1] that is kept.
-
-    Returns
-    -------
-    ndarray of bool, shape (N,)
-
-    Notes
-    -----
-    Because it looks at all N distances, the result does not depend on whether the gate
-    came first, and ρ keeps its meaning (the share of the source that has a partner).
+    The distances [m], shape (N,), are those of *all* N source points, gated or not. So the order
+    of gate and overlap does not matter, and ρ in (0, 1] stays a share of the source.
     """
     count = overlap_count(len(distances), overlap_ratio)
     kept = np.ones(len(distances), np.bool_)
@@ -234,10 +201,7 @@ def overlap(distances: FloatArray, overlap_ratio: float) -> BoolArray:
 
 @compiled
 def overlap_count(source_points: int, overlap_ratio: float) -> int:
-    """Number of pairs that the overlap keeps: ⌊ρN⌋, but at least 3 where there are as many.
-
-    The product ρN is a double, so that ⌊0.29 · 100⌋ is 28.
-    """
+    """Number of pairs that the overlap keeps: ⌊ρN⌋, the product a double; at least 3 if it can."""
     return min(source_points, max(MIN_PAIRS, int(overlap_ratio * source_points)))
 
 
@@ -285,8 +249,8 @@ def pairs_at(
     """
     points = read_only(as_points(source, "source"))
     T, normals = as_transform(T_target_source, "T_target_source"), target.normals_for(parameters)
-    numbers = parameters.for_loop
-    pairs = Correspondences(*_pairs_at(points, target.search.grid, normals, T, numbers, far))
+    grid, numbers = target.search.grid, parameters.for_loop
+    pairs = Correspondences(*_pairs_at(points, grid, normals, T, numbers, far))
     for each in pairs[:8]:
         read_only(each)
     return pairs

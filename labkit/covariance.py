@@ -87,10 +87,8 @@ def fuse(
 ) -> tuple[FloatArray, FloatArray]:
     """Fuse a match with the prior that it began from: the most likely motion, and its covariance.
 
-    Informations add, and the mean is weighted by them. Along a free direction the prior alone
-    counts.
-
-    The prior is (Δx, Δy, Δψ) by wheels or an IMU, shape (3,), with a positive definite covariance,
+    Informations add, and the mean is weighted by them; along a free direction the prior alone
+    counts: (Δx, Δy, Δψ) by wheels or an IMU, shape (3,), with a positive definite covariance,
     shape (3, 3). `result` and `range_std` are as in `censi_covariance`.
     """
     P = as_covariance(prior_covariance, "prior_covariance", 3, definite=True)

@@ -20,7 +20,7 @@ from labkit.neighbors import Grid, nothing_known
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination, step_length
 from labkit.scan import Scan, as_scan
-from labkit.schedule import Stage, first_stage, schedule
+from labkit.schedule import Stage, schedule, stage_of
 from labkit.support.arrays import FloatArray, as_transform, check_kind, read_only
 from labkit.support.compiled import compiled
 from labkit.target import Target, as_target
@@ -103,8 +103,8 @@ def run(
     parameters: IcpParameters,
 ) -> tuple[FloatArray, Termination]:
     """The loop: the poses of all iterations, and how it ended. Letters: boxes of the flow chart."""
-    poses, costs, stage = [T_init], [math.inf], first_stage(parameters, len(source))
-    known = nothing_known(len(source))
+    poses, costs, known = [T_init], [math.inf], nothing_known(len(source))
+    stage = stage_of(parameters, len(source), parameters.approach, False)
     while True:
         gate, some = stage.max_correspondence_distance, source[:: stage.stride]
         found = associate(some, target, poses[-1], gate, known)  # D
@@ -184,10 +184,8 @@ def stands_still(poses: list[FloatArray], parameters: IcpParameters) -> bool:
 @compiled
 def too_few(pairs: Correspondences) -> Termination:
     """The ending of a run in which fewer than 3 pairs were kept."""
-    gate, matched = pairs.max_correspondence_distance, 0
-    for i in range(len(pairs.distances)):
-        matched += pairs.within_overlap[i] and pairs.distances[i] <= gate
-    if matched >= MIN_PAIRS:  # on no surface
+    matched = pairs.within_overlap & (pairs.distances <= pairs.max_correspondence_distance)
+    if matched.sum() >= MIN_PAIRS:  # on no surface
         return Termination.DEGENERATE
     return Termination.TOO_FEW_CORRESPONDENCES
 
@@ -197,7 +195,5 @@ def as_array(poses: list[FloatArray]) -> FloatArray:
     """The poses as one array, shape (K, 3, 3)."""
     stack = np.empty((len(poses), 3, 3))
     for k in range(len(poses)):
-        for row in range(3):
-            for column in range(3):
-                stack[k, row, column] = poses[k][row, column]
+        stack[k] = poses[k]
     return stack

@@ -35,14 +35,13 @@ from labkit.support.arrays import EPSILON, FloatArray, as_pairs, as_points
 from labkit.support.compiled import compiled
 from labkit.support.errors import DegenerateAlignmentError
 
-# A direction of motion is free when the residuals answer it, on average, by less than
-# this share of what they answer straight motion into a wall: √0.02 is a mean angle of 8°
-# between the surface and the direction, about the noise of a normal.
+# A direction of motion is free if the residuals answer it, on average, by less than this share of
+# what they answer straight motion into a wall: √0.02 is a mean angle of 8° between the surface and
+# the direction, about the noise of a normal.
 MIN_INFORMATION = 0.02
 # A quarter is enough if the point-to-point share is at least STEADY_SHARE.
 STEADY_SHARE, STEADY_INFORMATION = 0.03, 0.25 * MIN_INFORMATION
-# As τ → 1 eigenvalues and threshold both approach 1; this margin absorbs rounding.
-BUT_FOR_ROUNDING = 1.0 - 1e-12
+BUT_FOR_ROUNDING = 1.0 - 1e-12  # as τ → 1 eigenvalues and threshold both approach 1
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -54,8 +53,8 @@ class Information:
     center : ndarray, shape (2,)
         The point c [m] that the motion turns about.
     length : float
-        Root mean square distance ℓ [m] of the points from c: it makes an angle comparable
-        with a translation, so that the motion's coordinates are (Δx, Δy, ℓ Δψ).
+        Root mean square distance ℓ [m] of the points from c, for an angle to compare with a
+        translation: the motion's coordinates are (Δx, Δy, ℓ Δψ).
     values : ndarray, shape (3,)
         Mean square change of the residuals for a unit motion along each eigenvector,
         ascending; about ½ for translations in a room, 0 along a corridor.
@@ -89,12 +88,7 @@ def line_information(
 
     Points [m] on surfaces and the unit normals there, shape (N, 2), of weights ≥ 0, shape (N,),
     all equal by default. `other_normals` are the same normals, measured independently: their
-    noise averages out of J'ᵀWJ.
-
-    Raises
-    ------
-    DegenerateAlignmentError
-        Where there is no point with weight, or all of them coincide.
+    noise averages out of J'ᵀWJ. Raises as `align_to_lines` does.
     """
     p, n, w = as_pairs(points, normals, weights)
     other = n if other_normals is None else as_points(other_normals, "other_normals")
@@ -105,19 +99,12 @@ def line_information(
 
 
 def align_to_lines(
-    source: ArrayLike,
-    target: ArrayLike,
-    normals: ArrayLike,
-    weights: ArrayLike,
+    source: ArrayLike, target: ArrayLike, normals: ArrayLike, weights: ArrayLike
 ) -> FloatArray:
     """One Gauss-Newton step (3, 3) of the point-to-line metric: none in free directions.
 
     Matched points [m] and unit normals of the target's surface, shape (N, 2), of weights ≥ 0.
-
-    Raises
-    ------
-    DegenerateAlignmentError
-        Where there is no pair with weight, or all of them coincide.
+    Raises `DegenerateAlignmentError` where no pair has weight, or all of them coincide.
     """
     p, q, w = as_pairs(source, target, weights)
     dT, solved = line_step(p, q, as_points(normals, "normals"), w, 0.0)

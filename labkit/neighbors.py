@@ -138,7 +138,7 @@ def cells_around(x: float, y: float, radius: float, grid: Grid) -> tuple[int, in
 
 
 class Known(NamedTuple):
-    """What a search leaves for the next one, row by row."""
+    """Memory of a search for the next one, row by row."""
 
     rows: IntArray  # (N, 2), two target points
     places: FloatArray  # (N, 2), from where they are the nearest ones [m]

@@ -95,9 +95,11 @@ class IcpParameters:
     @cached_property
     def for_loop(self) -> IcpParameters:
         """The same fields as a named tuple, each of its default's type: numba reads no class."""
-        told = {each.name: getattr(self, each.name) for each in NUMBERS}
-        kinds: dict[str, type] = {each.name: type(each.default) for each in NUMBERS}
-        return cast(IcpParameters, LoopParameters(**{n: kinds[n](told[n]) for n in told}))
+        kinds: list[type] = [type(each.default) for each in NUMBERS]
+        numbers = (
+            kind(getattr(self, each.name)) for kind, each in zip(kinds, NUMBERS, strict=True)
+        )
+        return cast(IcpParameters, LoopParameters(*numbers))
 
 
 NUMBERS = tuple(each for each in fields(IcpParameters) if each.name != "metric")

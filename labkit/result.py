@@ -96,10 +96,7 @@ class Iteration(_Quality):
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class IcpResult(_Quality):
-    """The outcome of one registration.
-
-    The pairs and the history are computed by the loop's own stages, once, when they are asked
-    for.
+    """The outcome of one registration; pairs and history are computed when they are asked for.
 
     Attributes
     ----------
@@ -135,24 +132,22 @@ class IcpResult(_Quality):
 
     @cached_property
     def far(self) -> int:
-        """How many poses, the first ones, counted as far from the answer; see `labkit.schedule`."""
-        told = self.parameters
-        return far_poses(self.poses, self.source.points, told.for_loop) if told.approach else 0
+        """Number of poses, the first ones, that count as far; see `labkit.schedule`."""
+        return far_poses(self.poses, self.source.points, self.parameters.for_loop)
 
     @cached_property
     def history(self) -> tuple[Iteration, ...]:
         """Every iteration, from the initial guess (number 0) to the last step."""
         steps = [(math.nan, math.nan), *(step_length(*each) for each in pairwise(self.poses))]
-        pairs = [*map(self._pairs_at, range(self.iterations)), self.correspondences]
         return tuple(
             Iteration(
-                T_target_source=T,
-                correspondences=pairs[k],
+                T_target_source=self.poses[k],
+                correspondences=self._pairs_at(k) if k < self.iterations else self.correspondences,
                 translation_step=moved,
                 rotation_step=turned,
                 far=k < self.far,
             )
-            for k, (T, (moved, turned)) in enumerate(zip(self.poses, steps, strict=True))
+            for k, (moved, turned) in enumerate(steps)
         )
 
     @cached_property
@@ -161,8 +156,8 @@ class IcpResult(_Quality):
         return self._pairs_at(self.iterations)
 
     def _pairs_at(self, k: int) -> Correspondences:
-        points, T, far = self.source.points, self.poses[k], k < self.far
-        return pairs_at(points, self.target, T, self.parameters, far=far)
+        run = self.source.points, self.target, self.poses[k], self.parameters
+        return pairs_at(*run, far=k < self.far)
 
     @property
     def converged(self) -> bool:
@@ -179,7 +174,7 @@ class IcpResult(_Quality):
     def observability(self) -> Information | None:
         """Information of the final pairs about each direction of the motion.
 
-        None where the run failed or no pair lies on a surface, so that nothing can be said.
+        None where the run failed or no pair lies on a surface.
         In its ``free`` directions the estimate is not a measurement: it is the guess, or chance.
         """
         if self.termination.failed:

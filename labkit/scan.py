@@ -178,17 +178,10 @@ def as_scan(scan: Scan | ArrayLike, name: str = "points", minimum: int = 0) -> S
 
 
 def scanner_poses(poses: ArrayLike, laser_offset: ArrayLike) -> FloatArray:
-    """Poses of the scanner from poses of the robot: ``T_w_laser = T_w_robot @ T_robot_laser``.
+    """Poses of the scanner from those of the robot: ``T_w_laser = T_w_robot @ T_robot_laser``.
 
-    Parameters
-    ----------
-    poses : array_like, shape (K, 3)
-        Poses of the robot in the world, rows (x [m], y [m], θ [rad]).
-    laser_offset : array_like, shape (3,)
-        Pose of the scanner on the robot, ``T_robot_laser`` as (x [m], y [m], θ [rad]).
+    Rows (x [m], y [m], θ [rad]), shape (K, 3); `laser_offset` is ``T_robot_laser``, shape (3,).
 
-    Examples
-    --------
     >>> scanner_poses([[0.0, 0.0, 0.0], [1.0, 0.0, np.pi / 2]], (0.25, 0.0, 0.0)).round(9).tolist()
     [[0.25, 0.0, 0.0], [1.0, 0.25, 1.570796327]]
     """

@@ -12,9 +12,7 @@ than `LONG` δ,
 
 Pairs of Killian Court started at 0.5 m and 20° from the answer then find it in 88 % of the
 cases instead of 74 %, those at 0.3 m and 10° in 98 % instead of 92 %; started near, they
-take no more steps (`tests/bench/run.py --split tuning --pairs 2000 --sets killian --matchers
-point-to-line --no-growth --no-whole-log`, and again with ``approach=False`` in its
-`matchers/lab.py`).
+take no more steps (`tests/bench/run.py --split tuning --pairs 2000 --sets killian`).
 
 References
 ----------
@@ -82,12 +80,6 @@ def widened(residuals: FloatArray, kept: BoolArray, stage: Stage) -> tuple[float
 
 
 @compiled
-def first_stage(parameters: IcpParameters, count: int) -> Stage:
-    """The stage at the guess."""
-    return stage_of(parameters, count, parameters.approach, False)
-
-
-@compiled
 def schedule(
     before: Stage, poses: list[FloatArray], source: FloatArray, parameters: IcpParameters
 ) -> Stage:
@@ -98,8 +90,8 @@ def schedule(
 
 @compiled
 def far_poses(poses: FloatArray, source: FloatArray, parameters: IcpParameters) -> int:
-    """How many poses (K, 3, 3) of a run, the first ones, counted as far from the answer."""
-    stage, seen = first_stage(parameters, len(source)), [poses[0]]
+    """Number of poses (K, 3, 3) of a run, the first ones, that count as far from the answer."""
+    stage, seen = stage_of(parameters, len(source), parameters.approach, False), [poses[0]]
     while stage.far and len(seen) < len(poses):
         seen.append(poses[len(seen)])
         stage = schedule(stage, seen, source, parameters)

@@ -30,8 +30,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """One line on the tools that are missing here, and how to get them."""
     skipped = terminalreporter.stats.get("skipped", [])
-    told = {str(report.longrepr[2]).removeprefix("Skipped: ") for report in skipped}
-    if missing := sorted(reason for reason in told if "install" in reason):
+    reasons = {str(report.longrepr[2]).removeprefix("Skipped: ") for report in skipped}
+    if missing := sorted(reason for reason in reasons if "install" in reason):
         terminalreporter.write_line(f"Not tried here: {'; '.join(missing)}")
 
 

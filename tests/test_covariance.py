@@ -188,6 +188,6 @@ def test_rough_surfaces_count_as_noise():
         for _ in range(2)
     ]
     result = icp(*rough, None, BY_LINE)
-    told = censi_covariance(result, 1e-4)
-    np.testing.assert_allclose(told, censi_covariance(result, 1e-3), rtol=1e-9)
-    assert np.sqrt(told[0, 0]) > 1e-3
+    covariance = censi_covariance(result, 1e-4)
+    np.testing.assert_allclose(covariance, censi_covariance(result, 1e-3), rtol=1e-9)
+    assert np.sqrt(covariance[0, 0]) > 1e-3

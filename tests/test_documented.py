@@ -8,14 +8,14 @@ KNOWN = {*documented.WALKED, *documented.INSTALLED, *documented.EXCUSED}
 
 @pytest.mark.parametrize("page", documented.PAGES)
 def test_every_command_of_a_page_is_run_or_excused(page):
-    told = documented.commands(page)
-    assert told
-    unknown = [each for each in told if each not in KNOWN and not documented.PARTS.match(each)]
+    commands = documented.commands(page)
+    assert commands
+    unknown = [each for each in commands if each not in KNOWN and not documented.PARTS.match(each)]
     assert not unknown, "run it in tests/documented.py, or say there why not"
 
 
 def test_what_is_run_or_excused_is_still_told_and_the_walk_holds_it():
-    told = {command for page in documented.PAGES for command in documented.commands(page)}
-    assert KNOWN - told == set()
+    every = {command for page in documented.PAGES for command in documented.commands(page)}
+    assert KNOWN - every == set()
     for command, file in documented.WALKED.items():
         assert command.removesuffix(" lowest") in (documented.ROOT / file).read_text("utf-8")

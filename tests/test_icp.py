@@ -161,7 +161,7 @@ def test_a_perfect_guess_ends_with_its_first_step(in_the_room):
 @pytest.mark.parametrize("name", ["translation_tolerance", "rotation_tolerance"])
 def test_a_step_as_long_as_the_tolerance_is_no_short_one(name, in_the_room):
     """Both tests ask for less, so that a tolerance of zero turns them off."""
-    told = replace(PLAIN, translation_tolerance=10.0, rotation_tolerance=10.0)
+    loose = replace(PLAIN, translation_tolerance=10.0, rotation_tolerance=10.0)
     step_name = name.replace("tolerance", "step")
     steps = icp(in_the_room.source, in_the_room.target, None, PLAIN).history[1:6]
     k, shortest = min(enumerate(steps, 1), key=lambda each: getattr(each[1], step_name))
@@ -169,7 +169,7 @@ def test_a_step_as_long_as_the_tolerance_is_no_short_one(name, in_the_room):
         (getattr(shortest, step_name), False),
         (math.nextafter(getattr(shortest, step_name), math.inf), True),
     ):
-        end = icp(in_the_room.source, in_the_room.target, None, replace(told, **{name: tolerance}))
+        end = icp(in_the_room.source, in_the_room.target, None, replace(loose, **{name: tolerance}))
         assert (end.iterations == k) is stops
 
 

@@ -24,8 +24,8 @@ target = labkit.Target(scans[0])
 wide = labkit.IcpParameters(metric="point_to_line", approach=True, huber_delta=0.03)
 
 def icp():
-    for told in (labkit.IcpParameters(), wide):
-        result = labkit.icp(scans[5].points, scans[0].points, None, told)
+    for parameters in (labkit.IcpParameters(), wide):
+        result = labkit.icp(scans[5].points, scans[0].points, None, parameters)
         result.history, result.observability, target.search.query(scans[1].points)
 
 def odometry():

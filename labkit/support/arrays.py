@@ -28,9 +28,8 @@ LARGEST = 1e12  # [m]: beyond it the squares of coordinates hold no centimetre
 def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:
     """Return a copy of `values` as float64, or raise an error that says what they are.
 
-    It is a copy because the caller may overwrite the array later. Its rows lie one after the
-    other in memory, the one layout that the stages are compiled for. A masked entry is not a
-    number.
+    The caller may overwrite the array later. The rows of the copy lie one after the other in
+    memory, the one layout that the stages are compiled for. A masked entry is not a number.
     """
     if np.ma.isMaskedArray(values) and np.ma.is_masked(values):
         first = np.argwhere(np.ma.getmaskarray(np.ma.asarray(values)))[0].tolist()
@@ -44,9 +43,8 @@ def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:
             return np.array(numbers, dtype=np.float64, order="C")
     except (TypeError, ValueError):
         pass
-    received = repr(values)
+    received, advice = repr(values), f"; {hint}" if hint else ""
     shown = received if len(received) <= 60 else received[:57] + "..."
-    advice = f"; {hint}" if hint else ""
     raise InvalidPointsError(f"`{name}` must hold numbers, got {shown}{advice}")
 
 
@@ -57,19 +55,17 @@ def read_only(values: Values) -> Values:
 
 
 def as_points(points: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
-    """Check points (N, 2) [m], at least `minimum` of them, finite and within `FARTHEST`.
+    """Check points (N, 2) [m], at least `minimum`, 0 or 1: finite and within `LARGEST`.
 
     Every message begins with `name`, the caller's word, and names the first bad point by index.
     """
-    checked = as_floats(
-        points, name, hint="give an (N, 2) array of metres, `scan.points` of a scan"
-    )
+    hint = "give an (N, 2) array of metres, `scan.points` of a scan"
+    checked = as_floats(points, name, hint)
     if checked.shape == (0,):  # of an empty list
         checked = checked.reshape(0, 2)
     if checked.size == 0 and minimum > 0:
         raise InvalidPointsError(
-            f"`{name}` is empty, got shape {checked.shape}; it needs at least {minimum} "
-            f"point{'s' if minimum > 1 else ''} (were all ranges dropped?)"
+            f"`{name}` is empty, got shape {checked.shape}; were all ranges dropped?"
         )
     if checked.ndim != 2 or checked.shape[1] != 2:
         if checked.shape[:1] == (2,):
@@ -79,8 +75,6 @@ def as_points(points: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
         else:
             advice = "keep x and y, `points[:, :2]`"
         raise InvalidPointsError(f"`{name}` must have shape (N, 2), got {checked.shape}; {advice}")
-    if len(checked) < minimum:
-        raise InvalidPointsError(f"`{name}` needs at least {minimum} points, got {len(checked)}")
     return _as_near(checked, name)
 
 
@@ -107,10 +101,7 @@ def as_poses(poses: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
             f"`labkit.to_xytheta` first"
         )
     if len(checked) < minimum:
-        plural = "s" if minimum > 1 else ""
-        raise InvalidPointsError(
-            f"`{name}` needs at least {minimum} pose{plural}, got {len(checked)}"
-        )
+        raise InvalidPointsError(f"`{name}` needs {minimum} or more poses, got {len(checked)}")
     return _as_near(checked, name)
 
 
@@ -181,10 +172,10 @@ def as_pairs(
         raise InvalidPointsError(
             f"`weights` must have shape ({len(p)},), one per pair, got {w.shape}"
         )
-    wrong = np.flatnonzero(~(np.isfinite(w) & (w >= 0.0)))
-    if wrong.size:
+    if (wrong := ~(np.isfinite(w) & (w >= 0.0))).any():
         raise InvalidPointsError(
-            f"`weights` must be finite and not negative, got {w[wrong[0]]} at index {wrong[0]}"
+            f"`weights` must be finite and not negative, got {w[wrong][0]} "
+            f"at index {wrong.argmax()}"
         )
     return p, q, w
 
@@ -246,21 +237,20 @@ def check_range(
     at_most: float = math.inf,
     unit: str = "",
 ) -> None:
-    """Raise `InvalidParameterError` unless ``above < value`` and ``at_least <= value <= at_most``.
+    """Raise `InvalidParameterError` unless it is one number, > above, ≥ at_least and ≤ at_most.
 
-    ``inf`` passes if there is no upper bound (it means "off"). NaN never passes, nor does
-    anything but a single number.
+    ``inf`` passes if there is no upper bound (it means "off"); NaN never passes.
     """
     if is_number(value) and value > above and at_least <= value <= at_most:
         return
     low = f"({above:g}" if above > at_least else f"[{at_least:g}"
     high = f"{at_most:g}]" if math.isfinite(at_most) else "inf]"
-    suffix = f" {unit}" if unit else ""
-    raise InvalidParameterError(f"must be in {low}, {high}{suffix}, got {value!r}", parameter=name)
+    bounds = f"{low}, {high} {unit}".rstrip()
+    raise InvalidParameterError(f"must be in {bounds}, got {value!r}", parameter=name)
 
 
 def is_number(value: object) -> bool:
-    """Tell a single real number, Python's or numpy's, from all else; True and False are none."""
+    """Recognise a single real number, Python's or numpy's; True and False are none."""
     return isinstance(value, Real) and not isinstance(value, bool)
 
 

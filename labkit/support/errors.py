@@ -16,14 +16,9 @@ class InvalidPointsError(LabkitError):
 
 
 class InvalidParameterError(LabkitError):
-    """A parameter outside its range; the message carries the value that was received.
+    """A parameter outside its range: `problem` says what it must be, and what it is.
 
-    Attributes
-    ----------
-    problem : str
-        What the parameter must be, and what it is.
-    parameter : str
-        Its name, with which the message begins; empty where `problem` says it all.
+    The message begins with the name `parameter`, which is empty where `problem` says it all.
     """
 
     def __init__(self, problem: str, *, parameter: str = "") -> None:

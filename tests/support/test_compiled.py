@@ -18,9 +18,9 @@ NO_FILES = (
 
 def answer(cache, program=ASKED):
     """What a new process prints, and what it says beside."""
-    told = os.environ | {"LABKIT_CACHE": str(cache), "PYTHONWARNINGS": "error"}
+    variables = os.environ | {"LABKIT_CACHE": str(cache), "PYTHONWARNINGS": "error"}
     done = subprocess.run(
-        [sys.executable, "-c", program], env=told, capture_output=True, text=True, check=False
+        [sys.executable, "-c", program], env=variables, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout == "8\n"
