@@ -21,7 +21,7 @@ SCAN = Scan.from_points([[0.0, 1.0], [2.0, 1.0]])
         (plot_covariance, ([0, 0], [[1.0, 0.5], [0.0, 1.0]]), "symmetric and positive"),
         (plot_covariance, ([0, 0], [[1.0, 2.0], [2.0, 1.0]]), "symmetric and positive"),
         (plot_covariance, ([0, 0, 0], np.eye(2)), r"`mean` must be 2 finite numbers \(x, y\)"),
-        (lambda _, *given: map_points(*given), (POSES[:0], []), "needs at least 1 pose, got 0"),
+        (lambda _, *given: map_points(*given), (POSES[:0], []), "needs 1 or more poses, got 0"),
         (lambda _, height: book_figure(height), (51.0,), r"`height` must be in \(0, 50\] in, got"),
     ],
 )
