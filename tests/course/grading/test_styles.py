@@ -65,6 +65,11 @@ STYLES = {
         {"has_converged": 'globals()["EPS"] = 0.0\n' + RIGHT["has_converged"].replace(
             "):\n", "):\n    EPS\n", 1)}
     ),
+    "what an answer prints goes nowhere": answered(
+        {"wrap": "import os\n\n\n" + RIGHT["wrap"].replace(
+            "    return", "    with open(os.devnull, 'w') as null:\n"
+            "        print(angle, file=null)\n    return", 1)}
+    ),
     "numba": answered(
         {"best_translation": "from numba import njit, prange\n\n\n@njit(parallel=True)\n"
          "def best_translation(R, source, target):\n    t = np.zeros(2)\n"

@@ -7,6 +7,7 @@ a value like any other, compared outside with a reference that never came in.
 from __future__ import annotations
 
 import ast
+import builtins
 import codeop
 import contextlib
 import json
@@ -225,6 +226,9 @@ def main() -> None:
     quiet = os.open(os.devnull, os.O_RDWR)
     for standard in (0, 1):
         os.dup2(quiet, standard)
+    real = open
+    # A box may make no file, so the null device, which `open(…, "w")` would make, is copied.
+    vars(builtins)["open"] = lambda f, *a, **k: real(os.dup(1) if f == os.devnull else f, *a, **k)
     session = Session(writing)
     sys.meta_path.insert(0, session.finder)
     confine.confine(**json.loads(sys.argv[1]))
