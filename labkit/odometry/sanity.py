@@ -9,7 +9,7 @@ import numpy as np
 
 from labkit.support.arrays import FloatArray, check_range
 
-FULL = 0.7  # agreement with which a match may lie as far from the prior as the limits say
+FULL = 0.7  # agreement from which on a match may lie as far from the prior as the limits say
 ROOM = 1.5  # times the longest of the last motions: a step that is no surprise
 
 
@@ -76,13 +76,12 @@ def conflicts(
 ) -> list[str]:
     """How far a match lies from the prior, where that is too far; empty without a prior.
 
-    The less a match agrees with its target, the nearer it must lie, and the more, the farther off
-    it may lie.
+    A match that agrees less with its target must lie nearer to the prior.
     """
     if prior is None:
         return []
     x, y, turn = (increment - prior).tolist()
-    turn, share = math.remainder(turn, math.tau), max(agreement, 0.0) / FULL
+    turn, share = math.remainder(turn, math.tau), min(1.0, max(agreement, 0.0) / FULL)
     near, most = share * limits.max_prior_translation, share * limits.max_prior_rotation
     found = []
     if not (apart := math.hypot(x, y)) <= near:

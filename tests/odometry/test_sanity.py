@@ -25,9 +25,8 @@ motions = st.tuples(*(st.floats(-most, most) for most in (2.0, 2.0, HALF)))
 
 @given(motions, motions, st.floats(0.0, 1.0))
 def test_a_motion_has_one_complaint_for_each_limit_that_it_exceeds(increment, prior, agreement):
-    """The law; a match that agrees less than `FULL` must lie nearer to the prior, as one that
-    agrees more may lie farther off."""
-    (x, y, turn), share = increment, agreement / FULL
+    """The law; a match that agrees less than `FULL` must lie nearer to the prior."""
+    (x, y, turn), share = increment, min(1.0, agreement / FULL)
     found = beyond(np.array(increment), LIMITS)
     told = " ".join(found)
     assert ("translation" in told) == (math.hypot(x, y) > 1.0)
