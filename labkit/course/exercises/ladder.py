@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from labkit import Target, align, apply, transform
+from labkit import Target, align, apply, invert, transform
 from labkit.correspondences import huber_weights
 from labkit.course.exercises import exercise
 from labkit.course.exercises.se2 import look
@@ -23,6 +23,16 @@ def _spoiled(*options):
         guess = T @ transform(-0.1, 0.05, 0.04)
         cases[f"a robot that turned by {turn:g} rad"] = (newer, older, guess, *options)
     return cases
+
+
+def _beyond_the_end():
+    """Two walls, and points beyond the end of one: far from it, but nearly on its line."""
+    along = np.arange(0.0, 3.0, 0.05)
+    older = np.vstack([np.outer(along, (1, 0)), np.outer(along, (0, 1)) + np.array([4, 1])])
+    beyond = np.column_stack([np.linspace(-1.5, -0.5, 21), np.linspace(0.3, 0.1, 21)])
+    T = transform(0.1, 0.05, 0.03)
+    newer = apply(invert(T), np.vstack([older, beyond]))
+    return newer, older, T @ transform(-0.05, 0.03, 0.02), 0.4, 0.02, 6
 
 
 # fmt: off
@@ -71,7 +81,9 @@ def robust_icp(source, target, T_init, gate=0.3, delta=0.05, rounds=15):
     return T
 
 
-@exercise("A step to lines", lambda: _spoiled(0.4, 0.02, 6), {
+@exercise("A step to lines", lambda: {
+    **_spoiled(0.4, 0.02, 6), "points beyond the end of a wall": _beyond_the_end(),
+}, {
     "The weights are those of the distances d; the residual of a line is e, across the wall.":
         {"abs(e[on])": "d[on]"},
     "The weights are not used: give them to `align_to_lines`.": {"n[on], w)": "n[on], w**0)"},

@@ -9,6 +9,7 @@ import numpy as np
 from labkit import IcpParameters, Target, align, apply, from_xytheta, icp, invert, to_xytheta, wrap
 from labkit import transform as T2
 from labkit.correspondences import huber_loss, huber_weights
+from labkit.course.exercises import exercises
 from labkit.odometry import integrate
 from labkit.se2 import relative, rotation
 
@@ -200,6 +201,8 @@ WRONG = [
     ("key_used_up", "smaller", lambda T, r, a: min(np.hypot(*T[:2, 2]) / r, abs(to_xytheta(T)[2]) / a)),
     ("key_used_up", "degrees", lambda T, r, a: max(np.hypot(*T[:2, 2]) / r, abs(np.degrees(to_xytheta(T)[2])) / a)),
     ("key_used_up", "mean", lambda T, r, a: (np.hypot(*T[:2, 2]) / r + abs(to_xytheta(T)[2]) / a) / 2),
+    ("solve_graph", "", exercises()["solve_graph"].edited({"abs(step).max()": "step.max()"})[0]),
+    ("line_icp", "", exercises()["line_icp"].edited({"d <= gate": "abs(e) <= gate"})[0]),
     ("line_errors", "sign is lost", lambda p, q, n: abs(((p - q) * n).sum(1))),
     ("line_errors", "sign is turned", lambda p, q, n: ((q - p) * n).sum(1)),
     ("turning_column", "origin", lambda p, n: p[:, 0] * n[:, 1] - p[:, 1] * n[:, 0]),
