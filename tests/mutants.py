@@ -157,6 +157,8 @@ def main() -> None:
             tests, chosen = tests_of(name, args.part), ("-k", PARTS[args.part][2])
             (lab / name).write_text(text, "utf-8")
             by = red(lab, tests, *chosen)
+            if by.startswith("tests/"):  # and once more, lest it fell by chance
+                by = red(lab, tests, *chosen, "--last-failed")
             (lab / name).write_text(sources[name], "utf-8")
             if by.startswith("tests/") and red(lab, tests, *chosen, "--last-failed"):
                 sys.exit(f"red without a change: {by}")
