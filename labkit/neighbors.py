@@ -79,7 +79,7 @@ def sort_into_cells(
     low, high = trimmed_range(points[:, 1])
     width, height = right - left, high - low
     side = max(math.sqrt(width * height / (CELLS * count)), (width + height) / (CELLS * count))
-    per_metre = 1.0 / side if side > 1e-300 else 1.0  # all points coincide
+    per_metre = 1.0 / side if side > 1e-150 else 1.0  # all points coincide
     columns, lines = int(width * per_metre) + 1, int(height * per_metre) + 1
     cell, start = np.empty(count, np.intp), np.zeros(columns * lines + 1, np.intp)
     for i in range(count):

@@ -9,7 +9,7 @@ import { MIN_PAIRS } from "./constants.js";
 import { associate, cost, inlierCount, rejectAndWeigh } from "./correspondences.js";
 import { alignToLines } from "./line_alignment.js";
 import { failed, stepLength } from "./result.js";
-import { firstStage, schedule } from "./schedule.js";
+import { schedule, stageOf } from "./schedule.js";
 import { compose } from "./se2.js";
 
 // Estimate the transform that maps the newer scan onto the older one.
@@ -21,7 +21,7 @@ export function icp(source, target, T_init, parameters) {
 // The loop; the letters are the boxes of the flow chart.
 export function run(source, target, T_init, parameters) {
   const poses = [T_init], history = [];
-  let stage = firstStage(parameters, source.length / 2);
+  let stage = stageOf(parameters, source.length / 2, parameters.approach ?? false, false);
   while (true) {
     let pairs = associate(source, target, poses.at(-1), stage); // D
     pairs = rejectAndWeigh(pairs, stage); // E

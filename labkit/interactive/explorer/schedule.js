@@ -24,11 +24,6 @@ export function widened(residuals, kept, { huberDelta, widening }) {
   return widening && some.length ? Math.max(huberDelta, widening * some[some.length >> 1]) : huberDelta;
 }
 
-// The stage at the guess.
-export function firstStage(parameters, count) {
-  return stageOf(parameters, count, parameters.approach ?? false, false);
-}
-
 // The next stage, after the step to the last pose.
 export function schedule(before, poses, source, parameters) {
   const far = before.far && isFar(poses, source, parameters.huber_delta ?? Infinity);
