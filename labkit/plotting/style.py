@@ -35,7 +35,7 @@ COLORS = {  # what it stands for: on a light ground, on a dark one
     "down": ("#00747D", "#3CC6CF"),
     "trimmed": ("#6F57AE", "#B3A1F0"),
     "gated": ("#A0468C", "#E58FD0"),
-    "noline": (GREY, "#9A9A9A"),
+    "noline": ("#737373", "#9A9A9A"),
     "reference": ("#767676", "#A0A0A0"),  # dashed
     "method-1": (VERMILLION, "#FF8B3D"),
     "method-2": (GREEN, "#35C79C"),
