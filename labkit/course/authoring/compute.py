@@ -193,7 +193,7 @@ def confusion(entry: question, cases: Sequence[Case]) -> str:
                 return f"{one.id} is taken for {verdict.misconception or 'none'}; add a case"
             if verdict.score > round(one.credit * asked.points, 2):
                 share = verdict.score / asked.points
-                cheap = (
+                cheap = cheap or (
                     f"{one.id} is to earn {one.credit:g} of the points, but its cases that pass "
                     f"are worth {share:.2f}; raise its credit"
                 )
