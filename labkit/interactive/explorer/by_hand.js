@@ -15,7 +15,10 @@ import { View } from "./view.js";
 
 const CLOSE = [0.35, 6 * DEGREE]; // from which the answer is close: m, rad
 const BY_TOUCH = "Drag the newer scan, blue, onto the older one; turn it by its knob.";
-const LEGEND = [["older", "older scan"], ["kept", "newer scan, and its nearest points"], ["trimmed", "left out: the farthest fifth"]];
+const LEGEND = [
+  ["older", "older scan"], ["kept", "newer scan, and its nearest points"], ["down-weighted", "farther off, weighs less"],
+  ["trimmed", "left out: the farthest fifth"], ["gated", "left out: beyond the gate"],
+];
 const FEWER = 0.004; // share of the number from which it is warmer or colder
 const BY_KEYS = "Arrow keys move it by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
 
