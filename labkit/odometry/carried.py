@@ -27,8 +27,13 @@ def stands(scan: Scan, before: Scan) -> BoolArray:
     return np.asarray(NearestNeighbors(before.points).query(scan.points)[1] < NEAR)
 
 
-def without_carried(scan: Scan, before: Scan, target: Target, T_target_scan: FloatArray) -> Scan:
-    """The scan without the points that are carried along, or as it is where they are too few."""
+def without_carried(
+    scan: Scan, still: BoolArray, target: Target, T_target_scan: FloatArray
+) -> Scan:
+    """The scan without the points that are carried along, or as it is where they are too few.
+
+    `still`, shape (N,), marks the points that lie as they lay; see `stands`.
+    """
     _, off = target.search.query(apply(T_target_scan, scan.points))
-    carried = stands(scan, before) & (off > OFF)
+    carried = still & (off > OFF)
     return scan.select(~carried) if SHARE[0] < carried.mean() < SHARE[1] else scan

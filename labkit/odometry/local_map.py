@@ -13,7 +13,7 @@ from collections import deque
 import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
-from labkit.odometry.carried import without_carried
+from labkit.odometry.carried import stands, without_carried
 from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import apply, from_xytheta, invert
@@ -59,7 +59,8 @@ class LocalMap:
         elif self.last_scan or not matched or moved > KEY_DISTANCE or turned > KEY_ROTATION:
             fixed = scan
             if prior is not None:
-                fixed = without_carried(scan, self.key, self.target, self.T_target_last)
+                still = stands(scan, self.key)
+                fixed = without_carried(scan, still, self.target, self.T_target_last)
             self.target = self._with_key(self.target, self._thinned(fixed))
         else:
             return

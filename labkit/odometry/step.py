@@ -34,7 +34,7 @@ from labkit.covariance import censi_information
 from labkit.degeneracy import spread_ratio
 from labkit.icp import icp
 from labkit.odometry.agreement import THROUGH, beams_of, seen_through
-from labkit.odometry.carried import without_carried
+from labkit.odometry.carried import stands, without_carried
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.sanity import FULL, SanityLimits, beyond, conflicts, poor
 from labkit.odometry.search import STARTS, alike, apart, completed, search, surprise
@@ -183,8 +183,9 @@ def estimate_step(
     if prior is not None and key is not None and parameters.search:
         is_near = not tried[0].complaints and not tried[0].record.against_prior
         here = tried[0].T_target_source if is_near else expected[0]
+        still = stands(source, key)
         for T in (here, T_target_told @ from_xytheta(prior)):
-            fixed = without_carried(source, key, target, T)
+            fixed = without_carried(source, still, target, T)
             if len(fixed) < len(source):
                 other = replace(step, source=fixed)
                 again = other.match(expected[0], Decision.ICP)
