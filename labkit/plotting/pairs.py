@@ -29,7 +29,7 @@ FATES: dict[str, tuple[str, str, str, float]] = {  # colour, line, marker and it
 
 
 def fates(pairs: Correspondences) -> NDArray[np.str_]:
-    """What became of each of N pairs, shape (N,); the first stage that rejects it counts.
+    """Fate of each of N pairs, shape (N,); the first stage that rejects it counts.
 
     Examples
     --------

@@ -56,7 +56,7 @@ class Told(NamedTuple):
 
     @classmethod
     def read(cls, said: Any) -> Told:
-        """What the box says, checked."""
+        """Check what the box says."""
         lists = [map(str, _as(list, _as(dict, said).get(name))) for name in ("states", "calls")]
         states = list(dict.fromkeys(["last", *lists[0]]))[:3]
         return cls(states, frozenset(lists[1]), str(_as(dict, said).get("hands_on")))
