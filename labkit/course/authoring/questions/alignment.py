@@ -22,7 +22,6 @@ WEIGHTS = "chapter 2, “Weights, and one outlier”"
 DETERMINANT = "chapter 2, “What the determinant is for”"
 TRANSLATION = "chapter 2, “The best translation”"
 NOT_TURNED = "The rotation is right, but t is q̄ − p̄: the centroid p̄ has to be turned, t = q̄ − R p̄."
-SWAPPED = "Source and target are swapped: this maps the target onto the source."
 PROPER = "Vt.T @ np.diag([1.0, np.linalg.det(Vt.T @ U.T)]) @ U.T"
 CHANGED_SIGNS = "np.array([[1, -1], [-1, 1]]) * Vt"  # the SVD may choose them
 

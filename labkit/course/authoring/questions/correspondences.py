@@ -18,7 +18,6 @@ from labkit.neighbors import NearestNeighbors
 
 DISTANCES = "np.sqrt((offsets**2).sum(axis=2))"
 ROOT_MEAN_SQUARE = "np.sqrt(np.mean(distances[kept] ** 2))"
-INVERTED = (0.4, "The mask is True for the pairs to reject; it is to be True for those that stay.")
 
 
 def _distances(rng: Rng, count: int, low: float, high: float) -> Value:
