@@ -44,7 +44,7 @@ INSTALLED = (
     "labkit autograder --adjustments grades/adjustments.csv",
     "labkit odometry killian",
     "labkit odometry your.log",
-    "labkit report my_report.ipynb",
+    "jupyter nbconvert --to html --execute --no-input --embed-images my_report.ipynb",
 )
 EXCUSED = {
     "make lab": "opens JupyterLab in a window; tests/book/test_jupyterlab.py starts it",

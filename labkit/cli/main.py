@@ -15,7 +15,6 @@ import labkit
 from labkit.cli import demo, evaluate, match, odometry
 from labkit.cli.options import flag
 from labkit.course.grading.command import add_autograder, add_grade
-from labkit.course.report import pages as report
 from labkit.support.errors import InvalidParameterError, LabkitError
 
 BAD_INPUT, USAGE = 1, 2
@@ -24,7 +23,6 @@ COMMANDS: dict[str, Any] = {
     "odometry": odometry,
     "match": match,
     "evaluate": evaluate,
-    "report": report,
 }
 
 EPILOG = """\

@@ -13,6 +13,7 @@ With `--lab` it moves the same ones in the notebooks, run in a JupyterLab; that 
 from __future__ import annotations
 
 import argparse
+import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -22,14 +23,13 @@ from urllib.parse import unquote, urlsplit
 
 from playwright.sync_api import Browser, Locator, Page, sync_playwright
 
-from labkit.course.report.pages import QUIET, find_browser
-
 sys.path.append(str(Path(__file__).parents[1] / "book"))
 from jupyterlab_page import CLOSE, OPEN, READY, RUN_ALL, jupyterlab
 
 ROOT = Path(__file__).parents[2]
 BUILT = ROOT / "_build" / "html"
 SLOWER = 4
+QUIET = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
 STEPS = 15  # of each control, by each device
 WIDGETS = ".icp-explorer"
 OBSERVE = """() => {
@@ -188,7 +188,7 @@ def main() -> None:
     asked = parser.parse_args()
     wanted = asked.pages or names()
     with sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=find_browser(), args=QUIET)
+        browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=QUIET)
         if not asked.lab:
             print(f"In seconds, {SLOWER} times slower:\n")
             print("| page | MB | largest paint | blocked | long tasks | the longest | number |")

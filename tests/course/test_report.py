@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import labkit
-from labkit.course.report import error_table, parameter_table, quality_table
-from labkit.course.report.tables import UNANSWERED
+from labkit.course.report import UNANSWERED, error_table, parameter_table, quality_table
 from labkit.odometry import Decision, OdometryParameters, SanityLimits, StepRecord
 from labkit.support.errors import InvalidParameterError
 

@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
-from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
@@ -111,7 +110,7 @@ def parameter_table(parameters: object, reasons: Mapping[str, str] | None = None
     >>> chosen = labkit.IcpParameters(overlap_ratio=0.7)
     >>> print(parameter_table(chosen, {"overlap_ratio": "a third of the scan is a crowd"}))
     | parameter | value | default | reason |
-    |---|--:|--:|---|
+    |---|--:|--:|:--|
     | `overlap_ratio` | 0.7 | 0.85 | a third of the scan is a crowd |
     """
     if not is_dataclass(parameters) or isinstance(parameters, type):
@@ -119,36 +118,30 @@ def parameter_table(parameters: object, reasons: Mapping[str, str] | None = None
             f"must be a parameter object such as IcpParameters(), got {parameters!r}",
             parameter="parameters",
         )
-    given, usual = dict(reasons or {}), _leaves(type(parameters)())
-    chosen = _leaves(parameters)
+    given, usual, chosen = reasons or {}, _shown(type(parameters)()), _shown(parameters)
     for name in given.keys() - chosen.keys():
         raise InvalidParameterError(
             f"must be for parameters, got {name!r}; there are {', '.join(sorted(chosen))}",
             parameter="reasons",
         )
     rows = [
-        [f"`{name}`", _show(*chosen[name]), _show(*usual[name]), given.get(name) or UNANSWERED]
-        for name in chosen
-        if name in given or chosen[name] != usual[name]
+        [f"`{name}`", value, usual[name], given.get(name) or UNANSWERED]
+        for name, value in chosen.items()
+        if name in given or value != usual[name]
     ]
     head = Table.of(["parameter", "value", "default", "reason"], rows)
-    return Table(head.replace("|---|--:|--:|--:|", "|---|--:|--:|---|", 1))
+    return Table(head.replace("--:|\n", ":--|\n", 1))
 
 
-def _leaves(parameters: Any) -> dict[str, tuple[object, str]]:
-    """Value and unit of each parameter by its name, those within parameters included."""
-    found: dict[str, tuple[object, str]] = {}
+def _shown(parameters: Any) -> dict[str, str]:
+    """Value of each parameter with its unit, by name, those within parameters included."""
+    found: dict[str, str] = {}
     for field in fields(parameters):
         value = getattr(parameters, field.name)
-        leaf = {field.name: (value, field.metadata.get("unit", ""))}
-        found |= _leaves(value) if is_dataclass(value) else leaf
+        if is_dataclass(value):
+            found |= _shown(value)
+            continue
+        number = f"{value:g}" if isinstance(value, float) else str(value)
+        with_unit = f"{number} {field.metadata.get('unit', '')}".rstrip()
+        found[field.name] = "off" if value == math.inf else with_unit
     return found
-
-
-def _show(value: object, unit: str) -> str:
-    if isinstance(value, bool) or not isinstance(value, Real):
-        return str(value)
-    if value == math.inf:
-        return "off"
-    number = str(value) if isinstance(value, Integral) else f"{float(value):g}"
-    return f"{number} {unit}".rstrip()
