@@ -1,4 +1,4 @@
-"""The command line: ``labkit odometry``, ``match``, ``evaluate`` and others."""
+"""The command line: ``labkit odometry``, ``match`` and others."""
 
 from labkit.cli.main import main
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-import numpy as np
-
+from labkit.cli.match import result_text
 from labkit.cli.options import MATCHING, add_options, chosen
 from labkit.cli.text import pose_text
 from labkit.icp import icp
@@ -30,16 +29,7 @@ def run(args: argparse.Namespace) -> int:
     experiment = lesson_experiment()
     parameters = IcpParameters(**chosen(args, MATCHING))
     result = icp(experiment.source, experiment.target, experiment.T_init, parameters)
-    if result.termination.failed:
-        print(result.message)
-        return 1
-    distances = result.correspondences.distances
-    print(f"truth       {pose_text(to_xytheta(experiment.T_target_source))}")
-    print(f"guess       {pose_text(to_xytheta(experiment.T_init))}")
-    print(f"estimate    {pose_text(to_xytheta(result.T_target_source))}")
-    print(f"iterations  {result.iterations} ({result.message})")
-    print(
-        f"RMSE        {result.inlier_rmse:.4f} m over {result.inlier_count} inliers, "
-        f"{np.sqrt(np.mean(distances**2)):.4f} m over all {len(distances)} points"
-    )
-    return 0
+    print(f"truth: {pose_text(to_xytheta(experiment.T_target_source))}")
+    print(f"guess: {pose_text(to_xytheta(experiment.T_init))}")
+    print(f"estimate: {result_text(result)}")
+    return 1 if result.termination.failed else 0

@@ -12,7 +12,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import labkit
-from labkit.cli import demo, evaluate, match, odometry
+from labkit.cli import demo, match, odometry
 from labkit.cli.options import flag
 from labkit.course.grading.command import add_autograder, add_grade
 from labkit.support.errors import InvalidParameterError, LabkitError
@@ -22,7 +22,6 @@ COMMANDS: dict[str, Any] = {
     "demo": demo,
     "odometry": odometry,
     "match": match,
-    "evaluate": evaluate,
 }
 
 EPILOG = """\
@@ -39,14 +38,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         status = _run(build_parser().parse_args(arguments))
         sys.stdout.flush()  # here, since Python's exit reports no failure
         return status
-    except OSError as error:
-        if error.filename is not None:  # not of a stream: a bug, show the traceback
-            raise
+    except BrokenPipeError:  # the reader (`| head`) has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for the flush at exit
-        if isinstance(error, BrokenPipeError):  # the reader (`| head`) has seen enough
-            return 0
-        print(f"labkit: the output cannot be written: {error.strerror}", file=sys.stderr)
-        return BAD_INPUT
+        return 0
 
 
 def _run(args: argparse.Namespace) -> int:

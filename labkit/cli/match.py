@@ -7,7 +7,7 @@ import math
 import sys
 
 from labkit.cli.options import MATCHING, add_options, chosen
-from labkit.cli.text import pose_text, to_json
+from labkit.cli.text import pose_text
 from labkit.icp import icp
 from labkit.logs import read_log
 from labkit.parameters import IcpParameters
@@ -16,7 +16,6 @@ from labkit.scan import Scan
 from labkit.se2 import from_xytheta, to_xytheta
 from labkit.support.errors import InvalidParameterError, LogError
 
-REPORTED = ("message", "iterations", "fitness", "inlier_count", "inlier_rmse", "cost")
 HELP = "match two scans of x,y in metres"
 DESCRIPTION = """\
 Find the rigid transform that maps the points of SOURCE (the newer scan) onto TARGET (the
@@ -30,7 +29,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("target", metavar="TARGET", help="the older scan, CSV")
     add("source", metavar="SOURCE", help="the newer scan, CSV")
     add("--initial", nargs=3, type=float, default=(0.0, 0.0, 0.0), metavar=pose, help=guess)
-    add("--json", action="store_true", help="print the result as JSON")
     add_options(parser, "matching", IcpParameters(), MATCHING)
 
 
@@ -43,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
     target, source = _read(args.target), _read(args.source)
     parameters = IcpParameters(**chosen(args, MATCHING))
     result = icp(source, target, from_xytheta(args.initial), parameters)
-    print(to_json(_as_dict(result)) if args.json else _as_text(result))
+    print(result_text(result))
     return 1 if result.termination.failed else 0
 
 
@@ -57,7 +55,8 @@ def _read(file: str) -> Scan:
     return log.scans[0]
 
 
-def _as_text(result: IcpResult) -> str:
+def result_text(result: IcpResult) -> str:
+    """Format the motion, how the run ended, and how good the match is."""
     found = pose_text(to_xytheta(result.T_target_source)) + "\n"
     return (
         f"{'' if result.termination.failed else found}{result.message}\n"
@@ -65,16 +64,3 @@ def _as_text(result: IcpResult) -> str:
         f"(fitness {result.fitness:.3f}), inlier RMSE {result.inlier_rmse:.4f} m, "
         f"cost {result.cost:.3g} m²"
     )
-
-
-def _as_dict(result: IcpResult) -> dict[str, object]:
-    x, y, theta = to_xytheta(result.T_target_source).tolist()
-    return {
-        "x": x,
-        "y": y,
-        "theta": theta,
-        "T_target_source": result.T_target_source,
-        "converged": result.converged,
-        "termination": result.termination.name.lower(),
-        **{name: getattr(result, name) for name in REPORTED},
-    }

@@ -6,7 +6,6 @@ import argparse
 import sys
 import time
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -15,7 +14,7 @@ import numpy as np
 from tqdm import tqdm
 
 from labkit.cli.options import SHORT, add_options, chosen, number_or_off
-from labkit.cli.outputs import refuse_picture, write_map, write_quality, write_trajectory
+from labkit.cli.outputs import write_map, write_quality, write_trajectory
 from labkit.cli.text import ERROR_HEADER, error_row, table
 from labkit.evaluation import compare
 from labkit.logs import Log, interpolate_poses, read_log, read_tum
@@ -53,9 +52,12 @@ OPTIONS = {  # fields of `OdometryParameters`, and those of their fields that ar
     "limits": ("max_translation",),
     "preprocessing": ("range_min", "range_max"),
 }
-NOTHING = "none"  # the word for no file
+WRITERS = {
+    "-odometry.tum": write_trajectory,
+    "-quality.csv": write_quality,
+    "-map.png": write_map,
+}
 SHOWN_DAMAGE = 5  # damaged lines that are named one by one
-Writer = Callable[[str, Log, OdometryResult], None]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -66,14 +68,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     wheels = "wheel odometry of the robot, TUM, on the clock of the scans"
     add("--odometry", metavar="FILE", help=wheels)
     add("--scans", type=int, metavar="N", help="use the first N scans only (default all)")
+    files = f"PREFIX of {', '.join(WRITERS)} (default the log's name); `none` writes nothing"
+    add("--out", metavar="PREFIX", help=files)
     _add_log_options(parser)
     defaults = OdometryParameters()
     for part, names in OPTIONS.items():
         add_options(parser, part, getattr(defaults, part), names)
-    group = parser.add_argument_group("output, in this folder by default; `none` writes nothing")
-    group.add_argument("--out", metavar="FILE", help="trajectory, TUM (LOG-odometry.tum)")
-    group.add_argument("--quality", metavar="FILE", help="a CSV row a step (LOG-quality.csv)")
-    group.add_argument("--plot", metavar="FILE", help="map and trajectory (LOG-map.png)")
 
 
 def _add_log_options(parser: argparse.ArgumentParser) -> None:
@@ -101,7 +101,7 @@ def run(args: argparse.Namespace) -> int:
     if args.scans is not None:
         check_count(args.scans, "scans", at_least=2)
     log = _read(args)
-    outputs = _choose_outputs(args, log.name)
+    outputs = _outputs(args, log.name)
     prior, source = choose_prior(log, args.prior)
     print(f"{log.name}: {len(log)} scans, prior: {source}")
     start = np.zeros(3) if log.reference is None else log.reference[0]
@@ -111,10 +111,10 @@ def run(args: argparse.Namespace) -> int:
     with warnings.catch_warnings(action="ignore"):  # the remarks are told below
         result = estimate_odometry(log.scans, prior, parameters, start=start, progress=progress)
     seconds = time.perf_counter() - began
-    for path, write in outputs:
+    for path, write in zip(outputs, WRITERS.values(), strict=False):
         write(path, log, result)
     if outputs:
-        print("wrote " + ", ".join(path for path, _ in outputs))
+        print("wrote " + ", ".join(outputs))
     print(_decisions(result, seconds))
     for remark in result.remarks:
         print(f"note: {remark}", file=sys.stderr)
@@ -166,21 +166,17 @@ def _wheels(args: argparse.Namespace, log: Log) -> FloatArray:
     return scanner_poses(robot, args.laser_offset)
 
 
-def _choose_outputs(args: argparse.Namespace, name: str) -> list[tuple[str, Writer]]:
-    """Files to write, and their writers; raise before the work where one cannot be written."""
-    outputs: list[tuple[str, Writer]] = [
-        (args.out or f"{name}-odometry.tum", write_trajectory),
-        (args.quality or f"{name}-quality.csv", write_quality),
-        (args.plot or f"{name}-map.png", write_map),
-    ]
-    wanted = [(path, writer) for path, writer in outputs if path != NOTHING]
-    taken = {Path(args.log).resolve()}
-    for path, writer in wanted:
-        (refuse_picture if writer is write_map else refuse_unwritable)(path)
-        if (place := Path(path).resolve()) in taken:
-            raise WriteError(f"cannot write {path}: it is the log or another output; rename it")
-        taken.add(place)
-    return wanted
+def _outputs(args: argparse.Namespace, name: str) -> list[str]:
+    """Names of the files to write; raise before the work where one cannot be written."""
+    if args.out == "none":
+        return []
+    paths = [f"{args.out or name}{ending}" for ending in WRITERS]
+    inputs = [Path(file).resolve() for file in (args.log, args.odometry) if file]
+    for path in paths:
+        refuse_unwritable(path)
+        if Path(path).resolve() in inputs:
+            raise WriteError(f"cannot write {path}: it is read from; choose another --out")
+    return paths
 
 
 def choose_prior(log: Log, wanted: str) -> tuple[FloatArray | None, str]:

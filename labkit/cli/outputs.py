@@ -1,20 +1,16 @@
-"""The files of a run: trajectory, quality and pictures, each written whole or not at all."""
+"""The files of a run: trajectory, quality and map, each written whole or not at all."""
 
 from __future__ import annotations
 
 import csv
 import math
-from pathlib import Path
 
 import numpy as np
 
 from labkit.logs import Log, write_tum
 from labkit.odometry import OdometryResult, StepRecord
 from labkit.support.arrays import FloatArray
-from labkit.support.errors import InvalidParameterError
-from labkit.support.files import atomic_write, refuse_unwritable
-
-PICTURES = (".png", ".pdf", ".svg")
+from labkit.support.files import atomic_write
 
 OF_A_MATCH = {  # columns by fields of the record, empty without a match
     "inliers": "inlier_count",
@@ -62,16 +58,7 @@ def write_map(path: str, log: Log, result: OdometryResult) -> None:
     plot_trajectory(ax, result.poses, scans=log.scans, reference=log.reference)
     ax.set_title(f"{log.name}: map and trajectory by scan matching")
     with atomic_write(path, "wb") as file:
-        figure.savefig(file, format=Path(path).suffix[1:].lower(), dpi=200)
-
-
-def refuse_picture(path: str) -> None:
-    """Raise the error of `write_map` before any work is done."""
-    refuse_unwritable(path)
-    if Path(path).suffix.lower() not in PICTURES:
-        raise InvalidParameterError(
-            f"must end in .png, .pdf or .svg, got {path!r}", parameter="plot"
-        )
+        figure.savefig(file, format="png", dpi=200)
 
 
 def _stamps(log: Log) -> FloatArray:

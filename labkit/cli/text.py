@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
-
-import numpy as np
+from collections.abc import Iterable, Sequence
 
 from labkit.evaluation import PoseErrors
 from labkit.support.arrays import FloatArray
@@ -40,14 +36,3 @@ def error_row(name: str, errors: PoseErrors) -> list[str]:
         "|",
         *(f"{math.degrees(value):.3f}°" for value in (r.median, r.p95, r.max, r.rmse)),
     ]
-
-
-def error_dict(errors: PoseErrors) -> dict[str, dict[str, float]]:
-    """Errors for JSON: metres and radians."""
-    return {"translation_m": vars(errors.translation), "rotation_rad": vars(errors.rotation)}
-
-
-def to_json(content: Mapping[str, Any]) -> str:
-    """JSON with null where there is no number, for readers that know no NaN."""
-    text = json.dumps(content, default=np.ndarray.tolist)
-    return json.dumps(json.loads(text, parse_constant=lambda _: None), indent=2)

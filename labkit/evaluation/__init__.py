@@ -5,7 +5,6 @@ and one rotation [rad] per pose or pair; the two are never mixed into one number
 are not three finite numbers, or unequal lengths, raise `InvalidPointsError`.
 """
 
-from labkit.evaluation.association import associate
 from labkit.evaluation.consistency import disagreement, forward_backward, loop_closure
 from labkit.evaluation.pose_errors import ErrorSummary, PoseErrors
 from labkit.evaluation.reference import ate, compare, rpe
@@ -13,7 +12,6 @@ from labkit.evaluation.reference import ate, compare, rpe
 __all__ = [
     "ErrorSummary",
     "PoseErrors",
-    "associate",
     "ate",
     "compare",
     "disagreement",

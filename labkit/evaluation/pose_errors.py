@@ -92,7 +92,6 @@ def as_trajectories(**named: ArrayLike) -> tuple[FloatArray, FloatArray]:
     a, b = (as_poses(poses, name) for name, poses in named.items())
     if len(a) != len(b):
         raise InvalidPointsError(
-            f"`{'` and `'.join(named)}` must have the same length, got {len(a)} and {len(b)} "
-            f"rows; trajectories are paired by `associate`"
+            f"`{'` and `'.join(named)}` must have the same length, got {len(a)} and {len(b)} rows"
         )
     return a, b

@@ -70,14 +70,6 @@ def ate(
     return PoseErrors(*pose_differences(T_true, T_reference_estimate @ T))
 
 
-def _absolute_errors(estimate: ArrayLike, reference: ArrayLike) -> tuple[str, PoseErrors]:
-    """Absolute trajectory error, and its name: first poses aligned if the robot never moved."""
-    try:
-        return "ATE", ate(estimate, reference)
-    except DegenerateAlignmentError:
-        return "ATE, first poses aligned", ate(estimate, reference, align="origin")
-
-
 def rpe(
     estimate: ArrayLike,
     reference: ArrayLike,
@@ -158,8 +150,10 @@ def compare(
     for name, poses in trajectories.items():
         steps[f"{name}, RPE a step"] = rpe(poses, reference)
         stretches[f"{name}, RPE over {stretch:g} m"] = rpe(poses, reference, stretch, "metres")
-        kind, errors = _absolute_errors(poses, reference)
-        absolute[f"{name}, {kind}"] = errors
+        try:
+            absolute[f"{name}, ATE"] = ate(poses, reference)
+        except DegenerateAlignmentError:  # the robot never moved
+            absolute[f"{name}, ATE, first poses aligned"] = ate(poses, reference, align="origin")
     return steps | stretches | absolute
 
 

@@ -34,7 +34,7 @@ import numpy as np
 
 from labkit import from_xytheta, read_log
 from labkit.cli.odometry import SIMULATED_WHEELS
-from labkit.evaluation import associate, ate, rpe
+from labkit.evaluation import ate, rpe
 from labkit.logs import Log, read_tum
 from labkit.odometry import (
     Decision,
@@ -51,6 +51,7 @@ from relations import read_relations, relation_errors
 from tables import markdown
 
 STRETCH = 10.0  # m
+SAME_MOMENT = 0.02  # s
 WRONG = 0.2, np.radians(5.0)
 LOST = 0.5, np.radians(10.0)
 PRIORS = ("log", "jumps", "none")
@@ -93,8 +94,9 @@ def logs_in(names: list[str]) -> list[tuple[Log, Reference | None, Path | None]]
                 reference = Reference(scans=np.arange(len(log)), poses=log.reference)
             elif Path(f"{stem}.ref.tum.gz").exists():
                 stamps, poses = read_tum(f"{stem}.ref.tum.gz")
-                ours, theirs = associate(log.stamps, stamps, tolerance=0.02).T
-                reference = Reference(scans=ours, poses=poses[theirs])
+                gaps = np.abs(log.stamps[:, None] - stamps)
+                ours = np.flatnonzero(gaps.min(axis=1) <= SAME_MOMENT)
+                reference = Reference(scans=ours, poses=poses[gaps.argmin(axis=1)[ours]])
             found.append((log, reference, relations if relations.exists() else None))
     return found
 

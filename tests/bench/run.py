@@ -17,6 +17,7 @@ os.environ["MKL_NUM_THREADS"] = "1"
 os.environ["VECLIB_MAXIMUM_THREADS"] = "1"
 
 import argparse
+import json
 import sys
 import warnings
 from collections.abc import Callable
@@ -24,12 +25,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from tqdm import tqdm
 
 from basin import basin
 from data import SPLITS, PairSet, lesson_pairs, ray_pairs
 from growth import SIZES, growth
-from labkit.cli.text import to_json
 from labkit.support.files import atomic_write
 from machine import describe_machine, describe_versions, today
 from peers import Matcher, load_matchers
@@ -85,6 +86,12 @@ def main() -> int:
         with atomic_write(args.out) as file:
             file.write(to_json(results) + "\n")
     return 0
+
+
+def to_json(results: dict[str, Any]) -> str:
+    """JSON with null where there is no number."""
+    text = json.dumps(results, default=np.ndarray.tolist)
+    return json.dumps(json.loads(text, parse_constant=lambda _: None), indent=2)
 
 
 def _compare(

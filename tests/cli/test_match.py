@@ -1,35 +1,17 @@
 """``labkit match``: two CSV scans in, one transform out."""
 
-import json
-
 import numpy as np
 import pytest
 
 
-def test_the_transform_between_two_files_in_words_and_as_json(run, scan_files):
-    target, source, pose = scan_files
+def test_the_transform_between_two_files(run, scan_files):
+    target, source = scan_files
     status, out, err = run("match", target, source)
     assert (status, err) == (0, "")
     assert "t = (0.1000, -0.0500) m, theta = 1.719 deg" in out
     assert "102 inliers (fitness 0.850)" in out
-    status, out, _ = run("match", target, source, "--json", "--initial", 0.05, 0, 0)
-    result = json.loads(out)
-    assert status == 0
-    assert [result[key] for key in ("x", "y", "theta")] == pytest.approx(pose, abs=1e-6)
-    assert result["T_target_source"][2] == [0.0, 0.0, 1.0]
-    assert result["termination"].startswith("converged")
-    assert (result["converged"], result["inlier_count"]) == (True, 102)
-
-
-def test_no_match_is_status_1_and_null(run, scan_files):
-    target, source, _ = scan_files
-    status, out, _ = run("match", target, source, "--json", "--initial", 50, 0, 0)
-    result = json.loads(out)
-    assert status == 1
-    assert result["termination"] == "too_few_correspondences"
-    assert result["x"] is None
-    assert result["inlier_rmse"] is None
-    assert run("match", target, source, "--initial", 50, 0, 0)[1].startswith("failed: fewer than")
+    status, out, _ = run("match", target, source, "--initial", 50, 0, 0)
+    assert (status, out.startswith("failed: fewer than")) == (1, True)
 
 
 @pytest.mark.parametrize(
@@ -54,9 +36,9 @@ def test_a_bad_file_is_named_with_its_line(run, scan_files, tmp_path, content, m
 
 def test_what_is_odd_about_a_file_is_told(run, scan_files, tmp_path):
     """Millimetres look like a very large room."""
-    for name in scan_files[:2]:
+    for name in scan_files:
         points = np.loadtxt(tmp_path / name, delimiter=",")
         np.savetxt(tmp_path / name, 1e3 * points, delimiter=",")
-    _, _, err = run("match", *scan_files[:2])
+    _, _, err = run("match", *scan_files)
     notes = [line.partition(": half of the points")[0] for line in err.splitlines()]
     assert notes == ["note: target.csv", "note: source.csv"]

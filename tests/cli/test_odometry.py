@@ -7,7 +7,7 @@ import pytest
 
 from labkit.logs import read_log, read_tum, write_tum
 
-NOTHING = ("--out", "none", "--quality", "none", "--plot", "none")
+NOTHING = ("--out", "none")
 
 
 @pytest.fixture
@@ -74,11 +74,9 @@ def test_wheels_from_a_file_are_those_of_the_log(run, carmen_log, tmp_path):
     header = ",".join(["stamp", *(f"r{k}" for k in range(len(rows[0]) - 1))])
     np.savetxt(tmp_path / "scans.csv", rows, delimiter=",", header=header, comments="")
     angles = ("--angles", log.scans[0].angles[0], log.scans[0].angles[-1])
-    status, out, err = run(
-        "odometry", "scans.csv", *angles, "--odometry", "wheels.tum", "--plot", "none"
-    )
+    status, out, err = run("odometry", "scans.csv", *angles, "--odometry", "wheels.tum")
     assert (status, "prior: the log's odometry" in out) == (0, True), err
-    run("odometry", carmen_log[0], "--plot", "none")
+    run("odometry", carmen_log[0])
     ours, theirs = (read_tum(f"{name}-odometry.tum")[1] for name in ("scans", "room"))
     np.testing.assert_allclose(ours, theirs, atol=1e-3)
 
@@ -86,28 +84,27 @@ def test_wheels_from_a_file_are_those_of_the_log(run, carmen_log, tmp_path):
 def test_a_run_that_did_not_match_says_so(run, carmen_log, tmp_path):
     rows = [1e3 * scan.ranges for scan in read_log(carmen_log[0]).scans]
     np.savetxt(tmp_path / "scans.csv", rows, delimiter=",", fmt="%.1f")
-    status, _, err = run("odometry", "scans.csv", "--angles", -1.5, 1.5, "--plot", "none")
+    status, _, err = run("odometry", "scans.csv", "--angles", -1.5, 1.5, *NOTHING)
     assert (status, err.count("steps did not match")) == (0, 1)
 
 
 def test_the_head_of_killian_against_its_reference(run, files):
     """The built-in run: simulated wheels, errors of the odometry and of the prior."""
-    status, out, _ = run("odometry", "killian", "--scans", "60", "--plot", "none")
+    status, out, _ = run("odometry", "killian", "--scans", "60", "--out", "head")
     assert status == 0
     assert "killian: 60 scans" in out
     assert "prior: wheel odometry simulated from the reference, seed 0" in out
     assert "odometry, RPE a step" in out
     assert "prior, RPE a step" in out
-    assert files() == ["killian-odometry.tum", "killian-quality.csv"]
+    assert files() == ["head-map.png", "head-odometry.tum", "head-quality.csv"]
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (("gone.log",), "gone.log"),
-        (("{log}", "--out", "no/such/t.tum"), "cannot write no/such/t.tum"),
-        (("{log}", "--out", "a", "--quality", "./a"), "cannot write ./a: it is the log or an"),
-        (("{pair}", "--out", "pair.log"), "cannot write pair.log: it is the log or an"),
+        (("{log}", "--out", "no/such/t"), "cannot write no/such/t-odometry.tum"),
+        (("{log}", "--odometry", "room-odometry.tum"), "room-odometry.tum: it is read from"),
         (("{pair}", "--prior", "log"), "holds no odometry for `--prior log`; give it by"),
         (("{pair}", "--odometry", "{log}"), "pair holds no times, which `--odometry` needs"),
         (("{log}", "--odometry", "wheels.tum"), "wheels.tum: `stamps` must lie within `times`"),
@@ -122,6 +119,7 @@ def test_what_cannot_be_done_is_said_and_leaves_no_file(
     names = ("points", "pair", "cut")
     inputs = {"log": log} | {name: tmp_path / f"{name}.log" for name in names}
     write_tum(tmp_path / "wheels.tum", [0.0, 1.0], np.zeros((2, 3)))
+    write_tum(tmp_path / "room-odometry.tum", [0.0, 9.0], np.zeros((2, 3)))
     inputs["points"].write_text("1.0,2.0\n1.5,2.0\n2.0,2.5\n")
     inputs["pair"].write_text("scan,x,y\n0,1.0,2.0\n1,1.0,2.1\n")
     inputs["cut"].write_text(log.read_text()[:-400])

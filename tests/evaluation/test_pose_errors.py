@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from labkit.evaluation import ate, rpe
+from labkit.evaluation import ate, compare, rpe
 from labkit.support.errors import DegenerateAlignmentError
 
 
@@ -21,5 +21,8 @@ def test_a_trajectory_that_is_too_short_has_no_number(unit):
 
 @pytest.mark.parametrize("poses", [np.zeros((1, 3)), np.zeros((5, 3)), np.full((7, 3), 0.1)])
 def test_a_robot_that_stays_has_no_rigid_alignment(poses):
+    reference = np.arange(3.0 * len(poses)).reshape(-1, 3)
     with pytest.raises(DegenerateAlignmentError, match="leave the rotation undetermined"):
-        ate(poses, np.arange(3.0 * len(poses)).reshape(-1, 3))
+        ate(poses, reference)
+    errors = compare({"still": poses}, reference)["still, ATE, first poses aligned"]
+    assert errors.translation_errors[0] + errors.rotation_errors[0] < 1e-9

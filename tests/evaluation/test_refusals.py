@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from labkit import LabkitError
-from labkit.evaluation import ErrorSummary, associate, ate, compare, loop_closure, rpe
+from labkit.evaluation import ErrorSummary, ate, compare, loop_closure, rpe
 
 NAN, POSE, POSES = math.nan, np.zeros((1, 3)), np.zeros((5, 3))
 
@@ -14,9 +14,6 @@ NAN, POSE, POSES = math.nan, np.zeros((1, 3)), np.zeros((5, 3))
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: associate([0.0], [[0.0]], 1.0), r"`stamps_b` must have shape \(K,\), got"),
-        (lambda: associate([0.0], [0.0, NAN], 1.0), "`stamps_b` must be .* nan at index 1"),
-        (lambda: associate([0.0], [0.0], NAN), "`tolerance` must be in .* s, got nan"),
         (lambda: loop_closure(POSE, [1, 2]), "`closing` must be 3 finite numbers"),
         (lambda: ErrorSummary.of([1.0, NAN]), "`errors` must be finite, got nan at index 1"),
         (lambda: ErrorSummary.of([[1.0]]), r"`errors` must have shape \(N,\), got \(1, 1\)"),
