@@ -28,7 +28,7 @@ from labkit import (
 from labkit.evaluation import ate, disagreement, forward_backward, rpe
 from labkit.plotting import book_figure, plot_scans, plot_trajectory
 from labkit.se2 import relative, rotation
-from labkit.simulation import Lidar, WheelNoise, room, sample_scan, scan_along, wheel_increments
+from labkit.simulation import Lidar, WheelNoise, room, scan_along, wheel_increments
 
 NAN, INF = math.nan, math.inf
 T, POSE = transform(1.0, 2.0, 0.3), np.array([1.0, 2.0, 0.3])
@@ -164,7 +164,6 @@ DOORS = {  # what each place of the call asks for, and an example of it
     align: ([are_pairs] * 2, SCANS),
     align_svd: ([are_pairs] * 2, SCANS),
     icp: ([is_scan, is_scan, is_one_or_none], (*SCANS, np.eye(3))),
-    partial(sample_scan, rng=0): ([is_cloud, is_one], (POINTS, T)),
     partial(scan_along, room(), lidar=Lidar(), rng=0): ([are_poses_at(1)], (POSES,)),
     partial(wheel_increments, noise=WheelNoise(), rng=0): ([are_poses_at(2)], (POSES,)),
     **dict.fromkeys((ate, rpe, forward_backward, disagreement), FIVE),

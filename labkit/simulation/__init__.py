@@ -8,12 +8,7 @@ does: beam by beam, and the nearest wall hides those behind it.
 `InvalidParameterError`, arrays of another shape or not finite `InvalidPointsError`.
 """
 
-from labkit.simulation.lesson import (
-    LessonExperiment,
-    lesson_experiment,
-    lesson_world,
-    sample_scan,
-)
+from labkit.simulation.lesson import LessonExperiment, lesson_experiment
 from labkit.simulation.lidar import Lidar, cast, scan_along
 from labkit.simulation.wheels import WheelNoise, wheel_increments
 from labkit.simulation.world import MovingObject, World
@@ -31,9 +26,7 @@ __all__ = [
     "crowd",
     "doorways",
     "lesson_experiment",
-    "lesson_world",
     "room",
-    "sample_scan",
     "scan_along",
     "two_rooms",
     "wheel_increments",

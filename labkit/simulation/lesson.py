@@ -12,11 +12,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from labkit.scan import Scan
 from labkit.se2 import transform
-from labkit.support.arrays import FloatArray, as_points, as_transform, check_count
+from labkit.support.arrays import FloatArray
 
 WIDTH, DEPTH = 8.0, 6.0  # m, the lengths of the two walls
 REACH, FIELD_OF_VIEW, NOISE = 10.0, math.radians(270.0), 0.01  # m, rad, m
@@ -25,17 +24,7 @@ CLUTTER = 2.0  # m, spurious returns lie within ± this in x and in y
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LessonExperiment:
-    """Two scans, a weak guess, and the truth.
-
-    Attributes
-    ----------
-    source, target : Scan
-        The newer and the older scan, bare points in metres.
-    T_init : ndarray, shape (3, 3)
-        The guess of ``T_target_source``: 3° and (0.20, 0.00) m.
-    T_target_source : ndarray, shape (3, 3)
-        The truth: 6° and (0.35, 0.10) m.
-    """
+    """Two scans, a guess (3°, 0.20 m along x), and the truth (6°, 0.35 m along x, 0.10 along y)."""
 
     source: Scan
     target: Scan
@@ -67,7 +56,6 @@ def lesson_world(count: int, rng: np.random.Generator | int) -> FloatArray:
     A quarter of them goes to the wall along x (8 m), a quarter to the wall along y (6 m); half is
     scattered over the rectangle that they span.
     """
-    check_count(count, "count", at_least=4)
     rng = np.random.default_rng(rng)
     along_x = rng.uniform(0.0, WIDTH, size=count // 4)
     along_y = rng.uniform(0.0, DEPTH, size=count // 4)
@@ -77,33 +65,15 @@ def lesson_world(count: int, rng: np.random.Generator | int) -> FloatArray:
     return np.vstack([wall_x, wall_y, scatter])
 
 
-def sample_scan(
-    world: ArrayLike, T_world_scanner: ArrayLike, *, rng: np.random.Generator | int
-) -> Scan:
-    """All world points within reach, in the scanner's frame, with noise and clutter.
+def sample_scan(world: FloatArray, T: FloatArray, *, rng: np.random.Generator | int) -> Scan:
+    """All world points within reach of the pose T, in its frame, with noise and clutter.
 
-    The scanner sees 10 m far and 270° wide; the noise on x and on y has a deviation of 1 cm.
-
-    Parameters
-    ----------
-    world : array_like, shape (N, 2)
-        World points in metres.
-    T_world_scanner : array_like, shape (3, 3)
-        Pose of the scanner.
-    rng : numpy.random.Generator or int
-        Of the noise and the clutter.
-
-    Returns
-    -------
-    Scan
-        Bare points in the order of `world`; one spurious return for every forty points,
-        at least five, comes after them.
+    The scanner sees 10 m far and 270° wide; the noise on x and on y has a deviation of 1 cm. One
+    spurious return for every forty points, at least five, comes after them.
     """
-    points = as_points(world, "world")
-    T = as_transform(T_world_scanner, "T_world_scanner")
     rng = np.random.default_rng(rng)
     # invert(T) would round otherwise in the last bit; the lesson subtracts t first.
-    p = (points - T[:2, 2]) @ T[:2, :2]
+    p = (world - T[:2, 2]) @ T[:2, :2]
     angle = np.arctan2(p[:, 1], p[:, 0])
     reached = (np.hypot(p[:, 0], p[:, 1]) <= REACH) & (np.abs(angle) <= FIELD_OF_VIEW / 2.0)
     measured = p[reached] + rng.normal(0.0, NOISE, size=(np.count_nonzero(reached), 2))

@@ -22,12 +22,7 @@ from labkit.support.errors import InvalidPointsError
 class MovingObject:
     """Segments that move as one body, straight on and without turning.
 
-    Attributes
-    ----------
-    segments : ndarray, shape (M, 2, 2)
-        The end points in metres in the world frame, where they are at time 0.
-    velocity : ndarray, shape (2,)
-        Metres per second in the world frame.
+    They are (M, 2, 2) end points [m] in the world frame at time 0; `velocity` is (2,) [m/s].
     """
 
     segments: FloatArray
@@ -45,14 +40,7 @@ class MovingObject:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class World:
-    """Walls that stay, and objects that move.
-
-    Attributes
-    ----------
-    segments : ndarray, shape (M, 2, 2)
-        The walls: M pairs of end points in metres in the world frame.
-    moving : tuple of MovingObject
-    """
+    """Walls that stay, (M, 2, 2) pairs of end points [m], and objects that move."""
 
     segments: FloatArray
     moving: tuple[MovingObject, ...] = ()

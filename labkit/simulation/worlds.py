@@ -46,17 +46,17 @@ def corridor() -> World:
     return World(segments=np.array([[[-x, -y], [x, -y]], [[x, y], [-x, y]]]))
 
 
-def doorways(period: float = 2.0, opening: float = 0.8, depth: float = 0.4) -> World:
+def doorways(period: float = 2.0, opening: float = 0.8) -> World:
     """The corridor, 120 m of it, with a niche for a doorway in both walls in every `period` [m].
 
     Places a period apart look alike, so a match may end one doorway away from the truth. An
-    `opening` [m] is as wide as its niche, which is `depth` [m] deep.
+    `opening` [m] is as wide as its niche, which is 0.4 m deep.
     """
-    _check_lengths(period=period, opening=opening, depth=depth)
+    _check_lengths(period=period, opening=opening)
     check_range(period, "period", above=opening, unit="m")
     start = np.arange(-60.0, 60.0, period)
     x = start[:, None] + [0.0, period - opening, period - opening, period]
-    y = np.tile([1.0, 1.0, 1.0 + depth, 1.0 + depth], len(start))
+    y = np.tile([1.0, 1.0, 1.4, 1.4], len(start))
     side = np.column_stack([x.ravel(), y])
     return World(segments=np.concatenate([polyline(side), polyline(side * [1.0, -1.0])]))
 
@@ -65,16 +65,8 @@ def crowd(count: int = 8, *, rng: np.random.Generator | int, speed: float = 1.0)
     """The room with round people in it, half a metre wide, who walk straight on and through walls.
 
     At time 0 they stand anywhere in the ring around the origin that begins at 1 m and ends at
-    the nearer walls; each walks in a direction of its own.
-
-    Parameters
-    ----------
-    count : int
-        Number of people.
-    rng : numpy.random.Generator or int
-        A generator, or the seed of one: it places people and sets their directions.
-    speed : float
-        Metres per second, the same for everybody.
+    the nearer walls; each walks in a direction of its own, at one `speed` [m/s]. `rng` places
+    them and sets their directions.
     """
     check_count(count, "count", at_least=0)
     check_range(speed, "speed", at_least=0.0, at_most=100.0, unit="m/s")

@@ -20,11 +20,10 @@ from labkit.simulation import (
     World,
     cast,
     lesson_experiment,
-    lesson_world,
     room,
-    sample_scan,
     two_rooms,
 )
+from labkit.simulation.lesson import lesson_world, sample_scan
 from labkit.support.arrays import FloatArray
 
 SPLITS = ("tuning", "reporting")

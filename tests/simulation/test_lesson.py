@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from labkit.simulation import lesson_experiment, lesson_world
+from labkit.simulation.lesson import lesson_experiment, lesson_world
 
 # (count, last point, sum of all coordinates), printed by the lesson's listing
 WORLD = (600, [4.943302735075616, 0.602284154423552], 3113.3364930170974)

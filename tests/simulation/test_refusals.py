@@ -13,7 +13,6 @@ from labkit.simulation import (
     World,
     crowd,
     doorways,
-    lesson_world,
     room,
     two_rooms,
 )
@@ -27,10 +26,9 @@ NUMBERS = {
     World(segments=WALL).at: "stamp",
     partial(circle, [0, 0], 1.0): "sides",
     room: "width depth",
-    doorways: "period opening depth",
+    doorways: "period opening",
     two_rooms: "doorway width depth",
     partial(crowd, rng=0): "count speed",
-    partial(lesson_world, rng=0): "count",
 }
 
 
