@@ -49,16 +49,12 @@ ERRORS = """() => [...window.jupyterapp.shell.currentWidget.content.model.cells]
     .map(output => `${output.ename}: ${output.evalue}`)
     .concat([...document.querySelectorAll(".jupyter-widgets-output-area [data-mime-type*=stderr]")]
         .map(node => node.textContent))"""
-ASK = """async code => {
-    const { kernel } = window.jupyterapp.shell.currentWidget.sessionContext.session;
-    const future = kernel.requestExecute({ code, store_history: false });
-    let said = "";
-    future.onIOPub = ({ content }) => { said += content.text ?? content.evalue ?? ""; };
-    await future.done;
-    return said;
+# Run the last cell alone, and wait for its end.
+RUN_LAST = """() => {
+    const { content } = window.jupyterapp.shell.currentWidget;
+    content.activeCellIndex = content.model.cells.length - 1;
+    return window.jupyterapp.commands.execute("notebook:run-cell");
 }"""
-
-
 SETTINGS: dict[str, dict[str, Any]] = {
     "notebook-extension/tracker": {"windowingMode": "none"},
     "apputils-extension/notification": {"fetchNews": "false", "checkForUpdates": False},
@@ -72,15 +68,9 @@ def jupyterlab(root: Path, home: Path) -> Iterator[str]:
     Notebooks are drawn whole there, not only where one looks.
     """
     for name, values in SETTINGS.items():
-        file = home / "settings" / "@jupyterlab" / f"{name}.jupyterlab-settings"
+        file = home / "lab" / "user-settings" / "@jupyterlab" / f"{name}.jupyterlab-settings"
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(json.dumps(values), "utf-8")
-    folders = {
-        "JUPYTER_CONFIG_DIR": home / "config",
-        "JUPYTER_RUNTIME_DIR": home / "runtime",
-        "JUPYTERLAB_SETTINGS_DIR": home / "settings",
-        "JUPYTERLAB_WORKSPACES_DIR": home / "workspaces",
-    }
     options = {
         "ServerApp.ip": "127.0.0.1",
         "ServerApp.port": 0,  # any that is free
@@ -90,23 +80,15 @@ def jupyterlab(root: Path, home: Path) -> Iterator[str]:
     }
     command = [sys.executable, "-m", "jupyterlab", "--no-browser", "--allow-root"]
     command += [f"--{name}={value}" for name, value in options.items()]
+    folders = {name: str(home) for name in ("JUPYTER_CONFIG_DIR", "JUPYTER_RUNTIME_DIR")}
     log = home / "log.txt"
     with log.open("wb") as stream:
-        server = subprocess.Popen(
-            command,
-            env=os.environ | {name: str(path) for name, path in folders.items()},
-            stdout=stream,
-            stderr=subprocess.STDOUT,
-        )
+        server = subprocess.Popen(command, env=os.environ | folders, stdout=stream, stderr=stream)
     try:
-        yield _address(home / "runtime", server, log)
+        yield _address(home, server, log)
     finally:
-        server.terminate()  # it ends its kernels first, which may take long
-        try:
-            server.wait(20)
-        except subprocess.TimeoutExpired:
-            server.kill()
-            server.wait()
+        server.kill()  # kernels that are left end with it
+        server.wait()
 
 
 def _address(folder: Path, server: subprocess.Popen[bytes], log: Path) -> str:
@@ -129,9 +111,3 @@ def notebook_read(page: Page, name: str) -> Iterator[str]:
         yield "\n".join(page.evaluate(TEXTS))
     finally:
         page.evaluate(CLOSE)
-
-
-def ask(page: Page, expression: str) -> Any:
-    """The value of a Python expression in the notebook's kernel, as JSON."""
-    said = page.evaluate(ASK, f"import json; print(json.dumps({expression}))")
-    return json.loads(said)

