@@ -41,7 +41,6 @@ INSTALLED = (
     "rm grades/verdicts/4711.json",
     'labkit grade submissions.zip --secret course.secret --canvas gradebook.csv "ICP lab"',
     "labkit autograder autograder.zip --secret course.secret",
-    "labkit autograder --adjustments grades/adjustments.csv",
     "labkit odometry killian",
     "labkit odometry your.log",
     "jupyter nbconvert --to html --execute --no-input --embed-images my_report.ipynb",

@@ -8,7 +8,7 @@ import os
 import sys
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed, wait
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,15 +22,8 @@ from labkit.course.grading.exports.gradebooks import read_canvas, read_moodle, w
 from labkit.course.grading.exports.gradescope import write_autograder
 from labkit.course.grading.exports.pages import templates, write_pages
 from labkit.course.grading.grade import grade_one
-from labkit.course.grading.handins import LAYOUTS, Submission, find_submissions, one_submission
-from labkit.course.grading.marks import (
-    ADJUSTMENTS,
-    EVERYBODY,
-    ROSTER,
-    make_marks,
-    read_adjustments,
-    read_roster,
-)
+from labkit.course.grading.handins import LAYOUTS, Submission, find_submissions
+from labkit.course.grading.marks import CLASS, make_marks, read_adjustments, read_roster
 from labkit.course.grading.store import VERDICTS, Record, file_name, read_records, write_record
 from labkit.support.arrays import check_count, check_range
 from labkit.support.errors import LabkitError
@@ -44,7 +37,8 @@ these hidden cases ship with labkit, so anyone can compute them. Create your own
 `python -m labkit.course.authoring --secret FILE`, and grade with --secret FILE"""
 DESCRIPTION = """\
 Grade notebooks (.ipynb) and scripts (.py). SUBMISSIONS is a folder or zip archive: a bulk
-download of Canvas, Moodle, Gradescope or nbgrader, or a file or folder for each student.
+download of Canvas, Moodle, Gradescope or nbgrader, or a file or folder for each student, which
+has the student's name. Or it is one such file.
 
 Students' code runs in isolation: no network, no other submission, no reference, limits on
 time and memory. Each verdict is stored in OUT/verdicts as it comes: run the same command
@@ -61,9 +55,8 @@ def add_grade(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     parser = _parser(commands, "grade", "grade submissions in isolation", DESCRIPTION)
     parser.set_defaults(run=grade)
     add = parser.add_argument
-    add("submissions", metavar="SUBMISSIONS", help="a folder or zip archive")
+    add("submissions", metavar="SUBMISSIONS", help="a folder, zip archive, notebook or script")
     add("--layout", choices=LAYOUTS, default="", help="naming scheme of the files (detected)")
-    add("--student", metavar="NAME", help="all of SUBMISSIONS is the work of one student, NAME")
     add("--out", metavar="FOLDER", default="grades", help="output folder (%(default)s)")
     add("--canvas", nargs=2, metavar=("FILE", "COLUMN"), help="Canvas's gradebook to be filled in")
     add("--moodle", metavar="FILE", help="Moodle's grading worksheet to be filled in")
@@ -79,7 +72,6 @@ def add_autograder(commands: argparse._SubParsersAction[argparse.ArgumentParser]
     parser = _parser(commands, "autograder", "write Gradescope's autograder.zip", AUTOGRADER)
     parser.set_defaults(run=autograder)
     parser.add_argument("file", metavar="FILE", nargs="?", default="autograder.zip")
-    parser.add_argument("--adjustments", metavar="FILE", help="a table whose `*` rules hold there")
 
 
 def _parser(
@@ -95,7 +87,7 @@ def autograder(args: argparse.Namespace) -> int:
     """Write Gradescope's archive."""
     assignment = _load(args)
     os.umask(0o077)  # what is written is for its owner alone
-    write_autograder(args.file, args.assignment, args.adjustments)
+    write_autograder(args.file, args.assignment)
     sys.stdout.write(f"{args.file}: upload it to Gradescope as autograder of {assignment.title}\n")
     return 0
 
@@ -107,12 +99,9 @@ def grade(args: argparse.Namespace) -> int:
     check_range(args.seconds, "seconds", above=0.0, at_most=600.0, unit="s")
     out = Path(args.out)
     templates()  # or say what they need, before the work
-    if args.student:
-        submissions = [one_submission(args.submissions, args.student)]
-    else:
-        submissions, remarks = find_submissions(args.submissions, layout=args.layout, out=out)
-        for remark in remarks[:SHOWN]:
-            _say(remark)
+    submissions, remarks = find_submissions(args.submissions, layout=args.layout, out=out)
+    for remark in remarks[:SHOWN]:
+        _say(remark)
     assignment = _load(args)
     books = {"canvas.csv": read_canvas(*args.canvas)} if args.canvas else {}
     books |= {"moodle.csv": read_moodle(args.moodle)} if args.moodle else {}
@@ -123,9 +112,9 @@ def grade(args: argparse.Namespace) -> int:
     submissions = [replace(one, late=late.get(one.student, one.late)) for one in submissions]
     names = {student: record.verdict.submission for student, record in records.items()}
     names |= {one.student: one.name for one in submissions}
-    listed = read_roster(out / ROSTER) | {student: one.name for student, one in people.items()}
+    listed = read_roster(out) | {student: one.name for student, one in people.items()}
     missing = {student: name for student, name in listed.items() if student not in names}
-    adjustments = read_adjustments(out / ADJUSTMENTS, assignment, names | missing)
+    adjustments = read_adjustments(out, assignment, names | missing)
     handed_in = [file.path for one in submissions[:1] for file in one.files[:1]]
     closed = [Path(args.assignment, "hidden"), out / VERDICTS, *handed_in]
     if args.cluster and not args.no_isolation:  # each worker tries its own
@@ -140,7 +129,7 @@ def grade(args: argparse.Namespace) -> int:
         absent = (one if one == name else f"{one} ({name})" for one, name in missing.items())
         _say(f"{len(missing)} of the roster handed in nothing: {_some(absent)}")
     unread = [one.student for one in marks if (one.student, "written") not in adjustments]
-    if (EVERYBODY, "written") in adjustments and unread:
+    if (CLASS, "written") in adjustments and unread:
         _say(f"{len(unread)} have no points for their written answers yet: {_some(unread)}")
     write_scores(marks, missing, out / "scores.csv")
     write_pages(out, marks, assignment, failures=failures, missing=missing)
@@ -202,8 +191,7 @@ def _grade(
             else:
                 keep(graded[future], future)
         for one in again:
-            wait([future := begin(one)])
-            keep(one, future)
+            keep(one, begin(one))
     return failures
 
 

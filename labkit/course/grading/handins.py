@@ -12,6 +12,7 @@ import time
 import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -30,25 +31,20 @@ FOLDERS = "folders"
 # Names on a platform: of a student's file, and of the page that goes back.
 LAYOUTS = {
     "canvas": (  # lovelaceada_LATE_4711_98765_answers.ipynb
-        re.compile(
-            r"(?P<name>[^_/]+)_(?P<late>LATE_)?(?P<student>\d+|(?<=^anon_)\w{5}|(?<=^anon_LATE_)\w{5})"
-            r"_(?P<upload>\d+)_(?P<file>[^/]+)$"
-        ),
+        r"(?P<name>[^_/]+)_(?P<late>LATE_)?(?P<student>\d+|(?<=^anon_)\w{5}|(?<=^anon_LATE_)\w{5})"
+        r"_(?P<upload>\d+)_(?P<file>[^/]+)$",
         "{name}_{student}_{upload}_feedback.html",
     ),
     "moodle": (  # Ada Lovelace_4711_assignsubmission_file_/answers.ipynb
-        re.compile(
-            r"(?P<name>[^/_]+)_(?P<student>\d+)_assignsubmission_(?:file|onlinetext)(?:_?/|_)"
-            r"(?P<file>.+)$"
-        ),
+        r"(?P<name>[^/_]+)_(?P<student>\d+)_assignsubmission_(?:file|onlinetext)(?:_?/|_)(?P<file>.+)$",
         "{name}_{student}_assignsubmission_file_/feedback.html",
     ),
     "gradescope": (
-        re.compile(r"(?:assignment_\d+_export/)?submission_(?P<student>\d+)/(?P<file>.+)$"),
+        r"(?:assignment_\d+_export/)?submission_(?P<student>\d+)/(?P<file>.+)$",
         "{student}.html",
     ),
     FOLDERS: (  # ada/answers.ipynb, ada.ipynb, ada.zip; nbgrader's ada/lab1/answers.ipynb
-        re.compile(r"(?P<student>[^/]+?)(?:/(?P<file>.+)|(?:\.ipynb|\.py)?\.\w+)$"),
+        r"(?P<student>[^/]+?)(?:/(?P<file>.+)|(?:\.ipynb|\.py)?\.\w+)$",
         "{student}.html",
     ),
 }
@@ -65,10 +61,16 @@ class Handed(NamedTuple):
     def read(self) -> bytes:
         """Read it all, up to a byte more than `MAX_FILE`."""
         if self.member:
-            with zipfile.ZipFile(self.path) as archive, archive.open(self.member) as packed:
+            with opened(self.path, self.path.stat().st_mtime_ns).open(self.member) as packed:
                 return packed.read(MAX_FILE + 1)
         with self.path.open("rb") as file:
             return file.read(MAX_FILE + 1)
+
+
+@lru_cache(maxsize=1)
+def opened(path: Path, _changed: int) -> zipfile.ZipFile:
+    """The archive of a class, opened once for all its files: its list of them may be long."""
+    return zipfile.ZipFile(path)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +85,7 @@ class Submission:
 
 
 def find_submissions(
-    path: str | os.PathLike[str], *, layout: str = "", out: str | os.PathLike[str] = ""
+    path: str | os.PathLike[str], *, layout: str = "", out: Path | None = None
 ) -> tuple[list[Submission], list[str]]:
     """List the submissions of a class, by student, and remarks on the rest.
 
@@ -92,10 +94,10 @@ def find_submissions(
     path = Path(path)
     if os.path.isdir(path / "submitted"):  # in a course of nbgrader
         path /= "submitted"
-    ours = Path(out).resolve() if out else None
-    files = [
-        file for file in list_files(path) if not (ours and file.path.resolve().is_relative_to(ours))
-    ]
+    files = list_files(path)
+    if out:
+        ours = out.resolve()
+        files = [one for one in files if not one.path.resolve().is_relative_to(ours)]
     if not files:
         raise LabkitError(
             f"{path}: nothing was handed in; name a folder or zip archive with one folder or "
@@ -108,7 +110,7 @@ def find_submissions(
     remarks = [f"{path}: {name} is an empty folder" for name in empty]
     named: dict[str, list[tuple[dict[str, str], Handed]]] = {}  # parts of a name, by student
     for file in files:
-        found = pattern.match(file.name)
+        found = re.match(pattern, file.name)
         if found and (found["file"] or may_hold_source(file.name)):
             own = file._replace(name=found["file"] or file.name)
             named.setdefault(found["student"], []).append((found.groupdict(), own))
@@ -125,7 +127,7 @@ def find_submissions(
 def _fitting(path: Path, files: list[Handed]) -> str:
     """The one layout that fits all files."""
     for name in [name for name in LAYOUTS if name != FOLDERS]:
-        odd = [one.name for one in files if not LAYOUTS[name][0].match(one.name)]
+        odd = [one.name for one in files if not re.match(LAYOUTS[name][0], one.name)]
         if not odd:
             return name
         if len(odd) < len(files):
@@ -133,13 +135,11 @@ def _fitting(path: Path, files: list[Handed]) -> str:
                 f"{path}: some files are named as {name} names them, but {odd[0]} is not; use "
                 f"--layout {name} or --layout {FOLDERS}, or take that file out"
             )
-    tops = {file.name.partition("/")[0] for file in files}
-    if len(tops) == 1 and all("/" in file.name for file in files):
-        (top,) = tops
+    top, inside, _ = files[0].name.partition("/")
+    if inside and all(file.name.startswith(f"{top}/") for file in files):
         raise LabkitError(
             f"{path}: all files are in one folder, {top}. If it is one student, use "
-            f"--student {top}; if it is the class, unpack it and name the folder {top}; if it is "
-            f"a class of one, use --layout {FOLDERS}"
+            f"--layout {FOLDERS}; if it is the class, unpack it and name the folder {top}"
         )
     return FOLDERS
 
@@ -157,27 +157,26 @@ def _submission(named: list[tuple[dict[str, str], Handed]], feedback: str) -> Su
     )
 
 
-def one_submission(path: str | os.PathLike[str], student: str) -> Submission:
-    """One student's submission: the content of a file, folder or zip archive."""
-    path, name = Path(path), printable(student)
-    alone = is_source(path.name) and os.path.isfile(path)
-    files = [Handed(printable(path.name), path)] if alone else list_files(path)
-    return Submission(student=name, name=name, files=tuple(files))
+def one_submission(path: Path, student: str) -> Submission:
+    """One student's submission: the content of a folder."""
+    name = printable(student)
+    return Submission(student=name, name=name, files=tuple(list_files(path)))
 
 
 def list_files(path: Path) -> list[Handed]:
-    """The files of a folder or zip archive, by name; no link is followed."""
+    """The files of a folder or zip archive, by name, or a single one; no link is followed."""
     try:
         if os.path.isdir(path):
             return sorted(_in_folder(path))
-        with zipfile.ZipFile(path) as archive:
-            infos = [info for info in archive.infolist() if not info.is_dir()]
+        changed = path.stat().st_mtime_ns
+        if is_source(path.name):
+            return [Handed(printable(path.name), path)]
+        infos = [info for info in opened(path, changed).infolist() if not info.is_dir()]
     except OSError as error:
         raise LabkitError(f"{error.filename or path}: cannot be read: {error.strerror}") from None
     except Exception as error:  # untrusted: zipfile raises anything
         raise LabkitError(
-            f"{path}: is no folder and no zip archive ({error}); with one notebook or script, "
-            f"say whose it is: --student NAME"
+            f"{path}: is no folder, zip archive, notebook or script: {error}"
         ) from None
     return sorted(
         Handed(printable(info.filename), path, info.filename, info.date_time)

@@ -7,30 +7,31 @@ read whenever marks are made. So it holds for every run to come::
     *,late_percent,10,
     ada,icp,12,you explained it to me
 
-The student ``*`` sets a rule of the class, one of `RULES`; ``what`` is a question or one of `WHAT`.
+The student ``*`` sets a rule of the class; ``what`` is a question, ``written`` or ``late``.
 """
 
 from __future__ import annotations
 
 import difflib
 import math
-import os
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 from labkit.course.grading.assignment.questions import Assignment
-from labkit.course.grading.judging.verdict import QuestionVerdict, SubmissionVerdict
+from labkit.course.grading.box import Wall
+from labkit.course.grading.grade import grade_submission
+from labkit.course.grading.judging.verdict import SubmissionVerdict
+from labkit.course.grading.reading import Program
 from labkit.course.grading.store import Record
 from labkit.course.grading.tables import number, read_rows, write_rows
 from labkit.support.errors import LabkitError
 
-ADJUSTMENTS, ROSTER = "adjustments.csv", "roster.csv"
 HEADER = ("student", "what", "value", "comment")
-CLASS, EVERYBODY = "*", ""  # in the table, and in place of a student's id
+CLASS = "*"  # in place of a student
 RULES = {"late_percent": 100.0, "written": math.inf}  # and the largest value of each
-WHAT = ("written", "late", "extension")
+NOTHING = Program([], {}, "", [], [])  # of one who handed in nothing
 
 
 class Line(NamedTuple):
@@ -40,10 +41,25 @@ class Line(NamedTuple):
     comment: str = ""
 
 
-Adjustments: TypeAlias = Mapping[tuple[str, str], Line]  # by student, or `EVERYBODY`, and item
+Adjustments: TypeAlias = Mapping[tuple[str, str], Line]  # by student, or `CLASS`, and item
 
 
-def adjusted(
+def make_marks(
+    records: Mapping[str, Record], adjustments: Adjustments, assignment: Assignment
+) -> list[SubmissionVerdict]:
+    """The marks of all who have a verdict or were given points."""
+    given = {student for student, what in adjustments if what != "late"} - {CLASS}
+    marks = []
+    for student in sorted({*records, *given}):
+        if record := records.get(student):
+            marks.append(_adjusted(record.verdict, record.late, adjustments))
+        else:
+            nothing = grade_submission(NOTHING, Wall(mode=""), assignment, student)
+            marks.append(_adjusted(nothing, 0.0, adjustments))
+    return marks
+
+
+def _adjusted(
     verdict: SubmissionVerdict, days: float, adjustments: Adjustments
 ) -> SubmissionVerdict:
     """The verdict on what came `days` late, with all that is changed of it, each change told."""
@@ -57,7 +73,7 @@ def adjusted(
         told.append(f"{before} {line.value:g} {after}{because}.")
         return line.value
 
-    late_percent, worth = (adjustments.get((EVERYBODY, one), Line(0.0)).value for one in RULES)
+    late_percent, worth = (adjustments.get((CLASS, one), Line(0.0)).value for one in RULES)
     questions = []
     for one in verdict.questions:
         said = f"{one.title}: set by your instructor to", f"of {one.points:g} points"
@@ -65,92 +81,61 @@ def adjusted(
     score = sum(one.score for one in questions)
     score += decided("written", 0.0, "Written answers:", f"of {worth:g} points")
     days = decided("late", days, "Counted as", "days late")
-    days = max(0.0, days - decided("extension", 0.0, "An extension of", "days"))
     if share := min(days * late_percent, 100.0):
         told.append(f"{days:.3g} days late: {share:.3g} % off {score:g} points.")
         score *= 1.0 - share / 100.0
     return replace(
         verdict,
         questions=tuple(questions),
-        score=round(max(0.0, score), 2),
+        score=round(score, 2),
         points=verdict.points + worth,
         late=days,
         adjustments=tuple(told),
     )
 
 
-def make_marks(
-    records: Mapping[str, Record], adjustments: Adjustments, assignment: Assignment
-) -> list[SubmissionVerdict]:
-    """The marks of all who have a verdict or were given points."""
-    given = {one for one, what in adjustments if what not in ("late", "extension")}
-    marks = []
-    for student in sorted({*records, *given} - {EVERYBODY}):
-        record = records.get(student)
-        verdict = record.verdict if record else _nothing(student, assignment)
-        marks.append(adjusted(verdict, record.late if record else 0.0, adjustments))
-    return marks
+def read_adjustments(out: Path, assignment: Assignment, names: Mapping[str, str]) -> Adjustments:
+    """Read ``adjustments.csv`` in the folder `out`; an empty one is written where there is none.
 
-
-def _nothing(student: str, assignment: Assignment) -> SubmissionVerdict:
-    """The verdict on one who handed in nothing."""
-    questions = [
-        QuestionVerdict(
-            question=one.id, title=one.title, points=one.points, score=0.0, cases=(),
-            misconception=None, message="Nothing was handed in.",
-        )
-        for one in assignment.questions
-    ]  # fmt: skip
-    return SubmissionVerdict(
-        student=student, submission="", mode="", questions=tuple(questions), score=0.0,
-        points=assignment.points, notes=(), seconds=0.0,
-    )  # fmt: skip
-
-
-def read_adjustments(
-    path: str | os.PathLike[str], assignment: Assignment, names: Mapping[str, str] | None
-) -> Adjustments:
-    """Read ``adjustments.csv``; an empty one is written where there is none.
-
-    A line may use either a student's id or the name for a person, as `names` has them; without
-    `names` the rules of the class are read alone. A slip is refused, and costs no points.
+    A line may use either a student's id or the name for a person, as `names` has them. A slip is
+    refused, and costs no points.
     """
-    if names is not None and not os.path.exists(path):
+    path = out / "adjustments.csv"
+    if not path.exists():
         write_rows(path, HEADER, [])
-    items = {one.id: one.points for one in assignment.questions} | dict.fromkeys(WHAT, math.inf)
+    items = {one.id: one.points for one in assignment.questions} | {
+        "written": 0.0,
+        "late": math.inf,
+    }
     lines: dict[tuple[str, str], Line] = {}
     rows = read_rows(path, HEADER[:3])[1]
-    for line, row in sorted(rows, key=lambda one: one[1]["student"].strip() != CLASS):
-        name, what, text = (row[column].strip() for column in HEADER[:3])
-        if names is None and name != CLASS:
-            continue
+    for line, row in sorted(rows, key=lambda one: one[1]["student"] != CLASS):
+        name, what, text = (row[column] for column in HEADER[:3])
         where = f"{path}: line {line}"
         possible = RULES if name == CLASS else items
         if what not in possible:
             raise LabkitError(f"{where}: unknown item {what!r}; {_hint(what.lower(), possible)}")
-        student = EVERYBODY if name == CLASS else _student(name, names or {}, where)
+        student = CLASS if name == CLASS else _student(name, names, where)
         value, most = number(text), possible[what]
-        if what == "written" and student:
-            most = lines.get((EVERYBODY, what), Line(0.0)).value
-        if not math.isfinite(value) or not 0.0 <= value <= most:
+        if not 0.0 <= value <= most or value == math.inf:
             upto = f" from 0 to {most:g}" if math.isfinite(most) else " from 0"
             way_out = "" if most else f"; say what they are worth: {CLASS},written,POINTS,"
             raise LabkitError(f"{where}: {what} must be a number{upto}, got {text!r}{way_out}")
         if (student, what) in lines:
             raise LabkitError(f"{where}: {what} of {name!r} is set before; keep one of the lines")
-        lines[student, what] = Line(value, row.get("comment", "").strip())
+        lines[student, what] = Line(value, row.get("comment", ""))
+        if (student, what) == (CLASS, "written"):
+            items[what] = value
     return lines
 
 
 def _student(name: str, names: Mapping[str, str], where: str) -> str:
     """The student whom a line means."""
     known = [name] if name in names else [one for one, shown in names.items() if shown == name]
-    if len(known) != 1:
-        problem = f"the name of {len(known)} students" if known else "no student of this class"
-        raise LabkitError(
-            f"{where}: {name!r} is {problem}; {_hint(name, [*names, *names.values()])}"
-        )
-    return known[0]
+    if len(known) == 1:
+        return known[0]
+    hint = _hint(name, [*names, *names.values()])
+    raise LabkitError(f"{where}: {len(known) or 'no'} students are called {name!r}; {hint}")
 
 
 def _hint(name: str, possible: Collection[str]) -> str:
@@ -159,8 +144,8 @@ def _hint(name: str, possible: Collection[str]) -> str:
     return f"did you mean {' or '.join(map(repr, near))}?" if near else f"there are {listed}"
 
 
-def read_roster(path: Path) -> dict[str, str]:
+def read_roster(out: Path) -> dict[str, str]:
     """The students of ``roster.csv``, where there is one, and their names for a person."""
-    rows = read_rows(path, ["student"])[1] if path.exists() else []
-    found = ((row["student"].strip(), row.get("name", "").strip()) for _, row in rows)
-    return {student: name or student for student, name in found if student}
+    path = out / "roster.csv"
+    _, rows = read_rows(path, ["student"]) if path.exists() else ([], [])
+    return {row["student"]: row.get("name") or row["student"] for _, row in rows if row["student"]}

@@ -17,8 +17,8 @@ FORMULA = (*"=+-@", *"＝＋－＠", "\t", "\r", "\n")  # the wide ones where pe
 
 
 def read_rows(
-    path: str | os.PathLike[str], needed: Sequence[str] = ()
-) -> tuple[list[str], list[tuple[int, Row]]]:
+    path: str | os.PathLike[str], needed: Sequence[str]
+) -> tuple[Sequence[str], list[tuple[int, Row]]]:
     """Read the columns of a table, of which some are `needed`, and its rows with their lines."""
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
@@ -26,28 +26,27 @@ def read_rows(
         raise LabkitError(f"{path}: is no UTF-8 text; save it as CSV in UTF-8") from None
     except OSError as error:
         raise LabkitError(f"{path}: cannot be read: {error.strerror}") from None
-    header = text.partition("\n")[0]
+    header, *_ = lines = text.splitlines(keepends=True) or [""]
     delimiter = ";" if ";" in header and "," not in header else ","  # Excel's, where 0.5 is 0,5
-    reader = csv.DictReader(
-        text.splitlines(keepends=True), delimiter=delimiter, restval="", strict=True
-    )
-    columns = reader.fieldnames = [name.strip() for name in reader.fieldnames or []]
-    for name in needed:
-        if name not in columns:
-            found = ", ".join(columns) or "none"
-            raise LabkitError(f"{path}: line 1: no column {name!r}; the columns are {found}")
+    reader = csv.DictReader(lines, delimiter=delimiter, restval="", strict=True)
     rows = []
     try:
+        columns = reader.fieldnames = [name.strip() for name in reader.fieldnames or []]
         for row in reader:
             if None in row:
                 raise csv.Error("it has more cells than line 1")
-            if any(row.values()):
-                rows.append((reader.line_num, row))
+            cells = {name: cell.strip() for name, cell in row.items()}
+            if any(cells.values()):
+                rows.append((reader.line_num, cells))
     except csv.Error as error:
         raise LabkitError(
             f"{path}: line {reader.line_num}: {error}; put text that holds a comma in "
             f"double quotes, and close each quote"
         ) from None
+    for name in needed:
+        if name not in columns:
+            found = ", ".join(columns) or "none"
+            raise LabkitError(f"{path}: line 1: no column {name!r}; the columns are {found}")
     return columns, rows
 
 

@@ -35,8 +35,8 @@ def test_a_class_gets_scores_pages_and_code_for_its_owner_alone(grade, tmp_path,
     assert grade("class") == 0
     assert scores() == expected
     assert "Graded 4 of 4 submissions" in capsys.readouterr().out
-    (tmp_path / "late.py").write_text(SQUARED, encoding="utf-8")
-    assert grade("late.py", "--student", "student00001") == 0
+    (tmp_path / "student00001.py").write_text(SQUARED, encoding="utf-8")
+    assert grade("student00001.py") == 0
     assert scores() == {**expected, "student00001": 3.5}
     with zipfile.ZipFile("grades/feedback.zip") as archive:
         assert archive.namelist() == ["student00001.html"]
@@ -76,7 +76,7 @@ def test_it_goes_on_where_it_was_and_keeps_what_people_decided(grade, tmp_path, 
     with Path("grades/adjustments.csv").open("a", encoding="utf-8") as file:
         file.write("ada,double,0,\n")
     assert grade("class") == 1
-    assert "line 7: 'ada' is no student of this class" in capsys.readouterr().err
+    assert "line 7: no students are called 'ada'" in capsys.readouterr().err
 
 
 def test_one_submission_that_cannot_be_read_costs_nobody_else(grade, tmp_path, monkeypatch, capsys):

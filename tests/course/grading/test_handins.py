@@ -120,10 +120,11 @@ def test_a_class_of_two_layouts_is_refused_with_the_way_out(tmp_path):
 def test_one_folder_around_all_is_not_taken_for_a_student(tmp_path):
     write(tmp_path / "class", ["lab 1/ada/a.py", "lab 1/emmy/a.py"])
     with pytest.raises(
-        LabkitError, match=r"all files are in one folder, lab 1\. .*--student lab 1"
+        LabkitError, match=r"all files are in one folder, lab 1\. .*--layout folders"
     ):
         find_submissions(tmp_path / "class")
     assert len(find_submissions(tmp_path / "class/lab 1")[0]) == 2
+    assert told(tmp_path / "class/lab 1/ada/a.py")[0][0] == "a"
 
 
 def test_marks_and_leftovers_are_nobodys_work(tmp_path):
@@ -185,11 +186,11 @@ def test_the_grader_holds_no_more_than_is_read(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "message"),
-    [("missing", "cannot be read: No such file"), ("text.txt", "is no folder and no zip archive"),
-     ("ada.py", "say whose it is: --student NAME"), ("empty", "nothing was handed in")],
+    [("missing", "cannot be read: No such file"), ("text.txt", "is no folder, zip archive, note"),
+     ("empty", "nothing was handed in")],
 )  # fmt: skip
 def test_what_is_no_class_is_refused(name, message, tmp_path):
     (tmp_path / "empty").mkdir()
-    write(tmp_path, ["text.txt", "ada.py"])
+    write(tmp_path, ["text.txt"])
     with pytest.raises(LabkitError, match=message):
         find_submissions(tmp_path / name)

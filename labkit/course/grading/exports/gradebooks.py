@@ -12,7 +12,6 @@ import math
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from labkit.course.grading.judging.verdict import SubmissionVerdict, short
@@ -20,6 +19,7 @@ from labkit.course.grading.tables import Row, number, plain, read_rows, write_ro
 from labkit.support.errors import LabkitError
 
 CANVAS = ("Student", "ID", "SIS User ID", "SIS Login ID", "Section")
+COMMENT = "Feedback comments"  # Moodle's, where the worksheet has them
 UNITS = {"week": 7.0, "day": 1.0, "hour": 1 / 24, "min": 1 / 1440, "sec": 1 / 86400}
 
 
@@ -32,14 +32,12 @@ class Person(NamedTuple):
     late: float | None = None  # days, where the platform tells them
 
 
-@dataclass(frozen=True, kw_only=True)
-class Gradebook:
+class Gradebook(NamedTuple):
     """A gradebook that can be filled in."""
 
     columns: Sequence[str]  # those that go back to the platform
     grade: str  # the column of the scores
-    comment: str = ""  # the one of the comments; "" where there is none
-    head: Sequence[Row] = ()  # rows that go back as they are
+    head: Sequence[Row]  # rows that go back as they are
     people: Mapping[str, Person]  # by the platform's own number
 
     def fill(self, marks: Iterable[SubmissionVerdict], out: str | os.PathLike[str]) -> list[str]:
@@ -50,10 +48,10 @@ class Gradebook:
             if person is None:
                 unlisted.append(mark.student)
                 continue
-            scaled = mark.score * person.maximum / (mark.points or math.nan)
-            score = short(mark.score if math.isnan(scaled) else scaled)
+            worth = person.maximum if 0.0 < person.maximum < math.inf else mark.points
             comment = plain(html.escape(summary_text(mark)).replace("\n", "<br>"))
-            filled.append(person.row | {self.comment: comment, self.grade: score})
+            score = short(mark.score * worth / mark.points)
+            filled.append(person.row | {self.grade: score, COMMENT: comment})
         write_rows(out, self.columns, [*self.head, *filled])
         return unlisted
 
@@ -64,20 +62,17 @@ def read_canvas(path: str | os.PathLike[str], title: str) -> Gradebook:
     Where its "Points Possible" are no number above zero, the scores stay as they are.
     """
     columns, rows = read_rows(path, CANVAS[:2])
-    pattern = re.compile(re.escape(title) + r"( \(\d+\))?")
-    grades = [name for name in columns if pattern.fullmatch(name)]
+    grades = [name for name in columns if re.fullmatch(re.escape(title) + r"( \(\d+\))?", name)]
     if len(grades) != 1:
         choice = ", ".join(name for name in columns if name not in CANVAS)
         which = "more than one" if grades else "no"
         raise LabkitError(f"{path}: line 1: {which} column {title!r}; the columns are {choice}")
     (grade,) = grades
-    head = [row for _, row in rows if row["Student"].strip().startswith("Points Possible")]
-    possible = number(head[0][grade]) if head else math.nan
-    maximum = possible if 0.0 < possible < math.inf else math.nan
-    numbered = ((row["ID"].strip(), row) for _, row in rows)
-    people = {one: Person(row, row["Student"], maximum) for one, row in numbered if one}
+    head = [row for _, row in rows if row["Student"].startswith("Points Possible")]
+    maximum = number(head[0][grade]) if head else math.nan
+    people = {row["ID"]: Person(row, row["Student"], maximum) for _, row in rows if row["ID"]}
     kept = [name for name in (*CANVAS, grade) if name in columns]
-    return Gradebook(columns=kept, grade=grade, head=head, people=people)
+    return Gradebook(kept, grade, head, people)
 
 
 def read_moodle(path: str | os.PathLike[str]) -> Gradebook:
@@ -85,12 +80,11 @@ def read_moodle(path: str | os.PathLike[str]) -> Gradebook:
     columns, rows = read_rows(path, ("Identifier", "Grade"))
     people = {}
     for _, row in rows:
-        student = re.sub(r"\D*(\d+)\s*", r"\1", row["Identifier"])  # "Participant 4711"
-        late = _days(row["Status"]) if "Status" in columns else None
+        student = re.sub(r"\D", "", row["Identifier"])  # "Participant 4711"
+        late = _days(row["Status"]) if "Status" in row else None
         worth = number(row.get("Maximum Grade", ""))
         people[student] = Person(row, row.get("Full name") or student, worth, late)
-    comment = "Feedback comments" * ("Feedback comments" in columns)
-    return Gradebook(columns=columns, grade="Grade", comment=comment, people=people)
+    return Gradebook(columns, "Grade", (), people)
 
 
 def _days(status: str) -> float:
@@ -117,12 +111,11 @@ def write_scores(
     marks: Iterable[SubmissionVerdict], missing: Iterable[str], out: str | os.PathLike[str]
 ) -> None:
     """Write a row for each student, with each question's score; `missing` ones have none."""
-    rows: list[Mapping[str, str]] = [{"student": plain(one)} for one in missing]
-    columns = dict.fromkeys(("student", "submission", "score", "points", "late", "isolation"))
+    rows = [{"student": plain(student)} for student in missing]
     for mark in marks:
-        scores = {one.question: short(one.score) for one in mark.questions}
-        columns |= dict.fromkeys(scores)
         who = {"student": plain(mark.student), "submission": plain(mark.submission)}
         total = {"score": short(mark.score), "points": short(mark.points)}
-        rows.append({**scores, **who, **total, "late": f"{mark.late:.3g}", "isolation": mark.mode})
+        how = {"late": f"{mark.late:.3g}", "isolation": mark.mode}
+        rows.append(who | total | how | {one.question: short(one.score) for one in mark.questions})
+    columns = dict.fromkeys(name for row in rows[::-1] for name in row)
     write_rows(out, list(columns), rows)

@@ -17,7 +17,6 @@ import re
 import sys
 import zipfile
 from collections.abc import Iterable
-from datetime import datetime
 from importlib.metadata import requires
 from pathlib import Path
 from typing import Any
@@ -27,24 +26,24 @@ from labkit.course.grading.box import open_wall
 from labkit.course.grading.grade import grade_one
 from labkit.course.grading.handins import one_submission
 from labkit.course.grading.judging.verdict import SubmissionVerdict
-from labkit.course.grading.marks import ADJUSTMENTS, CLASS, HEADER, adjusted, read_adjustments
 from labkit.support.errors import LabkitError
 from labkit.support.files import atomic_write
 
 HERE = Path(__file__).with_name("autograder")
 PACKAGE = HERE.parents[3]
 SCRIPTS = ("setup.sh", "run_autograder")
+ANSWERS = PACKAGE / "course" / "authoring"
 
 
 def grade_for_gradescope(root: Path) -> None:
     """Grade ``root/submission``, and write ``root/results/results.json``."""
-    student, days = read_metadata(root / "submission_metadata.json")
+    student = read_student(root / "submission_metadata.json")
     submission = one_submission(root / "submission", student)
-    rules = read_adjustments(ADJUSTMENTS, load_assignment(), None)  # before a wall is tried
+    load_assignment()  # or say what is missing, before a wall is tried
     wall = open_wall([FOLDER / "hidden", root / "submission"])
     verdict = grade_one(submission, str(FOLDER), wall).verdict
     with atomic_write(root / "results" / "results.json") as file:
-        json.dump(results_of(adjusted(verdict, days, rules)), file, indent=1)
+        json.dump(results_of(verdict), file, indent=1)
 
 
 def results_of(verdict: SubmissionVerdict) -> dict[str, Any]:
@@ -53,12 +52,12 @@ def results_of(verdict: SubmissionVerdict) -> dict[str, Any]:
     for place, one in enumerate(verdict.questions, 1):
         reasons = [case.reason for case in one.cases if not case.hidden]
         count = "" if one.cases_passed in one.message else one.cases_passed
-        told = _shown([one.message, *reasons, count])
-        head = _head(f"{place}", one.title, one.passed)
-        tests.append({**head, **told, "score": round(one.score, 6), "max_score": one.points})
+        told = _test(f"{place}", one.title, one.passed, [one.message, *reasons, count])
+        tests.append(told | {"score": round(one.score, 6), "max_score": one.points})
         for n, case in enumerate((case for case in one.cases if case.hidden), 1):
-            head = _head(f"{place}.{n}", f"{one.title}, hidden case {case.id}", case.passed)
-            tests.append({**head, **_shown([case.reason]), "visibility": "hidden"})
+            name = f"{one.title}, hidden case {case.id}"
+            told = _test(f"{place}.{n}", name, case.passed, [case.reason])
+            tests.append(told | {"visibility": "hidden"})
     return {
         "score": round(verdict.score, 6),
         **_shown([f"Graded in isolation: {verdict.mode}.", *verdict.remarks]),
@@ -67,8 +66,9 @@ def results_of(verdict: SubmissionVerdict) -> dict[str, Any]:
     }
 
 
-def _head(number: str, name: str, passed: bool) -> dict[str, str]:
-    return {"number": number, "name": name, "status": "passed" if passed else "failed"}
+def _test(number: str, name: str, passed: bool, told: Iterable[str]) -> dict[str, Any]:
+    status = "passed" if passed else "failed"
+    return {"number": number, "name": name, "status": status, **_shown(told)}
 
 
 def _shown(told: Iterable[str]) -> dict[str, str]:
@@ -77,37 +77,26 @@ def _shown(told: Iterable[str]) -> dict[str, str]:
     return {"output": text, "output_format": "text", "visibility": "visible"}
 
 
-def read_metadata(path: Path) -> tuple[str, float]:
-    """Read the student and the days after the due date from ``submission_metadata.json``."""
+def read_student(path: Path) -> str:
+    """Read whose submission it is from ``submission_metadata.json``."""
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-        users = sorted(str(user.get("email") or user["id"]) for user in told["users"])
-        due = told.get("assignment", {}).get("due_date")
-        for user in told["users"]:  # an extension of their own
-            due = user.get("assignment", {}).get("due_date") or due
-        times = [datetime.fromisoformat(time) for time in (told.get("created_at"), due) if time]
-        late = (times[0] - times[1]).total_seconds() if len(times) == 2 else 0.0
+        users = json.loads(path.read_text(encoding="utf-8"))["users"]
+        return ", ".join(sorted(str(user.get("email") or user["id"]) for user in users))
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise LabkitError(
             f"{path}: is not Gradescope's submission_metadata.json: {error}"
         ) from None
-    return ", ".join(users), max(0.0, late / 86400.0)
 
 
-def write_autograder(
-    path: str | os.PathLike[str],
-    assignment: str | os.PathLike[str] = FOLDER,
-    adjustments: str | os.PathLike[str] | None = None,
-) -> None:
+def write_autograder(path: str | os.PathLike[str], assignment: str | os.PathLike[str]) -> None:
     """Write the zip archive to upload as "autograder" of a programming assignment.
 
-    It holds the hidden cases of the `assignment` in a folder, and the rules of the class that
-    stand in the table `adjustments`.
+    It holds the hidden cases of the `assignment` in a folder. The files that write assignments are
+    empty there: grading needs none of their answers, but by their names it knows a copy of labkit
+    among what a student hands in.
     """
     folder = Path(assignment).resolve()
-    rules = read_adjustments(adjustments, load_assignment(folder), None) if adjustments else {}
-    lines = [HEADER, *((CLASS, what, f"{line.value}", "") for (_, what), line in rules.items())]
-    needed = re.compile(r"(numpy|scipy|tqdm)\b(?!.*extra ==)")
+    needed = re.compile(r"(numpy|scipy)\b(?!.*extra ==)")
     with (
         atomic_write(path, "wb") as file,
         zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, strict_timestamps=False) as archive,
@@ -118,11 +107,13 @@ def write_autograder(
             archive.writestr(info, (HERE / script).read_bytes())
         own = filter(needed.match, requires("labkit") or [])
         archive.writestr("requirements.txt", "\n".join([*own, ""]))
-        archive.writestr(ADJUSTMENTS, "".join(f"{','.join(line)}\n" for line in lines))
-        for source in sorted(PACKAGE.rglob("*")):
+        for source in filter(Path.is_file, sorted(PACKAGE.rglob("*"))):
+            place = source.relative_to(PACKAGE.parent)
             lab = FOLDER in source.parents and source.suffix == ".json"  # the folder's instead
-            if source.is_file() and "__pycache__" not in source.parts and not lab:
-                archive.write(source, source.relative_to(PACKAGE.parent))
+            if ANSWERS in source.parents:
+                archive.writestr(str(place), b"")
+            elif not lab and "__pycache__" not in place.parts:
+                archive.write(source, place)
         for source in sorted(folder.rglob("*.json")):
             place = FOLDER.relative_to(PACKAGE.parent) / source.relative_to(folder)
             archive.write(source, place)

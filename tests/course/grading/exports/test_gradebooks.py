@@ -49,7 +49,7 @@ def test_canvas_gets_the_scores_of_those_who_were_graded(verdicts, written, out)
     assert book.fill(verdicts, out) == ["=cmd|x"]
     assert rows(out) == [
         ["Student", "ID", "SIS User ID", "SIS Login ID", "Section", "Lab 1 (77)"],
-        ["    Points Possible", "", "", "", "", "5.00"],
+        ["Points Possible", "", "", "", "", "5.00"],
         ["Lovelace, Ada", "4711", "a1", "ada@x.org", "Monday", "5"],
         ["Noether, Emmy", "815", "e1", "emmy@x.org", "Monday", "0.5"],
     ]
