@@ -72,6 +72,7 @@ def firefox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Firefox]:
     firefox = Firefox(path, tmp_path_factory.mktemp("profile"))
     yield firefox
     firefox.send("browser.close")
+    firefox.socket.close()
     firefox.process.wait(PATIENCE)
 
 

@@ -52,9 +52,11 @@ def opened(
     page.on("response", lambda r: complaints.append(r.url) if r.status >= 400 else None)
     page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
     page.on("pageerror", lambda e: complaints.append(str(e)))
-    page.goto(address, wait_until="load" if sign else "networkidle")
+    page.goto(address)
     if sign:
         page.locator(sign).first.wait_for()
+    else:
+        page.wait_for_load_state("networkidle")
     yield page
     page.close()
     assert outside == []
