@@ -25,7 +25,6 @@ from labkit.course.authoring.write import notebook_text  # noqa: E402
 from submissions import answered, lab_answers  # noqa: E402
 
 NBGRADER = ROOT / ".venv-graders/bin/python"
-COURSE = ROOT / "tests/course/grading/others/nbgrader_course.py"
 HOSTILE = (
     "while True:\n    pass",
     "import threading\nthreading.Event().wait(1e6)",

@@ -14,11 +14,9 @@ from labkit.cli import main
 from labkit.course.authoring.write import notebook_text
 from labkit.course.grading.assignment import load_assignment
 
-ROOT = Path(__file__).parents[3]
-PYTHON = ROOT / ".venv-graders/bin/python"
-QUESTIONS = {question.id for question in load_assignment().questions}
+ASSIGNMENT = load_assignment()
+PYTHON = Path(__file__).parents[3] / ".venv-graders/bin/python"
 IN_WORDS = {"killian_answers", "killian_failure_answer"}
-COURSE = Path(__file__).parent / "others/nbgrader_course.py"
 WHERE = [] if shutil.which("bwrap") else ["--no-isolation"]
 
 pytestmark = [
@@ -43,14 +41,25 @@ MISTAKEN = (
     "def distance_gate(distances, max_distance):\n"
     "    return [d <= max_distance for d in distances]\n"
 )
+SCORES = """
+import json
+from nbgrader.api import Gradebook
+with Gradebook("sqlite:///gradebook.db") as gradebook:
+    print(json.dumps({
+        one.student.id: {
+            grade.name.removeprefix("check-").replace("-", "_"): grade.auto_score
+            for notebook in one.notebooks for grade in notebook.grades
+        } for one in gradebook.assignment_submissions("lab1")
+    }))
+"""
 
 
-def nbgrader(folder):
-    """What nbgrader prints of the course in a folder, once it has made or graded it."""
-    path = f"{PYTHON.parent}{os.pathsep}{os.environ['PATH']}"  # it calls alembic by name
-    options = {"capture_output": True, "text": True, "cwd": folder}
-    command, env = [PYTHON, COURSE, folder], os.environ | {"PATH": path}
-    done = subprocess.run(command, check=False, env=env, **options)
+def run(folder, *arguments):
+    """What Python prints in nbgrader's environment."""
+    env = os.environ | {"PATH": f"{PYTHON.parent}{os.pathsep}{os.environ['PATH']}"}  # for alembic
+    done = subprocess.run(
+        [PYTHON, *arguments], cwd=folder, env=env, check=False, capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
@@ -59,27 +68,20 @@ def answered(release, source):
     """The release with words for answers, and all functions in the first cell for code."""
     notebook = json.loads(release)
     for cell in notebook["cells"]:
-        if is_for_answers(cell, "markdown"):
-            cell["source"] = "The wheels slipped."
-        elif is_for_answers(cell, "code"):
-            cell["source"], source = source, ""
+        if cell["metadata"].get("nbgrader", {}).get("solution"):
+            words = cell["cell_type"] == "markdown"
+            cell["source"] = "The wheels slipped." if words else source
+            source = source if words else ""
     return json.dumps(notebook)
 
 
-def is_for_answers(cell, kind):
-    return cell["cell_type"] == kind and cell["metadata"].get("nbgrader", {}).get("solution")
-
-
-@pytest.fixture(scope="module")
-def course(tmp_path_factory):
-    """The folder of a course whose students have handed in, and nbgrader's scores of them."""
-    folder = tmp_path_factory.mktemp("course")
-    (folder / "source/lab1").mkdir(parents=True)
-    (folder / "source/lab1/assignment.ipynb").write_text(
-        notebook_text(solutions=True), encoding="utf-8"
-    )
-    nbgrader(folder)
-    release = (folder / "release/lab1/assignment.ipynb").read_text(encoding="utf-8")
+def test_its_scores_are_ours(tmp_path, monkeypatch):
+    """Takes some half a minute; buys that either grader can be used on one hand-out."""
+    made = tmp_path / "source/lab1/assignment.ipynb"
+    made.parent.mkdir(parents=True)
+    made.write_text(notebook_text(solutions=True), encoding="utf-8")
+    run(tmp_path, "-m", "nbgrader", "generate_assignment", "lab1", "--create", "--force")
+    release = (tmp_path / "release/lab1/assignment.ipynb").read_text(encoding="utf-8")
     assert not any(word in release for word in ("SOLUTION", "HIDDEN", "score("))
     handed_in = {
         "ada": answered(release, source_of(solution) + source_of(plain_python)),
@@ -87,30 +89,19 @@ def course(tmp_path_factory):
         "grace": release,
     }
     for student, notebook in handed_in.items():
-        path = folder / f"submitted/{student}/lab1/assignment.ipynb"
+        path = tmp_path / f"submitted/{student}/lab1/assignment.ipynb"
         path.parent.mkdir(parents=True)
         path.write_text(notebook, encoding="utf-8")
-    return folder, json.loads(nbgrader(folder))
-
-
-def test_its_scores_are_ours(course, tmp_path, monkeypatch):
-    """Takes some half a minute; buys that either grader can be used on one hand-out."""
-    folder, theirs = course
-    monkeypatch.chdir(tmp_path)
-    assert main(["grade", str(folder / "submitted"), *WHERE]) == 0
-    with (tmp_path / "grades/scores.csv").open(encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            ours = {question: float(row[question]) for question in QUESTIONS}
-            assert ours == pytest.approx(by_machine(theirs[row["student"]]))
-    totals = {student: sum(by_machine(scores).values()) for student, scores in theirs.items()}
-    assert (totals["ada"], totals["grace"]) == (load_assignment().points, 0.0)
-    full = load_assignment().question("huber_weights").points
+    run(tmp_path, "-m", "nbgrader", "autograde", "lab1", "--create", "--force")
+    theirs = json.loads(run(tmp_path, "-c", SCORES))
+    in_words = {name: {theirs[name].pop(one) for one in IN_WORDS} for name in handed_in}
+    assert in_words == {"ada": {None}, "emmy": {None}, "grace": {0.0}}
+    full = ASSIGNMENT.question("huber_weights").points
     assert theirs["emmy"]["huber_weights"] == full, "a warning on stderr cost nbgrader's points"
-    for student, score in (("ada", None), ("emmy", None), ("grace", 0.0)):  # answers in words
-        scores = theirs[student]
-        assert {scores[name] for name in IN_WORDS} == {score}
-
-
-def by_machine(scores):
-    """A student's scores without those of the answers in words, which the instructor reads."""
-    return {name: score for name, score in scores.items() if name not in IN_WORDS}
+    assert sum(theirs["ada"].values()) == ASSIGNMENT.points
+    monkeypatch.chdir(tmp_path)
+    assert main(["grade", "submitted", *WHERE]) == 0
+    with Path("grades/scores.csv").open(encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            ours = {one.id: float(row[one.id]) for one in ASSIGNMENT.questions}
+            assert ours == pytest.approx(theirs[row["student"]])
