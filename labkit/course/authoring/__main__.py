@@ -51,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             refuse_unwritable(path)
         if options.secret is not None:
             os.umask(0o077)  # what is written is for its owner alone
-            secret, folder = read_secret(options.secret, make=True), cases_beside(options.secret)
+            secret, folder = read_secret(options.secret), cases_beside(options.secret)
             folder.mkdir(exist_ok=True)
         written = write_assignment(folder, secret, notebooks)
     except LabkitError as error:

@@ -162,7 +162,7 @@ def test_what_moodles_worksheet_says_holds_for_runs_without_it(grade, tmp_path):
 
 def test_cases_of_a_secret_grade_and_go_into_the_archive(grade, small, tmp_path, capsys):
     hand_in(tmp_path / "class", 1)
-    secret = read_secret(tmp_path / "course.secret", make=True)
+    secret = read_secret(tmp_path / "course.secret")
     assert Path("course.secret").stat().st_mode & 0o077 == 0
     assert grade("class", "--secret", "course.secret") == 1
     assert "course.secret.cases/questions.json: No such file" in capsys.readouterr().err
@@ -172,11 +172,11 @@ def test_cases_of_a_secret_grade_and_go_into_the_archive(grade, small, tmp_path,
     assert grade("class", "--secret", "course.secret") == 0
     text = (folder / "questions.json").read_text(encoding="utf-8")
     (folder / "questions.json").write_text(text.replace("2.0", "4.0", 1), encoding="utf-8")
-    load_assignment.__globals__["_load"].cache_clear()
+    load_assignment.cache_clear()
     assert grade("class", "--secret", "course.secret") == 1
     assert "the points of `double` was 4.0 and is 2.0. Draw it again" in capsys.readouterr().err
     (folder / "questions.json").write_text(text, encoding="utf-8")
-    load_assignment.__globals__["_load"].cache_clear()
+    load_assignment.cache_clear()
     assert main(["autograder", "autograder.zip", "--secret", "course.secret"]) == 0
     assert "anyone can compute" not in capsys.readouterr().err
     assert Path("autograder.zip").stat().st_mode & 0o077 == 0

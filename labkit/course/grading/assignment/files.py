@@ -10,6 +10,7 @@ import json
 import os
 import secrets
 from functools import cache
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,7 @@ WRITE = "write the assignment with `python -m labkit.course.authoring [--secret 
 LEAST = 16  # bytes of a secret
 
 
+@cache
 def load_assignment(folder: str | os.PathLike[str] = FOLDER, *, hidden: bool = True) -> Assignment:
     """Read an assignment from its folder; a grader wants the `hidden` cases, a notebook has none.
 
@@ -39,11 +41,7 @@ def load_assignment(folder: str | os.PathLike[str] = FOLDER, *, hidden: bool = T
     >>> load_assignment(hidden=False).question("huber_weights").signature
     '(residuals, delta)'
     """
-    return _load(Path(folder).resolve(), hidden)
-
-
-@cache
-def _load(folder: Path, hidden: bool) -> Assignment:
+    folder = Path(folder)
     digest = hashlib.sha256()
     head = _read(folder / "questions.json", digest)
     visible = _cases(_read(folder / "visible.json", digest), False)
@@ -83,46 +81,40 @@ def _question(fields: dict[str, Any]) -> Question:
 
 
 def _cases(content: dict[str, Any], hidden: bool) -> Cases:
+    def values(trees: list[Any]) -> tuple[Any, ...]:
+        return tuple(map(from_json, trees))
+
     def case(fields: dict[str, Any]) -> Case:
-        fields |= {name: _values(fields[name]) for name in ("arguments", "expected")}
-        fields["mistaken"] = {id: _values(each) for id, each in fields["mistaken"].items()}
+        fields |= {name: values(fields[name]) for name in ("arguments", "expected")}
+        fields["mistaken"] = {id: values(each) for id, each in fields["mistaken"].items()}
         return Case(hidden=hidden, **fields)
 
     return {question: tuple(map(case, cases)) for question, cases in content["cases"].items()}
 
 
-def _values(trees: list[Any]) -> tuple[Any, ...]:
-    return tuple(map(from_json, trees))
-
-
 def cases_beside(path: str | os.PathLike[str]) -> Path:
     """The folder of the cases that are drawn from the secret in a file: ``course.secret.cases``."""
-    return Path(f"{os.fspath(path)}.cases")
+    return Path(f"{os.path.abspath(path)}.cases")
 
 
 def refuse_outdated(drawn: Assignment, now: Assignment, secret: str | os.PathLike[str]) -> None:
     """Raise `LabkitError` where cases were drawn for other questions than there are now."""
-    names = ("title", "points", "signature", "docstring", "answer", "chance")
-    before, after = (
-        {(one.id, name): getattr(one, name) for one in each.questions for name in names}
-        for each in (drawn, now)
-    )
-    differs = [
-        f"the {name} of `{id}` was {before.get((id, name))!r} and is {after.get((id, name))!r}"
-        for id, name in before | after
-        if before.get((id, name)) != after.get((id, name))
-    ]
-    if differs:
-        raise LabkitError(
-            f"{cases_beside(secret)} was drawn for an older assignment: {'; '.join(differs[:3])}. "
-            f"Draw it again: `python -m labkit.course.authoring --secret {os.fspath(secret)}`"
-        )
+    names = ("id", "title", "points", "signature", "docstring", "answer", "chance")
+    for old, new in zip_longest(drawn.questions, now.questions):
+        for name in names:
+            before, after = (getattr(one, name, None) for one in (old, new))
+            if before != after:
+                raise LabkitError(
+                    f"{cases_beside(secret)} was drawn for an older assignment: the {name} of "
+                    f"`{(new or old).id}` was {before!r} and is {after!r}. Draw it again: "
+                    f"`python -m labkit.course.authoring --secret {os.fspath(secret)}`"
+                )
 
 
-def read_secret(path: Path, *, make: bool = False) -> bytes:
-    """The secret in a file, a `LabkitError` without one; `make` one for its owner alone."""
+def read_secret(path: Path) -> bytes:
+    """The secret in a file, which is made for its owner alone where there is none."""
     try:
-        if make and not path.exists():
+        if not path.exists():
             path.touch(mode=0o600)
             path.write_text(secrets.token_hex(32) + "\n", encoding="ascii")
         secret = path.read_bytes().strip()
