@@ -26,7 +26,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -37,7 +37,7 @@ from labkit.course.grading.inside import data
 from labkit.support.errors import LabkitError
 
 T = TypeVar("T")
-MEMORY, FILE_BYTES, DISK_BYTES, MAX_LINE = 1536 << 20, 16 << 20, 64 << 20, 1 << 18
+DISK_BYTES, MAX_LINE = 64 << 20, 1 << 18
 SECONDS = 3.0
 IN_ALL, BY_THE_CLOCK = 60.0, 30.0  # of processor time for a submission; by the clock for an order
 START = 120.0  # [s] until a box must be ready, on a machine at its limit
@@ -128,7 +128,7 @@ def why_not(wall: Wall) -> str:
             box.send(START, cells=[(PROBE, "probe")], scripts={}, functions=["holes"])
             while "answers" not in box.receive():
                 pass
-            box.send(START, function="holes", state="last", right={}, calls=calls)
+            box.send(START, function="holes", state=0, right={}, calls=calls)
             found = [hole for _ in calls for hole in data.from_json(box.receive()["value"])]
             return " and ".join(dict.fromkeys(found))
     except (BoxError, LabkitError, OSError, KeyError) as error:
@@ -136,20 +136,15 @@ def why_not(wall: Wall) -> str:
 
 
 class Box:
-    """A running box behind a wall."""
+    """A running box behind a wall, which gets so many seconds of processor time in all."""
 
-    def __init__(self, wall: Wall) -> None:
+    def __init__(self, wall: Wall, seconds: float = IN_ALL * SECONDS) -> None:
         self.wall = wall
-        self._buffer = b""
+        self._buffer = bytearray()
         self._channel, theirs = socket.socketpair()
         self._channel.settimeout(LOOK)
-        settings = {
-            "seconds": IN_ALL * wall.seconds,
-            "memory": MEMORY,
-            "file_bytes": FILE_BYTES if wall.mode == "bubblewrap" else 0,
-            "user": unused_user() if os.geteuid() == 0 and wall.mode != "none" else 0,
-            "wall": wall.mode,
-        }
+        user = unused_user() if os.geteuid() == 0 and wall.mode != "none" else 0
+        settings = {"seconds": seconds, "user": user, "wall": wall.mode}
         command = [os.path.realpath(sys.executable), "-I", "-S", "-B", "-X", "utf8", "-c"]
         paths = sorted({os.path.dirname(path) for path in libraries()[1:]})
         above = os.path.dirname(OWN)
@@ -180,21 +175,26 @@ class Box:
         self._channel.close()
         return complaint.decode(errors="replace").strip().rpartition("\n")[2]
 
-    def send(self, allowed: float, **order: Any) -> None:
-        """Order `Session.read` or `Session.ask`, with seconds of processor time for all answers."""
-        left = memoryview(json.dumps({"seconds": self.wall.seconds, **order}).encode() + b"\n")
+    def send(self, allowed: float, attached: bytes = b"", /, **order: Any) -> None:
+        """Order what `main` in the box serves, with seconds of processor time for all answers."""
+        left = memoryview(
+            json.dumps({"seconds": self.wall.seconds, **order}).encode() + b"\n" + attached
+        )
         self._allow(allowed)
         while left:
-            left = left[self._moved(partial(self._channel.send, left)) :]
+            left = left[self._moved(self._channel.send, left) :]
 
-    def receive(self) -> dict[str, Any]:
+    def receive(self, most: int = MAX_LINE) -> dict[str, Any]:
         """The next answer; `BoxError` where none comes, `MachineError` by the machine's fault."""
-        while b"\n" not in self._buffer:
-            read = self._moved(partial(self._channel.recv, 1 << 16))
+        seen = 0
+        while (end := self._buffer.find(b"\n", seen)) < 0:
+            seen = len(self._buffer)
+            read = self._moved(self._channel.recv, 1 << 16)
             self._buffer += read
-            if not read or len(self._buffer) > MAX_LINE + (1 << 16):
+            if not read or seen > most:
                 raise BoxError("the program sent too much output" if read else ENDED)
-        line, _, self._buffer = self._buffer.partition(b"\n")
+        line = bytes(self._buffer[:end])
+        del self._buffer[: end + 1]
         try:
             answer = json.loads(line)
         except (ValueError, RecursionError):
@@ -218,13 +218,13 @@ class Box:
         self._before = self.used()
         self._looked = self._began
 
-    def _moved(self, move: Callable[[], T]) -> T:
+    def _moved(self, move: Callable[[Any], T], what: Any) -> T:
         """Result of a step on the channel, with a look at the time from time to time."""
         while True:
             if time.monotonic() > self._looked + LOOK:
                 self._look()
             try:
-                return move()
+                return move(what)
             except TimeoutError:
                 continue
             except OSError:

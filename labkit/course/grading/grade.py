@@ -1,34 +1,27 @@
 """From a submission's files to its verdict: run them in a box, call its functions, judge.
 
 Each question is asked with what its own cells left behind and, where that differs, with what the
-whole notebook left behind; the best verdict counts. A question that calls wrong earlier ones is
-then asked once more with the right functions in their place (follow-through).
+whole notebook left behind; the best verdict counts. One that calls wrong earlier ones is then asked
+its hidden cases once more with the right functions in their place (follow-through).
 
 All visible cases are asked before any hidden one: what a student reads of a visible case was
-written before a hidden input came into the box. In follow-through hidden cases alone are asked.
+written before a hidden input came into the box.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Any, NamedTuple
 
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.assignment.questions import Assignment, Case, Question
-from labkit.course.grading.box import (
-    IN_ALL,
-    TOO_LONG,
-    Box,
-    BoxError,
-    MachineError,
-    Wall,
-    open_wall,
-)
+from labkit.course.grading.box import IN_ALL, PACKAGE, TOO_LONG, Box, BoxError, Wall, open_wall
 from labkit.course.grading.handins import Submission, read_files
 from labkit.course.grading.inside import data
+from labkit.course.grading.inside.reading import Program
 from labkit.course.grading.judging.compare import assess
 from labkit.course.grading.judging.verdict import (
     KILLED,
@@ -38,28 +31,22 @@ from labkit.course.grading.judging.verdict import (
     QuestionVerdict,
     SubmissionVerdict,
 )
-from labkit.course.grading.reading import Program, read_apart
 from labkit.course.grading.store import Record, fingerprint
 
 MAX_NOTES = 20
-MAX_FAILURES = 5  # boxes that end in the cells
+MAX_PROGRAM = 1 << 27  # bytes of what was read, which are code and no answer
+READING = 10.0  # [s] of processor time for the files
 CELLS, CALLS, CUT = 5.0, 2.0, 1.0  # for all cells and all calls of an order, of what the box cuts
 OUT_OF_TIME = "OutOfTime"
+UNREADABLE = "the files cannot be read with little time and memory; hand in the notebook alone"
+HANDED_OUT = [path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py")]
 
 
 class Told(NamedTuple):
     """Remarks of the box on an answer; they decide no mark."""
 
-    states: Sequence[str] = ("last",)  # to ask in: after the cells that define it, and others
+    states: int = 1  # to ask in: after the cells that define it, and others
     calls: frozenset[str] = frozenset()  # the functions that it uses
-    hands_on: str = ""  # the one to which it only hands its work on
-
-    @classmethod
-    def read(cls, said: Any) -> Told:
-        """Check what the box says."""
-        lists = [map(str, _as(list, _as(dict, said).get(name))) for name in ("states", "calls")]
-        states = list(dict.fromkeys(["last", *lists[0]]))[:3]
-        return cls(states, frozenset(lists[1]), str(_as(dict, said).get("hands_on")))
 
 
 class Sitting:
@@ -69,87 +56,89 @@ class Sitting:
     and of the answers was said before.
     """
 
-    def __init__(self, program: Program, functions: Sequence[str], wall: Wall) -> None:
-        self.cells, self.scripts = list(program.cells), program.scripts
+    def __init__(self, functions: Sequence[str], wall: Wall) -> None:
         self.functions, self.wall = functions, wall
         self.left = IN_ALL * wall.seconds  # of processor time
-        self.budget = dict.fromkeys(functions, wall.seconds)  # of it, for each question
         self.box: Box | None = None
-        self.failures, self.is_sealed = 0, False
-        self.left_out, self.notes = list(program.notes), list[str]()
+        self.program = Program([], {}, [], [])
+        self.notes, self.is_sealed = list[str](), False
         self.answers: dict[str, Told] = {}
-        self.hung: set[tuple[str, str]] = set()  # functions that ended a box, each in a state
+        self.hung: set[tuple[str, int]] = set()  # functions that ended a box, each in a state
 
-    def open(self) -> None:
-        """Start a box and have the cells run; one that ends the box is left out from then on."""
-        while self.cells and not self.box and self.failures < MAX_FAILURES and self.left > 0.0:
-            cell, self.box = -1, Box(self.wall)
+    def read(self, files: Mapping[str, bytes]) -> None:
+        """Have the files read, before any code of theirs is in the box, and then the cells run."""
+        self.box = Box(self.wall, self.left)
+        sizes = {name: len(data) for name, data in files.items()}
+        order = {"sizes": sizes, "functions": self.functions, "handed_out": HANDED_OUT}
+        try:
+            self.box.send(READING, b"".join(files.values()), **order)
+            self.program = Program(**self.box.receive(MAX_PROGRAM))
+        except BoxError:
+            self.close()
+            self.program.unread.append(UNREADABLE)
+        self.run()
+
+    def run(self) -> None:
+        """Have the cells run; one that ends the box is left out from then on."""
+        cells = self.program.cells
+        order = {"cells": cells, "scripts": self.program.scripts, "functions": self.functions}
+        while cells and self.left > 0.0:
+            cell, self.box = 0, self.box or Box(self.wall, self.left)
             try:
-                order = {"cells": self.cells, "scripts": self.scripts, "functions": self.functions}
                 self.box.send(CELLS * self.wall.seconds + CUT, **order)
                 said: dict[str, Any] = {}
-                for _ in range(len(self.cells) + 1):
+                for _ in range(len(cells) + 1):
                     said = self.box.receive()
-                    place = said.get("cell")
-                    cell = place if isinstance(place, int) else cell
+                    cell = said.get("cell", cell)
                 if not self.is_sealed:
-                    self.notes = [*self.left_out, *_as(list, said.get("notes"))]
-                    answers = _as(dict, said.get("answers")).items()
-                    self.answers = {name: Told.read(each) for name, each in answers}
-            except BoxError as error:
+                    self.notes = list(said["notes"])
+                    self.answers = {
+                        name: Told(max(1, len(told["states"][:3])), frozenset(told["calls"]))
+                        for name, told in said["answers"].items()
+                    }
+                return
+            except (BoxError, LookupError, TypeError, AttributeError):  # untrusted
                 self.close()
-                self.failures += 1
-                label = self.cells.pop(cell).label if 0 <= cell < len(self.cells) else ""
+                is_place = isinstance(cell, int) and 0 <= cell < len(cells)
+                _, label = cells.pop(cell if is_place else 0)
                 if not self.is_sealed:
-                    self.notes = [f"the notebook could not be run to its end: {error}"]
                     says = f"{label} ended the program or hung, so it is left out"
-                    self.left_out += [says] if label else []
+                    self.program.notes.append(says)
 
     def told(self, question: Question) -> Told:
         """Remarks of the box on an answer."""
         return self.answers.get(question.function, Told())
 
-    def fault(self, question: Question, state: str, lent: Collection[str]) -> Outcome | None:
-        """The outcome of a question that is not asked: what ended a box is not called again."""
-        name = question.function
-        if self.cells and self.box is None:
-            return Outcome(error=KILLED if self.left > 0.0 else OUT_OF_TIME)
-        if name not in self.answers:
-            return Outcome(error=NOT_DEFINED)
-        hung = {one for one, _ in self.hung} - {name, *lent}
-        if (name, state) in self.hung or hung & self.told(question).calls:
-            return Outcome(error=OUT_OF_TIME)
-        return None
-
     def ask(
-        self,
-        question: Question,
-        cases: Sequence[Case],
-        state: str,
-        right: Mapping[str, str] | None = None,
+        self, question: Question, cases: Sequence[Case], state: int, right: Mapping[str, str] = {}
     ) -> list[Outcome]:
-        """The outcomes of some cases of one question, all visible or all hidden."""
-        self.open()
-        fault = self.fault(question, state, right or ())
-        if fault or self.box is None:
-            return [fault or Outcome(error=KILLED)] * len(cases)
-        name, hidden = question.function, any(case.hidden for case in cases)
+        """The outcomes of some cases of one question, all visible or all hidden.
+
+        What has ended a box, or run out of time, is called no more.
+        """
+        name = question.function
+        if self.box is None:
+            self.run()
+        if self.box is None or name not in self.answers:
+            fault = OUT_OF_TIME if self.left <= 0.0 else NOT_DEFINED
+            return [Outcome(error=fault)] * len(cases)
+        hung = {one for one, _ in self.hung} - {name, *right}
+        if (name, state) in self.hung or hung & self.told(question).calls:
+            return [Outcome(error=OUT_OF_TIME)] * len(cases)
+        hidden = any(case.hidden for case in cases)
         self.is_sealed |= hidden
-        patience = self.wall.seconds / 2.0 / (1 + len(self.hung) // 3)
-        seconds = patience if right else min(patience, self.budget[name])
-        before, outcomes = self.box.used()[0], list[Outcome]()
+        seconds = self.wall.seconds / 2.0 / (1 + len(self.hung) // 3)
+        outcomes = list[Outcome]()
         try:
             calls = [[data.to_json(argument) for argument in case.arguments] for case in cases]
-            order = {"function": name, "state": state, "right": dict(right or {}), "calls": calls}
-            self.box.send(CALLS * seconds + CUT, seconds=max(seconds, 0.01), **order)
+            order = {"function": name, "state": state, "right": right, "calls": calls}
+            self.box.send(CALLS * seconds + CUT, seconds=seconds, **order)
             outcomes += [outcome(self.box.receive()) for _ in cases]
-            self.budget[name] -= self.box.used()[0] - before
         except BoxError as error:
             self.close()
-            self.hung.add((name, state))
             ending = Outcome(error=OUT_OF_TIME if str(error) == TOO_LONG else KILLED)
             outcomes += [ending] * (len(cases) - len(outcomes))
-        if any(one.error == OUT_OF_TIME for one in outcomes):
+        if any(one.error in (OUT_OF_TIME, KILLED) for one in outcomes):
             self.hung.add((name, state))
         return [
             replace(one, error=one.error and NO_RESULT, message="") if hidden else one
@@ -181,100 +170,67 @@ def shown(text: object) -> str:
     return "".join(letter if letter.isprintable() else " " for letter in str(text)[:600])
 
 
-def _as(kind: type, value: Any) -> Any:
-    """A value of the box where it is of that kind, and an empty one where it is not."""
-    return value if isinstance(value, kind) else kind()
-
-
 def grade_submission(
-    program: Program,
-    wall: Wall,
-    assignment: Assignment,
-    student: str,
-    *,
-    name: str = "",
-    unread: Sequence[str] = (),
-) -> SubmissionVerdict:
-    """Grade a program behind a wall; the verdict is always the same, but for `seconds`.
+    files: Mapping[str, bytes], wall: Wall, assignment: Assignment, student: str
+) -> tuple[SubmissionVerdict, str]:
+    """Grade files behind a wall: the verdict, always the same but for `seconds`, and all code.
 
-    `student` chooses the variant of the hidden cases, `name` is for people, `unread` what was not
-    read.
+    `student` chooses the variant of the hidden cases.
     """
     start = time.perf_counter()
-    sitting = Sitting(program, [one.function for one in assignment.questions], wall)
+    sitting = Sitting([one.function for one in assignment.questions], wall)
     try:
-        sitting.open()
-        found = _first_round(sitting, assignment, student)
-        found |= _follow_through(sitting, assignment, student, found)
+        sitting.read(files)
+        verdicts = tuple(_verdicts(sitting, assignment, student))
     finally:
         sitting.close()
-    verdicts = tuple(found[one.id] for one in assignment.questions)
-    if not program.cells:
+    program = sitting.program
+    if not program.scripts:
         verdicts = tuple(replace(one, message="Nothing was found to grade.") for one in verdicts)
-    return SubmissionVerdict(
+    verdict = SubmissionVerdict(
         student=student,
-        submission=name or student,
+        submission=student,
         mode=wall.mode,
         questions=verdicts,
         score=round(sum(one.score for one in verdicts), 2),
         points=round(sum(one.points for one in verdicts), 2),
-        notes=tuple(map(shown, sitting.notes[:MAX_NOTES])),
-        unread=(*unread, *map(shown, program.unread)),
+        notes=tuple(map(shown, [*program.notes, *sitting.notes][:MAX_NOTES])),
+        unread=tuple(map(shown, program.unread)),
         seconds=time.perf_counter() - start,
     )
+    return verdict, "\n\n".join(program.scripts.values()).encode("utf-8", "replace").decode()
 
 
-def _first_round(
-    sitting: Sitting, assignment: Assignment, student: str
-) -> dict[str, QuestionVerdict]:
-    """Each question by the student's functions alone: visible cases of all, then hidden ones."""
-    asked = [
-        (question, state, sitting.ask(question, assignment.visible[question.id], state))
-        for question in assignment.questions
-        for state in sitting.told(question).states
+def _verdicts(sitting: Sitting, assignment: Assignment, student: str) -> Iterator[QuestionVerdict]:
+    """Each question by the student's functions, then with right ones for wrong ones that it calls.
+
+    No right function is lent to an earlier question than its own, nor before a question that it
+    would answer outright: so none that is asked for is in the box before it is asked.
+    """
+    seen = [
+        [sitting.ask(one, assignment.visible[one.id], k) for k in range(sitting.told(one).states)]
+        for one in assignment.questions
     ]
-    found: dict[str, QuestionVerdict] = {}
-    for question, state, outcomes in asked:
-        before = found.get(question.id)
-        if before and before.passed:
-            continue
+    wrong: dict[str, str] = {}  # right sources of the functions that are wrong, by name
+    for place, question in enumerate(assignment.questions):
         cases = assignment.cases(question.id, student)
         hidden = [case for case in cases if case.hidden]
-        if all(one.error == "NotImplementedError" for one in outcomes):
-            answers = outcomes[:1] * len(hidden)
-        else:
-            answers = sitting.ask(question, hidden, state)
-        verdict = assess(question, cases, [*outcomes, *answers])
-        if before is None or verdict.score > before.score:
-            found[question.id] = verdict
-    return found
-
-
-def _follow_through(
-    sitting: Sitting, assignment: Assignment, student: str, found: Mapping[str, QuestionVerdict]
-) -> dict[str, QuestionVerdict]:
-    """The questions that call wrong earlier ones, with the right functions in their place.
-
-    No right function is lent to an answer that only hands its work on to it, nor to a question
-    that it would answer outright, nor to an earlier question than its own: so none that is asked
-    for is in the box before it is asked.
-    """
-    better: dict[str, QuestionVerdict] = {}
-    wrong: dict[str, str] = {}  # right sources of the functions that are wrong, by name
-    for question in assignment.questions:
-        best = old = found[question.id]
-        if old.passed:
-            continue
-        told = sitting.told(question)
+        tried = list[QuestionVerdict]()
+        for state, outcomes in enumerate(seen[place]):
+            is_written = any(one.error != "NotImplementedError" for one in outcomes)
+            alike = outcomes[:1] * len(hidden)
+            answers = sitting.ask(question, hidden, state) if is_written else alike
+            tried.append(assess(question, cases, [*outcomes, *answers]))
+            if tried[-1].passed:
+                break
+        best = old = max(tried, key=lambda one: one.score)
         lent = {
             name: source
             for name, source in wrong.items()
-            if name in told.calls
-            and name != told.hands_on
-            and not assignment.answers(name, question.id)
+            if name in sitting.told(question).calls
+            and not any(assignment.answers(name, one.id) for one in assignment.questions[place:])
         }
-        hidden = [case for case in assignment.cases(question.id, student) if case.hidden]
-        for state in told.states if lent and hidden else ():
+        for state in range(len(seen[place]) if lent and hidden and not old.passed else 0):
             new = assess(question, hidden, sitting.ask(question, hidden, state, lent))
             if new.score > best.score:
                 says = (
@@ -282,10 +238,10 @@ def _follow_through(
                     f"{', '.join(f'`{name}`' for name in lent)} in place of yours: with yours it "
                     f"would get {old.score:g} of {old.points:g} points."
                 )
-                best = better[question.id] = replace(new, replaced=tuple(lent), message=says)
+                best = replace(new, replaced=tuple(lent), message=says)
         if not best.passed and question.id in assignment.right:
             wrong[question.function] = assignment.lent(question.id)
-    return better
+        yield best
 
 
 @cache
@@ -307,9 +263,6 @@ def grade_one(
         late = known.late if known else 0.0
     if known and known.fingerprint == mark:
         return replace(known, late=late)
-    student, name = submission.student, submission.name
-    program = read_apart(files, [one.function for one in asked.questions])
-    if program is None:
-        raise MachineError("this machine was too busy to read its files; grade it again")
-    verdict = grade_submission(program, wall, asked, student, name=name, unread=unread)
-    return Record(verdict=verdict, fingerprint=mark, code=program.code, late=late)
+    verdict, code = grade_submission(files, wall, asked, submission.student)
+    verdict = replace(verdict, submission=submission.name, unread=unread + verdict.unread)
+    return Record(verdict=verdict, fingerprint=mark, code=code, late=late)

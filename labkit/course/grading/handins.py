@@ -16,7 +16,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
-from labkit.course.grading.reading import (
+from labkit.course.grading.inside.reading import (
     MAX_FILE,
     MAX_TOGETHER,
     TOO_LARGE,

@@ -21,7 +21,7 @@ from labkit.course.grading.judging.verdict import CaseVerdict, QuestionVerdict, 
 from labkit.support.errors import LabkitError
 from labkit.support.files import atomic_write
 
-RULES = 12  # raise it when the same files would get other points or messages than before
+RULES = 13  # raise it when the same files would get other points or messages than before
 VERDICTS = "verdicts"
 
 

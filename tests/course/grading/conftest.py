@@ -11,9 +11,9 @@ from small import write_assignment
 
 from labkit.cli import main
 from labkit.course.grading.box import Wall, open_wall, why_not
-from labkit.course.grading.grade import grade_submission
+from labkit.course.grading.grade import HANDED_OUT, grade_submission
 from labkit.course.grading.handins import read_files
-from labkit.course.grading.reading import read_apart, read_program
+from labkit.course.grading.inside.reading import read_program
 from labkit.support.errors import LabkitError
 
 
@@ -28,7 +28,7 @@ def read():
 
     def run(submission):
         files, unread = read_files(submission.files)
-        program = read_apart(files, ["f"])
+        program = read_program(files, ["f"], HANDED_OUT)
         return program.scripts, [*unread, *program.unread]
 
     return run
@@ -54,10 +54,9 @@ def safe_wall(request):
 def graded(wall):
     """A function that grades files by an assignment."""
 
-    def run(files, assignment, *, student="ada", seconds=3.0, behind=wall, **more):
+    def run(files, assignment, *, student="ada", seconds=3.0, behind=wall):
         timed = behind._replace(seconds=seconds)
-        program = read_program(files, [one.function for one in assignment.questions])
-        return grade_submission(program, timed, assignment, student, **more)
+        return grade_submission(files, timed, assignment, student)[0]
 
     return run
 

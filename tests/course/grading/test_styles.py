@@ -5,7 +5,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from right_answers import homogeneous, plain_python
+from right_answers import plain_python
 
 import labkit
 from labkit.course.grading.assignment import load_assignment
@@ -25,8 +25,8 @@ def replaced(name, old, new):
 
 STEP = RIGHT["icp_step"]
 ICP = RIGHT["icp"]
-HELPED = "def {helper}(T, p):\n    return p @ T[:2, :2].T + T[:2, 2]\n\n\n" + STEP.replace(
-    "source @ T[:2, :2].T + T[:2, 2]", "{helper}(T, source)"
+HELPED = "def transform(T, p):\n    return p @ T[:2, :2].T + T[:2, 2]\n\n\n" + STEP.replace(
+    "source @ T[:2, :2].T + T[:2, 2]", "transform(T, source)"
 )
 LIMITED = {"icp": "LIMITS = (1e-7, 1e-7)\n\n\n" + ICP.replace("< 1e-7", "< LIMITS[1]")}
 CONVERGES = {"icp": ICP.partition("        if np")[0] + (
@@ -48,6 +48,7 @@ MAGIC = (
     "%matplotlib inline\n%load_ext autoreload\nimport matplotlib.pyplot as plt\n"
     "!pip install open3d\nplt.plot?\nfiles = !ls",
     "%%bash\nrm -rf /\nif then else",
+    "from google.colab import drive\ndrive.mount('/content/drive')\n"
     "import ipywidgets as w\nfrom tqdm.notebook import tqdm\n@w.interact(x=(0, 1))\n"
     "def show(x):\n    fig, ax = plt.subplots(1, 2)\n    line, = ax[0].plot([x])\n"
     "for k in tqdm(range(3)):\n    print(k)",
@@ -58,9 +59,7 @@ TIMED = {name: f"%%time\n{RIGHT[name]}" for name in ("rotation", "icp")} | {
 STYLES = {
     "the handed-out notebook": answered(),
     "own LIMITS": answered(LIMITED),
-    "transform, and an experiment": answered(
-        {"icp_step": HELPED.format(helper="transform")}, after=EXPERIMENTS
-    ),
+    "transform, and an experiment": answered({"icp_step": HELPED}, after=EXPERIMENTS),
     "globals()": answered(
         {"has_converged": 'globals()["EPS"] = 0.0\n' + RIGHT["has_converged"].replace(
             "):\n", "):\n    EPS\n", 1)}
@@ -78,7 +77,6 @@ STYLES = {
     ),
     "loops and lists": answered(functions(plain_python), before=(
         "import math\n" + functions(plain_python)["centroid"],)),
-    "homogeneous": answered(functions(homogeneous)),
     "checks and text deleted": answered(checks=False, closing=False),
     "magics": answered(TIMED, before=MAGIC),
     "classes": answered({"align": RIGHT["align"]}, before=(CLASSES.format(numpy=NUMPY),)),
@@ -89,12 +87,10 @@ STYLES = {
     }),
     "UTF-16": json.dumps(json.loads(answered())).encode("utf-16"),
     "one cell": notebook([cell("import open3d, numpy as np\n" + SCRIPT + "fitness = 3")]),
-    "Colab": answered(before=("from google.colab import drive\ndrive.mount('/content/drive')",)),
     "a stub again below": answered(after=(STUB.format("icp"), STUB.format("rotation"))),
     "cKDTree": answered({"nearest_neighbors": "from scipy.spatial import cKDTree\n\n\n"
         "def nearest_neighbors(source, target):\n    d, i = cKDTree(target).query(source)\n"
         "    return i, d\n"}),
-    "ends the program in a cell": answered(after=("import os\nos._exit(0)",)),
 }  # fmt: skip
 SCRIPTS = {
     "script": SCRIPT.encode(),
@@ -109,34 +105,23 @@ SCRIPTS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("style", STYLES)
-def test_a_right_notebook_gets_all_points(style, graded):
-    verdict = graded({"renamed (1).ipynb": STYLES[style]}, ASSIGNMENT, seconds=1.0)
+@pytest.mark.parametrize("style", [*STYLES, *SCRIPTS])
+def test_a_right_hand_in_gets_all_points(style, graded):
+    files = {"a.py": SCRIPTS[style]} if style in SCRIPTS else {"renamed (1).ipynb": STYLES[style]}
+    verdict = graded(files, ASSIGNMENT, seconds=1.0)
     assert verdict.score == 100.0, [
         (one.question, one.score, one.message) for one in verdict.questions if not one.passed
     ] + list(verdict.notes)
 
 
-@pytest.mark.parametrize("style", SCRIPTS)
-def test_a_right_script_gets_all_points(style, graded):
-    verdict = graded({"a.py": SCRIPTS[style]}, ASSIGNMENT)
-    assert verdict.score == 100.0, (
-        [one.message for one in verdict.questions if not one.passed], verdict.notes)  # fmt: skip
-
-
-def test_a_notebook_may_import_its_own_scripts(graded):
-    book = notebook([cell("from lab.mine import *\nfrom helpers import icp_step"), cell(ICP)])
+@pytest.mark.parametrize(
+    "line", ["from helpers import icp_step", "%run helpers.py", "%run ./helpers"]
+)
+def test_a_notebook_may_use_its_own_scripts(line, graded):
+    book = notebook([cell(f"from lab.mine import *\n{line}"), cell(ICP)])
     rest = NUMPY + "\n\n".join(RIGHT[n] for n in RIGHT if n not in ("icp", "icp_step"))
-    files = {"a.ipynb": book, "lab/mine.py": rest.encode()}
-    files["helpers.py"] = f"{NUMPY}from lab.mine import *\n{STEP}".encode()
-    assert graded(files, ASSIGNMENT).score == 100.0
-
-
-@pytest.mark.parametrize("magic", ["%run helpers.py", "%run ./helpers"])
-def test_a_notebook_may_run_its_own_files(magic, graded):
-    helper, *_, step = HELPED.format(helper="shifted").partition("\n\n\n")
-    files = {"work.zip/a.ipynb": answered({"icp_step": f"{magic}\n{step}"})}
-    files["work.zip/helpers.py"] = helper.encode()
+    files = {"work.zip/a.ipynb": book, "work.zip/lab/mine.py": rest.encode()}
+    files["work.zip/helpers.py"] = f"{NUMPY}from lab.mine import *\n{STEP}".encode()
     assert graded(files, ASSIGNMENT).score == 100.0
 
 

@@ -10,6 +10,7 @@ import signal
 import struct
 import sys
 
+MEMORY, FILE_BYTES = 1536 << 20, 16 << 20
 ALLOW, FAIL, NOT_EQUAL, MASKED_EQUAL = 0x7FFF0000, 0x00050000, 1, 7
 # Network, new programs, other processes, memory that outlives the process, doors into the kernel.
 REFUSED = """
@@ -36,13 +37,14 @@ MAKING_SOME = tuple(
 )
 
 
-def confine(*, seconds: float, memory: int, file_bytes: int, user: int, wall: str) -> None:
+def confine(*, seconds: float, user: int, wall: str) -> None:
     """Give up for good what the student's code shall not have.
 
     That is more than so many seconds of processor time, and bytes of address space and of a file;
     the user that one is, unless `user` is 0; and, unless the `wall` is "none", many system calls.
     """
-    limits = {"CPU": int(seconds) + 1, "FSIZE": file_bytes, "NOFILE": 128, "CORE": 0, "AS": memory}
+    limits = {"CPU": int(seconds) + 1, "NOFILE": 128, "CORE": 0, "AS": MEMORY}
+    limits["FSIZE"] = FILE_BYTES if wall == "bubblewrap" else 0
     for kind, most in limits.items():
         if kind != "AS" or sys.platform == "linux":  # macOS cannot limit it
             resource.setrlimit(getattr(resource, f"RLIMIT_{kind}"), (most, most))

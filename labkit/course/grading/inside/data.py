@@ -24,13 +24,13 @@ class NoAnswerError(Exception):
     """A returned value that is no answer; the message says what to return instead."""
 
 
-def plain(value: Any, most: int = MOST) -> Any:
+def plain(value: Any) -> Any:
     """Turn a returned value into numbers, text, arrays, tuples and dicts, as `to_json` does."""
-    return from_json(to_json(value, most))
+    return from_json(to_json(value))
 
 
-def to_json(value: Any, most: int = MOST) -> Any:
-    """The form in JSON of a value of at most so many bytes.
+def to_json(value: Any) -> Any:
+    """The form in JSON of a value of at most `MOST` bytes.
 
     Numbers of any kind become float, int or bool; arrays float64, int64 or bool; lists
     and named tuples become tuples. Raises `NoAnswerError` for anything but numbers, strings, None,
@@ -39,7 +39,7 @@ def to_json(value: Any, most: int = MOST) -> Any:
     >>> to_json((True, np.eye(2)))
     {'tuple': [True, {'dtype': 'float64', 'shape': [2, 2], 'data': [1.0, 0.0, 0.0, 1.0]}]}
     """
-    left = most
+    left = MOST
 
     def encoded(value: Any, depth: int) -> Any:
         nonlocal left

@@ -23,9 +23,8 @@ from typing import Any
 
 import numpy as np
 
-from labkit.course.grading.inside import confine, data, parsing, standins
+from labkit.course.grading.inside import confine, data, parsing, reading, standins
 
-STATES = ("last", "first", "end")  # after the cells that define an answer, and after all
 TICK, IDLE = 0.25, 0.002  # [s] one that used less processor time than this was spent waiting
 
 
@@ -40,11 +39,10 @@ class Session:
         self.writing = writing  # the file descriptor of the answers
         module = sys.modules["__main__"] = types.ModuleType("__main__")
         self.space: dict[str, Any] = module.__dict__
-        self.states: dict[tuple[str, str], dict[str, Any]] = {}  # by a name of STATES and function
+        # By answer: after the last cell that defines it, and others where it differs.
+        self.states: dict[tuple[str, int], dict[str, Any]] = {}
         self.functions: list[str] = []
         self.answers: dict[str, Any] = {}  # the last definition of each function
-        self.uses: dict[str, set[str]] = {}  # the names that a definition mentions
-        self.hands_on: dict[str, str] = {}
         self.finder = standins.Finder()
         self.compile = codeop.Compile()  # it remembers imports of __future__
         self.left = self.may_wait = self.ticked = 0.0
@@ -59,7 +57,7 @@ class Session:
     def cut(self, *_: Any) -> None:
         """End what takes too long; again and again, since code may catch it."""
         if self.armed:
-            raise OutOfTime
+            raise OutOfTime("it took too long, and was cut short")
 
     def tick(self, *_: Any) -> None:
         """End what only waits. A busy machine is no wait: there the code works in each tick."""
@@ -71,21 +69,25 @@ class Session:
 
     @contextlib.contextmanager
     def within(self, seconds: float) -> Iterator[None]:
-        """Limit the processor time, and the time that is spent waiting to twice as much."""
+        """Limit the processor time, and the time that is spent waiting to twice as much.
+
+        What hears of no limit, since it computes in C, ends the box at twice that time.
+        """
         self.armed, self.may_wait, self.ticked = True, 2.0 * seconds, 0.0
         signal.setitimer(signal.ITIMER_PROF, seconds, 0.1)
+        signal.setitimer(signal.ITIMER_VIRTUAL, 2.0 * seconds + 1.0)
         signal.setitimer(signal.ITIMER_REAL, TICK, TICK)
         try:
             yield
         finally:
             self.armed = False
-            for timer in (signal.ITIMER_PROF, signal.ITIMER_REAL):
+            for timer in (signal.ITIMER_PROF, signal.ITIMER_VIRTUAL, signal.ITIMER_REAL):
                 signal.setitimer(timer, 0.0)
 
-    def read(self, seconds: float, cells: list[tuple[str, str]], **given: Any) -> None:
+    def run_cells(self, seconds: float, cells: list[tuple[str, str]], **given: Any) -> None:
         """Run cells (source, label) in turn, and say what they define of the given functions."""
         self.functions, self.finder.scripts = given["functions"], given["scripts"]
-        notes = list[str]()
+        notes, first, last = list[str](), dict[str, Any](), dict[str, Any]()
         self.space.update({name: standins.StandIn(name) for name in ("display", "get_ipython")})
         self.space["np"] = np
         time.sleep = lambda _: None  # who draws step by step waits for nobody here
@@ -98,17 +100,17 @@ class Session:
             notes += [fault] * bool(fault)
             for name, value in self.answers.items():
                 if value is not before.get(name):
-                    self.states["last", name] = kept = self.space | self.answers
+                    last[name] = self.space | self.answers
                     if name not in before or parsing.is_stub(before[name]):
-                        self.states["first", name] = kept
-        self.states |= {("end", name): self.space | self.answers for name in self.answers}
-        self.tell(notes=notes[:60], answers=self.described())
+                        first[name] = last[name]
+        end = self.space | self.answers
+        told = {name: self.described(name, last[name], first[name], end) for name in self.answers}
+        self.tell(notes=notes[:60], answers=told)
 
     def run_cell(self, source: str, label: str, seconds: float) -> str:
         """Run the statements of a cell one by one; why it was not run to its end.
 
-        What only shows something gets a third of a cell's time. Once the time of all experiments
-        is over it is left out, and what sets a name gets a tenth.
+        Each gets a cell's time; once the time of all experiments is over, an experiment a tenth.
         """
         try:
             with self.within(seconds):
@@ -116,18 +118,17 @@ class Session:
         except BaseException as error:
             return f"{label} cannot be parsed, so nothing in it counts: {self.text(error)}"
         for node in nodes:
-            start, limit = time.process_time(), seconds
-            if not parsing.is_definition(node):
-                shows = isinstance(node, parsing.SHOWING)
-                if self.left <= (0.0 if shows else -2.0 * seconds):
+            start, limit, defines = time.process_time(), seconds, parsing.is_definition(node)
+            if not defines:
+                if self.left <= -2.0 * seconds:
                     continue
-                limit = max(min(seconds / (3.0 if shows else 1.0), self.left), seconds / 10.0)
+                limit = max(min(seconds, self.left), seconds / 10.0)
             try:
                 with self.within(limit):
                     self.run(node, label)
             except BaseException as error:
                 fault = fault or f"{label} did not run to its end: {self.text(error)}"
-            if not parsing.is_definition(node):
+            if not defines:
                 waited = limit - self.may_wait / 2.0
                 self.left -= max(time.process_time() - start, waited)
         return fault
@@ -142,43 +143,29 @@ class Session:
             for name, value in list(self.space.items()):
                 if not callable(value) or before.get(name) is value:
                     continue
-                self.uses.setdefault(name, set()).update(parsing.names_in(code))
-                self.hands_on[name] = parsing.handed_on(node)
+                self.finder.uses[name] |= parsing.names_in(code)
                 hides = name in self.answers and parsing.is_stub(value)
                 if name in self.functions and not hides and type(value) is not standins.StandIn:
                     self.answers[name] = value
 
-    def described(self) -> dict[str, Any]:
-        """Say of each answer what it calls, and in which states it or what it uses differs."""
-        for code, _ in self.finder.imported:
-            for part in code.co_consts:
-                if isinstance(part, types.CodeType):
-                    self.uses.setdefault(part.co_name, set()).update(parsing.names_in(part))
-        found = {}
-        for name in self.answers:
-            last, used, passed = self.states["last", name], [name], [name]
-            for one in used:  # which grows meanwhile
-                used += self.uses.get(one, set()).difference(used)
-            for one in passed:  # to helpers that do all the work, and to theirs
-                passed += {self.hands_on.get(one, "")}.difference(passed, [""])
-            others = ((state, self.states.get((state, name), last)) for state in STATES[1:])
-            differ = [
-                state for state, it in others if any(it.get(a) is not last.get(a) for a in used)
-            ]
-            found[name] = {
-                "states": [STATES[0], *differ],
-                "calls": [one for one in self.functions if one in used[1:]],
-                "hands_on": passed[-1] if len(passed) > 1 else "",
-            }
-        return found
+    def described(self, name: str, *states: dict[str, Any]) -> dict[str, Any]:
+        """Keep the states in which it or what it uses differs; name them, and what it calls."""
+        used = [name]
+        for one in used:  # which grows meanwhile
+            used += self.finder.uses[one].difference(used)
+        last, *others = states
+        kept = [last] + [it for it in others if any(it.get(a) is not last.get(a) for a in used)]
+        self.states |= {(name, place): it for place, it in enumerate(kept)}
+        calls = [one for one in self.functions if one in used[1:]]
+        return {"states": [*range(len(kept))], "calls": calls}
 
     def ask(
-        self, function: str, state: str, right: dict[str, str], calls: list[Any], seconds: float
+        self, function: str, state: int, right: dict[str, str], calls: list[Any], seconds: float
     ) -> None:
         """Call a function in one of its states, with right functions in place of some others."""
         self.space.clear()
-        self.space.update(self.states.get((state, function), {}))
-        scripts = [space for _, space in self.finder.imported]
+        self.space.update(self.states.get((function, state), {}))
+        scripts = self.finder.imported
         before = [dict(space) for space in scripts]
         for name, source in right.items():
             defined: dict[str, Any] = {}
@@ -203,9 +190,7 @@ class Session:
 
     def text(self, error: BaseException) -> str:
         """The error in a line, with the place in the student's code."""
-        if isinstance(error, OutOfTime):
-            return "it took too long, and was cut short"
-        if isinstance(error, data.NoAnswerError):
+        if isinstance(error, OutOfTime | data.NoAnswerError):
             return str(error)
         place = ""
         for frame, line in traceback.walk_tb(error.__traceback__):
@@ -238,6 +223,12 @@ def main() -> None:
         session.tell(ready=True)  # and whoever one is now can read Python's own library
     os.dup2(quiet, 2)  # until here the grader reads what is wrong
     for order in map(json.loads, orders):
-        serve = session.read if "cells" in order else session.ask
-        serve(**order)
+        if "sizes" in order:
+            files = {name: orders.read(size) for name, size in order["sizes"].items()}
+            program = reading.read_program(files, order["functions"], order["handed_out"])
+            session.tell(**program._asdict())
+        elif "cells" in order:
+            session.run_cells(**order)
+        else:
+            session.ask(**order)
     os._exit(0)

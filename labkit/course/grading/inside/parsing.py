@@ -16,12 +16,6 @@ MAGICS = {  # of IPython, in turn: those that run code leave it, others nothing
     r"^([ \t]*)(?:[%!?].*|[\w.]+\?+[ \t]*$)": r"\1pass",
 }
 PIECE = re.compile(r"^(?=@|(?:async +)?def\b|class\b)", re.MULTILINE)
-PASSING = {"tuple", "list", "float", "array", "asarray", "copy", "deepcopy"}  # change no answer
-WORKING = (
-    ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.AugAssign, ast.For, ast.While, ast.If,
-    ast.IfExp, ast.comprehension,
-)  # fmt: skip
-SHOWING = (ast.Expr, ast.For, ast.While, ast.Assert)  # set no name that an answer needs
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Import, ast.ImportFrom)
 
 
@@ -69,15 +63,3 @@ def names_in(code: types.CodeType) -> set[str]:
     """The names that code mentions but for its own, with those of the code inside it."""
     inside = (names_in(part) for part in code.co_consts if isinstance(part, types.CodeType))
     return set(code.co_names).union(*inside)
-
-
-def handed_on(node: ast.stmt) -> str:
-    """The function to which a definition hands all its work: it calls that one and passes on."""
-    lines = getattr(node, "body", None) or [getattr(node, "value", None) or node]
-    parts = [part for line in lines for part in ast.walk(line)]
-    calls = [part.func for part in parts if isinstance(part, ast.Call)]
-    names = [func.id for func in calls if isinstance(func, ast.Name)]
-    others = {func.attr for func in calls if isinstance(func, ast.Attribute)}
-    works = others - PASSING or any(isinstance(part, WORKING) for part in parts)
-    called = [name for name in names if name not in PASSING]
-    return called[0] if len(called) == 1 and not works else ""

@@ -9,11 +9,14 @@ from __future__ import annotations
 import importlib.abc
 import sys
 import types
+from collections import defaultdict
 from collections.abc import Iterator
 from importlib.machinery import ModuleSpec
 from typing import Any
 
 import numpy as np
+
+from labkit.course.grading.inside.parsing import names_in
 
 NAMES = {
     "anywidget", "google", "IPython", "ipympl", "ipywidgets", "jupyterquiz", "labkit",
@@ -39,9 +42,6 @@ class StandIn(types.ModuleType):
     def __iter__(self) -> Iterator[StandIn]:
         return iter((self,))  # line, = ax.plot(...)
 
-    def __mro_entries__(self, _: Any) -> tuple[type, ...]:
-        return ()
-
     def __bool__(self) -> bool:
         return False
 
@@ -65,12 +65,10 @@ def subplots(nrows: int = 1, ncols: int = 1, **_: Any) -> tuple[Any, Any]:
 
 
 WORKING = {
-    "check": lambda *_: StandIn("check"),
     "subplots": subplots,
     "tqdm": lambda over=None, *_, **__: StandIn("tqdm") if over is None else over,
     "trange": range,
     "prange": range,
-    "vectorize": lambda f=None, *_, **__: np.vectorize(f) if callable(f) else np.vectorize,
 }
 
 
@@ -79,7 +77,8 @@ class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
 
     def __init__(self) -> None:
         self.scripts: dict[str, str] = {}  # sources by file name
-        self.imported: list[tuple[types.CodeType, dict[str, Any]]] = []  # with their namespaces
+        self.imported: list[dict[str, Any]] = []  # the namespaces of those that were imported
+        self.uses: dict[str, set[str]] = defaultdict(set)  # what a definition mentions, by its name
 
     def find_spec(self, name: str, path: Any, target: Any = None) -> ModuleSpec | None:
         """A spec for a script, a folder of scripts or a stand-in."""
@@ -101,5 +100,8 @@ class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         file = module.__spec__ and module.__spec__.origin
         if file:
             code = compile(self.scripts[file], file, "exec")
-            self.imported.append((code, vars(module)))
+            self.imported.append(vars(module))
+            for part in code.co_consts:
+                if isinstance(part, types.CodeType):
+                    self.uses[part.co_name] |= names_in(part)
             exec(code, vars(module))
