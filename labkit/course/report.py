@@ -72,8 +72,6 @@ def error_table(
 def quality_table(records: Sequence[StepRecord]) -> Table:
     """Signals of the matches over a run: RMSE beside the number of inliers it is taken over."""
     steps = [record for record in records if record.decision is not Decision.START]
-    if not steps:
-        raise InvalidParameterError("must hold at least one step, got none", parameter="records")
     taken = [record.decision for record in steps]
     decisions = ", ".join(f"{taken.count(one):,} {one.value}" for one in Decision if one in taken)
     rows = [["steps", f"{len(steps):,}: {decisions}", ""]]

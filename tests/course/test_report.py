@@ -100,8 +100,3 @@ def test_quality_counts_decisions_and_takes_percentiles_of_what_has_a_number():
     assert table[2][1] == "4: 4 icp"
     assert ["inlier RMSE [m]", "0.020", "0.011 to 0.056"] in table
     assert ["inliers", "100", "100 to 100"] in table
-
-
-def test_quality_of_nothing_is_refused():
-    with pytest.raises(InvalidParameterError, match="at least one step, got none"):
-        quality_table([])

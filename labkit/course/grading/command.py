@@ -31,6 +31,7 @@ from labkit.support.extras import need
 from labkit.support.files import atomic_write
 
 SHOWN = 5  # names in a message
+JOBS = 2 * (os.cpu_count() or 1) + 4  # boxes at a time: some start, wait or take long
 PATIENCE = 10.0  # [s] for a cluster to answer
 PUBLIC = """\
 these hidden cases ship with labkit, so anyone can compute them. Create your own with
@@ -63,7 +64,7 @@ def add_grade(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     add = parser.add_argument_group("where the code runs").add_argument
     add("--no-isolation", action="store_true", help="NOT SAFE: only for code that you trust")
     add("--seconds", type=float, default=SECONDS, help="of CPU per cell and question (%(default)s)")
-    add("--jobs", type=int, metavar="N", help="how many at a time (2 × cores + 4)")
+    add("--jobs", type=int, metavar="N", default=JOBS, help="how many at a time (%(default)s)")
     add("--cluster", metavar="ADDRESS", help="grade on a running Dask cluster")
 
 
@@ -94,8 +95,7 @@ def autograder(args: argparse.Namespace) -> int:
 
 def grade(args: argparse.Namespace) -> int:
     """Grade what has no verdict yet; status 1 where a submission could not be graded."""
-    if args.jobs is not None:
-        check_count(args.jobs, "jobs", at_least=1)
+    check_count(args.jobs, "jobs", at_least=1)
     check_range(args.seconds, "seconds", above=0.0, at_most=600.0, unit="s")
     out = Path(args.out)
     templates()  # or say what they need, before the work
@@ -112,22 +112,19 @@ def grade(args: argparse.Namespace) -> int:
     submissions = [replace(one, late=late.get(one.student, one.late)) for one in submissions]
     names = {student: record.verdict.submission for student, record in records.items()}
     names |= {one.student: one.name for one in submissions}
-    listed = read_roster(out) | {student: one.name for student, one in people.items()}
-    missing = {student: name for student, name in listed.items() if student not in names}
-    adjustments = read_adjustments(out, assignment, names | missing)
-    handed_in = [file.path for one in submissions[:1] for file in one.files[:1]]
-    closed = [Path(args.assignment, "hidden"), out / VERDICTS, *handed_in]
+    roster = read_roster(out) | {student: one.name for student, one in people.items()}
+    adjustments = read_adjustments(out, assignment, roster | names)
+    closed = [Path(args.assignment, "hidden"), out / VERDICTS, submissions[0].files[0].path]
     if args.cluster and not args.no_isolation:  # each worker tries its own
         wall = Wall("", tuple(map(os.path.realpath, closed)), args.seconds)
     else:
         wall = open_wall(closed, args.seconds, isolation=not args.no_isolation)
     failures = _grade(args, submissions, wall, records)
     marks = make_marks(records, adjustments, assignment)
-    for mark in marks:
-        missing.pop(mark.student, None)
+    seen = {mark.student for mark in marks} | failures.keys()
+    missing = {student: name for student, name in roster.items() if student not in seen}
     if missing:
-        absent = (one if one == name else f"{one} ({name})" for one, name in missing.items())
-        _say(f"{len(missing)} of the roster handed in nothing: {_some(absent)}")
+        _say(f"{len(missing)} of the roster handed in nothing: {_some(missing.values())}")
     unread = [one.student for one in marks if (one.student, "written") not in adjustments]
     if (CLASS, "written") in adjustments and unread:
         _say(f"{len(unread)} have no points for their written answers yet: {_some(unread)}")
@@ -195,16 +192,11 @@ def _grade(
     return failures
 
 
-def default_jobs() -> int:
-    """Number of boxes at a time: those that start, wait or take long leave the cores to others."""
-    return 2 * (os.cpu_count() or 1) + 4
-
-
 @contextlib.contextmanager
-def _open_executor(jobs: int | None, cluster: str | None) -> Iterator[Executor]:
+def _open_executor(jobs: int, cluster: str | None) -> Iterator[Executor]:
     """Threads of this process, each with a box at work; or the workers of a Dask cluster."""
     if cluster is None:
-        executor = ThreadPoolExecutor(jobs or default_jobs())
+        executor = ThreadPoolExecutor(jobs)
         try:
             yield executor
         finally:

@@ -17,7 +17,7 @@ import math
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 from labkit.course.grading.assignment.questions import Assignment
 from labkit.course.grading.box import Wall
@@ -34,14 +34,8 @@ RULES = {"late_percent": 100.0, "written": math.inf}  # and the largest value of
 NOTHING = Program([], {}, "", [], [])  # of one who handed in nothing
 
 
-class Line(NamedTuple):
-    """The decision of one line."""
-
-    value: float
-    comment: str = ""
-
-
-Adjustments: TypeAlias = Mapping[tuple[str, str], Line]  # by student, or `CLASS`, and item
+# Value and comment, by student, or `CLASS`, and item.
+Adjustments: TypeAlias = Mapping[tuple[str, str], tuple[float, str]]
 
 
 def make_marks(
@@ -66,14 +60,14 @@ def _adjusted(
     told: list[str] = []
 
     def decided(what: str, default: float, before: str, after: str) -> float:
-        line = adjustments.get((verdict.student, what))
-        if line is None:
+        if (verdict.student, what) not in adjustments:
             return default
-        because = f": {line.comment}" if line.comment else ""
-        told.append(f"{before} {line.value:g} {after}{because}.")
-        return line.value
+        value, comment = adjustments[verdict.student, what]
+        because = f": {comment}" if comment else ""
+        told.append(f"{before} {value:g} {after}{because}.")
+        return value
 
-    late_percent, worth = (adjustments.get((CLASS, one), Line(0.0)).value for one in RULES)
+    late_percent, worth = (adjustments.get((CLASS, one), (0.0, ""))[0] for one in RULES)
     questions = []
     for one in verdict.questions:
         said = f"{one.title}: set by your instructor to", f"of {one.points:g} points"
@@ -107,7 +101,7 @@ def read_adjustments(out: Path, assignment: Assignment, names: Mapping[str, str]
         "written": 0.0,
         "late": math.inf,
     }
-    lines: dict[tuple[str, str], Line] = {}
+    lines: dict[tuple[str, str], tuple[float, str]] = {}
     rows = read_rows(path, HEADER[:3])[1]
     for line, row in sorted(rows, key=lambda one: one[1]["student"] != CLASS):
         name, what, text = (row[column] for column in HEADER[:3])
@@ -123,7 +117,7 @@ def read_adjustments(out: Path, assignment: Assignment, names: Mapping[str, str]
             raise LabkitError(f"{where}: {what} must be a number{upto}, got {text!r}{way_out}")
         if (student, what) in lines:
             raise LabkitError(f"{where}: {what} of {name!r} is set before; keep one of the lines")
-        lines[student, what] = Line(value, row.get("comment", ""))
+        lines[student, what] = value, row.get("comment", "")
         if (student, what) == (CLASS, "written"):
             items[what] = value
     return lines

@@ -20,7 +20,7 @@ from pathlib import Path
 from run import grade, write_class
 
 from labkit.course.grading.box import open_wall
-from labkit.course.grading.command import default_jobs
+from labkit.course.grading.command import JOBS
 from labkit.course.grading.grade import grade_submission
 from notebooks import answered
 from test_laws import ASSIGNMENT, NAMES, WAYS, failing
@@ -38,7 +38,7 @@ def table() -> None:
 
     cells = [(name, way) for name in NAMES for way in WAYS]
     seconds = {}
-    with ThreadPoolExecutor(default_jobs()) as executor:
+    with ThreadPoolExecutor(JOBS) as executor:
         for kind, asked in (("right", [(name, "") for name, _ in cells]), ("failing", cells)):
             start = time.perf_counter()
             found = dict(zip(asked, executor.map(score, *zip(*asked, strict=True)), strict=True))

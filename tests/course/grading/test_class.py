@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from small import HANGS, RIGHT, SQUARED, hand_in, scores
-from test_handins import ZIP64
+from test_handins import ZIP64, write
 
 from labkit.cli import main
 from labkit.course.grading.assignment import load_assignment
@@ -28,14 +28,19 @@ def verdicts(folder="grades"):
     return found
 
 
+def decide(lines):
+    with Path("grades/adjustments.csv").open("a", encoding="utf-8") as file:
+        file.write(lines)
+
+
 def test_a_class_gets_scores_pages_and_code_for_its_owner_alone(grade, tmp_path, capsys):
     expected = hand_in(tmp_path / "class", 4)
-    (tmp_path / "class/student00002.py").write_text(HANGS, encoding="utf-8")
+    write(tmp_path, ["class/student00002.py"], HANGS)
     expected["student00002"] = 3.0
     assert grade("class") == 0
     assert scores() == expected
     assert "Graded 4 of 4 submissions" in capsys.readouterr().out
-    (tmp_path / "student00001.py").write_text(SQUARED, encoding="utf-8")
+    write(tmp_path, ["student00001.py"], SQUARED)
     assert grade("student00001.py") == 0
     assert scores() == {**expected, "student00001": 3.5}
     with zipfile.ZipFile("grades/feedback.zip") as archive:
@@ -43,10 +48,8 @@ def test_a_class_gets_scores_pages_and_code_for_its_owner_alone(grade, tmp_path,
     page = Path("grades/students/student00003.html").read_text(encoding="utf-8")
     assert "this is x squared" in page
     assert "4 marks" in Path("grades/index.html").read_text(encoding="utf-8")
-    assert (
-        Path("grades/code/student00003.py").read_text(encoding="utf-8")
-        == f"{SQUARED}# student00003\n"
-    )
+    code = Path("grades/code/student00003.py").read_text(encoding="utf-8")
+    assert code == f"{SQUARED}# student00003\n"
     assert "def double" in Path("grades/handed_out.py").read_text(encoding="utf-8")
     for path in Path("grades").rglob("*"):
         assert path.stat().st_mode & 0o077 == 0, path
@@ -56,37 +59,29 @@ def test_it_goes_on_where_it_was_and_keeps_what_people_decided(grade, tmp_path, 
     expected = hand_in(tmp_path / "class", 3)
     assert grade("class") == 0
     before = verdicts()
-    with Path("grades/adjustments.csv").open("a", encoding="utf-8") as file:
-        file.write("student00000,double,0,copied\n*,late_percent,10,\nstudent00002,late,2,\n")
-        file.write("*,written,0,\nnew,written,0,\n")
-    Path("grades/roster.csv").write_text(
-        "student,name\nstudent00000,Ada\nabsent,Nobody N.\n", encoding="utf-8"
-    )
-    (tmp_path / "class/new.py").write_text(SQUARED, encoding="utf-8")
+    decide("student00000,double,0,copied\n*,late_percent,10,\nstudent00002,late,2,\n")
+    decide("*,written,0,\nnew,written,0,\n")
+    write(tmp_path, ["grades/roster.csv"], "student,name\nstudent00000,Ada\nabsent,Nobody N.\n")
+    write(tmp_path, ["class/new.py"], SQUARED)
     for _ in range(2):
         assert grade("class") == 0
         decided = {**expected, "student00000": 3.0, "student00002": 4.0, "new": 3.5, "absent": -1}
         assert scores() == decided
         assert {name: entry for name, entry in verdicts().items() if name != "new"} == before
         told = capsys.readouterr().err
-        assert "1 of the roster handed in nothing: absent (Nobody N.)" in told
+        assert "1 of the roster handed in nothing: Nobody N." in told
         assert "3 have no points for their written answers yet: student00000, " in told
         Path("grades/verdicts/student00000.json").unlink()  # graded afresh
     assert "Nobody N." in Path("grades/index.html").read_text(encoding="utf-8")
-    with Path("grades/adjustments.csv").open("a", encoding="utf-8") as file:
-        file.write("ada,double,0,\n")
+    decide("ada,double,0,\n")
     assert grade("class") == 1
     assert "line 7: no students are called 'ada'" in capsys.readouterr().err
 
 
 def test_one_submission_that_cannot_be_read_costs_nobody_else(grade, tmp_path, monkeypatch, capsys):
-    """The archive that once ended the whole class's run, also where it came after a verdict."""
-    for name in ("ada", "mallory", "zoe"):
-        (tmp_path / "class" / name).mkdir(parents=True)
-        (tmp_path / "class" / name / "a.py").write_text(RIGHT, encoding="utf-8")
-    assert grade("class") == 0
-    (tmp_path / "class/mallory/a.py").unlink()
-    (tmp_path / "class/mallory/a.zip").write_bytes(ZIP64)
+    """The archive once ended the whole class's run."""
+    write(tmp_path / "class", ["ada/a.py", "zoe/a.py"], RIGHT)
+    write(tmp_path / "class", ["mallory/a.zip"]).joinpath("mallory/a.zip").write_bytes(ZIP64)
     assert grade("class") == 0
     assert scores() == {"ada": 5.0, "mallory": 0.0, "zoe": 5.0}
     assert "a.zip cannot be read" in Path("grades/index.html").read_text(encoding="utf-8")
@@ -125,12 +120,9 @@ def test_killed_in_the_middle_it_goes_on_to_equal_verdicts(grade, options, tmp_p
 
 def test_lateness_comes_from_the_platform(grade, tmp_path):
     names = ["lovelaceada_LATE_4711_98765_a.py", "noetheremmy_4712_98766_a.py"]
-    for name in names:
-        (tmp_path / "class").mkdir(exist_ok=True)
-        (tmp_path / "class" / name).write_text(RIGHT, encoding="utf-8")
+    write(tmp_path / "class", names, RIGHT)
     assert grade("class") == 0
-    with Path("grades/adjustments.csv").open("a", encoding="utf-8") as file:
-        file.write("*,late_percent,20,\n")
+    decide("*,late_percent,20,\n")
     assert grade("class") == 0
     assert scores() == {"4711": 4.0, "4712": 5.0}
     with zipfile.ZipFile("grades/feedback.zip") as archive:  # under names that Canvas takes back
@@ -142,20 +134,17 @@ def test_lateness_comes_from_the_platform(grade, tmp_path):
 
 def test_what_moodles_worksheet_says_holds_for_runs_without_it(grade, tmp_path):
     for name in ("Ada L_4711", "Emmy N_4712"):
-        folder = tmp_path / "class" / f"{name}_assignsubmission_file_"
-        folder.mkdir(parents=True)
-        (folder / "a.py").write_text(RIGHT, encoding="utf-8")
-    (tmp_path / "sheet.csv").write_text(
+        write(tmp_path / "class", [f"{name}_assignsubmission_file_/a.py"], RIGHT)
+    sheet = (
         "Identifier,Full name,Status,Grade,Maximum Grade\n"
         "Participant 4711,Ada L,Submitted for grading - 1 day 12 hours late,,5\n"
         "Participant 4712,Emmy N,Submitted for grading,,5\n"
-        "Participant 4713,Zoe Z,No submission,,5\n",
-        encoding="utf-8",
+        "Participant 4713,Zoe Z,No submission,,5\n"
     )
+    write(tmp_path, ["sheet.csv"], sheet)
     assert grade("class", "--moodle", "sheet.csv") == 0
     assert scores() == {"4711": 5.0, "4712": 5.0, "4713": -1}
-    with Path("grades/adjustments.csv").open("a", encoding="utf-8") as file:
-        file.write("*,late_percent,20,\n")
+    decide("*,late_percent,20,\n")
     assert grade("class") == 0
     assert scores() == {"4711": 3.5, "4712": 5.0}
 

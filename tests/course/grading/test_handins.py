@@ -6,12 +6,7 @@ import zipfile
 
 import pytest
 
-from labkit.course.grading.handins import (
-    find_submissions,
-    list_files,
-    one_submission,
-    read_files,
-)
+from labkit.course.grading.handins import find_submissions, list_files, one_submission, read_files
 from labkit.support.errors import LabkitError
 
 # What a platform puts before the name of a student's file, and after it in a folder of its own.
@@ -43,11 +38,11 @@ ODD = (
 )
 
 
-def write(folder, names, text=b"k = 1\n"):
+def write(folder, names, text="k = 1\n"):
     for name in names:
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(text)
+        path.write_text(text, encoding="utf-8")
     return folder
 
 
@@ -84,9 +79,15 @@ def test_what_a_student_calls_a_file_chooses_nothing(platform, tmp_path):
             assert told(pack(tmp_path / f"{place}.zip", names)) == plain
 
 
+def test_the_archive_of_a_class_is_opened_once(tmp_path, monkeypatch):
+    found, _ = find_submissions(pack(tmp_path / "class.zip", ["ada.py", "emmy.py"]))
+    monkeypatch.setattr(zipfile, "ZipFile", None)
+    assert [read_files(one.files)[1] for one in found] == [(), ()]
+
+
 def test_of_two_uploads_with_one_name_the_newest_counts(read, tmp_path):
-    folder = write(tmp_path / "class", ["ada_LATE_1_12_a.py", "emmy_2_13_a.py"], b"new = 1\n")
-    write(folder, ["ada_1_9_a.py", "zoe_LATE_3_14_a.py", "zoe_3_15_b.py"], b"old = 1\n")
+    folder = write(tmp_path / "class", ["ada_LATE_1_12_a.py", "emmy_2_13_a.py"], "new = 1\n")
+    write(folder, ["ada_1_9_a.py", "zoe_LATE_3_14_a.py", "zoe_3_15_b.py"], "old = 1\n")
     found, _ = find_submissions(folder)
     assert read(found[0])[0] == {"a.py": "new = 1\n"}
     assert [one.late for one in found] == [1.0, 0.0, 1.0]
@@ -174,13 +175,10 @@ def test_what_is_too_large_is_named_and_the_rest_is_read(read, tmp_path):
     assert set(files) == {"ada/a.py", "ada/c.zip/x.ipynb", "ada/d.zip/x.ipynb"}
     lost = {"ada/large.ipynb", "ada/bomb.zip/b.py"}
     assert {line.partition(" ")[0] for line in unread} == lost
-
-
-def test_the_grader_holds_no_more_than_is_read(tmp_path):
-    for path in write(tmp_path / "ada", ["a.py", "b.py", "c.py"]).iterdir():
-        os.truncate(path, 20 << 20)
-    found, unread = read_files(list_files(tmp_path / "ada"))
-    assert (len(found), len(unread)) == (2, 1)
+    for name in "edc":  # the grader holds no more than is read
+        os.truncate(folder / f"ada/{name}.zip", 20 << 20)
+    found, unread = read_files(list_files(folder / "ada"))
+    assert (len(found), len(unread)) == (4, 2)
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from small import RIGHT as RIGHT_NUMBERS
 from labkit.course.grading import grade as grading
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.box import BY_THE_CLOCK, Box, BoxError, MachineError, Wall
-from labkit.course.grading.command import default_jobs
+from labkit.course.grading.command import JOBS
 from labkit.course.grading.inside import data
 from labkit.course.grading.inside.reading import read_program
 from notebooks import RIGHT, answered
@@ -59,7 +59,7 @@ def test_a_mistake_costs_its_own_points_and_no_others(graded):
         files = {"a.ipynb": answered(cells, closing=False)}
         return ways, graded(files, ASSIGNMENT, student=f"student {shift}", seconds=1.0)
 
-    with ThreadPoolExecutor(default_jobs()) as executor:
+    with ThreadPoolExecutor(JOBS) as executor:
         for ways, verdict in executor.map(grade_all, range(len(NAMES))):
             for one in verdict.questions:
                 way = ways.get(one.question)

@@ -49,8 +49,9 @@ class Gradebook(NamedTuple):
                 unlisted.append(mark.student)
                 continue
             worth = person.maximum if 0.0 < person.maximum < math.inf else mark.points
-            comment = plain(html.escape(summary_text(mark)).replace("\n", "<br>"))
             score = short(mark.score * worth / mark.points)
+            wrong = [f"{one.title}: {one.message}" for one in mark.questions if not one.passed]
+            comment = plain("<br>".join(map(html.escape, [*wrong, *mark.remarks])))
             filled.append(person.row | {self.grade: score, COMMENT: comment})
         write_rows(out, self.columns, [*self.head, *filled])
         return unlisted
@@ -96,15 +97,6 @@ def _days(status: str) -> float:
     late = re.search(r"\blate\b", status)
     found = re.findall(rf"(\d+) ({'|'.join(UNITS)})", status) if late else []
     return float(sum(int(count) * UNITS[unit] for count, unit in found))
-
-
-def summary_text(verdict: SubmissionVerdict) -> str:
-    """A verdict in a few lines, for a gradebook's comment."""
-    lines = [f"{short(verdict.score)} of {short(verdict.points)} points."]
-    for one in verdict.questions:
-        if not one.passed:
-            lines.append(f"{one.title} ({short(one.score)}/{short(one.points)}): {one.message}")
-    return "\n".join([*lines, *verdict.remarks])
 
 
 def write_scores(

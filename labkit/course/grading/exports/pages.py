@@ -34,8 +34,7 @@ def write_pages(
     for mark in marks:
         page = out / "students" / f"{file_name(mark.student)}.html"
         _write("student.html", page, verdict=mark, assignment=assignment)
-    shares = [mark.score / mark.points if mark.points else 0.0 for mark in marks]
-    tenths = Counter(min(9, int(10.0 * share + 1e-9)) for share in shares)
+    tenths = Counter(min(9, int(10.0 * mark.score / mark.points + 1e-9)) for mark in marks)
     scores = [mark.score for mark in marks] or [0.0]
     questions = [_summary(question, marks, assignment) for question in assignment.questions]
     _write(

@@ -74,19 +74,15 @@ def test_canvas_names_a_column_that_is_not_there(written):
 
 def test_moodle_gets_grades_of_its_own_scale_and_keeps_its_times(verdicts, written, out):
     book = read_moodle(written(MOODLE))
-    assert book.fill(verdicts, out) == ["=cmd|x"]
-    header, ada, emmy = rows(out)
+    hostile = replace(verdicts[2], student="12", notes=("<b>",))
+    assert book.fill([*verdicts, hostile], out) == ["=cmd|x"]
+    header, ada, emmy, grace = rows(out)
     assert header == MOODLE.lstrip("\ufeff").splitlines()[0].split(",")
     assert ada[3:6] == ["100", "100.00", "Saturday, 21 November 2026"]
     assert emmy[3] == "1"
-    assert emmy[6].startswith("0.5 of 5 points.<br>Gate (0.5/2): About gate.<br>")
+    assert emmy[6] == "Gate: About gate.<br>Huber: About huber.<br>a note"
+    assert "&lt;b&gt;" in grace[6]
     assert [one.late for one in book.people.values()] == [0.0, 7.5, 0.0]
-
-
-def test_moodle_comments_are_text_not_markup(verdicts, written, out):
-    hostile = replace(verdicts[2], student="12", notes=("<b>",))
-    read_moodle(written(MOODLE)).fill([hostile], out)
-    assert "&lt;b&gt;" in rows(out)[1][6]
 
 
 @pytest.mark.parametrize(
@@ -94,6 +90,7 @@ def test_moodle_comments_are_text_not_markup(verdicts, written, out):
     [
         ("", "line 1: no column 'Identifier'; the columns are none"),
         ("Name,Score\nAda,1\n", "line 1: no column 'Identifier'; the columns are Name, Score"),
+        ('Identifier,"Grade\na,b\n', "line 2: unexpected end of data; put text that"),
         ("Identifier,Grade\na,b\na,b,c\n", "line 3: it has more cells than line 1"),
     ],
 )

@@ -9,8 +9,7 @@ import zipfile
 import pytest
 from small import RIGHT, SQUARED
 
-from labkit.course.grading.exports.gradescope import read_student, results_of, write_autograder
-from labkit.support.errors import LabkitError
+from labkit.course.grading.exports.gradescope import results_of, write_autograder
 
 
 def test_gradescope_has_a_test_for_each_question_and_hides_the_hidden_cases(verdicts):
@@ -65,15 +64,6 @@ def test_a_submission_is_graded_by_what_the_archive_holds(safe_wall, root):
     assert results["score"] == 3.5
     assert results["tests"][0]["score"] == 0.5
     assert "this is x squared" in results["tests"][0]["output"]
-
-
-def test_what_is_not_gradescope_s_metadata_is_named(tmp_path):
-    path = tmp_path / "metadata.json"
-    path.write_text('{"users": [{"id": 8, "email": "ada@x.org"}, {"id": 7}]}')
-    assert read_student(path) == "7, ada@x.org"
-    path.write_text("[]")
-    with pytest.raises(LabkitError, match=r"metadata\.json: is not Gradescope's sub"):
-        read_student(path)
 
 
 def test_a_grader_that_fails_says_so_and_blames_nobody(root):
