@@ -180,7 +180,8 @@ def grade_submission(
     start = time.perf_counter()
     sitting = Sitting([one.function for one in assignment.questions], wall)
     try:
-        sitting.read(files)
+        if files:
+            sitting.read(files)
         verdicts = tuple(_verdicts(sitting, assignment, student))
     finally:
         sitting.close()

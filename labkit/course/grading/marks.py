@@ -23,7 +23,6 @@ from labkit.course.grading.assignment.questions import Assignment
 from labkit.course.grading.box import Wall
 from labkit.course.grading.grade import grade_submission
 from labkit.course.grading.judging.verdict import SubmissionVerdict
-from labkit.course.grading.reading import Program
 from labkit.course.grading.store import Record
 from labkit.course.grading.tables import number, read_rows, write_rows
 from labkit.support.errors import LabkitError
@@ -31,7 +30,6 @@ from labkit.support.errors import LabkitError
 HEADER = ("student", "what", "value", "comment")
 CLASS = "*"  # in place of a student
 RULES = {"late_percent": 100.0, "written": math.inf}  # and the largest value of each
-NOTHING = Program([], {}, "", [], [])  # of one who handed in nothing
 
 
 # Value and comment, by student, or `CLASS`, and item.
@@ -48,7 +46,7 @@ def make_marks(
         if record := records.get(student):
             marks.append(_adjusted(record.verdict, record.late, adjustments))
         else:
-            nothing = grade_submission(NOTHING, Wall(mode=""), assignment, student)
+            nothing, _ = grade_submission({}, Wall(mode=""), assignment, student)
             marks.append(_adjusted(nothing, 0.0, adjustments))
     return marks
 
