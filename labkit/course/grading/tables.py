@@ -40,7 +40,7 @@ def read_rows(
                 rows.append((reader.line_num, cells))
     except csv.Error as error:
         raise LabkitError(
-            f"{path}: line {reader.line_num}: {error}; put text that holds a comma in "
+            f"{path}: line {reader.reader.line_num}: {error}; put text that holds a comma in "
             f"double quotes, and close each quote"
         ) from None
     for name in needed:
