@@ -21,22 +21,21 @@ _STYLES: dict[str, dict[str, Any]] = {  # by the field of an iteration
 }
 
 
-def plot_convergence(ax: Axes, result: IcpResult, step_ax: Axes | None = None) -> Axes:
+def plot_convergence(ax: Axes, result: IcpResult, step_ax: Axes) -> Axes:
     """Draw cost and step sizes over the iterations; the title says how the run ended.
 
     Parameters
     ----------
     ax : Axes
         For the cost J [m²], on a log scale, which ends at 1e-7 of its greatest value.
-    step_ax : Axes, optional
-        For the steps, [m] and [rad], likewise; without it only the cost is drawn.
+    step_ax : Axes
+        For the steps, [m] and [rad], likewise.
     """
     _draw(ax, result, ("cost",), "cost J [m²]")
-    if step_ax is not None:
-        _draw(step_ax, result, ("translation_step", "rotation_step"), "step [m] or [rad]")
-        if ax.get_shared_x_axes().joined(ax, step_ax):
-            ax.set_xlabel("")
-        legend_below(step_ax)
+    _draw(step_ax, result, ("translation_step", "rotation_step"), "step [m] or [rad]")
+    if ax.get_shared_x_axes().joined(ax, step_ax):
+        ax.set_xlabel("")
+    legend_below(step_ax)
     count = result.iterations
     ended = textwrap.fill(result.message, _TITLE_WIDTH)
     ax.set_title(f"{count} iteration{'' if count == 1 else 's'}\n{ended}")

@@ -18,6 +18,7 @@ from labkit.support.arrays import FloatArray
 ARROWS = 24  # about so many are drawn along the scan
 COLORS = (*METHODS, PURPLE)  # of the first, second and third free direction
 ARROW_SHARE = 0.1  # of the scan's longer side: the longest arrow
+TO_SCALE: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "units": "inches"}
 NARROWEST = 0.15  # of the longer side is shown to either side of the middle
 
 
@@ -44,20 +45,12 @@ def plot_observability(ax: Axes, target: Scan | ArrayLike, information: Informat
     for direction, color in zip(directions.T, COLORS if count else [GREY], strict=False):
         arrows = motion_field(information, direction, at)
         arrows *= size / np.hypot(*arrows.T).max()
-        to_scale: dict[str, Any] = {
-            "angles": "xy",
-            "scale_units": "xy",
-            "scale": 1.0,
-            "units": "inches",
-        }
         width = 0.022 if count else 0.012
-        ax.quiver(*at.T, *arrows.T, color=color, width=width, headwidth=4.5, zorder=2.5, **to_scale)
+        ax.quiver(*at.T, *arrows.T, color=color, width=width, headwidth=4.5, zorder=2.5, **TO_SCALE)
         ax.update_datalim(at + arrows)
         kind = "a turn" if abs(direction[2]) > np.sqrt(0.5) else "a shift"  # mostly
         label = f"{'free' if count else 'fixed, known least'}: {kind}"
         handles.append(Line2D([], [], color=color, marker=">", linewidth=2.0, label=label))
-    title = f"{count or 'no'} free direction{'' if count == 1 else 's'}"
-    ax.set_title(f"{title}\nsmallest information {max(information.values[0], 0.0):.3f}")
     middle = points.mean(axis=0)  # a single wall, too, gets a picture with some width
     ax.update_datalim([middle - NARROWEST * extent, middle + NARROWEST * extent])
     ax.autoscale_view()

@@ -34,10 +34,7 @@ _MEDIAN_STEPS = 15  # but at so many steps at least
 
 
 def plot_quality(
-    figure: Figure | SubFigure,
-    records: Sequence[StepRecord],
-    *,
-    limits: SanityLimits | None = None,
+    figure: Figure | SubFigure, records: Sequence[StepRecord], *, limits: SanityLimits
 ) -> tuple[Axes, ...]:
     """Draw RMSE, inlier ratio, rotation, information and decisions over a run.
 
@@ -51,7 +48,7 @@ def plot_quality(
         An empty one; about 7 × 7 inches suit a page.
     records : sequence of StepRecord, length K
         The steps of an `OdometryResult`.
-    limits : SanityLimits, optional
+    limits : SanityLimits
         The limits that the steps were held to: dashed lines.
 
     Returns
@@ -66,9 +63,9 @@ def plot_quality(
     axes = tuple(figure.subplots(5, 1, sharex=True, height_ratios=[3, 3, 3, 3, 2]))
     for ax, (name, (label, bound)) in zip(axes, SIGNALS.items(), strict=False):
         values = np.array([getattr(record, name) for record in records], dtype=np.float64)
-        limit = None if limits is None else getattr(limits, bound, MIN_INFORMATION)
+        limit = getattr(limits, bound, MIN_INFORMATION)
         scale = np.degrees(1.0) if name == "rotation" else 1.0
-        _draw_signal(ax, at, scale * values, decisions, limit and scale * limit)
+        _draw_signal(ax, at, scale * values, decisions, scale * limit)
         ax.set_ylabel(label)
     _draw_decisions(axes[-1], at, decisions)
     axes[-1].set_xlabel("step")
@@ -80,11 +77,7 @@ def plot_quality(
 
 
 def _draw_signal(
-    ax: Axes,
-    at: FloatArray,
-    values: FloatArray,
-    decisions: Sequence[Decision],
-    limit: float | None,
+    ax: Axes, at: FloatArray, values: FloatArray, decisions: Sequence[Decision], limit: float
 ) -> None:
     """Dots, running median, fallbacks and, dashed, the limit, in view if the data come near it."""
     ax.plot(at, values, ".", color=GREY, markersize=2.6, markeredgewidth=0, rasterized=True)
@@ -98,9 +91,8 @@ def _draw_signal(
         if fell.any():
             ax.plot(at[fell], values[fell], marker, color=color, ms=7.0, mec="white", mew=0.5)
     top = (1.0 + _MARGIN) * float(values[known].max(initial=0.0)) or 1.0
-    if limit is not None:
-        ax.axhline(limit, color="black", linestyle="--", linewidth=0.9)
-        top = max(top, 1.08 * limit) if limit < 2.0 * top else top
+    ax.axhline(limit, color="black", linestyle="--", linewidth=0.9)
+    top = max(top, 1.08 * limit) if limit < 2.0 * top else top
     ax.set_ylim(-_MARGIN * top, top)
     style_grid(ax)
 

@@ -1,4 +1,4 @@
-"""The arrows follow the free direction, and the title counts."""
+"""The arrows follow the free direction, and the legend names it."""
 
 import numpy as np
 import pytest
@@ -28,8 +28,7 @@ def test_a_wall_is_free_along_itself(ax, labels, angle):
     assert 10 < len(at) < len(WALL)
     np.testing.assert_allclose(motion @ R[:, 1], 0.0, atol=1e-9)
     assert np.abs(motion @ R[:, 0]).min() > 0.5
-    assert ax.get_title() == "1 free direction\nsmallest information 0.000"
-    assert labels(ax)[1] == "free: a shift"
+    assert labels(ax)[1:] == ["free: a shift"]
     for low, high in (ax.get_xlim(), ax.get_ylim()):
         assert high - low > 2.0  # a thin wall gets a picture, too
 
@@ -39,12 +38,11 @@ def test_a_round_room_is_free_to_turn(ax, labels):
     plot_observability(ax, center + 3.0 * RIM, line_information(center + 3.0 * RIM, -RIM))
     at, motion = arrows(ax)
     np.testing.assert_allclose(((at - center) * motion).sum(axis=1), 0.0, atol=1e-9)
-    assert labels(ax)[1] == "free: a turn"
+    assert labels(ax)[1:] == ["free: a turn"]
 
 
 def test_a_room_has_no_free_direction(ax, labels):
     points = np.vstack([WALL, [1.0, -2.0] * WALL, WALL[:, ::-1], [-2.0, 1.0] * WALL[:, ::-1]])
     normals = np.vstack([UP, -UP, UP[:, ::-1], -UP[:, ::-1]])
     plot_observability(ax, points, line_information(points, normals))
-    assert ax.get_title().startswith("no free directions\nsmallest information 0.")
     assert labels(ax)[1].startswith("fixed, known least: ")

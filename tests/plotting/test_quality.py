@@ -8,6 +8,7 @@ from labkit.plotting import book_figure, plot_quality
 from labkit.plotting.quality import FALLBACKS
 
 DECISIONS = [Decision.START, *[Decision.ICP] * 90, *FALLBACKS, *[Decision.ICP] * 5, Decision.PRIOR]
+LIMITS = SanityLimits(max_rmse=0.15, min_inlier_ratio=0.3)
 SIGNALS = ("rmse", "inlier_ratio", "rotation", "information")
 
 
@@ -29,8 +30,7 @@ def marks(ax, decision):
 
 def test_a_step_is_a_dot_a_limit_a_dashed_line_and_a_decision_a_count():
     records = make_records()
-    limits = SanityLimits(max_rmse=0.15, min_inlier_ratio=0.3)
-    axes = plot_quality(book_figure(7.0), records, limits=limits)
+    axes = plot_quality(book_figure(7.0), records, limits=LIMITS)
     signals = np.array([[getattr(each, name) for each in records] for name in SIGNALS])
     signals[2] = np.degrees(signals[2])
     bounds = (0.15, 0.3, 90.0, MIN_INFORMATION)
@@ -51,7 +51,7 @@ def test_a_step_is_a_dot_a_limit_a_dashed_line_and_a_decision_a_count():
 def test_fallbacks_are_marked_where_they_happened():
     """The last one, without a match, only in the panel of decisions."""
     blank = StepRecord(increment=np.zeros(3), decision=Decision.HOLD)
-    *upper, lowest = plot_quality(book_figure(7.0), [*make_records(), blank])
+    *upper, lowest = plot_quality(book_figure(7.0), [*make_records(), blank], limits=LIMITS)
     for decision in FALLBACKS:
         at = [k for k, each in enumerate(DECISIONS) if each is decision]
         for ax in upper:
@@ -64,13 +64,13 @@ def test_fallbacks_are_marked_where_they_happened():
 def test_a_run_without_any_match():
     records = [StepRecord(increment=np.zeros(3), decision=Decision.STAND)] * 3
     figure = book_figure(7.0)
-    plot_quality(figure, records, limits=SanityLimits())
+    plot_quality(figure, records, limits=LIMITS)
     figure.draw_without_rendering()
 
 
 def test_the_line_is_a_running_median():
     records = make_records([Decision.START, *[Decision.ICP] * 60])
-    dots, line = plot_quality(book_figure(7.0), records)[0].lines
+    dots, line, _ = plot_quality(book_figure(7.0), records, limits=LIMITS)[0].lines
     at, values = dots.get_xydata()[1:].T
     np.testing.assert_array_equal(line.get_xdata(), at)
     for k in range(7, 53):
