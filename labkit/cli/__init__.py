@@ -1,4 +1,4 @@
-"""The command line: ``labkit odometry``, ``match`` and others."""
+"""The command line: ``labkit odometry``, ``grade`` and others."""
 
 from labkit.cli.main import main
 

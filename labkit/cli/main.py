@@ -12,8 +12,8 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import labkit
-from labkit.cli import demo, match, odometry
-from labkit.cli.options import flag
+from labkit.cli import demo, odometry
+from labkit.cli.odometry import flag
 from labkit.course.grading.command import add_autograder, add_grade
 from labkit.support.errors import InvalidParameterError, LabkitError
 
@@ -21,13 +21,12 @@ BAD_INPUT, USAGE = 1, 2
 COMMANDS: dict[str, Any] = {
     "demo": demo,
     "odometry": odometry,
-    "match": match,
 }
 
 EPILOG = """\
 `labkit COMMAND --help` explains a command; `labkit demo` is a good one to begin with.
-Exit status: 0 done; 1 the input cannot be used, or the scans cannot be matched; 2 the command
-line is wrong. Other parameters are set in Python, as by `labkit.odometry.OdometryParameters`."""
+Exit status: 0 done; 1 the input cannot be used; 2 the command line is wrong. Other parameters are
+set in Python, as by `labkit.odometry.OdometryParameters`."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

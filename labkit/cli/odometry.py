@@ -6,14 +6,14 @@ import argparse
 import sys
 import time
 import warnings
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
 
-from labkit.cli.options import SHORT, add_options, chosen, number_or_off
 from labkit.cli.outputs import write_map, write_quality, write_trajectory
 from labkit.cli.text import ERROR_HEADER, error_row, table
 from labkit.evaluation import compare
@@ -39,14 +39,17 @@ Estimate the motion of a robot from its laser scans, step by step, with sanity c
 fallbacks. LOG is a CARMEN or g2o log, a CSV of points or of ranges (the format is told from the
 content), a ROS bag (by its suffix), or `killian`: a real run of 1.9 km that comes with the lab.
 
-The prior is where a step's search begins, and what it falls back to:
-  log        the log's own odometry, or that of `--odometry`
-  none       the motion of the step before
-  auto       the first of these that there is (the default); for `killian` wheel odometry
-             simulated from its reference: per step, sd 10 % of the way along and 5 % across,
-             10 % of the turn and 0.05 rad/m of heading"""
+The prior is where a step's search begins, and what it falls back to: the log's own odometry or
+that of `--odometry`, else the motion of the step before. For `killian` it is wheel odometry
+simulated from its reference: per step, sd 10 % of the way along and 5 % across, 10 % of the turn
+and 0.05 rad/m of heading."""
 
 SIMULATED_WHEELS = WheelNoise(along=0.10, across=0.05, turn=0.10, drift=0.05)
+SHORT = {
+    "max_correspondence_distance": "--gate",
+    "overlap_ratio": "--overlap",
+    "huber_delta": "--huber",
+}
 OPTIONS = {  # fields of `OdometryParameters`, and those of their fields that are options
     "icp": tuple(SHORT),
     "limits": ("max_translation",),
@@ -64,16 +67,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     add = parser.add_argument
     add("log", metavar="LOG", help="a log file, or `killian`")
-    add("--prior", choices=("auto", "log", "none"), default="auto", help="see above")
+    add("--prior", choices=("auto", "none"), default="auto", help="none: leave odometry aside")
     wheels = "wheel odometry of the robot, TUM, on the clock of the scans"
     add("--odometry", metavar="FILE", help=wheels)
     add("--scans", type=int, metavar="N", help="use the first N scans only (default all)")
     files = f"PREFIX of {', '.join(WRITERS)} (default the log's name); `none` writes nothing"
     add("--out", metavar="PREFIX", help=files)
     _add_log_options(parser)
-    defaults = OdometryParameters()
-    for part, names in OPTIONS.items():
-        add_options(parser, part, getattr(defaults, part), names)
+    _add_parameters(parser)
 
 
 def _add_log_options(parser: argparse.ArgumentParser) -> None:
@@ -81,20 +82,37 @@ def _add_log_options(parser: argparse.ArgumentParser) -> None:
     add, pose = parser.add_argument_group("log").add_argument, ("X", "Y", "THETA")
     place = "the scanner's place on the robot, where the log does not say it [m, m, rad]"
     beams = "directions of the first and the last beam, for a CSV of ranges [rad]"
-    codes = "ranges that mean nothing came back [m], or `off` (default: the known codes)"
+    codes = "ranges that mean nothing came back [m], or none (default: the known codes)"
     add("--laser-offset", nargs=3, type=float, default=(0.0,) * 3, metavar=pose, help=place)
     add("--angles", nargs=2, type=float, metavar=("FIRST", "LAST"), help=beams)
-    add("--no-return", nargs="+", type=number_or_off, metavar="X", help=codes)
+    add("--no-return", nargs="*", type=float, metavar="X", help=codes)
     add("--topic", help="of the scans, in a bag with several")
     add("--odometry-topic", metavar="TOPIC", help="of the odometry, likewise")
     add("--strict", action="store_true", help="refuse a log with damaged lines")
+
+
+def _add_parameters(parser: argparse.ArgumentParser) -> None:
+    """Add an option for each field in `OPTIONS`; default, meaning and unit are the field's."""
+    for part, names in OPTIONS.items():
+        group, defaults = parser.add_argument_group(part), getattr(OdometryParameters(), part)
+        for field in fields(defaults):
+            if field.name in names:
+                default, unit = getattr(defaults, field.name), field.metadata.get("unit", "–")
+                told = f"{field.metadata['help']} [{unit}] (default {default})"
+                look: Any = {"dest": field.name, "default": default, "help": told, "metavar": "X"}
+                group.add_argument(flag(field.name), type=float, **look)
+
+
+def flag(name: str) -> str:
+    """Option of a field: its own name, or a short one."""
+    return SHORT.get(name, "--" + name.replace("_", "-"))
 
 
 def run(args: argparse.Namespace) -> int:
     """Estimate the motion, write what was asked for and print a summary."""
     defaults = OdometryParameters()
     parts = {
-        part: replace(getattr(defaults, part), **chosen(args, names))
+        part: replace(getattr(defaults, part), **{name: getattr(args, name) for name in names})
         for part, names in OPTIONS.items()
     }
     parameters = replace(defaults, **parts)
@@ -102,7 +120,7 @@ def run(args: argparse.Namespace) -> int:
         check_count(args.scans, "scans", at_least=2)
     log = _read(args)
     outputs = _outputs(args, log.name)
-    prior, source = choose_prior(log, args.prior)
+    prior, source = (None, "the last motion") if args.prior == "none" else choose_prior(log)
     print(f"{log.name}: {len(log)} scans, prior: {source}")
     start = np.zeros(3) if log.reference is None else log.reference[0]
     warm()  # compiling is no time of a step
@@ -129,11 +147,10 @@ def run(args: argparse.Namespace) -> int:
 
 def _read(args: argparse.Namespace) -> Log:
     """Read the log, or its first scans; damage and oddities go to stderr."""
-    codes = args.no_return
     log = read_log(
         args.log,
         strict=args.strict,
-        no_return=None if codes is None else [code for code in codes if code < np.inf],
+        no_return=args.no_return,
         laser_offset=args.laser_offset,
         angles=args.angles,
         topic=args.topic,
@@ -179,15 +196,11 @@ def _outputs(args: argparse.Namespace, name: str) -> list[str]:
     return paths
 
 
-def choose_prior(log: Log, wanted: str) -> tuple[FloatArray | None, str]:
+def choose_prior(log: Log) -> tuple[FloatArray | None, str]:
     """Increments (K−1, 3) from which the steps start, and a word on their origin."""
-    if wanted != "none" and log.odometry is not None:
+    if log.odometry is not None:
         return increments_between(log.odometry), "the log's odometry"
-    if wanted == "log":
-        raise InvalidPointsError(
-            f"{log.name} holds no odometry for `--prior log`; give it by `--odometry`"
-        )
-    if wanted == "auto" and log.name == "killian" and log.reference is not None:
+    if log.name == "killian" and log.reference is not None:
         increments = wheel_increments(log.reference, SIMULATED_WHEELS, rng=0)
         return increments, "wheel odometry simulated from the reference, seed 0"
     return None, "the last motion"

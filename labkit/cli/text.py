@@ -6,12 +6,14 @@ import math
 from collections.abc import Iterable, Sequence
 
 from labkit.evaluation import PoseErrors
+from labkit.se2 import to_xytheta
 from labkit.support.arrays import FloatArray
 
 
-def pose_text(pose: FloatArray) -> str:
-    """Format a pose or increment (x, y, θ) on one line."""
-    return f"t = ({pose[0]:.4f}, {pose[1]:.4f}) m, theta = {math.degrees(pose[2]):.3f} deg"
+def pose_text(T: FloatArray) -> str:
+    """Format a transform on one line."""
+    x, y, theta = to_xytheta(T)
+    return f"t = ({x:.4f}, {y:.4f}) m, theta = {math.degrees(theta):.3f} deg"
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

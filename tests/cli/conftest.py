@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from labkit.cli import main
-from labkit.se2 import apply, invert, transform
 from labkit.simulation import Lidar, room, scan_along
 
 
@@ -22,16 +21,6 @@ def run(capsys, monkeypatch, tmp_path):
         return status, captured.out, captured.err
 
     return run
-
-
-@pytest.fixture
-def scan_files(tmp_path):
-    """Two CSV scans of the same 120 posts, from places (0.1, -0.05) m and 0.03 rad apart."""
-    target = np.random.default_rng(5).uniform(-4.0, 4.0, (120, 2))
-    source = apply(invert(transform(0.1, -0.05, 0.03)), target)
-    for name, points in (("target.csv", target), ("source.csv", source)):
-        np.savetxt(tmp_path / name, points, delimiter=",")
-    return "target.csv", "source.csv"
 
 
 @pytest.fixture(scope="session")
