@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.se2 import relative, to_xytheta
-from labkit.support.arrays import FloatArray, IntArray, as_finite, as_floats, as_poses
+from labkit.support.arrays import FloatArray, IntArray, as_poses
 from labkit.support.errors import InvalidPointsError
 
 
@@ -39,9 +39,7 @@ class ErrorSummary:
         >>> ErrorSummary.of([]).rmse
         nan
         """
-        e = as_finite(as_floats(errors, "errors"), "errors")
-        if e.ndim != 1:
-            raise InvalidPointsError(f"`errors` must have shape (N,), got {e.shape}")
+        e = np.asarray(errors, dtype=np.float64)
         if e.size == 0:
             return cls(0, *[math.nan] * 6)
         return cls(

@@ -9,7 +9,7 @@ means stands in `labkit.plotting.style`; no figure leans on colour alone.
 from labkit.plotting.convergence import plot_convergence
 from labkit.plotting.covariance import plot_covariance
 from labkit.plotting.observability import plot_observability
-from labkit.plotting.pairs import fates, plot_correspondences
+from labkit.plotting.pairs import plot_correspondences
 from labkit.plotting.quality import plot_quality
 from labkit.plotting.scans import plot_scans
 from labkit.plotting.style import book_figure
@@ -17,7 +17,6 @@ from labkit.plotting.trajectory import map_points, plot_trajectory
 
 __all__ = [
     "book_figure",
-    "fates",
     "map_points",
     "plot_convergence",
     "plot_correspondences",

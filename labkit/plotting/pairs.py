@@ -29,16 +29,7 @@ FATES: dict[str, tuple[str, str, str, float]] = {  # colour, line, marker and it
 
 
 def fates(pairs: Correspondences) -> NDArray[np.str_]:
-    """Fate of each of N pairs, shape (N,); the first stage that rejects it counts.
-
-    Examples
-    --------
-    >>> import labkit
-    >>> target = [[0.0, 0.0], [4.0, 0.0], [0.0, 3.0], [4.0, 3.0]]
-    >>> moved = [[0.1, 0.0], [4.1, 0.0], [0.1, 3.0], [4.9, 3.0]]
-    >>> fates(labkit.icp(moved, target).correspondences).tolist()
-    ['kept', 'kept', 'kept', 'gated']
-    """
+    """Fate of each of N pairs, shape (N,); the first stage that rejects it counts."""
     judged = [~pairs.within_gate, ~pairs.within_overlap, ~pairs.kept, pairs.weights < 1.0]
     *rejected, kept = FATES
     return np.select(judged, rejected, default=kept)
@@ -47,8 +38,8 @@ def fates(pairs: Correspondences) -> NDArray[np.str_]:
 def plot_correspondences(ax: Axes, target: Scan | ArrayLike, pairs: Correspondences) -> Axes:
     """Draw each pair as a line from the moved source point, which is marked, to its target point.
 
-    Line and marker tell the pair's fate, see `labkit.plotting.fates`; the legend counts
-    each of them. "no line" appears only where it happened.
+    Line and marker tell the pair's fate: gated, trimmed, down-weighted or kept; the legend counts
+    each of them. "no line", where the target has no normal, appears only where it happened.
 
     Parameters
     ----------

@@ -8,7 +8,8 @@ import pytest
 from labkit.correspondences import pairs_at
 from labkit.icp import icp
 from labkit.parameters import IcpParameters
-from labkit.plotting import fates, plot_correspondences
+from labkit.plotting import plot_correspondences
+from labkit.plotting.pairs import fates
 from labkit.se2 import apply
 from labkit.target import Target
 
