@@ -34,7 +34,7 @@ from labkit.logs.lines import (
     parse_pose,
 )
 from labkit.logs.sweeps import Pose, Sweep
-from labkit.scan import check_angles, scanner_poses
+from labkit.scan import Scan, scanner_poses
 from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
 from labkit.support.arrays import FloatArray, read_only
 from labkit.support.errors import LabkitError, LogError
@@ -69,7 +69,7 @@ def read_laser_lines(
                     )
                 above, vertex = vertex, None
                 yield _parse_robotlaser(number, text.split(), above)
-        except DamagedLine as damage:
+        except LabkitError as damage:
             report.skip(number, damage)
 
 
@@ -115,12 +115,11 @@ def _parse_flaser(number: int, fields: Sequence[str]) -> Sweep:
     n = parse_count(fields, 1, "beams", at_least=2)
     expect_fields(fields, n + 11, f"FLASER with {n} beams")
     step = math.pi / (n if n % 2 == 0 else n - 1)
+    angles = beam_angles(-math.pi / 2, step, n)
+    ranges, stamp = parse_numbers(fields[2 : n + 2], "range"), _parse_stamp(*fields[-3:])
     return Sweep(
-        line=number,
-        ranges=np.array(parse_numbers(fields[2 : n + 2], "range")),
-        angles=beam_angles(-math.pi / 2, step, n),
-        stamp=_parse_stamp(*fields[-3:]),
-        range_max=FLASER_MAXIMUM,
+        number,
+        Scan.from_ranges(ranges, angles, stamp=stamp, range_max=FLASER_MAXIMUM),
         laser=parse_pose(fields[n + 2 : n + 5], "the laser pose"),
         robot=parse_pose(fields[n + 5 : n + 8], "the robot pose"),
     )
@@ -132,18 +131,16 @@ def _parse_robotlaser(number: int, fields: Sequence[str], vertex: Pose | None) -
     expect_fields(fields, n + m + 24, f"ROBOTLASER1 with {n} beams and {m} remissions")
     names = ("start angle", "field of view", "angular step", "maximum range")
     start, fov, step, declared = map(parse_finite, fields[2:6], names)
-    for value, name in ((step, "angular step"), (declared, "maximum range")):
-        if value <= 0.0:
-            raise DamagedLine(f"the {name} is {value:g}, expected a positive number")
+    if step <= 0.0:
+        raise DamagedLine(f"the angular step is {step:g}, expected a positive number")
     # 0.017453 is short of one degree by 3e-7 rad, which 179 steps make 5e-5 rad.
     exact = (each for each in (fov / n, fov / max(n - 1, 1)) if abs(each - step) <= 1e-6)
+    angles = beam_angles(start, next(exact, step), n)
+    ranges, stamp = parse_numbers(fields[9 : n + 9], "range"), _parse_stamp(*fields[-3:])
     first = n + m + 10
     return Sweep(
-        line=number,
-        ranges=np.array(parse_numbers(fields[9 : n + 9], "range")),
-        angles=beam_angles(start, next(exact, step), n),
-        stamp=_parse_stamp(*fields[-3:]),
-        range_max=declared,
+        number,
+        Scan.from_ranges(ranges, angles, stamp=stamp, range_max=declared),
         laser=parse_pose(fields[first : first + 3], "the laser pose"),
         robot=parse_pose(fields[first + 3 : first + 6], "the robot pose"),
         vertex=vertex,
@@ -153,12 +150,7 @@ def _parse_robotlaser(number: int, fields: Sequence[str], vertex: Pose | None) -
 @lru_cache(maxsize=64)
 def beam_angles(start: float, step: float, n: int) -> FloatArray:
     """Directions of n beams [rad], read-only: all scans of one scanner share them."""
-    angles: FloatArray = read_only(start + step * np.arange(n, dtype=np.float64))
-    try:
-        check_angles(angles, "angles")
-    except LabkitError as error:
-        raise DamagedLine(str(error)) from None
-    return angles
+    return read_only(start + step * np.arange(n, dtype=np.float64))
 
 
 def _parse_stamp(ipc: str, host: str, logger: str) -> float:

@@ -9,13 +9,13 @@ from collections.abc import Sequence
 
 from labkit.logs.log import SkippedLine
 from labkit.support.arrays import FARTHEST
-from labkit.support.errors import LogError
+from labkit.support.errors import LabkitError, LogError
 
 MAX_BYTES = 512 << 20  # of a file, unpacked: a small packed one must not fill the memory
 MAX_REASON = 180  # characters: with the file's name it stays a message that a terminal shows
 
 
-class DamagedLine(Exception):
+class DamagedLine(LabkitError):
     """The defect of one line: what was found, and what its format asks for."""
 
 

@@ -111,12 +111,12 @@ def read_ranges_table(
         try:
             expect_fields(row, count + (clock is not None), f"{count} beams")
             stamp = np.nan if clock is None else parse_finite(row.pop(clock), "the stamp")
-            ranges = np.array(parse_numbers([field or "nan" for field in row], "range"))
-            sweeps.append(Sweep(line=number, ranges=ranges, angles=beams, stamp=stamp))
+            ranges = parse_numbers([field or "nan" for field in row], "range")
+            sweeps.append(Sweep(number, Scan.from_ranges(ranges, beams, stamp=stamp)))
         except DamagedLine as damage:
             report.skip(number, damage)
-    first_column = [sweep.ranges[0] for sweep in sweeps]
-    if not header and len(sweeps) > FEWEST_BEAMS and np.all(np.diff(first_column) > 0.0):
+    firsts = [np.asarray(sweep.scan.ranges)[0] for sweep in sweeps]
+    if not header and len(sweeps) > FEWEST_BEAMS and np.all(np.diff(firsts) > 0.0):
         report.remarks.append(
             "the first column rises in every row: if it is a clock and no beam, say so in a "
             "header, as `stamp,r0,r1,r2`"

@@ -34,7 +34,6 @@ def read_log(
     path: str | os.PathLike[str],
     *,
     strict: bool = False,
-    range_max: float | None = None,
     no_return: ArrayLike | None = None,
     laser_offset: ArrayLike = (0.0, 0.0, 0.0),
     angles: ArrayLike | None = None,
@@ -50,13 +49,9 @@ def read_log(
         run of the package rtb-data; a file of that name is ``"./killian"``.
     strict : bool
         Raise at the first damaged line instead of skipping it into `Log.skipped`.
-    range_max : float, optional
-        Beams at or beyond it [m] make no point, whatever the log declares. By default the
-        declared maximum counts, and `no_return`.
     no_return : array_like, optional
         Ranges [m] that mean "nothing came back", to 1.5 mm; ``()`` for none. By default the
-        known code with which a log's ranges end, named in `Log.remarks`. A `range_max` takes
-        the place of it.
+        known code with which a log's ranges end, named in `Log.remarks`.
     laser_offset : array_like, shape (3,)
         Pose of the scanner on the robot, ``T_robot_laser`` as (x [m], y [m], θ [rad]), for
         a log that does not declare it itself: ``T_w_laser = T_w_robot @ T_robot_laser``.
@@ -112,7 +107,7 @@ def read_log(
         elif sweeps := list(read_laser_lines(lines, report, graph=format == "g2o")):
             odometry, reference = scanner_trajectories(sweeps, offset, report.file)
     if sweeps:
-        scans = make_scans(sweeps, report, range_max=range_max, no_return=no_return)
+        scans = make_scans(sweeps, report, no_return)
     if not scans:
         lacking = f"a {format} log without any scan{report.summary()}; labkit reads {FORMATS}"
         raise LogError(f"{report.file}: {lacking}")

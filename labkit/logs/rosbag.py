@@ -22,9 +22,9 @@ from labkit.logs.trajectories import (
     planar_heading,
     seconds_outside,
 )
-from labkit.scan import scanner_poses
+from labkit.scan import Scan, scanner_poses
 from labkit.support.arrays import FloatArray
-from labkit.support.errors import LogError
+from labkit.support.errors import LabkitError, LogError
 from labkit.support.extras import need
 
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
@@ -64,7 +64,7 @@ def read_bag(
         track = _track(bag, wheel, report)
     times, kept = track[:, 0], []
     for sweep in sweeps:
-        if (gap := seconds_outside(sweep.stamp, times)) <= MAX_EXTRAPOLATION:
+        if (gap := seconds_outside(sweep.scan.stamp, times)) <= MAX_EXTRAPOLATION:
             kept.append(sweep)
         else:
             report.skip(sweep.line, f"a scan {gap:.3f} s outside the odometry")
@@ -77,7 +77,7 @@ def read_bag(
             f"the odometry is silent for {silent[k]:.1f} s from {times[k]:.10g} s on; the poses "
             f"of scans in it are interpolated"
         )
-    robot = interpolate_poses([sweep.stamp for sweep in kept], times, track[:, 1:])
+    robot = interpolate_poses([sweep.scan.stamp for sweep in kept], times, track[:, 1:])
     return kept, scanner_poses(robot, laser_offset)
 
 
@@ -135,21 +135,15 @@ def _sweeps(bag: Bag, topic: str, report: DamageReport) -> Iterator[Sweep]:
     """Yield the good scan messages, counter-clockwise from `angle_min`."""
     for number, stamp, message in _messages(bag, topic, LASER_SCAN, report):
         start, step = float(message.angle_min), float(message.angle_increment)
+        band = {"range_min": float(message.range_min), "range_max": float(message.range_max)}
         try:
             with np.errstate(invalid="ignore", over="ignore"):  # what is not finite makes no point
-                ranges = np.asarray(message.ranges, dtype=np.float64)
-                angles = beam_angles(start, step, len(ranges))
-        except DamagedLine as damage:
+                angles = beam_angles(start, step, len(message.ranges))
+                scan = Scan.from_ranges(message.ranges, angles, stamp=stamp, **band)
+        except LabkitError as damage:
             report.skip(number, f"a damaged {LASER_SCAN} message: {damage}")
-            continue
-        yield Sweep(
-            line=number,
-            ranges=ranges,
-            angles=angles,
-            stamp=stamp,
-            range_min=float(message.range_min),
-            range_max=float(message.range_max),
-        )
+        else:
+            yield Sweep(number, scan)
 
 
 def _track(bag: Bag, topic: str, report: DamageReport) -> FloatArray:

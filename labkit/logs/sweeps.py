@@ -8,15 +8,17 @@ remark names a number that may be an unknown code.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.logs.lines import DamageReport
 from labkit.scan import LONGEST_RANGE, Scan
-from labkit.support.arrays import BoolArray, FloatArray, as_floats, check_range
+from labkit.support.arrays import BoolArray, FloatArray, as_floats
 from labkit.support.errors import InvalidParameterError
 
 Band = tuple[float, float]
@@ -35,67 +37,47 @@ MANY, SOME = 0.01, 100  # share and number of ranges that end in one number, as 
 MILLIMETRES = 100.0  # [m]: hardly a range in metres is longer, and none in millimetres shorter
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Sweep:
-    """One sweep as its file has it; ranges outside the declared band are no returns."""
+class Sweep(NamedTuple):
+    """One sweep of a log, and the poses that its line tells."""
 
     line: int  # in the file, or the number of the message
-    ranges: FloatArray  # (B,) [m]
-    angles: FloatArray  # (B,) [rad]
-    stamp: float  # [s]
-    range_min: float = 0.0
-    range_max: float = np.inf
+    scan: Scan  # ranges outside the declared band make no point
     laser: Pose = (0.0, 0.0, 0.0)
     robot: Pose = (0.0, 0.0, 0.0)
     vertex: Pose | None = None  # above it, in a graph
 
 
 def make_scans(
-    sweeps: Sequence[Sweep],
-    report: DamageReport,
-    *,
-    range_max: float | None,
-    no_return: ArrayLike | None,
+    sweeps: Sequence[Sweep], report: DamageReport, no_return: ArrayLike | None
 ) -> tuple[Scan, ...]:
-    """Turn sweeps into scans: ranges that are no returns make no point.
-
-    No returns are the ranges outside the declared band, and the codes that `no_return` names
-    or, by default, the known ones of the log; `range_max` takes the place of both.
-    """
-    codes = () if no_return is None else _as_codes(no_return)
-    if range_max is not None:
-        check_range(range_max, "range_max", above=0.0, unit="m")
-    elif no_return is None:
-        bands = ((sweep.ranges, sweep.range_min, sweep.range_max) for sweep in sweeps)
-        codes = _find_codes(np.concatenate([r[(r > a) & (r < b)] for r, a, b in bands]), report)
-    ranges = np.concatenate([sweep.ranges for sweep in sweeps])
+    """Scans of a log without the codes that `no_return` names or, by default, the known ones."""
+    scans = [sweep.scan for sweep in sweeps]
+    measured = [np.asarray(scan.ranges)[scan.beams] for scan in scans]
+    codes = _as_codes(no_return) if no_return is not None else _find_codes(measured, report)
+    ranges = np.concatenate([scan.ranges for scan in scans])
     returned = ranges[(ranges > 0.0) & (ranges < LONGEST_RANGE)]
     if returned.size and np.quantile(returned, 0.1) > MILLIMETRES:
         report.remarks.append(
             f"nearly all ranges exceed {MILLIMETRES:g} m: are they millimetres? labkit reads metres"
         )
-    stamps = np.array([sweep.stamp for sweep in sweeps])
+    stamps = np.array([scan.stamp for scan in scans])
     if not stamps.any():  # a clock that stands at zero is none
-        stamps[:] = np.nan
-    if (late := np.flatnonzero(np.diff(stamps) <= 0.0) + 1).size:
+        scans = [replace(scan, stamp=math.nan) for scan in scans]
+    elif (late := np.flatnonzero(np.diff(stamps) <= 0.0) + 1).size:
         k = late[0]
         report.remarks.append(
             f"the clock of the scans stands still or runs backwards {late.size} times, first at "
             f"line {sweeps[k].line}: {stamps[k]:.10g} s after {stamps[k - 1]:.10g} s"
         )
-    scans = []
-    for sweep, stamp in zip(sweeps, stamps.tolist(), strict=True):
-        longest = sweep.range_max if range_max is None else range_max
-        scan = Scan.from_ranges(
-            sweep.ranges, sweep.angles, stamp=stamp, range_min=sweep.range_min, range_max=longest
-        )
-        coded = _within(sweep.ranges[scan.beams], codes)
-        scans.append(scan.select(~coded) if coded.any() else scan)
-    return tuple(scans)
+    coded = (_within(each, codes) for each in measured)
+    return tuple(
+        scan.select(~mask) if mask.any() else scan for scan, mask in zip(scans, coded, strict=True)
+    )
 
 
-def _find_codes(ranges: FloatArray, report: DamageReport) -> tuple[Band, ...]:
+def _find_codes(measured: Sequence[FloatArray], report: DamageReport) -> tuple[Band, ...]:
     """The known code with which the ranges of a log end; a remark on it, or on an unknown one."""
+    ranges = np.concatenate(measured)
     size, top = ranges.size, ranges.max(initial=0.0)
     codes = tuple(band for band in KNOWN if band[0] <= top <= band[1])
     coded = _within(ranges, codes)

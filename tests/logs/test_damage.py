@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from test_read_log import zipped
 
 from labkit.logs import read_log, read_tum
 from labkit.support.errors import LogError
@@ -102,6 +103,7 @@ def good_files(run, robotlaser, tmp_path_factory):
         "xy.csv": b"scan,x,y\n" + b"".join(b"%d,1.5,%d\n" % (k // 9, k) for k in range(30)),
         "ranges.csv": 6 * b"1.0,2.5,inf,4.0,5.0\n",
         "run.log.gz": gzip.compress(run.encode(), mtime=0),
+        "run.log.zip": zipped({"run.log": run}),
     }
     if not importlib.util.find_spec("rosbags"):
         return files
@@ -145,6 +147,7 @@ def test_a_damaged_file_is_refused_or_what_it_gives_is_whole(
     log, told = None, []
     try:
         log = read_log(path, strict=strict, angles=(-1.5, 1.5))
+        assert not name.endswith((".gz", ".zip")) or log.skipped == ()  # all or nothing
         told = [skipped.reason for skipped in log.skipped]
     except LogError as error:
         told = [str(error).replace(str(path), "").partition("; labkit reads")[0]]

@@ -32,12 +32,11 @@ def test_beams_start_at_minus_90_degrees(save, flaser, n, step):
 
 
 def test_robotlaser_declares_beams_maximum_and_remissions(save, robotlaser):
-    path = save(robotlaser([1.0, 49.9, 50.0, 51.16], stamp=7.5, remissions=(3, 4)))
-    scan = read_log(path).scans[0]
+    text = robotlaser([1.0, 49.9, 50.0, 51.16], stamp=7.5, remissions=(3, 4))
+    scan = read_log(save(text)).scans[0]
     assert scan.beams.tolist() == [0, 1]
     assert scan.stamp == 7.5
     np.testing.assert_allclose(np.degrees(scan.angles), -90.0 + np.arange(4), atol=1e-4)
-    assert read_log(path, range_max=10.0).scans[0].beams.tolist() == [0]
 
 
 def test_degrees_are_refused_by_name(save, robotlaser):
@@ -162,8 +161,7 @@ def test_killian_is_the_run_that_the_book_describes(killian):
 
 def test_the_name_wins_over_a_file_of_that_name(save, run, monkeypatch, killian):
     monkeypatch.chdir(save(run, "killian").parent)
-    log = read_log("killian", range_max=5.0, laser_offset=(0.1, 0.0, 0.0), strict=True)
-    assert all((scan.ranges[scan.beams] < 5.0).all() for scan in log.scans)
+    log = read_log("killian", laser_offset=(0.1, 0.0, 0.0), strict=True)
     moved = np.hypot(*(log.reference - killian.reference)[:, :2].T)
     np.testing.assert_allclose(moved, 0.1)
     assert len(read_log("./killian")) == 5

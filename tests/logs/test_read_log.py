@@ -4,7 +4,6 @@ import gzip
 import io
 import zipfile
 
-import numpy as np
 import pytest
 
 from labkit.logs import lines, read_log
@@ -48,13 +47,6 @@ def test_the_name_of_a_run_goes_without_suffixes(save, run, name, expected):
     assert read_log(save(run, name)).name == expected
 
 
-def encrypted():
-    packed = bytearray(zipped({"run.log": "text"}))
-    packed[6] |= 1
-    packed[packed.index(b"PK\x01\x02") + 8] |= 1
-    return bytes(packed)
-
-
 @pytest.mark.parametrize(
     ("content", "message"),
     [
@@ -69,7 +61,6 @@ def encrypted():
             zipped({"a": "x", "b": "y"}),
             "f: cannot be read: the archive holds 2 files, expec",
         ),
-        (encrypted(), "f: cannot be read: .*encrypted"),
         (b"ODOM 1 2 3 0 0 0 5.0 host 6.0\n", "f: a carmen log without any scan; labkit reads"),
         (b"PARAM x\nFLASER 180\n", "scan; 1 damaged, the first is 2: 2 fields.*; labkit reads"),
         (b"VERTEX_SE2 0 0 0 0\n", "a g2o log without any scan; .*, g2o with ROBOTLASER1"),
@@ -90,18 +81,6 @@ def test_paths_with_nothing_to_read(tmp_path):
 def test_a_laser_offset_is_a_pose(save, run):
     with pytest.raises(InvalidPointsError, match="`laser_offset` must be 3 finite numbers"):
         read_log(save(run), laser_offset=(0.0, 0.0))
-
-
-@pytest.mark.parametrize("packing", ["gzip", "zip"])
-def test_a_damaged_archive_is_refused(save, flaser, packing):
-    rng = np.random.default_rng(2)
-    text = "".join(flaser(rng.uniform(1.0, 9.0, 40).round(6)) for _ in range(40))
-    packed = bytearray(PACKINGS[packing](text).rstrip(b"\0"))
-    flipped = packed.copy()
-    flipped[len(packed) * 3 // 4] ^= 0xFF
-    for damaged in (packed[: len(packed) // 2], packed[:-20], flipped):
-        with pytest.raises(LogError, match=r"run\.log: cannot be read: "):
-            read_log(save(bytes(damaged)))
 
 
 @pytest.mark.parametrize("packing", ["plain", "gzip", "zip"])

@@ -99,8 +99,7 @@ def test_scans_and_interpolated_odometry(any_bag):
     np.testing.assert_allclose(scan.points[0], [math.cos(-0.5), math.sin(-0.5)])
     quarter = 3.0 + 0.25 * (2.0 * math.pi - 6.0)
     np.testing.assert_allclose(log.odometry, [[0.25, 0.5, quarter], [1.0, 2.0, -3.0]])
-    log = read_log(path, range_max=1.5, laser_offset=(0.2, 0.1, 0.3))
-    assert log.scans[0].beams.tolist() == [0]
+    log = read_log(path, laser_offset=(0.2, 0.1, 0.3))
     mounted = from_xytheta([1.0, 2.0, -3.0]) @ from_xytheta([0.2, 0.1, 0.3])
     np.testing.assert_allclose(log.odometry[1], to_xytheta(mounted))
     for storage in path.glob("*.db3" if any_bag.ros == 2 else "*.mcap"):

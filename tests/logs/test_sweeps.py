@@ -65,7 +65,6 @@ def test_the_caller_has_the_last_word(save, flaser):
     named = read_log(path, no_return=[rows[0, 5]])
     assert 5 not in named.scans[0].beams
     assert all(8.191 in scan.ranges[scan.beams] for scan in named.scans)
-    assert all(len(scan) == 180 for scan in read_log(path, range_max=9.0).scans)
     with pytest.raises(InvalidParameterError, match=r"`no_return` must be positive .* got -1"):
         read_log(path, no_return=-1.0)
     with pytest.raises(InvalidPointsError, match="`no_return` must hold numbers, got 'all'"):
@@ -79,14 +78,6 @@ def test_an_unknown_code_is_told_and_is_the_callers_to_name(save, flaser):
     assert read_log(path).remarks[0].startswith(told)
     for scan, row in zip(read_log(path, no_return=10.0).scans, rows, strict=True):
         assert scan.beams.tolist() == np.flatnonzero(row < 10.0).tolist()
-
-
-def test_range_max_takes_the_place_of_the_codes(save, flaser):
-    path = save(flaser([1.0, 50.5, 60.0, 81.83]))
-    assert read_log(path).scans[0].beams.tolist() == [0, 1, 2]
-    assert read_log(path, range_max=60.0).scans[0].beams.tolist() == [0, 1]
-    with pytest.raises(InvalidParameterError, match=r"`range_max` must be in .* got -1"):
-        read_log(path, range_max=-1.0)
 
 
 @pytest.mark.parametrize("code", [0, "nan", 3.4028235e38])
