@@ -36,14 +36,10 @@ def _svd(signs):
         _svd(lambda sign: [1, 1, 1]),
     "The determinant turns the first singular vector; it belongs to the last, the smallest value.":
         _svd(lambda sign: [sign, 1, 1]),
-    "For a mirrored cloud all of R is negated; turn the last singular vector alone.":
-        _svd(lambda sign: [sign, sign, sign]),
     "The translation is q̄ − p̄; the source's centroid has to be turned first: t = q̄ − R p̄.":
         {"R @ p": "p"},
     "The points are not centred: H sums the points less their centroids.":
         {"q - q.mean(0), p - p.mean(0)": "q, p"},
-    "The translation is turned as a whole: t = q̄ − R p̄, not R (q̄ − p̄).":
-        {"q.mean(0) - R @ p.mean(0)": "R @ (q.mean(0) - p.mean(0))"},
 })
 def align_in_space(p, q):
     """The rotation from scipy, by another way than the solution."""
@@ -71,12 +67,6 @@ def _scaled():
         {"abs(np.vdot(x, y)) / spread(x)": "spread(y) / abs(np.vdot(x, y))"},
     "The points are not turned: the trace is that of R H, with the best R.":
         {"abs(np.vdot(x, y))": "np.vdot(x, y).real"},
-    "The points are turned the wrong way: with R transposed the trace is another one.":
-        {"abs(np.vdot(x, y))": "(np.vdot(x, y) ** 2).real / abs(np.vdot(x, y))"},
-    "This is the trace; divide it by Σ‖x‖².": {" / spread(x)": ""},
-    "The trace is divided by N; divide it by Σ‖x‖².": {"spread(x)": "len(x)"},
-    "The trace is divided by Σ‖x‖ Σ‖y‖, as for a correlation; divide it by Σ‖x‖².":
-        {"spread(x)": "(spread(x) * spread(y)) ** 0.5"},
 })
 def best_scale(p, q):
     """In complex numbers a turn and a scale are one factor, and |x̄ᵀ y| is the trace of R H."""
@@ -97,16 +87,12 @@ def _walls():
         {"(1 + (p.mean(0) ** 2).sum() / p.var(0).sum())": "1"},
     "The noise of the centroid is missing across: two independent errors add as squares.":
         {"(1 + (p": "((p"},
-    "The root is missing across: 1 + r²/ℓ² is the factor of the variance.":
-        {".sum()) ** 0.5": ".sum())"},
     "ℓ² is the mean squared distance from the *centroid*, not from the origin.":
         {"p.var(0).sum()": "(p**2).sum(1).mean()"},
     "ℓ² is a mean: divide the sum of the squares by N.":
         {"/ p.var(0).sum()": "/ p.var(0).sum() / len(p)"},
     "The noise is divided by N; that of a mean falls with the root of N.":
         {"len(p) ** 0.5": "len(p)"},
-    "The noise is not divided by the root of N: the centroid is a mean of N points.":
-        {"sigma / len(p) ** 0.5": "sigma"},
 }, tolerance=1e-8)
 def std_of_translation(p, sigma):
     """By (2.10)."""
@@ -130,15 +116,10 @@ def _outliers():
         {"huber_weights(r, delta)": "delta / r"},
     "The weight is (δ/r)²: that is no longer Huber's loss, and not convex.":
         {"(r, delta)": "(r, delta) ** 2"},
-    "This is the root of δ/r; take δ/r itself.": {"(r, delta)": "(r, delta) ** 0.5"},
     "The residuals are squared before they meet δ; both are lengths in metres.":
         {"(r, delta)": "(r**2, delta)"},
-    "The residuals are of the *unmoved* points: apply T to p first.": {"apply(T, p)": "p"},
     "Pairs beyond δ weigh nothing: that is a gate. Huber's weight falls as δ/r.":
         {"huber_weights(r, delta)": "(r <= delta) + 1e-12"},
-    "The weights are used once; asked for are twenty rounds.": {"range(20)": "range(2)"},
-    "The arguments of `huber_weights` are exchanged: first the residuals, then δ.":
-        {"huber_weights(r, delta)": "np.minimum(1.0, r / delta)"},
 })
 def align_robustly(p, q, delta):
     """Twenty rounds of reweighing."""

@@ -6,6 +6,7 @@ exercise is written; a question of the assignment has more fields (`labkit.cours
 
 from __future__ import annotations
 
+import copy
 import inspect
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -16,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from labkit.course.exercises.families import Family, families
+from labkit.course.exercises.families import Family, families, sentence
+from labkit.course.exercises.slips import slips
 from labkit.course.grading.assignment.questions import Answer, Case, Misconception, Question
 from labkit.course.grading.inside.data import Value, plain
 from labkit.course.grading.judging.kinds import read
@@ -93,11 +95,11 @@ class exercise:
 
     def families(self, arguments: Arguments) -> dict[Family, Value]:
         """The right function's answers to arguments that were changed, by what was done to them."""
-        names, found = list(inspect.signature(self.right).parameters), dict[Family, Any]()
+        names, found = list(inspect.signature(self.right).parameters), dict[Family, Value]()
         for family, changed in families(names, arguments):
-            with suppress(TypeError):  # a budget of 2.5 steps
-                found[family] = answers([self.right], changed)
-        return {family: answer[0] for family, answer in found.items() if answer}
+            with suppress(TypeError, ValueError):  # a budget of 2.5 steps; an answer that fails
+                (found[family],) = answers([self.right], changed)
+        return found
 
     def posed(self, answer: Answer, **more: Any) -> Question:
         """The question as the judge knows it."""
@@ -129,9 +131,20 @@ class exercise:
 
     @cached_property
     def with_families(self) -> tuple[Question, list[Case]]:
-        """The question and its cases with the families of mistakes in the arguments."""
+        """The question and its cases with the families of mistakes, and with slips."""
         question, cases = self.asked
-        return with_families(question, cases, [self.families(case.arguments) for case in cases])
+        found = [self.families(case.arguments) | self._slips(case.arguments) for case in cases]
+        return with_families(question, cases, found)
+
+    def _slips(self, arguments: Arguments) -> dict[Family, Value]:
+        """The answers of the right function with one slip each."""
+        name, found = self.right.__name__, dict[Family, Value]()
+        for place, (says, source) in enumerate(slips(_sources(self.right))):
+            with suppress(Exception):  # a slip can end in any
+                wrong = _defined(source, self.right)[name]
+                (answer,) = answers([wrong], copy.deepcopy(arguments))
+                found[Family(f"slip-{place}", sentence(says))] = answer
+        return found
 
     def _case(self, about: str, arguments: Arguments) -> Case:
         """A call with its right answer, and the answers of all mistakes that do not fail."""

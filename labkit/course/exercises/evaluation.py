@@ -15,12 +15,8 @@ from labkit.course.exercises import exercise
     "figures with one far off": (np.array([2.0, 1.0, 4.0]), np.array([3.0, 0.5, 30.0, 2.5, 2.0])),
 }, {
     "A draw counts as a half: a figure that never changes would get 0, a coin 0.5.": {"0.5": "0.0"},
-    "A draw counts as a whole here; it counts as a half.": {"0.5": "1.0"},
     "This compares pairwise; each bad meets each good one.": lambda b, g: np.mean(b > g[: len(b)]),
     "The means are compared; compare each with each.": lambda b, g: float(b.mean() > g.mean()),
-    "Each bad one is compared with the mean of the good ones; compare it with each.":
-        lambda b, g: np.mean(b > g.mean()),
-    "This is the number of draws; divide it by the number of all.": {"np.mean": "np.sum"},
 })
 def looks_worse(bad, good):
     """Draw by draw."""
@@ -38,11 +34,8 @@ def _figures():
         {"quantile(good": "quantile(bad"},
     "So nearly all good ones raise an alarm: the threshold is their upper quantile.":
         {"1 - alarms": "alarms"},
-    "The threshold is taken from all matches; the false alarms are among the good.":
-        {"quantile(good": "quantile(np.append(good, bad)"},
     "The second number is the share of all matches; asked is that of the bad.":
         {"bad > least": "np.append(good, bad) > least"},
-    "The second is a count; give a share.": {".mean()": ".sum()"},
     "The share is taken as a percentage: `np.percentile` takes 100 times what `np.quantile` takes.":
         {"np.quantile": "np.percentile"},
 }, tolerance=0.02)  # each threshold that parts the good ones so is right
@@ -67,12 +60,8 @@ def _path(steps, chain=lambda T, step: T @ step):
     "The increments are added as if all were measured along the same axes; each has to be turned "
     "by the heading before it.": {"_path(increments)[-1, :2]": "increments.sum(0)[:2]"},
     "A full turn is no error: wrap the angle.": {"math.remainder(turn, math.tau)": "turn"},
-    "The increments are added along the same axes, and the angle is not wrapped.":
-        lambda s: (np.hypot(*s.sum(0)[:2]), abs(s[:, 2].sum())),
     "This is the length of the way; asked for is how far its end is from its start.":
         {"*_path(increments)[-1, :2])": "*increments[:, :2].T).sum()"},
-    "The angle is that of all turns, whichever way: add them with their signs.":
-        {"abs(math.remainder(turn, math.tau))": "abs(increments[:, 2]).sum()"},
     "The product is in the wrong order: each increment stands on the right of those before.":
         {"_path(increments)": "_path(increments, lambda T, step: step @ T)"},
     "Each step is turned by the heading *after* it; it is measured in the frame before.":
@@ -108,14 +97,8 @@ def _moved(path, n):
         {"np.hypot(*(moved - wanted)[:, :2].T)": "abs(np.hypot(*moved.T) - np.hypot(*wanted.T))"},
     "This is the absolute error at the end of each stretch.":
         {"_moved(path, apart)": "path[apart:]"},
-    "These are steps from pose to pose; the stretches are `apart` poses long.":
-        lambda e, r, n: stretch_errors(e, r, 1),
     "The stretches follow one another; asked for is one from *each* pose.":
         lambda e, r, n: stretch_errors(e, r, n)[::n],
-    "The displacements are turned the wrong way: into the robot's frame it is R(−ψ).":
-        {"_moved(path,": "_moved(path * (1, 1, -1),"},
-    "This is one number, the mean; asked for is one for each stretch.":
-        lambda e, r, n: np.array([stretch_errors(e, r, n).mean()]),
 })
 def stretch_errors(estimate, reference, apart):
     """Both displacements seen from their own first pose."""

@@ -16,23 +16,12 @@ PI = math.pi
 }, {
     "Behind the robot the two views meet again: a turn by 180° leaves a scanner of 270° more than "
     "a third.": lambda t, f: max(0.0, 1 - abs(t) / f),
-    "A turn to the right is negative: take |turn|.":
-        lambda t, f: (max(0, f - t) + max(0, f + t - 2 * PI)) / f,
     "A turn to the right is negative, and the views meet again behind.": lambda t, f: 1 - t / f,
-    "A turn to the right is negative, and behind the robot the two views meet again.":
-        lambda t, f: max(0.0, 1 - t / f),
     "Two views that do not meet share 0, not less; and wide ones meet again behind the robot.":
         lambda t, f: 1 - abs(t) / f,
     "This is the share not seen again, and wide views meet behind.": lambda t, f: abs(t) / f,
     "The share is taken of a whole turn, 2π; it is one of the field of view.":
         lambda t, f: shared_view(t, f) * f / (2 * PI),
-    "The share is taken of a whole turn, 2π, and wide views meet again behind the robot.":
-        lambda t, f: max(0.0, f - abs(t)) / (2 * PI),
-    "This is the angle that both see; divide it by the field.": lambda t, f: shared_view(t, f) * f,
-    "This is the angle that both see; divide it by the field of view, and mind wide views.":
-        lambda t, f: max(0.0, f - abs(t)),
-    "The turn is counted twice: both edges move the same way, so one side loses |turn|.":
-        lambda t, f: max(0.0, 1 - 2 * abs(t) / f),
 }, tolerance=1e-9)
 def shared_view(turn, field):
     """In front and behind."""
@@ -44,10 +33,7 @@ def shared_view(turn, field):
     for s, p in ((0.7, 2.0), (1.4, 2.0), (3.3, 2.0), (2.6, 1.5), (-1.3, 2.0))
 }, {
     "This is always ahead; the nearest valley may lie behind the robot.": lambda s, p: s % p,
-    "This is the true step; a match from no motion ends in the nearest valley.": lambda s, p: s,
-    "One period is always taken off; take off as many as lead nearest to zero.": lambda s, p: s - p,
     "One period is taken off a long step; take several.": lambda s, p: s - p if s > p / 2 else s,
-    "The periods are rounded up; round to the nearest.": lambda s, p: s - p * math.ceil(s / p),
     "The periods are cut off towards zero; round to the nearest.": math.fmod,
     "This is the number of periods; take them off the step.": lambda s, p: round(s / p),
     "The step is never longer than half a period: it does not stop there, it starts again behind.":
@@ -62,10 +48,8 @@ def apparent_step(step, period):
     f"a door each {p:g} m and {r:g} scans a second": (p, r) for p, r in ((2.0, 5.0), (1.2, 10.0))
 }, {
     "A whole period looks like no motion at all: only half a period is safe.": lambda p, r: p * r,
-    "Divided by the rate it is in m·s: the time of a scan is 1 / rate.": lambda p, r: 0.5 * p / r,
     "A whole period, divided by the rate: half is safe, in the time 1 / rate.": lambda p, r: p / r,
     "The rate is divided by the period: a speed is metres a second.": lambda p, r: r / p,
-    "This is the longest step; the speed is that times the scans a second.": lambda p, r: 0.5 * p,
 })
 def fastest_speed(period, rate):
     """Half a period in the time of one scan."""
@@ -88,14 +72,9 @@ CHEAPEST = "np.where(converged, costs, np.inf).argmin()"
     "This takes the smallest cost of all where any has converged; look at those alone.":
         {CHEAPEST: "costs.argmin()"},
     "This is the first that converged; take the cheapest.": {CHEAPEST: "converged.argmax()"},
-    "This takes the first that converged, and the first of all where none has.":
-        {CHEAPEST: "converged.argmax()", "return -1": "return 0"},
     "None has converged: say so by −1 instead of choosing one.": {"return -1": "return 0"},
     "The index counts among those that converged; asked for is that among all.":
         {CHEAPEST: "costs[converged].argmin()"},
-    "This is the smallest cost; give the index of that run.": {CHEAPEST: "costs[converged].min()"},
-    "The costs of the others are set to 0, which is the smallest of all: set them to infinity.":
-        {CHEAPEST: "(costs * converged).argmin()"},
 })
 def best_start(costs, converged):
     """The smallest of those that may be kept."""

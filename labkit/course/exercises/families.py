@@ -76,7 +76,7 @@ def families(
             changed = list(arguments)
             changed[one], changed[other] = arguments[other], arguments[one]
             says = f"`{names[one]}` and `{names[other]}` are exchanged"
-            yield Family(f"{names[one]}-{names[other]}-exchanged", _sentence(says)), tuple(changed)
+            yield Family(f"{names[one]}-{names[other]}-exchanged", sentence(says)), tuple(changed)
     for place, (name, value) in enumerate(zip(names, arguments, strict=True)):
         for id, (says, change) in _fitting(value).items():
             try:
@@ -84,10 +84,11 @@ def families(
                     changed = [*arguments[:place], change(value), *arguments[place + 1 :]]
             except (ValueError, TypeError, ArithmeticError):
                 continue
-            yield Family(f"{name}-{id}", _sentence(says.format(name))), tuple(changed)
+            yield Family(f"{name}-{id}", sentence(says.format(name))), tuple(changed)
 
 
-def _sentence(says: str) -> str:
+def sentence(says: str) -> str:
+    """The sentence of a family, from what it changes."""
     return f"Your answers are those that come out when {says}."
 
 

@@ -9,9 +9,6 @@ from labkit.course.exercises.se2 import look
 from labkit.line_alignment import align_to_lines
 
 LEFT = "The step is put on the right of `T`; it acts after `T`, so it belongs on the left."
-UNMOVED = "The source is not moved before its neighbours are searched: apply `T` first."
-STRAY = "The gate is missing: every pair is kept."
-START = "The guess is not used: begin with `T_init`."
 
 
 def _spoiled(*options):
@@ -37,12 +34,10 @@ def _beyond_the_end():
 
 # fmt: off
 @exercise("A gate for your loop", lambda: _spoiled(0.4, 6), {
-    STRAY: {"d <= gate": "d >= 0"},
-    "The pairs beyond the gate are kept, and the others left out.": {"d <= gate": "d > gate"},
     LEFT: {"align(p[near], q[near]) @ T": "T @ align(p[near], q[near])"},
     "This is the last step alone; the answer is the product of all.": {"q[near]) @ T": "q[near])"},
-    UNMOVED: {"apply(T, source)": "source"},
-    START: {"T_init, Target": "np.eye(3), Target"},
+    "The source is not moved before its neighbours are searched: apply `T` first.":
+        {"apply(T, source)": "source"},
     "This goes one round only: is `return` in the loop?": {"range(rounds)": "range(1)"},
 })
 def gated_icp(source, target, T_init, gate=0.3, rounds=15):
@@ -57,8 +52,6 @@ def gated_icp(source, target, T_init, gate=0.3, rounds=15):
 
 
 @exercise("Huber's weight for your loop", lambda: _spoiled(0.4, 0.05, 6), {
-    STRAY: {"d <= gate": "d >= 0"},
-    "The weights are not used: give them to `align`.": {", w)": ")"},
     "The weight is δ/r beyond δ only; up to δ it is 1.":
         {"huber_weights(d[near], delta)": "delta / np.maximum(d[near], 1e-12)"},
     "The weight falls with the square of the distance; it is δ/r.":
@@ -66,8 +59,6 @@ def gated_icp(source, target, T_init, gate=0.3, rounds=15):
     "The pairs beyond δ are dropped; Huber's weight keeps them.":
         {"huber_weights(d[near], delta)": "(d[near] <= delta).astype(float)"},
     LEFT: {"align(p[near], q[near], w) @ T": "T @ align(p[near], q[near], w)"},
-    UNMOVED: {"apply(T, source)": "source"},
-    START: {"T_init, Target": "np.eye(3), Target"},
 })
 def robust_icp(source, target, T_init, gate=0.3, delta=0.05, rounds=15):
     """The gated loop, in which a pair beyond δ weighs less."""
@@ -86,14 +77,10 @@ def robust_icp(source, target, T_init, gate=0.3, delta=0.05, rounds=15):
 }, {
     "The weights are those of the distances d; the residual of a line is e, across the wall.":
         {"abs(e[on])": "d[on]"},
-    "The weights are not used: give them to `align_to_lines`.": {"n[on], w)": "n[on], w**0)"},
     "This still aligns points with points.": {"align_to_lines(p[on], q[on], n[on], w)":
                                              "align(p[on], q[on], w)"},
-    STRAY: {"(d <= gate) & ": ""},
     LEFT: {"T = align_to_lines(p[on], q[on], n[on], w) @ T":
            "T = T @ align_to_lines(p[on], q[on], n[on], w)"},
-    UNMOVED: {"apply(T, source)": "source"},
-    START: {"T_init, Target": "np.eye(3), Target"},
 })
 def line_icp(source, target, T_init, gate=0.3, delta=0.02, rounds=15):
     """The robust loop on the distances from the walls."""

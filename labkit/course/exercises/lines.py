@@ -24,7 +24,6 @@ def _cross(a, n):
 }, {
     "This is the distance; project it on the normal.": lambda p, q, n: np.hypot(*(p - q).T),
     "This is the residual *along* the wall; project on n itself.": lambda p, q, n: _cross(p - q, n),
-    "This is minus the residual along the wall; project on n.": lambda p, q, n: _cross(q - p, n),
     "These are products entry by entry, (N, 2): add the two of each.": lambda p, q, n: (p - q) * n,
     "This is the sum over the pairs; give one for each pair.": lambda p, q, n: ((p - q) * n).sum(0),
 })
@@ -37,12 +36,9 @@ def line_errors(p, q, n):
     "twelve points with normals": _pairs(2)[::2], "twelve others": _pairs(3)[::2],
 }, {
     "This turns about the origin; the step turns about the centroid.": {" - p.mean(axis=0)": ""},
-    "This is minus the answer, about the origin, not the centroid.": lambda p, n: -_cross(p, n),
     "This is n·(p − c); a turn moves across that arm.": {"_cross(arm, n)": "(arm * n).sum(1)"},
     "The perpendicular is (v, u): one of the two has to change its sign, (−v, u).":
         {"_cross(arm, n)": "(arm[:, ::-1] * n).sum(1)"},
-    "This is the length of the arms; project their perpendicular on the normal.":
-        {"_cross(arm, n)": "np.hypot(*arm.T)"},
 })
 def turning_column(p, n):
     """The arm's perpendicular on the normal."""
@@ -54,17 +50,13 @@ def turning_column(p, n):
     "twelve weighted points with normals": (*_pairs(4)[::2], _pairs(4)[3]),
     "twelve others": (*_pairs(5)[::2], _pairs(5)[3]),
 }, {
-    "This is the sum; divide it by W, the sum of the weights.": {" / w.sum()": ""},
     "The sum is divided by N; divide it by W, the sum of the weights.": {"w.sum()": "len(w)"},
     "The third column is in metres per radian: divide it by ℓ.": {" / length": ""},
     "The centroid has to be the weighted one.": {"(p, axis=0, weights=w)": "(p, axis=0)"},
     "The turn is about the origin: take the weighted centroid off.":
         {" - np.average(p, axis=0, weights=w)": ""},
-    "ℓ has to be weighted, too.": {"(axis=1), weights=w)": "(axis=1))"},
-    "ℓ² stands for ℓ: take the root.": {" ** 0.5": ""},
     "Centroid and ℓ are weighted, but the sum of a aᵀ is not.":
         {"w, a, a) / w.sum()": "np.ones(len(w)), a, a) / len(w)"},
-    "The third column has the wrong sign: (u, v)⊥ = (−v, u).": {"/ length": "/ -length"},
 })
 def line_matrix(p, n, w):
     """The weighted mean of a aᵀ."""
@@ -84,18 +76,12 @@ def _corridor_and_room():
 
 @exercise("A step in the directions that are seen", _corridor_and_room, {
     "This solves for every direction, even where all is noise.": {"(values >= least)": "1"},
-    "This solves for every direction, and the sign is wrong.": {"(values >= least)": "-1"},
     "`least` is held against shares of the largest eigenvalue; hold it against each as it is.":
         {">= least": ">= least * values.max()"},
-    "This keeps the free directions and drops the rest.": {">=": "<"},
     "Eigenvectors are the *columns* of what `eigh` returns, not rows.":
         {"    parts": "    V = V.T\n    parts"},
-    "The parts are not divided by their eigenvalues.": {" / values": ""},
-    "The parts are multiplied by eigenvalues; divide.": {" / values": " * values"},
     "Small eigenvalues are raised to `least`; a direction that is not seen gets no step at all.":
         {"(values >= least) / values": "1 / np.maximum(values, least)"},
-    "This is the step in the coordinates of the eigenvectors; turn it back by V.":
-        lambda A, g, least: np.linalg.eigh(A)[1].T @ seen_step(A, g, least),
     "Adding `least` to A damps all and drops none.":
         {"(values >= least) / values": "1 / (values + least)"},
 })
@@ -119,11 +105,7 @@ def _two_sources():
     "This is the mean of the two, whatever they know.": lambda x, A, y, B: (x + y) / 2,
     "This weighs each with the diagonal of its information only.":
         lambda x, A, y, B: fuse(x, np.diag(np.diag(A)), y, np.diag(np.diag(B))),
-    "The sum is divided by diagonal entries; solve with the sum of both matrices.":
-        lambda x, A, y, B: (A @ x + B @ y) / np.diag(A + B),
     "The sum is not divided: solve with the sum of the matrices.": lambda x, A, y, B: A @ x + B @ y,
-    "This is the scan alone.": lambda x, A, y, B: x,
-    "This is the wheels alone.": lambda x, A, y, B: y,
     "The matrices are inverted first; they are informations already, not covariances.":
         lambda x, A, y, B: fuse(x, np.linalg.inv(A), y, np.linalg.inv(B)),
 })

@@ -23,13 +23,7 @@ R = np.array([0.9, 0.02, 0.3, 0.05, 2.0, 0.6, 0.15, 0.01, 0.4, 0.08, 0.7])
     "Pairs outside the gate are left out, and the sum is divided by what is left; charge d_max.":
         {"np.minimum(kept, d_max), delta).sum() / len(distances)":
          "kept[kept <= d_max], delta).mean()"},
-    "These are plain squares; Huber's loss grows linearly beyond δ.":
-        {"huber_loss(np.minimum(kept, d_max), delta)": "(np.minimum(kept, d_max) ** 2)"},
-    "All pairs are in the sum; only the closest ⌊ρN⌋ are.":
-        {"[:int(overlap_ratio * len(distances))]": ""},
     "ρN is rounded up; round down.": {"[:int(": "[:1 + int("},
-    "ρN is rounded to nearest, not down.": {"int(": "round("},
-    "The distances are not sorted; keep the closest.": {"np.sort(distances)": "distances"},
     "The trimming comes after the gate: ⌊ρN⌋ of *all* N pairs are in the sum.":
         lambda r, d, o, h: cost_of(r[r <= d], d, o, h) * (r <= d).mean(),
 }, tolerance=1e-9)
@@ -73,8 +67,6 @@ def colleagues_icp(source, target):
     "The second is where the later kind is small first; both have to be small at the same time.":
         lambda t, r, e: (first_stops(t, r, e)[0], max(np.argmax(t < e), np.argmax(r < e))),
     "A step exactly at the limit is not small.": lambda t, r, e: first_stops(t, r, e * (1 + 1e-9)),
-    "The steps are added; hold each to the limit.":
-        {"both <": "translation_steps + rotation_steps <"},
 })
 def first_stops(translation_steps, rotation_steps, tolerance):
     """First iterations at which the smaller of the two, and the larger, is small."""
@@ -104,11 +96,8 @@ def _end(p, q, T, gate):
     "Only the first gate: is `return` in the loop?": {"T = _end": "return _end"},
     "The gates do not reach the runs: pass `IcpParameters(max_correspondence_distance=gate)`.":
         {"_end(source, target, T, gate)": "icp(source, target, T).T_target_source"},
-    "The ends are multiplied; a run returns the whole motion, its guess included.":
-        lambda p, q, T, gates: match_through_gates(p, q, T, gates) @ _end(p, q, T, gates[0]),
     "The ends are multiplied; a run returns the whole motion, guess included.":
         {"T, gate)": "T, gate) @ T"},
-    "The guess comes back as it was: no run reaches it.": {"_end(source, target, T, gate)": "T"},
 }, tolerance=1e-9)
 def match_through_gates(source, target, T_init, gates):
     """Each run from where the last one ended."""
@@ -138,7 +127,6 @@ def _errors():
         {"for each in errors": "for each in np.radians(errors)"},
     "The guess is turned about the world's origin; turn it about the robot, behind `T_true`.":
         {"T_true @ transform(0, 0, each)": "transform(0, 0, each) @ T_true"},
-    "These are the headings' errors; asked for is a mask.": {"abs(off) < np.radians(2)": "off"},
 })
 def headings_that_work(source, target, T_true, errors, parameters):
     """The error of the end, in either direction."""
@@ -157,11 +145,8 @@ def headings_that_work(source, target, T_true, errors, parameters):
         {"(np.minimum(d, gate) ** 2)": "(d**2 * (d <= gate))"},
     "The mean square is divided by all pairs; divide it by the pairs within the gate.":
         {"(d[d <= gate] ** 2)": "(d**2 * (d <= gate))"},
-    "The cost is not cut off at the gate.": {"np.minimum(d, gate) ** 2": "d**2"},
     "The first is the change of the RMSE; asked for is that of the mean square.":
         {"(d[d <= gate] ** 2).mean()": "(d[d <= gate] ** 2).mean() ** 0.5"},
-    "These are means of distances; asked for are means of their squares.": {" ** 2": ""},
-    "These are sums; asked for are means.": {".mean()": ".sum()"},
 }, tolerance=1e-9)
 def change_of_both(before, after, gate):
     """After minus before."""

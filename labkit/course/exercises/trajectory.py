@@ -19,7 +19,6 @@ from labkit.course.exercises import exercise
         lambda D, e: D * math.sin(abs(e)),
     "This is D·(1 − cos ε), the part along the old direction; the pose moves across it, too.":
         lambda D, e: D * (1 - math.cos(e)),
-    "This is D·tan|ε|: the pose moves on a circle, no tangent.": lambda D, e: D * math.tan(abs(e)),
     "A distance is never negative: take |ε|.": lambda D, e: 2 * D * math.sin(e / 2),
 })
 def lever_error(D, epsilon):
@@ -35,15 +34,8 @@ def lever_error(D, epsilon):
     "heading.": {" @ se2.rotation(-poses[0, 2]).T": ""},
     "The positions are turned the wrong way: into the robot's frame it is R(−ψ).":
         {"rotation(-": "rotation("},
-    "The positions are right; the headings are still those in the world.":
-        {"se2.wrap(turned)": "poses[:, 2]"},
-    "The headings are shifted, but not wrapped to (−π, π].": {"se2.wrap(turned)": "turned"},
     "The headings lie in [0, 2π), not in (−π, π].": {"se2.wrap(turned)": "turned % (2 * np.pi)"},
-    "The positions are turned, but not shifted: take the first position off.":
-        {" - poses[0, :2]": ""},
     "The first pose is subtracted as it is; its heading turns the axes, too.": lambda p: p - p[0],
-    "The positions are still in the world; only the headings are shifted.":
-        {"away @ se2.rotation(-poses[0, 2]).T": "poses[:, :2]"},
     "The product is in the wrong order: the first pose's inverse stands on the left.":
         lambda p: se2.to_xytheta(se2.from_xytheta(p) @ se2.invert(se2.from_xytheta(p[0]))),
 })
@@ -61,10 +53,8 @@ def seen_from_first(poses):
         lambda T, s: se2.transform(*s) @ T,
     "This goes from the scan before to the key scan and on: the pose is the other way round.":
         lambda T, s: se2.invert(T) @ se2.transform(*s),
-    "The step goes backwards: it is inverted.": lambda T, s: T @ se2.invert(se2.transform(*s)),
     "The numbers are added; the step has to be turned by the robot's heading.":
         lambda T, s: se2.from_xytheta(se2.to_xytheta(T) + s),
-    "The turn of the step is missing.": lambda T, s: guess_from_key(T, s * (1, 1, 0)),
     "The step is turned the wrong way: by R(−ψ) instead of R(ψ).": {"math.sin": "-math.sin"},
 })
 def guess_from_key(T_key_before, step):
@@ -80,16 +70,10 @@ def guess_from_key(T_key_before, step):
     "a robot that has turned left": (se2.transform(0.5, 0.1, 0.21), 2.0, math.radians(15.0)),
     "a robot that has turned right": (se2.transform(0.6, -0.1, -0.35), 2.0, math.radians(15.0)),
 }, {
-    "A robot that turns to the right has a negative angle: take |Δψ|.": {"abs(psi)": "psi"},
-    "Only Δx with its sign is looked at; a robot also backs.": {"math.hypot(x, y)": "x"},
-    "Δx with its sign, and the angle with its sign: a robot backs, and turns to the right.":
-        {"math.hypot(x, y)": "x", "abs(psi)": "psi"},
     "Only |Δx| is looked at; a robot moves aside, too.": {"math.hypot(x, y)": "abs(x)"},
     "Δx and Δy are added; the way is their length.": {"math.hypot(x, y)": "(abs(x) + abs(y))"},
     "Take the larger share, not the sum.": {"max(way, turned)": "way + turned"},
-    "This is the smaller share; the larger one decides.": {"max": "min"},
     "This is the mean; the larger share decides.": {"max(way, turned)": "(way + turned) / 2"},
-    "The angle is in degrees and its limit in radians.": {"abs(psi)": "math.degrees(abs(psi))"},
 })
 def key_used_up(T_key_now, reach, turn):
     """The larger share."""
@@ -112,15 +96,10 @@ def key_used_up(T_key_now, reach, turn):
         {"-pose_i[2]": "pose_i[2]"},
     "The displacement is turned by the heading of pose j; the edge is measured from pose i.":
         {"-pose_i[2]": "-pose_j[2]"},
-    "The angle may be a whole turn off: wrap it.": {"se2.wrap(": "("},
-    "The angle is in [0, 2π), not (−π, π].":
-        {"se2.wrap(turn - measured[2])": "(turn - measured[2]) % (2 * np.pi)"},
     "Only the difference of the headings is wrapped; wrap the error itself.":
         {"turn - measured[2])": "turn) - measured[2]"},
     "The measurement is turned with the displacement; it is in the frame of pose i already.":
         {"(x, y) - measured[:2]": "((x, y) - measured[:2])"},
-    "The error is measured along the world's axes; turn it into the frame of pose i.":
-        {"se2.rotation(-pose_i[2]) @ (x, y) -": "(x, y) - se2.rotation(pose_i[2]) @"},
 })
 def edge_error(pose_i, pose_j, measured):
     """In the frame of pose i."""

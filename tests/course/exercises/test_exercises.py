@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from contextlib import suppress
 from copy import deepcopy
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from IPython.core.inputtransformer2 import TransformerManager
 from solutions import strip_notebook
 
 from labkit.course.exercises import check, exercises
+from labkit.course.exercises.entries import source_of
+from labkit.course.exercises.slips import slips
 from labkit.support.errors import InvalidParameterError
 
 FOLDER = Path(__file__).parents[3] / "notebooks"
@@ -103,6 +106,19 @@ def test_wrong_answers_get_the_name_that_is_theirs_and_do_not_pass():
     named = [(name, word, one) for name, word, one in told if word]
     assert [(name, word) for name, word, one in named if not one.misconception] == []
     assert [(name, word) for name, word, one in named if word not in one.message] == []
+
+
+@pytest.mark.parametrize("name", ["lever_error", "edge_error", "guess_from_key", "line_matrix"])
+def test_every_slip_that_shows_has_a_name(name):
+    """The law: one node of the right function is changed, and the answers are wrong."""
+    entry = EXERCISES[name]
+    for says, source in slips(source_of(entry.right)):
+        names = dict(entry.right.__globals__)
+        with suppress(SyntaxError):
+            exec(source, names)
+        feedback = checked(name, names[name])
+        fails = "raised" in repr(feedback) or "returned" in repr(feedback)
+        assert feedback.passed or feedback.verdict.misconception or fails, says
 
 
 @pytest.mark.parametrize("name", EXERCISES)

@@ -132,8 +132,8 @@ def recognise(
     answers = [one for case in wrong for one in _accepted(question.answer, case)]
     if not all((one == np.round(one)).all() for one in answers):
         return next(iter(found + explaining), None)
-    if sum(_count_wrong(question, case, value) for case, value, _ in given) >= ENOUGH:
-        found += explaining
+    if not found and sum(_count_wrong(question, *pair[:2]) for pair in given) >= ENOUGH:
+        found = explaining
     return found[0] if len(found) == 1 else None  # whole numbers agree by chance
 
 
