@@ -36,7 +36,8 @@ LAYOUTS = {
         "{name}_{student}_{upload}_feedback.html",
     ),
     "moodle": (  # Ada Lovelace_4711_assignsubmission_file_/answers.ipynb
-        r"(?P<name>[^/_]+)_(?P<student>\d+)_assignsubmission_(?:file|onlinetext)(?:_?/|_)(?P<file>.+)$",
+        r"(?P<name>[^/_]+)_(?P<student>\d+)_assignsubmission_(?:file|onlinetext)(?:_?/|_)"
+        r"(?P<file>.+)$",
         "{name}_{student}_assignsubmission_file_/feedback.html",
     ),
     "gradescope": (

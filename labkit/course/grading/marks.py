@@ -30,8 +30,6 @@ from labkit.support.errors import LabkitError
 HEADER = ("student", "what", "value", "comment")
 CLASS = "*"  # in place of a student
 RULES = {"late_percent": 100.0, "written": math.inf}  # and the largest value of each
-
-
 # Value and comment, by student, or `CLASS`, and item.
 Adjustments: TypeAlias = Mapping[tuple[str, str], tuple[float, str]]
 
@@ -126,7 +124,7 @@ def _student(name: str, names: Mapping[str, str], where: str) -> str:
     known = [name] if name in names else [one for one, shown in names.items() if shown == name]
     if len(known) == 1:
         return known[0]
-    hint = _hint(name, [*names, *names.values()])
+    hint = _hint(name, dict.fromkeys([*names, *names.values()]))
     raise LabkitError(f"{where}: {len(known) or 'no'} students are called {name!r}; {hint}")
 
 
