@@ -133,7 +133,7 @@ def reject_and_weigh(
     within_overlap = overlap(distances, stage.overlap_ratio)  # (B)
     kept = within_gate & within_overlap & np.isfinite(residuals)
     delta, share = widened(residuals, kept, stage)
-    weights = np.where(kept, huber_weights(residuals, delta), 0.0)  # (C)
+    weights = kept * huber_weights(residuals, delta)  # (C)
     found = (source, partners, on_surface, index, distances, residuals, within_overlap, weights)
     gate = stage.max_correspondence_distance
     return Correspondences(*found, kept.sum(), gate, delta, share, stage.stride)

@@ -194,6 +194,6 @@ def too_few(pairs: Correspondences) -> Termination:
 def as_array(poses: list[FloatArray]) -> FloatArray:
     """The poses as one array, shape (K, 3, 3)."""
     stack = np.empty((len(poses), 3, 3))
-    for k in range(len(poses)):
-        stack[k] = poses[k]
+    for k, row, column in np.ndindex(stack.shape):
+        stack[k, row, column] = poses[k][row, column]
     return stack

@@ -99,7 +99,7 @@ def sort_into_cells(
 @compiled
 def trimmed_range(values: FloatArray) -> tuple[float, float]:
     """A range without outliers, from a sample."""
-    sample = values[:: max(1, len(values) // SAMPLE)]
+    sample = values[:: max(1, len(values) // SAMPLE)].copy()
     tenth = len(sample) // 10
     low, high = select(sample, tenth), select(sample, len(sample) - 1 - tenth)
     least, most = values[0], values[0]
