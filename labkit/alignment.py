@@ -29,8 +29,6 @@ from labkit.support.errors import DegenerateAlignmentError
 # A sum of n products carries a rounding error of about n·ε; a hundred thousand pairs
 # stay well below this, and a real scan's spread stays well above it.
 RELATIVE_RESOLUTION = 1e-10
-# What `closed_form` found wrong with the pairs.
-SOLVED, NO_WEIGHT, SOURCE_COINCIDES, TARGET_COINCIDES, ANY_ROTATION = range(5)
 
 
 def align(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None) -> FloatArray:
@@ -62,8 +60,8 @@ def align(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None
     [[0.0, -1.0, 2.0], [1.0, 0.0, 3.0], [0.0, 0.0, 1.0]]
     """
     p, q, w = as_pairs(source, target, weights)
-    T, problem = closed_form(p, q, w)
-    _require_solved(problem, len(w))
+    T, solved = closed_form(p, q, w)
+    _require(solved, w)
     return T
 
 
@@ -75,7 +73,7 @@ def align_svd(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = 
     reflection, which no robot can drive.
     """
     p, q, w = as_pairs(source, target, weights)
-    _require_solved(closed_form(p, q, w)[1], len(w))
+    _require(closed_form(p, q, w)[1], w)
     p, q, w = p[w > 0.0], q[w > 0.0], w[w > 0.0]
     p_mean, q_mean = w @ p / w.sum(), w @ q / w.sum()  # (2.2)
     H = (w[:, None] * (p - p_mean)).T @ (q - q_mean)  # (2.4)
@@ -88,8 +86,8 @@ def align_svd(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = 
 
 
 @compiled
-def closed_form(p: FloatArray, q: FloatArray, w: FloatArray) -> tuple[FloatArray, int]:
-    """Align pairs p, q (N, 2) [m] of weight w (N,): T, and `SOLVED` or what is wrong.
+def closed_form(p: FloatArray, q: FloatArray, w: FloatArray) -> tuple[FloatArray, bool]:
+    """Align pairs p, q (N, 2) [m] of weight w (N,): T, and whether it is the only answer.
 
     Pairs of weight 0 say nothing, wherever they lie.
     """
@@ -109,15 +107,12 @@ def closed_form(p: FloatArray, q: FloatArray, w: FloatArray) -> tuple[FloatArray
     T = turn_about(p_mean, theta, q_mean[0] - p_mean[0], q_mean[1] - p_mean[1])  # (2.3)
     total = w.sum()
     if not total > 0.0:
-        return T, NO_WEIGHT
+        return T, False
     p_spread, q_spread = math.sqrt(p_spread / total), math.sqrt(q_spread / total)
-    if p_spread <= max(64.0 * EPSILON * p_far, RELATIVE_RESOLUTION * p_arm):
-        return T, SOURCE_COINCIDES
-    if q_spread <= max(64.0 * EPSILON * q_far, RELATIVE_RESOLUTION * q_arm):
-        return T, TARGET_COINCIDES
-    if math.hypot(a, b) <= RELATIVE_RESOLUTION * total * p_spread * q_spread:
-        return T, ANY_ROTATION  # √(a² + b²) is the height of the cosine that θ maximises
-    return T, SOLVED
+    p_apart = p_spread > max(64.0 * EPSILON * p_far, RELATIVE_RESOLUTION * p_arm)
+    q_apart = q_spread > max(64.0 * EPSILON * q_far, RELATIVE_RESOLUTION * q_arm)
+    height = math.hypot(a, b)  # of the cosine that θ maximises; 0 if every rotation fits
+    return T, p_apart and q_apart and height > RELATIVE_RESOLUTION * total * p_spread * q_spread
 
 
 @compiled
@@ -140,22 +135,10 @@ def turn_about(center: tuple[float, float], theta: float, dx: float, dy: float) 
     )
 
 
-def _require_solved(problem: int, count: int) -> None:
-    if problem == NO_WEIGHT:
-        reason = (
-            f"all {count} weights are zero, so no pair says anything; relax the gate or the weights"
+def _require(solved: bool, weights: FloatArray) -> None:
+    if not solved:
+        raise DegenerateAlignmentError(
+            f"{np.count_nonzero(weights)} of {len(weights)} pairs have weight, and more than one "
+            f"rotation fits them: two must lie apart, both in the source and in the target, and "
+            f"the target must not be a mirror image of the source"
         )
-    elif problem == ANY_ROTATION:
-        reason = (
-            f"every rotation fits these {count} pairs equally well (a = b = 0 within "
-            f"{RELATIVE_RESOLUTION:g} of their scale); is the target a mirror image of the source?"
-        )
-    elif problem != SOLVED:
-        which = "source" if problem == SOURCE_COINCIDES else "target"
-        reason = (
-            f"the weighted {which} points of {count} pairs coincide, so the rotation is "
-            f"undetermined; at least 2 distinct pairs with weight are needed"
-        )
-    else:
-        return
-    raise DegenerateAlignmentError(reason)

@@ -20,6 +20,7 @@ References
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -38,7 +39,7 @@ from labkit.support.arrays import (
     check_range,
     read_only,
 )
-from labkit.support.compiled import checked, compiled
+from labkit.support.compiled import compiled
 from labkit.support.errors import InvalidPointsError
 from labkit.target import Target
 
@@ -75,21 +76,6 @@ class Correspondences(NamedTuple):
     def within_gate(self) -> BoolArray:
         """Mask of the pairs that passed the gate, shape (N,)."""
         return self.distances <= self.max_correspondence_distance
-
-    @property
-    def cost(self) -> float:
-        """The truncated Huber cost J [m²]; see `labkit.icp`."""
-        return cost(self)
-
-    @property
-    def fitness(self) -> float:
-        """Kept pairs over source points, in [0, 1]."""
-        return self.inlier_count / len(self.kept)
-
-    @property
-    def inlier_rmse(self) -> float:
-        """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
-        return math.sqrt(np.mean(self.distances[self.kept] ** 2)) if self.kept.any() else math.nan
 
 
 @compiled
@@ -171,13 +157,13 @@ def _weighed(residuals: ArrayLike, huber_delta: float) -> tuple[Any, ...]:
     return _as_distances(residuals, "residuals"), float(huber_delta)
 
 
-@checked(_gated)
+@partial(compiled, check=_gated)
 def distance_gate(distances: FloatArray, max_correspondence_distance: float) -> BoolArray:
     """(A) Mask of the pairs within the gate: ``d <= max_correspondence_distance`` [m]."""
     return distances <= max_correspondence_distance
 
 
-@checked(_trimmed)
+@partial(compiled, check=_trimmed)
 def overlap(distances: FloatArray, overlap_ratio: float) -> BoolArray:
     """(B) Mask of the ⌊ρN⌋ closest pairs, at least 3; of equally close ones the first.
 
@@ -205,7 +191,7 @@ def overlap_count(source_points: int, overlap_ratio: float) -> int:
     return min(source_points, max(MIN_PAIRS, int(overlap_ratio * source_points)))
 
 
-@checked(_weighed)
+@partial(compiled, check=_weighed)
 def huber_weights(residuals: FloatArray, huber_delta: float) -> FloatArray:
     """(C) Huber's weights of residuals [m]: 1 up to δ, δ/r beyond; all 1 where δ is inf."""
     weights = np.ones_like(residuals)
@@ -215,7 +201,7 @@ def huber_weights(residuals: FloatArray, huber_delta: float) -> FloatArray:
     return weights
 
 
-@checked(_weighed)
+@partial(compiled, check=_weighed)
 def huber_loss(residuals: Metres, huber_delta: float) -> Metres:
     """Huber's loss [m²] whose weights those are: r² up to δ, 2δr − δ² beyond."""
     capped: Metres = np.minimum(residuals, huber_delta)

@@ -79,7 +79,10 @@ def censi_covariance(result: IcpResult, range_std: float) -> FloatArray:
 
 def censi_information(result: IcpResult, range_std: float) -> FloatArray:
     """Information Ω, the inverse of `censi_covariance`: a free direction v has ``Ω @ v == 0``."""
-    return _information(*_measured(result, range_std))
+    covariance, seen, free = _measured(result, range_std)
+    coordinates = np.linalg.inv(np.column_stack([seen, free]))[: seen.shape[1]]
+    measured = coordinates @ covariance @ coordinates.T
+    return np.asarray(coordinates.T @ np.linalg.solve(measured, coordinates))
 
 
 def fuse(
@@ -98,13 +101,6 @@ def fuse(
     off = to_xytheta(result.T_target_source) - believed
     off[2] = math.remainder(off[2], math.tau)
     return believed + covariance @ information @ off, covariance
-
-
-def _information(covariance: FloatArray, seen: FloatArray, free: FloatArray) -> FloatArray:
-    """The inverse where the pairs see, whatever a motion does along the free directions."""
-    coordinates = np.linalg.inv(np.column_stack([seen, free]))[: seen.shape[1]]
-    measured = coordinates @ covariance @ coordinates.T
-    return np.asarray(coordinates.T @ np.linalg.solve(measured, coordinates))
 
 
 def _measured(result: IcpResult, range_std: float) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 from labkit.correspondences import Correspondences
 from labkit.line_alignment import Information, line_information
 from labkit.scan import Scan, as_scan
-from labkit.support.arrays import FloatArray
-from labkit.support.errors import DegenerateAlignmentError, InvalidPointsError
+from labkit.support.arrays import FloatArray, as_floats
+from labkit.support.errors import DegenerateAlignmentError
 from labkit.target import Target
 
 SHIFT = 0.1  # share of the turn in a motion (Δx, Δy, ℓΔψ) below which it is called a shift
@@ -76,22 +76,11 @@ def _metres(value: float) -> str:
 def spread_ratio(scan: Scan | ArrayLike, motion: ArrayLike) -> float:
     """The lesson's cheap corridor test: spread across the motion over spread along it.
 
-    Parameters
-    ----------
-    scan : Scan or array_like, shape (N, 2)
-        Points in metres.
-    motion : array_like, shape (2,)
-        Direction of the motion in the scan's frame; its length does not matter.
-
-    Returns
-    -------
-    float
-        Well below 1 in a corridor that is driven along; NaN without motion or points.
+    `motion`, shape (2,), is a direction in the frame of the scan. The ratio is well below 1 in a
+    corridor that is driven along; it is NaN without motion or points.
     """
     points = as_scan(scan).points
-    direction: FloatArray = np.asarray(motion, dtype=np.float64)
-    if direction.shape != (2,):
-        raise InvalidPointsError(f"`motion` must have shape (2,), got {direction.shape}")
+    direction = as_floats(motion, "motion", shape=(2,))
     length = math.hypot(*direction)
     if not (length > 0.0 and len(points)):
         return math.nan

@@ -70,14 +70,8 @@ def remove_isolated(scan: Scan | ArrayLike, radius: float) -> Scan:
 class Preprocessing:
     """The filters that every scan of a run goes through, in the flow chart's order.
 
-    Attributes
-    ----------
-    range_min, range_max : float
-        The band of `range_band` [m]; all ranges by default.
-    voxel_size : float
-        The cell of `voxel_downsample` [m]; 0 turns it off.
-    isolation_radius : float
-        The radius of `remove_isolated` [m]; 0 turns it off.
+    The band of `range_band`, the cell of `voxel_downsample` and the radius of `remove_isolated`,
+    all in metres; each filter is off by default.
     """
 
     range_min: float = field(

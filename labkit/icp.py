@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.alignment import SOLVED, closed_form, turn_about
+from labkit.alignment import closed_form, turn_about
 from labkit.correspondences import (
     MIN_PAIRS,
     Correspondences,
@@ -84,9 +84,10 @@ def icp(
     source, target = as_scan(source, "source", minimum=1), as_target(target)
     T = np.eye(3) if T_init is None else as_transform(T_init, "T_init")
     numbers, normals = parameters.for_loop, target.normals_for(parameters)
-    poses, termination = run(source.points, target.search.grid, normals, T, numbers)
+    poses, far, termination = run(source.points, target.search.grid, normals, T, numbers)
     return IcpResult(
         poses=read_only(poses),
+        far=far,
         termination=termination,
         source=source,
         target=target,
@@ -101,9 +102,9 @@ def run(
     normals: FloatArray,
     T_init: FloatArray,
     parameters: IcpParameters,
-) -> tuple[FloatArray, Termination]:
-    """The loop: the poses of all iterations, and how it ended. Letters: boxes of the flow chart."""
-    poses, costs, known = [T_init], [math.inf], nothing_known(len(source))
+) -> tuple[FloatArray, int, Termination]:
+    """The loop: its poses, how many count as far, its ending. Letters: the flow chart's boxes."""
+    poses, costs, known, far = [T_init], [math.inf], nothing_known(len(source)), 0
     stage = stage_of(parameters, len(source), parameters.approach, False)
     while True:
         gate, some = stage.max_correspondence_distance, source[:: stage.stride]
@@ -114,8 +115,9 @@ def run(
         if termination is None:
             dT, termination = minimise(pairs, parameters.step_fraction)  # F
         if termination is not None:
-            return as_array(poses), termination  # I
+            return as_array(poses), far + stage.far, termination  # I
         poses.append(dT @ poses[-1])  # G: the update composes on the left
+        far += stage.far
         stage = schedule(stage, poses, source, parameters)
 
 
@@ -129,8 +131,7 @@ def minimise(
             pairs.source, pairs.target, pairs.normals, pairs.weights, pairs.point_share
         )
     else:
-        dT, problem = closed_form(pairs.source, pairs.target, pairs.weights)
-        solved = problem == SOLVED
+        dT, solved = closed_form(pairs.source, pairs.target, pairs.weights)
     if step_fraction < 1.0:
         dT = shorten(dT, pairs, step_fraction)
     return dT, None if solved else Termination.DEGENERATE
@@ -159,35 +160,20 @@ def check(
     parameters: IcpParameters,
 ) -> Termination | None:
     """(H) Why to stop, by the last step, the pairs, the cost and the budget; None to go on."""
-    if stage.may_converge and stands_still(poses, parameters):
-        return Termination.CONVERGED_POSE
+    if stage.may_converge:  # both parts: a scan that turns about its own center has Δt ≈ 0
+        moved, turned = step_length(poses[-2], poses[-1])
+        if moved < parameters.translation_tolerance and turned < parameters.rotation_tolerance:
+            return Termination.CONVERGED_POSE
     if pairs.inlier_count < MIN_PAIRS:
-        return too_few(pairs)
+        matched = pairs.within_overlap & (pairs.distances <= pairs.max_correspondence_distance)
+        if matched.sum() >= MIN_PAIRS:  # on no surface
+            return Termination.DEGENERATE
+        return Termination.TOO_FEW_CORRESPONDENCES
     if stage.may_converge and abs(costs[-1] - costs[-2]) < parameters.cost_tolerance:
         return Termination.CONVERGED_COST
     if len(poses) > parameters.max_iterations:
         return Termination.BUDGET_SPENT
     return None
-
-
-@compiled
-def stands_still(poses: list[FloatArray], parameters: IcpParameters) -> bool:
-    """(H) True if the last step was below both pose tolerances.
-
-    The two tests hold together: a scan that turns about its own centre has Δt ≈ 0 from the
-    first step on, and under "any of them" it would stop there.
-    """
-    moved, turned = step_length(poses[-2], poses[-1])
-    return moved < parameters.translation_tolerance and turned < parameters.rotation_tolerance
-
-
-@compiled
-def too_few(pairs: Correspondences) -> Termination:
-    """The ending of a run in which fewer than 3 pairs were kept."""
-    matched = pairs.within_overlap & (pairs.distances <= pairs.max_correspondence_distance)
-    if matched.sum() >= MIN_PAIRS:  # on no surface
-        return Termination.DEGENERATE
-    return Termination.TOO_FEW_CORRESPONDENCES
 
 
 @compiled

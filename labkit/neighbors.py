@@ -20,19 +20,12 @@ CELLS = 8  # cells for each point: walls fill few of them
 SAMPLE = 32  # points by which the grid's borders are chosen
 SAFELY = 1.0 + 1e-9  # a margin for rounding
 ROUNDING = 1e-6  # of a cell's side: a point may lie this far beyond its cell
-_BLOCK = 1 << 20  # brute force holds at most this many distances at once
 
 
 def nearest_by_brute_force(points: FloatArray, target: FloatArray) -> IntArray:
     """Index of the nearest target point of each row, by all N·M distances: O(N M)."""
-    index = np.empty(len(points), dtype=np.intp)
-    rows = max(1, _BLOCK // len(target))
-    for start in range(0, len(points), rows):
-        block = points[start : start + rows]
-        dx = block[:, 0, None] - target[:, 0]
-        dy = block[:, 1, None] - target[:, 1]
-        index[start : start + rows] = np.argmin(dx * dx + dy * dy, axis=1)
-    return index
+    dx, dy = points[:, :1] - target[:, 0], points[:, 1:] - target[:, 1]
+    return np.asarray(np.argmin(dx * dx + dy * dy, axis=1))
 
 
 class NearestNeighbors:

@@ -35,20 +35,10 @@ NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def estimate_normals(scan: Scan, grid: Grid | None = None) -> FloatArray:
-    """Find the direction of the surface at every point.
+    """Unit normals (N, 2) of the surface at the points of a scan, turned towards the scanner.
 
-    Parameters
-    ----------
-    scan : Scan
-        N points; in beam order where ``scan.beams`` is set.
-    grid : Grid, optional
-        The points' own grid, where there is one already.
-
-    Returns
-    -------
-    ndarray, shape (N, 2)
-        Unit normals, turned towards the scanner; NaN where the neighbourhood is no line
-        (a lone return, scatter, an edge sharper than a right angle).
+    They are NaN where the neighbourhood is no line: at a lone return, in scatter, at an edge
+    sharper than a right angle. `grid` is the points' own, where there is one already.
 
     Examples
     --------

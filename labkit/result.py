@@ -10,12 +10,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from labkit.correspondences import Correspondences, pairs_at
+from labkit.correspondences import Correspondences, cost, pairs_at
 from labkit.degeneracy import free_motions, observability
 from labkit.line_alignment import Information
 from labkit.parameters import IcpParameters
 from labkit.scan import Scan
-from labkit.schedule import far_poses
 from labkit.support.arrays import FloatArray, read_only
 from labkit.support.compiled import compiled
 from labkit.target import Target
@@ -53,7 +52,7 @@ class _Quality:
     @property
     def cost(self) -> float:
         """The truncated Huber cost J [m²]; see `labkit.icp`."""
-        return self.correspondences.cost
+        return cost(self.correspondences)
 
     @property
     def inlier_count(self) -> int:
@@ -63,12 +62,13 @@ class _Quality:
     @property
     def fitness(self) -> float:
         """Kept pairs over source points, in [0, 1]."""
-        return self.correspondences.fitness
+        return self.inlier_count / len(self.correspondences.kept)
 
     @property
     def inlier_rmse(self) -> float:
         """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
-        return self.correspondences.inlier_rmse
+        inliers = self.correspondences.distances[self.correspondences.kept]
+        return math.sqrt(np.mean(inliers**2)) if inliers.size else math.nan
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -110,6 +110,8 @@ class IcpResult(_Quality):
         The parameters of the run.
     poses : ndarray, shape (K+1, 3, 3)
         ``T_target_source`` from the initial guess (number 0) to the last step.
+    far : int
+        So many of the first poses count as far from the answer; see `labkit.schedule`.
     """
 
     termination: Termination
@@ -117,6 +119,7 @@ class IcpResult(_Quality):
     target: Target
     parameters: IcpParameters
     poses: FloatArray
+    far: int
 
     def __repr__(self) -> str:
         """One line: the ending, and the number of kept pairs."""
@@ -129,11 +132,6 @@ class IcpResult(_Quality):
     def T_target_source(self) -> FloatArray:
         """The estimate, (3, 3); NaN if the run failed (``poses[-1]`` holds the last pose)."""
         return FAILED if self.termination.failed else self.poses[-1]
-
-    @cached_property
-    def far(self) -> int:
-        """Number of poses, the first ones, that count as far; see `labkit.schedule`."""
-        return far_poses(self.poses, self.source.points, self.parameters.for_loop)
 
     @cached_property
     def history(self) -> tuple[Iteration, ...]:
@@ -198,11 +196,6 @@ class IcpResult(_Quality):
     def iterations(self) -> int:
         """Number of steps."""
         return len(self.poses) - 1
-
-    @property
-    def rotation(self) -> float:
-        """Magnitude |Δψ| of the estimated rotation [rad]."""
-        return abs(math.atan2(self.T_target_source[1, 0], self.T_target_source[0, 0]))
 
 
 @compiled

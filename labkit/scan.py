@@ -118,16 +118,10 @@ class Scan:
 
 def _as_beam_values(values: ArrayLike, name: str) -> FloatArray:
     """Check ranges or angles, shape (B,); a copy, unless nobody can write into the array."""
-    is_fixed = (
-        isinstance(values, np.ndarray)
-        and values.dtype == np.float64
-        and values.base is None
-        and not values.flags.writeable
-    )
-    checked: FloatArray = values if is_fixed else read_only(as_floats(values, name))  # type: ignore[assignment]
-    if checked.ndim != 1:
-        kind = "points go through `Scan.from_points`" if checked.ndim == 2 else "one per beam"
-        raise InvalidPointsError(f"`{name}` must have shape (B,), got {checked.shape}; {kind}")
+    hint = "give one per beam; points go through `Scan.from_points`"
+    checked = read_only(as_floats(values, name, hint, ("B",)))
+    if isinstance(values, np.ndarray) and values.base is None and not values.flags.writeable:
+        checked = values if values.dtype == np.float64 else checked  # nobody can write into it
     if name == "angles":
         check_angles(checked, name)
     return checked

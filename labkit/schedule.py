@@ -83,33 +83,20 @@ def widened(residuals: FloatArray, kept: BoolArray, stage: Stage) -> tuple[float
 def schedule(
     before: Stage, poses: list[FloatArray], source: FloatArray, parameters: IcpParameters
 ) -> Stage:
-    """The next stage, after the step to ``poses[-1]``."""
-    far = before.far and is_far(poses, source, parameters.huber_delta)
-    return stage_of(parameters, len(source), far, not before.far)
+    """The next stage, after the step to ``poses[-1]``.
 
-
-@compiled
-def far_poses(poses: FloatArray, source: FloatArray, parameters: IcpParameters) -> int:
-    """Number of poses (K, 3, 3) of a run, the first ones, that count as far from the answer."""
-    stage, seen = stage_of(parameters, len(source), parameters.approach, False), [poses[0]]
-    while stage.far and len(seen) < len(poses):
-        seen.append(poses[len(seen)])
-        stage = schedule(stage, seen, source, parameters)
-    return len(seen) - 1 + stage.far
-
-
-@compiled
-def is_far(poses: list[FloatArray], source: FloatArray, huber_delta: float) -> bool:
-    """True if the next step is likely to move the source (N, 2) by more than `LONG` δ [m].
-
-    It is if the next motion shrinks as the last one did.
+    It is far if it was, and if the next motion, which is expected to shrink as the last one did,
+    is longer than `LONG` δ [m].
     """
-    motion = displacement(source, poses[-2], poses[-1])
-    if len(poses) > 2:
-        motion_before = displacement(source, poses[-3], poses[-2])
-        if motion < motion_before:
-            motion *= motion / motion_before
-    return motion > LONG * huber_delta
+    far = before.far
+    if far:
+        motion = displacement(source, poses[-2], poses[-1])
+        if len(poses) > 2:
+            motion_before = displacement(source, poses[-3], poses[-2])
+            if motion < motion_before:
+                motion *= motion / motion_before
+        far = motion > LONG * parameters.huber_delta
+    return stage_of(parameters, len(source), far, not before.far)
 
 
 @compiled

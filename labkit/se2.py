@@ -121,7 +121,13 @@ def compose(*transforms: ArrayLike) -> FloatArray:
             "`transforms` are given one by one, got a list; `compose(*transforms)` chains a list"
         )
     for k, factor in enumerate(transforms):
-        T = _product(T, as_transforms(factor, f"transforms[{k}]"))
+        right = as_transforms(factor, f"transforms[{k}]")
+        try:
+            T = T @ right
+        except ValueError:
+            raise InvalidPointsError(
+                f"stacks of transforms must have one leading shape, got {T.shape} and {right.shape}"
+            ) from None
     return T
 
 
@@ -138,16 +144,7 @@ def invert(T: ArrayLike) -> FloatArray:
 
 def relative(T_w_a: ArrayLike, T_w_b: ArrayLike) -> FloatArray:
     """The pose of b seen from a: ``T_a_b = invert(T_w_a) @ T_w_b``."""
-    return _product(invert(T_w_a), as_transforms(T_w_b, "T_w_b"))
-
-
-def _product(T_a_b: FloatArray, T_b_c: FloatArray) -> FloatArray:
-    try:
-        return np.asarray(T_a_b @ T_b_c)
-    except ValueError:
-        raise InvalidPointsError(
-            f"stacks of transforms must have one leading shape, got {T_a_b.shape} and {T_b_c.shape}"
-        ) from None
+    return compose(invert(T_w_a), as_transforms(T_w_b, "T_w_b"))
 
 
 def apply(T_a_b: ArrayLike, points_b: ArrayLike) -> FloatArray:

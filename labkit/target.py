@@ -65,11 +65,7 @@ class Target:
 
 
 def _as_normals(normals: ArrayLike, count: int) -> FloatArray:
-    given = as_floats(normals, "normals", hint="give an (M, 2) array of unit vectors")
-    if given.shape != (count, 2):
-        raise InvalidPointsError(
-            f"`normals` must have shape ({count}, 2), one per point, got {given.shape}"
-        )
+    given = as_floats(normals, "normals", "give a unit vector per point", (count, 2))
     missing = np.isnan(given).all(axis=1)
     wrong = np.flatnonzero(~missing & ~(abs(np.hypot(given[:, 0], given[:, 1]) - 1.0) <= 1e-6))
     if wrong.size:

@@ -95,18 +95,6 @@ def test_neither_scale_nor_the_size_of_the_weights_is_judged(solve, scale, facto
 
 
 @SOLVERS
-@pytest.mark.parametrize("count", [2, 7])
-@pytest.mark.parametrize("place", [(0.0, 0.0), (0.1, 0.9), (1e6, -0.3)])
-def test_coinciding_points_are_refused_wherever_they_lie(solve, place, count):
-    """Their mean may round: the rest is no direction to turn to."""
-    spot, spread = np.tile(place, (count, 1)), np.arange(2.0 * count).reshape(count, 2)
-    with pytest.raises(DegenerateAlignmentError, match="weighted source points"):
-        solve(spot, spread, np.linspace(0.5, 1.0, count))
-    with pytest.raises(DegenerateAlignmentError, match="weighted target points"):
-        solve(spread, spot)
-
-
-@SOLVERS
 @given(seed=seeds)
 def test_a_pair_without_weight_says_nothing_wherever_it_lies(solve, seed):
     source, target, weights = problem(seed)
@@ -117,19 +105,22 @@ def test_a_pair_without_weight_says_nothing_wherever_it_lies(solve, seed):
 
 LINE = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [4.0, 1.0]])
 SQUARE = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
+SPOTS = [np.tile(place, (4, 1)) for place in [(0.0, 0.0), (0.1, 0.9), (1e6, -0.3)]]
 
 
 @SOLVERS
 @pytest.mark.parametrize(
-    ("source", "target", "weights", "message"),
+    ("source", "target", "weights", "used"),
     [
-        (LINE[:1], LINE[:1], None, r"weighted source points of 1 pairs coincide"),
-        (LINE, LINE, [0, 0, 3, 0], r"weighted source points of 4 pairs coincide"),
-        (LINE, LINE, [0, 0, 0, 0], r"all 4 weights are zero, so no pair says anything; relax"),
-        (SQUARE, SQUARE * [1, -1], None, r"every rotation fits these 4 pairs .* mirror image"),
-        (SQUARE + 9, SQUARE * [1, -1], None, r"\(a = b = 0 within 1e-10 of their scale\)"),
+        (LINE[:1], LINE[:1], None, "1 of 1"),
+        (LINE, LINE, [0, 0, 3, 0], "1 of 4"),
+        (LINE, LINE, [0, 0, 0, 0], "0 of 4"),
+        (SQUARE, SQUARE * [1, -1], None, "4 of 4"),
+        (SQUARE + 9, SQUARE * [1, -1], None, "4 of 4"),
+        *((spot, LINE, [0.5, 0.6, 0.8, 1.0], "4 of 4") for spot in SPOTS),  # their mean may round
+        *((LINE, spot, None, "4 of 4") for spot in SPOTS),
     ],
 )
-def test_pairs_that_leave_the_rotation_open(solve, source, target, weights, message):
-    with pytest.raises(DegenerateAlignmentError, match=message):
+def test_pairs_that_leave_the_rotation_open(solve, source, target, weights, used):
+    with pytest.raises(DegenerateAlignmentError, match=f"{used} pairs have weight, and more than"):
         solve(source, target, weights)

@@ -4,7 +4,6 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from scipy.spatial.distance import cdist
 
 from labkit.neighbors import (
     Known,
@@ -77,11 +76,3 @@ def test_a_selected_value_is_that_of_its_rank(values, data):
     rank = data.draw(st.integers(0, len(values) - 1))
     for stage in (select, select.__wrapped__):  # compiled, and as Python reads it
         assert stage(np.array(values, dtype=float), rank) == sorted(values)[rank]
-
-
-def test_brute_force_works_through_its_blocks():
-    """2^20 distances at once: 600 × 3000 take two blocks."""
-    rng = np.random.default_rng(0)
-    points, target = rng.normal(size=(600, 2)), rng.normal(size=(3000, 2))
-    expected = cdist(points, target).argmin(axis=1)
-    np.testing.assert_array_equal(nearest_by_brute_force(points, target), expected)

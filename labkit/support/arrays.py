@@ -25,12 +25,16 @@ FARTHEST = 1e9  # [m]: no robot drives or sees farther, so a number beyond it is
 LARGEST = 1e12  # [m]: beyond it the squares of coordinates hold no centimetre
 
 
-def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:
+def as_floats(
+    values: ArrayLike, name: str, hint: str = "", shape: tuple[int | str, ...] | None = None
+) -> FloatArray:
     """Return a copy of `values` as float64, or raise an error that says what they are.
 
     The caller may overwrite the array later. The rows of the copy lie one after the other in
     memory, the one layout that the stages are compiled for. A masked entry is not a number.
+    A letter in `shape` is any number, as in ``("N", 2)``.
     """
+    advice = f"; {hint}" if hint else ""
     if np.ma.isMaskedArray(values) and np.ma.is_masked(values):
         first = np.argwhere(np.ma.getmaskarray(np.ma.asarray(values)))[0].tolist()
         raise InvalidPointsError(
@@ -39,13 +43,20 @@ def as_floats(values: ArrayLike, name: str, hint: str = "") -> FloatArray:
         )
     try:
         numbers = np.asarray(values)
-        if numbers.dtype.kind in "biuf":  # no text, no complex number, no object
-            return np.array(numbers, dtype=np.float64, order="C")
     except (TypeError, ValueError):
-        pass
-    received, advice = repr(values), f"; {hint}" if hint else ""
-    shown = received if len(received) <= 60 else received[:57] + "..."
-    raise InvalidPointsError(f"`{name}` must hold numbers, got {shown}{advice}")
+        numbers = np.asarray(None)
+    if numbers.dtype.kind not in "biuf":  # text, complex numbers, objects
+        received = repr(values)
+        shown = received if len(received) <= 60 else received[:57] + "..."
+        raise InvalidPointsError(f"`{name}` must hold numbers, got {shown}{advice}")
+    if shape is not None:
+        fits = [isinstance(n, str) or n == m for n, m in zip(shape, numbers.shape, strict=False)]
+        if not all(fits) or numbers.ndim != len(shape):
+            wanted = str(shape).replace("'", "")
+            raise InvalidPointsError(
+                f"`{name}` must have shape {wanted}, got {numbers.shape}{advice}"
+            )
+    return np.array(numbers, dtype=np.float64, order="C")
 
 
 def read_only(values: Values) -> Values:
@@ -107,23 +118,12 @@ def as_poses(poses: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
 
 def as_numbers(values: ArrayLike, name: str, what: str = "x, y, angle") -> FloatArray:
     """Check a few finite numbers, as many as `what` names: a pose (3,), a point (2,)."""
-    count = what.count(",") + 1
-    checked = as_floats(values, name, hint=f"give {what}")
-    if checked.shape != (count,) or not np.isfinite(checked).all():
-        raise InvalidPointsError(
-            f"`{name}` must be {count} finite numbers ({what}), got {checked.tolist()}"
-        )
-    return checked
+    return as_finite(as_floats(values, name, f"give {what}", (what.count(",") + 1,)), name)
 
 
 def as_covariance(values: ArrayLike, name: str, size: int, *, definite: bool = False) -> FloatArray:
     """Check a covariance (size, size): symmetric, positive definite or else semi-definite."""
-    C = as_floats(values, name, hint=f"give a ({size}, {size}) array")
-    if C.shape != (size, size) or not np.isfinite(C).all():
-        raise InvalidPointsError(
-            f"`{name}` must be finite and of shape ({size}, {size}), got {C.tolist()}; "
-            "take a block of a larger one"
-        )
+    C = as_finite(as_floats(values, name, "take a block of a larger one", (size, size)), name)
     rounding, least = 1e-9 * np.abs(C).max(), np.linalg.eigvalsh(C)[0]
     if np.abs(C - C.T).max() > rounding or (least <= 0.0 if definite else least < -rounding):
         kind = "definite" if definite else "semi-definite"
@@ -147,11 +147,8 @@ def as_finite(rows: FloatArray, name: str, hint: str = "") -> FloatArray:
 
 def as_stamps(stamps: ArrayLike, name: str, count: int | None = None) -> FloatArray:
     """Check finite times [s], shape (K,); one for each of `count` poses, if that is given."""
-    checked = as_floats(stamps, name, hint="give seconds")
-    if checked.ndim != 1 or count not in (None, len(checked)):
-        expected = "(K,)" if count is None else f"({count},), one per pose"
-        raise InvalidPointsError(f"`{name}` must have shape {expected}, got {checked.shape}")
-    return as_finite(checked, name)
+    shape = ("K" if count is None else count,)
+    return as_finite(as_floats(stamps, name, "give seconds, one time per pose", shape), name)
 
 
 def as_pairs(
@@ -167,11 +164,7 @@ def as_pairs(
         )
     if weights is None:
         return p, q, np.ones(len(p))
-    w = as_floats(weights, "weights", hint="give one number per pair")
-    if w.shape != (len(p),):
-        raise InvalidPointsError(
-            f"`weights` must have shape ({len(p)},), one per pair, got {w.shape}"
-        )
+    w = as_floats(weights, "weights", "give one number per pair", (len(p),))
     if (wrong := ~(np.isfinite(w) & (w >= 0.0))).any():
         raise InvalidPointsError(
             f"`weights` must be finite and not negative, got {w[wrong][0]} "
@@ -205,8 +198,6 @@ def as_transforms(T: ArrayLike, name: str) -> FloatArray:
     if checked.shape[-2:] != (3, 3):
         if checked.shape[-1:] == (3,):
             build = "poses (x, y, theta) go through `labkit.from_xytheta`"
-        elif checked.shape == (4, 4):
-            build = "of one in space take `T[np.ix_([0, 1, 3], [0, 1, 3])]`"
         elif 2 in checked.shape:
             build = "are these points? `labkit.apply(T, points)` moves them"
         raise InvalidPointsError(

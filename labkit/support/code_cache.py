@@ -19,11 +19,11 @@ from typing import Any
 
 import numba
 from numba.core import caching
+from numba.misc import appdirs
 
 PACKAGE = Path(__file__).parents[1]
 STATES = 8  # of the source whose code is kept: several copies of the lab share a cache
-tell = logging.getLogger("labkit").warning
-tell_once = functools.cache(tell)
+tell = functools.cache(logging.getLogger("labkit").warning)  # once
 
 
 def keep(dispatcher: Any) -> Any:
@@ -39,17 +39,18 @@ def keep(dispatcher: Any) -> Any:
 @functools.cache
 def cache_folder() -> Path | None:
     """The folder of the machine code; None, with one line of warning, where none can be made."""
-    home = {"win32": "~/AppData/Local", "darwin": "~/Library/Caches"}.get(sys.platform, "~/.cache")
-    home = os.environ.get("LOCALAPPDATA") or os.environ.get("XDG_CACHE_HOME") or home
+    place = Path(os.environ.get("LABKIT_CACHE") or appdirs.user_cache_dir("labkit", False))
+    folder = place / f"stages-{fingerprint()}"
     try:
-        place = Path(os.environ.get("LABKIT_CACHE") or f"{home}/labkit").expanduser()
-        folder = place / f"stages-{fingerprint()}"
+        is_new = not folder.exists()
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):  # it can be written to, and is in use
             states = sorted(place.glob("stages-*"), key=os.path.getmtime, reverse=True)
-    except (OSError, RuntimeError) as error:  # read-only, full, or a user without a home
+    except OSError as error:  # read-only, full, or a user without a home
         tell("compiling the matcher in every process, 10 s or more: %s", error)
         return None
+    if is_new:
+        tell("compiling the matcher for this computer, once: 10 to 30 s")
     for outdated in states[STATES:]:
         shutil.rmtree(outdated, ignore_errors=True)
     return folder
@@ -72,20 +73,14 @@ class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]
             content = file.read_bytes()
             if content[-32:] != hashlib.sha256(content[:-32]).digest():
                 file.unlink(missing_ok=True)  # numba compiles anew
-        found, folder = super().load(key), cache_folder()
-        if found is None and folder and not any(folder.rglob("*.nbc")):  # nothing yet
-            tell_once("compiling the matcher for this computer, once: 10 to 30 s")
-        return found
-
-    def save(self, key: Any, data: Any) -> None:
-        try:
-            super().save(key, data)
-        except OSError as error:  # a full disk
-            tell("the compiled matcher cannot be kept: %s", error)
+        return super().load(key)
 
     @contextmanager
     def _open_for_write(self, filepath: str) -> Iterator[io.BytesIO]:
         content = io.BytesIO()
         yield content
-        with super()._open_for_write(filepath) as file:
-            file.write(content.getvalue() + hashlib.sha256(content.getvalue()).digest())
+        try:
+            with super()._open_for_write(filepath) as file:
+                file.write(content.getvalue() + hashlib.sha256(content.getvalue()).digest())
+        except OSError as error:  # a full disk
+            tell("the compiled matcher cannot be kept: %s", error.strerror)

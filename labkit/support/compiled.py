@@ -8,25 +8,20 @@ numpy yet, Python runs the same functions, some hundred times slower.
 
 import functools
 import logging
-import threading
 from collections.abc import Callable
 from types import FunctionType
 from typing import Any, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
-OPTIONS = {"nogil": True, "error_model": "numpy"}  # threads share the cores; 1/0 is inf
-INSIDE = threading.local()  # without numba: whether a stage runs, whose calls are not checked
-INNER = OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}  # 1/0 is inf
+INNER = OPTIONS | {"no_cpython_wrapper": True}
 
 
-def checked(check: Callable[..., tuple[Any, ...]]) -> Callable[[F], F]:
-    """Mark a stage whose arguments `check` returns, or refuses, where Python calls it."""
-    return lambda function: compiled(function, check)
+def compiled(function: F, check: Callable[..., tuple[Any, ...]] | None = None) -> F:
+    """Mark a stage: numba compiles it, with the stages that it calls, at its first call.
 
-
-def compiled(function: F, check: Callable[..., Any] | None = None) -> F:
-    """Mark a stage: numba compiles it, with the stages that it calls, at its first call."""
-    inside = INSIDE  # `call` has the globals of its stage
+    `check` returns its arguments, or refuses them, where no other stage calls it.
+    """
 
     @functools.cache
     def entry() -> Any:
@@ -37,7 +32,7 @@ def compiled(function: F, check: Callable[..., Any] | None = None) -> F:
         return keep(numba.njit(**OPTIONS)(function))
 
     def call(*arguments: Any, **named: Any) -> Any:
-        if check is not None and not getattr(inside, "stage", False):
+        if check is not None:
             arguments, named = check(*arguments, **named), {}
         try:
             return entry()(*arguments, **named)
@@ -47,22 +42,19 @@ def compiled(function: F, check: Callable[..., Any] | None = None) -> F:
                 first = first.__cause__
             raise first from None
 
-    code = call.__code__.replace(co_name=function.__name__)  # for tracebacks, as its module
-    stage: Any = FunctionType(code, function.__globals__, None, None, call.__closure__)
+    stage: Any = functools.wraps(function)(call)
     stage.inner = functools.cache(lambda: load_numba().njit(**INNER)(function))  # in other stages
-    functools.update_wrapper(stage, function)
     return stage  # type: ignore[no-any-return]
 
 
-def _in_python(function: Callable[..., Any]) -> Callable[..., Any]:
-    def run(*arguments: Any, **named: Any) -> Any:
-        before, INSIDE.stage = getattr(INSIDE, "stage", False), True
-        try:
-            return function(*arguments, **named)
-        finally:
-            INSIDE.stage = before
-
-    return run
+@functools.cache
+def _in_python(function: Any) -> Any:
+    """The same function; the stages that it calls check nothing."""
+    names = dict(function.__globals__)
+    for name in names.keys() & {*function.__code__.co_names}:
+        if hasattr(names[name], "inner"):
+            names[name] = _in_python(names[name].__wrapped__)
+    return FunctionType(function.__code__, names, None, function.__defaults__)
 
 
 @functools.cache

@@ -21,41 +21,37 @@ def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "w") -
     it in one step (`os.replace`). On an exception or Ctrl-C the temporary file is removed, and
     the file at `path` stays as it was. Links are followed.
     """
+    refuse_unwritable(path)
     target = Path(os.path.realpath(path))
     temporary = target.with_name(f".{secrets.token_hex(8)}.tmp")
     text: dict[str, Any] = {} if mode == "wb" else {"encoding": "utf-8", "newline": "\n"}
     try:
-        refuse_unwritable(path)
-        try:
-            with temporary.open(mode, **text) as file:
-                yield file
-            if target.exists():
-                shutil.copymode(target, temporary)
-            os.replace(temporary, target)
-        finally:
-            temporary.unlink(missing_ok=True)
+        with temporary.open(mode, **text) as file:
+            yield file
+        if target.exists():
+            shutil.copymode(target, temporary)
+        os.replace(temporary, target)
     except OSError as error:
         raise WriteError(
             f"cannot write {os.fspath(path)}: {error.strerror or error}; choose another place"
         ) from error
+    finally:
+        temporary.unlink(missing_ok=True)
 
 
 def refuse_unwritable(path: str | os.PathLike[str]) -> None:
     """Raise the `WriteError` that writing to `path` would raise, before any work is done."""
     target = Path(os.path.realpath(path))
-    folder = target.parent
-    if os.path.isdir(target):
+    if target.is_dir():
         problem = "it is a directory; name a file in it"
-    elif os.path.exists(path) and not os.path.isfile(path):
+    elif target.exists() and not target.is_file():
         problem = "it is a device or a pipe; name a file"
-    elif os.path.exists(target) and not os.access(target, os.W_OK):
+    elif target.exists() and not os.access(target, os.W_OK):
         problem = "it is write-protected; choose another name, or lift that"
-    elif not os.path.isdir(folder):
-        problem = f"the directory {folder} does not exist; make it first"
-        if not os.access(next(filter(os.path.isdir, folder.parents)), os.X_OK):
-            problem = "Permission denied; choose another place"
-    elif not os.access(folder, os.W_OK | os.X_OK):  # for a temporary file beside it
-        problem = f"the directory {folder} may not be written in; choose another, or lift that"
+    elif not target.parent.is_dir():
+        problem = f"the directory {target.parent} does not exist; make it first"
+    elif not os.access(target.parent, os.W_OK | os.X_OK):  # for a temporary file beside it
+        problem = f"the directory {target.parent} may not be written in; choose another"
     else:
         return
     raise WriteError(f"cannot write {os.fspath(path)}: {problem}")

@@ -20,8 +20,7 @@ def warm() -> None:
     align(p, p), line_alignment.align_to_lines(p, p, p, ones)
     for stage in ("distance_gate", "overlap", "huber_weights", "huber_loss"):
         getattr(correspondences, stage)(ones, 0.5)
-    for priors in (None, np.zeros((4, 3))):
-        estimate_odometry([room, room, Scan.from_points(p + 5.0), room], priors)
+    estimate_odometry([room, room, Scan.from_points(p + 5.0), room])
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ NAN, POSE, POSES = math.nan, np.zeros((1, 3)), np.zeros((5, 3))
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: loop_closure(POSE, [1, 2]), "`closing` must be 3 finite numbers"),
+        (lambda: loop_closure(POSE, [1, 2]), r"`closing` must have shape \(3,\), got \(2,\)"),
         (lambda: ate(POSE, POSE, True), '`align` must be "rigid", "origin" or None, got True'),
         (lambda: compare({}, POSES, NAN), r"`stretch` must be in \(0, 1e\+09\] m, got nan"),
         (lambda: rpe(POSES, POSES, 0), "`delta` must be a whole number of at least 1, got 0"),

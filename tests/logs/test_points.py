@@ -87,7 +87,7 @@ def test_a_table_of_ranges_needs_the_directions_of_its_beams(save):
     path = save("1,2,3,4\n1,2,3,4\n")
     with pytest.raises(LogError, match=r"run\.log: rows of 4 numbers; .*angles=\(-2\.356, 2\.35"):
         read_log(path)
-    with pytest.raises(InvalidPointsError, match="`angles` must be 2 finite numbers"):
+    with pytest.raises(InvalidPointsError, match="`angles` must be finite, got nan at index 1"):
         read_log(path, angles=[0.0, np.nan])
 
 

@@ -79,7 +79,7 @@ def test_paths_with_nothing_to_read(tmp_path):
 
 
 def test_a_laser_offset_is_a_pose(save, run):
-    with pytest.raises(InvalidPointsError, match="`laser_offset` must be 3 finite numbers"):
+    with pytest.raises(InvalidPointsError, match=r"`laser_offset` must have shape \(3,\)"):
         read_log(save(run), laser_offset=(0.0, 0.0))
 
 

@@ -85,9 +85,9 @@ STILL, AWAY = np.zeros((2, 3)), [[0.0, np.inf, 0.0]]
     ("function", "arguments", "message"),
     [
         (interpolate_poses, ([0, 1.2], [0, 1], STILL), "`times`, from 0 to 1 s, got 1.2 s at"),
-        (interpolate_poses, ([0], [0], STILL), r"`times` .* shape \(2,\), one per pose, got"),
+        (interpolate_poses, ([0], [0], STILL), r"`times` .* shape \(2,\), got \(1,\); give"),
         (interpolate_poses, ([0], [0, np.inf], STILL), "`times` must be finite, got inf at ind"),
-        (write_tum, ("out.tum", [1], STILL), r"`stamps` must have shape \(2,\), one per pose, got"),
+        (write_tum, ("out.tum", [1], STILL), r"`stamps` must have shape \(2,\), got \(1,\)"),
         (write_tum, ("out.tum", [1], AWAY), r"`poses` must be finite, got \[0.0, inf, 0.0\] at"),
     ],
 )
