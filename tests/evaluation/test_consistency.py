@@ -5,17 +5,18 @@ import pytest
 
 from labkit.evaluation import loop_closure
 
-
-@pytest.mark.parametrize("sides", [3, 12])
-def test_a_polygon_closes(sides):
-    errors = loop_closure([(0.7, 0.2, 2 * np.pi / sides)] * sides)
-    assert errors.translation.max < 1e-12
-    assert errors.rotation.max < 1e-12
-    assert len(errors) == 1
+CORNER = [(1.0, 0.0, 0.0), (1.0, 0.0, np.pi / 2)]
 
 
-def test_a_loop_may_close_anywhere():
-    steps = [(1.0, 0.0, 0.0), (1.0, 0.0, np.pi / 2)]
-    assert loop_closure(steps, (2.0, 0.0, np.pi / 2)).translation.max < 1e-12
-    assert np.isclose(loop_closure(steps).translation.max, 2.0)
-    assert np.isclose(loop_closure(steps).rotation.max, np.pi / 2)
+@pytest.mark.parametrize(
+    ("steps", "closing", "missed"),
+    [
+        ([(0.7, 0.2, 2 * np.pi / 3)] * 3, (0.0, 0.0, 0.0), (0.0, 0.0)),
+        ([(0.7, 0.2, 2 * np.pi / 12)] * 12, (0.0, 0.0, 0.0), (0.0, 0.0)),
+        (CORNER, (2.0, 0.0, np.pi / 2), (0.0, 0.0)),
+        (CORNER, (0.0, 0.0, 0.0), (2.0, np.pi / 2)),
+    ],
+)
+def test_a_path_closes_where_it_ends(steps, closing, missed):
+    errors = loop_closure(steps, closing)
+    assert (errors.translation.max, errors.rotation.max) == pytest.approx(missed, abs=1e-12)

@@ -6,7 +6,6 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import asdict
 from functools import cache
 from typing import Any
 
@@ -17,6 +16,7 @@ from in_node import answers
 import labkit
 from labkit import IcpParameters, IcpResult, Target, Termination
 from labkit.interactive import Scene, default_scenes
+from labkit.interactive.explorer.widget import told
 from labkit.interactive.front_end import FOLDER
 from labkit.neighbors import nearest_by_brute_force
 from labkit.scan import as_scan
@@ -62,8 +62,7 @@ def parameter_sets():
 
 
 def as_json(scene: int, guess: list[float], parameters: IcpParameters) -> dict[str, Any]:
-    told = {k: None if v == math.inf else v for k, v in asdict(parameters).items()}
-    return {"pair": scene, "guess": guess, "parameters": told}
+    return {"pair": scene, "guess": guess, "parameters": told(parameters)}
 
 
 def difference(expected: IcpResult, answer: dict[str, Any], whole: bool) -> str | None:
@@ -72,15 +71,15 @@ def difference(expected: IcpResult, answer: dict[str, Any], whole: bool) -> str 
     Of the costs that led there only a `whole` comparison knows: labkit takes long to replay them.
     """
     pose = labkit.to_xytheta(expected.poses[-1]) - answer["pose"]
-    told = {
+    outcome = {
         "termination": expected.termination.name,
         "iterations": expected.iterations,
         "kept": "".join("01"[int(each)] for each in expected.correspondences.kept),
         "inlier_count": expected.inlier_count,
     }
     if not expected.termination.failed:
-        told["unobservable"] = list(expected.unobservable)
-    for name, value in told.items():
+        outcome["unobservable"] = list(expected.unobservable)
+    for name, value in outcome.items():
         if answer[name] != value:
             return f"{name}: {answer[name]}, not {value}"
     costs = [each.cost for each in expected.history] if whole else [expected.cost]

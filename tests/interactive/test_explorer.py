@@ -67,9 +67,6 @@ def test_a_recorded_scene_carries_the_reference(killian):
     assert np.allclose(before @ recorded.T_reference, now, rtol=0, atol=1e-12)
 
 
-# ---- sliders of the caller's own
-
-
 def test_guess_parameters_and_truth_reach_the_page():
     told = IcpParameters(math.inf, 0.6, 0.025, metric="point_to_line", max_iterations=7)
     T_init, truth = labkit.transform(0.1, 0.0, 0.05), labkit.transform(0.2, 0.0, 0.0)

@@ -14,7 +14,7 @@ pytest.importorskip("anywidget")
 from in_node import told_by
 
 import labkit
-from labkit import IcpParameters, LabkitError
+from labkit import IcpParameters
 from labkit.interactive import live_figure
 from labkit.interactive.live_figure import LiveFigure
 from labkit.se2 import relative
@@ -157,8 +157,3 @@ def test_a_race_shows_both_runs_after_as_many_steps(tmp_path):
             assert np.allclose(moved, labkit.apply(T, newer.points), rtol=0, atol=CLOSE)
             end = "" if k < run.iterations else f", the end after {k} steps"
             assert answer["numbers"][name] == f"{said(T)} off the truth{end}"
-
-
-def test_a_slider_that_stands_still_is_refused():
-    with pytest.raises(LabkitError, match=r"at least two values to each, got 'cuts': \[1.0\]"):
-        live_figure("cuts", {"cuts": [1]}, start=(1,), label="it", **WINDOW, target=lattice)

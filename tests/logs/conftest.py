@@ -32,8 +32,9 @@ def robotlaser():
 
 @pytest.fixture(scope="session")
 def run(flaser):
-    """A good CARMEN log of five scans."""
-    return "# a run\nPARAM robot_length 1 host 0\n" + "".join(
+    """A good CARMEN log of five scans, after lines of other first words, which nobody reads."""
+    others = "# a run\nPARAM a 1\nNEFF 3\nRAWLASER1 mud\n\nTRUEPOS 1 2\nSYNC x\nODOM 1 2 3 4\n"
+    return others + "".join(
         flaser([1.0 + k, 2.0, 3.0, 4.0], (0.5 * k, 0.0, 0.1 * k), ipc=100.0 + k) for k in range(5)
     )
 

@@ -2,9 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra import numpy as hnp
 
 from labkit.logs import read_log
 from labkit.support.errors import InvalidPointsError, LogError
@@ -50,16 +47,6 @@ def test_several_scans_in_the_order_of_their_first_rows(save, table):
 def test_three_columns_that_number_no_scan_are_refused_with_the_way_out(save):
     with pytest.raises(LogError, match=r"20 damaged, .*scan is 0\.5, expected a whole .*`x,y,int"):
         read_log(save("".join(f"{k}.5,{k},100\n" for k in range(20))))
-
-
-@given(
-    points=hnp.arrays(
-        np.float64, st.tuples(st.integers(1, 20), st.just(2)), elements=st.floats(-1e9, 1e9)
-    )
-)
-def test_points_come_back_bit_for_bit(scratch, points):
-    scratch.write_text("x,y\n" + "".join(f"{x!r},{y!r}\n" for x, y in points.tolist()))
-    assert (read_log(scratch).scans[0].points == points).all()
 
 
 def test_points_in_millimetres_are_told(save):

@@ -2,12 +2,14 @@
 
 import gzip
 import io
+import sys
 import zipfile
 
 import pytest
 
 from labkit.logs import lines, read_log
 from labkit.support.errors import InvalidPointsError, LogError
+from labkit.support.extras import MissingExtraError
 
 
 def zipped(members, method=zipfile.ZIP_DEFLATED):
@@ -92,3 +94,13 @@ def test_a_file_that_is_too_large_is_refused_with_the_way_out(save, run, packing
     monkeypatch.setattr(lines, "MAX_BYTES", size - 1)
     with pytest.raises(LogError, match=rf"more than {size - 1} bytes, unpacked; cut it in pieces"):
         read_log(path)
+
+
+@pytest.mark.parametrize(
+    ("log", "module", "package", "extra"),
+    [("killian", "rtbdata", "rtb-data", "killian"), ("run.bag", "rosbags", "rosbags", "ros")],
+)
+def test_a_missing_package_is_named_with_its_remedy(monkeypatch, log, module, package, extra):
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(MissingExtraError, match=rf'{package}, .* install "labkit\[{extra}\]"$'):
+        read_log(log)

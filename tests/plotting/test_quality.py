@@ -28,37 +28,31 @@ def marks(ax, decision):
     return [line for line in ax.lines if line.get_marker() == marker and line.get_color() == color]
 
 
-def test_a_step_is_a_dot_a_limit_a_dashed_line_and_a_decision_a_count():
-    records = make_records()
+def test_a_step_is_a_dot_a_limit_a_dashed_line_and_a_fallback_a_mark():
+    """The last one, without a match, has its mark in the panel of decisions alone."""
+    blank = StepRecord(increment=np.zeros(3), decision=Decision.HOLD)
+    records = [*make_records(), blank]
     axes = plot_quality(book_figure(7.0), records, limits=LIMITS)
     signals = np.array([[getattr(each, name) for each in records] for name in SIGNALS])
     signals[2] = np.degrees(signals[2])
     bounds = (0.15, 0.3, 90.0, MIN_INFORMATION)
     for ax, values, bound in zip(axes, signals, bounds, strict=False):
         dots, limit = ax.lines[0], ax.lines[-1]
-        np.testing.assert_array_equal(dots.get_xdata(), range(len(records)))
-        np.testing.assert_array_equal(dots.get_ydata(), values)
+        np.testing.assert_array_equal(dots.get_xydata().T, [range(len(records)), values])
         assert limit.get_linestyle() == "--"
         np.testing.assert_allclose(limit.get_ydata(), bound)
     assert axes[0].get_ylim()[1] > 0.15
     assert axes[2].get_ylim()[1] < 20.0  # 90° would flatten what there is to see
-    rows = [label.get_text() for label in axes[-1].get_yticklabels()]
-    assert rows == ["icp", "retry", "search", "prior", "hold", "stand"]
-    assert [text.get_text() for text in axes[-1].texts] == ["95", "1", "1", "2", "1", "1"]
-    assert axes[0].get_title() == "Quality of 101 steps, 6 of them fell back"
-
-
-def test_fallbacks_are_marked_where_they_happened():
-    """The last one, without a match, only in the panel of decisions."""
-    blank = StepRecord(increment=np.zeros(3), decision=Decision.HOLD)
-    *upper, lowest = plot_quality(book_figure(7.0), [*make_records(), blank], limits=LIMITS)
     for decision in FALLBACKS:
         at = [k for k, each in enumerate(DECISIONS) if each is decision]
-        for ax in upper:
-            (line,) = marks(ax, decision)
-            np.testing.assert_array_equal(line.get_xdata(), at)
+        for ax in axes[:4]:
+            np.testing.assert_array_equal(marks(ax, decision)[0].get_xdata(), at)
         last = [len(DECISIONS)] if decision is Decision.HOLD else []
-        np.testing.assert_array_equal(marks(lowest, decision)[0].get_xdata(), [*at, *last])
+        np.testing.assert_array_equal(marks(axes[4], decision)[0].get_xdata(), [*at, *last])
+    rows = [label.get_text() for label in axes[4].get_yticklabels()]
+    assert rows == ["icp", "retry", "search", "prior", "hold", "stand"]
+    assert [text.get_text() for text in axes[4].texts] == ["95", "1", "1", "2", "2", "1"]
+    assert axes[0].get_title() == "Quality of 102 steps, 7 of them fell back"
 
 
 def test_a_run_without_any_match():

@@ -35,18 +35,13 @@ def test_without_noise_the_increments_lead_along_the_trajectory(poses):
         np.testing.assert_allclose(compose(T[0], *steps[:k]), T[k], atol=1e-10)
 
 
-def test_the_spread_is_the_stated_one():
+def test_errors_have_the_stated_spread_are_centred_and_independent():
     noise = WheelNoise(along=0.1, across=0.04, turn=0.05, drift=0.02)
     d, turn = np.array([3.0, 4.0]), 2.0
     error = residuals([*d, turn], noise)
-    along, across = error[:, :2] @ d / 5.0, error[:, :2] @ [-d[1], d[0]] / 5.0
-    assert along.std() == pytest.approx(0.1 * 5.0, rel=0.03)
-    assert across.std() == pytest.approx(0.04 * 5.0, rel=0.03)
-    assert error[:, 2].std() == pytest.approx(math.hypot(0.05 * 2.0, 0.02 * 5.0), rel=0.03)
-
-
-def test_errors_are_centred_and_independent():
-    error = residuals([1.0, 0.0, 1.0], WheelNoise())
+    error[:, :2] = error[:, :2] @ np.array([[3.0, -4.0], [4.0, 3.0]]) / 5.0  # along and across
+    spread = [0.1 * 5.0, 0.04 * 5.0, math.hypot(0.05 * 2.0, 0.02 * 5.0)]
+    assert error.std(axis=0) == pytest.approx(spread, rel=0.03)
     assert (np.abs(error.mean(axis=0)) < 4.0 * error.std(axis=0) / math.sqrt(len(error))).all()
     correlation = np.corrcoef(error.T) - np.eye(3)
     assert np.abs(correlation).max() < 4.0 / math.sqrt(len(error))
