@@ -11,7 +11,10 @@ import math
 
 import numpy as np
 
+from labkit.correspondences import huber_loss
+from labkit.result import IcpResult
 from labkit.scan import Scan
+from labkit.schedule import gate_of
 from labkit.support.arrays import FloatArray
 from labkit.support.compiled import compiled
 
@@ -48,3 +51,17 @@ def beams_of(source: Scan) -> tuple[FloatArray, FloatArray]:
     bearing, end = np.arctan2(y, x), np.hypot(x, y)
     order = np.argsort(bearing, kind="stable")
     return bearing[order], end[order]
+
+
+def agreement_of(result: IcpResult) -> tuple[float, float]:
+    """Agreement of a match, and the share of the target that its beams look through.
+
+    The agreement is 1 where all of the scan lies on the target, and 0 where none does, as the
+    cost (4.1) tells, less `THROUGH` times the share. Far from the answer pairs cost more.
+    """
+    beams, T = beams_of(result.source), np.array(result.T_target_source)
+    through = seen_through(*beams, np.array(result.target.points), T)
+    delta, gate = result.parameters.huber_delta, gate_of(result.parameters.for_loop, False)
+    worst = huber_loss(gate, delta) if gate < math.inf else math.inf
+    fit = 1.0 - min(1.0, result.cost / worst)
+    return fit - THROUGH * (0.0 if math.isnan(through) else through), through

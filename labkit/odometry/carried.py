@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from labkit.neighbors import NearestNeighbors
 from labkit.scan import Scan
 from labkit.se2 import apply
 from labkit.support.arrays import BoolArray, FloatArray
@@ -20,20 +19,16 @@ NEAR, OFF = 0.1, 0.2  # [m]: a point that lies as it lay; a point that lies on n
 SHARE = 0.1, 0.65  # of a scan that is carried: less is chance, and more says that wheels slip
 
 
-def stands(scan: Scan, before: Scan) -> BoolArray:
+def stands(scan: Scan, before: Target) -> BoolArray:
     """Mask of the points that lie where an earlier scan had one, both as the scanner sees them."""
-    if len(before) == 0:
-        return np.zeros(len(scan), bool)
-    return np.asarray(NearestNeighbors(before.points).query(scan.points)[1] < NEAR)
+    return np.asarray(before.search.query(scan.points)[1] < NEAR)
 
 
-def without_carried(
-    scan: Scan, still: BoolArray, target: Target, T_target_scan: FloatArray
-) -> Scan:
-    """The scan without the points that are carried along, or as it is where they are too few.
+def carried(scan: Scan, still: BoolArray, target: Target, T_target_scan: FloatArray) -> BoolArray:
+    """Mask of the points that are carried along; none where they are too few, or nearly all.
 
-    `still`, shape (N,), marks the points that lie as they lay; see `stands`.
+    `still` marks the points that lie as they lay; see `stands`.
     """
     _, off = target.search.query(apply(T_target_scan, scan.points))
-    carried = still & (off > OFF)
-    return scan.select(~carried) if SHARE[0] < carried.mean() < SHARE[1] else scan
+    mask = still & (off > OFF)
+    return np.asarray(mask & (SHARE[0] < mask.mean() < SHARE[1]))

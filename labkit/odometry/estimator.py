@@ -25,6 +25,7 @@ from labkit.scan import Scan
 from labkit.se2 import from_xytheta, relative, to_xytheta
 from labkit.support.arrays import FloatArray, as_floats, check_kind
 from labkit.support.errors import InvalidPointsError
+from labkit.target import Target
 
 NOTHING = Scan(points=np.empty((0, 2)))
 IN_A_ROW = 3  # matches against the prior that are worth a remark
@@ -59,7 +60,7 @@ class ScanMatchingOdometry:
         self._count = 0  # scans taken
         self._lost = 0  # steps since the last one that was matched
         self._seen = LocalMap(last_scan=self.parameters.against == "scan")
-        self._before = NOTHING
+        self._before: Target | None = None
         self._earlier_motions: deque[FloatArray] = deque(maxlen=REMEMBERED)  # the newest first
         self._last_motion = STILL
 
@@ -101,7 +102,8 @@ class ScanMatchingOdometry:
             self._earlier_motions.appendleft(record.increment)
         told = expected if self.parameters.search else None
         self._seen.add(filtered, record.increment, told, matched=record.decision.matched)
-        self._before, self._count = filtered, self._count + 1
+        self._before = Target(filtered) if len(filtered) else None
+        self._count += 1
         self._pose = integrate_step(self._pose, record.increment)
         return record
 
@@ -124,25 +126,18 @@ class ScanMatchingOdometry:
         if parameters.search:
             lost = self._lost if expected is None else 0
             parameters = replace(parameters, limits=grown(parameters.limits, motions, lost))
-        seen = self._seen
-        return estimate_step(
-            scan,
-            seen.target,
-            expected,
-            motions,
-            parameters,
-            T_target_last=seen.T_target_last,
-            T_target_told=seen.T_target_told,
-            key=seen.key,
-        )
+        seen, told = self._seen, (expected, motions, parameters)
+        places = seen.T_target_last, seen.T_target_told
+        return estimate_step(scan, seen.target, *told, *places, seen.key)
 
     def _denies(self, scan: Scan, expected: FloatArray) -> bool:
         """True if the wheels stand, and the scan does not."""
         moved, turned = math.hypot(expected[0], expected[1]), abs(expected[2])
         if not self.parameters.search or moved > RESTING[0] or turned > RESTING[1]:
             return False
-        views = len(scan) >= MIN_PAIRS and len(self._before) > 0
-        return views and bool(stands(scan, self._before).mean() < SAME_VIEW)
+        if self._before is None or len(scan) < MIN_PAIRS:
+            return False
+        return bool(stands(scan, self._before).mean() < SAME_VIEW)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -250,7 +245,6 @@ def _as_increments(priors: ArrayLike, scan_count: int) -> FloatArray:
         )
     if len(rows) < scan_count:
         return rows
-    steps, told = np.full((len(rows) - 1, 3), np.nan), np.isfinite(rows[:, 0])
-    for k in np.flatnonzero(told[:-1] & told[1:]):
-        steps[k] = to_xytheta(relative(from_xytheta(rows[k]), from_xytheta(rows[k + 1])))
-    return steps
+    T, told = from_xytheta(np.nan_to_num(rows)), np.isfinite(rows)
+    steps = to_xytheta(relative(T[:-1], T[1:]))
+    return np.where(told[:-1] & told[1:], steps, np.nan)

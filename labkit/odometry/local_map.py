@@ -13,11 +13,11 @@ from collections import deque
 import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
-from labkit.odometry.carried import stands, without_carried
+from labkit.odometry.carried import carried, stands
 from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import apply, from_xytheta, invert
-from labkit.support.arrays import FloatArray
+from labkit.support.arrays import FloatArray, IntArray
 from labkit.target import Target
 
 KEY_SCANS = 30  # the map's memory, however long the robot drives
@@ -35,9 +35,9 @@ class LocalMap:
     def __init__(self, *, last_scan: bool = False) -> None:
         self.last_scan = last_scan
         self.target: Target | None = None
-        self.T_target_told = np.eye(3)  # the last pose by the priors since the newest key scan
-        self.key = Scan(points=np.empty((0, 2)))  # the newest key scan, as it was taken
+        self.key: Target | None = None  # the newest key scan, as it was taken
         self.T_target_last = np.eye(3)
+        self.T_target_told = np.eye(3)  # the same by the priors alone
         self._sizes: deque[int] = deque()  # points of each key scan, the oldest first
 
     def add(
@@ -47,44 +47,34 @@ class LocalMap:
 
         If a prior told the motion, what is carried along stays out of the map.
         """
+        told = increment if prior is None else prior
+        self.T_target_told = self.T_target_told @ from_xytheta(told)
         self.T_target_last = self.T_target_last @ from_xytheta(increment)
-        self.T_target_told = self.T_target_told @ from_xytheta(
-            increment if prior is None else prior
-        )
         moved, turned = step_length(np.eye(3), self.T_target_last)
-        if len(scan) < MIN_PAIRS:
+        is_near = moved <= KEY_DISTANCE and turned <= KEY_ROTATION
+        if len(scan) < MIN_PAIRS or (self.target and matched and is_near and not self.last_scan):
             return
-        if self.target is None:
-            self.target = self._thinned(scan)
-        elif self.last_scan or not matched or moved > KEY_DISTANCE or turned > KEY_ROTATION:
-            fixed = scan
-            if prior is not None:
-                still = stands(scan, self.key)
-                fixed = without_carried(scan, still, self.target, self.T_target_last)
-            self.target = self._with_key(self.target, self._thinned(fixed))
-        else:
-            return
-        self.key = scan
-        self.T_target_told = np.eye(3)
-        self.T_target_last = np.eye(3)
-
-    def _thinned(self, scan: Scan) -> Target:
-        """A key scan: of each cell the first point, with the normal among all points."""
         kept = np.arange(len(scan))
-        if not self.last_scan:
-            cells = np.floor(scan.points / MAP_CELL) @ [1.0, 1j]
-            kept = np.sort(np.unique(cells, return_index=True)[1])
-        self._sizes.append(len(kept))
-        return Target(Scan.from_points(scan.points[kept]), Target(scan).normals[kept])
+        if prior is not None and self.target and self.key:
+            still = stands(scan, self.key)
+            kept = kept[~carried(scan, still, self.target, self.T_target_last)]
+        self._take(Target(scan), kept)
 
-    def _with_key(self, target: Target, newest: Target) -> Target:
-        """The map in the newest key scan's frame; the oldest is dropped beyond KEY_SCANS."""
-        most = 1 if self.last_scan else KEY_SCANS
-        surplus = self._sizes.popleft() if len(self._sizes) > most else 0
-        T_newest_target = invert(self.T_target_last)
-        points = apply(T_newest_target, target.points[surplus:])
-        normals = target.normals[surplus:] @ T_newest_target[:2, :2].T
-        return Target(
-            Scan.from_points(np.vstack([points, newest.points])),
-            np.vstack([normals, newest.normals]),
-        )
+    def _take(self, key: Target, kept: IntArray) -> None:
+        """Add a key scan: of each cell the first point that is kept, with its normal among all.
+
+        The map moves into the frame of this scan, and loses the oldest one beyond `KEY_SCANS`.
+        """
+        if not self.last_scan:
+            cells = np.floor(key.points[kept] / MAP_CELL) @ [1.0, 1j]
+            kept = kept[np.sort(np.unique(cells, return_index=True)[1])]
+        points, normals = key.points[kept], key.normals[kept]
+        self._sizes.append(len(kept))
+        if self.target:
+            most = 1 if self.last_scan else KEY_SCANS
+            surplus = self._sizes.popleft() if len(self._sizes) > most else 0
+            T = invert(self.T_target_last)
+            points = np.vstack([apply(T, self.target.points[surplus:]), points])
+            normals = np.vstack([self.target.normals[surplus:] @ T[:2, :2].T, normals])
+        self.target, self.key = Target(Scan.from_points(points), normals), key
+        self.T_target_last = self.T_target_told = np.eye(3)

@@ -45,18 +45,14 @@ class OdometryParameters:
 
     icp: IcpParameters = MATCHER
     limits: SanityLimits = field(default_factory=SanityLimits)
-    against: Against = field(
-        default="map",
-        metadata={"help": "match against a map of the last key scans, or the scan before"},
-    )
+    against: Against = "map"
     preprocessing: Preprocessing = field(default_factory=Preprocessing)
     search: bool = True
 
     def __post_init__(self) -> None:
-        check_kind(self.icp, "icp", IcpParameters)
-        check_kind(self.limits, "limits", SanityLimits)
-        check_kind(self.preprocessing, "preprocessing", Preprocessing)
-        check_kind(self.search, "search", bool)
+        kinds = {"icp": IcpParameters, "limits": SanityLimits, "preprocessing": Preprocessing}
+        for name, kind in (kinds | {"search": bool}).items():
+            check_kind(getattr(self, name), name, kind)
         if self.against not in get_args(Against):
             raise InvalidParameterError(
                 f"must be one of {', '.join(get_args(Against))}, got {self.against!r}",

@@ -9,7 +9,6 @@ import numpy as np
 
 from labkit.support.arrays import FloatArray, check_range
 
-FULL = 0.7  # agreement from which on a match may lie as far from the prior as the limits say
 ROOM = 1.5  # times the longest of the last motions: a step that is no surprise
 
 
@@ -49,15 +48,25 @@ class SanityLimits:
             check_range(getattr(self, name), name, above=0.0, unit="rad")
         check_range(self.min_inlier_ratio, "min_inlier_ratio", at_least=0.0, at_most=1.0)
 
+    @property
+    def window(self) -> tuple[float, float]:
+        """How far a step can lead, [m] and [rad]."""
+        return self.max_translation, self.max_rotation
 
-def beyond(increment: FloatArray, limits: SanityLimits) -> list[str]:
-    """Reasons why a motion is longer than a step can be. NaN never passes."""
-    x, y, turn = increment.tolist()
-    found = []
-    if not (moved := math.hypot(x, y)) <= limits.max_translation:
-        found.append(f"translation {moved:.2f} m > {limits.max_translation:.2f} m")
-    if not abs(turn) <= limits.max_rotation:
-        found.append(f"rotation {_degrees(turn)} > {_degrees(limits.max_rotation)}")
+    @property
+    def prior_window(self) -> tuple[float, float]:
+        """How far it may lie from the prior, [m] and [rad]."""
+        return self.max_prior_translation, self.max_prior_rotation
+
+
+def beyond(motion: FloatArray, window: tuple[float, float], where: str = "") -> list[str]:
+    """Reasons why a motion leads out of a window, [m] and [rad]. NaN never passes."""
+    (x, y, turn), (most, most_turn), found = motion.tolist(), window, []
+    if not (moved := math.hypot(x, y)) <= most:
+        found.append(f"translation{where} {moved:.2f} m > {most:.2f} m")
+    if not abs(turn) <= most_turn:
+        degrees, most_degrees = math.degrees(abs(turn)), math.degrees(most_turn)
+        found.append(f"rotation{where} {degrees:.1f}° > {most_degrees:.1f}°")
     return found
 
 
@@ -71,38 +80,12 @@ def poor(inlier_ratio: float, rmse: float, limits: SanityLimits) -> list[str]:
     return found
 
 
-def conflicts(
-    increment: FloatArray, prior: FloatArray | None, limits: SanityLimits, agreement: float = FULL
-) -> list[str]:
-    """How far a match lies from the prior, where that is too far; empty without a prior.
-
-    A match that agrees less with its target must lie nearer to the prior.
-    """
-    if prior is None:
-        return []
-    x, y, turn = (increment - prior).tolist()
-    turn, share = math.remainder(turn, math.tau), min(1.0, max(agreement, 0.0) / FULL)
-    near, most = share * limits.max_prior_translation, share * limits.max_prior_rotation
-    found = []
-    if not (apart := math.hypot(x, y)) <= near:
-        found.append(f"{apart:.2f} m from the prior > {near:.2f} m")
-    if not abs(turn) <= most:
-        found.append(f"{_degrees(turn)} from the prior > {_degrees(most)}")
-    return found
-
-
 def grown(limits: SanityLimits, motions: FloatArray, lost: int) -> SanityLimits:
     """The limits of a run that has seen longer motions (K, 3), or lost its last steps."""
     moved, turned = np.hypot(motions[:, 0], motions[:, 1]).max(), np.abs(motions[:, 2]).max()
-    longer = (1 + lost) * np.maximum(
-        [limits.max_translation, limits.max_rotation], [ROOM * moved, ROOM * turned]
-    )
+    shift, turn = max(limits.max_translation, ROOM * moved), max(limits.max_rotation, ROOM * turned)
     return replace(
         limits,
-        max_translation=float(longer[0]),
-        max_rotation=max(limits.max_rotation, min(math.pi, float(longer[1]))),
+        max_translation=float((1 + lost) * shift),
+        max_rotation=float(min(math.pi, (1 + lost) * turn)),
     )
-
-
-def _degrees(angle: float) -> str:
-    return f"{abs(math.degrees(angle)):.1f}°"

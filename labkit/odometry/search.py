@@ -39,6 +39,7 @@ APART = 0.3, math.radians(6.0)  # starts nearer to each other than this are one
 REMEMBERED = 20  # motions
 USUAL = 0.5, math.radians(20.0)  # [m] and [rad]: motions that differ so much are unlike
 AGE = 0.05  # what each step since a motion adds to its surprise
+NONE_FREE = np.empty((0, 2))
 
 
 @compiled
@@ -107,9 +108,9 @@ def search(
     if len(points) == 0:
         return []
     field = LikelihoodField.of(target.points)
-    most = math.ceil(window[1] / TURN)
+    reach, most = min(window[0], 2.0 * REACH), math.ceil(min(window[1], math.pi) / TURN)
     turned = T_target_source @ from_xytheta(np.outer(np.arange(-most, most + 1), [0.0, 0.0, TURN]))
-    shifts = COARSE * _square(math.ceil(window[0] / (COARSE * CELL)))
+    shifts = COARSE * _square(math.ceil(reach / (COARSE * CELL)))
     scores = mean_values(field.coarse, field.cells(apply(turned, points)), shifts)
     best = np.argsort(scores, axis=None)[::-1][:PROMISING]
     i, j = np.unravel_index(best, scores.shape)
@@ -144,25 +145,10 @@ def alike(T: FloatArray, other: FloatArray) -> bool:
     return moved < APART[0] and turned < APART[1]
 
 
-def surprise(T: FloatArray, expected: FloatArray) -> float:
-    """Squared distance of T to the nearest expected pose, 1 where it is unlike that one."""
-    return float(_surprise(T, expected, np.empty((0, 2))).min())
-
-
-def completed(T: FloatArray, seen: Information, expected: FloatArray) -> FloatArray:
-    """The pose T, moved along what `seen` leaves free to the likeliest expected pose."""
-    shifts = [v[:2] / math.hypot(v[0], v[1]) for v in seen.free.T if math.hypot(*v[:2]) > abs(v[2])]
-    free = np.reshape(shifts, (-1, 2))
-    likeliest = expected[int(_surprise(T, expected, free).argmin())]
-    moved = T.copy()
-    moved[:2, 2] += ((likeliest[:2, 2] - T[:2, 2]) @ free.T) @ free
-    return moved
-
-
-def _surprise(T: FloatArray, expected: FloatArray, free: FloatArray) -> FloatArray:
+def surprise(T: FloatArray, expected: FloatArray, free: FloatArray = NONE_FREE) -> FloatArray:
     """Distance of T from each pose of `expected` (K, 3, 3), the likeliest first, shape (K,).
 
-    Squared, in `USUAL` ways; the directions `free`, shape (F, 2), do not count.
+    Squared, and 1 where T is unlike that pose; the directions `free`, shape (F, 2), do not count.
     """
     offset = expected[:, :2, 2] - T[:2, 2]
     offset = offset - (offset @ free.T) @ free
@@ -170,6 +156,16 @@ def _surprise(T: FloatArray, expected: FloatArray, free: FloatArray) -> FloatArr
     turned = np.arctan2(turn[:, 1, 0], turn[:, 0, 0]) / USUAL[1]
     moved = np.hypot(offset[:, 0], offset[:, 1]) / USUAL[0]
     return np.asarray(moved**2 + turned**2 + AGE * np.arange(len(expected)))
+
+
+def completed(T: FloatArray, seen: Information, expected: FloatArray) -> FloatArray:
+    """The pose T, moved along what `seen` leaves free to the likeliest expected pose."""
+    shifts = [v[:2] / math.hypot(v[0], v[1]) for v in seen.free.T if math.hypot(*v[:2]) > abs(v[2])]
+    free = np.reshape(shifts, (-1, 2))
+    likeliest = expected[int(surprise(T, expected, free).argmin())]
+    moved = T.copy()
+    moved[:2, 2] += ((likeliest[:2, 2] - T[:2, 2]) @ free.T) @ free
+    return moved
 
 
 def _square(most: int) -> IntArray:

@@ -10,44 +10,43 @@ F  `_Step.fall_back`  a search, and ICP from its peaks, where the first match is
                       without the search, ICP with a reduced gate and reduced steps
    `estimate_step`    the prior; without one, skip: hold the last motion once, or stand still
 
-A match lies within the window around the prior, nearer where it agrees less. Or it overrides the
-prior: with an agreement of 0.5, if the last motions are like the match and unlike the prior; with
-0.8, if the prior is longer than a step can be, as after a gap, or off by its turn alone. What is
-carried along is left out first. If a scan fits in several places, the match is not a measurement:
-the prior is taken, where there is one. Motions that no wall fixes, such as the way along a
-corridor, are taken from the prior or, with the search, from the last motions, unless the scan fits
-clearly less well there. Without the search, the lesson's checks hold as they are.
+A match lies within the window around the prior. Or it overrides the prior: with an agreement of
+0.5, if the last motions are like the match and unlike the prior; with 0.8, if the prior is longer
+than a step can be, as after a gap, or off by its turn alone. What is carried along is left out
+where the rest agrees better. If a scan fits in several places, the match is not a measurement: the
+prior is taken, where there is one. Motions that no wall fixes, such as the way along a corridor,
+are taken from the prior or, with the search, from the last motions, unless the scan fits clearly
+less well there. Without the search, the lesson's checks hold as they are.
 """
 
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from labkit.correspondences import MIN_PAIRS, huber_loss
-from labkit.covariance import censi_information
+from labkit.correspondences import MIN_PAIRS
+from labkit.covariance import fuse
 from labkit.degeneracy import spread_ratio
 from labkit.icp import icp
-from labkit.odometry.agreement import THROUGH, beams_of, seen_through
-from labkit.odometry.carried import stands, without_carried
+from labkit.odometry.agreement import agreement_of
+from labkit.odometry.carried import carried, stands
 from labkit.odometry.parameters import OdometryParameters
-from labkit.odometry.sanity import FULL, SanityLimits, beyond, conflicts, poor
+from labkit.odometry.sanity import beyond, poor
 from labkit.odometry.search import STARTS, alike, apart, completed, search, surprise
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
-from labkit.schedule import gate_of
-from labkit.se2 import from_xytheta, invert, rotation, to_xytheta
+from labkit.se2 import from_xytheta, invert, rotation, to_xytheta, wrap
 from labkit.support.arrays import FloatArray
 from labkit.support.errors import DegenerateAlignmentError
 from labkit.target import Target
 
 STILL = np.zeros(3)
 RANGE_STD = 0.01  # [m] of a range, at least
+NO_LIMIT = 1e3  # [m] or [rad]: a motion without limit counts as one of this length
 AT_TARGET = np.eye(3)
 SUPPORTED, SURE = 0.5, 0.8  # agreement that asks for no search, with a prior and without one
 SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
@@ -69,10 +68,7 @@ class Decision(Enum):
     @property
     def matched(self) -> bool:
         """True if the motion came from matching the scans."""
-        return self in MATCHED
-
-
-MATCHED = Decision.ICP, Decision.RETRY, Decision.SEARCH
+        return self in (Decision.ICP, Decision.RETRY, Decision.SEARCH)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -138,10 +134,9 @@ def estimate_step(
     prior: FloatArray | None,
     motions: FloatArray,
     parameters: OdometryParameters,
-    *,
     T_target_last: FloatArray = AT_TARGET,
     T_target_told: FloatArray = AT_TARGET,
-    key: Scan | None = None,
+    key: Target | None = None,
 ) -> StepRecord:
     """Estimate the motion from scan k (`target`) to scan k+1 (`source`).
 
@@ -160,62 +155,52 @@ def estimate_step(
         Where scan k was taken in the target's frame; the identity where it is the target.
     T_target_told : ndarray, shape (3, 3)
         The same by the priors alone, since the target got its frame.
-    key : Scan, optional
+    key : Target, optional
         The scan in whose frame the target lies, as it was taken. Points that lie as they did
         there while the prior moves are carried along, and left out.
     """
-    likely = np.atleast_2d(motions)
+    likely, (shift, turn) = np.atleast_2d(motions), parameters.limits.window
     last_resort = Decision.HOLD if likely[0].any() else Decision.STAND
     if prior is not None:
         likely, last_resort = np.vstack([prior, likely]), Decision.PRIOR
-    told = T_target_last, prior is not None, parameters.limits
+        shift, turn = parameters.limits.prior_window
+    wide = np.diag(np.minimum([shift, shift, turn], NO_LIMIT) / 3.0) ** 2
+    resort: dict[str, Any] = {"increment": likely[0], "decision": last_resort, "covariance": wide}
     if target is None or len(source) < MIN_PAIRS:
         which = "older" if target is None else "newer"
         reason = f"the {which} scan has fewer than {MIN_PAIRS} points"
-        covariance = covariance_of(None, *told)
-        return StepRecord(
-            increment=likely[0], decision=last_resort, covariance=covariance, reason=reason
-        )
+        return StepRecord(**resort, reason=reason)
 
     expected = T_target_last @ from_xytheta(likely)
     step = _Step(source, target, T_target_last, prior, expected, parameters)
     tried = [step.match(expected[0], Decision.ICP)]
     if prior is not None and key is not None and parameters.search:
         is_near = not tried[0].complaints and not tried[0].record.against_prior
-        here = tried[0].T_target_source if is_near else expected[0]
-        still = stands(source, key)
+        here, still = tried[0].T_target_source if is_near else expected[0], stands(source, key)
         for T in (here, T_target_told @ from_xytheta(prior)):
-            fixed = without_carried(source, still, target, T)
-            if len(fixed) < len(source):
-                other = replace(step, source=fixed)
+            if (off := carried(source, still, target, T)).any():
+                other = replace(step, source=source.select(~off))
                 again = other.match(expected[0], Decision.ICP)
                 if again.record.agreement > tried[0].record.agreement:
                     step, tried = other, [again]
     if step.asks_for_more(tried[0]):
         tried += step.fall_back()
     best = step.choose(tried)
-    shift, turn = best.record.increment[:2], best.record.increment[2]
-    record = replace(best.record, spread=spread_ratio(source, rotation(turn).T @ shift))
-    if not best.complaints and not (record.ambiguous and prior is not None):
-        return replace(record, covariance=covariance_of(best.result, *told))  # E
-    taken = replace(record, increment=likely[0], decision=last_resort, against_prior=False)
-    return replace(taken, covariance=covariance_of(None, *told))  # F
+    x, y, heading = best.record.increment
+    record = replace(best.record, spread=spread_ratio(source, rotation(heading).T @ [x, y]))
+    if best.result is None or best.complaints or (record.ambiguous and prior is not None):  # F
+        return replace(record, **resort, against_prior=False)
+    return replace(record, covariance=covariance_of(best.result, wide, T_target_last))  # E
 
 
-def covariance_of(
-    result: IcpResult | None, T_target_last: FloatArray, is_told: bool, limits: SanityLimits
-) -> FloatArray:
-    """Covariance (3, 3) of an increment: Censi's where a match sees, a third of the limits else."""
-    shift, turn = limits.max_translation, limits.max_rotation
-    if is_told:
-        shift, turn = limits.max_prior_translation, limits.max_prior_rotation
-    information = np.diag(np.divide(3.0, [shift, shift, turn]) ** 2)
-    if result is not None:
-        J = np.eye(3)  # from the target's axes to those of scan k
-        J[:2, :2] = T_target_last[:2, :2].T
-        with suppress(DegenerateAlignmentError):
-            information += J @ censi_information(result, RANGE_STD) @ J.T
-    return np.asarray(np.linalg.inv(information))
+def covariance_of(result: IcpResult, wide: FloatArray, T_target_last: FloatArray) -> FloatArray:
+    """Covariance (3, 3) of an increment: Censi's where a match sees, `wide` where it does not."""
+    J = np.eye(3)  # from the target's axes to those of scan k
+    J[:2, :2] = T_target_last[:2, :2].T
+    try:
+        return np.asarray(J @ fuse(result, RANGE_STD, STILL, wide)[1] @ J.T)
+    except DegenerateAlignmentError:
+        return wide
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,29 +225,31 @@ class _Step:
     expected: FloatArray
     parameters: OdometryParameters
 
-    def match(self, T_guess: FloatArray, decision: Decision, *, is_peak: bool = False) -> _Match:
-        """Match once (A), and judge the outcome.
-
-        Along a free direction a peak is arbitrary: move the match to the expected pose unless it
-        fits clearly worse there.
-        """
+    def match(self, T_guess: FloatArray, decision: Decision) -> _Match:
+        """Match once (A), and judge the outcome."""
         told = self.parameters.retry if decision is Decision.RETRY else self.parameters.icp
-        result = icp(self.source, self.target, T_guess, told)
-        found, seen = self.judged(result, decision), result.observability
-        if is_peak and seen is not None and seen.degenerate:
-            T = completed(result.T_target_source, seen, self.expected_of(found.record))
-            there = self.match(T, decision)
-            if there.record.agreement > found.record.agreement - ALIKE:
-                return there
-        return found
+        return self.judged(icp(self.source, self.target, T_guess, told), decision)
+
+    def completed(self, found: _Match) -> _Match:
+        """The match, moved along what it leaves free to where it is expected.
+
+        It stays where it is if the scan fits clearly worse there.
+        """
+        seen = found.result.observability if found.result else None
+        if seen is None or not seen.degenerate:
+            return found
+        T = completed(found.T_target_source, seen, self.expected_of(found.record))
+        there = self.match(T, found.record.decision)
+        return there if there.record.agreement > found.record.agreement - ALIKE else found
 
     def judged(self, result: IcpResult, decision: Decision) -> _Match:
         """The motion of a match (B), and every sanity check that it fails (D)."""
-        T, told, limits = result.T_target_source, result.parameters, self.parameters.limits
+        T, limits, search = result.T_target_source, self.parameters.limits, self.parameters.search
         increment = to_xytheta(invert(self.T_target_last) @ T)
         record = StepRecord(
             increment=increment,
             decision=decision,
+            reason=result.message,
             inlier_count=result.inlier_count,
             inlier_ratio=result.fitness,
             agreement=-math.inf,
@@ -271,25 +258,23 @@ class _Step:
             termination=result.termination,
         )
         if result.termination.failed:
-            return _Match(replace(record, reason=result.message), T, [result.message])
+            return _Match(record, T, [result.message])
         pairs, seen = result.correspondences, result.observability
-        through = seen_through(*self._view, np.array(T))
-        gate = gate_of(told.for_loop, False)
-        worst = huber_loss(gate, told.huber_delta) if gate < math.inf else math.inf  # (4.1)
-        agreement = 1.0 - min(1.0, result.cost / worst)  # far from the answer pairs cost more
-        agreement -= THROUGH * (0.0 if math.isnan(through) else through)
-        free = seen is None or seen.degenerate
         rmse = math.sqrt(np.mean(pairs.residuals[pairs.kept] ** 2))
-        information = 0.0 if seen is None else float(seen.values[0])
-        needed = agreement if self.parameters.search else FULL
-        against = conflicts(increment, self.prior, limits, needed)
-        found = poor(result.fitness, rmse, limits)
-        if self.prior is None or against or not self.parameters.search:
-            found += beyond(increment, limits)
-        is_expected = self.prior is not None or self.parameters.search
-        if free and not (told.metric == "point_to_line" and is_expected):
-            found.append(f"degenerate: information {information:.3f}")
+        agreement, through = agreement_of(result)
+        against = []
+        if self.prior is not None:
+            off = increment - self.prior
+            off[2] = wrap(off[2])
+            against = beyond(off, limits.prior_window, " from the prior")
         overrides = bool(against) and agreement >= self.overriding(T, increment)
+        found = poor(result.fitness, rmse, limits)
+        if self.prior is None or against or not search:
+            found += beyond(increment, limits.window)
+        free, information = seen is None or seen.degenerate, 0.0 if seen is None else seen.values[0]
+        is_told = self.prior is not None or search
+        if free and not (is_told and result.parameters.metric == "point_to_line"):
+            found.append(f"degenerate: information {information:.3f}")
         record = replace(
             record,
             reason=", ".join([*found, *against]),
@@ -297,10 +282,10 @@ class _Step:
             seen_through=through,
             agreement=agreement,
             against_prior=overrides,
-            information=information,
+            information=float(information),
             degenerate=free,
         )
-        unlike = surprise(T, self.expected_of(record))
+        unlike = surprise(T, self.expected_of(record)).min()
         score = agreement - SURPRISE * unlike / (1.0 + unlike)
         return _Match(record, T, found if overrides else [*found, *against], score, result)
 
@@ -314,9 +299,9 @@ class _Step:
         """The agreement with which a match at T, far from the prior, is believed all the same."""
         if self.prior is None or not self.parameters.search:
             return math.inf
-        limits, unlike = self.parameters.limits, surprise(T, self.expected[1:])
-        if unlike < 1.0 and surprise(self.expected[0], self.expected[1:]) > 1.0 + unlike:
-            return SURE if beyond(self.prior, limits) else SUPPORTED
+        limits, unlike = self.parameters.limits, surprise(T, self.expected[1:]).min()
+        if unlike < 1.0 and surprise(self.expected[0], self.expected[1:]).min() > 1.0 + unlike:
+            return SURE if beyond(self.prior, limits.window) else SUPPORTED
         shift = increment[:2] - self.prior[:2]
         return SURE if math.hypot(*shift) <= limits.max_prior_translation else math.inf
 
@@ -331,15 +316,13 @@ class _Step:
         """A match with reduced steps (F), or those from a search's starts."""
         if not self.parameters.search:
             return [self.match(self.expected[0], Decision.RETRY)]
-        limits, told = self.parameters.limits, self.prior is not None
-        window = limits.max_translation, limits.max_rotation
-        found = search(self.source, self.target, self.T_target_last, window)
-        if told:  # finer, where the wheels lead
-            window = limits.max_prior_translation, limits.max_prior_rotation
-            found += search(self.source, self.target, self.expected[0], window)
-        others = apart(self.expected, STARTS)[1:]
-        tried = [self.match(T_guess, Decision.SEARCH, is_peak=told) for T_guess in others]
-        return tried + [self.match(T_guess, Decision.SEARCH, is_peak=True) for T_guess in found]
+        limits, others = self.parameters.limits, apart(self.expected, STARTS)[1:]
+        found = search(self.source, self.target, self.T_target_last, limits.window)
+        if self.prior is not None:  # finer, where the wheels lead
+            found += search(self.source, self.target, self.expected[0], limits.prior_window)
+        tried = [self.match(T_guess, Decision.SEARCH) for T_guess in [*others, *found]]
+        kept = len(others) if self.prior is None else 0
+        return tried[:kept] + [self.completed(each) for each in tried[kept:]]
 
     def choose(self, tried: list[_Match]) -> _Match:
         """The best match, compared with those that ended elsewhere.
@@ -367,7 +350,3 @@ class _Step:
             reasons.append(f"ambiguous: it fits elsewhere, too ({margin:+.3f})")
         told = replace(best.record, margin=margin, ambiguous=ambiguous, reason="; ".join(reasons))
         return replace(best, record=told)
-
-    @cached_property
-    def _view(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        return *beams_of(self.source), np.array(self.target.points)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from labkit.odometry import increments_between, integrate, integrate_step
+from labkit.odometry import ScanMatchingOdometry, increments_between, integrate, integrate_step
 from labkit.se2 import from_xytheta, wrap
 from labkit.support.errors import InvalidPointsError
 
@@ -45,25 +45,30 @@ def test_an_increment_is_in_the_robots_own_frame():
     np.testing.assert_allclose(integrate([drive, turn])[-1], [1.0, 0.0, PI / 2], atol=1e-15)
 
 
+NAN = math.nan
+
+
 @pytest.mark.parametrize(
-    ("function", "arguments", "message"),
+    "rows", [[1, 2, 3], [[1, 2]], [["a", 0, 0]], [[0, 0, 0], [1]], [[NAN, 0, 0]]]
+)
+@pytest.mark.parametrize(
+    ("name", "function"), [("increments", integrate), ("poses", increments_between)]
+)
+def test_rows_of_another_shape_are_refused_by_name(function, name, rows):
+    with pytest.raises(InvalidPointsError, match=f"`{name}` "):
+        function(rows)
+
+
+@pytest.mark.parametrize("row", [[0, 0], [0, 0, math.inf], [[0, 0, 0]], "ahead"])
+@pytest.mark.parametrize(
+    ("name", "function"),
     [
-        (integrate, ([1.0, 2.0, 3.0],), r"`increments` must be rows .*, got shape \(3,\)"),
-        (integrate, ([[1.0, 2.0]],), r"`increments` must be rows .*, got shape \(1, 2\)"),
-        (integrate, ([["a", 0, 0]],), r"`increments` must hold numbers, got \[\['a', 0, 0\]\]"),
-        (integrate, ([[0, 0, 0], [1]],), "`increments` .*give rows"),
-        (integrate, ([[math.nan, 0, 0]],), r"`increments` must be .* got \[nan, 0\.0, 0\.0\]"),
-        (integrate, ([[0, 0, 0]], [0, 0]), r"`start` must have shape \(3,\), got \(2,\)"),
-        (integrate_step, ([0, 0, math.inf], [0, 0, 0]), r"`pose` must be finite, got inf"),
-        (
-            integrate_step,
-            ([0, 0, 0], [[0, 0, 0]]),
-            r"`increment` must have shape \(3,\), got \(1, 3\)",
-        ),
-        (increments_between, ([0, 0, 0],), r"`poses` must be rows .*, got shape \(3,\)"),
-        (increments_between, ([[0, 0, math.nan]],), "`poses` must be finite, .* at index 0"),
+        ("start", lambda row: integrate([[0, 0, 0]], row)),
+        ("pose", lambda row: integrate_step(row, [0, 0, 0])),
+        ("increment", lambda row: integrate_step([0, 0, 0], row)),
+        ("prior", lambda row: ScanMatchingOdometry().update([[1.0, 0.0]] * 3, row)),
     ],
 )
-def test_bad_input(function, arguments, message):
-    with pytest.raises(InvalidPointsError, match=message):
-        function(*arguments)
+def test_a_row_of_another_shape_is_refused_by_name(function, name, row):
+    with pytest.raises(InvalidPointsError, match=f"`{name}` must"):
+        function(row)

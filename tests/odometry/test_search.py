@@ -34,13 +34,18 @@ def degrees(motion):
 
 
 @pytest.mark.parametrize("motion", [degrees(motion) for motion in MOTIONS])
-def test_one_of_its_starts_is_near_the_truth(motion):
+def test_a_step_without_a_guess_is_found_from_one_of_its_starts(motion):
     newer, older = looks(motion)
     starts = search(newer, Target(older), np.eye(3), WINDOW)[:4]
     errors = to_xytheta(relative(from_xytheta(motion), starts))
     near = (np.hypot(errors[:, 0], errors[:, 1]) < 0.2) & (np.abs(errors[:, 2]) < 0.06)
     assert near.any()
     assert not any(alike(*each) for each in combinations(starts, 2))
+    record = estimate_step(newer, Target(older), None, STILL, PARAMETERS)
+    assert record.decision is Decision.SEARCH
+    np.testing.assert_allclose(record.increment, motion, atol=0.02)
+    assert record.seen_through < 0.05
+    assert not record.ambiguous
 
 
 def test_it_stays_within_its_window():
@@ -101,16 +106,6 @@ def test_beams_look_through_a_wall_that_is_not_there():
     back = from_xytheta([-2.0 * CLEARANCE, 0.0, 0.0])
     assert seen_through(*beams, apply(back, wall), back) == 0.0  # the wall moved along
     assert seen_through(*beams, apply(back, wall), np.eye(3)) > 0.9
-
-
-@pytest.mark.parametrize("motion", [degrees(motion) for motion in MOTIONS])
-def test_a_step_without_a_guess_is_found(motion):
-    newer, older = looks(motion)
-    record = estimate_step(newer, Target(older), None, STILL, PARAMETERS)
-    assert record.decision is Decision.SEARCH
-    np.testing.assert_allclose(record.increment, motion, atol=0.02)
-    assert record.seen_through < 0.05
-    assert not record.ambiguous
 
 
 def test_a_good_match_is_not_searched_for(monkeypatch):

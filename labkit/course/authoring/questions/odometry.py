@@ -64,7 +64,7 @@ def _is_plausible(
     limits = SanityLimits(
         max_translation=shift, max_rotation=turn, min_inlier_ratio=least[0], max_rmse=least[1]
     )
-    return not beyond(increment, limits) + poor(ratio, rmse, limits)
+    return not beyond(increment, limits.window) + poor(ratio, rmse, limits)
 
 
 # fmt: off
