@@ -8,7 +8,7 @@ import zipfile
 import pytest
 
 from labkit.logs import lines, read_log
-from labkit.support.errors import InvalidPointsError, LogError
+from labkit.support.errors import LogError
 from labkit.support.extras import MissingExtraError
 
 
@@ -78,11 +78,6 @@ def test_paths_with_nothing_to_read(tmp_path):
     for path, problem in ((tmp_path / "gone.log", "No such"), (tmp_path, ""), ("a\0b", "null")):
         with pytest.raises(LogError, match=f"cannot be read: .*{problem}"):
             read_log(path)
-
-
-def test_a_laser_offset_is_a_pose(save, run):
-    with pytest.raises(InvalidPointsError, match=r"`laser_offset` must have shape \(3,\)"):
-        read_log(save(run), laser_offset=(0.0, 0.0))
 
 
 @pytest.mark.parametrize("packing", ["plain", "gzip", "zip"])
