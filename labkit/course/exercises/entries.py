@@ -17,12 +17,12 @@ from typing import Any
 
 import numpy as np
 
-from labkit.course.exercises.families import Family, families, sentence
+from labkit.course.exercises.families import Family, families
 from labkit.course.exercises.slips import slips
 from labkit.course.grading.assignment.questions import Answer, Case, Misconception, Question
 from labkit.course.grading.inside.data import Value, plain
-from labkit.course.grading.judging.kinds import read
-from labkit.course.grading.judging.relations import numbers
+from labkit.course.grading.judging.kinds import numbers, read
+from labkit.course.grading.judging.relations import sentence
 
 Function = Callable[..., Any]
 Edits = Mapping[str, str]  # texts of the right function, and what stands there instead

@@ -106,7 +106,7 @@ Q, D, X = np.quantile, np.deg2rad, from_xytheta
 
 # fmt: off
 WRONG = [
-    ("motion_between", "inverse", lambda a, b: np.linalg.inv(b) @ a),
+    ("motion_between", "inverted", lambda a, b: np.linalg.inv(b) @ a),
     ("motion_between", "world", lambda a, b: T2(*(b - a)[:2, 2], to_xytheta(b)[2] - to_xytheta(a)[2])),
     ("turn_about", "transposed", lambda c, a: T2(*c - rotation(a) @ c, -a)),
     ("match_and_count", "does not reach", lambda p, q, g: (icp(p, q).inlier_count, icp(p, q).inlier_rmse)),
@@ -141,7 +141,7 @@ WRONG = [
     ("truncated_square", "square is held", lambda r, d: (np.minimum(r ** 2, d), r <= d)),
     ("mutual_pairs", "not its partner", lambda p, q: ((t := Target(q).search.query(p)[0]), Target(p).search.query(q)[0][t] == t)[1]),
     ("mutual_pairs", "entry by entry", lambda p, q: Target(q).search.query(p)[0] == Target(p).search.query(q)[0]),
-    ("mutual_pairs", "inverted", lambda p, q: ((t := Target(q).search.query(p)[0]), Target(p).search.query(q)[0][t] != np.arange(len(p)))[1]),
+    ("mutual_pairs", "swapped", lambda p, q: ((t := Target(q).search.query(p)[0]), Target(p).search.query(q)[0][t] != np.arange(len(p)))[1]),
     ("nearest_in_window", "rows", lambda p, q, a, b, w: window(p, q, abs(np.arange(20)[:, None] - np.arange(25)) <= w)),
     ("nearest_in_window", "exactly", lambda p, q, a, b, w: window(p, q, abs(a[:, None] - b) < w)),
     ("nearest_in_window", "−1", lambda p, q, a, b, w: window(p, q, abs(a[:, None] - b) <= w, None)),
@@ -156,7 +156,7 @@ WRONG = [
     ("cost_of", "charged nothing", lambda d, g, o, h: huber_loss((s := np.sort(d)[:int(o * len(d))])[s <= g], h).sum() / len(d)),
     ("cost_of", "rounded up", lambda d, g, o, h: cost(d, g, int(np.ceil(o * len(d))), h, len(d))),
     ("cost_of", "`round` stands where", lambda d, g, o, h: cost(d, g, round(o * len(d)), h, len(d))),
-    ("cost_of", "half of", lambda d, g, o, h: cost(d, g, int(o * len(d)), h, 2 * len(d))),
+    ("cost_of", "half as large", lambda d, g, o, h: cost(d, g, int(o * len(d)), h, 2 * len(d))),
     ("colleagues_icp", "wrong order", bug),
     ("colleagues_icp", "last step", lambda p, q: bug(p, q, lambda d, T: d)),
     ("colleagues_icp", "inverted", lambda p, q: bug(p, q, lambda d, T: invert(d) @ T)),
@@ -184,8 +184,8 @@ WRONG = [
     ("key_used_up", "mean", lambda T, r, a: (np.hypot(*T[:2, 2]) / r + abs(to_xytheta(T)[2]) / a) / 2),
     ("solve_graph", "", exercises()["solve_graph"].edited({"abs(step).max()": "step.max()"})[0]),
     ("line_icp", "", exercises()["line_icp"].edited({"d <= gate": "abs(e) <= gate"})[0]),
-    ("line_errors", "sign is lost", lambda p, q, n: abs(((p - q) * n).sum(1))),
-    ("line_errors", "sign is turned", lambda p, q, n: ((q - p) * n).sum(1)),
+    ("line_errors", "lost its sign", lambda p, q, n: abs(((p - q) * n).sum(1))),
+    ("line_errors", "wrong sign", lambda p, q, n: ((q - p) * n).sum(1)),
     ("turning_column", "origin", lambda p, n: p[:, 0] * n[:, 1] - p[:, 1] * n[:, 0]),
     ("turning_column", "n·(p − c)", lambda p, n: ((p - p.mean(0)) * n).sum(1)),
     ("turning_column", "(v, u)", lambda p, n: ((p - p.mean(0))[:, ::-1] * n).sum(1)),

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from labkit.course.grading.assignment.questions import Assignment, Question
-from labkit.course.grading.judging.relations import mistake
 from labkit.course.grading.judging.verdict import SubmissionVerdict, short, to_html
 from labkit.course.grading.store import file_name
 from labkit.support.extras import need
@@ -63,6 +62,7 @@ def _summary(
     full = sum(one.passed for one in verdicts)
     none = sum(one.score <= 0.0 for one in verdicts)
     known = Counter(one.misconception for one in verdicts if one.misconception)
+    says = {one.id: one.says for one in question.misconceptions}  # a relation is its own sentence
     asked = Counter(case.id for one in verdicts for case in one.cases)
     right = Counter(case.id for one in verdicts for case in one.cases if case.passed)
     sets = (assignment.visible, *assignment.variants[:1])
@@ -73,9 +73,7 @@ def _summary(
         "counts": {"full": full, "some": len(verdicts) - full - none, "none": none},
         "mean": statistics.fmean([one.score / one.points for one in verdicts] or [0.0]),
         "cases": [(about.get(id, id), right[id] / count, count) for id, count in asked.items()],
-        "mistakes": [
-            (count, question.title, mistake(question, id).says) for id, count in known.items()
-        ],
+        "mistakes": [(count, question.title, says.get(id, id)) for id, count in known.items()],
     }
 
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from labkit.course.grading.assignment.questions import Answer, Case, Misconception, Question
 from labkit.course.grading.inside.data import Value
-from labkit.course.grading.judging.kinds import Unreadable, read, sentences
-from labkit.course.grading.judging.relations import general, numbers, relations
+from labkit.course.grading.judging.kinds import Unreadable, numbers, read, sentences
+from labkit.course.grading.judging.relations import relations
 from labkit.course.grading.judging.verdict import (
     KILLED,
     NO_RESULT,
@@ -128,7 +128,10 @@ def recognise(
     listed = [known for known in explaining if not known.family]
     if listed:
         return listed[0] if len(listed) == 1 else None
-    found = [replace(general(id), chapter=question.chapter) for id in _relations(question, given)]
+    found = [
+        Misconception(id=says, says=says, chapter=question.chapter)
+        for says in _relations(question, given)
+    ]
     answers = [one for case in wrong for one in _accepted(question.answer, case)]
     if not all((one == np.round(one)).all() for one in answers):
         return next(iter(found + explaining), None)

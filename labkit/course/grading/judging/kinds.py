@@ -123,6 +123,15 @@ def _kind(value: Value) -> str:
     return names.get(type(value).__name__, "a number")
 
 
+def numbers(answer: Answer, value: Value) -> FloatArray | str:
+    """The numbers of a value, be it an answer or not; of one without, why it is no answer."""
+    try:
+        return read(answer, value)
+    except Unreadable as error:
+        is_numeric = isinstance(value, np.ndarray | float | int)
+        return np.asarray(value).astype(np.float64) if is_numeric else str(error)
+
+
 def sentences(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     """Sentences on an answer that is not the wanted one; the last shows what went in and out."""
     names = [name.strip() for name in question.signature.strip("()").split(",")]
