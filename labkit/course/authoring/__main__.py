@@ -10,7 +10,7 @@ from pathlib import Path
 
 from labkit.course.authoring.write import HANDED_OUT, write_assignment
 from labkit.course.grading.assignment import FOLDER
-from labkit.course.grading.assignment.files import cases_beside, read_secret
+from labkit.course.grading.assignment.questions import cases_beside, read_secret
 from labkit.support.errors import LabkitError
 from labkit.support.files import refuse_unwritable
 

@@ -15,8 +15,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from labkit.course.grading.assignment import FOLDER, load_assignment
-from labkit.course.grading.assignment.files import cases_beside, refuse_outdated
-from labkit.course.grading.assignment.questions import Assignment
+from labkit.course.grading.assignment.questions import Assignment, cases_beside, refuse_outdated
 from labkit.course.grading.box import SECONDS, MachineError, Wall, open_wall
 from labkit.course.grading.exports.gradebooks import read_canvas, read_moodle, write_scores
 from labkit.course.grading.exports.gradescope import write_autograder
@@ -114,7 +113,7 @@ def grade(args: argparse.Namespace) -> int:
     names |= {one.student: one.name for one in submissions}
     roster = read_roster(out) | {student: one.name for student, one in people.items()}
     adjustments = read_adjustments(out, assignment, roster | names)
-    closed = [Path(args.assignment, "hidden"), out / VERDICTS, submissions[0].files[0].path]
+    closed = (Path(args.assignment, "hidden"), out / VERDICTS, submissions[0].files[0].path)
     if args.cluster and not args.no_isolation:  # each worker tries its own
         wall = Wall("", tuple(map(os.path.realpath, closed)), args.seconds)
     else:

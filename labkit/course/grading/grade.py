@@ -13,8 +13,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.assignment.questions import Assignment, Case, Question
@@ -42,13 +41,6 @@ UNREADABLE = "the files cannot be read with little time and memory; hand in the 
 HANDED_OUT = [path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py")]
 
 
-class Told(NamedTuple):
-    """Remarks of the box on an answer; they decide no mark."""
-
-    states: int = 1  # to ask in: after the cells that define it, and others
-    calls: frozenset[str] = frozenset()  # the functions that it uses
-
-
 class Sitting:
     """One submission in a box, which is started anew where the code ends it.
 
@@ -62,7 +54,10 @@ class Sitting:
         self.box: Box | None = None
         self.program = Program([], {}, [], [])
         self.notes, self.is_sealed = list[str](), False
-        self.answers: dict[str, Told] = {}
+        self.states: dict[
+            str, int
+        ] = {}  # of each answer, after the cells that define it and others
+        self.calls: dict[str, set[str]] = {}  # functions that an answer uses
         self.hung: set[tuple[str, int]] = set()  # functions that ended a box, each in a state
 
     def read(self, files: Mapping[str, bytes]) -> None:
@@ -92,10 +87,9 @@ class Sitting:
                     cell = said.get("cell", cell)
                 if not self.is_sealed:
                     self.notes = list(said["notes"])
-                    self.answers = {
-                        name: Told(max(1, len(told["states"][:3])), frozenset(told["calls"]))
-                        for name, told in said["answers"].items()
-                    }
+                    told = said["answers"].items()
+                    self.calls = {name: set(each["calls"]) for name, each in told}
+                    self.states = {name: max(1, len(each["states"][:3])) for name, each in told}
                 return
             except (BoxError, LookupError, TypeError, AttributeError):  # untrusted
                 self.close()
@@ -104,10 +98,6 @@ class Sitting:
                 if not self.is_sealed:
                     says = f"{label} ended the program or hung, so it is left out"
                     self.program.notes.append(says)
-
-    def told(self, question: Question) -> Told:
-        """Remarks of the box on an answer."""
-        return self.answers.get(question.function, Told())
 
     def ask(
         self, question: Question, cases: Sequence[Case], state: int, right: Mapping[str, str] = {}
@@ -119,11 +109,11 @@ class Sitting:
         name = question.function
         if self.box is None:
             self.run()
-        if self.box is None or name not in self.answers:
+        if self.box is None or name not in self.states:
             fault = OUT_OF_TIME if self.left <= 0.0 else NOT_DEFINED
             return [Outcome(error=fault)] * len(cases)
         hung = {one for one, _ in self.hung} - {name, *right}
-        if (name, state) in self.hung or hung & self.told(question).calls:
+        if (name, state) in self.hung or hung & self.calls[name]:
             return [Outcome(error=OUT_OF_TIME)] * len(cases)
         hidden = any(case.hidden for case in cases)
         self.is_sealed |= hidden
@@ -209,10 +199,13 @@ def _verdicts(sitting: Sitting, assignment: Assignment, student: str) -> Iterato
     would answer outright: so none that is asked for is in the box before it is asked.
     """
     seen = [
-        [sitting.ask(one, assignment.visible[one.id], k) for k in range(sitting.told(one).states)]
+        [
+            sitting.ask(one, assignment.visible[one.id], k)
+            for k in range(sitting.states.get(one.function, 1))
+        ]
         for one in assignment.questions
     ]
-    wrong: dict[str, str] = {}  # right sources of the functions that are wrong, by name
+    wrong: list[Question] = []
     for place, question in enumerate(assignment.questions):
         cases = assignment.cases(question.id, student)
         hidden = [case for case in cases if case.hidden]
@@ -226,10 +219,10 @@ def _verdicts(sitting: Sitting, assignment: Assignment, student: str) -> Iterato
                 break
         best = old = max(tried, key=lambda one: one.score)
         lent = {
-            name: source
-            for name, source in wrong.items()
-            if name in sitting.told(question).calls
-            and not any(assignment.answers(name, one.id) for one in assignment.questions[place:])
+            one.function: assignment.lent(one.id)
+            for one in wrong
+            if one.function in sitting.calls.get(question.function, ())
+            and not any(map(one.answers, assignment.questions[place:]))
         }
         for state in range(len(seen[place]) if lent and hidden and not old.passed else 0):
             new = assess(question, hidden, sitting.ask(question, hidden, state, lent))
@@ -241,21 +234,15 @@ def _verdicts(sitting: Sitting, assignment: Assignment, student: str) -> Iterato
                 )
                 best = replace(new, replaced=tuple(lent), message=says)
         if not best.passed and question.id in assignment.right:
-            wrong[question.function] = assignment.lent(question.id)
+            wrong.append(question)
         yield best
-
-
-@cache
-def own_wall(wall: Wall) -> Wall:
-    """The wall of this process, on whatever machine it runs."""
-    return open_wall(wall.hidden, wall.seconds)
 
 
 def grade_one(
     submission: Submission, assignment: str, wall: Wall, known: Record | None = None
 ) -> Record:
     """Read a submission, and grade it by the assignment in a folder unless `known` still holds."""
-    wall = wall if wall.mode else own_wall(wall)
+    wall = wall if wall.mode else open_wall(wall.hidden, wall.seconds)  # each machine its own
     asked = load_assignment(assignment)
     files, unread = read_files(submission.files)
     mark = fingerprint(files, asked, wall)

@@ -30,7 +30,7 @@ BUSY = ["nice", "-n", "5", sys.executable, "-c", "while True: pass"]
 
 def table() -> None:
     """Print the scores by function and way; those that differ from 100 less the points first."""
-    wall = open_wall([])
+    wall = open_wall()
 
     def score(name: str, way: str) -> float:
         files = {"a.ipynb": answered({name: failing(name, way)} if way else {}, closing=False)}

@@ -19,8 +19,7 @@ from labkit.course.authoring.write import write_assignment
 from labkit.course.exercises.checking import tried
 from labkit.course.exercises.entries import ENTRIES
 from labkit.course.grading.assignment import load_assignment
-from labkit.course.grading.assignment.files import cases_beside
-from labkit.course.grading.assignment.questions import Answer
+from labkit.course.grading.assignment.questions import Answer, cases_beside
 
 
 def whole(low, high):

@@ -37,7 +37,7 @@ def read():
 @pytest.fixture(scope="session")
 def wall():
     try:
-        return open_wall([])
+        return open_wall()
     except LabkitError:
         return Wall(mode="none")
 

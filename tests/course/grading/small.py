@@ -5,8 +5,7 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from labkit.course.grading.assignment.files import FORMAT
-from labkit.course.grading.assignment.questions import Answer, Misconception, Question
+from labkit.course.grading.assignment.questions import FORMAT, Answer, Misconception, Question
 
 DOUBLE = Question(
     id="double", title="Double it", chapter="chapter 1", points=2.0, function="double",

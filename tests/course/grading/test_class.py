@@ -16,7 +16,7 @@ from test_handins import ZIP64, write
 
 from labkit.cli import main
 from labkit.course.grading.assignment import load_assignment
-from labkit.course.grading.assignment.files import FORMAT, cases_beside, read_secret, salt_of
+from labkit.course.grading.assignment.questions import FORMAT, cases_beside, read_secret, salt_of
 
 
 def verdicts(folder="grades"):

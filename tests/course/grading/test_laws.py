@@ -23,7 +23,7 @@ from labkit.course.grading.box import BY_THE_CLOCK, Box, BoxError, MachineError,
 from labkit.course.grading.command import JOBS
 from labkit.course.grading.inside import data
 from labkit.course.grading.inside.reading import read_program
-from notebooks import RIGHT, answered
+from notebooks import answered
 
 ASSIGNMENT = load_assignment()
 ORDERS = []
@@ -109,7 +109,8 @@ def test_in_the_box_lies_nothing_that_is_still_to_be_asked(monkeypatch):
         place = NAMES.index(order["function"])
         assert is_hidden[ORDERS.index(order)]
         for name, source in order["right"].items():
-            assert not any(ASSIGNMENT.answers(name, later) for later in NAMES[place:])
+            later = ASSIGNMENT.questions[place:]
+            assert not any(map(ASSIGNMENT.question(name).answers, later))
             words = set(re.findall(r"\w+", source))
             assert not words.intersection(NAMES[place:]), (order["function"], name)
             called = {one.name for one in ast.parse(source).body if hasattr(one, "name")}
@@ -172,7 +173,7 @@ def test_the_clock_decides_only_whether_to_try_again(used, waited, clock, monkey
     one._allowed, one._began, one._before = 1.0, time.monotonic() - clock, (0.0, 0.0)
     monkeypatch.setattr(one, "used", lambda: (used, waited * clock))
     expected = contextlib.nullcontext()
-    if used > 1.0 or (clock > 2.0 and used + waited * clock < clock / 2.0):
+    if used > 1.0 or (clock > 1.0 and used + waited * clock < clock / 2.0):
         expected = pytest.raises(BoxError, match="it took too long")  # by its own fault
     elif clock > BY_THE_CLOCK:
         expected = pytest.raises(MachineError, match="this machine was too busy")
@@ -273,50 +274,3 @@ def test_beside_hostile_hand_ins_honest_ones_keep_their_marks(grade, tmp_path):
     found = scores()
     assert {student: found[student] for student in expected} == expected
     assert len(found) == 14
-
-
-@pytest.mark.parametrize(
-    ("files", "notes"),
-    [
-        ({"a.ipynb": answered(after=[f"def {name}(*given):\n    return 0" for name in NAMES])}, ""),
-        ({"a.ipynb": answered(dict.fromkeys(NAMES, "0"), after=list(RIGHT.values()))}, ""),
-        ({"a.ipynb": answered(dict.fromkeys(NAMES, "0"), after=[
-            *(f"def {name}(*given):\n    return 0" for name in NAMES), *RIGHT.values()])}, ""),
-        ({"a.ipynb": answered(before=["import numpy as np", *["while True:\n    pass"] * 3],
-                              after=["while True:\n    pass"], changed={
-            "wrap": "from functools import partial\nEPS = np.finfo(float).eps\n"
-                    "HALF, TURN = map(float, (np.pi, 2 * np.pi))\n" + RIGHT["wrap"].replace(
-                        "np.pi - (np.pi - angle) % (2 * np.pi)",
-                        "HALF - (HALF - angle) % TURN + EPS - EPS"),
-            "fitness": "mean = partial(np.mean)\n" + RIGHT["fitness"].replace(
-                "kept.mean()", "mean(kept)")})}, "it took too long"),
-        ({"assignment_old.ipynb": answered(dict.fromkeys(NAMES, "0")).replace(
-            b'"0"', b'"def rotation(): 0"'), "assignment.ipynb": answered()}, ""),
-        ({"a_old.py": ("\n".join(f"def {name}(*given): return 0" for name in NAMES)).encode(),
-          "a.ipynb": answered()}, "a_old.py and a.ipynb answer the same; the latter counts"),
-        ({"a.py": ("import numpy as np\n# %%\nx = (1,\n" + "\n\n".join(
-            [*RIGHT.values(), "def extra(:\n    pass"])).encode()}, "line 3 of a.py is no Python"),
-        ({"a.py": ("import numpy as np\n# \0\n" + "\n\n".join(RIGHT.values())).encode()},
-         "line 2 of a.py holds a NUL byte"),
-    ],
-    ids=["redefined", "mended below", "mended last", "slow", "old", "old script", "syntax", "NUL"],
-)  # fmt: skip
-def test_an_honest_style_costs_nothing(files, notes, graded):
-    """Law 7: what was wrong in one place, or shown for too long, hides no right answer."""
-    verdict = graded(files, ASSIGNMENT, seconds=1.0)
-    lost = [(one.question, one.message) for one in verdict.questions if not one.passed]
-    assert not lost, verdict.notes
-    assert notes in str(verdict.notes)
-
-
-def test_a_package_that_is_not_there_is_named(graded):
-    """Law 7."""
-    start = "import pandas as pd\ndef "
-    changed = {
-        "fitness": f"{start}fitness(kept):\n    return pd.Series(kept).mean()\n",
-        "wrap": f"{start}wrap(angle):\n    return float(pd.Series([angle]))\n",
-    }
-    verdict = graded({"a.ipynb": answered(changed)}, ASSIGNMENT)
-    lost = {one.question: one.message for one in verdict.questions if not one.passed}
-    assert lost.keys() == changed.keys()
-    assert all("pandas is not available while grading" in why for why in lost.values())

@@ -36,7 +36,7 @@ def grade_for_gradescope(root: Path) -> None:
     student = ", ".join(sorted(str(user.get("email") or user["id"]) for user in users))
     submission = one_submission(root / "submission", student)
     load_assignment()  # or say what is missing, before a wall is tried
-    wall = open_wall([FOLDER / "hidden", root / "submission"])
+    wall = open_wall((FOLDER / "hidden", root / "submission"))
     verdict = grade_one(submission, str(FOLDER), wall).verdict
     with atomic_write(root / "results" / "results.json") as file:
         json.dump(results_of(verdict), file, indent=1)

@@ -18,14 +18,13 @@ import sys
 import time
 import traceback
 import types
+from collections import defaultdict
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from labkit.course.grading.inside import confine, data, parsing, reading, standins
-
-TICK, IDLE = 0.25, 0.002  # [s] one that used less processor time than this was spent waiting
 
 
 class OutOfTime(BaseException):
@@ -43,12 +42,11 @@ class Session:
         self.states: dict[tuple[str, int], dict[str, Any]] = {}
         self.functions: list[str] = []
         self.answers: dict[str, Any] = {}  # the last definition of each function
-        self.finder = standins.Finder()
+        self.uses: dict[str, set[str]] = defaultdict(set)  # what a definition mentions, by its name
+        self.finder = standins.Finder(self.run_script)
         self.compile = codeop.Compile()  # it remembers imports of __future__
-        self.left = self.may_wait = self.ticked = 0.0
-        self.armed = False
+        self.left, self.armed = 0.0, False
         signal.signal(signal.SIGPROF, self.cut)
-        signal.signal(signal.SIGALRM, self.tick)
 
     def tell(self, **answer: Any) -> None:
         """Write one line, whole."""
@@ -59,30 +57,18 @@ class Session:
         if self.armed:
             raise OutOfTime("it took too long, and was cut short")
 
-    def tick(self, *_: Any) -> None:
-        """End what only waits. A busy machine is no wait: there the code works in each tick."""
-        now = time.process_time()
-        self.may_wait -= TICK * (now - self.ticked < IDLE)
-        self.ticked = now
-        if self.may_wait <= 0.0:
-            self.cut()
-
     @contextlib.contextmanager
     def within(self, seconds: float) -> Iterator[None]:
-        """Limit the processor time, and the time that is spent waiting to twice as much.
-
-        What hears of no limit, since it computes in C, ends the box at twice that time.
-        """
-        self.armed, self.may_wait, self.ticked = True, 2.0 * seconds, 0.0
+        """Limit the processor time; what hears of no limit, in C, ends the box at twice as much."""
+        self.armed = True
         signal.setitimer(signal.ITIMER_PROF, seconds, 0.1)
         signal.setitimer(signal.ITIMER_VIRTUAL, 2.0 * seconds + 1.0)
-        signal.setitimer(signal.ITIMER_REAL, TICK, TICK)
         try:
             yield
         finally:
             self.armed = False
-            for timer in (signal.ITIMER_PROF, signal.ITIMER_VIRTUAL, signal.ITIMER_REAL):
-                signal.setitimer(timer, 0.0)
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
+            signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
 
     def run_cells(self, seconds: float, cells: list[tuple[str, str]], **given: Any) -> None:
         """Run cells (source, label) in turn, and say what they define of the given functions."""
@@ -129,8 +115,7 @@ class Session:
             except BaseException as error:
                 fault = fault or f"{label} did not run to its end: {self.text(error)}"
             if not defines:
-                waited = limit - self.may_wait / 2.0
-                self.left -= max(time.process_time() - start, waited)
+                self.left -= time.process_time() - start
         return fault
 
     def run(self, node: ast.stmt, label: str) -> None:
@@ -143,16 +128,21 @@ class Session:
             for name, value in list(self.space.items()):
                 if not callable(value) or before.get(name) is value:
                     continue
-                self.finder.uses[name] |= parsing.names_in(code)
+                self.uses[name] |= parsing.names_in(code)
                 hides = name in self.answers and parsing.is_stub(value)
                 if name in self.functions and not hides and type(value) is not standins.StandIn:
                     self.answers[name] = value
+
+    def run_script(self, source: str, name: str) -> None:
+        """Run a script that is imported, among the cells."""
+        for node in parsing.statements(source, name)[0]:
+            self.run(node, name)
 
     def described(self, name: str, *states: dict[str, Any]) -> dict[str, Any]:
         """Keep the states in which it or what it uses differs; name them, and what it calls."""
         used = [name]
         for one in used:  # which grows meanwhile
-            used += self.finder.uses[one].difference(used)
+            used += self.uses[one].difference(used)
         last, *others = states
         kept = [last] + [it for it in others if any(it.get(a) is not last.get(a) for a in used)]
         self.states |= {(name, place): it for place, it in enumerate(kept)}
@@ -165,19 +155,14 @@ class Session:
         """Call a function in one of its states, with right functions in place of some others."""
         self.space.clear()
         self.space.update(self.states.get((function, state), {}))
-        scripts = self.finder.imported
-        before = [dict(space) for space in scripts]
         for name, source in right.items():
             defined: dict[str, Any] = {}
             exec(source, defined)
-            for space in (self.space, *(space for space in scripts if name in space)):
-                space[name] = defined[name]
+            self.space[name] = defined[name]
         seed()
         end = time.process_time() + seconds
         for arguments in calls:
             self.tell(**self.call(function, arguments, end - time.process_time()))
-        for space, kept in zip(scripts, before, strict=True):
-            space.update(kept)
 
     def call(self, function: str, arguments: list[Any], seconds: float) -> dict[str, Any]:
         """One call, and how it ended."""

@@ -48,7 +48,7 @@ def read_program(
     answers last: of two answers to one question, its counts. Of two with as many, it is the newer
     one. A file that cannot be read costs itself alone; of too much code the newest is read.
     """
-    read: dict[str, list[str]] = {}  # sources of the cells, by file name
+    read: dict[str, list[tuple[str, str]]] = {}  # cells with their names in it, by file name
     unread: list[str] = []
     left = MAX_SOURCE
     for name, data in unpacked(files, unread):
@@ -58,11 +58,12 @@ def read_program(
         try:
             if len(data) > MAX_FILE:
                 raise ValueError(TOO_LARGE)
-            sources = notebook_cells(data) if is_notebook(name) else [decode_source(data)]
-            left -= sum(map(len, sources))
+            is_notebook = name.lower().endswith(NOTEBOOK)
+            found = notebook_cells(data) if is_notebook else [(decode_source(data), "")]
+            left -= sum(len(source) for source, _ in found)
             if left < 0:
                 raise ValueError("all files together hold too much code")
-            read[name] = sources
+            read[name] = found
         except Exception as error:  # untrusted
             unread.append(f"{name} cannot be read: {error or type(error).__name__}")
     if not read and not unread:
@@ -71,7 +72,10 @@ def read_program(
     names = "|".join(functions)
     answer = re.compile(rf"^[ \t]*(?:def[ \t]+({names})\b|({names})[ \t]*=)", re.MULTILINE)
     read = dict(reversed(read.items()))
-    scripts = {name: "\n\n".join(sources).replace("\0", "") for name, sources in read.items()}
+    scripts = {
+        name: "\n\n".join(source for source, _ in found).replace("\0", "")
+        for name, found in read.items()
+    }
     answers = {name: set(map("".join, answer.findall(text))) for name, text in scripts.items()}
     chosen = sorted(filter(answers.get, read), key=lambda name: len(answers[name]))
     cells: list[tuple[str, str]] = []
@@ -79,10 +83,8 @@ def read_program(
     for name in chosen or list(read)[:1]:
         if name in chosen[:-1] and answers[name] <= answers[chosen[-1]]:
             notes.append(f"{name} and {chosen[-1]} answer the same; the latter counts")
-        for number, source in enumerate(read[name], start=1):
-            label = (
-                f"cell {number}" + f" of {name}" * (len(read) > 1) if is_notebook(name) else name
-            )
+        for source, place in read[name]:
+            label = f"{place} of {name}" if place and len(read) > 1 else place or name
             above, nul, _ = source.partition("\0")
             if nul:
                 line = above.count("\n") + 1
@@ -115,8 +117,8 @@ def unpacked(files: Mapping[str, bytes], unread: list[str]) -> Iterator[tuple[st
             unread.append(f"{name} cannot be read: {error}")
 
 
-def notebook_cells(data: bytes) -> list[str]:
-    """The sources of the code cells of a notebook."""
+def notebook_cells(data: bytes) -> list[tuple[str, str]]:
+    """The code cells of a notebook, with their numbers."""
     if data.count(b"[") + data.count(b"{") > MAX_BRACKETS:
         raise ValueError("it holds too many brackets for a notebook; clear the outputs")
     content: Any = json.loads(data)  # in UTF-8, 16 or 32
@@ -125,12 +127,8 @@ def notebook_cells(data: bytes) -> list[str]:
     codes = [cell for cell in content["cells"] if cell.get("cell_type") == "code"]
     if len(codes) > MAX_CELLS:
         raise ValueError(f"it has more than {MAX_CELLS} cells of code")
-    return ["".join(cell.get("source", "")).replace("\r\n", "\n") for cell in codes]
-
-
-def is_notebook(name: str) -> bool:
-    """True if a file is a notebook by its name."""
-    return name.lower().endswith(NOTEBOOK)
+    sources = ("".join(cell.get("source", "")).replace("\r\n", "\n") for cell in codes)
+    return [(source, f"cell {number}") for number, source in enumerate(sources, start=1)]
 
 
 def is_source(name: str) -> bool:

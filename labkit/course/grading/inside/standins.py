@@ -9,14 +9,9 @@ from __future__ import annotations
 import importlib.abc
 import sys
 import types
-from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.machinery import ModuleSpec
 from typing import Any
-
-import numpy as np
-
-from labkit.course.grading.inside.parsing import names_in
 
 NAMES = {
     "anywidget", "google", "IPython", "ipympl", "ipywidgets", "jupyterquiz", "labkit",
@@ -57,15 +52,8 @@ class StandIn(types.ModuleType):
     __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __or__ = __call__
 
 
-def subplots(nrows: int = 1, ncols: int = 1, **_: Any) -> tuple[Any, Any]:
-    """A figure and as many axes as are asked for."""
-    grid = np.empty((nrows, ncols), dtype=object)
-    grid.fill(StandIn("axes"))
-    return StandIn("figure"), grid.item() if grid.size == 1 else grid.squeeze()
-
-
 WORKING = {
-    "subplots": subplots,
+    "subplots": lambda *_, **__: (StandIn("figure"), StandIn("axes")),
     "tqdm": lambda over=None, *_, **__: StandIn("tqdm") if over is None else over,
     "trange": range,
     "prange": range,
@@ -75,10 +63,9 @@ WORKING = {
 class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
     """Imports handed-in scripts, from whatever folder, and stand-ins; asked before all others."""
 
-    def __init__(self) -> None:
+    def __init__(self, run: Callable[[str, str], None]) -> None:
+        self.run = run  # a script, by its source and name
         self.scripts: dict[str, str] = {}  # sources by file name
-        self.imported: list[dict[str, Any]] = []  # the namespaces of those that were imported
-        self.uses: dict[str, set[str]] = defaultdict(set)  # what a definition mentions, by its name
 
     def find_spec(self, name: str, path: Any, target: Any = None) -> ModuleSpec | None:
         """A spec for a script, a folder of scripts or a stand-in."""
@@ -92,16 +79,11 @@ class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         return None
 
     def create_module(self, spec: ModuleSpec) -> types.ModuleType:
-        """A stand-in; a script fills it with its own names."""
-        return StandIn(spec.name)
+        """A stand-in; for a script the module of all cells, where its names are set, too."""
+        return sys.modules["__main__"] if spec.origin else StandIn(spec.name)
 
     def exec_module(self, module: types.ModuleType) -> None:
         """Run a script; a stand-in has nothing to run."""
         file = module.__spec__ and module.__spec__.origin
         if file:
-            code = compile(self.scripts[file], file, "exec")
-            self.imported.append(vars(module))
-            for part in code.co_consts:
-                if isinstance(part, types.CodeType):
-                    self.uses[part.co_name] |= names_in(part)
-            exec(code, vars(module))
+            self.run(self.scripts[file], file)
