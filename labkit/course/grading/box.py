@@ -40,6 +40,7 @@ DISK_BYTES, MAX_LINE = 64 << 20, 1 << 18
 SECONDS = 3.0
 IN_ALL, BY_THE_CLOCK = 60.0, 30.0  # of processor time for a submission; by the clock for an order
 START = 120.0  # [s] until a box must be ready, on a machine at its limit
+SLEEP = 3.0  # [s] and a quarter of what is allowed: who waits for so long computes nothing
 LOOK = 0.25  # [s] between two looks at the time that a box has used
 TOO_LONG, ENDED = "it took too long", "the program ended"
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -103,8 +104,7 @@ def open_wall(
     reasons = []
     for mode in ("bubblewrap", "user"):
         wall = Wall(mode, tuple(map(os.path.realpath, hidden)), seconds)
-        reason = why_not(wall)
-        if not reason:
+        if not (reason := why_not(wall)):
             return wall
         reasons.append(f"{mode}: {reason}")
     raise LabkitError(
@@ -232,7 +232,7 @@ class Box:
         self._looked = time.monotonic()
         clock = self._looked - self._began
         used, waited = (now - then for now, then in zip(self.used(), self._before, strict=True))
-        sleeps = clock > self._allowed and used + waited < clock / 2.0
+        sleeps = clock > SLEEP + self._allowed / 4.0 and used + waited < clock / 2.0
         if used > self._allowed or sleeps:
             raise BoxError(TOO_LONG)
         if clock > BY_THE_CLOCK * self._allowed:

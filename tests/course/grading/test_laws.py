@@ -19,7 +19,7 @@ from small import RIGHT as RIGHT_NUMBERS
 
 from labkit.course.grading import grade as grading
 from labkit.course.grading.assignment import load_assignment
-from labkit.course.grading.box import BY_THE_CLOCK, Box, BoxError, MachineError, Wall
+from labkit.course.grading.box import BY_THE_CLOCK, SLEEP, Box, BoxError, MachineError, Wall
 from labkit.course.grading.command import JOBS
 from labkit.course.grading.inside import data
 from labkit.course.grading.inside.reading import read_program
@@ -166,14 +166,14 @@ def test_a_verdict_is_the_same_beside_a_load(graded, small):
 
 @pytest.mark.parametrize("used", [0.0, 0.9, 1.1])
 @pytest.mark.parametrize("waited", [0.0, 0.6, 1.0])
-@pytest.mark.parametrize("clock", [0.5, 3.0, 40.0])
+@pytest.mark.parametrize("clock", [0.5, 4.0, 40.0])
 def test_the_clock_decides_only_whether_to_try_again(used, waited, clock, monkeypatch):
     """Law 2: one second is allowed; `waited` is the share of the clock without a processor."""
     one = object.__new__(Box)
     one._allowed, one._began, one._before = 1.0, time.monotonic() - clock, (0.0, 0.0)
     monkeypatch.setattr(one, "used", lambda: (used, waited * clock))
     expected = contextlib.nullcontext()
-    if used > 1.0 or (clock > 1.0 and used + waited * clock < clock / 2.0):
+    if used > 1.0 or (clock > SLEEP + 0.25 and used + waited * clock < clock / 2.0):
         expected = pytest.raises(BoxError, match="it took too long")  # by its own fault
     elif clock > BY_THE_CLOCK:
         expected = pytest.raises(MachineError, match="this machine was too busy")

@@ -129,6 +129,7 @@ def test_an_honest_style_costs_nothing(style, graded):
     lost = [(one.question, one.message) for one in verdict.questions if not one.passed]
     assert not lost, verdict.notes
     assert NOTES.get(style, "") in str(verdict.notes)
+    assert not (style == "the handed-out notebook" and verdict.notes)
 
 
 @pytest.mark.parametrize(

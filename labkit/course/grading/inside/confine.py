@@ -40,8 +40,8 @@ MAKING_SOME = tuple(
 def confine(*, seconds: float, user: int, wall: str) -> None:
     """Give up for good what the student's code shall not have.
 
-    That is more than so many seconds of processor time, and bytes of address space and of a file;
-    the user that one is, unless `user` is 0; and, unless the `wall` is "none", many system calls.
+    That is time, memory, the user that one is unless `user` is 0, and many system calls unless
+    the `wall` is "none".
     """
     limits = {"CPU": int(seconds) + 1, "NOFILE": 128, "CORE": 0, "AS": MEMORY}
     limits["FSIZE"] = FILE_BYTES if wall == "bubblewrap" else 0

@@ -96,7 +96,7 @@ class Session:
     def run_cell(self, source: str, label: str, seconds: float) -> str:
         """Run the statements of a cell one by one; why it was not run to its end.
 
-        Each gets a cell's time; once the time of all experiments is over, an experiment a tenth.
+        An experiment gets half of a cell's time, or a tenth once that of all of them is over.
         """
         try:
             with self.within(seconds):
@@ -108,7 +108,7 @@ class Session:
             if not defines:
                 if self.left <= -2.0 * seconds:
                     continue
-                limit = max(min(seconds, self.left), seconds / 10.0)
+                limit = max(min(seconds / 2.0, self.left), seconds / 10.0)
             try:
                 with self.within(limit):
                     self.run(node, label)
