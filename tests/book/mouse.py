@@ -1,6 +1,8 @@
-"""What the tests do with the mouse."""
+"""What the tests do with the mouse, or a finger."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 from playwright.sync_api import Locator, Page
 
@@ -30,3 +32,15 @@ def drag(page: Page, start: Point, by: Point, steps: int = 12) -> None:
     page.mouse.down()
     page.mouse.move(start[0] + by[0], start[1] + by[1], steps=steps)
     page.mouse.up()
+
+
+def finger(page: Page) -> Callable[[str, float, float], None]:
+    """A function that lays a finger on the screen, moves it, and takes it off."""
+    devtools = page.context.new_cdp_session(page)
+
+    def touch(kind: str, x: float, y: float) -> None:
+        points = [] if kind == "End" else [{"x": x, "y": y}]
+        told = {"type": f"touch{kind}", "touchPoints": points}
+        devtools.send("Input.dispatchTouchEvent", told)
+
+    return touch

@@ -6,13 +6,11 @@ import re
 from itertools import cycle
 
 import pytest
-from mouse import middle
+from mouse import finger, middle
 from playwright.sync_api import Page, expect
-from widget_page import TWO_FRAMES
+from widget_page import copied_link, enter, settle
 
 from labkit.interactive import drive
-
-FIT = "() => document.documentElement.scrollWidth <= window.innerWidth"
 
 
 @pytest.fixture(params=[{"width": 1366, "height": 768}, {"width": 390, "height": 844}], ids=str)
@@ -37,31 +35,25 @@ def drive_on(page: Page, least: float) -> None:
     page.keyboard.up("ArrowUp")
     spoken = page.locator(".icp-drive > .icp-spoken")
     expect(spoken).to_have_text(re.compile("m driven"))
-    page.evaluate(TWO_FRAMES)
+    settle(page)
 
 
 def test_in_a_corridor_only_wheels_tell_and_a_link_holds_the_drive(page):
     address = page.url.split("#")[0]
-    assert page.evaluate(FIT)
     drive_on(page, 4)
     metres, off = score(page)
     assert off == pytest.approx(metres, abs=0.6)  # the blue robot never left
     expect(page.locator(".icp-advice")).to_contain_text("looks the same everywhere")
-    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
-    page.get_by_role("button", name="Copy link").click()
-    expect(page.locator(".icp-advice")).to_contain_text("clipboard")
-    link = page.evaluate("() => navigator.clipboard.readText()")
+    link = copied_link(page, "Copy link", ".icp-advice")
     page.get_by_label("wheels").select_option("good")
     page.get_by_role("button", name="Start again").click()
     drive_on(page, 4)
     assert score(page)[1] < 0.2
-    page.goto("about:blank")
-    page.goto(link)
+    enter(page, link)
     expect(page.get_by_label("world")).to_have_value("Corridor")
     expect(page.locator(".icp-advice")).to_contain_text(f"To beat, in orange: {metres:.0f} m")
     for nonsense in ("drive=%00.zz.-", "world=moon&drive=1", "metres=x&drive=1.1.1"):  # is ignored
-        page.goto("about:blank")
-        page.goto(f"{address}#drive?{nonsense}")
+        enter(page, f"{address}#drive?{nonsense}")
         expect(page.locator(".icp-advice")).to_contain_text(re.compile("^Drive"))
 
 
@@ -69,17 +61,13 @@ def test_a_hand_drives_and_places_are_recognised(page):
     page.get_by_label("world").select_option("Room")
     canvas = page.locator(".icp-stage canvas")
     (x, y), width = middle(canvas), canvas.bounding_box()["width"]
-    devtools = page.context.new_cdp_session(page)
+    touch = finger(page)
 
     def point(kind: str, u: float, v: float) -> None:
-        at = x + u * width, y + v * width
         if width < 400:
-            points = [] if kind == "End" else [dict(zip("xy", at, strict=True))]
-            told = {"type": f"touch{kind}", "touchPoints": points}
-            devtools.send("Input.dispatchTouchEvent", told)
-        else:
-            page.mouse.move(*at)
-            {"Start": page.mouse.down, "Move": list, "End": page.mouse.up}[kind]()
+            return touch(kind, x + u * width, y + v * width)
+        page.mouse.move(x + u * width, y + v * width)
+        return {"Start": page.mouse.down, "Move": list, "End": page.mouse.up}[kind]()
 
     point("Start", 0.1, -0.1)
     rounds = cycle([(-0.15, -0.1), (-0.2, 0.1), (0.1, 0.15), (0.1, -0.1)])

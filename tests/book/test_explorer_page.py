@@ -6,15 +6,14 @@ import re
 
 import numpy as np
 import pytest
-from mouse import Point, drag, middle
-from playwright.sync_api import Locator, Page, expect
-from widget_page import TWO_FRAMES, come_back
+from mouse import Point, drag, finger, middle
+from playwright.sync_api import Page, expect
+from widget_page import come_back, copied_link, enter, picture, readout, settle
 
 import labkit
 from labkit.interactive import Explorer, icp_explorer
 
 AXES = "x", "y", "turn"
-FIT = "() => document.documentElement.scrollWidth <= window.innerWidth"
 SIGN = ".icp-readouts dd"  # of an explorer that is drawn
 
 # How often what is read aloud changes.
@@ -33,23 +32,13 @@ def explorer() -> Explorer:
 
 @pytest.fixture
 def page(show, explorer: Explorer) -> Page:
-    return show(explorer, SIGN, viewport={"width": 800, "height": 1400})
-
-
-def readout(page: Page, name: str) -> Locator:
-    return page.locator(f"[data-readout='{name}']")
-
-
-def picture(page: Page) -> str:
-    """The map as it is drawn, once all that has happened shows in it."""
-    page.evaluate(TWO_FRAMES)
-    drawn: str = page.locator(".icp-plane").evaluate("canvas => canvas.toDataURL()")
-    return drawn
+    size = {"width": 800, "height": 1400}
+    return show(explorer, SIGN, viewport=size, reduced_motion="reduce")
 
 
 def guess(page: Page) -> list[float]:
     """X [m], y [m] and turn [°], as the sliders tell them."""
-    page.evaluate(TWO_FRAMES)
+    settle(page)
     told = [page.get_by_label(f"guess {each}").get_attribute("aria-valuetext") for each in AXES]
     return [float(each.strip(" m°").replace("−", "-")) for each in told]
 
@@ -62,7 +51,7 @@ def free_spot(page: Page) -> Point:
 
 def choose(page: Page, scene: str) -> None:
     page.get_by_label("scans", exact=True).select_option(scene)
-    page.evaluate(TWO_FRAMES)
+    settle(page)
 
 
 def press(page: Page, *names: str) -> None:
@@ -72,7 +61,6 @@ def press(page: Page, *names: str) -> None:
 
 def test_it_says_what_labkit_says(page, explorer):
     """Every scene, from its own guess."""
-    page.emulate_media(reduced_motion="reduce")
     for name, scene in explorer.scenes.items():
         choose(page, name)
         run = labkit.icp(scene.source, scene.target, scene.T_init)
@@ -88,7 +76,6 @@ def test_it_says_what_labkit_says(page, explorer):
 def test_a_run_tells_its_end_only_once_it_was_played(page):
     """Or the bet on it would be none; the answer, the error and the rest of the curve wait."""
     legend, curve = page.locator(".icp-legend"), page.locator(".icp-cost")
-    page.emulate_media(reduced_motion="reduce")
     for told in (0, 1):
         expect(readout(page, "error")).to_have_count(told)
         expect(readout(page, "the run")).to_have_text(re.compile("28 iterations" if told else "^$"))
@@ -132,6 +119,7 @@ def test_the_scan_is_dragged_turned_and_slid(page):
 
 
 def test_steps_play_and_pause_and_are_told_in_one_sentence(page):
+    page.emulate_media(reduced_motion="no-preference")
     shown, spoken = readout(page, "shown"), page.locator(".icp-spoken")
     expect(shown).to_have_text("the guess, iteration 0 of 28")
     expect(spoken).to_contain_text("keep 143 of 180 pairs", timeout=3000)
@@ -163,7 +151,7 @@ def test_the_wheel_zooms_about_the_cursor_within_bounds(page):
     page.locator(".icp-plane").focus()
     for _ in range(8):
         page.mouse.wheel(0.0, -400.0)
-        page.evaluate(TWO_FRAMES)
+        settle(page)
     expect(nearer).to_be_disabled()
     press(page, "Pan")
     shown, at = picture(page), guess(page)
@@ -173,36 +161,28 @@ def test_the_wheel_zooms_about_the_cursor_within_bounds(page):
 
 
 def test_a_copied_state_is_a_link_to_it(page):
-    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     choose(page, "Room")
     page.get_by_label("gate").press("Home")
     page.locator(".icp-plane").press("ArrowUp")
     press(page, "Step")
     expect(readout(page, "shown")).to_contain_text("iteration 1 of")
     address, before = page.url, picture(page)
-    link = f"{address}#icp?"
-    press(page, "Copy state")
-    expect(page.locator(".icp-status").first).to_contain_text("clipboard")
-    copied = page.evaluate("() => navigator.clipboard.readText()")
-    assert copied.startswith(link)
-    page.goto("about:blank")
-    page.goto(copied)
-    expect(readout(page, "shown")).to_contain_text("iteration 1 of")
-    expect(page.get_by_label("gate")).to_have_attribute("aria-valuetext", "0.05 m")
-    assert guess(page) == [0.0, 0.05, 0.0]
-    assert picture(page) == before
-    page.goto("about:blank")
-    page.goto(address)  # without the link, too: it is kept, but for the iteration
-    expect(page.get_by_label("gate")).to_have_attribute("aria-valuetext", "0.05 m")
-    expect(page.get_by_label("scans", exact=True)).to_have_value("Room")
-    assert guess(page) == [0.0, 0.05, 0.0]
-    page.goto("about:blank")
-    page.goto(f"{link}state=nonsense")  # is ignored
+    copied = copied_link(page, "Copy state", ".icp-status")
+    assert copied.startswith(f"{address}#icp?")
+    for link, shown in ((copied, "iteration 1 of"), (address, "the guess, iteration 0 of")):
+        enter(page, link)  # without the link, too: it is kept, but for the iteration
+        expect(readout(page, "shown")).to_contain_text(shown)
+        expect(page.get_by_label("gate")).to_have_attribute("aria-valuetext", "0.05 m")
+        expect(page.get_by_label("scans", exact=True)).to_have_value("Room")
+        assert guess(page) == [0.0, 0.05, 0.0]
+        assert (picture(page) == before) == (link == copied)
+    enter(page, f"{address}#icp?state=nonsense")  # is ignored
     expect(readout(page, "shown")).to_contain_text("the guess, iteration 0 of")
 
 
 def test_the_basin_is_labkit_s_and_the_page_listens_meanwhile(page, explorer):
     """A start that the map counts as found is found by labkit, and the reverse."""
+    page.emulate_media(reduced_motion="no-preference")
     choose(page, "Two rooms")
     without, status = picture(page), page.locator(".icp-basin .icp-status")
     press(page, "Compute the basin", "Stop", "Compute again")
@@ -233,7 +213,6 @@ def test_the_basin_is_labkit_s_and_the_page_listens_meanwhile(page, explorer):
 
 def test_it_fits_a_laptop_s_screen_at_one_height_and_stays_off_paper(page, explorer):
     page.set_viewport_size({"width": 1366, "height": 768})
-    page.emulate_media(reduced_motion="reduce")
     heights = set()
     for name in explorer.scenes:
         choose(page, name)
@@ -249,24 +228,21 @@ def test_it_fits_a_laptop_s_screen_at_one_height_and_stays_off_paper(page, explo
 def test_on_a_telephone_a_finger_scrolls_but_for_one_on_the_scan(show, explorer):
     size = {"width": 390, "height": 844}
     page = show(explorer, SIGN, viewport=size, has_touch=True, is_mobile=True)
-    page.evaluate(TWO_FRAMES)
-    assert page.evaluate(FIT)
-    box = page.locator(".icp-plane").bounding_box()
-    devtools = page.context.new_cdp_session(page)
+    at, touch = guess(page), finger(page)
 
-    def swipe(x: float, y: float) -> None:
-        for kind, dy in (("touchStart", 0), *(("touchMove", -20 * k) for k in range(1, 8))):
-            points = [{"x": x, "y": y + dy}]
-            devtools.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
-        devtools.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    def swipe(right: float, down: float) -> float:
+        """From a place of the map, in shares of its size, up; returns how far the page scrolls."""
+        page.evaluate("() => scrollTo(0, 0)")
+        box = page.locator(".icp-plane").bounding_box()
+        x, y = box["x"] + right * box["width"], box["y"] + down * box["height"]
+        touch("Start", x, y)
+        for k in range(1, 8):
+            touch("Move", x, y - 20.0 * k)
+        touch("End", x, y)
         page.wait_for_timeout(300)
+        return page.evaluate("() => scrollY")
 
-    at = guess(page)
-    swipe(box["x"] + 0.55 * box["width"], box["y"] + 0.93 * box["height"])  # no point is near
-    assert page.evaluate("() => scrollY") > 30
+    assert swipe(0.55, 0.93) > 30  # no point is near
     assert guess(page) == at
-    page.evaluate("() => scrollTo(0, 0)")
-    box = page.locator(".icp-plane").bounding_box()
-    swipe(box["x"] + 0.08 * box["width"], box["y"] + 0.41 * box["height"])  # the scanner
-    assert page.evaluate("() => scrollY") < 5  # the swipe before may still run out
+    assert swipe(0.08, 0.41) < 5  # the scanner; the swipe before may still run out
     assert guess(page) != at

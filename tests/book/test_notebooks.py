@@ -138,8 +138,12 @@ def test_a_figure_has_words_for_those_who_cannot_see_it_and_a_caption_below(name
 
 @each_notebook
 def test_the_reader_predicts_before_each_slider(name):
-    """Each asks anew, in its own section, but those before a chapter's first question are free."""
-    own = re.findall(r"def (\w+)\(", "\n".join(cell.source for cell in NOTEBOOKS[name].cells))
+    """Each asks anew, in its own section, but those before a chapter's first question are free.
+
+    Where there is a question, something moves before the first one.
+    """
+    sources = [cell.source for cell in NOTEBOOKS[name].cells]
+    own = re.findall(r"def (\w+)\(", "\n".join(sources))
     widget, silent, asked = rf"\b({'|'.join(WIDGETS.difference(own))})\(", [], None
     for cell in NOTEBOOKS[name].cells:
         if cell.cell_type == "markdown":
@@ -149,6 +153,9 @@ def test_the_reader_predicts_before_each_slider(name):
             silent += [] if asked else [cell.id]
             asked = False
     assert silent == []
+    first = next((k for k, source in enumerate(sources) if ":class: predict" in source), 0)
+    moving = re.search(rf"{widget}|killian-map", "\n".join(sources[:first]))
+    assert moving or name not in CHAPTERS or not first
 
 
 @each_notebook

@@ -45,7 +45,7 @@ ONE_OF_A_COLOUR = """() => {
     }
 }"""
 # Formulas without a drawing, or with one of no size, letters without a shape, pictures that did
-# not come, and widgets without a picture, once all have been asked for theirs.
+# not come, widgets that drew nothing, and figures without a place, once all have been asked.
 UNDRAWN = """async () => {
     window.drawWidgets?.();
     const later = () => new Promise(r => setTimeout(r, 100));
@@ -60,6 +60,8 @@ UNDRAWN = """async () => {
         ...lacking("article .math use", each => document.querySelector(each.getAttribute("href"))),
         ...lacking("main img", each => each.complete && each.naturalWidth),
         ...lacking(".widget-subarea", each => each.querySelector("canvas")),
+        ...lacking("article :is(figure, .cell_output img, .icp-explorer)",
+            each => each.closest("details, .tag_on-paper") || each.offsetHeight >= 40),
     ];
 }"""
 COPIED = """paragraph => {
@@ -270,122 +272,61 @@ def test_a_widget_lives_without_a_kernel_and_a_formula_is_copied(browser, html):
 @own_book
 def test_a_prediction_holds_the_answer_back_until_the_reader_commits(browser, html):
     with visit(browser, html.as_uri(), "widgets") as page:
-        box = page.locator(".admonition.predict").first
-        commit, answer = box.get_by_role("button", name="Commit"), page.get_by_text("[0, 1, 2, 3")
-        switch = page.locator(".predict-switch")
-        expect(switch).to_contain_text("3 predictions, 0 answered.")
-        assert answer.evaluate(HELD)
-        for held in ("Ten numbers.", "And how long"):  # to the next heading or box
-            assert page.get_by_text(held).evaluate(HELD)
+        box, switch = page.locator(".admonition.predict").first, page.locator(".predict-switch")
+        held = [page.get_by_text(each) for each in ("[0, 1, 2, 3", "Ten numbers.", "And how long")]
+        assert all(each.evaluate(HELD) for each in held)  # to the next heading or box
         expect(box.get_by_text("The cell below")).to_be_hidden()
-        expect(commit).to_be_disabled()
-        choice = box.get_by_role("radio", name="Half of them")
+        expect(switch).to_contain_text("3 predictions, 0 answered.")
         box.get_by_role("radio", name="None").focus()
         page.keyboard.press("ArrowDown")
-        expect(choice).to_be_checked()
         page.keyboard.press("Enter")
-        expect(box.get_by_role("status")).to_have_text("You said 2; it is 3.")
         expect(box.get_by_text("The cell below")).to_be_visible()
         expect(switch).to_contain_text("3 predictions, 1 answered.")
-        assert not answer.evaluate(HELD)
-        assert not page.get_by_text("Ten numbers.").evaluate(HELD)
-        come_back(page)  # the answer is kept
-        expect(box.get_by_role("status")).to_have_text("You said 2; it is 3.")
-        assert not answer.evaluate(HELD)
+        assert [each.evaluate(HELD) for each in held] == [False, False, True]
+        come_back(page)
+        assert not held[0].evaluate(HELD)
         box.get_by_role("button", name="Ask me again").click()
-        assert answer.evaluate(HELD)
+        assert held[0].evaluate(HELD)
         box.locator("summary").click()  # not to answer is allowed
-        page.wait_for_function(f"node => !({HELD})(node)", arg=answer.element_handle())
+        page.wait_for_function(f"node => !({HELD})(node)", arg=held[0].element_handle())
 
 
 @own_book
-def test_what_is_held_back_is_shown_by_the_switch_the_address_and_a_link(browser, html):
+def test_a_choice_a_number_and_a_place_are_told_kept_and_asked_again(browser, html):
     with visit(browser, html.as_uri(), "widgets") as page:
-        answer, address = page.get_by_text("[0, 1, 2, 3"), page.url
-        still = page.locator(".predict-still")
-        page.evaluate("() => window.drawWidgets()")
-        assert still.evaluate(HELD)  # a widget stands there, and does not move
-        assert still.locator("canvas").first.bounding_box()["height"] > 100
-        page.evaluate("() => { location.hash = 'widget-2'; }")
-        page.wait_for_function(f"node => !({HELD})(node)", arg=still.element_handle())
-        assert answer.evaluate(HELD)
-        page.get_by_role("button", name="shown").click()
-        come_back(page)  # the switch is remembered
-        assert not answer.evaluate(HELD)
-        page.get_by_role("button", name="held back").click()
-        assert answer.evaluate(HELD)
-        page.goto(f"{address}?answers")
-        assert not answer.evaluate(HELD)
-
-
-# A place in the page for each widget and figure, and one that moves before the first question.
-DRAWN = """() => {
-    const map = document.querySelector("article img[src*='killian-map']");
-    const waiting = document.querySelector("[type*='widget-view'], .widget-subarea:empty");
-    window.drawWidgets?.();
-    return !waiting && (!map || document.querySelector(".map-live canvas"));
-}"""
-PLACES = """() => {
-    const all = document.querySelectorAll("article :is(figure, .cell_output img, .icp-explorer)");
-    const seen = [...all].filter(node => !node.closest("details, .tag_on-paper, .diagram"));
-    const low = seen.filter(node => node.getBoundingClientRect().height < 40);
-    const question = document.querySelector(".predict"), bit = Node.DOCUMENT_POSITION_FOLLOWING;
-    const before = [...document.querySelectorAll(".icp-explorer, .map-live")]
-        .filter(node => question && node.compareDocumentPosition(question) & bit);
-    return [seen.length, low.map(node => node.outerHTML.slice(0, 200)), before.length || !question];
-}"""
-
-
-@pytest.mark.skipif(WRITTEN_HERE, reason="needs the notebooks' results: BOOK_HTML names a book")
-@pytest.mark.parametrize("name", [each for each in NAMES if re.match(r"notebooks/\d", each)])
-def test_a_chapter_opens_with_all_its_widgets_and_figures_in_place(browser, html, name):
-    with visit(browser, html.as_uri(), name) as page:
-        page.wait_for_function(DRAWN)
-        seen, low, moves = page.evaluate(PLACES)
-        assert low == []
-        assert moves
-        assert seen
-
-
-@own_book
-def test_a_prediction_takes_a_number(browser, html):
-    with visit(browser, html.as_uri(), "widgets") as page:
-        number = page.locator(".predict-number")
-        field = number.get_by_label("Your number")
-        field.fill("long")
-        expect(number.get_by_role("button", name="Commit")).to_be_disabled()
-        field.fill("0.5")
-        field.press("Enter")
-        expect(number.get_by_role("status")).to_have_text("You said 0.5 m; it is 1.00 m.")
-        page.emulate_media(media="print")
-        expect(number.get_by_role("button", name="Ask me again")).to_be_hidden()
-
-
-@own_book
-def test_a_prediction_takes_a_place_in_the_picture(browser, html):
-    with visit(browser, html.as_uri(), "widgets") as page:
-        box = page.locator(".predict-place")
-        picture, ring = page.locator(".predict-picture img"), page.locator(".predict-ring")
-        left, bottom = box.get_by_role("spinbutton").all()
-        commit, said = box.get_by_role("button", name="Commit"), box.get_by_role("status")
-        expect(ring).to_be_hidden()
+        choice, number, place = page.locator(".admonition.predict").all()
+        field, (left, bottom) = number.get_by_role("textbox"), place.get_by_role("spinbutton").all()
+        picture, marks = page.locator(".predict-picture img"), page.locator(".predict-picture span")
+        expect(marks.filter(visible=True)).to_have_count(0)
         size = picture.bounding_box()
         picture.click(position={"x": 0.5 * size["width"], "y": 0.8 * size["height"]})
         expect(left).to_have_value("50")
         expect(bottom).to_have_value("20")
-        left.fill("101")  # outside
-        expect(commit).to_be_disabled()
+        for box, entry, wrong in ((number, field, "long"), (place, left, "101")):
+            entry.fill(wrong)
+            expect(box.get_by_role("button", name="Commit")).to_be_disabled()
+        expect(choice.get_by_role("button", name="Commit")).to_be_disabled()
+        field.fill("0.5")
         left.fill("39")
         left.press("ArrowUp")  # by keyboard alone
+        field.press("Enter")
         left.press("Enter")
-        expect(said).to_have_text("Your place is 10 % of the picture's width from the ring.")
-        expect(ring).to_be_visible()
-        come_back(page)  # the place is kept
-        expect(said).to_have_text("Your place is 10 % of the picture's width from the ring.")
-        expect(page.locator(".predict-flag")).to_be_visible()
-        box.get_by_role("button", name="Ask me again").click()
+        choice.get_by_role("radio", name="Half of them").check()
+        choice.get_by_role("button", name="Commit").click()
+        for visit_again in (True, False):
+            expect(choice.get_by_role("status")).to_have_text("You said 2; it is 3.")
+            expect(number.get_by_role("status")).to_have_text("You said 0.5 m; it is 1.00 m.")
+            off = "Your place is 10 % of the picture's width from the ring."
+            expect(place.get_by_role("status")).to_have_text(off)
+            expect(marks.filter(visible=True)).to_have_count(2)
+            if visit_again:
+                come_back(page)
+        page.emulate_media(media="print")
+        expect(page.get_by_role("button", name="Ask me again")).to_have_count(0)
+        page.emulate_media(media="screen")
+        place.get_by_role("button", name="Ask me again").click()
         expect(left).to_have_value("")
-        expect(ring).to_be_hidden()
+        expect(marks.filter(visible=True)).to_have_count(0)
 
 
 @own_book

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from anywidget import AnyWidget
 from ipywidgets.embed import embed_data
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Locator, Page, expect
 
 KEPT = 500  # ms in which the browser puts away what a page told it to keep
 TWO_FRAMES = "() => new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))"
@@ -30,6 +30,39 @@ def written_page(widget: AnyWidget, folder: Path) -> str:
         "utf-8",
     )
     return page.as_uri()
+
+
+def settle(page: Page) -> None:
+    """Let the page draw what has happened."""
+    page.evaluate(TWO_FRAMES)
+
+
+def readout(page: Page, name: str) -> Locator:
+    """A number that a widget tells."""
+    settle(page)
+    return page.locator(f"[data-readout='{name}']")
+
+
+def picture(page: Page, canvas: str = ".icp-plane") -> str:
+    """What is drawn, once all that has happened shows in it."""
+    settle(page)
+    drawn: str = page.locator(canvas).first.evaluate("canvas => canvas.toDataURL()")
+    return drawn
+
+
+def enter(page: Page, address: str) -> None:
+    """Open an address as if from elsewhere, though it may be another place of the same page."""
+    page.goto("about:blank")
+    page.goto(address)
+
+
+def copied_link(page: Page, button: str, where: str) -> str:
+    """The link that a button puts into the clipboard, which is told in a line below it."""
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.get_by_role("button", name=button).click()
+    expect(page.locator(where).first).to_contain_text("clipboard")
+    link: str = page.evaluate("() => navigator.clipboard.readText()")
+    return link
 
 
 def come_back(page: Page) -> None:
