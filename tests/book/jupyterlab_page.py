@@ -41,14 +41,11 @@ CLOSE = """async () => {
     panel.context.model.dirty = false;
     panel.close();
 }"""
-# Messages of all that failed: in cells, and inside the output widgets of callbacks.
 ERRORS = """() => [...window.jupyterapp.shell.currentWidget.content.model.cells]
     .filter(cell => cell.type === "code")
     .flatMap(cell => cell.toJSON().outputs)
     .filter(output => output.output_type === "error")
-    .map(output => `${output.ename}: ${output.evalue}`)
-    .concat([...document.querySelectorAll(".jupyter-widgets-output-area [data-mime-type*=stderr]")]
-        .map(node => node.textContent))"""
+    .map(output => `${output.ename}: ${output.evalue}`)"""
 # Run the last cell alone, and wait for its end.
 RUN_LAST = """() => {
     const { content } = window.jupyterapp.shell.currentWidget;

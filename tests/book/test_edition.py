@@ -158,20 +158,11 @@ def test_another_folder_is_not_replaced(course, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 
-def test_the_notebooks_keep_their_questions_and_checks(lab):
-    notebook = nbformat.read(lab / "notebooks/09_problems.ipynb", as_version=4)
-    nbformat.validate(notebook)
-    graded = [cell.metadata["nbgrader"] for cell in notebook.cells if "nbgrader" in cell.metadata]
-    assert {each["schema_version"] for each in graded} == {3}
-    answers = [cell for cell in notebook.cells if "YOUR CODE HERE" in cell.source]
-    assert len(answers) == sum(each["solution"] for each in graded) >= 10
-    assert sum(each["grade"] for each in graded) == len(answers)
-
-
 @pytest.mark.parametrize("path", sorted((ROOT / "notebooks").glob("*.ipynb")), ids=lambda p: p.stem)
 def test_a_students_notebook_has_nothing_that_the_book_alone_resolves(lab, path):
     """And the book gets back what its author wrote, but in cells that a student has changed."""
     notebook = nbformat.read(lab / "notebooks" / path.name, as_version=4)
+    nbformat.validate(notebook)
     text = "\n".join(cell.source for cell in notebook.cells if cell.cell_type == "markdown")
     assert re.findall(r"\{(?:term|cite|ref|numref|doc|eq)\b[^`]*`[^`]*`", text) == []
     links = re.findall(r"\]\((?!\w+:)([^)#\s]*)(?:#([^)\s]*))?\)", text)
@@ -198,17 +189,11 @@ def test_the_package_works_without_the_files_that_are_kept_back(lab):
     names = [path.relative_to(lab).as_posix() for path in lab.rglob("*")]
     assert not [name for name in names if re.search(r"authoring|hidden|__pycache__|vendor", name)]
     code = "import labkit.cli as cli, labkit.course.exercises.checking as c; print(c.__file__); "
-    done = subprocess.run(
-        [sys.executable, "-c", code + "cli.main(['-h'])"],
-        cwd=lab,
-        env={**os.environ, "PYTHONPATH": str(lab)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith(str(lab))
-    assert "odometry" in done.stdout
+    command = [sys.executable, "-c", code + "cli.main(['-h'])"]
+    told = {**os.environ, "PYTHONPATH": str(lab)}
+    said = subprocess.run(command, cwd=lab, env=told, stdout=subprocess.PIPE, text=True, check=True)
+    assert said.stdout.startswith(str(lab))
+    assert "odometry" in said.stdout
 
 
 # Launch

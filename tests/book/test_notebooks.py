@@ -25,7 +25,7 @@ NOTEBOOKS = {
     if ".ipynb_checkpoints" not in path.parts
 }
 CHAPTERS = [name for name in NOTEBOOKS if re.match(r"(0[1-9]|10)_", name)]
-MAX_LINES = 15  # about 12 is the aim
+MAX_LINES = 16  # about 12 is the aim; the longest are a stub and its docstring
 MAX_SHOWN = 150  # lines of code that a chapter shows unasked
 FOLDED = {"hide-input", "hide-cell", "remove-cell", "remove-input", "solution"}
 # The assignment's questions need numpy alone; what runs the answers on a log comes after them.
@@ -47,15 +47,6 @@ def parse(source: str) -> ast.Module:
     return ast.parse(TransformerManager().transform_cell(source))
 
 
-def length(cell: NotebookNode) -> int:
-    """Lines of a cell; those of docstrings do not count."""
-    functions = [node for node in parse(cell.source).body if isinstance(node, ast.FunctionDef)]
-    words = [node.body[0] for node in functions if ast.get_docstring(node)]
-    return len(cell.source.splitlines()) - sum(
-        word.end_lineno - word.lineno + 1 for word in words if word.end_lineno
-    )
-
-
 def names(cell: NotebookNode) -> tuple[set[str], set[str]]:
     """The names that a cell takes from the notebook, in functions too, and those that it sets."""
     cell_source = TransformerManager().transform_cell(cell.source)
@@ -70,7 +61,8 @@ def names(cell: NotebookNode) -> tuple[set[str], set[str]]:
 
 @each_notebook
 def test_cells_are_short(name):
-    assert [cell.id for cell in code_cells(NOTEBOOKS[name]) if length(cell) > MAX_LINES] == []
+    cells = code_cells(NOTEBOOKS[name])
+    assert [cell.id for cell in cells if len(cell.source.splitlines()) > MAX_LINES] == []
 
 
 @each_notebook

@@ -208,36 +208,28 @@ def test_the_first_page_stands_still_and_its_first_screen_holds_the_toy(
 
 def test_a_step_of_the_map_comes_into_the_toy_and_what_is_found_plays_the_map(browser, html):
     with visit(browser, html.as_uri(), NAMES[0]) as page:
-        number, verdict = page.locator(".icp-distance"), page.locator(".icp-verdict")
-        canvas = page.locator(".map-live canvas")
-        expect(number).to_contain_text("m")
-        first = number.inner_text()
+        verdict, canvas = page.locator(".icp-verdict"), page.locator(".map-live canvas")
+        finish = page.get_by_role("button", name="Let ICP finish")
         page.locator(".icp-by-hand .icp-plane").focus()
         for key, count in {"ArrowLeft": 12, "ArrowUp": 8, "PageDown": 10}.items():
             for _ in range(count):
                 page.keyboard.press(key)
         expect(verdict).to_contain_text(re.compile("Warmer|Near"))
-        page.get_by_role("button", name="Let ICP finish").click()
-        expect(verdict).to_contain_text("Found")
+        finish.click()
         page.get_by_role("button", name="Now 3,872 times").click()
         expect(canvas).to_be_in_viewport()
         page.get_by_role("button", name="1732").click()
         expect(verdict).to_contain_text("Step 1732: ICP says that the robot stood still")
-        page.get_by_role("button", name="Let ICP finish").click()
+        finish.click()
         expect(verdict).to_contain_text("Stuck, 0.7")  # the step that lied
-        second = number.inner_text()
-        size = canvas.bounding_box()
-        canvas.click(position={"x": size["width"] / 2, "y": size["height"] / 2})
+        canvas.click()
         expect(verdict).to_contain_text(re.compile(r"Step \d+: drag"))
-        assert len({first, second, number.inner_text()}) == 3
 
 
 def test_the_map_unfolds_from_the_wheels_to_the_places_recognised(browser, html):
     with visit(browser, html.as_uri(), NAMES[0]) as page:
-        slider, canvas = (
-            page.get_by_role("slider", name="Poses from"),
-            page.locator(".map-live canvas"),
-        )
+        slider = page.get_by_role("slider", name="Poses from")
+        canvas = page.locator(".map-live canvas")
         expect(page.locator(".killian-map img")).to_be_hidden()
         shown = set()
         for key, off in (("Home", "89 m"), ("End", "1.6 m")):
@@ -251,17 +243,11 @@ def test_the_map_unfolds_from_the_wheels_to_the_places_recognised(browser, html)
 
 
 @own_book
-def test_a_widget_lives_without_a_kernel_and_a_formula_is_copied(browser, html):
+def test_a_formula_is_copied_and_tab_leads_to_the_widgets(browser, html):
     with visit(browser, html.as_uri(), "widgets") as page:
-        cells = page.locator("[data-readout='cells']")
-        expect(cells).to_have_text("2")
-        page.get_by_role("slider", name="cuts").press("ArrowRight")
-        expect(cells).to_have_text("4")
-
         plain, formatted = page.locator("p", has_text="A slider for").evaluate(COPIED)
         assert plain == r"A slider for the gate $d_{\max}$."
         assert "<msub><mi>d</mi>" in formatted
-
         page.reload(wait_until="networkidle")
         page.get_by_text("Skip to widget 1").wait_for(state="attached")
         for _ in range(2):  # the text comes first
