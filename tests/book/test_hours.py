@@ -6,7 +6,6 @@ Sections that begin with *Deeper*, and exercises marked so, are not on the core 
 
 import json
 import re
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -43,16 +42,12 @@ def reading(text):
 def counted(text):
     """Minutes to read and try, of exercises, and of the core path."""
     exercises = [(int(minutes), "deeper" in mark) for _, minutes, mark in EXERCISE.findall(text)]
-    bare, parts, level = EXERCISE.sub("", text), [], 7
-    starts = [found.start() for found in re.finditer(r"(?m)^#+ ", bare)]
-    for begin, end in pairwise([0, *starts, len(bare)]):
-        section = bare[begin:end]
-        if (depth := len(section) - len(section.lstrip("#"))) <= level:
-            deeper = re.match(r"[^\n]*\n+(\([^\n]*\n+)?\*Deeper", section)
-            level = depth if deeper else 7
-        parts.append((reading(section), level < 7))
-    core = sum(minutes for minutes, deeper in [*parts, *exercises] if not deeper)
-    return sum(minutes for minutes, _ in parts), sum(minutes for minutes, _ in exercises), core
+    core = bare = EXERCISE.sub("", text)
+    for depth in (2, 3, 4):  # a section ends at a heading that is as high
+        section = rf"(?ms)^#{{{depth}}} [^\n]*\n+(?:\([^\n]*\n+)?\*Deeper.*?(?=^#{{1,{depth}}} |\Z)"
+        core = re.sub(section, "", core)
+    every, deeper = (sum(each[0] for each in exercises if each[1] >= k) for k in (False, True))
+    return reading(bare), every, reading(core) + every - deeper
 
 
 @pytest.mark.parametrize("chapter", HEADS)
