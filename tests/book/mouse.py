@@ -17,15 +17,6 @@ def middle(node: Locator) -> Point:
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
-def thumb(slider: Locator) -> Point:
-    """Where a range input is to be grasped."""
-    x, y = middle(slider)
-    box = slider.bounding_box()
-    assert box is not None
-    share = float(slider.input_value()) / float(slider.get_attribute("max") or 1)
-    return x + (share - 0.5) * (box["width"] - 16.0), y
-
-
 def drag(page: Page, start: Point, by: Point, steps: int = 12) -> None:
     """Press at a point, move, and let go."""
     page.mouse.move(*start)

@@ -47,8 +47,6 @@ def test_in_a_corridor_only_wheels_tell_and_a_link_holds_the_drive(page):
     link = copied_link(page, "Copy link", ".icp-advice")
     page.get_by_label("wheels").select_option("good")
     page.get_by_role("button", name="Start again").click()
-    drive_on(page, 4)
-    assert score(page)[1] < 0.2
     enter(page, link)
     expect(page.get_by_label("world")).to_have_value("Corridor")
     expect(page.locator(".icp-advice")).to_contain_text(f"To beat, in orange: {metres:.0f} m")
@@ -78,7 +76,4 @@ def test_a_hand_drives_and_places_are_recognised(page):
     expect(page.locator(".icp-drive > .icp-spoken")).to_contain_text("m driven")  # at rest
     page.emulate_media(reduced_motion="reduce")  # it slides at once
     page.get_by_role("button", name="Recognise places").click()
-    said = page.locator(".icp-advice")
-    expect(said).to_contain_text("recognise")
-    if "now" in said.inner_text():
-        assert f"{score(page)[1]:.2f} m now" in said.inner_text()
+    expect(page.locator(".icp-advice")).to_contain_text("recognise")
