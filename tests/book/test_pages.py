@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from importlib import resources
 from pathlib import Path
@@ -17,7 +18,6 @@ import labkit
 
 WRITTEN_HERE = "BOOK_HTML" not in os.environ
 DOCUMENTED = labkit.logs, labkit.odometry, labkit.evaluation, labkit.simulation, labkit.plotting
-own_book = pytest.mark.skipif(not WRITTEN_HERE, reason="its pages are written by the fixture")
 _TOC = (Path(__file__).parents[2] / "_toc.yml").read_text("utf-8")
 NAMES = re.findall(r"(?:root|file): (\S+)", without_staff_pages(_TOC) if WRITTEN_HERE else _TOC)
 
@@ -91,6 +91,15 @@ def visit(browser: Browser, base: str, name: str) -> AbstractContextManager[Page
     """A page of the book, at rest."""
     at_rest = {"color_scheme": "light", "reduced_motion": "reduce"}
     return opened(browser, f"{base}/{name}.html", own=base, **at_rest)
+
+
+@pytest.fixture
+def page(browser: Browser, html: Path) -> Iterator[Page]:
+    """The page that the fixture adds to the book that it writes."""
+    if not WRITTEN_HERE:
+        pytest.skip("another book has no such page")
+    with visit(browser, html.as_uri(), "widgets") as page:
+        yield page
 
 
 @pytest.fixture(scope="session")
@@ -239,125 +248,113 @@ def test_the_map_unfolds_from_the_wheels_to_the_places_recognised(browser, html)
         expect(canvas).to_be_hidden()
 
 
-@own_book
-def test_a_formula_is_copied_and_tab_leads_to_the_widgets(browser, html):
-    with visit(browser, html.as_uri(), "widgets") as page:
-        plain, formatted = page.locator("p", has_text="A slider for").evaluate(COPIED)
-        assert plain == r"A slider for the gate $d_{\max}$."
-        assert "<msub><mi>d</mi>" in formatted
-        page.reload(wait_until="networkidle")
-        page.get_by_text("Skip to widget 1").wait_for(state="attached")
-        for _ in range(2):  # the text comes first
-            page.keyboard.press("Tab")
-        expect(page.get_by_text("Skip to widget 1")).to_be_focused()
+def test_a_formula_is_copied_and_tab_leads_to_the_widgets(page):
+    plain, formatted = page.locator("p", has_text="A slider for").evaluate(COPIED)
+    assert plain == r"A slider for the gate $d_{\max}$."
+    assert "<msub><mi>d</mi>" in formatted
+    page.reload(wait_until="networkidle")
+    page.get_by_text("Skip to widget 1").wait_for(state="attached")
+    for _ in range(2):  # the text comes first
+        page.keyboard.press("Tab")
+    expect(page.get_by_text("Skip to widget 1")).to_be_focused()
 
 
-@own_book
-def test_a_prediction_holds_the_answer_back_until_the_reader_commits(browser, html):
-    with visit(browser, html.as_uri(), "widgets") as page:
-        box, switch = page.locator(".admonition.predict").first, page.locator(".predict-switch")
-        held = [page.get_by_text(each) for each in ("[0, 1, 2, 3", "Ten numbers.", "And how long")]
-        assert all(each.evaluate(HELD) for each in held)  # to the next heading or box
-        expect(box.get_by_text("The cell below")).to_be_hidden()
-        expect(switch).to_contain_text("3 predictions, 0 answered.")
-        box.get_by_role("radio", name="None").focus()
-        page.keyboard.press("ArrowDown")
-        page.keyboard.press("Enter")
-        expect(box.get_by_text("The cell below")).to_be_visible()
-        expect(switch).to_contain_text("3 predictions, 1 answered.")
-        assert not any(each.evaluate(HELD) for each in held)
-        come_back(page)
-        assert not held[0].evaluate(HELD)
-        box.get_by_role("button", name="Ask me again").click()
-        assert held[0].evaluate(HELD)
-        box.locator("summary").click()  # not to answer is allowed
-        page.wait_for_function(f"node => !({HELD})(node)", arg=held[0].element_handle())
+def test_a_prediction_holds_the_answer_back_until_the_reader_commits(page):
+    box, switch = page.locator(".admonition.predict").first, page.locator(".predict-switch")
+    held = [page.get_by_text(each) for each in ("[0, 1, 2, 3", "Ten numbers.", "And how long")]
+    assert all(each.evaluate(HELD) for each in held)  # to the next heading or box
+    expect(box.get_by_text("The cell below")).to_be_hidden()
+    expect(switch).to_contain_text("3 predictions, 0 answered.")
+    box.get_by_role("radio", name="None").focus()
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Enter")
+    expect(box.get_by_text("The cell below")).to_be_visible()
+    expect(switch).to_contain_text("3 predictions, 1 answered.")
+    assert not any(each.evaluate(HELD) for each in held)
+    come_back(page)
+    assert not held[0].evaluate(HELD)
+    box.get_by_role("button", name="Ask me again").click()
+    assert held[0].evaluate(HELD)
+    box.locator("summary").click()  # not to answer is allowed
+    page.wait_for_function(f"node => !({HELD})(node)", arg=held[0].element_handle())
 
 
-@own_book
-def test_a_choice_a_number_and_a_place_are_told_kept_and_asked_again(browser, html):
-    with visit(browser, html.as_uri(), "widgets") as page:
-        choice, number, place = page.locator(".admonition.predict").all()
-        field, (left, bottom) = number.get_by_role("textbox"), place.get_by_role("spinbutton").all()
-        picture, marks = page.locator(".predict-picture img"), page.locator(".predict-picture span")
-        expect(marks.filter(visible=True)).to_have_count(0)
-        size = picture.bounding_box()
-        picture.click(position={"x": 0.5 * size["width"], "y": 0.8 * size["height"]})
-        expect(left).to_have_value("50")
-        expect(bottom).to_have_value("20")
-        for box, entry, wrong in ((number, field, "long"), (place, left, "101")):
-            entry.fill(wrong)
-            expect(box.get_by_role("button", name="Commit")).to_be_disabled()
-        expect(choice.get_by_role("button", name="Commit")).to_be_disabled()
-        field.fill("0.5")
-        left.fill("39")
-        left.press("ArrowUp")  # by keyboard alone
-        field.press("Enter")
-        left.press("Enter")
-        choice.get_by_role("radio", name="Half of them").check()
-        choice.get_by_role("button", name="Commit").click()
-        for visit_again in (True, False):
-            expect(choice.get_by_role("status")).to_have_text("You said 2; it is 3.")
-            expect(number.get_by_role("status")).to_have_text("You said 0.5 m; it is 1.00 m.")
-            off = "Your place is 10 % of the picture's width from the ring."
-            expect(place.get_by_role("status")).to_have_text(off)
-            expect(marks.filter(visible=True)).to_have_count(2)
-            if visit_again:
-                come_back(page)
-        page.emulate_media(media="print")
-        expect(page.get_by_role("button", name="Ask me again")).to_have_count(0)
-        page.emulate_media(media="screen")
-        place.get_by_role("button", name="Ask me again").click()
-        expect(left).to_have_value("")
-        expect(marks.filter(visible=True)).to_have_count(0)
+def test_a_choice_a_number_and_a_place_are_told_kept_and_asked_again(page):
+    choice, number, place = page.locator(".admonition.predict").all()
+    field, (left, bottom) = number.get_by_role("textbox"), place.get_by_role("spinbutton").all()
+    picture, marks = page.locator(".predict-picture img"), page.locator(".predict-picture span")
+    expect(marks.filter(visible=True)).to_have_count(0)
+    size = picture.bounding_box()
+    picture.click(position={"x": 0.5 * size["width"], "y": 0.8 * size["height"]})
+    expect(left).to_have_value("50")
+    expect(bottom).to_have_value("20")
+    for box, entry, wrong in ((number, field, "long"), (place, left, "101")):
+        entry.fill(wrong)
+        expect(box.get_by_role("button", name="Commit")).to_be_disabled()
+    expect(choice.get_by_role("button", name="Commit")).to_be_disabled()
+    field.fill("0.5")
+    left.fill("39")
+    left.press("ArrowUp")  # by keyboard alone
+    field.press("Enter")
+    left.press("Enter")
+    choice.get_by_role("radio", name="Half of them").check()
+    choice.get_by_role("button", name="Commit").click()
+    for visit_again in (True, False):
+        expect(choice.get_by_role("status")).to_have_text("You said 2; it is 3.")
+        expect(number.get_by_role("status")).to_have_text("You said 0.5 m; it is 1.00 m.")
+        off = "Your place is 10 % of the picture's width from the ring."
+        expect(place.get_by_role("status")).to_have_text(off)
+        expect(marks.filter(visible=True)).to_have_count(2)
+        if visit_again:
+            come_back(page)
+    page.emulate_media(media="print")
+    expect(page.get_by_role("button", name="Ask me again")).to_have_count(0)
+    page.emulate_media(media="screen")
+    place.get_by_role("button", name="Ask me again").click()
+    expect(left).to_have_value("")
+    expect(marks.filter(visible=True)).to_have_count(0)
 
 
-@own_book
-def test_what_is_held_back_is_shown_by_the_switch_the_address_and_a_link(browser, html):
-    with visit(browser, html.as_uri(), "widgets") as page:
-        answer, address = page.get_by_text("[0, 1, 2, 3"), page.url
-        still = page.locator(".predict-still")
-        page.evaluate("() => window.drawWidgets()")
-        assert still.evaluate(HELD)  # a widget stands there, and does not move
-        assert still.locator("canvas").first.bounding_box()["height"] > 100
-        page.evaluate("() => { location.hash = 'widget-2'; }")
-        page.wait_for_function(f"node => !({HELD})(node)", arg=still.element_handle())
-        assert answer.evaluate(HELD)
-        page.get_by_role("button", name="shown").click()
-        come_back(page)  # the switch is remembered
-        assert not answer.evaluate(HELD)
-        page.get_by_role("button", name="held back").click()
-        assert answer.evaluate(HELD)
-        page.goto(f"{address}?answers")
-        assert not answer.evaluate(HELD)
+def test_what_is_held_back_is_shown_by_the_switch_the_address_and_a_link(page):
+    answer, address = page.get_by_text("[0, 1, 2, 3"), page.url
+    still = page.locator(".predict-still")
+    page.evaluate("() => window.drawWidgets()")
+    assert still.evaluate(HELD)  # a widget stands there, and does not move
+    assert still.locator("canvas").first.bounding_box()["height"] > 100
+    page.evaluate("() => { location.hash = 'widget-2'; }")
+    page.wait_for_function(f"node => !({HELD})(node)", arg=still.element_handle())
+    assert answer.evaluate(HELD)
+    page.get_by_role("button", name="shown").click()
+    come_back(page)  # the switch is remembered
+    assert not answer.evaluate(HELD)
+    page.get_by_role("button", name="held back").click()
+    assert answer.evaluate(HELD)
+    page.goto(f"{address}?answers")
+    assert not answer.evaluate(HELD)
 
 
-@own_book
-def test_a_picture_with_italic_words_below_is_a_figure_with_a_number(browser, html):
+def test_a_picture_with_italic_words_below_is_a_figure_with_a_number(page):
     """No text, slider or picture for paper is one, and words that stand apart are no caption."""
-    with visit(browser, html.as_uri(), "widgets") as page:
-        figures = page.locator("article figure")
-        assert figures.locator(".caption-text").all_inner_texts() == ["One.", "Two."]
-        assert figures.evaluate_all("all => all.map(each => each.id)") == ["figure-1", "figure-2"]
-        expect(page.locator(".cell_output > #figure-2 img")).to_be_visible()
-        expect(page.get_by_text("It is proven.", exact=True)).to_be_visible()
+    figures = page.locator("article figure")
+    assert figures.locator(".caption-text").all_inner_texts() == ["One.", "Two."]
+    assert figures.evaluate_all("all => all.map(each => each.id)") == ["figure-1", "figure-2"]
+    expect(page.locator(".cell_output > #figure-2 img")).to_be_visible()
+    expect(page.get_by_text("It is proven.", exact=True)).to_be_visible()
 
 
-@own_book
-def test_cells_of_a_picture_share_a_fold_and_those_of_a_solution_a_dropdown(browser, html):
+def test_cells_of_a_picture_share_a_fold_and_those_of_a_solution_a_dropdown(page):
     """Over text, too; what the check of an unsolved exercise says is left out."""
-    with visit(browser, html.as_uri(), "widgets") as page:
-        folded = page.locator("#figures details pre").all_text_contents()
-        joined = "figure = book_figure(1.0)\n\n\nfigure.subplots()\nfigure"
-        assert [each.strip() for each in folded] == [joined, "figure"]
-        assert page.locator("#exercises details").evaluate_all(WORDS) == [
-            "Solution Because. x = 1 x + 1 2", "Hint Count.", "Solution in code x + 2 3"
-        ]  # fmt: skip
-        told = page.locator("#exercises > .cell > .cell_output").evaluate_all(WORDS)
-        assert told == ["✗ is told where nothing is asked."]
+    folded = page.locator("#figures details pre").all_text_contents()
+    joined = "figure = book_figure(1.0)\n\n\nfigure.subplots()\nfigure"
+    assert [each.strip() for each in folded] == [joined, "figure"]
+    assert page.locator("#exercises details").evaluate_all(WORDS) == [
+        "Solution Because. x = 1 x + 1 2", "Hint Count.", "Solution in code x + 2 3"
+    ]  # fmt: skip
+    told = page.locator("#exercises > .cell > .cell_output").evaluate_all(WORDS)
+    assert told == ["✗ is told where nothing is asked."]
 
 
-@own_book
+@pytest.mark.skipif(not WRITTEN_HERE, reason="another book has no such address")
 def test_one_line_of_the_configuration_brings_the_launch_buttons(html):
     page = (html / "notebooks/09_problems.html").read_text("utf-8")
     name = "some-school/some-course"  # of the fixture
