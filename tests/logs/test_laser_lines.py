@@ -30,7 +30,7 @@ def test_beams_start_at_minus_90_degrees(save, flaser, n, step):
 
 
 def test_robotlaser_declares_beams_maximum_and_remissions(save, robotlaser):
-    text = robotlaser([1.0, 49.9, 50.0, 51.16], stamp=7.5, remissions=(3, 4))
+    text = robotlaser([1.0, 39.9, 40.0, 41.16], maximum=40.0, stamp=7.5, remissions=(3, 4))
     scan = read_log(save(text)).scans[0]
     assert scan.beams.tolist() == [0, 1]
     assert scan.stamp == 7.5

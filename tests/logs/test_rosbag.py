@@ -171,7 +171,8 @@ def test_bags_without_a_usable_scan_or_pose(bag, stamps, poses, message):
 
 
 @pytest.mark.parametrize("length", [2.828, math.nan])
-def test_a_pose_that_is_none_is_damage(bag, length):
+def test_a_pose_or_a_band_that_is_none_is_damage(bag, length):
+    bag.scan(10.0, range_max=0.05)
     bag.scan(10.0)
     bag.odometry(10.0, 1e300, 0.0, 0.0)
     bag.odometry(10.0, 5.0, 0.0, 0.0, orientation={"w": length})
@@ -179,6 +180,7 @@ def test_a_pose_that_is_none_is_damage(bag, length):
     bag.odometry(10.05, 1.0, 0.0, 0.0, orientation={"y": math.sin(0.1), "w": math.cos(0.1)})
     log = read_log(bag.close())
     assert log.odometry.tolist() == [[1.0, 0.0, 0.0]]
-    assert [skipped.line for skipped in log.skipped] == [1, 2]
-    assert "the pose is (1e+300, 0), expected to lie within 1e+09 m" in log.skipped[0].reason
-    assert f"the quaternion has length {length}, expected 1" in log.skipped[1].reason
+    assert [skipped.line for skipped in log.skipped] == [1, 1, 2]
+    assert "LaserScan message: `range_max` must be in (0.1, inf] m" in log.skipped[0].reason
+    assert "the pose is (1e+300, 0), expected to lie within 1e+09 m" in log.skipped[1].reason
+    assert f"the quaternion has length {length}, expected 1" in log.skipped[2].reason

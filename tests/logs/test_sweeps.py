@@ -80,7 +80,7 @@ def test_an_unknown_code_is_told_and_is_the_callers_to_name(save, flaser):
         assert scan.beams.tolist() == np.flatnonzero(row < 10.0).tolist()
 
 
-@pytest.mark.parametrize("code", [0, "nan", 3.4028235e38])
+@pytest.mark.parametrize("code", [0, "nan", 90.0, 3.4028235e38])
 def test_what_is_no_range_makes_no_point(save, flaser, code):
     scan = read_log(save(flaser([1.0, code, 40.0, 60.0]))).scans[0]
     assert scan.beams.tolist() == [0, 2, 3]

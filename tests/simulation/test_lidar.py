@@ -72,7 +72,6 @@ def test_noise_and_dropouts_have_the_stated_spread_and_share():
     lidar = Lidar(beam_count=20_000, noise_std=0.03, dropout_ratio=0.2)
     scan = cast(RING, np.eye(3), lidar, rng=1)
     assert len(scan) / 20_000 == pytest.approx(0.8, abs=0.012)
-    assert np.count_nonzero(np.isfinite(scan.ranges)) == len(scan)
     exact = first_hits(RING.segments, np.eye(3), lidar.angles)
     residual = (scan.ranges - exact)[scan.beams]
     assert residual.std() == pytest.approx(0.03, rel=0.02)  # its own spread is 0.6 %
