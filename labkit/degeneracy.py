@@ -47,16 +47,7 @@ def observability(
 
 
 def free_motions(information: Information) -> tuple[str, ...]:
-    """The motions that the points leave free, in words, in the target's frame [m].
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from labkit.line_alignment import line_information
-    >>> wall = np.column_stack([np.linspace(-1.0, 1.0, 9), np.full(9, 2.0)])
-    >>> free_motions(line_information(wall, np.tile([0.0, -1.0], (9, 1))))
-    ('shift along (1.00, 0.00)',)
-    """
+    """The motions that the points leave free, in words, in the target's frame [m]."""
     words = []
     for x, y, turn in information.free.T.tolist():
         if abs(turn) < SHIFT:

@@ -7,7 +7,7 @@ points and the beams they came from, so that later stages can use them.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy  # its parts are loaded when they are used
@@ -34,22 +34,14 @@ def voxel_downsample(scan: Scan | ArrayLike, size: float) -> Scan:
     """
     check_range(size, "size", above=0.0, unit="m")
     scan = as_scan(scan)
-    finest = 1e-300 * np.abs(scan.points).max(initial=0.0)  # a smaller one overflows below
-    cells = np.floor(scan.points / max(size, finest))  # floats: integers end at 2**63
+    cells = np.floor(scan.points / size)  # floats: integers end at 2**63
     _, first, member = np.unique(cells, axis=0, return_index=True, return_inverse=True)
     member = member.reshape(-1)
     count = np.bincount(member, minlength=len(first))
     sums = [np.bincount(member, scan.points[:, axis], len(first)) for axis in (0, 1)]
     centroids = np.column_stack(sums) / count[:, None]
     order = np.argsort(first)
-    thinned = scan.select(first[order])
-    return Scan(
-        points=centroids[order],
-        beams=thinned.beams,
-        ranges=scan.ranges,
-        angles=scan.angles,
-        stamp=scan.stamp,
-    )
+    return replace(scan.select(first[order]), points=centroids[order])
 
 
 def remove_isolated(scan: Scan | ArrayLike, radius: float) -> Scan:
@@ -59,8 +51,6 @@ def remove_isolated(scan: Scan | ArrayLike, radius: float) -> Scan:
     """
     check_range(radius, "radius", above=0.0, unit="m")
     scan = as_scan(scan)
-    if len(scan) == 0:
-        return scan
     tree = scipy.spatial.cKDTree(scan.points)
     neighbors = tree.query_ball_point(scan.points, radius, return_length=True)
     return scan.select(neighbors > 1)

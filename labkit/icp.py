@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.alignment import closed_form, turn_about
+from labkit.alignment import centroid, closed_form, turn_about
 from labkit.correspondences import (
     MIN_PAIRS,
     Correspondences,
@@ -140,11 +140,7 @@ def minimise(
 @compiled
 def shorten(dT: FloatArray, pairs: Correspondences, fraction: float) -> FloatArray:
     """The same motion, seen from the kept points' centroid, but less far."""
-    x, y, count = 0.0, 0.0, 0
-    for i in range(len(pairs.source)):
-        if pairs.weights[i] > 0.0:
-            x, y, count = x + pairs.source[i, 0], y + pairs.source[i, 1], count + 1
-    x, y = x / count, y / count
+    x, y = centroid(pairs.source, np.sign(pairs.weights))  # of the kept points, all alike
     dx = dT[0, 0] * x + dT[0, 1] * y + dT[0, 2] - x
     dy = dT[1, 0] * x + dT[1, 1] * y + dT[1, 2] - y
     theta = math.atan2(dT[1, 0], dT[0, 0])

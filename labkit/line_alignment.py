@@ -48,24 +48,15 @@ BUT_FOR_ROUNDING = 1.0 - 1e-12  # as τ → 1 eigenvalues and threshold both app
 class Information:
     """Eigen-structure of what a set of surface points says about a planar motion.
 
-    Attributes
-    ----------
-    center : ndarray, shape (2,)
-        The point c [m] that the motion turns about.
-    length : float
-        Root mean square distance ℓ [m] of the points from c, for an angle to compare with a
-        translation: the motion's coordinates are (Δx, Δy, ℓ Δψ).
-    values : ndarray, shape (3,)
-        Mean square change of the residuals for a unit motion along each eigenvector,
-        ascending; about ½ for translations in a room, 0 along a corridor.
-    vectors : ndarray, shape (3, 3)
-        The eigenvectors, as columns.
+    The coordinates of the motion are (Δx, Δy, ℓ Δψ), for an angle to compare with a translation.
+    An eigenvalue is the mean square change of the residuals for a unit motion along its
+    eigenvector: about ½ for translations in a room, 0 along a corridor.
     """
 
-    center: FloatArray
-    length: float
-    values: FloatArray
-    vectors: FloatArray
+    center: FloatArray  #: The point c [m] that the motion turns about, shape (2,).
+    length: float  #: Root mean square distance ℓ [m] of the points from c.
+    values: FloatArray  #: The eigenvalues, ascending, shape (3,).
+    vectors: FloatArray  #: The eigenvectors, as columns, shape (3, 3).
 
     @property
     def free(self) -> FloatArray:

@@ -45,7 +45,9 @@ class NearestNeighbors:
 
     def query(self, points: ArrayLike) -> tuple[IntArray, FloatArray]:
         """Row and distance [m] of the target point nearest to each of the points (N, 2) [m]."""
-        return query(as_points(points, "points"), self.grid)
+        checked = as_points(points, "points")
+        rows, places = np.zeros((len(checked), 2), np.intp), np.zeros((len(checked), 2))
+        return nearest(checked, self.grid, math.inf, Known(rows, places, np.zeros(len(checked))))
 
 
 class Grid(NamedTuple):
@@ -142,12 +144,6 @@ class Known(NamedTuple):
 def nothing_known(count: int) -> Known:
     """The start of a search for so many points."""
     return Known(np.zeros((count, 2), np.intp), np.zeros((count, 2)), np.zeros(count))
-
-
-@compiled
-def query(points: FloatArray, grid: Grid) -> tuple[IntArray, FloatArray]:
-    """Row and distance [m] of the target point nearest to each of the points (N, 2) [m]."""
-    return nearest(points, grid, math.inf, nothing_known(len(points)))
 
 
 @compiled

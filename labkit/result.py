@@ -73,53 +73,25 @@ class _Quality:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Iteration(_Quality):
-    """The state after one iteration; number 0 is the initial guess, before any step.
+    """The state after one iteration; number 0 is the initial guess, before any step."""
 
-    Attributes
-    ----------
-    T_target_source : ndarray, shape (3, 3)
-        The pose.
-    correspondences : Correspondences
-        The association there.
-    translation_step, rotation_step : float
-        How far the pose moved to get here, [m] and [rad]; NaN at number 0.
-    far : bool
-        Whether it counts as far from the answer; see `labkit.schedule`.
-    """
-
-    T_target_source: FloatArray
-    correspondences: Correspondences
-    translation_step: float = math.nan
-    rotation_step: float = math.nan
-    far: bool = False
+    T_target_source: FloatArray  #: The pose, shape (3, 3).
+    correspondences: Correspondences  #: The association there.
+    translation_step: float  #: How far the pose moved to get here [m]; NaN at number 0.
+    rotation_step: float  #: How far it turned [rad].
+    far: bool  #: True if it counts as far from the answer; see `labkit.schedule`.
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class IcpResult(_Quality):
-    """The outcome of one registration; pairs and history are computed when they are asked for.
+    """The outcome of one registration; pairs and history are computed when they are asked for."""
 
-    Attributes
-    ----------
-    termination : Termination
-        How the run ended.
-    source : Scan
-        The newer scan, k+1.
-    target : Target
-        The older scan, k, as it was matched.
-    parameters : IcpParameters
-        The parameters of the run.
-    poses : ndarray, shape (K+1, 3, 3)
-        ``T_target_source`` from the initial guess (number 0) to the last step.
-    far : int
-        So many of the first poses count as far from the answer; see `labkit.schedule`.
-    """
-
-    termination: Termination
-    source: Scan
-    target: Target
-    parameters: IcpParameters
-    poses: FloatArray
-    far: int
+    termination: Termination  #: How the run ended.
+    source: Scan  #: The newer scan, k+1.
+    target: Target  #: The older scan, k, as it was matched.
+    parameters: IcpParameters  #: The parameters of the run.
+    poses: FloatArray  #: ``T_target_source`` from the guess (number 0) on, shape (K+1, 3, 3).
+    far: int  #: So many of the first poses count as far from the answer; see `labkit.schedule`.
 
     def __repr__(self) -> str:
         """One line: the ending, and the number of kept pairs."""

@@ -22,8 +22,8 @@ from labkit.support.arrays import (
     as_finite,
     as_floats,
     as_points,
+    as_pose_rows,
     as_transforms,
-    is_rigid,
 )
 from labkit.support.errors import InvalidPointsError
 
@@ -71,32 +71,21 @@ def transform(x: ArrayLike, y: ArrayLike, theta: ArrayLike) -> FloatArray:
     """
     x, y, theta = as_floats(x, "x"), as_floats(y, "y"), as_floats(theta, "theta")
     try:
-        rows = np.empty((*np.broadcast(x, y, theta).shape, 3))
+        rows = np.stack(np.broadcast_arrays(x, y, theta), axis=-1)
     except ValueError:
         raise InvalidPointsError(
             f"`x`, `y` and `theta` must be numbers or have one shape, got shapes {x.shape}, "
             f"{y.shape} and {theta.shape}"
         ) from None
-    rows[..., 0], rows[..., 1], rows[..., 2] = x, y, theta
-    return _from_rows(rows, "x, y, theta")
+    return _from_rows(as_finite(rows, "x, y, theta"))
 
 
 def from_xytheta(poses: ArrayLike) -> FloatArray:
     """Transforms of shape (..., 3, 3) from rows (x [m], y [m], θ [rad]) of shape (..., 3)."""
-    return _from_rows(poses, "poses")
+    return _from_rows(as_pose_rows(poses, "poses"))
 
 
-def _from_rows(poses: ArrayLike, name: str) -> FloatArray:
-    rows = as_floats(poses, name, hint="give x [m], y [m], theta [rad]")
-    nines = rows.reshape(-1, 9).tolist() if rows.shape[-2:] == (3, 3) else []
-    are_transforms = bool(nines) and all(map(is_rigid, nines))
-    if rows.shape[-1:] != (3,) or are_transforms:
-        got = "transforms: are the poses wanted? `labkit.to_xytheta`"
-        raise InvalidPointsError(
-            f"`{name}` must be rows (x, y, theta), shape (..., 3), got "
-            f"{got if are_transforms else rows.shape}"
-        )
-    as_finite(rows, name)
+def _from_rows(rows: FloatArray) -> FloatArray:
     T = np.zeros((*rows.shape, 3))
     c, s = np.cos(rows[..., 2]), np.sin(rows[..., 2])
     T[..., 0, 0], T[..., 0, 1], T[..., 1, 0], T[..., 1, 1] = c, -s, s, c

@@ -66,12 +66,11 @@ class Target:
 
 def _as_normals(normals: ArrayLike, count: int) -> FloatArray:
     given = as_floats(normals, "normals", "give a unit vector per point", (count, 2))
-    missing = np.isnan(given).all(axis=1)
-    wrong = np.flatnonzero(~missing & ~(abs(np.hypot(given[:, 0], given[:, 1]) - 1.0) <= 1e-6))
-    if wrong.size:
+    is_unit = abs(np.hypot(given[:, 0], given[:, 1]) - 1.0) <= 1e-6
+    if (wrong := ~(is_unit | np.isnan(given).all(axis=1))).any():
         raise InvalidPointsError(
             f"`normals` must be unit vectors, or NaN where there is none, "
-            f"got {given[wrong[0]].tolist()} at index {wrong[0]}"
+            f"got {given[wrong][0].tolist()} at index {wrong.argmax()}"
         )
     return read_only(given)
 

@@ -44,11 +44,10 @@ def test_voxels_hold_one_centroid_each(points, size):
         assert thinned.beams[row] == 100 + members[0]
 
 
-@pytest.mark.parametrize("size", [1e-9, 1e-20, 5e-324])
 @pytest.mark.parametrize("far", [0.0, 9e8])
-def test_voxels_of_no_extent_merge_only_equal_points(size, far):
+def test_voxels_of_no_extent_merge_only_equal_points(far):
     points = np.random.default_rng(4).uniform(far - 5.0, far + 5.0, (50, 2))
-    thinned = voxel_downsample(beam_scan(np.vstack([points, points[7:9]])), size)
+    thinned = voxel_downsample(beam_scan(np.vstack([points, points[7:9]])), 1e-20)
     np.testing.assert_array_equal(thinned.points, points)
 
 

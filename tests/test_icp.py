@@ -153,11 +153,6 @@ def test_ends_with_the_budget(budget, in_the_room):
     assert not result.termination.failed
 
 
-def test_a_perfect_guess_ends_with_its_first_step(in_the_room):
-    target = in_the_room.target
-    assert icp(target, target, None, replace(BY_LINE, cost_tolerance=0.0)).iterations == 1
-
-
 @pytest.mark.parametrize("name", ["translation_tolerance", "rotation_tolerance"])
 def test_a_step_as_long_as_the_tolerance_is_no_short_one(name, in_the_room):
     """Both tests ask for less, so that a tolerance of zero turns them off."""

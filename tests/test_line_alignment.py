@@ -7,11 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labkit.alignment import align
 from labkit.line_alignment import (
     MIN_INFORMATION,
     align_to_lines,
-    center_and_length,
     least_information,
     line_information,
     line_step,
@@ -70,9 +68,10 @@ def test_far_from_the_origin_only_the_digits_of_the_place_are_lost():
 def test_a_single_wall_fixes_depth_and_turn_and_leaves_the_slide_at_rest(direction):
     target, normals, weights = wall(direction)
     along = rotation(direction)[:, 1]
-    source = target + 0.05 * normals  # too near by 5 cm
-    step = align_to_lines(source, target, normals, weights)
-    np.testing.assert_allclose(step, transform(*(-0.05 * normals[0]), 0.0), atol=1e-14)
+    source = target + 0.05 * normals + 0.02 * along  # too near by 5 cm
+    for share in (0.0, 0.2):  # residuals along the wall say how the beams fell
+        step, _ = line_step(source, target, np.array(normals), weights, share)
+        np.testing.assert_allclose(step, transform(*(-0.05 * normals[0]), 0.0), atol=1e-13)
     information = line_information(source, normals, weights)
     assert information.degenerate
     (free,) = information.free.T
@@ -87,15 +86,7 @@ def scene(seed):
     return target + noise, target, normals, weights
 
 
-@given(seeds)
-def test_a_share_of_one_is_point_to_point(seed):
-    """Second order apart, as one is linearised: |step|² ~ 1e-6."""
-    source, target, normals, weights = scene(seed)
-    step, _ = line_step(source, target, normals, weights, 1.0)
-    np.testing.assert_allclose(step, align(source, target, weights), atol=1e-6)
-
-
-@given(seeds, st.floats(0.0, 0.95))
+@given(seeds, st.floats(0.0, 1.0))
 def test_a_share_minimises_the_sum_of_both_costs(seed, share):
     """Against `lstsq` on the rows of both metrics, each with the root of its share."""
     source, target, normals, weights = scene(seed)
@@ -112,17 +103,6 @@ def test_a_share_minimises_the_sum_of_both_costs(seed, share):
     step, _ = line_step(source, target, normals, weights, share)
     assert to_xytheta(step)[2] == pytest.approx(turn, abs=1e-12)
     np.testing.assert_allclose(apply(step, center[None])[0] - center, [dx, dy], atol=1e-12)
-
-
-def test_a_share_does_not_slide_a_wall_along_itself():
-    """Its residuals along the wall say how the beams fell, not how the robot moved."""
-    target = np.column_stack([np.linspace(-2.0, 2.0, 81), np.full(81, 2.0)])
-    source = target[10:-10] + np.array([0.02, 0.3])
-    normals = np.tile([0.0, -1.0], (len(source), 1))
-    step, _ = line_step(source, target[10:-10], normals, np.ones(len(source)), 0.2)
-    x, y, theta = to_xytheta(step)
-    assert (x, theta) == pytest.approx((0.0, 0.0), abs=1e-12)
-    assert y < -0.2
 
 
 def test_a_share_lifts_the_least_information_with_it():
@@ -168,12 +148,6 @@ def test_information_from_normals_that_were_measured_twice(seed):
         np.testing.assert_allclose(twice.values, np.linalg.eigvalsh(A / weights.sum()), atol=1e-12)
     same = line_information(points, normals, weights, -normals)
     np.testing.assert_allclose(same.values, once.values, atol=1e-12)
-
-
-@pytest.mark.parametrize("scale", [1e-20, 1.0, 1e20])
-def test_the_lever_has_the_scale_of_the_points(scale):
-    points = scale * np.array([(-3.0, 4.0), (3.0, -4.0)])
-    assert center_and_length(points, np.ones(2))[1] == pytest.approx(5.0 * scale, abs=0.0)
 
 
 @pytest.mark.parametrize("count", [1, 7])

@@ -13,8 +13,8 @@ from labkit import IcpParameters, Termination, icp
 from labkit.correspondences import pairs_at
 from labkit.covariance import censi_covariance
 from labkit.degeneracy import observability
-from labkit.schedule import CLOSE_GATE, FEW, LONG, WIDTH, displacement
-from labkit.se2 import apply, invert, to_xytheta, transform
+from labkit.schedule import CLOSE_GATE, LONG, WIDTH, displacement
+from labkit.se2 import apply, transform
 from labkit.target import Target
 
 PARAMETERS = IcpParameters(
@@ -41,32 +41,6 @@ def test_a_motion_is_that_of_the_points(seed, T_before, way, turn):
     assert displacement(points, T_before, T) == pytest.approx(moved, rel=1e-7, abs=1e-12)
 
 
-# ---------------------------------------------------------------- in the loop
-
-
-def test_it_arrives_where_narrow_steps_do_not(killian):
-    """40 pairs of a real run, 0.5 m and 20° off: what is asked is where the near start ends."""
-    rng = np.random.default_rng(0)
-    arrived = {True: 0, False: 0}
-    for k in range(100, 2100, 50):
-        target, source = killian.scans[k : k + 2]
-        motion = to_xytheta(
-            invert(transform(*killian.reference[k])) @ transform(*killian.reference[k + 1])
-        )
-        bearing = rng.uniform(0.0, 2.0 * math.pi)
-        off = np.array([0.5 * math.cos(bearing), 0.5 * math.sin(bearing), math.radians(20.0)])
-        for approach in arrived:
-            parameters = replace(PARAMETERS, approach=approach)
-            answer, found = (
-                icp(source, target, transform(*start), parameters).T_target_source
-                for start in (motion, motion + off)
-            )
-            x, y, turn = np.abs(to_xytheta(invert(answer) @ found))
-            arrived[approach] += math.hypot(x, y) < 0.05 and turn < math.radians(1.0)
-    assert arrived[True] >= 1.2 * arrived[False]
-    assert arrived[False] > 10
-
-
 def test_a_run_that_ends_far_is_judged_by_what_it_looked_at(in_the_room):
     """Its budget was spent on the way; the quality is that of the thinned pairs."""
     source, target = in_the_room.source, Target(in_the_room.target)
@@ -75,7 +49,6 @@ def test_a_run_that_ends_far_is_judged_by_what_it_looked_at(in_the_room):
     assert result.termination is Termination.BUDGET_SPENT
     pairs = result.correspondences
     assert result.history[-1].far
-    assert pairs.stride == len(source) // FEW > 1
     assert len(pairs.kept) == len(source.points[:: pairs.stride])
     seen = observability(pairs, target)
     np.testing.assert_allclose(seen.values, result.observability.values, rtol=1e-9)
@@ -139,6 +112,3 @@ def test_no_run_ends_with_a_step_from_afar(in_the_room):
     result = icp(source, target, T, PARAMETERS)
     assert result.termination is Termination.CONVERGED_POSE
     assert [step.far for step in result.history] == [True, False, False]
-    spent = icp(source, target, GUESS, replace(PARAMETERS, max_iterations=1))
-    assert spent.termination is Termination.BUDGET_SPENT
-    assert spent.iterations == 1

@@ -101,19 +101,28 @@ def _as_near(rows: FloatArray, name: str) -> FloatArray:
     return rows
 
 
+def as_pose_rows(poses: ArrayLike, name: str) -> FloatArray:
+    """Check rows (x [m], y [m], θ [rad]), shape (..., 3): finite, and no transforms."""
+    rows = as_floats(poses, name, hint="give x [m], y [m], theta [rad]")
+    nines = rows.reshape(-1, 9).tolist() if rows.shape[-2:] == (3, 3) else []
+    are_transforms = bool(nines) and all(map(is_rigid, nines))
+    if rows.shape[-1:] != (3,) or are_transforms:
+        got = "transforms: are the poses wanted? `labkit.to_xytheta`"
+        raise InvalidPointsError(
+            f"`{name}` must be rows (x, y, theta), shape (..., 3), got "
+            f"{got if are_transforms else rows.shape}"
+        )
+    return as_finite(rows, name)
+
+
 def as_poses(poses: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
     """Check a trajectory: rows (x [m], y [m], θ [rad]), shape (K, 3), finite."""
-    checked = as_floats(poses, name, hint="give rows (x, y, theta)")
-    is_transform = checked.shape == (3, 3) and is_rigid(checked.ravel().tolist())
-    if checked.ndim != 2 or checked.shape[1] != 3 or is_transform:
+    rows = as_pose_rows(poses, name)
+    if rows.ndim != 2 or len(rows) < minimum:
         raise InvalidPointsError(
-            f"`{name}` must have shape (K, 3), rows (x, y, theta), got "
-            f"{'a transform' if is_transform else checked.shape}; transforms go through "
-            f"`labkit.to_xytheta` first"
+            f"`{name}` must have shape (K, 3), {minimum} or more poses, got {rows.shape}"
         )
-    if len(checked) < minimum:
-        raise InvalidPointsError(f"`{name}` needs {minimum} or more poses, got {len(checked)}")
-    return _as_near(checked, name)
+    return _as_near(rows, name)
 
 
 def as_numbers(values: ArrayLike, name: str, what: str = "x, y, angle") -> FloatArray:

@@ -2,8 +2,7 @@
 
 A stage is a function on arrays and numbers, in plain Python: what the book quotes is what runs.
 It returns arrays and numbers to Python, no named tuple: numba makes those by running Python,
-and an interrupt there ends the process. Without numba, or with one that does not know this
-numpy yet, Python runs the same functions, some hundred times slower.
+and an interrupt there ends the process. Python runs the same functions a hundred times slower.
 """
 
 import functools
@@ -52,7 +51,7 @@ def _in_python(function: Any) -> Any:
     """The same function; the stages that it calls check nothing."""
     names = dict(function.__globals__)
     for name in names.keys() & {*function.__code__.co_names}:
-        if hasattr(names[name], "inner"):
+        if hasattr(names[name], "__wrapped__"):  # a stage
             names[name] = _in_python(names[name].__wrapped__)
     return FunctionType(function.__code__, names, None, function.__defaults__)
 

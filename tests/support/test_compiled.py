@@ -9,7 +9,7 @@ import pytest
 from labkit.support.compiled import load_numba
 
 NEEDS_NUMBA = pytest.mark.skipif(load_numba() is None, reason="numba is not to be had")
-ASKED = "from labkit.correspondences import overlap_count; print(overlap_count(10, 0.85))"
+ASKED = "from labkit.neighbors import cell_index; print(cell_index(8.5, 10))"
 NO_FILES = (
     "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
     "resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0)); "
@@ -92,6 +92,11 @@ def test_without_numba_python_runs_the_same_function(tmp_path, how):
         "    def __getattr__(self, name): raise ImportError('Numba needs NumPy 2.3 or less')\n"
         f"sys.modules['numba'] = {how}\n"
     )
-    said = answer(tmp_path, broken + ASKED)
+    match = (
+        "import labkit, numpy as np; p = np.random.default_rng(0).uniform(0.0, 2.0, (60, 2)); "
+        "lines = labkit.IcpParameters(metric='point_to_line', approach=True, huber_delta=0.02); "
+        "print(labkit.icp(p, p).inlier_count - labkit.icp(p, p, None, lines).iterations - 41)"
+    )
+    said = answer(tmp_path, broken + match)
     assert said.startswith("Python runs the matcher, slowly: ")
     assert said.count("\n") == 1
