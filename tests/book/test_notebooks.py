@@ -1,4 +1,4 @@
-"""Every notebook's form: short cells, one import cell, no helper twice, figures with words.
+"""Every notebook's form: short cells, one import cell, figures with words.
 
 The notebooks are found by their folder, so one that is written tomorrow is held to the same
 rules. That they run is nbval's part.
@@ -99,19 +99,6 @@ def test_no_cell_needs_what_a_claim_sets(name):
             missing |= dict.fromkeys(reads & claimed - known, cell.id)
             known |= sets
     assert missing == {}
-
-
-def test_no_helper_is_defined_twice():
-    """A stub or an answer to a question is no helper."""
-    helpers = Counter(
-        node.name
-        for notebook in NOTEBOOKS.values()
-        for cell in code_cells(notebook)
-        if "stub" not in tags(cell) and not cell.metadata.get("nbgrader", {}).get("solution")
-        for node in parse(cell.source).body
-        if isinstance(node, ast.FunctionDef)
-    )
-    assert [name for name, count in helpers.items() if count > 1] == []
 
 
 @each_notebook

@@ -27,6 +27,7 @@ PROSE = """main => {
     return copy.textContent;
 }"""
 
+AXE = resources.files("axe_playwright_python").joinpath("axe.min.js").read_text("utf-8")
 BARRIERS = """async rules => {
     for (const change of document.getAnimations()) change.finish();
     const options = { preload: false, resultTypes: ["violations"], selectors: false };
@@ -102,20 +103,14 @@ def page(browser: Browser, html: Path) -> Iterator[Page]:
         yield page
 
 
-@pytest.fixture(scope="session")
-def axe() -> str:
-    """The program that looks for barriers."""
-    return resources.files("axe_playwright_python").joinpath("axe.min.js").read_text("utf-8")
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*NAMES, "genindex"])
-def test_a_page_needs_no_network_draws_all_it_holds_and_has_no_barrier(browser, html, axe, name):
+def test_a_page_needs_no_network_draws_all_it_holds_and_has_no_barrier(browser, html, name):
     """Buys what only a browser tells; each page is opened once, from a folder."""
     with visit(browser, html.as_uri(), name) as page:
         assert page.evaluate(UNDRAWN) == []
         page.evaluate(ONE_OF_A_COLOUR)
-        page.evaluate(axe)
+        page.evaluate(AXE)
         assert page.evaluate(BARRIERS, None) == []
         if name in IN_THE_DARK:
             page.emulate_media(color_scheme="dark", reduced_motion="reduce")

@@ -12,7 +12,6 @@ from ipywidgets.embed import embed_data
 from playwright.sync_api import Browser, Locator, Page, expect
 
 KEPT = 500  # ms in which the browser puts away what a page told it to keep
-TWO_FRAMES = "() => new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))"
 
 
 def written_page(widget: AnyWidget, folder: Path) -> str:
@@ -34,12 +33,11 @@ def written_page(widget: AnyWidget, folder: Path) -> str:
 
 def settle(page: Page) -> None:
     """Let the page draw what has happened."""
-    page.evaluate(TWO_FRAMES)
+    page.evaluate("() => new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
 
 
 def readout(page: Page, name: str) -> Locator:
     """A number that a widget tells."""
-    settle(page)
     return page.locator(f"[data-readout='{name}']")
 
 
