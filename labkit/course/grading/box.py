@@ -211,9 +211,8 @@ class Box:
             return time.monotonic() - self._began, 0.0
 
     def _allow(self, seconds: float) -> None:
-        self._allowed, self._began = seconds, time.monotonic()
-        self._before = self.used()
-        self._looked = self._began
+        self._began = self._looked = time.monotonic()
+        self._allowed, self._before = seconds, self.used()
 
     def _moved(self, move: Callable[[Any], T], what: Any) -> T:
         """Result of a step on the channel, with a look at the time from time to time."""
@@ -275,8 +274,8 @@ def bubblewrap(wall: Wall) -> list[str]:
 def libraries() -> tuple[str, ...]:
     """The folders of what a box can import besides Python's own library, and of its own code."""
     compileall.compile_dir(OWN, quiet=2)  # once here, and not in each box
-    found = [path for package in (np, scipy) for path in package.__path__]
-    places = (OWN, *found, *(f"{path}.libs" for path in found))
+    packages = [path for package in (np, scipy) for path in package.__path__]
+    places = (OWN, *packages, *(f"{path}.libs" for path in packages))
     return tuple(os.path.realpath(path) for path in places if os.path.isdir(path))
 
 

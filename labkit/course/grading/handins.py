@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 from labkit.course.grading.inside.reading import (
     MAX_FILE,
-    MAX_TOGETHER,
     TOO_LARGE,
     is_skipped,
     is_source,
@@ -27,6 +26,7 @@ from labkit.course.grading.inside.reading import (
 )
 from labkit.support.errors import LabkitError
 
+MAX_TOGETHER = 48 << 20  # bytes of all files of one student
 FOLDERS = "folders"
 # Names on a platform: of a student's file, and of the page that goes back.
 LAYOUTS = {

@@ -1,26 +1,12 @@
 """Notebooks as students hand them in: the handed-out one with answers in it, and changed."""
 
-import ast
 import json
 from pathlib import Path
 
-from right_answers import solution, source_of
+from labkit.course.grading.assignment import load_assignment
 
 HANDED_OUT = Path(__file__).parents[3] / "notebooks/assignment.ipynb"
-NUMPY = "import numpy as np\n\n"
-
-
-def functions(module=solution):
-    """The source of each function of a right submission; helpers under their own names."""
-    source = source_of(module)
-    found = {}
-    for node in ast.parse(source).body:
-        if isinstance(node, ast.FunctionDef):
-            found[node.name] = ast.get_source_segment(source, node)
-    return found
-
-
-RIGHT = functions()
+RIGHT = load_assignment().right  # the source of each function of a right submission
 
 
 def cell(source, kind="code", **metadata):

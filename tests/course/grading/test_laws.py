@@ -132,18 +132,6 @@ def test_what_is_lent_answers_no_later_question(graded):
     assert lost == changed.keys()
 
 
-@contextlib.contextmanager
-def load(count):
-    """So many processes that compute, beside what is in here."""
-    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
-    try:
-        yield
-    finally:
-        for one in busy:
-            one.kill()
-            one.wait()
-
-
 WAITS = "import threading\ndef double(x):\n    threading.Event().wait(99)\nnegate = double\n"
 DRAWS = "import random\nimport numpy as np\ndef double(x):\n    return np.random.rand()\n"
 DRAWS += "def negate(x):\n    return random.random()\n"
@@ -159,9 +147,14 @@ def test_a_verdict_is_the_same_beside_a_load(graded, small):
         found = [graded({"a.py": text}, assignment, seconds=0.5) for text in hands_in]
         return [replace(one, seconds=0.0) for one in found]
 
-    alone = verdicts()
-    with load(4 * (os.cpu_count() or 1)):
+    alone, computes = verdicts(), [sys.executable, "-c", "while True: pass"]
+    busy = [subprocess.Popen(computes) for _ in range(4 * (os.cpu_count() or 1))]
+    try:
         assert verdicts() == alone
+    finally:
+        for one in busy:
+            one.kill()
+            one.wait()
 
 
 @pytest.mark.parametrize("used", [0.0, 0.9, 1.1])
@@ -196,12 +189,9 @@ def test_a_machine_s_failure_is_tried_again_told_and_not_stored(
     monkeypatch.setattr("labkit.course.grading.command.open_wall", lambda *_, **__: Wall("none"))
     assert grade("class") == 1
     assert len(tries) == 4
-    assert (
-        "student00001 was not graded: MachineError: the box did not start: this"
-        in capsys.readouterr().err
-    )
+    says = "student00001 was not graded: MachineError: the box did not start: this"
+    assert says in capsys.readouterr().err
     assert not list((tmp_path / "grades/verdicts").iterdir())
-    monkeypatch.undo()
 
 
 AFTERWARDS = {  # what a function does in a hidden case, beside the `WAYS` to fail

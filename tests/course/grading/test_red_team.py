@@ -150,30 +150,26 @@ def holes(trials):
 """
 
 
-@pytest.fixture
-def assignment(small):
-    return load_assignment(small)
-
-
 def forged(name):
     return f"{WORKER}def double(x):\n{FORGING[name]}\n{NEGATE}".encode()
 
 
 @pytest.mark.parametrize("name", FORGING)
-def test_nothing_is_gained_by_forging(name, graded, safe_wall, assignment):
-    verdict = graded({"a.py": forged(name)}, assignment, seconds=0.5, behind=safe_wall)
+def test_nothing_is_gained_by_forging(name, graded, safe_wall, small):
+    files, asked = {"a.py": forged(name)}, load_assignment(small)
+    verdict = graded(files, asked, seconds=0.5, behind=safe_wall)
     double, negate = verdict.questions
     assert double.score == (2.0 if name.startswith("answers for itself") else 0.0)
     assert negate.score in (0.0, 3.0)
     json.dumps(verdict, default=vars, allow_nan=False).encode("ascii")
 
 
-def test_a_value_guessed_right_is_all_that_forging_can_send(graded, assignment):
+def test_a_value_guessed_right_is_all_that_forging_can_send(graded, small):
     """It sends 6.0, the answer of one variant's case; in the other variant that earns nothing."""
-    text = forged("answers for itself, as it likes")
+    files, asked = {"a.py": forged("answers for itself, as it likes")}, load_assignment(small)
     for student in ("ada", "emmy", "grace", "alan"):
-        score = graded({"a.py": text}, assignment, student=student).questions[0].score
-        assert score == 2.0 * (assignment.variant(student) == 0)
+        score = graded(files, asked, student=student).questions[0].score
+        assert score == 2.0 * (asked.variant(student) == 0)
 
 
 def test_each_wall_holds_what_is_said_of_it(safe_wall, small, tmp_path):
@@ -248,10 +244,10 @@ def test_nothing_is_left_of_a_box(by_kill, safe_wall, tmp_path):
     ],
     ids=["finally", "blanks", "brackets", "minus", "waits", "exits"],
 )  # fmt: skip
-def test_a_hostile_cell_costs_itself_alone(code, graded, assignment):
+def test_a_hostile_cell_costs_itself_alone(code, graded, small):
     cells = [{"cell_type": "code", "source": one} for one in (code, RIGHT)]
     files = {f"{k}.ipynb": json.dumps({"cells": cells}).encode() for k in range(2)}
-    verdict = graded(files, assignment, seconds=1.0)
+    verdict = graded(files, load_assignment(small), seconds=1.0)
     assert verdict.score == 5.0, verdict.notes
 
 

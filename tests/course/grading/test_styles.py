@@ -5,14 +5,15 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from right_answers import plain_python
+from right_answers import plain_python, source_of
 
 import labkit
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.handins import one_submission, read_files
-from notebooks import NUMPY, RIGHT, answered, cell, functions, notebook
+from notebooks import RIGHT, answered, cell, notebook
 
 ASSIGNMENT = load_assignment()
+NUMPY = "import numpy as np\n\n"
 ZEROS = [f"def {name}(*given):\n    return 0" for name in RIGHT]
 NOTHING = dict.fromkeys(RIGHT, "0")
 SCRIPT = NUMPY + "\n\n\n".join(RIGHT.values()) + "\n"
@@ -67,8 +68,6 @@ STYLES = {
          "    for k in prange(len(source)):\n        t += target[k] - R @ source[k]\n"
          "    return t / len(source)\n"}
     ),
-    "loops and lists": answered(functions(plain_python), before=(
-        "import math\n" + functions(plain_python)["centroid"],)),
     "magics": answered(TIMED, before=MAGIC),
     "classes": answered({"align": RIGHT["align"]}, before=(CLASSES.format(numpy=NUMPY),)),
     "an error at the end": answered(after=("this is no Python", "1 / 0")),
@@ -97,6 +96,7 @@ STYLES = {
                 "kept.mean()", "mean(kept)")}),
 }  # fmt: skip
 SCRIPTS = {
+    "loops and lists": SCRIPT + source_of(plain_python),
     "from numpy import *": SCRIPT.replace("import numpy as np", STARRED).replace("np.", ""),
     "jupytext": f"# %% [markdown]\n# # Lab\n\n# %%\n{SCRIPT}\n# %%\n%matplotlib inline\n1 / 0\n",
     "nbconvert": f"#!/usr/bin/env python\n# coding: utf-8\n\n# In[1]:\n\n{SCRIPT}\n# In[ ]:\n\n"

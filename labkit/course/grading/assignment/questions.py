@@ -26,7 +26,6 @@ FORMAT = 3
 COURSE = "course.json"  # in `hidden/`: right functions, the salt, whether a secret went in
 WRITE = "write the assignment with `python -m labkit.course.authoring [--secret FILE]`"
 LEAST = 16  # bytes of a secret
-IMPORTS = "import numpy as np\n"  # what a right function may use
 
 
 class Answer(Enum):
@@ -135,7 +134,7 @@ class Assignment:
 
     def lent(self, id: str) -> str:
         """The source of a right function and of the earlier ones that it calls, and no more."""
-        needed, found = {id}, [IMPORTS]
+        needed, found = {id}, ["import numpy as np\n"]
         for one in reversed(list(self.right)):  # what it calls comes before it
             if one in needed:
                 needed.update(re.findall(r"\w+", self.right[one]))

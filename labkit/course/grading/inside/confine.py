@@ -40,8 +40,7 @@ MAKING_SOME = tuple(
 def confine(*, seconds: float, user: int, wall: str) -> None:
     """Give up for good what the student's code shall not have.
 
-    That is time, memory, the user that one is unless `user` is 0, and many system calls unless
-    the `wall` is "none".
+    That is time, memory, the own user unless `user` is 0, and system calls unless `wall` is "none".
     """
     limits = {"CPU": int(seconds) + 1, "NOFILE": 128, "CORE": 0, "AS": MEMORY}
     limits["FSIZE"] = FILE_BYTES if wall == "bubblewrap" else 0

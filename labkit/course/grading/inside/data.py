@@ -32,9 +32,8 @@ def plain(value: Any) -> Any:
 def to_json(value: Any) -> Any:
     """The form in JSON of a value of at most `MOST` bytes.
 
-    Numbers of any kind become float, int or bool; arrays float64, int64 or bool; lists
-    and named tuples become tuples. Raises `NoAnswerError` for anything but numbers, strings, None,
-    arrays, tuples and dicts, and for what is larger or too deeply nested.
+    Numbers become float, int or bool; arrays float64, int64 or bool; lists become tuples. Raises
+    `NoAnswerError` for other values, and for what is larger or too deeply nested.
 
     >>> to_json((True, np.eye(2)))
     {'tuple': [True, {'dtype': 'float64', 'shape': [2, 2], 'data': [1.0, 0.0, 0.0, 1.0]}]}

@@ -15,10 +15,8 @@ from importlib.util import decode_source
 from pathlib import PurePosixPath
 from typing import Any, NamedTuple
 
-MEBIBYTE = 1 << 20
-MAX_FILE = 32 * MEBIBYTE  # a notebook with its pictures
-MAX_TOGETHER = 48 * MEBIBYTE  # of all files of one student, as they were handed in
-MAX_SOURCE = 2 * MEBIBYTE  # of code in them
+MAX_FILE = 32 << 20  # bytes of a notebook with its pictures
+MAX_SOURCE = 2 << 20  # letters of code in all files
 MAX_CELLS = 1000
 MAX_BRACKETS = 300_000  # in a notebook: each takes memory and time, and deep ones the stack
 TOO_LARGE = "the files are too large; clear the outputs, and hand in your own alone"
