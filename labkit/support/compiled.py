@@ -41,6 +41,7 @@ def compiled(function: F, check: Callable[..., tuple[Any, ...]] | None = None) -
                 first = first.__cause__
             raise first from None
 
+    call.__code__ = call.__code__.replace(co_name=function.__name__)  # as a traceback shows it
     stage: Any = functools.wraps(function)(call)
     stage.inner = functools.cache(lambda: load_numba().njit(**INNER)(function))  # in other stages
     return stage  # type: ignore[no-any-return]

@@ -85,14 +85,10 @@ def _walls():
 @exercise("How sure is the translation?", _walls, {
     "The lever is missing: an error of the angle moves the image of the centroid, too.":
         {"(1 + (p.mean(0) ** 2).sum() / p.var(0).sum())": "1"},
-    "The noise of the centroid is missing across: two independent errors add as squares.":
-        {"(1 + (p": "((p"},
     "ℓ² is the mean squared distance from the *centroid*, not from the origin.":
         {"p.var(0).sum()": "(p**2).sum(1).mean()"},
     "ℓ² is a mean: divide the sum of the squares by N.":
         {"/ p.var(0).sum()": "/ p.var(0).sum() / len(p)"},
-    "The noise is divided by N; that of a mean falls with the root of N.":
-        {"len(p) ** 0.5": "len(p)"},
 }, tolerance=1e-8)
 def std_of_translation(p, sigma):
     """By (2.10)."""

@@ -199,9 +199,9 @@ def _own(
 ) -> QuestionVerdict:
     """The verdict on a function that calls nothing of labkit, which the grading does not have."""
     verdict = tried(question, cases, function, called)
-    for name, module in filter(_is_labkits, called):
+    for name, _ in filter(_is_labkits, called):
         raise InvalidParameterError(
-            f"your function calls `{name}` from {module}, which is not available during grading; "
+            f"your function calls labkit's `{name}`, which is not available during grading; "
             f"write that part yourself, and run the cell that defines your "
             f"`{question.function}` again"
         )

@@ -138,9 +138,6 @@ def _behind_a_mast(T, rng):
 @exercise("A mast in the way", _masts, {
     "The scans are matched as they are: `clean` each.": {"clean(a), clean(b)": "a, b"},
     "This is the mean; one failed match would decide it alone.": {"np.median": "np.mean"},
-    "Source and target are swapped: the newer scan is the source.": {"for a, b in": "for b, a in"},
-    "This is the length of the motion found; its error is held against `T_true`.":
-        {"se2.relative(T_true, ends)": "ends"},
 })
 def typical_error(pairs, T_true, clean):
     """The median is not moved by a match that fails."""

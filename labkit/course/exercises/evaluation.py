@@ -34,8 +34,6 @@ def _figures():
         {"quantile(good": "quantile(bad"},
     "So nearly all good ones raise an alarm: the threshold is their upper quantile.":
         {"1 - alarms": "alarms"},
-    "The second number is the share of all matches; asked is that of the bad.":
-        {"bad > least": "np.append(good, bad) > least"},
     "The share is taken as a percentage: `np.percentile` takes 100 times what `np.quantile` takes.":
         {"np.quantile": "np.percentile"},
 }, tolerance=0.02)  # each threshold that parts the good ones so is right
@@ -64,9 +62,6 @@ def _path(steps, chain=lambda T, step: T @ step):
         {"*_path(increments)[-1, :2])": "*increments[:, :2].T).sum()"},
     "The product is in the wrong order: each increment stands on the right of those before.":
         {"_path(increments)": "_path(increments, lambda T, step: step @ T)"},
-    "Each step is turned by the heading *after* it; it is measured in the frame before.":
-        {"np.hypot(*_path(increments)[-1, :2])": "abs(np.sum(increments[:, :2] @ (1, 1j) * "
-            "np.exp(1j * np.cumsum(increments[:, 2]))))"},
 })
 def closing_gap(increments):
     """Distance and turn from the start of the path to its end."""

@@ -35,9 +35,6 @@ def shared_view(turn, field):
     "This is always ahead; the nearest valley may lie behind the robot.": lambda s, p: s % p,
     "One period is taken off a long step; take several.": lambda s, p: s - p if s > p / 2 else s,
     "The periods are cut off towards zero; round to the nearest.": math.fmod,
-    "This is the number of periods; take them off the step.": lambda s, p: round(s / p),
-    "The step is never longer than half a period: it does not stop there, it starts again behind.":
-        lambda s, p: max(-p / 2, min(p / 2, s)),
 })
 def apparent_step(step, period):
     """The nearest to zero of all candidates."""

@@ -52,9 +52,6 @@ def turning_column(p, n):
 }, {
     "The sum is divided by N; divide it by W, the sum of the weights.": {"w.sum()": "len(w)"},
     "The third column is in metres per radian: divide it by ℓ.": {" / length": ""},
-    "The centroid has to be the weighted one.": {"(p, axis=0, weights=w)": "(p, axis=0)"},
-    "The turn is about the origin: take the weighted centroid off.":
-        {" - np.average(p, axis=0, weights=w)": ""},
     "Centroid and ℓ are weighted, but the sum of a aᵀ is not.":
         {"w, a, a) / w.sum()": "np.ones(len(w)), a, a) / len(w)"},
 })
@@ -82,8 +79,6 @@ def _corridor_and_room():
         {"    parts": "    V = V.T\n    parts"},
     "Small eigenvalues are raised to `least`; a direction that is not seen gets no step at all.":
         {"(values >= least) / values": "1 / np.maximum(values, least)"},
-    "Adding `least` to A damps all and drops none.":
-        {"(values >= least) / values": "1 / (values + least)"},
 })
 def seen_step(A, g, least):
     """A sum over the eigenvectors that are seen."""

@@ -20,9 +20,6 @@ R = np.array([0.9, 0.02, 0.3, 0.05, 2.0, 0.6, 0.15, 0.01, 0.4, 0.08, 0.7])
     "rise; divide by all N.": {"/ len(distances)": "/ len(kept)"},
     "Pairs outside the gate are charged nothing, so the scan could lower its cost by losing pairs; "
     "charge them as if they stood on the gate.": {"np.minimum(kept, d_max)": "kept[kept <= d_max]"},
-    "Pairs outside the gate are left out, and the sum is divided by what is left; charge d_max.":
-        {"np.minimum(kept, d_max), delta).sum() / len(distances)":
-         "kept[kept <= d_max], delta).mean()"},
     "ρN is rounded up; round down.": {"[:int(": "[:1 + int("},
     "The trimming comes after the gate: ⌊ρN⌋ of *all* N pairs are in the sum.":
         lambda r, d, o, h: cost_of(r[r <= d], d, o, h) * (r <= d).mean(),
@@ -64,8 +61,6 @@ def colleagues_icp(source, target):
     "They are exchanged: any holds first, both later.": lambda t, r, e: first_stops(t, r, e)[::-1],
     "These are the first of each kind; both have to be small at once.":
         {"one <": "translation_steps <", "both <": "rotation_steps <"},
-    "The second is where the later kind is small first; both have to be small at the same time.":
-        lambda t, r, e: (first_stops(t, r, e)[0], max(np.argmax(t < e), np.argmax(r < e))),
     "A step exactly at the limit is not small.": lambda t, r, e: first_stops(t, r, e * (1 + 1e-9)),
 })
 def first_stops(translation_steps, rotation_steps, tolerance):

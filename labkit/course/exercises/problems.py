@@ -94,7 +94,6 @@ def _avenue():
 @exercise("Along the avenue", _avenue, {
     "This is where the run ends; asked for is how far that is from the truth.":
         {"T_target_source[0, 2] - x_true": "T_target_source[0, 2]"},
-    "The guess is the offset alone; it is added to the true motion.": {"x_true + offset": "offset"},
 })
 def along_the_avenue(source, target, x_true, offset):
     """Error and RMSE from a guess that is off."""
@@ -200,7 +199,6 @@ def backward_alignment(a, b, p_mean, q_mean):
     "noise alone": (0.02, 0.0, 0.0, 0.0, 6.0), "a turn alone": (0.0, 0.0, 0.0, 1.2, 6.0),
 }, {
     "The noise is that of one scan; both scans have it, so it is √2 σ.": {"math.sqrt(2.0)": "1.0"},
-    "The noise is taken once; 3σ lets one pair in 400 through.": {"3.0 * ": ""},
     "The turn is the arc; a point moves along the chord.":
         {"2.0 * reach * math.sin(angle / 2.0)": "reach * angle"},
     "Noise and spacing stand at right angles to one another: they add as squares.":

@@ -32,8 +32,6 @@ def motion_between(T_w_k, T_w_k1):
     "The plane is turned about the origin, then moved by `c`.": lambda c, a: transform(*c, a),
     "`c` is brought to the origin and the plane turned, but `c` is not brought back.":
         lambda c, a: transform(0, 0, a) @ transform(*-c, 0),
-    "The plane is moved by `c` and turned: move it by −c, turn it, and move it back.":
-        lambda c, a: transform(0, 0, a) @ transform(*c, 0),
 })
 def turn_about(c, theta):
     """The point c stays where it is."""

@@ -36,8 +36,6 @@ def lever_error(D, epsilon):
         {"rotation(-": "rotation("},
     "The headings lie in [0, 2π), not in (−π, π].": {"se2.wrap(turned)": "turned % (2 * np.pi)"},
     "The first pose is subtracted as it is; its heading turns the axes, too.": lambda p: p - p[0],
-    "The product is in the wrong order: the first pose's inverse stands on the left.":
-        lambda p: se2.to_xytheta(se2.from_xytheta(p) @ se2.invert(se2.from_xytheta(p[0]))),
 })
 def seen_from_first(poses):
     """Shifted, turned back, wrapped."""
@@ -51,8 +49,6 @@ def seen_from_first(poses):
 }, {
     "The step is put on the left: the robot measured it, so it acts before the pose, on its right.":
         lambda T, s: se2.transform(*s) @ T,
-    "This goes from the scan before to the key scan and on: the pose is the other way round.":
-        lambda T, s: se2.invert(T) @ se2.transform(*s),
     "The numbers are added; the step has to be turned by the robot's heading.":
         lambda T, s: se2.from_xytheta(se2.to_xytheta(T) + s),
     "The step is turned the wrong way: by R(−ψ) instead of R(ψ).": {"math.sin": "-math.sin"},
@@ -73,7 +69,6 @@ def guess_from_key(T_key_before, step):
     "Only |Δx| is looked at; a robot moves aside, too.": {"math.hypot(x, y)": "abs(x)"},
     "Δx and Δy are added; the way is their length.": {"math.hypot(x, y)": "(abs(x) + abs(y))"},
     "Take the larger share, not the sum.": {"max(way, turned)": "way + turned"},
-    "This is the mean; the larger share decides.": {"max(way, turned)": "(way + turned) / 2"},
 })
 def key_used_up(T_key_now, reach, turn):
     """The larger share."""
@@ -98,8 +93,6 @@ def key_used_up(T_key_now, reach, turn):
         {"-pose_i[2]": "-pose_j[2]"},
     "Only the difference of the headings is wrapped; wrap the error itself.":
         {"turn - measured[2])": "turn) - measured[2]"},
-    "The measurement is turned with the displacement; it is in the frame of pose i already.":
-        {"(x, y) - measured[:2]": "((x, y) - measured[:2])"},
 })
 def edge_error(pose_i, pose_j, measured):
     """In the frame of pose i."""
