@@ -112,7 +112,11 @@ def check(function: Callable[..., Any]) -> Feedback:
     assignment = load_assignment(hidden=False)
     asked = next((one for one in assignment.questions if one.function == name), None)
     if asked is None:
-        return Feedback(tried_exercise(_exercise(name), function))
+        if (entry := exercises().get(name)) is None:
+            raise InvalidParameterError(
+                f"no exercise asks for a function named {name!r}; leave the name as its stub has it"
+            )
+        return Feedback(tried_exercise(entry, function))
     called = Calls()
     verdict = _own(asked, assignment.cases(asked.id), function, called)
     names = {name for name, _ in called}
@@ -161,15 +165,6 @@ def _name(function: Callable[..., Any]) -> str:
             f"got {type(function).__name__}"
         )
     return str(name)
-
-
-def _exercise(name: str) -> exercise:
-    known = exercises()
-    if name not in known:
-        raise InvalidParameterError(
-            f"no exercise asks for a function named {name!r}; leave the name as its stub has it"
-        )
-    return known[name]
 
 
 def tried_exercise(entry: exercise, function: Callable[..., Any]) -> QuestionVerdict:

@@ -15,7 +15,7 @@ import numpy as np
 
 from labkit.course.grading.assignment.questions import Answer, Case, Question
 from labkit.course.grading.inside.data import Value
-from labkit.support.arrays import BoolArray, FloatArray
+from labkit.support.arrays import FloatArray
 
 EXPECTED = {
     Answer.MATRIX: "a square matrix of numbers",
@@ -217,10 +217,10 @@ def _numbers(question: Question, case: Case, got: FloatArray, wanted: FloatArray
     error = np.abs(got - wanted)[np.isfinite(wanted)]
     low, high = question.low, question.high
     if low is not None and high is not None and (outside := (got < low) | (got > high)).any():
-        yield f"{_share(outside)} of the numbers lie outside [{low:g}, {high:g}]."
+        yield f"{outside.sum()} of {got.size} numbers lie outside [{low:g}, {high:g}]."
     if got.size > 1:
         most = _size(float(error.max(initial=0.0)), f" {question.unit}".rstrip())
-        yield f"{_share(error > case.tolerance)} of the numbers are off, by up to {most}."
+        yield f"{(error > case.tolerance).sum()} of {got.size} numbers are off, by up to {most}."
 
 
 def _mask(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
@@ -246,12 +246,6 @@ def _poses(question: Question, case: Case, got: FloatArray, wanted: FloatArray) 
 def _size(number: float, unit: str) -> str:
     """A size that can be read: 180° and not 1.8e+02°."""
     return f"{float(f'{number:.2g}'):g}{unit}"
-
-
-def _share(wrong: BoolArray) -> str:
-    """Share of the wrong entries."""
-    share = float(np.mean(wrong))
-    return "all" if share == 1.0 else f"about {max(1, round(100 * share))} %"
 
 
 _TEXTS: dict[Answer, Callable[[Question, Case, FloatArray, FloatArray], Iterator[str]]] = {
