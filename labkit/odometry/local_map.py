@@ -17,7 +17,7 @@ from labkit.odometry.carried import carried, stands
 from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import apply, from_xytheta, invert
-from labkit.support.arrays import FloatArray, IntArray
+from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
 KEY_SCANS = 30  # the map's memory, however long the robot drives
@@ -54,21 +54,24 @@ class LocalMap:
         is_near = moved <= KEY_DISTANCE and turned <= KEY_ROTATION
         if len(scan) < MIN_PAIRS or (self.target and matched and is_near and not self.last_scan):
             return
-        kept = np.arange(len(scan))
+        key = fixed = Target(scan)
         if prior is not None and self.target and self.key:
             still = stands(scan, self.key)
-            kept = kept[~carried(scan, still, self.target, self.T_target_last)]
-        self._take(Target(scan), kept)
+            off = carried(scan, still, self.target, self.T_target_last)
+            fixed = Target(scan.select(~off)) if off.any() else key
+        self._take(fixed)
+        self.key = key
 
-    def _take(self, key: Target, kept: IntArray) -> None:
-        """Add a key scan: of each cell the first point that is kept, with its normal among all.
+    def _take(self, newest: Target) -> None:
+        """Add a key scan: of each cell the first point, with its normal among all of the scan.
 
         The map moves into the frame of this scan, and loses the oldest one beyond `KEY_SCANS`.
         """
+        kept = np.arange(len(newest.points))
         if not self.last_scan:
-            cells = np.floor(key.points[kept] / MAP_CELL) @ [1.0, 1j]
-            kept = kept[np.sort(np.unique(cells, return_index=True)[1])]
-        points, normals = key.points[kept], key.normals[kept]
+            cells = np.floor(newest.points / MAP_CELL) @ [1.0, 1j]
+            kept = np.sort(np.unique(cells, return_index=True)[1])
+        points, normals = newest.points[kept], newest.normals[kept]
         self._sizes.append(len(kept))
         if self.target:
             most = 1 if self.last_scan else KEY_SCANS
@@ -76,5 +79,5 @@ class LocalMap:
             T = invert(self.T_target_last)
             points = np.vstack([apply(T, self.target.points[surplus:]), points])
             normals = np.vstack([self.target.normals[surplus:] @ T[:2, :2].T, normals])
-        self.target, self.key = Target(Scan.from_points(points), normals), key
+        self.target = Target(Scan.from_points(points), normals)
         self.T_target_last = self.T_target_told = np.eye(3)
