@@ -83,8 +83,7 @@ def line_information(
     """
     p, n, w = as_pairs(points, normals, weights)
     other = n if other_normals is None else as_points(other_normals, "other_normals")
-    center, length = center_and_length(p, w)
-    _require_spread(length, len(p))
+    center, length = _center_and_length(p, w)
     values, vectors = np.linalg.eigh(information_matrix(p, n, other, w, center, length))
     return Information(center=np.array(center), length=length, values=values, vectors=vectors)
 
@@ -98,10 +97,8 @@ def align_to_lines(
     Raises `DegenerateAlignmentError` where no pair has weight, or all of them coincide.
     """
     p, q, w = as_pairs(source, target, weights)
-    dT, solved = line_step(p, q, as_points(normals, "normals"), w, 0.0)
-    if not solved:
-        _require_spread(0.0, int(np.count_nonzero(w)))
-    return dT
+    _center_and_length(p, w)
+    return line_step(p, q, as_points(normals, "normals"), w, 0.0)[0]
 
 
 @compiled
@@ -190,9 +187,12 @@ def center_and_length(points: FloatArray, weights: FloatArray) -> tuple[tuple[fl
     return center, length if length > 64.0 * EPSILON * most else 0.0
 
 
-def _require_spread(length: float, count: int) -> None:
+def _center_and_length(p: FloatArray, w: FloatArray) -> tuple[tuple[float, float], float]:
+    """The same; raise an error where ℓ is 0."""
+    center, length = center_and_length(p, w)
     if not length > 0.0:
         raise DegenerateAlignmentError(
-            f"{count} surface points with weight lie in one place or are none; "
+            f"{np.count_nonzero(w)} surface points with weight lie in one place or are none; "
             f"a line needs two that lie apart"
         )
+    return center, length

@@ -95,10 +95,7 @@ class IcpParameters:
     @cached_property
     def for_loop(self) -> IcpParameters:
         """The same fields as a named tuple, each of its default's type: numba reads no class."""
-        kinds: list[type] = [type(each.default) for each in NUMBERS]
-        numbers = (
-            kind(getattr(self, each.name)) for kind, each in zip(kinds, NUMBERS, strict=True)
-        )
+        numbers = [cast(type, type(each.default))(getattr(self, each.name)) for each in NUMBERS]
         return cast(IcpParameters, LoopParameters(*numbers))
 
 

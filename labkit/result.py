@@ -153,15 +153,7 @@ class IcpResult(_Quality):
 
     @property
     def unobservable(self) -> tuple[str, ...]:
-        """The free directions in words; empty where all are seen, or nothing can be said.
-
-        Examples
-        --------
-        >>> import numpy as np, labkit
-        >>> wall = np.column_stack([np.linspace(-2.0, 2.0, 81), np.full(81, 1.5)])
-        >>> labkit.icp(wall[10:-10] + [0.02, 0.0], wall).unobservable
-        ('shift along (1.00, 0.00)',)
-        """
+        """The free directions in words, such as 'shift along (1.00, 0.00)'; empty if none is."""
         return () if self.observability is None else free_motions(self.observability)
 
     @property
