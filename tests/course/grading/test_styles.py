@@ -132,8 +132,11 @@ def test_an_honest_style_costs_nothing(style, graded):
     assert not (style == "the handed-out notebook" and verdict.notes)
 
 
+WRAPPED = "import helpers as h\n\n\ndef icp_step(*given):\n    return h.icp_step(*given)"
+
+
 @pytest.mark.parametrize(
-    "line", ["from helpers import icp_step", "%run helpers.py", "%run ./helpers"]
+    "line", ["from helpers import icp_step", "%run helpers.py", "%run ./helpers", WRAPPED]
 )
 def test_a_notebook_may_use_its_own_scripts(line, graded):
     book = notebook([cell(f"from lab.mine import *\n{line}"), cell(ICP)])

@@ -38,10 +38,7 @@ MAKING_SOME = tuple(
 
 
 def confine(*, seconds: float, user: int, wall: str) -> None:
-    """Give up for good what the student's code shall not have.
-
-    That is time, memory, the own user unless `user` is 0, and system calls unless `wall` is "none".
-    """
+    """Give up, for good: time, memory, one's user for another, and system calls behind a wall."""
     limits = {"CPU": int(seconds) + 1, "NOFILE": 128, "CORE": 0, "AS": MEMORY}
     limits["FSIZE"] = FILE_BYTES if wall == "bubblewrap" else 0
     for kind, most in limits.items():

@@ -134,10 +134,11 @@ class Session:
                 if name in self.functions and not hides and type(value) is not standins.StandIn:
                     self.answers[name] = value
 
-    def run_script(self, source: str, name: str) -> None:
-        """Run a script that is imported, among the cells."""
+    def run_script(self, source: str, name: str, module: types.ModuleType) -> None:
+        """Run a script among the cells; the module keeps what its names are now."""
         for node in parsing.statements(source, name)[0]:
             self.run(node, name)
+            vars(module).update((k, v) for k, v in self.space.items() if not k.startswith("__"))
 
     def described(self, name: str, *states: dict[str, Any]) -> dict[str, Any]:
         """Keep the states in which it or what it uses differs; name them, and what it calls."""

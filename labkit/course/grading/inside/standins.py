@@ -64,7 +64,7 @@ WORKING = {
 class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
     """Imports handed-in scripts, from whatever folder, and stand-ins; asked before all others."""
 
-    def __init__(self, run: Callable[[str, str], None]) -> None:
+    def __init__(self, run: Callable[[str, str, types.ModuleType], None]) -> None:
         self.run = run  # a script, by its source and name
         self.scripts: dict[str, str] = {}  # sources by file name
 
@@ -80,11 +80,11 @@ class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         return None
 
     def create_module(self, spec: ModuleSpec) -> types.ModuleType:
-        """A stand-in; for a script the module of all cells, where its names are set, too."""
-        return sys.modules["__main__"] if spec.origin else StandIn(spec.name)
+        """A stand-in; a script fills it with its own names."""
+        return StandIn(spec.name)
 
     def exec_module(self, module: types.ModuleType) -> None:
         """Run a script; a stand-in has nothing to run."""
         file = module.__spec__ and module.__spec__.origin
         if file:
-            self.run(self.scripts[file], file)
+            self.run(self.scripts[file], file, module)

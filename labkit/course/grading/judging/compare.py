@@ -36,7 +36,7 @@ ADVICE = {
     "NotImplementedError": "it is not written yet.",
     NO_RESULT: "the result is wrong.",
     "OutOfTime": "it took too long; does a loop have no end?",
-    KILLED: "the program ended in it: too much memory, or an exit.",
+    KILLED: "the program ended in it: too much memory, an exit, or a call without an end.",
     "ChangedError": "it changed an argument in place{why}; work on a copy.",
 }
 
