@@ -41,7 +41,6 @@ ADVICE = {
 }
 
 ALL_VISIBLE = "All visible cases pass; grading tries others."
-ENOUGH = 6  # wrong entries that tell a family from chance where all are whole numbers
 
 
 def assess(
@@ -104,7 +103,8 @@ def recognise(
 
     A call that brought no answer speaks neither for a mistake nor against it. Where a listed
     mistake has no answer, any wrong one fits. Where none is listed, families are tried: relations
-    of the answers to the right ones, then changes of the arguments, known in visible cases alone.
+    of the answers to the right ones; then, where these are no whole numbers, changes of the
+    arguments and slips, known in visible cases alone.
     """
     given = [
         (case, outcome.value, is_right(question, case, outcome.value))
@@ -133,18 +133,9 @@ def recognise(
         for says in _relations(question, given)
     ]
     answers = [one for case in wrong for one in _accepted(question.answer, case)]
-    if not all((one == np.round(one)).all() for one in answers):
-        return next(iter(found + explaining), None)
-    if not found and sum(_count_wrong(question, *pair[:2]) for pair in given) >= ENOUGH:
-        found = explaining
-    return found[0] if len(found) == 1 else None  # whole numbers agree by chance
-
-
-def _count_wrong(question: Question, case: Case, value: Value) -> int:
-    """The entries of an answer that are wrong; 0 where it has another form."""
-    got, wanted = numbers(question.answer, value), _accepted(question.answer, case)[0]
-    alike = not isinstance(got, str) and got.shape == wanted.shape
-    return int(np.sum(got != wanted)) if alike else 0
+    if all((one == np.round(one)).all() for one in answers):  # whole numbers agree by chance
+        return found[0] if len(found) == 1 else None
+    return next(iter(found + explaining), None)
 
 
 def _relations(question: Question, given: Sequence[tuple[Case, Value, bool]]) -> list[str]:
