@@ -87,12 +87,6 @@ export function inlierCount(pairs) {
   return total(pairs.kept);
 }
 
-// Root mean square distance [m] of the kept pairs; NaN where none was kept.
-export function inlierRmse(pairs) {
-  const squares = pairs.distances.reduce((sum, d, i) => sum + (pairs.kept[i] ? d * d : 0), 0);
-  return Math.sqrt(squares / inlierCount(pairs));
-}
-
 export const FATES = ["gated", "trimmed", "no line", "down-weighted", "kept"];
 
 // The fate of each pair, an index into FATES: the first stage that rejected it.

@@ -54,17 +54,14 @@ export function shorten(dT, { source, weights }, fraction) {
 // (H) Why to stop, by the last step, the pairs, the cost and the budget; null to go on.
 export function check(poses, history, pairs, stage, parameters) {
   const [before, now] = history.slice(-2);
-  if (stage.mayConverge && standsStill(poses, parameters)) return "CONVERGED_POSE";
+  if (stage.mayConverge) { // both parts: a scan that turns about its own center has Δt ≈ 0
+    const [moved, turned] = stepLength(...poses.slice(-2));
+    if (moved < parameters.translation_tolerance && turned < parameters.rotation_tolerance) return "CONVERGED_POSE";
+  }
   if (inlierCount(pairs) < MIN_PAIRS) {
     const matched = pairs.withinGate.filter((inside, i) => inside && pairs.withinOverlap[i]).length;
     return matched >= MIN_PAIRS ? "DEGENERATE" : "TOO_FEW_CORRESPONDENCES"; // on no surface
   }
   if (stage.mayConverge && Math.abs(now.cost - before.cost) < parameters.cost_tolerance) return "CONVERGED_COST";
   return poses.length > parameters.max_iterations ? "BUDGET_SPENT" : null;
-}
-
-// (H) Whether the last step was below both pose tolerances.
-export function standsStill(poses, parameters) {
-  const [moved, turned] = stepLength(...poses.slice(-2));
-  return moved < parameters.translation_tolerance && turned < parameters.rotation_tolerance;
 }

@@ -3,9 +3,9 @@
 import { legendOf } from "../marks.js";
 import { TERMINATIONS } from "./constants.js";
 import { digits, element, fixed } from "./controls.js";
-import { FATES, fates, inlierCount, inlierRmse } from "./correspondences.js";
+import { FATES, fates, inlierCount } from "./correspondences.js";
 import { freeMotions, observability } from "./degeneracy.js";
-import { failed } from "./result.js";
+import { failed, inlierRmse } from "./result.js";
 import { DEGREE, poseDifference, toXYTheta } from "./se2.js";
 
 export const PATIENCE = 600; // ms of rest before a screen reader is told

@@ -1,9 +1,16 @@
 // How a run ended; mirrors labkit/result.py.
 
 import { TERMINATIONS } from "./constants.js";
+import { inlierCount } from "./correspondences.js";
 
 export function failed(termination) {
   return TERMINATIONS[termination].startsWith("failed");
+}
+
+// Root mean square distance [m] of the kept pairs; NaN where none was kept.
+export function inlierRmse(pairs) {
+  const squares = pairs.distances.reduce((sum, d, i) => sum + (pairs.kept[i] ? d * d : 0), 0);
+  return Math.sqrt(squares / inlierCount(pairs));
 }
 
 // Length [m] and turn [rad] of the step between two poses.

@@ -24,17 +24,17 @@ export function widened(residuals, kept, { huberDelta, widening }) {
   return widening && some.length ? Math.max(huberDelta, widening * some[some.length >> 1]) : huberDelta;
 }
 
-// The next stage, after the step to the last pose.
+// The next stage, after the step to the last pose. It is far if it was, and if the next motion, which
+// is expected to shrink as the last one did, is longer than LONG delta.
 export function schedule(before, poses, source, parameters) {
-  const far = before.far && isFar(poses, source, parameters.huber_delta ?? Infinity);
+  let far = before.far;
+  if (far) {
+    let motion = displacement(source, ...poses.slice(-2));
+    const motionBefore = poses.length > 2 ? displacement(source, ...poses.slice(-3, -1)) : 0;
+    if (motion < motionBefore) motion *= motion / motionBefore;
+    far = motion > LONG * (parameters.huber_delta ?? Infinity);
+  }
   return stageOf(parameters, source.length / 2, far, !before.far);
-}
-
-// Whether the next step is likely to move the source by more than LONG delta: as the last one shrank.
-export function isFar(poses, source, huberDelta) {
-  const [older, before, now] = [poses.at(-3), poses.at(-2), poses.at(-1)];
-  const motion = displacement(source, before, now), motionBefore = older ? displacement(source, older, before) : 0;
-  return motion * (motion < motionBefore ? motion / motionBefore : 1) > LONG * huberDelta;
 }
 
 // Root mean square distance [m] by which a step moved the points.
