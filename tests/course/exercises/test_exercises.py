@@ -16,7 +16,6 @@ from solutions import strip_notebook
 from labkit.course.exercises import check, exercises
 from labkit.course.exercises.entries import source_of
 from labkit.course.exercises.slips import slips
-from labkit.support.errors import InvalidParameterError
 
 FOLDER = Path(__file__).parents[3] / "notebooks"
 CHAPTERS = {path.name: nbformat.read(path, 4) for path in sorted(FOLDER.glob("[01]*.ipynb"))}
@@ -126,21 +125,3 @@ def test_right_answers_in_other_styles_pass(name):
     for function in (function for other, function in RIGHT if other == name):
         feedback = checked(name, function)
         assert feedback.passed, repr(feedback)
-
-
-def test_an_edit_of_what_the_right_function_does_not_hold_is_told():
-    with pytest.raises(AssertionError, match=r"turn_about does not hold \['sin'\], which"):
-        EXERCISES["turn_about"].edited({"sin": "cos"})
-
-
-@pytest.mark.parametrize(
-    ("function", "message"),
-    [
-        (3, "`function` must be the function itself, as in check(rotation), got int"),
-        (len, "no exercise asks for a function named 'len'; leave the name as its stub has it"),
-    ],
-)
-def test_what_is_no_exercise_is_refused(function, message):
-    with pytest.raises(InvalidParameterError) as error:
-        check(function)
-    assert str(error.value) == message
