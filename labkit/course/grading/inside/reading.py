@@ -1,7 +1,7 @@
 """From the files of a submission to the cells that are run: notebooks, scripts, archives of them.
 
-It runs in the box, before any code of the submission: what a stranger's file makes of a parser, it
-costs the stranger alone.
+It runs in the box, before any code of the submission, so a file that holds up a parser costs
+its own student alone.
 """
 
 from __future__ import annotations
