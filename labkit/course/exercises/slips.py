@@ -11,7 +11,7 @@ from ast import unparse as text
 from collections.abc import Iterator
 from itertools import accumulate
 
-SIGNS = {
+SIGNS: dict[type[ast.AST], str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.MatMult: "@", ast.Pow: "**",
     ast.BitAnd: "&", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==",
 }  # fmt: skip
@@ -39,8 +39,8 @@ def slips(source: str) -> Iterator[tuple[str, str]]:
 def _slips_at(node: ast.expr) -> Iterator[tuple[str, str]]:
     """Each slip at a node: what it is, and what stands there with it."""
     match node:
-        case ast.BinOp(one, sign, other) | ast.Compare(one, [sign], [other]):
-            yield from _of_signs(node, SIGNS.get(type(sign), ""), text(one), text(other))
+        case ast.BinOp(one, sign, other) | ast.Compare(one, [sign], [other]) if type(sign) in SIGNS:
+            yield from _of_signs(node, SIGNS[type(sign)], text(one), text(other))
         case ast.Call(function):
             yield from _of_calls(node, text(function))
         case ast.UnaryOp():
