@@ -61,7 +61,7 @@ def align(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None
     """
     p, q, w = as_pairs(source, target, weights)
     T, solved = closed_form(p, q, w)
-    _require(solved, w)
+    _require(solved, p, q, w)
     return T
 
 
@@ -73,7 +73,7 @@ def align_svd(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = 
     reflection, which no robot can drive.
     """
     p, q, w = as_pairs(source, target, weights)
-    _require(closed_form(p, q, w)[1], w)
+    _require(closed_form(p, q, w)[1], p, q, w)
     p, q, w = p[w > 0.0], q[w > 0.0], w[w > 0.0]
     p_mean, q_mean = w @ p / w.sum(), w @ q / w.sum()  # (2.2)
     H = (w[:, None] * (p - p_mean)).T @ (q - q_mean)  # (2.4)
@@ -135,10 +135,13 @@ def turn_about(center: tuple[float, float], theta: float, dx: float, dy: float) 
     )
 
 
-def _require(solved: bool, weights: FloatArray) -> None:
-    if not solved:
-        raise DegenerateAlignmentError(
-            f"{np.count_nonzero(weights)} of {len(weights)} pairs have weight, and more than one "
-            f"rotation fits them: two must lie apart, both in the source and in the target, and "
-            f"the target must not be a mirror image of the source"
-        )
+def _require(solved: bool, p: FloatArray, q: FloatArray, w: FloatArray) -> None:
+    if solved:
+        return
+    reason = f"every rotation fits these {len(w)} pairs equally well; is the target a mirror image?"
+    for name, points in {"source": p[w > 0.0], "target": q[w > 0.0]}.items():
+        if len(points) == 0:
+            reason = f"all {len(w)} weights are zero; relax the gate or the weights"
+        elif np.ptp(points, axis=0).max() <= RELATIVE_RESOLUTION * np.abs(points).max():
+            reason = f"the weighted {name} points of {len(w)} pairs coincide; two must lie apart"
+    raise DegenerateAlignmentError(reason)

@@ -77,6 +77,21 @@ class Correspondences(NamedTuple):
         """Mask of the pairs that passed the gate, shape (N,)."""
         return self.distances <= self.max_correspondence_distance
 
+    @property
+    def cost(self) -> float:
+        """The truncated Huber cost J [m²]; see `labkit.icp`."""
+        return cost(self)
+
+    @property
+    def fitness(self) -> float:
+        """Kept pairs over source points, in [0, 1]."""
+        return self.inlier_count / len(self.kept)
+
+    @property
+    def inlier_rmse(self) -> float:
+        """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
+        return math.sqrt(np.mean(self.distances[self.kept] ** 2)) if self.kept.any() else math.nan
+
 
 @compiled
 def associate(

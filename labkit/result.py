@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from labkit.correspondences import Correspondences, cost, pairs_at
+from labkit.correspondences import Correspondences, pairs_at
 from labkit.degeneracy import free_motions, observability
 from labkit.line_alignment import Information
 from labkit.parameters import IcpParameters
@@ -52,7 +52,7 @@ class _Quality:
     @property
     def cost(self) -> float:
         """The truncated Huber cost J [m²]; see `labkit.icp`."""
-        return cost(self.correspondences)
+        return self.correspondences.cost
 
     @property
     def inlier_count(self) -> int:
@@ -62,13 +62,12 @@ class _Quality:
     @property
     def fitness(self) -> float:
         """Kept pairs over source points, in [0, 1]."""
-        return self.inlier_count / len(self.correspondences.kept)
+        return self.correspondences.fitness
 
     @property
     def inlier_rmse(self) -> float:
         """Root mean square distance [m] of the kept pairs; NaN where none was kept."""
-        inliers = self.correspondences.distances[self.correspondences.kept]
-        return math.sqrt(np.mean(inliers**2)) if inliers.size else math.nan
+        return self.correspondences.inlier_rmse
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
