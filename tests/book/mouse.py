@@ -17,11 +17,11 @@ def middle(node: Locator) -> Point:
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
-def drag(page: Page, start: Point, by: Point, steps: int = 12) -> None:
+def drag(page: Page, start: Point, by: Point) -> None:
     """Press at a point, move, and let go."""
     page.mouse.move(*start)
     page.mouse.down()
-    page.mouse.move(start[0] + by[0], start[1] + by[1], steps=steps)
+    page.mouse.move(start[0] + by[0], start[1] + by[1], steps=12)
     page.mouse.up()
 
 
