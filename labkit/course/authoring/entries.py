@@ -10,7 +10,6 @@ import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Concatenate, ParamSpec
 
 import numpy as np
 
@@ -19,8 +18,6 @@ from labkit.course.exercises.entries import Arguments, Function, exercise
 from labkit.course.grading.assignment.questions import Answer, Question
 from labkit.course.grading.inside.data import Value
 from labkit.support.arrays import FloatArray
-
-Settings = ParamSpec("Settings")
 
 
 class Rng(np.random.Generator):
@@ -59,13 +56,9 @@ Recipe = Arguments | Draw | Exact
 Recipes = Mapping[str, Recipe]  # by what the case tries, in words without a number
 
 
-def recipe(draw: Callable[Concatenate[Rng, Settings], Arguments]) -> Callable[Settings, Draw]:
+def recipe(draw: Callable[..., Arguments]) -> Callable[..., Draw]:
     """Decorate a function that draws: with its settings alone it is a recipe for a case."""
-
-    def settled(*args: Settings.args, **kwargs: Settings.kwargs) -> Draw:
-        return lambda rng: draw(rng, *args, **kwargs)
-
-    return settled
+    return lambda *args, **kwargs: lambda rng: draw(rng, *args, **kwargs)
 
 
 @dataclass(eq=False, kw_only=True)
@@ -77,14 +70,15 @@ class question(exercise):
     answer: Answer
     chapter: str  # that explains it
     task: str
-    oracle: Function | Sequence[Function]  # another right function, one for each reading
+    oracle: Function | Sequence[Function]  # other right functions, of the first readings
+    visible: Recipes
     hidden: Recipes  # of which each variant draws its own
     unit: str = ""
     low: float | None = None
     high: float | None = None
     chance: float = 0.0
-    slack: Callable[[Arguments], float] = lambda arguments: 0.0  # of the tolerance, on top
-    alike: Callable[[Recipe, Arguments], Recipe] | None = None  # as hard as another variant's case
+    tolerance: float = 2e-5  # of an entry, relative to the largest of its answer or to 1
+    alike: Callable[[Rng, Arguments], Arguments] | None = None  # as hard as another variant's case
 
     @cached_property
     def asked_for(self) -> Question:
@@ -96,6 +90,11 @@ class question(exercise):
             task=self.task.strip(),
             docstring=inspect.cleandoc(self.right.__doc__ or "") + "\n",
         )
+
+    @property
+    def oracles(self) -> Sequence[Function]:
+        """The oracles, those of the first readings."""
+        return [self.oracle] if callable(self.oracle) else self.oracle
 
     @property
     def solution(self) -> str:

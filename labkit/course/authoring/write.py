@@ -13,25 +13,17 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
-from tqdm.contrib.concurrent import process_map
+from tqdm import tqdm
 
 import labkit
 from labkit.course.authoring.compute import hidden_cases, steady_families, visible_cases
 from labkit.course.authoring.entries import question
 from labkit.course.authoring.questions import QUESTIONS, TITLE
-from labkit.course.exercises.entries import ENTRIES, with_families
-from labkit.course.grading.assignment.questions import (
-    COURSE,
-    FORMAT,
-    Case,
-    Cases,
-    Question,
-    salt_of,
-)
+from labkit.course.exercises.entries import with_families
+from labkit.course.grading.assignment.questions import COURSE, FORMAT, Case, Question, salt_of
 from labkit.course.grading.inside.data import to_json
 from labkit.support.errors import LabkitError
 from labkit.support.files import atomic_write
@@ -69,26 +61,24 @@ def write_assignment(
     Raises
     ------
     LabkitError
-        If a file cannot be written, if no cases tell the mistakes apart, if a mistake earns less
-        than the cases that it passes, or if a solution and its oracle disagree.
+        If a file cannot be written, if no cases tell the mistakes apart or none is steady, or if a
+        solution and its oracle disagree.
     """
-    entries = {one.right.__name__: one for one in questions}
-    visible = {id: visible_cases(one) for id, one in entries.items()}
-    posed = [_posed(entry, visible[id]) for id, entry in entries.items()]
-    hidden = folder / "hidden"
+    posed = [posed_with_cases(one) for one in questions]
+    visible = {asked.id: cases for asked, cases in posed}
+    hidden, first = folder / "hidden", dict[str, tuple[Case, ...]]()
     files = {
-        folder / "questions.json": questions_file(question for question, _ in posed),
-        folder / "visible.json": cases_file({question.id: cases for question, cases in posed}),
+        folder / "questions.json": questions_file(asked for asked, _ in posed),
+        folder / "visible.json": cases_file(visible),
         hidden / COURSE: course_file(questions, secret),
     }
-    draw = partial(_hidden_of, list(entries), visible, secret)
-    first = draw({}, 0)
-    others, numbers = partial(draw, first), range(1, variants)
-    if questions is QUESTIONS:  # a process finds no other ones
-        drawn = [first, *process_map(others, numbers, desc="variants", disable=None)]
-    else:
-        drawn = [first, *map(others, numbers)]
-    files |= {hidden / f"variant_{k}.json": cases_file(cases) for k, cases in enumerate(drawn)}
+    for variant in tqdm(range(variants), desc="variants", disable=None):
+        drawn = {
+            id: hidden_cases(one, variant, visible[id], secret=secret, like=first.get(id, ()))
+            for id, one in zip(visible, questions, strict=True)
+        }
+        first = first or drawn
+        files[hidden / f"variant_{variant}.json"] = cases_file(drawn)
     for path, solutions in notebooks.items():
         files[path] = notebook_text(path, solutions, questions)
     hidden.mkdir(exist_ok=True)
@@ -98,26 +88,10 @@ def write_assignment(
     return list(files)
 
 
-def _hidden_of(
-    ids: Sequence[str], visible: Cases, secret: bytes, like: Cases, variant: int
-) -> Cases:
-    """The hidden cases of a variant; `like` is another one, as hard as which it is to be."""
-    return {
-        id: hidden_cases(
-            cast("question", ENTRIES[id]),
-            variant,
-            visible[id],
-            secret=secret,
-            like=like.get(id, ()),
-        )
-        for id in ids
-    }
-
-
-def _posed(entry: question, cases: Sequence[Case]) -> tuple[Question, list[Case]]:
+def posed_with_cases(entry: question) -> tuple[Question, list[Case]]:
     """The question and its visible cases, with the families of mistakes in the arguments."""
-    found = [steady_families(entry, case) for case in cases]
-    return with_families(entry.asked_for, cases, found)
+    cases = visible_cases(entry)
+    return with_families(entry.asked_for, cases, [steady_families(entry, one) for one in cases])
 
 
 def course_file(questions: Sequence[question], secret: bytes = b"") -> str:

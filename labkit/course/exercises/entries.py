@@ -36,7 +36,6 @@ class Mistake:
     """A known mistake of an exercise."""
 
     id: str
-    credit: float  # the share of the question's points that it earns
     says: str  # to the student
     wrong: Function | Edits | Sequence[Edits]  # several where it can come out in several ways
     chapter: str = ""  # that explains it; empty for the exercise's own
@@ -62,9 +61,9 @@ class exercise:
 
     @cached_property
     def known(self) -> list[Mistake]:
-        """The known mistakes: ``{sentence: wrong}``, or ``{id: (credit, sentence, wrong, …)}``."""
+        """The known mistakes: ``{sentence: wrong}``, or ``{id: (sentence, wrong, …)}``."""
         return [
-            Mistake(id, *row) if isinstance(row, tuple) else Mistake(id, 0.0, id, row)
+            Mistake(id, *row) if isinstance(row, tuple) else Mistake(id, id, row)
             for id, row in self.mistakes.items()
         ]
 
@@ -93,13 +92,13 @@ class exercise:
         found = {one.id: answers(self.ways(one), arguments) for one in self.known}
         return {id: wrong for id, wrong in found.items() if wrong}
 
-    def families(self, arguments: Arguments) -> dict[Family, Value]:
-        """The right function's answers to arguments that were changed, by what was done to them."""
-        names, found = list(inspect.signature(self.right).parameters), dict[Family, Value]()
+    def families(self, arguments: Arguments) -> dict[Family, tuple[Value, ...]]:
+        """The right functions' answers to arguments that were changed, by what was done to them."""
+        names, found = list(inspect.signature(self.right).parameters), dict[Family, Any]()
         for family, changed in families(names, arguments):
-            with suppress(TypeError, ValueError):  # a budget of 2.5 steps; an answer that fails
-                (found[family],) = answers([self.right], changed)
-        return found
+            with suppress(TypeError):  # a budget of 2.5 steps
+                found[family] = answers(self.edited({}), changed)
+        return {family: wrong for family, wrong in found.items() if wrong}
 
     def posed(self, answer: Answer, **more: Any) -> Question:
         """The question as the judge knows it."""
@@ -116,7 +115,6 @@ class exercise:
                     id=one.id,
                     says=one.says,
                     chapter=one.chapter or more.get("chapter", ""),
-                    credit=one.credit,
                 )
                 for one in self.known
             ),
@@ -136,14 +134,14 @@ class exercise:
         found = [self.families(case.arguments) | self._slips(case.arguments) for case in cases]
         return with_families(question, cases, found)
 
-    def _slips(self, arguments: Arguments) -> dict[Family, Value]:
+    def _slips(self, arguments: Arguments) -> dict[Family, tuple[Value, ...]]:
         """The answers of the right function with one slip each."""
-        name, found = self.right.__name__, dict[Family, Value]()
+        name, found = self.right.__name__, dict[Family, tuple[Value, ...]]()
         for place, (says, source) in enumerate(slips(_sources(self.right))):
             with suppress(Exception):  # a slip can end in any
                 wrong = _defined(source, self.right)[name]
                 (answer,) = answers([wrong], copy.deepcopy(arguments))
-                found[Family(f"slip-{place}", sentence(says))] = answer
+                found[Family(f"slip-{place}", sentence(says))] = (answer,)
         return found
 
     def _case(self, about: str, arguments: Arguments) -> Case:
@@ -164,16 +162,14 @@ class exercise:
 
 
 def with_families(
-    question: Question, cases: Sequence[Case], found: Sequence[Mapping[Family, Value]]
+    question: Question, cases: Sequence[Case], found: Sequence[Mapping[Family, tuple[Value, ...]]]
 ) -> tuple[Question, list[Case]]:
     """The question and its cases with the families that give a wrong answer in one of these.
 
     Of families that agree in all cases the first one is kept; where answers are whole numbers,
     which agree by chance, none.
     """
-    alike: dict[Any, list[Family]] = {
-        tuple(_signs(question, case.expected[0]) for case in cases): []
-    }
+    alike: dict[Any, list[Family]] = {tuple(_signs(question, case.expected) for case in cases): []}
     for one in found[0] if found else ():
         if all(one in each for each in found):
             signs = tuple(_signs(question, each[one]) for each in found)
@@ -183,15 +179,15 @@ def with_families(
     kept = [group[0] for group in groups if len(group) == 1 or not is_whole]
     known = (Misconception(id=one.id, says=one.says, family=True) for one in kept)
     return replace(question, misconceptions=(*question.misconceptions, *known)), [
-        replace(case, mistaken={**case.mistaken, **{one.id: (each[one],) for one in kept}})
+        replace(case, mistaken={**case.mistaken, **{one.id: each[one] for one in kept}})
         for case, each in zip(cases, found, strict=True)
     ]
 
 
-def _signs(question: Question, value: Value) -> bytes | None:
-    """The numbers of an answer to six decimals."""
-    found = numbers(question.answer, value)
-    return None if isinstance(found, str) else (np.round(found, 6) + 0.0).tobytes()
+def _signs(question: Question, values: Sequence[Value]) -> tuple[bytes | None, ...]:
+    """The numbers of each answer to six decimals."""
+    found = [numbers(question.answer, value) for value in values]
+    return tuple(None if isinstance(x, str) else (np.round(x, 6) + 0.0).tobytes() for x in found)
 
 
 def answers(ways: Sequence[Function], arguments: Arguments) -> tuple[Value, ...]:

@@ -26,7 +26,7 @@ def whole(low, high):
     return lambda rng: (np.sort(rng.integers(low, high, 4)) + 0.25 * np.arange(4),)
 
 
-def asked(credit=0.25):
+def asked():
     """Two questions as an author writes them; mistakes hang on the draw, and on a rounding."""
     for name in ("double", "double_sum"):
         ENTRIES.pop(name, None)
@@ -36,9 +36,9 @@ def asked(credit=0.25):
         oracle=lambda x: x + x, visible={"four numbers": (np.array([1.0, 2.5, 3.0, 4.5]),)},
         hidden={"small ones": whole(1, 9), "large ones": whole(20, 90)},
         mistakes={
-            "cut_off": (credit, "Beyond 10 it stays.", lambda x: np.where(x < 10, 2 * x, x)),
-            "if_even": (0.75, "Odd ones count, too.", lambda x: x if round(x[0]) % 2 else 2 * x),
-            "by_luck": (0.1, "It is drawn.", lambda x: 2 * x + 1 + (np.sin(1e12 * x) > 0)),
+            "cut_off": ("Beyond 10 it stays.", lambda x: np.where(x < 10, 2 * x, x)),
+            "if_even": ("Odd ones count, too.", lambda x: x if round(x[0]) % 2 else 2 * x),
+            "by_luck": ("It is drawn.", lambda x: 2 * x + 1 + (np.sin(1e12 * x) > 0)),
         },
     )  # fmt: skip
     def double(x):
@@ -49,8 +49,8 @@ def asked(credit=0.25):
         "Double the sum", points=3, answer=Answer.NUMBER, chapter="chapter 2", task="Double, add.",
         oracle=lambda x: 2 * x.sum(), visible={"four numbers": (np.array([1.0, 2.5, 3.0, 4.5]),)},
         hidden={"small ones": whole(1, 9)},
-        mistakes={"not_doubled": (0.5, "It is not doubled.", {"double(x)": "x"})},
-        alike=lambda recipe, like: lambda rng: (rng.permutation(like[0]),),
+        mistakes={"not_doubled": ("It is not doubled.", {"double(x)": "x"})},
+        alike=lambda rng, like: (rng.permutation(like[0]),),
     )  # fmt: skip
     def double_sum(x):
         """Twice the sum of x."""
@@ -66,8 +66,8 @@ def run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(os, "umask", lambda mask: None)
 
-    def run(*arguments, credit=0.5):
-        small = {"questions": asked(credit), "variants": 3}
+    def run(*arguments):
+        small = {"questions": asked(), "variants": 3}
         monkeypatch.setattr(command, "write_assignment", partial(write_assignment, **small))
         return command.main(list(arguments))
 
@@ -110,7 +110,7 @@ def test_what_was_written_grades(run):
     scores = {
         "right": names["double_sum"],
         "not doubled": np.sum,
-        "the mean": lambda x: 2 * x.mean(),
+        "doubled twice": lambda x: 4 * x.sum(),
         "nonsense": lambda x: 7.0,
     }
     cases = assignment.cases("double_sum", "ada")
@@ -119,9 +119,9 @@ def test_what_was_written_grades(run):
         for name, function in scores.items()
     }
     assert {name: one.score for name, one in told.items()} == {
-        "right": 3.0, "not doubled": 1.5, "the mean": 1.2, "nonsense": 0.0,
+        "right": 3.0, "not doubled": 0.0, "doubled twice": 0.0, "nonsense": 0.0,
     }  # fmt: skip
-    assert told["the mean"].misconception == "over_count"
+    assert "twice as large as it should be" in told["doubled twice"].message
     for path, has_answers in (("own.ipynb", False), ("all.ipynb", True)):
         text = Path(path).read_text("utf-8")
         assert ("return 2 * x" in text) == has_answers
@@ -140,17 +140,16 @@ def test_the_students_notebook_keeps_what_stands_around_the_questions(run):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "credit", "message"),
+    ("arguments", "message"),
     [
-        (("--notebook", "nowhere/a.ipynb"), 0.5, "cannot write nowhere/a.ipynb"),
-        (("--secret", "short"), 0.5, "short holds 3 bytes, a secret needs 16"),
-        (("--secret", "s"), 0.25, "double: cut_off is to earn 0.25 of the points, but its cases"),
-        (("--secret", "s", "--notebook", "short"), 0.5, "short is no notebook"),
+        (("--notebook", "nowhere/a.ipynb"), "cannot write nowhere/a.ipynb"),
+        (("--secret", "short"), "short holds 3 bytes, a secret needs 16"),
+        (("--secret", "s", "--notebook", "short"), "short is no notebook"),
     ],
 )
-def test_what_an_author_gets_wrong_is_said_in_one_line(run, capsys, arguments, credit, message):
+def test_what_an_author_gets_wrong_is_said_in_one_line(run, capsys, arguments, message):
     Path("short").write_text("abc")
-    assert run(*arguments, credit=credit) == 2
+    assert run(*arguments) == 2
     said = capsys.readouterr().err
     assert message in said
     assert said.count("\n") == 1

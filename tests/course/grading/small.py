@@ -11,7 +11,7 @@ DOUBLE = Question(
     id="double", title="Double it", chapter="chapter 1", points=2.0, function="double",
     signature="(x)", task="Double a number.", docstring="Twice x.", answer=Answer.NUMBER,
     misconceptions=(
-        Misconception(id="square", says="this is x squared", chapter="chapter 1", credit=0.25),
+        Misconception(id="square", says="this is x squared", chapter="chapter 1"),
     ),
 )  # fmt: skip
 NEGATE = Question(
@@ -41,7 +41,11 @@ def write_assignment(folder):
     visible = {"double": [case("1", 1.5, 3.0, 2.25)], "negate": [case("1", 1.5, -1.5)]}
     write(folder / "visible.json", cases=visible)
     for variant, x in enumerate((3.0, 5.0)):
-        hidden = {"double": [case("h", x, 2.0 * x, x * x)], "negate": [case("h", x, -x)]}
+        numbers = (x, x + 1.0, x + 2.0, 2.0)  # the square of two is right
+        hidden = {
+            "double": [case(f"h{y:g}", y, 2.0 * y, y * y) for y in numbers],
+            "negate": [case("h", x, -x)],
+        }
         write(folder / f"hidden/variant_{variant}.json", cases=hidden)
     return folder
 

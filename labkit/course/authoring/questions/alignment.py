@@ -16,10 +16,7 @@ from labkit.support.arrays import FloatArray
 
 LEFT, RIGHT, WIDE, BACK = (0.3, 1.2), (-1.2, -0.3), (1.8, 2.8), (-2.8, -1.8)
 TRIANGLE = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]])
-SHIFT = np.array([1.0, 2.0])
 
-WEIGHTS = "chapter 2, “Weights, and one outlier”"
-DETERMINANT = "chapter 2, “What the determinant is for”"
 TRANSLATION = "chapter 2, “The best translation”"
 NOT_TURNED = "The rotation is right, but t is q̄ − p̄: the centroid p̄ has to be turned, t = q̄ − R p̄."
 PROPER = "Vt.T @ np.diag([1.0, np.linalg.det(Vt.T @ U.T)]) @ U.T"
@@ -84,23 +81,16 @@ def _by_least_squares(R: FloatArray, p: FloatArray, q: FloatArray) -> FloatArray
 For a rotation that is given, find the $\mathbf{t}^\star$ that minimises
 $\sum_i \lVert\mathbf{R}\,\mathbf{p}_i + \mathbf{t} - \mathbf{q}_i\rVert^2$.
 """, oracle=_by_least_squares, visible={
-    "no turn": (np.eye(2), TRIANGLE, TRIANGLE + SHIFT),
+    "no turn": (np.eye(2), TRIANGLE, TRIANGLE + np.array([1.0, 2.0])),
     "a quarter turn": (rotation(math.pi / 2), TRIANGLE, _turned(math.pi / 2)),
 }, hidden={
     "a turn to the left": _translation(5, LEFT),
     "a turn to the right": _translation(8, RIGHT),
     "more than a right angle": _translation(12, WIDE),
-    "many pairs": _translation(40, LEFT),
     "points given as whole numbers": lambda rng: (np.array([[0, -1], [1, 0]]), *_whole(rng)),
 }, mistakes={
-    "not_turned": (0.1, "The source's centroid is not turned: t = q̄ − R p̄, and not q̄ − p̄.",
-        lambda R, p, q: q.mean(axis=0) - p.mean(axis=0)),
-    "transposed": (0.5, "The source's centroid is turned by R transposed: t = q̄ − R p̄.",
-        lambda R, p, q: q.mean(axis=0) - R.T @ p.mean(axis=0)),
-    "difference_turned": (0.4, "The difference of the centroids is turned as one; turn p̄ alone.",
+    "difference_turned": ("The difference of the centroids is turned as one; turn p̄ alone.",
         lambda R, p, q: R @ (q.mean(axis=0) - p.mean(axis=0))),
-    "first_pair": (0.4, "Only the first pair is used; least squares takes the centroids of all of "
-        "them.", lambda R, p, q: q[0] - R @ p[0]),
 })
 def best_translation(R, source, target):
     """Best translation for a fixed rotation.
@@ -126,7 +116,6 @@ possible, also one beyond a right angle.
     "a triangle after a wide turn": (TRIANGLE, _turned(2.0)),
     "noisy pairs": _pairs(6, LEFT),
 }, hidden={
-    "exact pairs": _pairs(5, LEFT, noise=0.0),
     "noisy pairs": _pairs(20, RIGHT, noise=0.05),
     "more than a right angle to the left": _pairs(10, WIDE),
     "more than a right angle to the right": _pairs(10, BACK),
@@ -134,17 +123,15 @@ possible, also one beyond a right angle.
     "points given as whole numbers": _whole,
     "two pairs": _pairs(2, LEFT),
 }, mistakes={
-    "sign_of_b": (0.5, "The angle has the wrong sign: b = Σ (x v − y u), (x, y) of the source.",
+    "sign_of_b": ("The angle has the wrong sign: b = Σ (x v − y u), (x, y) of the source.",
         {"np.arctan2(b,": "np.arctan2(-b,"}),
-    "arctan_of_ratio": (0.6, "arctan(b / a) cannot tell (a, b) from (−a, −b): take arctan2.",
+    "arctan_of_ratio": ("arctan(b / a) cannot tell (a, b) from (−a, −b): take arctan2.",
         {"np.arctan2(b, (x * y).sum())": "np.arctan(b / (x * y).sum())"}),
-    "arctan2_swapped": (0.4, "The arguments of arctan2 are swapped: it takes b first, then a.",
+    "arctan2_swapped": ("The arguments of arctan2 are swapped: it takes b first, then a.",
         {"np.arctan2(b, (x * y).sum())": "np.arctan2((x * y).sum(), b)"}),
-    "degrees": (0.5, "The angle is turned into degrees before its sine and cosine are taken.",
-        {"R = rotation(": "R = rotation(180 / np.pi * "}),
-    "not_centred": (0.3, "The points are not centred: a and b sum the points less centroids.",
+    "not_centred": ("The points are not centred: a and b sum the points less centroids.",
         {"x, y = source - p_mean, target - q_mean": "x, y = source, target"}),
-    "centroid_not_turned": (0.5, NOT_TURNED,
+    "centroid_not_turned": (NOT_TURNED,
         {"q_mean - R @ p_mean": "q_mean - p_mean"}, TRANSLATION),
 })
 def align(source, target):
@@ -183,25 +170,15 @@ not sum up to one; some may be zero.
     "a wide turn": _weighted(_pairs(8, WIDE), 0.4, 1.0),
     "whole numbers": _weighted(_whole, 4.0, 9.0, whole=True),
 }, mistakes={
-    "ignored": (0.1, "The weights are not used: every pair counts alike.",
-        lambda p, q, w: align(p, q), WEIGHTS),
-    "centroids_unweighted": (0.6, "The centroids are plain means: they need the weights, too.",
+    "centroids_unweighted": ("The centroids are plain means: they need the weights, too.",
         {"weights @ source / weights.sum()": "source.mean(axis=0)",
-         "weights @ target / weights.sum()": "target.mean(axis=0)"}, WEIGHTS),
-    "sums_unweighted": (0.6, "The centroids are weighted, but the sums for the rotation are not.",
-        {"weights @ (x": "np.ones(len(x)) @ (x"}, WEIGHTS),
-    "squared": (0.6, "The weights enter squared: each belongs in every sum once.",
-        lambda p, q, w: align_weighted(p, q, w ** 2), WEIGHTS),
-    "rooted": (0.6, "The weights enter by their square roots: each belongs in every sum as it is.",
-        lambda p, q, w: align_weighted(p, q, np.sqrt(w)), WEIGHTS),
-    "twice_in_sums": (0.6, "Both factors of the sums are weighted: the weights count twice there.",
-        {"weights @ (x": "weights**2 @ (x"}, WEIGHTS),
-    "divided_by_count": (0.4, "The weighted centroid is divided by N; divide it by Σ w.",
-        {"/ weights.sum()": "/ len(weights)"}, WEIGHTS),
-    "sign_of_b": (0.5, "The angle has the wrong sign: b = Σ w (x v − y u), (x, y) the source.",
+         "weights @ target / weights.sum()": "target.mean(axis=0)"}),
+    "sums_unweighted": ("The centroids are weighted, but the sums for the rotation are not.",
+        {"weights @ (x": "np.ones(len(x)) @ (x"}),
+    "sign_of_b": ("The angle has the wrong sign: b = Σ w (x v − y u), (x, y) the source.",
         {"np.arctan2(b,": "np.arctan2(-b,"}),
-    "not_normalised": (0.5, "The weighted sums are taken for means: divide Σ w p and Σ w q by Σ w.",
-        {" / weights.sum()": ""}, WEIGHTS),
+    "not_normalised": ("The weighted sums are taken for means: divide Σ w p and Σ w q by Σ w.",
+        {" / weights.sum()": ""}),
 })
 def align_weighted(source, target, weights):
     """Best rigid motion of weighted pairs.
@@ -236,29 +213,21 @@ The answer is to be a rotation all the same: the best one there is.
         np.array([[3.0, 0.0], [-3.0, 0.5], [1.0, 1.0], [-2.0, -1.0]]),
         np.array([[3.0, 0.0], [-3.0, -0.5], [1.0, -1.0], [-2.0, 1.0]])),
 }, hidden={
-    "noisy pairs": _pairs(15, LEFT, noise=0.05),
     "a wide turn": _pairs(8, BACK),
     "a mirror image, turned to the left": _pairs(10, LEFT, mirrored=True),
-    "a mirror image, turned to the right": _pairs(10, RIGHT, mirrored=True),
     "a mirror image after a wide turn": _pairs(10, WIDE, mirrored=True),
     "whole numbers": _whole,
 }, mistakes={
-    "reflection_kept": (0.6, "A mirror image yields a reflection: correct the determinant.",
-        {PROPER: "Vt.T @ U.T"}, DETERMINANT),
-    "wrong_column": (0.7, "The wrong singular vector is turned; it is that of the smallest value.",
-        {PROPER: "Vt.T @ np.diag([np.linalg.det(Vt.T @ U.T), 1.0]) @ U.T"}, DETERMINANT),
-    "transposed": (0.5, "This is R transposed: U and V, or the two factors of H, are swapped.",
+    "reflection_kept": ("A mirror image yields a reflection: correct the determinant.",
+        {PROPER: "Vt.T @ U.T"}, "chapter 2, “What the determinant is for”"),
+    "transposed": ("This is R transposed: U and V, or the two factors of H, are swapped.",
         {"svd(H)": "svd(H.T)"}),
-    "v_transposed": (0.6, "`np.linalg.svd` returns V transposed; R = V diag(1, s) Uᵀ needs V.",
+    "v_transposed": ("`np.linalg.svd` returns V transposed; R = V diag(1, s) Uᵀ needs V.",
         [{"R = Vt.T @": "R = Vt @"}, {"R = Vt.T @": f"R = {CHANGED_SIGNS} @"}]),
-    "not_centred": (0.3, "The points are not centred: H sums the points less their centroids.",
+    "not_centred": ("The points are not centred: H sums the points less their centroids.",
         {"(source - p_mean).T @ (target - q_mean)": "source.T @ target"}),
-    "centroid_not_turned": (0.5, NOT_TURNED,
+    "centroid_not_turned": (NOT_TURNED,
         {"q_mean - R @ p_mean": "q_mean - p_mean"}, TRANSLATION),
-    "column_of_r": (0.6, "Against the reflection a column of R is negated; the one to negate is "
-        "V's last, before R = V Uᵀ is formed.",
-        [{PROPER: "Vt.T @ U.T * [1.0, np.linalg.det(Vt.T @ U.T)]"},
-         {PROPER: "Vt.T @ U.T * [np.linalg.det(Vt.T @ U.T), 1.0]"}], DETERMINANT),
 })
 def align_svd(source, target):
     """Best rigid motion of pairs, by the singular value decomposition.

@@ -16,7 +16,7 @@ from labkit.support.arrays import FloatArray
 
 LIMITS = (0.5, 0.75, 0.375, 0.125)  # m, rad, ratio, m; exact in single precision
 ON_ALL_LIMITS = Exact((np.array([0.5, 0.0, 0.75]), 0.375, 0.125, *LIMITS))
-DIAGONAL, ASIDE = math.pi / 4, 1.5
+DIAGONAL = math.pi / 4
 
 LENGTH = "np.hypot(increment[0], increment[1])"
 MOTION = f"{LENGTH} <= max_shift\n        and abs(increment[2]) <= max_turn"
@@ -79,33 +79,25 @@ Chain them to poses in the frame of the start. Headings are to lie in $(-\pi, \p
     "a curve from another start": _increments(3, 0.2, 0.5),
     "a loop past half a turn": _increments(5, 0.8, 0.9),
 }, hidden={
-    "a curve to the left": _increments(5, 0.1, 0.4),
-    "a curve to the right": _increments(5, -0.5, -0.1),
     "a loop past half a turn": _increments(8, 0.5, 0.9),
     "a loop to the right past half a turn": _increments(9, -0.9, -0.6),
     "one step": _increments(1, 0.2, 0.6),
     "increments given as whole numbers": _whole_increments,
     "half a turn on the way": Exact(_half_turn),
 }, mistakes={
-    "world_frame": (0.1, "The increments are added in the world's frame: turn each by R(ψ_k).",
+    "world_frame": ("The increments are added in the world's frame: turn each by R(ψ_k).",
         {"rotation(psi) @ increment": "increment"}),
-    "not_wrapped": (0.8, "The headings grow beyond (−π, π]: wrap them.",
+    "not_wrapped": ("The headings grow beyond (−π, π]: wrap them.",
         {HEADING: "psi + increment[2]"}),
-    "wrapped_to_full_turn": (0.8, "The headings are wrapped to [0, 2π): the convention is (−π, π].",
+    "wrapped_to_full_turn": ("The headings are wrapped to [0, 2π): the convention is (−π, π].",
         {HEADING: "(psi + increment[2]) % (2 * np.pi)"}),
-    "half_open": (0.9, "The headings are wrapped to [−π, π): the lab's are (−π, π], π stays π.",
-        {HEADING: "(psi + increment[2] + np.pi) % (2 * np.pi) - np.pi"}),
-    "new_heading": (0.6, "The step is turned by the new heading ψ_{k+1}; it is in scan k's frame.",
+    "new_heading": ("The step is turned by the new heading ψ_{k+1}; it is in scan k's frame.",
         {"rotation(psi)": "rotation(psi + increment[2])"}),
-    "mean_heading": (0.6, "The step is turned by the mean of both headings, as wheels are "
+    "mean_heading": ("The step is turned by the mean of both headings, as wheels are "
         "integrated; a scan match is expressed in the frame of scan k.",
         {"rotation(psi)": "rotation(psi + increment[2] / 2)"}),
-    "turned_backwards": (0.5, "The step is turned by R(ψ)ᵀ; from robot to world it is R(ψ).",
+    "turned_backwards": ("The step is turned by R(ψ)ᵀ; from robot to world it is R(ψ).",
         {"rotation(psi)": "rotation(psi).T"}),
-    "start_ignored": (0.5, "The trajectory starts at the origin, whatever the start is.",
-        {"np.array(start, dtype=float)": "np.zeros(3)"}),
-    "start_added": (0.5, "The start's position is added to a trajectory from the origin, but it is "
-        "not turned by the start's heading.", {"rotation(psi)": "rotation(psi - start[2])"}),
 })
 def integrate(increments, start):
     """Chain increments to a trajectory.
@@ -133,59 +125,46 @@ pairs are kept, and they agree well enough. The limits themselves are allowed. A
 single pair has the RMSE `nan`; nobody should believe it.
 """, oracle=_is_plausible, visible={
     "an ordinary step": _step(),
-    "a step too far": _step(length=0.9),
     "too few inliers": _step(ratio=0.2),
     "an ordinary turn": _step(length=0.05, turn=0.5),
-    "an ordinary step back, turning right": _step(length=-0.3, turn=-0.5),
-    "a step aside, too far": _step(length=0.8, heading=ASIDE),
     "a turn too far to the right": _step(turn=-1.1),
     "a step on all limits": ON_ALL_LIMITS,
     "a large residual": _step(rmse=0.2),
     "a match without a pair": _step(rmse=math.nan),
-    "nearly no motion": _step(length=0.02, turn=-0.02),
     "a poor but sufficient match": _step(ratio=0.42, rmse=0.1),
 }, hidden={
-    "an ordinary step ahead": _step(),
     "an ordinary step back": _step(length=-0.3),
     "an ordinary turn to the right": _step(turn=-0.5),
     "an ordinary turn on the spot": _step(length=0.0, turn=0.6),
     "a poor but sufficient match": _step(ratio=0.45, rmse=0.11),
     "a step on all limits": ON_ALL_LIMITS,
     "an ordinary step aslant": _step(length=0.42, heading=DIAGONAL),
-    "nearly no motion": _step(length=0.01, turn=0.01),
     "a step aslant, too far": _step(length=0.6, heading=DIAGONAL),
     "a step back, too far": _step(length=-0.9),
-    "a turn too far to the left": _step(turn=1.2),
     "a turn too far to the right": _step(turn=-1.2),
     "too few inliers": _step(ratio=0.2),
     "a large residual": _step(rmse=0.3),
-    "all beyond the limits": _step(length=2.0, turn=2.0, ratio=0.1, rmse=0.5),
     "a residual that is no number": _step(rmse=math.nan),
 }, mistakes={
-    "residual_alone": (0.15, "Only the RMSE is looked at: all four limits have to be kept.",
+    "residual_alone": ("Only the RMSE is looked at: all four limits have to be kept.",
         {f"{MOTION}\n        and {QUALITY}": "rmse <= max_rmse"}),
-    "any": (0.3, "One check that passes is enough here; all of them must.",
+    "any": ("One check that passes is enough here; all of them must.",
         {"        and": "        or"}),
-    "signed_turn": (0.9, "The turn keeps its sign, so turns to the right are never too wide.",
+    "signed_turn": ("The turn keeps its sign, so turns to the right are never too wide.",
         {"abs(increment[2])": "increment[2]"}),
-    "each_axis": (0.9, "Each axis is held against the limit by itself; test the length ‖Δt‖.",
+    "each_axis": ("Each axis is held against the limit by itself; test the length ‖Δt‖.",
         {LENGTH: "np.abs(increment[:2]).max()"}),
-    "ahead_only": (0.75, "Only Δx with its sign is looked at; the test is on the length ‖Δt‖.",
-        {LENGTH: "increment[0]"}),
-    "nan_passes": (0.9, "A residual that is NaN passes: every comparison with NaN is False, so ask "
+    "nan_passes": ("A residual that is NaN passes: every comparison with NaN is False, so ask "
         "for `rmse <= max_rmse` rather than refuse `rmse > max_rmse`.",
         {"rmse <= max_rmse": "not rmse > max_rmse"}),
-    "strict": (0.9, "A step right on a limit is refused: the limits themselves are allowed.",
+    "strict": ("A step right on a limit is refused: the limits themselves are allowed.",
         {"<= max_": "< max_", ">= min_": "> min_"}),
-    "degrees": (0.6, "The turn is in degrees here; the limit is in radians.",
-        {"abs(increment[2])": "abs(np.rad2deg(increment[2]))"}),
-    "no_motion": (0.5, "The motion is not looked at, only the quality of the match.",
-        {MOTION: "True"}),
-    "no_quality": (0.65, "The quality of the match is not looked at, only the motion.",
+    "no_motion": ("The motion is not looked at, only the quality of the match.", {MOTION: "True"}),
+    "no_quality": ("The quality of the match is not looked at, only the motion.",
         {QUALITY: "True"}),
-    "no_residual": (0.75, "The RMSE is not looked at.", {"rmse <= max_rmse": "True"}),
-    "ratio_upside_down": (0.5, "The inlier ratio's limit is taken for an upper one; it is lower.",
+    "ratio_upside_down": ("The inlier ratio's limit is taken for an upper one; it is lower.",
         {"inlier_ratio >= min_ratio": "inlier_ratio <= min_ratio"}),
+    "no_residual": ("The RMSE is not looked at.", {"rmse <= max_rmse": "True"}),
 })
 def is_plausible(increment, inlier_ratio, rmse, max_shift, max_turn, min_ratio, max_rmse):
     """Whether a step passes all sanity checks.

@@ -13,11 +13,6 @@ from labkit.course.grading.inside.data import Value
 
 QUARTERS = np.array([[[0, -1], [1, 0]], [[0, 1], [-1, 0]]])
 AHEAD = labkit.transform(1.0, 0.0, 0.0)
-COMPOSED = """\
-R, t, u = T_a_b[:2, :2], T_a_b[:2, 2], T_b_c[:2, 2]
-    T_a_c = np.array(T_a_b @ T_b_c, dtype=float)
-    T_a_c[:2, 2] = {}
-    return T_a_c"""
 
 
 def _angle(low: float, high: float) -> Draw:
@@ -49,21 +44,18 @@ Write the matrix that turns points counter-clockwise by the angle $\theta$.
     "a quarter turn": (math.pi / 2,),
     "a turn to the right": (-0.5,),
 }, hidden={
-    "a turn to the left": _angle(0.3, 1.2),
     "a turn to the right": _angle(-1.3, -0.3),
     "a turn beyond a right angle": _angle(1.8, 2.9),
     "more than a whole turn": _angle(6.8, 7.6),
     "an angle given as a whole number": _whole(-5, -4, -2, -1, 1, 2, 4, 5),
 }, mistakes={
-    "degrees": (0.5, "The angle is taken for degrees; `theta` is in radians already.",
-        lambda theta: rotation(np.deg2rad(theta))),
-    "reflection": (0.25, "This is a reflection, [[c, s], [s, −c]]: its determinant is −1.",
+    "reflection": ("This is a reflection, [[c, s], [s, −c]]: its determinant is −1.",
         {"[[c, -s], [s, c]]": "[[c, s], [s, -c]]"}),
-    "sine_and_cosine_swapped": (0.25, "Sine and cosine are swapped: at angle 0, R is the identity.",
+    "sine_and_cosine_swapped": ("Sine and cosine are swapped: at angle 0, R is the identity.",
         {"c, s = np.cos(theta), np.sin(theta)": "s, c = np.cos(theta), np.sin(theta)"}),
-    "no_minus": (0.25, "The minus before the sine is missing: the columns are not at right angles.",
+    "no_minus": ("The minus before the sine is missing: the columns are not at right angles.",
         {"[[c, -s], [s, c]]": "[[c, s], [s, c]]"}),
-    "small_angle": (0.25, "This is the small-angle [[1, −θ], [θ, 1]]: it stretches what it turns.",
+    "small_angle": ("This is the small-angle [[1, −θ], [θ, 1]]: it stretches what it turns.",
         {"np.cos(theta), np.sin(theta)": "1.0, theta"}),
 })
 def rotation(theta):
@@ -89,22 +81,15 @@ Chain them to the one that goes from $c$ to $a$.
     "a step ahead, then a quarter turn": (AHEAD, labkit.transform(0.0, 0.0, math.pi / 2)),
     "two general motions": _transforms(2, 0.3, 1.2),
 }, hidden={
-    "two turns to the left": _transforms(2, 0.3, 1.4),
     "two turns to the right": _transforms(2, -1.4, -0.3),
     "turns that pass half a turn": _transforms(2, 1.7, 2.8),
     "motions of many metres": _transforms(2, 0.4, 2.6, 40.0),
     "transforms given in whole numbers": lambda rng: (_whole_transform(rng), _whole_transform(rng)),
 }, mistakes={
-    "reversed": (0.5, "The factors are in the wrong order: in T_a_b @ T_b_c equal letters meet.",
-        lambda T, U: U @ T),
-    "elementwise": (0.1, "The matrices are multiplied entry by entry (`*`); the product is `@`.",
+    "elementwise": ("The matrices are multiplied entry by entry (`*`); the product is `@`.",
         lambda T, U: T * U),
-    "translations_added": (0.25, "The translations are added; turn the second by R_a_b first.",
-        {"return T_a_b @ T_b_c": COMPOSED.format("t + u")}),
-    "turned_backwards": (0.25, "The second translation is turned by R_a_b transposed: take R_a_b.",
-        {"return T_a_b @ T_b_c": COMPOSED.format("t + R.T @ u")}),
-    "translation_lost": (0.25, "Only the second translation is in the result; add the first.",
-        {"return T_a_b @ T_b_c": COMPOSED.format("R @ u")}),
+    "translations_added": ("The translations are added; turn the second by R_a_b first.",
+        lambda T, U: np.block([[T[:2, :2] @ U[:2, :2], T[:2, 2:] + U[:2, 2:]], [T[2]]])),
 })
 def compose(T_a_b, T_b_c):
     """Chain two transforms.
@@ -128,22 +113,15 @@ yours to choose.
     "a step ahead": (AHEAD,),
     "a general motion": _transforms(1, 0.3, 1.2),
 }, hidden={
-    "a turn to the left": _transforms(1, 0.3, 1.4),
     "a turn to the right": _transforms(1, -1.4, -0.3),
     "more than a right angle": _transforms(1, 1.7, 2.8),
     "a motion of many metres": _transforms(1, 0.4, 2.6, 40.0),
     "a transform given in whole numbers": lambda rng: (_whole_transform(rng),),
 }, mistakes={
-    "whole_matrix_transposed": (0.1, "The whole (3, 3) is transposed: R⁻¹ = Rᵀ holds for the "
+    "whole_matrix_transposed": ("The whole (3, 3) is transposed: R⁻¹ = Rᵀ holds for the "
         "rotation, not for the transform.", lambda T: T.T),
-    "translation_negated": (0.4, "The translation is only negated; in the other frame it is −Rᵀ t.",
-        {"-R.T @ t": "-t"}),
-    "sign_lost": (0.4, "The minus is missing: the inverse translation is −Rᵀ t.",
-        {"-R.T @ t": "R.T @ t"}),
-    "translation_turned_forwards": (0.4, "The translation is turned by R, not by Rᵀ: it is −Rᵀ t.",
+    "translation_turned_forwards": ("The translation is turned by R, not by Rᵀ: it is −Rᵀ t.",
         {"-R.T @ t": "-R @ t"}),
-    "rotation_kept": (0.25, "The rotation is left as it was; the inverse turns back, by Rᵀ.",
-        {"= R.T\n": "= R\n"}),
 })
 def invert(T_a_b):
     """Invert a rigid transform.
@@ -176,27 +154,19 @@ An angle is known only up to full turns. Return the one in $(-\pi, \pi]$ that me
 }, hidden={
     "an angle that needs no wrapping": _angle(-2.8, -0.4),
     "more than half a turn to the left": _angle(3.4, 5.9),
-    "more than half a turn to the right": _angle(-5.9, -3.4),
     "two turns and some": _angle(13.0, 15.0),
     "two turns to the right and some": _angle(-15.0, -13.0),
     "an angle given as a whole number": _whole(4, 8, 9),
     "half a turn": Exact((math.pi,)),
 }, mistakes={
-    "as_it_came": (0.05, "The angle comes back as it came: whole turns are to be taken off.",
-        lambda angle: angle),
-    "to_a_full_turn": (0.45, "The angle is wrapped to [0, 2π); the lab's convention is (−π, π].",
+    "to_a_full_turn": ("The angle is wrapped to [0, 2π); the lab's convention is (−π, π].",
         lambda angle: angle % (2 * np.pi)),
-    "one_turn": (0.75, "One turn is taken off, and no more: an angle may hold several.",
+    "one_turn": ("One turn is taken off, and no more: an angle may hold several.",
         lambda angle: angle - 2 * np.pi * (angle > np.pi) + 2 * np.pi * (angle <= -np.pi)),
-    "half_turns": (0.75, "Half turns are taken off, as `arctan` does, which cannot tell an angle "
-        "from its opposite: take whole turns off.",
-        lambda angle: np.pi / 2 - (np.pi / 2 - angle) % np.pi),
-    "half_open": (0.9, "The angle is wrapped to [−π, π); the lab's range is (−π, π], π stays π.",
+    "half_open": ("The angle is wrapped to [−π, π); the lab's range is (−π, π], π stays π.",
         lambda angle: (angle + np.pi) % (2 * np.pi) - np.pi),
-    "cut_off": (0.6, "`math.fmod`'s remainder keeps the sign of the angle: turns right go wrong.",
+    "cut_off": ("`math.fmod`'s remainder keeps the sign of the angle: turns right go wrong.",
         lambda angle: np.fmod(angle + np.pi, 2 * np.pi) - np.pi),
-    "degrees": (0.3, "A turn is taken for 360; the angle is in radians, so a turn is 2π.",
-        lambda angle: 180 - (180 - angle) % 360 if abs(angle) > np.pi else (angle + 180) % 360),
 })
 def wrap(angle):
     """The angle in (-pi, pi].

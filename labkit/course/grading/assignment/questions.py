@@ -49,7 +49,6 @@ class Misconception:
     id: str  # unique within its question
     says: str  # what the student did, and why it is wrong
     chapter: str = ""  # where the book explains it
-    credit: float = 0.0  # the share of the question's points that it earns, in [0, 1)
     family: bool = False  # whether it holds for all questions; visible cases alone tell of it
 
 

@@ -49,18 +49,13 @@ def assess(
     """The verdict on one question: its cases, the known mistake if there is one, the score.
 
     The score is the share of the hidden cases that pass, less what a constant answer would get.
-    A known mistake earns its credit where that is more: for the cases that it explains, since
-    otherwise one wrong answer, learnt by heart, would be worth as much as a function. Visible
-    cases, whose answers are handed out, count where there are no hidden ones.
+    Visible cases, whose answers are handed out, count where there are no hidden ones.
     """
     verdicts = [judge(question, *pair) for pair in zip(cases, outcomes, strict=True)]
     known = recognise(question, cases, outcomes)
     counting = [place for place, case in enumerate(cases) if case.hidden] or range(len(cases))
     share = sum(verdicts[place].passed for place in counting) / len(counting)
     share = max(0.0, (share - question.chance) / (1.0 - question.chance))
-    if known:
-        answered = sum(not outcomes[place].error for place in counting)
-        share = max(share, known.credit * answered / len(counting))
     message, is_said = _message(question, verdicts, outcomes, known)
     return QuestionVerdict(
         question=question.id,

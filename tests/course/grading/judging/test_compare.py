@@ -8,6 +8,7 @@ import pytest
 from labkit.course.grading.assignment import load_assignment
 from labkit.course.grading.assignment.questions import Answer, Case
 from labkit.course.grading.judging.compare import assess, is_right, judge, recognise
+from labkit.course.grading.judging.kinds import read
 from labkit.course.grading.judging.verdict import Outcome
 
 ASSIGNMENT = load_assignment()
@@ -127,8 +128,9 @@ TEXTS = [  # the question, how its right answer is changed, what is said of that
 @pytest.mark.parametrize(("question", "change", "text"), TEXTS)
 def test_the_texts_say_how_far_off(question, change, text):
     case = first(question, hidden=False)
-    value = change(case.expected[0])
-    assert text in judge(ASSIGNMENT.question(question), case, returned(case, value)).reason
+    asked, right = ASSIGNMENT.question(question), case.expected[0]
+    value = change(read(asked.answer, right) if asked.answer is Answer.TRANSFORM else right)
+    assert text in judge(asked, case, returned(case, value)).reason
 
 
 def test_a_number_where_nothing_is_left_is_told_that_there_is_none():
@@ -145,7 +147,7 @@ def test_the_score_is_the_share_of_the_cases_beyond_chance():
     values = [case.expected[0] ^ (case in wrong) for case in cases]
     verdict = assess(question, cases, [returned(*pair) for pair in zip(cases, values, strict=True)])
     assert verdict.score == round(question.points * (1 - 4 / len(hidden)), 2)
-    assert "28 of 30 cases pass. Points are for the hidden ones: 18 of 20." in verdict.message
+    assert "20 of 22 cases pass. Points are for the hidden ones: 12 of 14." in verdict.message
 
 
 @pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
@@ -180,7 +182,7 @@ def test_answers_of_two_mistakes_name_neither():
     question = ASSIGNMENT.question("rotation")
     cases = ASSIGNMENT.cases("rotation", "ada")
     mixed = [
-        returned(case, case.mistaken["reflection" if number % 2 else "degrees"][0])
+        returned(case, case.mistaken["reflection" if number % 2 else "no_minus"][0])
         for number, case in enumerate(cases)
     ]
     assert recognise(question, cases, mixed) is None
@@ -190,12 +192,12 @@ def test_a_mistake_in_the_form_of_the_answer_is_known_by_its_form():
     question = ASSIGNMENT.question("distance_gate")
     case = Case(
         id="1", hidden=False, about="a form", arguments=(), expected=(np.array([True, False]),),
-        tolerance=1e-6, mistaken={"relative": ("text",), "strict": (np.array([False, False]),)},
+        tolerance=1e-6, mistaken={"squared_gate": ("text",), "strict": (np.array([False, False]),)},
     )  # fmt: skip
-    assert recognise(question, [case], [returned(case, "other text")]).id == "relative"
+    assert recognise(question, [case], [returned(case, "other text")]).id == "squared_gate"
     assert recognise(question, [case], [returned(case, np.array([0, 0]))]).id == "strict"
-    case = replace(case, mistaken={"relative": (np.ones((2, 2)),)})
-    assert recognise(question, [case], [returned(case, np.ones((2, 2)))]).id == "relative"
+    case = replace(case, mistaken={"squared_gate": (np.ones((2, 2)),)})
+    assert recognise(question, [case], [returned(case, np.ones((2, 2)))]).id == "squared_gate"
     assert recognise(question, [case], [returned(case, np.eye(2))]) is None
 
 
