@@ -20,10 +20,6 @@ def _distances(rng: Rng, count: int, low: float, high: float) -> Value:
     return np.round(rng.permutation(np.linspace(low, high, count)), 3)
 
 
-def _gated(count: int, low: float, high: float, gate: tuple[float, float]) -> Draw:
-    return lambda rng: (_distances(rng, count, low, high), rng.number(*gate))
-
-
 @recipe
 def _on_the_gate(rng: Rng, *shares: float) -> Arguments:
     """Distances that are such shares of the gate, one of them the gate itself."""
@@ -33,11 +29,6 @@ def _on_the_gate(rng: Rng, *shares: float) -> Arguments:
 
 def _trimmed(count: int, ratio: float) -> Draw:
     return lambda rng: (_distances(rng, count, 0.02, rng.number(0.8, 2.0)), ratio)
-
-
-def _whole(below: int, count: int, limit: float) -> Draw:
-    """Distinct whole numbers in no order."""
-    return lambda rng: (rng.permutation(below)[:count].astype(np.int64), limit)
 
 
 def _weighed(count: int, low: float, high: float, delta: float) -> Draw:
@@ -98,11 +89,11 @@ Reject the pairs that are farther apart than the gate $d_{\max}$. A pair right o
         (np.array([0.125, 0.75, 0.5, 0.625, 0.25]), 0.5)),
     "a wide gate": (np.array([3.5, 1.7, 0.4, 2.2]), 2.0),
 }, hidden={
-    "a wide gate": _gated(12, 0.2, 6.0, (1.7, 2.2)),
+    "a wide gate": lambda rng: (_distances(rng, 12, 0.2, 6.0), rng.number(1.7, 2.2)),
     "a pair on the gate": Exact(_on_the_gate(0.25, 0.5, 2.0, 3.0)),
     "a gate that one pair reaches": Exact(_on_the_gate(1.5, 2.0, 4.0)),
     "a gate that all pass": Exact(_on_the_gate(0.125, 0.5, 0.75)),
-    "a gate that nothing passes": _gated(6, 0.6, 2.0, (0.2, 0.35)),
+    "a gate that nothing passes": lambda rng: (_distances(rng, 6, 0.6, 2.0), rng.number(0.2, 0.35)),
     "distances given as whole numbers": Exact(
         lambda rng: (rng.permutation(8).astype(np.int64), int(rng.choice([3, 4])))),
 }, mistakes={
@@ -140,7 +131,7 @@ Of $N$ pairs keep the $\lfloor\rho N\rfloor$ closest, but at least 3. The pairs 
     "a share that is rounded down little": _trimmed(9, 0.6),
     "a share without remainder": _trimmed(16, 0.5),
     "few pairs": _trimmed(5, 0.25),
-    "distances given as whole numbers": _whole(15, 9, 0.4),
+    "distances given as whole numbers": lambda rng: (rng.permutation(15)[:9].astype(np.int64), 0.4),
 }, mistakes={
     "worst_kept": ("The worst pairs are kept: trimming keeps the closest ones.",
         {"np.argsort(distances)": "np.argsort(-distances)"}),
@@ -192,7 +183,7 @@ $w_i = 1$ for $r_i \le \delta$, and $w_i = \delta / r_i$ for $r_i > \delta$.
     "a δ above one metre": _weighed(10, 0.0, 6.0, 1.5),
     "residuals below δ": _weighed(6, 0.01, 0.2, 0.25),
     "residuals beyond δ": _weighed(6, 0.3, 3.0, 0.1),
-    "residuals given as whole numbers": _whole(12, 7, 3.0),
+    "residuals given as whole numbers": lambda rng: (rng.permutation(12)[:7].astype(np.int64), 3.0),
 }, mistakes={
     "squared": ("The residuals are squared before they meet δ: both are distances in metres.",
         lambda r, delta: huber_weights(r**2, delta)),
