@@ -185,7 +185,7 @@ def overlap(distances: FloatArray, overlap_ratio: float) -> BoolArray:
     The distances [m], shape (N,), are those of *all* N source points, gated or not. So the order
     of gate and overlap does not matter, and ρ in (0, 1] stays a share of the source.
     """
-    count = min(len(distances), max(MIN_PAIRS, int(overlap_ratio * len(distances))))
+    count = overlap_count(len(distances), overlap_ratio)
     kept = np.ones(len(distances), np.bool_)
     if count == len(distances):
         return kept
@@ -198,6 +198,12 @@ def overlap(distances: FloatArray, overlap_ratio: float) -> BoolArray:
             kept[i] = True
             left -= 1
     return kept
+
+
+@compiled
+def overlap_count(source_points: int, overlap_ratio: float) -> int:
+    """Number of pairs that the overlap keeps: ⌊ρN⌋, the product a double; at least 3 if it can."""
+    return min(source_points, max(MIN_PAIRS, int(overlap_ratio * source_points)))
 
 
 @partial(compiled, check=_weighed)
