@@ -387,7 +387,7 @@ Without wheels, the steps that are lost on the same scans:
 | steps that were lost widen the search | every 2nd scan, csail | 35 | 24 |
 | | gaps of 5, csail | 22 | 12 |
 
-## What is left
+## What it still loses
 
 - On aces the wheels stand in a corridor, where the scan agrees within 0.02 at places a metre apart.
   Once a wrong place wins, standing still is the last motion, and it wins the next tie as well.

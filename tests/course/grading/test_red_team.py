@@ -159,17 +159,17 @@ def test_nothing_is_gained_by_forging(name, graded, safe_wall, small):
     files, asked = {"a.py": forged(name)}, load_assignment(small)
     verdict = graded(files, asked, seconds=0.5, behind=safe_wall)
     double, negate = verdict.questions
-    assert double.score == (2.0 if name.startswith("answers for itself") else 0.0)
+    assert double.score == (0.5 if name.startswith("answers for itself") else 0.0)
     assert negate.score in (0.0, 3.0)
     json.dumps(verdict, default=vars, allow_nan=False).encode("ascii")
 
 
 def test_a_value_guessed_right_is_all_that_forging_can_send(graded, small):
-    """It sends 6.0, the answer of one variant's case; in the other variant that earns nothing."""
+    """It sends 6.0, the answer of one case in one variant: a fourth of the points, there alone."""
     files, asked = {"a.py": forged("answers for itself, as it likes")}, load_assignment(small)
     for student in ("ada", "emmy", "grace", "alan"):
         score = graded(files, asked, student=student).questions[0].score
-        assert score == 2.0 * (asked.variant(student) == 0)
+        assert score == 0.5 * (asked.variant(student) == 0)
 
 
 def test_each_wall_holds_what_is_said_of_it(safe_wall, small, tmp_path):
