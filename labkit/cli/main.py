@@ -9,7 +9,6 @@ import platform
 import sys
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
 
 import labkit
 from labkit.cli import demo, odometry
@@ -18,10 +17,6 @@ from labkit.course.grading.command import add_autograder, add_grade
 from labkit.support.errors import InvalidParameterError, LabkitError
 
 BAD_INPUT, USAGE = 1, 2
-COMMANDS: dict[str, Any] = {
-    "demo": demo,
-    "odometry": odometry,
-}
 
 EPILOG = """\
 `labkit COMMAND --help` explains a command; `labkit demo` is a good one to begin with.
@@ -68,17 +63,8 @@ def build_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(
         title="commands", dest="command", required=True, metavar="COMMAND"
     )
-    for name, command in COMMANDS.items():
-        one = commands.add_parser(
-            name,
-            help=command.HELP,
-            description=command.DESCRIPTION,
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-        )
-        command.add_arguments(one)
-        one.set_defaults(run=command.run)
-    add_grade(commands)
-    add_autograder(commands)
+    for add in (demo.add, odometry.add, add_grade, add_autograder):
+        add(commands)
     return parser
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 import time
 import warnings
+from collections.abc import Iterable, Sequence
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
@@ -15,8 +17,7 @@ import numpy as np
 from tqdm import tqdm
 
 from labkit.cli.outputs import write_map, write_quality, write_trajectory
-from labkit.cli.text import ERROR_HEADER, error_row, table
-from labkit.evaluation import compare
+from labkit.evaluation import PoseErrors, compare
 from labkit.logs import Log, interpolate_poses, read_log, read_tum
 from labkit.odometry import (
     Decision,
@@ -33,7 +34,6 @@ from labkit.support.errors import InvalidPointsError, WriteError
 from labkit.support.files import refuse_unwritable
 from labkit.support.warm import warm
 
-HELP = "estimate the motion of a whole log"
 DESCRIPTION = """\
 Estimate the motion of a robot from its laser scans, step by step, with sanity checks and
 fallbacks. LOG is a CARMEN or g2o log, a CSV of points or of ranges (the format is told from the
@@ -63,8 +63,14 @@ WRITERS = {
 SHOWN_DAMAGE = 5  # damaged lines that are named one by one
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
+def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add ``odometry`` to the command line."""
+    formatter = argparse.RawDescriptionHelpFormatter
+    about = "estimate the motion of a whole log"
+    parser = commands.add_parser(
+        "odometry", help=about, description=DESCRIPTION, formatter_class=formatter
+    )
+    parser.set_defaults(run=run)
     add = parser.add_argument
     add("log", metavar="LOG", help="a log file, or `killian`")
     add("--prior", choices=("auto", "none"), default="auto", help="none: leave odometry aside")
@@ -219,3 +225,27 @@ def _decisions(result: OdometryResult, seconds: float) -> str:
         f"ICP ({search} after a search, {result.against_prior} against the prior), "
         f"{prior} from the prior, {skipped} skipped; {degenerate} degenerate, {doubtful} doubtful"
     )
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Align columns under a header: the first to the left, the others to the right."""
+    lines = [list(header), *map(list, rows)]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(header))]
+    return "\n".join(
+        "  ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])]).rstrip()
+        for line in lines
+    )
+
+
+ERROR_HEADER = ("error", "median", "p95", "max", "rmse", "", "median", "p95", "max", "rmse")
+
+
+def error_row(name: str, errors: PoseErrors) -> list[str]:
+    """Translation errors in metres and rotation errors in degrees, for `ERROR_HEADER`."""
+    t, r = errors.translation, errors.rotation
+    return [
+        name,
+        *(f"{value:.3f} m" for value in (t.median, t.p95, t.max, t.rmse)),
+        "|",
+        *(f"{math.degrees(value):.3f}°" for value in (r.median, r.p95, r.max, r.rmse)),
+    ]

@@ -15,7 +15,6 @@ from labkit.support.arrays import (
     check_count,
     check_range,
 )
-from labkit.support.errors import InvalidPointsError
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -75,7 +74,4 @@ def circle(center: ArrayLike, radius: float, sides: int = 16) -> FloatArray:
 
 def as_segments(segments: ArrayLike, name: str) -> FloatArray:
     """Check line segments: M pairs of end points (x, y) [m], shape (M, 2, 2), finite."""
-    checked = as_floats(segments, name, hint="give an (M, 2, 2) array of end points in metres")
-    if checked.ndim != 3 or checked.shape[1:] != (2, 2):
-        raise InvalidPointsError(f"`{name}` must have shape (M, 2, 2), got {checked.shape}")
-    return as_finite(checked, name)
+    return as_finite(as_floats(segments, name, "give end points in metres", ("M", 2, 2)), name)

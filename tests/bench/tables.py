@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from labkit.cli.text import table
+from labkit.cli.odometry import table
 
 HEADER = ("matcher", "ms", "p95", "steps", "mm", "p95", "deg", "p95", "failed")
 
