@@ -10,7 +10,8 @@ from labkit.odometry import OdometryParameters
 from labkit.support.arrays import FloatArray
 
 POINT_TO_LINE = OdometryParameters().icp
-POINT_TO_POINT = IcpParameters(translation_tolerance=1e-4, rotation_tolerance=1e-4)
+PEERS_STOP = 1e-3  # [m] and [rad]: where KISS-ICP, MRPT and small_gicp end, too
+POINT_TO_POINT = IcpParameters(translation_tolerance=PEERS_STOP, rotation_tolerance=PEERS_STOP)
 
 
 def point_to_line(
