@@ -109,7 +109,7 @@ class ScanMatchingOdometry:
 
     def _filtered(self, scan: Scan | ArrayLike) -> Scan:
         """The scan after the filters; an error names it."""
-        if not isinstance(scan, Scan) and np.size(scan) == 0:
+        if not isinstance(scan, Scan | str) and isinstance(scan, Sized) and len(scan) == 0:
             return NOTHING
         try:
             return self.parameters.preprocessing(scan)

@@ -63,7 +63,7 @@ def write_rows(
 def number(text: str) -> float:
     """The number in a cell, with a point or a comma; nan where there is none."""
     try:
-        return float(text.replace(",", "."))
+        return float(text.replace(",", ".").replace("_", " "))  # 1_0 is no number to people
     except ValueError:
         return math.nan
 

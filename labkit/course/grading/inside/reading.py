@@ -80,7 +80,7 @@ def read_program(
     notes: list[str] = []
     for name in chosen or list(read)[:1]:
         if name in chosen[:-1] and answers[name] <= answers[chosen[-1]]:
-            notes.append(f"{name} and {chosen[-1]} answer the same; the latter counts")
+            notes.append(f"{name} and {chosen[-1]} answer the same; the better answers count")
         for source, place in read[name]:
             label = f"{place} of {name}" if place and len(read) > 1 else place or name
             above, nul, _ = source.partition("\0")

@@ -123,6 +123,9 @@ def recognise(
     listed = [known for known in explaining if not known.family]
     if listed:
         return listed[0] if len(listed) == 1 else None
+    wrongs = [numbers(question.answer, value) for _, value, passed in given if not passed]
+    if not any(isinstance(one, str) or np.isfinite(one).any() for one in wrongs):
+        return None  # a division by zero, and no family
     found = [
         Misconception(id=says, says=says, chapter=question.chapter)
         for says in _relations(question, given)

@@ -154,7 +154,8 @@ def sentences(question: Question, case: Case, got: FloatArray, wanted: FloatArra
             yield from _TEXTS.get(question.answer, _numbers)(question, case, got, wanted)
         right = (np.abs(got - wanted) <= case.tolerance) | (got == wanted) | np.isnan(wanted)
     first = np.unravel_index(np.argmin(right), got.shape)
-    as_shown = bool if question.answer in (Answer.FLAG, Answer.MASK) else float
+    is_truth = question.answer in (Answer.FLAG, Answer.MASK) and not np.isnan(got[first])
+    as_shown = bool if is_truth else float
     texts = [_shown(as_shown(one[first])) for one in (got, wanted)]
     place = _place(question, case, [int(one) for one in first])
     yield f"for {given}:{place} got {texts[0]}, expected {texts[1]}."
