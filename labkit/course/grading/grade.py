@@ -54,9 +54,8 @@ class Sitting:
         self.box: Box | None = None
         self.program = Program([], {}, [], [])
         self.notes, self.is_sealed = list[str](), False
-        self.states: dict[
-            str, int
-        ] = {}  # of each answer, after the cells that define it and others
+        # How many states each answer has: after the cells that define it, and others.
+        self.states: dict[str, int] = {}
         self.calls: dict[str, set[str]] = {}  # functions that an answer uses
         self.hung: set[tuple[str, int]] = set()  # functions that ended a box, each in a state
 
