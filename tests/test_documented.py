@@ -1,7 +1,11 @@
 """Every command that a page names is run by the walk, or a reason says why not."""
 
+import re
+
 import documented
 import pytest
+
+from labkit.cli.main import build_parser
 
 KNOWN = {*documented.WALKED, *documented.INSTALLED, *documented.EXCUSED}
 
@@ -19,3 +23,13 @@ def test_what_is_run_or_excused_is_still_told_and_the_walk_holds_it():
     assert KNOWN - every == set()
     for command, file in documented.WALKED.items():
         assert command.removesuffix(" lowest") in (documented.ROOT / file).read_text("utf-8")
+
+
+def test_no_text_names_a_command_that_is_gone():
+    """Of labkit's commands every chapter and page names those alone that the parser has."""
+    files = [*documented.ROOT.glob("notebooks/*.ipynb"), *documented.ROOT.glob("book/*.md")]
+    text = "".join(file.read_text("utf-8") for file in files)
+    named = set(re.findall(r"`labkit ([a-z]+)", text))
+    commands = set(re.findall(r"^    ([a-z]+)", build_parser().format_help(), re.MULTILINE))
+    assert named
+    assert named <= commands
