@@ -139,11 +139,15 @@ def is_cloud(value):
 
 
 def are_poses_at(least, most=5):
-    """Tell trajectories of so many poses."""
+    """Tell trajectories of so many poses, rows or transforms."""
     return lambda value: (
-        (are_poses(value) and np.shape(value)[1:] == (3,) and least <= len(value) <= most)
-        and np.abs(value).max() <= 1e12
+        (are_rows(value) or (are_transforms(value) and np.ndim(value) == 3 and is_finite(value)))
+        and least <= len(value) <= most
     )
+
+
+def are_rows(value):
+    return are_poses(value) and np.ndim(value) == 2 and np.abs(value).max(initial=0.0) <= 1e12
 
 
 AX = book_figure().subplots()
@@ -185,6 +189,18 @@ def test_a_door_takes_what_it_asks_for_and_says_what_else_it_got(door, place):
         print(f"{given!r:.99}")  # shown where it fails
         with pytest.raises(LabkitError, match=r"(?s)^`[\w ,\[\]]+` .*\bgot "):
             door(*arguments)
+
+
+@pytest.mark.parametrize("door", [ate, rpe, forward_backward, disagreement])
+def test_rows_and_transforms_of_the_plane_and_of_space_are_the_same_poses(door):
+    plane = from_xytheta(POSES)
+    space = np.tile(np.eye(4), (5, 1, 1))
+    space[np.ix_(range(5), [0, 1, 3], [0, 1, 3])] = plane
+    for given in (plane, space):
+        moved, expected = door(given, 2.0 * POSES), door(POSES, 2.0 * POSES)
+        np.testing.assert_allclose(
+            moved.translation_errors, expected.translation_errors, atol=1e-12
+        )
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from labkit.evaluation.pose_errors import PoseErrors, as_trajectories, pose_differences
 from labkit.se2 import compose, from_xytheta, invert
-from labkit.support.arrays import as_numbers, as_poses
+from labkit.support.arrays import as_pose, as_poses
 
 
 def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
@@ -76,5 +76,5 @@ def loop_closure(increments: ArrayLike, closing: ArrayLike = (0.0, 0.0, 0.0)) ->
     0.0
     """
     T_first_last = compose(*from_xytheta(as_poses(increments, "increments")))
-    expected = from_xytheta(as_numbers(closing, "closing"))
+    expected = from_xytheta(as_pose(closing, "closing"))
     return PoseErrors(*pose_differences(expected[None], T_first_last[None]))

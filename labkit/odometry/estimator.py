@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.carried import stands
-from labkit.odometry.integration import as_row, as_rows, integrate_step
+from labkit.odometry.integration import integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.sanity import grown
@@ -24,6 +24,8 @@ from labkit.odometry.step import STILL, Decision, StepRecord, estimate_step
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, relative, to_xytheta
 from labkit.support.arrays import FloatArray, as_floats, check_kind
+from labkit.support.arrays import as_pose as as_row
+from labkit.support.arrays import as_poses as as_rows
 from labkit.support.errors import InvalidPointsError
 from labkit.target import Target
 

@@ -22,6 +22,7 @@ IntArray = NDArray[np.intp]
 Values = TypeVar("Values", bound=NDArray[Any])
 EPSILON = 2.0**-52  # the spacing of doubles at 1
 FARTHEST = 1e9  # [m]: no robot drives or sees farther, so a number beyond it is damaged
+MOST_TILT = 1e-3  # of a motion that counts as planar [rad]
 LARGEST = 1e12  # [m]: beyond it the squares of coordinates hold no centimetre
 
 
@@ -115,14 +116,40 @@ def as_pose_rows(poses: ArrayLike, name: str) -> FloatArray:
     return as_finite(rows, name)
 
 
-def as_poses(poses: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
-    """Check a trajectory: rows (x [m], y [m], θ [rad]), shape (K, 3), finite."""
-    rows = as_pose_rows(poses, name)
-    if rows.ndim != 2 or len(rows) < minimum:
+def as_poses(poses: ArrayLike, name: str, minimum: int = 1, *, gaps: bool = False) -> FloatArray:
+    """Check poses, rows (K, 3) or transforms (K, 3, 3) or (K, 4, 4): the rows (K, 3).
+
+    Rows are x [m], y [m], θ [rad]. The height of a transform in space is dropped. With `gaps`, a
+    row of NaN is allowed, and so are no rows at all.
+    """
+    given = as_floats(poses, name, hint="give x [m], y [m], theta [rad]")
+    if given.ndim == 3 and given.shape[1:] == (4, 4):
+        tilt = given[:, [0, 1, 2, 2, 2], [2, 2, 0, 1, 2]] - [0.0, 0.0, 0.0, 0.0, 1.0]
+        for k in np.flatnonzero((np.abs(tilt) > MOST_TILT).any(axis=1)):
+            raise InvalidPointsError(
+                f"`{name}` must be planar motions, which turn about z alone, got "
+                f"{given[k].tolist()}; drop roll and pitch first"
+            )
+        given = given[:, [0, 1, 3]][:, :, [0, 1, 3]]
+    if given.ndim == 3 and given.shape[1:] == (3, 3):
+        T = as_transforms(given, name)
+        theta = np.arctan2(T[:, 1, 0], T[:, 0, 0])
+        given = np.column_stack([T[:, :2, 2], np.where(theta == -np.pi, np.pi, theta)])
+    if given.ndim != 2 or given.shape[1] != 3 or len(given) < minimum * (not gaps):
         raise InvalidPointsError(
-            f"`{name}` must have shape (K, 3), {minimum} or more poses, got {rows.shape}"
+            f"`{name}` must be {minimum} or more poses, rows (x, y, theta), shape (K, 3), or "
+            f"transforms, shape (K, 3, 3), got shape {given.shape}"
         )
-    return _as_near(rows, name)
+    missing = gaps & np.isnan(given).all(axis=1, keepdims=True)
+    _as_near(as_pose_rows(np.where(missing, 0.0, given), name), name)
+    return given
+
+
+def as_pose(pose: ArrayLike, name: str) -> FloatArray:
+    """Check one pose, (x, y, θ) or a transform (3, 3) or (4, 4): the row (3,)."""
+    given = as_floats(pose, name, hint="give three numbers: metres, metres, radians")
+    is_transform = given.shape in {(3, 3), (4, 4)}
+    return as_poses([given], name)[0] if is_transform else as_numbers(given, name)
 
 
 def as_numbers(values: ArrayLike, name: str, what: str = "x, y, angle") -> FloatArray:

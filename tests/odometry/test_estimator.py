@@ -251,7 +251,7 @@ def test_no_single_disturbance_makes_the_odometry_worse_than_its_wheels(kind, se
     ("priors", "message"),
     [
         (PRIORS[:5], r"`priors` must have shape \(12, 3\), a pose a scan, or \(11, 3\), an inc"),
-        (PRIORS[:, :2], r"rows \(x, y, ψ\), .* got shape \(11, 2\)"),
+        (PRIORS[:, :2], r"rows \(x, y, theta\), .* got shape \(11, 2\)"),
         (PRIORS.ravel(), r"or transforms, shape \(K, 3, 3\), got shape \(33,\)"),
         (np.where(PRIORS[2, 0] == PRIORS, math.nan, PRIORS), r"`priors` must be finite, got .*nan"),
         ([["a", "b", "c"]] * 11, r"`priors` must hold numbers"),

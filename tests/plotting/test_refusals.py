@@ -25,7 +25,11 @@ SCAN = Scan.from_points([[0.0, 1.0], [2.0, 1.0]])
             ([0, 0, 0], np.eye(2)),
             r"`mean` must have shape \(2,\), got \(3,\); give x, y",
         ),
-        (lambda _, *given: map_points(*given), (POSES[:0], []), r"1 or more poses, got \(0, 3\)"),
+        (
+            lambda _, *given: map_points(*given),
+            (POSES[:0], []),
+            r"1 or more poses, .* got shape \(0, 3\)",
+        ),
         (lambda _, height: book_figure(height), (51.0,), r"`height` must be in \(0, 50\] in, got"),
     ],
 )
