@@ -18,7 +18,8 @@ from tqdm import tqdm
 
 from labkit.cli.outputs import write_map, write_quality, write_trajectory
 from labkit.evaluation import PoseErrors, compare
-from labkit.logs import Log, interpolate_poses, read_log, read_tum
+from labkit.logs import Log, read_log, read_tum
+from labkit.logs.trajectories import odd_steps, scanner_track
 from labkit.odometry import (
     Decision,
     OdometryParameters,
@@ -27,7 +28,6 @@ from labkit.odometry import (
     increments_between,
     integrate,
 )
-from labkit.scan import scanner_poses
 from labkit.simulation import WheelNoise, wheel_increments
 from labkit.support.arrays import FloatArray, check_count
 from labkit.support.errors import InvalidPointsError, WriteError
@@ -144,7 +144,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"note: {remark}", file=sys.stderr)
     if log.reference is not None:
         trajectories = {"odometry": result.poses}
-        if prior is not None:
+        if prior is not None and np.isfinite(prior).all():
             trajectories["prior"] = integrate(prior, start)
         errors = compare(trajectories, log.reference)
         print(table(ERROR_HEADER, [error_row(name, each) for name, each in errors.items()]))
@@ -162,31 +162,31 @@ def _read(args: argparse.Namespace) -> Log:
         topic=args.topic,
         odometry_topic=args.odometry_topic,
     )
+    if len(log) < 2:
+        raise InvalidPointsError(f"{log.name} holds a single scan; a motion needs two")
+    if args.odometry is not None:
+        log = _with_wheels(log, args)
     for line in log.skipped[:SHOWN_DAMAGE]:
         print(f"skipped {line}", file=sys.stderr)
     if (rest := len(log.skipped) - SHOWN_DAMAGE) > 0:
         print(f"... and {rest} more damaged lines", file=sys.stderr)
     for remark in log.remarks:
         print(f"note: {remark}", file=sys.stderr)
-    if len(log) < 2:
-        raise InvalidPointsError(f"{log.name} holds a single scan; a motion needs two")
-    if args.odometry is not None:
-        log = replace(log, odometry=_wheels(args, log))
     return log if args.scans is None else log.head(args.scans)
 
 
-def _wheels(args: argparse.Namespace, log: Log) -> FloatArray:
-    """Poses of the scanner by the file of `--odometry`, at the times of the scans."""
+def _with_wheels(log: Log, args: argparse.Namespace) -> Log:
+    """The log with the odometry of the file of `--odometry`."""
     if np.isnan(log.stamps).any():
         raise InvalidPointsError(
             f"{log.name} holds no times, which `--odometry` "
             f"needs; give its table a column `stamp` in seconds"
         )
     try:
-        robot = interpolate_poses(log.stamps, *read_tum(args.odometry))
+        track, gaps = scanner_track(log.scans, *read_tum(args.odometry), args.laser_offset)
     except InvalidPointsError as error:
         raise InvalidPointsError(f"{args.odometry}: {error}") from None
-    return scanner_poses(robot, args.laser_offset)
+    return replace(log, odometry=track, remarks=(*log.remarks, *gaps, *odd_steps(track, log.scans)))
 
 
 def _outputs(args: argparse.Namespace, name: str) -> list[str]:

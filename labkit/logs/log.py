@@ -33,7 +33,8 @@ class Log:
         The scans, each in its own frame.
     odometry, reference : ndarray, shape (K, 3), or None
         Poses of the scanner by raw wheel odometry, and by a better estimate (an optimised pose
-        graph, a corrected log): rows (x [m], y [m], θ [rad]) with θ in (−π, π].
+        graph, a corrected log): rows (x [m], y [m], θ [rad]) with θ in (−π, π]. The odometry is
+        NaN where it is silent.
     name : str
         Name of the run: the file's, without its suffixes.
     format : str

@@ -15,6 +15,7 @@ from labkit.logs.log import Log
 from labkit.logs.points import read_points_table, read_ranges_table, table_kind
 from labkit.logs.rosbag import is_bag, read_bag
 from labkit.logs.sweeps import Sweep, make_scans
+from labkit.logs.trajectories import odd_steps
 from labkit.scan import Scan, check_angles
 from labkit.support.arrays import as_numbers
 from labkit.support.errors import LogError
@@ -108,6 +109,8 @@ def read_log(
             odometry, reference = scanner_trajectories(sweeps, offset, report.file)
     if sweeps:
         scans = make_scans(sweeps, report, no_return)
+    if odometry is not None:
+        report.remarks.extend(odd_steps(odometry, scans))
     if not scans:
         lacking = f"a {format} log without any scan{report.summary()}; labkit reads {FORMATS}"
         raise LogError(f"{report.file}: {lacking}")

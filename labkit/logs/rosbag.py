@@ -16,21 +16,15 @@ import numpy as np
 from labkit.logs.laser_lines import beam_angles
 from labkit.logs.lines import DamagedLine, DamageReport, expect_near, shorten
 from labkit.logs.sweeps import Sweep
-from labkit.logs.trajectories import (
-    MAX_EXTRAPOLATION,
-    interpolate_poses,
-    planar_heading,
-    seconds_outside,
-)
-from labkit.scan import Scan, scanner_poses
+from labkit.logs.trajectories import planar_heading, scanner_track
+from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
-from labkit.support.errors import LabkitError, LogError
+from labkit.support.errors import InvalidPointsError, LabkitError, LogError
 from labkit.support.extras import need
 
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
 ODOMETRY = "nav_msgs/msg/Odometry"
 BAGS = (".bag", ".db3", ".mcap")  # the first is of ROS 1
-SILENCE = 1.0  # [s]: between two messages farther apart nobody knows the way
 
 Bag = tuple[Any, Callable[[bytes, str], Any]]  # the reader, and the decoder of its messages
 
@@ -48,10 +42,7 @@ def read_bag(
     topic: str | None,
     odometry_topic: str | None,
 ) -> tuple[list[Sweep], FloatArray | None]:
-    """Read the sweeps of a bag, and the scanner's odometry (K, 3) at their times.
-
-    A scan that lies more than 0.1 s outside the odometry has no pose, and is skipped.
-    """
+    """Read the sweeps of a bag, and the scanner's odometry (K, 3) at their times."""
     bag = _open(path, report.file)
     with closing(bag[0]):
         chosen = _choose(bag, LASER_SCAN, topic, "topic", report.file)
@@ -59,26 +50,16 @@ def read_bag(
             raise LogError(f"{report.file}: a bag without any scan, expected {LASER_SCAN} messages")
         wheel = _choose(bag, ODOMETRY, odometry_topic, "odometry_topic", report.file)
         sweeps = list(_sweeps(bag, chosen, report))
-        if wheel is None:
+        if wheel is None or not sweeps:
             return sweeps, None
         track = _track(bag, wheel, report)
-    times, kept = track[:, 0], []
-    for sweep in sweeps:
-        if (gap := seconds_outside(sweep.scan.stamp, times)) <= MAX_EXTRAPOLATION:
-            kept.append(sweep)
-        else:
-            report.skip(sweep.line, f"a scan {gap:.3f} s outside the odometry")
-    if not kept:
-        raise LogError(f"{report.file}: no usable scan in the bag{report.summary()}")
-    silent = np.diff(times, append=times[-1])
-    if silent.max() > max(SILENCE, 10.0 * float(np.median(silent))):
-        k = int(np.argmax(silent))
-        report.remarks.append(
-            f"the odometry is silent for {silent[k]:.1f} s from {times[k]:.10g} s on; the poses "
-            f"of scans in it are interpolated"
-        )
-    robot = interpolate_poses([sweep.scan.stamp for sweep in kept], times, track[:, 1:])
-    return kept, scanner_poses(robot, laser_offset)
+    scans = [sweep.scan for sweep in sweeps]
+    try:
+        odometry, gaps = scanner_track(scans, track[:, 0], track[:, 1:], laser_offset)
+    except InvalidPointsError as error:
+        raise LogError(f"{report.file}: {error}") from None
+    report.remarks.extend(gaps)
+    return sweeps, odometry
 
 
 def _open(path: Path, file: str) -> Bag:

@@ -17,13 +17,15 @@ from labkit.logs.lines import (
     parse_finite,
     read_lines,
 )
+from labkit.scan import Scan, scanner_poses
 from labkit.se2 import wrap
 from labkit.support.arrays import FloatArray, as_poses, as_stamps
 from labkit.support.errors import InvalidPointsError, LogError
 from labkit.support.files import atomic_write
 
 TUM = "timestamp tx ty tz qx qy qz qw"
-MAX_EXTRAPOLATION = 0.1  # [s] for which the first and the last pose are held
+BESIDE = 0.1  # [s] for which a pose is held, before a silence and after it
+SILENCE = 2.0  # [s]: between two poses farther apart nobody knows the way
 UNIT = 1e-3  # a quaternion's length differs from 1 by its digits, no more
 LEAN = 0.25  # sine of half the angle by which a robot on the floor may lean, 29 degrees
 
@@ -108,31 +110,58 @@ def interpolate_poses(stamps: ArrayLike, times: ArrayLike, poses: ArrayLike) -> 
     Parameters
     ----------
     stamps : array_like, shape (K,)
-        Times of the scans [s], at most 0.1 s before the first or after the last pose.
+        Times of the scans [s].
     times, poses : array_like, shapes (M,) and (M, 3)
         Times [s] and rows (x [m], y [m], θ [rad]) of the trajectory, in any order.
 
     Returns
     -------
     ndarray, shape (K, 3)
-        A pose for each scan, θ in (−π, π].
+        A pose for each scan, θ in (−π, π]; NaN where no pose lies within 0.1 s of the scan, nor two
+        around it within 2 s of each other.
     """
     rows, t = as_poses(poses, "poses"), as_stamps(stamps, "stamps")
     known = as_stamps(times, "times", len(rows))
     order = np.argsort(known, kind="stable")
     known, rows = known[order], rows[order]
-    outside = [seconds_outside(each, known) for each in t.tolist()]
-    if max(outside, default=0.0) > MAX_EXTRAPOLATION:
-        k = int(np.argmax(outside))
+    k, bounds = np.searchsorted(known, t), np.array([-np.inf, *known, np.inf])
+    before, after = bounds[k], bounds[k + 1]
+    told = (after - before <= SILENCE) | (np.minimum(t - before, after - t) <= BESIDE)
+    if np.count_nonzero(told) < min(len(t), 2):
         raise InvalidPointsError(
-            f"`stamps` must lie within `times`, from {known[0]:.10g} to {known[-1]:.10g} s, got "
-            f"{t[k]:.10g} s at index {k}; drop such scans, or bring both to one clock"
+            f"`stamps` must lie within `times`, {known[0]:.10g} to {known[-1]:.10g} s and at most "
+            f"{SILENCE:g} s apart, got {t.min():.10g} to {t.max():.10g} s; bring both to one "
+            f"clock, in seconds"
         )
     theta = np.interp(t, known, np.unwrap(rows[:, 2]))
     x, y = (np.interp(t, known, rows[:, axis]) for axis in (0, 1))
-    return np.column_stack([x, y, wrap(theta)])
+    return np.where(told[:, None], np.column_stack([x, y, wrap(theta)]), np.nan)
 
 
-def seconds_outside(stamp: float, times: FloatArray) -> float:
-    """Time [s] from a stamp to the span of the sorted times; 0 or less inside it."""
-    return max(float(times[0]) - stamp, stamp - float(times[-1]))
+def scanner_track(
+    scans: Sequence[Scan], times: FloatArray, poses: FloatArray, laser_offset: ArrayLike
+) -> tuple[FloatArray, list[str]]:
+    """Poses of the scanner at its scans by the trajectory of its robot, and a remark on gaps."""
+    stamps = np.array([scan.stamp for scan in scans])
+    track = interpolate_poses(stamps, times, poses)
+    told = np.isfinite(track[:, 0])
+    track[told] = scanner_poses(track[told], laser_offset)
+    if told.all():
+        return track, []
+    return track, [
+        f"{np.count_nonzero(~told)} of {len(told)} scans have no odometry, the first at "
+        f"{stamps[~told][0]:.10g} s: it is silent there for longer than {SILENCE:g} s"
+    ]
+
+
+def odd_steps(odometry: FloatArray, scans: Sequence[Scan]) -> list[str]:
+    """Remark on odometry one step in ten of which, or more, leads beyond all that a scan sees."""
+    steps = np.hypot(*np.diff(odometry[:, :2], axis=0).T)
+    far = np.quantile(steps[np.isfinite(steps)], 0.9) if np.isfinite(steps).any() else 0.0
+    reach = np.median([np.hypot(*scan.points.T).max(initial=0.0) for scan in scans])
+    if not far > reach > 0.0:
+        return []
+    return [
+        f"a tenth of the odometry's steps are longer than {far:.4g} m, and the scans reach "
+        f"{reach:.4g} m: are the odometry and the ranges in metres?"
+    ]

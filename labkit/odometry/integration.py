@@ -40,6 +40,11 @@ def integrate(increments: ArrayLike, start: ArrayLike = (0.0, 0.0, 0.0)) -> Floa
 
 
 def increments_between(poses: ArrayLike) -> FloatArray:
-    """Increments (K−1, 3) that `integrate` turns back into the poses (K, 3) or (K, 3, 3)."""
-    T_world = from_xytheta(as_poses(poses, "poses", minimum=0))
-    return to_xytheta(relative(T_world[:-1], T_world[1:]))
+    """Increments (K−1, 3) that `integrate` turns back into the poses (K, 3) or (K, 3, 3).
+
+    A pose of NaN is unknown, and so are the increments before it and after it.
+    """
+    rows = as_poses(poses, "poses", gaps=True)
+    T_world, unknown = from_xytheta(np.nan_to_num(rows)), np.isnan(rows)
+    steps = to_xytheta(relative(T_world[:-1], T_world[1:]))
+    return np.where(unknown[:-1] | unknown[1:], np.nan, steps)

@@ -79,6 +79,15 @@ def test_wheels_from_a_file_are_those_of_the_log(run, carmen_log, tmp_path):
     np.testing.assert_allclose(ours, theirs, atol=1e-3)
 
 
+def test_wheels_that_are_silent_or_in_another_unit_are_told(run, carmen_log):
+    log = read_log(carmen_log[0])
+    write_tum("wheels.tum", log.stamps[:5], 1e3 * log.odometry[:5])
+    status, _, err = run("odometry", carmen_log[0], "--odometry", "wheels.tum", *NOTHING)
+    assert (status, err.count("note: ")) == (0, 3), err
+    assert "note: 3 of 8 scans have no odometry, the first at 5.5 s: it is silent" in err
+    assert "are the odometry and the ranges in metres?" in err
+
+
 def test_a_run_that_did_not_match_says_so(run, carmen_log, tmp_path):
     rows = [1e3 * scan.ranges for scan in read_log(carmen_log[0]).scans]
     np.savetxt(tmp_path / "scans.csv", rows, delimiter=",", fmt="%.1f")
@@ -116,7 +125,7 @@ def test_what_cannot_be_done_is_said_and_leaves_no_file(
     names = ("points", "pair", "cut")
     inputs = {"log": log} | {name: tmp_path / f"{name}.log" for name in names}
     write_tum(tmp_path / "wheels.tum", [0.0, 1.0], np.zeros((2, 3)))
-    write_tum(tmp_path / "room-odometry.tum", [0.0, 9.0], np.zeros((2, 3)))
+    write_tum(tmp_path / "room-odometry.tum", np.arange(10.0), np.zeros((10, 3)))
     inputs["points"].write_text("1.0,2.0\n1.5,2.0\n2.0,2.5\n")
     inputs["pair"].write_text("scan,x,y\n0,1.0,2.0\n1,1.0,2.1\n")
     inputs["cut"].write_text(log.read_text()[:-400])

@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from labkit.logs import interpolate_poses, read_tum, write_tum
+from labkit.logs.trajectories import odd_steps, scanner_track
+from labkit.scan import Scan
 from labkit.support.errors import InvalidPointsError, LogError
 
 HALF = math.sqrt(0.5)
@@ -75,13 +77,67 @@ def test_poses_turn_along_the_shorter_arc_and_a_little_outside_the_end_holds(tur
     assert -math.pi < theta <= math.pi
 
 
+instants = st.lists(st.integers(-60, 60), min_size=1, max_size=40)
+
+
+@given(clock=instants, scans=instants)
+def test_a_scan_has_a_pose_where_the_trajectory_is_not_silent(clock, scans):
+    """The law: within 0.1 s of a pose, or between two at most 2 s apart, and nowhere else."""
+    times, stamps = np.array(clock) / 8.0, np.array(scans) / 8.0 + 1.0 / 16.0
+    told = []
+    for t in stamps:
+        gap = min(times[times > t], default=math.inf) - max(times[times < t], default=-math.inf)
+        told.append(min(abs(times - t)) < 0.1 or gap <= 2.0)
+    poses = np.column_stack([2.0 * times, 1.0 - times, 0.1 * times])
+    if sum(told) < min(len(told), 2):
+        with pytest.raises(InvalidPointsError, match="bring both to one clock, in seconds"):
+            interpolate_poses(stamps, times, poses)
+        return
+    found = interpolate_poses(stamps, times, poses)
+    assert np.isnan(found).all(axis=1).tolist() == np.logical_not(told).tolist()
+    held = np.clip(stamps, min(times), max(times))[told]
+    expected = np.column_stack([2.0 * held, 1.0 - held, 0.1 * held])
+    np.testing.assert_allclose(found[told], expected, atol=1e-9)
+
+
+@given(
+    speed=st.floats(0.2, 2.0),
+    rate=st.integers(5, 100),
+    period=st.floats(0.1, 1.0),
+    start=st.sampled_from([0.0, 1.7e9]),
+    unit=st.sampled_from([1e-3, 1e3, 1e6, 1e9]),
+)
+def test_a_clock_in_another_unit_is_refused_or_most_scans_are_told_to_have_no_odometry(
+    speed, rate, period, start, unit
+):
+    times = start + np.arange(0.0, 60.0, 1.0 / rate)
+    stamps = np.arange(start, times[-1], period)
+    scans = [Scan(points=[[4.0, 0.0]], stamp=stamp) for stamp in stamps]
+    poses = np.column_stack([speed * (times - start), 0.0 * times, 0.0 * times])
+    track, remarks = scanner_track(scans, times, poses, [0.0, 0.0, 0.0])
+    assert (np.isfinite(track).all(), remarks, odd_steps(track, scans)) == (True, [], [])
+    assert odd_steps(1e3 * track, scans)
+    assert odd_steps(1e3 * track, [Scan(points=[[4e3, 0.0]]), *scans[1:]])
+    assert not odd_steps(track * math.nan, scans)
+    try:
+        track, (remark,) = scanner_track(scans, unit * times, poses, [0.0, 0.0, 0.0])
+    except InvalidPointsError:
+        return
+    assert np.isnan(track[:, 0]).mean() > 0.8
+    assert "scans have no odometry, the first at" in remark
+
+
 STILL, AWAY = np.zeros((2, 3)), [[0.0, np.inf, 0.0]]
 
 
 @pytest.mark.parametrize(
     ("function", "arguments", "message"),
     [
-        (interpolate_poses, ([0, 1.2], [0, 1], STILL), "`times`, from 0 to 1 s, got 1.2 s at"),
+        (
+            interpolate_poses,
+            ([0, 1.2], [0, 1], STILL),
+            "`times`, 0 to 1 s .*, got 0 to 1.2 s; bring",
+        ),
         (interpolate_poses, ([0], [0], STILL), r"`times` .* shape \(2,\), got \(1,\); give"),
         (interpolate_poses, ([0], [0, np.inf], STILL), "`times` must be finite, got inf at ind"),
         (write_tum, ("out.tum", [1], STILL), r"`stamps` must have shape \(2,\), got \(1,\)"),
