@@ -2,15 +2,18 @@
 
 from importlib import import_module
 
-from labkit.alignment import align, align_svd
-from labkit.icp import icp
-from labkit.logs import read_log
-from labkit.parameters import IcpParameters
-from labkit.result import IcpResult, Termination
-from labkit.scan import Scan
-from labkit.se2 import apply, compose, from_xytheta, invert, to_xytheta, transform, wrap
-from labkit.support.errors import LabkitError
-from labkit.target import Target
+from labkit.support.interrupts import loading
+
+with loading():
+    from labkit.alignment import align, align_svd
+    from labkit.icp import icp
+    from labkit.logs import read_log
+    from labkit.parameters import IcpParameters
+    from labkit.result import IcpResult, Termination
+    from labkit.scan import Scan
+    from labkit.se2 import apply, compose, from_xytheta, invert, to_xytheta, transform, wrap
+    from labkit.support.errors import LabkitError
+    from labkit.target import Target
 
 __all__ = [
     "IcpParameters",

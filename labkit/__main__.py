@@ -3,17 +3,20 @@
 import signal
 import sys
 
+from labkit.support.interrupts import INTERRUPTED, LINE, loading
+
 
 def main() -> int:
     """Load the command line and run it; the exit status."""
     try:
-        from labkit.cli import main as run  # noqa: PLC0415 (an interrupt may meet the loading)
+        with loading():
+            from labkit.cli import main as run  # noqa: PLC0415 (an interrupt may meet the loading)
 
         return run()
     except KeyboardInterrupt:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one changes nothing
-        print("\nlabkit: interrupted; no file is left half-written", file=sys.stderr)
-        return 130
+        print(end=LINE, file=sys.stderr)
+        return INTERRUPTED
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ import labkit
 from labkit.cli.main import build_parser
 
 MODULE = ["-m", "labkit"]
+LINE = "\nlabkit: interrupted; no file is left half-written\n"
 
 
 def python(*arguments, **options):
@@ -104,8 +105,30 @@ def test_ctrl_c_ends_in_one_line_and_leaves_no_file_half_written(tmp_path, carme
         "tqdm.tqdm = progress; sys.meta_path.insert(0, Finder()); sys.exit(main())"
     )
     done = python("-c", program, "odometry", carmen_log[0], cwd=tmp_path)
-    assert done.returncode == 130
-    assert done.stderr == "\nlabkit: interrupted; no file is left half-written\n"
+    assert (done.returncode, done.stderr) == (130, LINE)
     whole = ["room-odometry.tum", "room-quality.csv"] if module == "matplotlib.figure" else []
     assert sorted(os.listdir(tmp_path)) == whole
     assert all(len((tmp_path / name).read_text().splitlines()) == 9 for name in whole)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for a child alone")
+@pytest.mark.parametrize("module", ["labkit.alignment", "numpy", "scipy", "labkit.cli.main"])
+@pytest.mark.parametrize("start", [MODULE, ["labkit"], ["-c", "import labkit.cli"]])
+def test_ctrl_c_while_a_command_loads_ends_it_and_is_an_error_where_labkit_is_imported(
+    tmp_path, start, module
+):
+    """The law: each way to start the command × each package that it loads."""
+    (tmp_path / "labkit").write_text("from labkit.__main__ import main; raise SystemExit(main())")
+    (tmp_path / "sitecustomize.py").write_text(
+        "import os, signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "class Finder:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        f"        if name == {module!r}: os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Finder())"
+    )
+    env = os.environ | {"PYTHONPATH": str(tmp_path)}
+    done = python(*start, "demo", cwd=tmp_path, env=env)
+    if start[0] == "-c":
+        assert done.stderr.endswith("\nKeyboardInterrupt\n")
+    else:
+        assert (done.returncode, done.stdout, done.stderr) == (130, "", LINE)
