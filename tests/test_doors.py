@@ -21,11 +21,13 @@ from labkit import (
     from_xytheta,
     icp,
     invert,
+    read_log,
     to_xytheta,
     transform,
     wrap,
 )
-from labkit.evaluation import ate, disagreement, forward_backward, rpe
+from labkit.evaluation import ate, compare, disagreement, forward_backward, rpe
+from labkit.logs import read_tum
 from labkit.plotting import book_figure, plot_scans, plot_trajectory
 from labkit.se2 import relative, rotation
 from labkit.simulation import Lidar, WheelNoise, room, scan_along, wheel_increments
@@ -215,7 +217,12 @@ def test_rows_and_transforms_of_the_plane_and_of_space_are_the_same_poses(door):
         (partial(apply, TWICE, POINTS), r"proper rigid .* got \[\[2\.0, 0\.0, 0\.0\]"),
         (partial(icp, POINTS, POINTS, FAILED), r"NaN, .* failed; print `result\.message`"),
         (partial(invert, np.stack([T, TWICE])), r"proper rigid transform, got \[\[2\.0"),
-        (partial(to_xytheta, T[:2, :2]), r"got shape \(2, 2\)"),
+        (partial(to_xytheta, T[:2, :2]), r"got shape \(2, 2\); build one with `labkit\.transform"),
+        (partial(to_xytheta, icp(POINTS, POINTS)), r"`result\.T_target_source` of a match"),
+        (partial(ate, "run", POSES), r"numbers, got 'run'; .* `result\.poses` of a run"),
+        (partial(compare, POSES, POSES), "`trajectories` must be of the class Mapping, got arr"),
+        (partial(read_log, POINTS), "`path` must be of the class str or PathLike, got array"),
+        (partial(read_tum, None), "`path` must be of the class str or PathLike, got None"),
         (partial(compose, [T, T]), r"compose\(\*transforms\)"),
         (partial(compose, np.stack([T, T]), np.stack([T] * 3)), "one leading shape, got"),
         (partial(from_xytheta, T), "got transforms: .* `labkit.to_xytheta`"),

@@ -11,7 +11,14 @@ from numpy.typing import ArrayLike
 from labkit import alignment
 from labkit.evaluation.pose_errors import PoseErrors, as_trajectories, pose_differences
 from labkit.se2 import from_xytheta, invert, relative
-from labkit.support.arrays import FARTHEST, FloatArray, IntArray, check_count, check_range
+from labkit.support.arrays import (
+    FARTHEST,
+    FloatArray,
+    IntArray,
+    check_count,
+    check_kind,
+    check_range,
+)
 from labkit.support.errors import DegenerateAlignmentError, InvalidParameterError
 
 
@@ -145,6 +152,7 @@ def compare(
     >>> list(errors), round(errors["wheels, RPE a step"].translation.max, 3)
     (['wheels, RPE a step', 'wheels, RPE over 10 m', 'wheels, ATE'], 0.1)
     """
+    check_kind(trajectories, "trajectories", Mapping)
     check_range(stretch, "stretch", above=0.0, at_most=FARTHEST, unit="m")
     steps, stretches, absolute = {}, {}, {}
     for name, poses in trajectories.items():

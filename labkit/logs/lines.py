@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import gzip
 import math
+import os
 import zipfile
 from collections.abc import Sequence
 
 from labkit.logs.log import SkippedLine
-from labkit.support.arrays import FARTHEST
+from labkit.support.arrays import FARTHEST, check_kind
 from labkit.support.errors import LabkitError, LogError
 
 MAX_BYTES = 512 << 20  # of a file, unpacked: a small packed one must not fill the memory
@@ -22,8 +23,9 @@ class DamagedLine(LabkitError):
 class DamageReport:
     """Damage and oddities of one file; under `strict` the first damage raises `LogError`."""
 
-    def __init__(self, file: str, *, strict: bool) -> None:
-        self.file = file
+    def __init__(self, file: str | os.PathLike[str], *, strict: bool) -> None:
+        check_kind(file, "path", str, os.PathLike)
+        self.file = os.fspath(file)
         self.strict = strict
         self.skipped: list[SkippedLine] = []
         self.remarks: list[str] = []

@@ -88,8 +88,9 @@ def read_log(
     beams = None if angles is None else as_numbers(angles, "angles", "first, last [rad]")
     if beams is not None:
         check_angles(beams, "angles")
-    file = killian_archive() if path == KILLIAN else Path(path)
-    report = DamageReport(os.fspath(file), strict=strict)
+    is_killian = isinstance(path, str) and path == KILLIAN
+    report = DamageReport(killian_archive() if is_killian else path, strict=strict)
+    file = Path(report.file)
     scans: tuple[Scan, ...] = ()
     sweeps: Sequence[Sweep] = ()
     odometry = reference = None

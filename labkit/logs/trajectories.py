@@ -69,7 +69,7 @@ def read_tum(path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
     LogError
         If the file cannot be read, holds no pose, or has a damaged line, which is named.
     """
-    report = DamageReport(os.fspath(path), strict=True)
+    report = DamageReport(path, strict=True)
     rows = []
     for number, line in read_lines(report):
         fields = line.split()

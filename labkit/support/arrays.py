@@ -47,7 +47,7 @@ def as_floats(
     except (TypeError, ValueError):
         numbers = np.asarray(None)
     if numbers.dtype.kind not in "biuf":  # text, complex numbers, objects
-        received = repr(values)
+        received = " ".join(repr(values).split())
         shown = received if len(received) <= 60 else received[:57] + "..."
         raise InvalidPointsError(f"`{name}` must hold numbers, got {shown}{advice}")
     if shape is not None:
@@ -122,7 +122,8 @@ def as_poses(poses: ArrayLike, name: str, minimum: int = 1, *, gaps: bool = Fals
     Rows are x [m], y [m], θ [rad]. The height of a transform in space is dropped. With `gaps`, a
     row of NaN is allowed, and so are no rows at all.
     """
-    given = as_floats(poses, name, hint="give x [m], y [m], theta [rad]")
+    hint = "give rows x [m], y [m], theta [rad], `result.poses` of a run"
+    given = as_floats(poses, name, hint)
     if given.ndim == 3 and given.shape[1:] == (4, 4):
         tilt = given[:, [0, 1, 2, 2, 2], [2, 2, 0, 1, 2]] - [0.0, 0.0, 0.0, 0.0, 1.0]
         for k in np.flatnonzero((np.abs(tilt) > MOST_TILT).any(axis=1)):
@@ -145,11 +146,11 @@ def as_poses(poses: ArrayLike, name: str, minimum: int = 1, *, gaps: bool = Fals
     return given
 
 
-def as_pose(pose: ArrayLike, name: str) -> FloatArray:
-    """Check one pose, (x, y, θ) or a transform (3, 3) or (4, 4): the row (3,)."""
+def as_pose(pose: ArrayLike, name: str, *, gaps: bool = False) -> FloatArray:
+    """Check one pose, (x, y, θ) or a transform (3, 3) or (4, 4), as `as_poses`: the row (3,)."""
     given = as_floats(pose, name, hint="give three numbers: metres, metres, radians")
-    is_transform = given.shape in {(3, 3), (4, 4)}
-    return as_poses([given], name)[0] if is_transform else as_numbers(given, name)
+    as_it_is = given.shape in {(3,), (3, 3), (4, 4)}
+    return as_poses([given], name, gaps=gaps)[0] if as_it_is else as_numbers(given, name)
 
 
 def as_numbers(values: ArrayLike, name: str, what: str = "x, y, angle") -> FloatArray:
@@ -230,11 +231,11 @@ def as_transforms(T: ArrayLike, name: str) -> FloatArray:
     The NaN of a match that failed, or of its inverse, passes and stays NaN.
     """
     build = "build one with `labkit.transform(x, y, theta)`"
-    checked = as_floats(T, name, hint=build)
+    checked = as_floats(T, name, f"give `result.T_target_source` of a match, or {build}")
     if checked.shape[-2:] != (3, 3):
         if checked.shape[-1:] == (3,):
             build = "poses (x, y, theta) go through `labkit.from_xytheta`"
-        elif 2 in checked.shape:
+        elif 2 in checked.shape and checked.shape != (2, 2):
             build = "are these points? `labkit.apply(T, points)` moves them"
         raise InvalidPointsError(
             f"`{name}` must be a (3, 3) transform, got shape {checked.shape}; {build}"
@@ -290,9 +291,10 @@ def check_count(value: float, name: str, at_least: int) -> None:
         )
 
 
-def check_kind(value: object, name: str, kind: type) -> None:
-    """Raise `InvalidParameterError` unless `value` is an object of the class `kind`."""
-    if not isinstance(value, kind):
+def check_kind(value: object, name: str, *kinds: type) -> None:
+    """Raise `InvalidParameterError` unless `value` is an object of one of the classes."""
+    if not isinstance(value, kinds):
+        classes = " or ".join(kind.__name__ for kind in kinds)
         raise InvalidParameterError(
-            f"must be of the class {kind.__name__}, got {value!r:.80}", parameter=name
+            f"must be of the class {classes}, got {value!r:.80}", parameter=name
         )
