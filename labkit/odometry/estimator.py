@@ -15,22 +15,19 @@ from numpy.typing import ArrayLike
 
 from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.carried import stands
-from labkit.odometry.integration import integrate_step
+from labkit.odometry.integration import increments_between, integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.sanity import grown
 from labkit.odometry.search import REMEMBERED
 from labkit.odometry.step import STILL, Decision, StepRecord, estimate_step
 from labkit.scan import Scan
-from labkit.se2 import from_xytheta, relative, to_xytheta
-from labkit.support.arrays import FloatArray, as_floats, check_kind
-from labkit.support.arrays import as_pose as as_row
-from labkit.support.arrays import as_poses as as_rows
+from labkit.support.arrays import FloatArray, as_pose, as_poses, check_kind
 from labkit.support.errors import InvalidPointsError
 from labkit.target import Target
 
 NOTHING = Scan(points=np.empty((0, 2)))
-IN_A_ROW = 3  # matches against the prior that are worth a remark
+AGAINST, BLIND = 3, 10  # matches against the prior, and steps without a match, in a row: odd
 RESTING = 0.02, math.radians(0.5)  # [m] and [rad]: wheels that tell less say that they stand
 SAME_VIEW = 0.9  # share of a scan that lies as it lay, where the robot does stand
 
@@ -58,7 +55,7 @@ class ScanMatchingOdometry:
     ) -> None:
         self.parameters = OdometryParameters() if parameters is None else parameters
         check_kind(self.parameters, "parameters", OdometryParameters)
-        self._pose = as_row(start, "start")
+        self._pose = as_pose(start, "start")
         self._count = 0  # scans taken
         self._lost = 0  # steps since the last one that was matched
         self._seen = LocalMap(last_scan=self.parameters.against == "scan")
@@ -90,7 +87,7 @@ class ScanMatchingOdometry:
         filtered = self._filtered(scan)
         expected = None
         if prior is not None:
-            expected = as_rows(as_floats(prior, "prior")[None], "prior", gaps=True)[0]
+            expected = as_pose(prior, "prior", gaps=True)
             if np.isnan(expected[0]) or self._denies(filtered, expected):
                 expected = None
         record = StepRecord(increment=STILL, decision=Decision.START)
@@ -160,21 +157,25 @@ class OdometryResult:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Oddities of the run: hardly a match, or wheels that were contradicted for long."""
+        """Oddities of the run: without a match, or against the wheels, for long."""
         found, steps = [], self.records[1:]
-        matched = sum(record.decision.matched for record in steps)
-        if matched < 0.5 * len(steps):
+        matched = [record.decision.matched for record in steps]
+        if sum(matched) < 0.5 * len(steps):
             found.append(
-                f"{len(steps) - matched} of {len(steps)} steps did not match; are ranges in "
-                f"metres, and angles in radians? If so, look at the gate and the limits"
+                f"{matched.count(False)} of {len(steps)} steps did not match; are ranges and "
+                f"wheels in metres, and angles in radians? If so, look at the gate and the limits"
             )
-        for against, run in groupby(enumerate(self.records), lambda each: each[1].against_prior):
-            scans = [k for k, _ in run]
-            if against and len(scans) >= IN_A_ROW:
-                found.append(
-                    f"scans {scans[0]} to {scans[-1]} were all matched against the prior: either "
-                    f"the wheels failed there, or something that moves was taken for the room"
-                )
+        else:
+            found += [
+                f"scans {first} to {last} were not matched, the first since "
+                f"{self.records[first].reason:.99}: their motion is the prior's, or none"
+                for first, last in _runs([not each for each in matched], BLIND)
+            ]
+        found += [
+            f"scans {first} to {last} were all matched against the prior: either the wheels "
+            f"failed there, or something that moves was taken for the room"
+            for first, last in _runs([record.against_prior for record in steps], AGAINST)
+        ]
         return tuple(found)
 
     def __repr__(self) -> str:
@@ -238,15 +239,19 @@ def estimate_odometry(
     return result
 
 
+def _runs(odd: Iterable[bool], least: int) -> Iterable[tuple[int, int]]:
+    """First and last scan of each run of odd steps, of at least so many; step k ends in scan k."""
+    for is_odd, run in groupby(enumerate(odd, 1), lambda each: each[1]):
+        scans = [k for k, _ in run]
+        if is_odd and len(scans) >= least:
+            yield scans[0], scans[-1]
+
+
 def _as_increments(priors: ArrayLike, scan_count: int) -> FloatArray:
-    rows = as_rows(priors, "priors", gaps=True)
+    rows = as_poses(priors, "priors", gaps=True)
     if len(rows) not in (scan_count, scan_count - 1):
         raise InvalidPointsError(
             f"`priors` must have shape ({scan_count}, 3), a pose a scan, or "
             f"({scan_count - 1}, 3), an increment a step, got {np.shape(priors)}"
         )
-    if len(rows) < scan_count:
-        return rows
-    T, told = from_xytheta(np.nan_to_num(rows)), np.isfinite(rows)
-    steps = to_xytheta(relative(T[:-1], T[1:]))
-    return np.where(told[:-1] & told[1:], steps, np.nan)
+    return rows if len(rows) < scan_count else increments_between(rows)

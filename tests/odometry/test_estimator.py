@@ -1,6 +1,7 @@
 """Odometry over a run: streaming and whole logs, priors, and scans that are lost."""
 
 import math
+import warnings
 from dataclasses import fields, replace
 
 import numpy as np
@@ -115,8 +116,22 @@ def test_wheels_that_are_contradicted_for_long_and_units_that_fit_nothing_are_re
     with pytest.warns(UserWarning, match="scans 4 to .* were all matched against the prior"):
         estimate_odometry(SCANS, lie)
     millimetres = [1e3 * scan.points for scan in SCANS]
-    with pytest.warns(UserWarning, match="of 11 steps did not match; are ranges in metres"):
+    with pytest.warns(UserWarning, match="of 11 steps did not match; are ranges and wheels in m"):
         estimate_odometry(millimetres, PRIORS)
+
+
+@pytest.mark.parametrize("priors", [True, False])
+def test_a_scanner_that_is_blocked_for_long_is_a_remark(priors):
+    path = integrate([STEP] * 30, start=[-0.5, -0.3, 0.2])
+    scans = scan_along(room(), path, Lidar(beam_count=181), rng=5)
+    for blocked in (9, 10, 14):
+        seen = [EMPTY if 8 <= k < 8 + blocked else scan for k, scan in enumerate(scans)]
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            estimate_odometry(seen, increments_between(path) if priors else None)
+        remarks = [str(each.message) for each in told]
+        last = f"scans 8 to {7 + blocked} were not matched, the first since the newer scan has few"
+        assert [each.startswith(last) for each in remarks] == [True] * (blocked >= 10), remarks
 
 
 @pytest.mark.parametrize("start", [(5.0, -2.0, 3.0), from_xytheta([5.0, -2.0, 3.0])])
