@@ -200,8 +200,7 @@ def search_around(
         for line in range(low, high + 1):
             first = grid.start[line * grid.columns + left]
             for k in range(first, grid.start[line * grid.columns + right + 1]):
-                dx, dy = x - grid.entries[k, 0], y - grid.entries[k, 1]
-                square = dx * dx + dy * dy
+                square = squared(x, y, grid.entries, k)
                 if square <= third:
                     row = grid.rows[k]
                     if square < least or (square == least and row < a):
@@ -217,21 +216,21 @@ def search_around(
 
 @compiled
 def neighbors_of(
-    x: float, y: float, grid: Grid, reach: float, rows: IntArray, squares: FloatArray
+    x: float, y: float, grid: Grid, reach: float, radius: float, rows: IntArray, squares: FloatArray
 ) -> int:
     """Find the target points nearest to (x, y) within `reach` [m], and return how many.
 
     As many as `rows` takes, in ascending order; `squares` takes their squared distances [m²].
+    The search begins with a circle of this `radius` [m], or of a cell's side where that is more.
     """
-    size, radius = len(rows), min(reach, 1.0 / grid.per_metre)
+    size, radius = len(rows), min(reach, max(radius, 1.0 / grid.per_metre))
     while True:
         found, most = 0, radius * radius
         left, right, low, high, _ = cells_around(x, y, radius, grid)
         for line in range(low, high + 1):
             first = grid.start[line * grid.columns + left]
             for k in range(first, grid.start[line * grid.columns + right + 1]):
-                dx, dy, row = x - grid.entries[k, 0], y - grid.entries[k, 1], grid.rows[k]
-                square = dx * dx + dy * dy
+                square, row = squared(x, y, grid.entries, k), grid.rows[k]
                 if square > most or (found == size and square == most and row > rows[-1]):
                     continue
                 found = min(found + 1, size)

@@ -24,6 +24,7 @@ from labkit.support.compiled import compiled
 HALF_WIDTH = 0.25  # [m]: how far a window along the sweep reaches to either side
 HALF_BEAMS = 3  # and at the least this many beams
 NEIGHBORS = 7  # neighbours looked at in space, the point itself included
+WIDER = 1.3  # a search begins with a circle so much wider than that of the point before
 REACH = 0.5  # [m]: neighbours farther than this are not on the same surface
 GAP_RATIO = 4.0  # a step this much longer than its shorter neighbour leaves the surface
 GAP_FLOOR = 0.05  # [m]: a step this short never does
@@ -78,10 +79,11 @@ def normals_along_sweep(points: FloatArray) -> FloatArray:
 def normals_in_space(grid: Grid) -> FloatArray:
     """Normals from the nearest `NEIGHBORS` within `REACH` of each point, shape (N, 2)."""
     points, normals = grid.points, np.empty(grid.points.shape)
-    rows, squares = np.empty(NEIGHBORS, np.intp), np.empty(NEIGHBORS)
-    for i in range(len(points)):
+    rows, squares, radius = np.empty(NEIGHBORS, np.intp), np.empty(NEIGHBORS), 0.0
+    for i in grid.rows:  # cell by cell: the point before lies near
         x, y, sums = points[i, 0], points[i, 1], NOTHING
-        found = neighbors_of(x, y, grid, REACH, rows, squares)
+        found = neighbors_of(x, y, grid, REACH, radius, rows, squares)
+        radius = WIDER * math.sqrt(squares[-1]) if found == NEIGHBORS else REACH
         for row in rows[:found]:
             sums = add_point(sums, points[row, 0] - x, points[row, 1] - y)
         normals[i, 0], normals[i, 1] = normal_of(sums, found, 0.0, (x, y))

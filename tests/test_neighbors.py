@@ -59,11 +59,11 @@ def test_what_a_search_knows_of_other_places_changes_no_answer(points, target, r
         assert np.isposinf(distance[~there]).all()
 
 
-@given(scenes, st.sampled_from([0.1, 0.5, 1e4]))
-def test_the_nearest_few_are_found_in_order(target, reach):
+@given(scenes, st.sampled_from([0.1, 0.5, 1e4]), st.floats(0.0, 1e3))
+def test_the_nearest_few_are_found_in_order(target, reach, radius):
     grid, rows, squares = NearestNeighbors(target).grid, np.empty(7, np.intp), np.empty(7)
     for x, y in target[:10] + 0.01:
-        found = neighbors_of(x, y, grid, reach, rows, squares)
+        found = neighbors_of(x, y, grid, reach, radius, rows, squares)
         every = table(np.array([[x, y]]), target)[0]
         order = np.lexsort([np.arange(len(target)), every])
         expected = [k for k in order if every[k] <= reach**2][:7]
