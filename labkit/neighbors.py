@@ -158,7 +158,7 @@ def nearest(
 
     .. [1] Greenspan, Godin, "A nearest neighbor method for efficient ICP", 3DIM 2001.
     """
-    index, distance = np.full(len(points), -1), np.full(len(points), np.inf)
+    index, distance = np.empty(len(points), np.intp), np.empty(len(points))
     before = 0  # the partner of the point before
     for i in range(len(points)):
         x, y = points[i, 0], points[i, 1]
@@ -173,8 +173,8 @@ def nearest(
             known.rows[i, 0], known.rows[i, 1] = row, other
             known.places[i, 0], known.places[i, 1] = x, y
         before = row
-        if square <= reach * reach:
-            index[i], distance[i] = row, math.sqrt(square)
+        within = square <= reach * reach
+        index[i], distance[i] = (row, math.sqrt(square)) if within else (-1, math.inf)
     return index, distance
 
 

@@ -5,15 +5,13 @@ all code stands in one folder of the user's cache, named by a hash of all files 
 """
 
 import functools
-import hashlib
-import io
 import logging
 import os
+import pickle
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -58,10 +56,9 @@ def cache_folder() -> Path | None:
 
 def fingerprint() -> str:
     """A hash of all files that hold stages, and of the versions of numba and Python."""
-    seen = hashlib.sha256(f"{numba.__version__} {sys.version_info[:3]}".encode())
-    for source in map(Path.read_bytes, sorted(PACKAGE.rglob("*.py"))):
-        seen.update(source if b"\n@compiled" in source else b"")
-    return seen.hexdigest()[:16]
+    sources = map(Path.read_bytes, sorted(PACKAGE.rglob("*.py")))
+    seen = b"".join(source for source in sources if b"\n@compiled" in source)
+    return sha256(seen + f"{numba.__version__} {sys.version_info[:3]}".encode()).hexdigest()[:16]
 
 
 class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]
@@ -70,17 +67,16 @@ class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]
     def load(self, key: Any) -> Any:
         index = Path(self._index_path)
         for file in index.parent.glob(f"{index.stem}*.nb[ic]"):
-            content = file.read_bytes()
-            if content[-32:] != hashlib.sha256(content[:-32]).digest():
+            content = file.read_bytes().removeprefix(pickle.dumps(self._version, -1))
+            if content[-32:] != sha256(content[:-32]).digest():
                 file.unlink(missing_ok=True)  # numba compiles anew
         return super().load(key)
 
-    @contextmanager
-    def _open_for_write(self, filepath: str) -> Iterator[io.BytesIO]:
-        content = io.BytesIO()
-        yield content
+    def save(self, key: Any, data: Any) -> None:
         try:
-            with super()._open_for_write(filepath) as file:
-                file.write(content.getvalue() + hashlib.sha256(content.getvalue()).digest())
+            super().save(key, data)
         except OSError as error:  # a full disk
             tell("the compiled matcher cannot be kept: %s", error.strerror)
+
+    def _dump(self, content: Any) -> Any:
+        return (dumped := super()._dump(content)) + sha256(dumped).digest()

@@ -47,7 +47,6 @@ def compiled(function: F, check: Callable[..., tuple[Any, ...]] | None = None) -
     return stage  # type: ignore[no-any-return]
 
 
-@functools.cache
 def _in_python(function: Any) -> Any:
     """The same function; the stages that it calls check nothing."""
     names = dict(function.__globals__)
@@ -66,10 +65,8 @@ def load_numba() -> Any:
     except ImportError as error:
         logging.getLogger("labkit").warning("Python runs the matcher, slowly: %s", error)
         return None
-    if numba.config.DISABLE_JIT:  # a student steps through the stages
-        return None
     dispatcher = numba.types.Dispatcher
     typeof_impl.register(
         FunctionType, lambda one, _: dispatcher(one.inner()) if hasattr(one, "inner") else None
     )
-    return numba
+    return None if numba.config.DISABLE_JIT else numba  # a student steps through the stages

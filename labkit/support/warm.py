@@ -9,8 +9,7 @@ from labkit.odometry import estimate_odometry
 
 def warm() -> None:
     """Call every stage that Python calls, on a room of a few points."""
-    angles = np.linspace(-2.0, 2.0, 90)
-    room = Scan.from_ranges(2.0 / np.maximum(abs(np.cos(angles)), abs(np.sin(angles))), angles)
+    room = Scan.from_ranges(2.0 + np.cos(angles := np.linspace(-2.0, 2.0, 90)), angles)
     p, ones = room.points, np.ones(len(room))
     for scan in (room, p):
         for metric in ("point_to_point", "point_to_line"):
