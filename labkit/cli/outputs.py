@@ -12,24 +12,16 @@ from labkit.odometry import OdometryResult, StepRecord
 from labkit.support.arrays import FloatArray
 from labkit.support.files import atomic_write
 
-OF_A_MATCH = {  # columns by fields of the record, empty without a match
-    "inliers": "inlier_count",
-    "inlier_ratio": "inlier_ratio",
-    "rmse_m": "rmse",
-    "agreement": "agreement",
-    "seen_through": "seen_through",
-    "margin": "margin",
-    "ambiguous": "ambiguous",
-    "against_prior": "against_prior",
-    "rotation_rad": "rotation",
-    "information": "information",
-    "degenerate": "degenerate",
-    "iterations": "iterations",
-}
 COLUMNS = (
     *("scan", "stamp", "decision", "doubtful", "dx_m", "dy_m", "dtheta_rad"),
     *("cov_xx", "cov_xy", "cov_xt", "cov_yy", "cov_yt", "cov_tt"),  # [m², m rad, rad²]
-    *(*OF_A_MATCH, "termination", "reason"),
+    *("inliers", "inlier_ratio", "rmse_m", "agreement", "seen_through", "margin", "ambiguous"),
+    *("against_prior", "rotation_rad", "information", "degenerate", "iterations"),
+    *("termination", "reason"),
+)
+OF_A_MATCH = (  # fields of the record, empty without a match
+    *("inlier_count", "inlier_ratio", "rmse", "agreement", "seen_through", "margin", "ambiguous"),
+    *("against_prior", "rotation", "information", "degenerate", "iterations"),
 )
 
 
@@ -68,7 +60,7 @@ def _stamps(log: Log) -> FloatArray:
 
 def _cells(record: StepRecord) -> list[str]:
     ending = record.termination
-    told = (getattr(record, name) for name in OF_A_MATCH.values())
+    told = (getattr(record, name) for name in OF_A_MATCH)
     return [
         record.decision.value,
         _number(record.is_doubtful),

@@ -22,7 +22,6 @@ IntArray = NDArray[np.intp]
 Values = TypeVar("Values", bound=NDArray[Any])
 EPSILON = 2.0**-52  # the spacing of doubles at 1
 FARTHEST = 1e9  # [m]: no robot drives or sees farther, so a number beyond it is damaged
-MOST_TILT = 1e-3  # of a motion that counts as planar [rad]
 LARGEST = 1e12  # [m]: beyond it the squares of coordinates hold no centimetre
 
 
@@ -125,13 +124,9 @@ def as_poses(poses: ArrayLike, name: str, minimum: int = 1, *, gaps: bool = Fals
     hint = "give rows x [m], y [m], theta [rad], `result.poses` of a run"
     given = as_floats(poses, name, hint)
     if given.ndim == 3 and given.shape[1:] == (4, 4):
-        tilt = given[:, [0, 1, 2, 2, 2], [2, 2, 0, 1, 2]] - [0.0, 0.0, 0.0, 0.0, 1.0]
-        for k in np.flatnonzero((np.abs(tilt) > MOST_TILT).any(axis=1)):
-            raise InvalidPointsError(
-                f"`{name}` must be planar motions, which turn about z alone, got "
-                f"{given[k].tolist()}; drop roll and pitch first"
-            )
-        given = given[:, [0, 1, 3]][:, :, [0, 1, 3]]
+        given = as_transforms(
+            given[:, [0, 1, 3]][:, :, [0, 1, 3]], name, "drop roll and pitch first"
+        )
     if given.ndim == 3 and given.shape[1:] == (3, 3):
         T = as_transforms(given, name)
         theta = np.arctan2(T[:, 1, 0], T[:, 0, 0])
@@ -225,12 +220,13 @@ def as_transform(T: ArrayLike, name: str) -> FloatArray:
     return checked
 
 
-def as_transforms(T: ArrayLike, name: str) -> FloatArray:
+def as_transforms(
+    T: ArrayLike, name: str, build: str = "build one with `labkit.transform(x, y, theta)`"
+) -> FloatArray:
     """Check rigid transforms (..., 3, 3): proper rotations, finite, last rows 0 0 1.
 
     The NaN of a match that failed, or of its inverse, passes and stays NaN.
     """
-    build = "build one with `labkit.transform(x, y, theta)`"
     checked = as_floats(T, name, f"give `result.T_target_source` of a match, or {build}")
     if checked.shape[-2:] != (3, 3):
         if checked.shape[-1:] == (3,):
