@@ -182,10 +182,8 @@ def _with_wheels(log: Log, args: argparse.Namespace) -> Log:
             f"{log.name} holds no times, which `--odometry` "
             f"needs; give its table a column `stamp` in seconds"
         )
-    try:
-        track, gaps = scanner_track(log.scans, *read_tum(args.odometry), args.laser_offset)
-    except InvalidPointsError as error:
-        raise InvalidPointsError(f"{args.odometry}: {error}") from None
+    file = args.odometry
+    track, gaps = scanner_track(log.scans, file, *read_tum(file), args.laser_offset)
     return replace(log, odometry=track, remarks=(*log.remarks, *gaps, *odd_steps(track, log.scans)))
 
 

@@ -19,7 +19,7 @@ from labkit.logs.sweeps import Sweep
 from labkit.logs.trajectories import planar_heading, scanner_track
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
-from labkit.support.errors import InvalidPointsError, LabkitError, LogError
+from labkit.support.errors import LabkitError, LogError
 from labkit.support.extras import need
 
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
@@ -54,10 +54,7 @@ def read_bag(
             return sweeps, None
         track = _track(bag, wheel, report)
     scans = [sweep.scan for sweep in sweeps]
-    try:
-        odometry, gaps = scanner_track(scans, track[:, 0], track[:, 1:], laser_offset)
-    except InvalidPointsError as error:
-        raise LogError(f"{report.file}: {error}") from None
+    odometry, gaps = scanner_track(scans, report.file, track[:, 0], track[:, 1:], laser_offset)
     report.remarks.extend(gaps)
     return sweeps, odometry
 

@@ -139,13 +139,16 @@ def interpolate_poses(stamps: ArrayLike, times: ArrayLike, poses: ArrayLike) -> 
 
 
 def scanner_track(
-    scans: Sequence[Scan], times: FloatArray, poses: FloatArray, laser_offset: ArrayLike
+    scans: Sequence[Scan], file: str, times: FloatArray, poses: FloatArray, offset: ArrayLike
 ) -> tuple[FloatArray, list[str]]:
-    """Poses of the scanner at its scans by the trajectory of its robot, and a remark on gaps."""
+    """Poses of the scanner at its scans by the robot's trajectory in a file, a remark on gaps."""
     stamps = np.array([scan.stamp for scan in scans])
-    track = interpolate_poses(stamps, times, poses)
+    try:
+        track = interpolate_poses(stamps, times, poses)
+    except InvalidPointsError as error:
+        raise LogError(f"{file}: {error}") from None
     told = np.isfinite(track[:, 0])
-    track[told] = scanner_poses(track[told], laser_offset)
+    track[told] = scanner_poses(track[told], offset)
     if told.all():
         return track, []
     return track, [
