@@ -9,6 +9,7 @@ from labkit.icp import icp
 from labkit.se2 import to_xytheta
 from labkit.simulation import lesson_experiment
 from labkit.support.arrays import FloatArray
+from labkit.support.interrupts import loading
 
 DESCRIPTION = """\
 Match two simulated scans of an L-shaped corner with scattered points: 600 world points,
@@ -24,7 +25,8 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the experiment and print its result."""
     experiment = lesson_experiment()
-    result = icp(experiment.source, experiment.target, experiment.T_init)
+    with loading():  # it compiles
+        result = icp(experiment.source, experiment.target, experiment.T_init)
     print(f"truth       {pose_text(experiment.T_target_source)}")
     print(f"guess       {pose_text(experiment.T_init)}")
     print(f"estimate    {pose_text(result.T_target_source)}")

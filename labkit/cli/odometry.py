@@ -32,6 +32,7 @@ from labkit.simulation import WheelNoise, wheel_increments
 from labkit.support.arrays import FloatArray, check_count
 from labkit.support.errors import InvalidPointsError, WriteError
 from labkit.support.files import refuse_unwritable
+from labkit.support.interrupts import loading
 from labkit.support.warm import warm
 
 DESCRIPTION = """\
@@ -129,7 +130,8 @@ def run(args: argparse.Namespace) -> int:
     prior, source = (None, "the last motion") if args.prior == "none" else choose_prior(log)
     print(f"{log.name}: {len(log)} scans, prior: {source}")
     start = np.zeros(3) if log.reference is None else log.reference[0]
-    warm()  # compiling is no time of a step
+    with loading():
+        warm()  # compiling is no time of a step
     began = time.perf_counter()
     progress = partial(tqdm, unit="scan", desc="matching", disable=None)
     with warnings.catch_warnings(action="ignore"):  # the remarks are told below

@@ -1,4 +1,7 @@
-"""Ctrl-C while the command ``labkit`` loads: one line and status 130, and no traceback."""
+"""Ctrl-C while the command ``labkit`` loads: one line and status 130, and no traceback.
+
+What numba loads calls Python back, and an exception there is lost: only a handler ends the process.
+"""
 
 import os
 import signal
