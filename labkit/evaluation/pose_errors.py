@@ -74,10 +74,6 @@ class PoseErrors:
         """Statistics of the rotation errors [rad]."""
         return ErrorSummary.of(self.rotation_errors)
 
-    def __len__(self) -> int:
-        """Number of poses or pairs."""
-        return len(self.translation_errors)
-
 
 def pose_differences(T_true: FloatArray, T_estimated: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Lengths [m] and angles [rad], (N,), of ``invert(T_true) @ T_estimated``, (N, 3, 3)."""
