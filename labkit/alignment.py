@@ -60,8 +60,8 @@ def align(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None
     [[0.0, -1.0, 2.0], [1.0, 0.0, 3.0], [0.0, 0.0, 1.0]]
     """
     p, q, w = as_pairs(source, target, weights)
-    T, solved = closed_form(p, q, w)
-    _require(solved, p, q, w)
+    T = closed_form(p, q, w)
+    _require(T, p, q, w)
     return T
 
 
@@ -73,7 +73,7 @@ def align_svd(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = 
     reflection, which no robot can drive.
     """
     p, q, w = as_pairs(source, target, weights)
-    _require(closed_form(p, q, w)[1], p, q, w)
+    _require(closed_form(p, q, w), p, q, w)
     p, q, w = p[w > 0.0], q[w > 0.0], w[w > 0.0]
     p_mean, q_mean = w @ p / w.sum(), w @ q / w.sum()  # (2.2)
     H = (w[:, None] * (p - p_mean)).T @ (q - q_mean)  # (2.4)
@@ -86,8 +86,8 @@ def align_svd(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = 
 
 
 @compiled
-def closed_form(p: FloatArray, q: FloatArray, w: FloatArray) -> tuple[FloatArray, bool]:
-    """Align pairs p, q (N, 2) [m] of weight w (N,): T, and whether it is the only answer.
+def closed_form(p: FloatArray, q: FloatArray, w: FloatArray) -> FloatArray:
+    """Align pairs p, q (N, 2) [m] of weight w (N,): T, (3, 3); NaN where others fit as well.
 
     Pairs of weight 0 say nothing, wherever they lie.
     """
@@ -103,16 +103,16 @@ def closed_form(p: FloatArray, q: FloatArray, w: FloatArray) -> tuple[FloatArray
             q_spread, q_arm = q_spread + w[i] * (u * u + v * v), max(q_arm, abs(u), abs(v))
             p_far = max(p_far, abs(p[i, 0]), abs(p[i, 1]))
             q_far = max(q_far, abs(q[i, 0]), abs(q[i, 1]))
-    theta = math.atan2(b, a)  # (2.7)
-    T = turn_about(p_mean, theta, q_mean[0] - p_mean[0], q_mean[1] - p_mean[1])  # (2.3)
-    total = w.sum()
-    if not total > 0.0:
-        return T, False
-    p_spread, q_spread = math.sqrt(p_spread / total), math.sqrt(q_spread / total)
-    p_apart = p_spread > max(64.0 * EPSILON * p_far, RELATIVE_RESOLUTION * p_arm)
-    q_apart = q_spread > max(64.0 * EPSILON * q_far, RELATIVE_RESOLUTION * q_arm)
-    height = math.hypot(a, b)  # of the cosine that θ maximises; 0 if every rotation fits
-    return T, p_apart and q_apart and height > RELATIVE_RESOLUTION * total * p_spread * q_spread
+    total, solved = w.sum(), False
+    if total > 0.0:
+        p_spread, q_spread = math.sqrt(p_spread / total), math.sqrt(q_spread / total)
+        p_apart = p_spread > max(64.0 * EPSILON * p_far, RELATIVE_RESOLUTION * p_arm)
+        q_apart = q_spread > max(64.0 * EPSILON * q_far, RELATIVE_RESOLUTION * q_arm)
+        height = math.hypot(a, b)  # of the cosine that θ maximises; 0 if every rotation fits
+        high = height > RELATIVE_RESOLUTION * total * p_spread * q_spread
+        solved = p_apart and q_apart and high
+    theta = math.atan2(b, a) if solved else math.nan  # (2.7)
+    return turn_about(p_mean, theta, q_mean[0] - p_mean[0], q_mean[1] - p_mean[1])  # (2.3)
 
 
 @compiled
@@ -135,8 +135,8 @@ def turn_about(center: tuple[float, float], theta: float, dx: float, dy: float) 
     )
 
 
-def _require(solved: bool, p: FloatArray, q: FloatArray, w: FloatArray) -> None:
-    if solved:
+def _require(T: FloatArray, p: FloatArray, q: FloatArray, w: FloatArray) -> None:
+    if not math.isnan(T[0, 0]):
         return
     reason = f"every rotation fits these {len(w)} pairs equally well; is the target a mirror image?"
     for name, points in {"source": p[w > 0.0], "target": q[w > 0.0]}.items():

@@ -15,7 +15,7 @@ from labkit.correspondences import (
     cost,
     reject_and_weigh,
 )
-from labkit.line_alignment import line_step
+from labkit.line_alignment import align_to_lines
 from labkit.neighbors import Grid, nothing_known
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination, step_length
@@ -127,14 +127,14 @@ def minimise(
 ) -> tuple[FloatArray, Termination | None]:
     """(F) The step dT, (3, 3), that best moves the kept pairs together; an ending if none does."""
     if len(pairs.normals) > 0:
-        dT, solved = line_step(
+        dT = align_to_lines(
             pairs.source, pairs.target, pairs.normals, pairs.weights, pairs.point_share
         )
     else:
-        dT, solved = closed_form(pairs.source, pairs.target, pairs.weights)
+        dT = closed_form(pairs.source, pairs.target, pairs.weights)
     if step_fraction < 1.0:
         dT = shorten(dT, pairs, step_fraction)
-    return dT, None if solved else Termination.DEGENERATE
+    return dT, Termination.DEGENERATE if math.isnan(dT[0, 0]) else None
 
 
 @compiled

@@ -26,12 +26,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.alignment import centroid, turn_about
-from labkit.support.arrays import EPSILON, FloatArray, as_pairs, as_points
+from labkit.support.arrays import EPSILON, FloatArray, as_finite, as_floats, as_pairs, check_range
 from labkit.support.compiled import compiled
 from labkit.support.errors import DegenerateAlignmentError
 
@@ -82,33 +84,43 @@ def line_information(
     noise averages out of J'ᵀWJ. Raises as `align_to_lines` does.
     """
     p, n, w = as_pairs(points, normals, weights)
-    other = n if other_normals is None else as_points(other_normals, "other_normals")
+    other = n if other_normals is None else _as_normals(other_normals, "other_normals", len(p))
     center, length = _center_and_length(p, w)
     values, vectors = np.linalg.eigh(information_matrix(p, n, other, w, center, length))
     return Information(center=np.array(center), length=length, values=values, vectors=vectors)
 
 
+def _lined(
+    source: ArrayLike, target: ArrayLike, normals: ArrayLike, weights: ArrayLike, share: float = 0.0
+) -> tuple[Any, ...]:
+    p, q, w = as_pairs(source, target, weights)
+    _center_and_length(p, w)
+    check_range(share, "share", at_least=0.0, at_most=1.0)
+    return p, q, _as_normals(normals, "normals", len(p)), w, float(share)
+
+
+def _as_normals(normals: ArrayLike, name: str, count: int) -> FloatArray:
+    return as_finite(as_floats(normals, name, "give a unit vector per point", (count, 2)), name)
+
+
+@partial(compiled, check=_lined)
 def align_to_lines(
-    source: ArrayLike, target: ArrayLike, normals: ArrayLike, weights: ArrayLike
+    source: FloatArray,
+    target: FloatArray,
+    normals: FloatArray,
+    weights: FloatArray,
+    share: float = 0.0,
 ) -> FloatArray:
     """One Gauss-Newton step (3, 3) of the point-to-line metric: none in free directions.
 
-    Matched points [m] and unit normals of the target's surface, shape (N, 2), of weights ≥ 0.
-    Raises `DegenerateAlignmentError` where no pair has weight, or all of them coincide.
+    Matched points [m] and unit normals of the target's surface, shape (N, 2), of weights ≥ 0,
+    and the share τ. Raises `DegenerateAlignmentError` where no pair has weight, or all of them
+    coincide; in the loop the step is NaN there.
     """
-    p, q, w = as_pairs(source, target, weights)
-    _center_and_length(p, w)
-    return line_step(p, q, as_points(normals, "normals"), w, 0.0)[0]
-
-
-@compiled
-def line_step(
-    p: FloatArray, q: FloatArray, n: FloatArray, w: FloatArray, share: float
-) -> tuple[FloatArray, bool]:
-    """Step dT of pairs p, q with normals n (N, 2) and weights w (N,), and whether there is one."""
+    p, q, n, w = source, target, normals, weights
     c, length = center_and_length(p, w)
     if not length > 0.0:
-        return turn_about(c, 0.0, 0.0, 0.0), False
+        return turn_about(c, math.nan, math.nan, math.nan)
     total, A, g = w.sum(), np.zeros((3, 3)), np.zeros(3)
     for i in range(len(p)):
         if w[i] > 0.0:
@@ -124,7 +136,7 @@ def line_step(
     for k in range(3):
         A[k, k] += share * total
     x = solve_constrained(A, g, total * least_information(share))
-    return turn_about(c, x[2] / length, x[0], x[1]), True
+    return turn_about(c, x[2] / length, x[0], x[1])
 
 
 @compiled

@@ -6,6 +6,7 @@ many times; buys that the page's figures are those of a program that runs.
 """
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -15,6 +16,7 @@ import pytest
 pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[1]
 BENCH, BOOK = ROOT / "tests" / "bench", ROOT / "book"
+NIGHTLY = ROOT / ".github/workflows/nightly.yml"
 
 
 def python(*arguments):
@@ -25,11 +27,14 @@ def python(*arguments):
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """A run of two pairs, as JSON, and what it printed."""
+    """A run of two pairs, with the options of every night, as JSON, and what it printed."""
+    (nightly,) = re.findall('BENCH_OPTIONS="(.*)"', NIGHTLY.read_text())
     file = tmp_path_factory.mktemp("bench") / "results.json"
     parts = ("--sets", "rays-180", "--no-basin", "--no-growth")
     names = ("--matchers", "labkit", "lesson")
-    done = python(BENCH / "run.py", "--quick", "--pairs", 2, *parts, *names, "--out", file)
+    done = python(
+        BENCH / "run.py", *nightly.split(), "--quick", "--pairs", 2, *parts, *names, "--out", file
+    )
     assert done.returncode == 0, done.stderr
     return file, done.stdout
 

@@ -12,7 +12,6 @@ from labkit.line_alignment import (
     align_to_lines,
     least_information,
     line_information,
-    line_step,
     solve_constrained,
 )
 from labkit.se2 import apply, invert, rotation, to_xytheta, transform
@@ -70,7 +69,7 @@ def test_a_single_wall_fixes_depth_and_turn_and_leaves_the_slide_at_rest(directi
     along = rotation(direction)[:, 1]
     source = target + 0.05 * normals + 0.02 * along  # too near by 5 cm
     for share in (0.0, 0.2):  # residuals along the wall say how the beams fell
-        step, _ = line_step(source, target, np.array(normals), weights, share)
+        step = align_to_lines(source, target, np.array(normals), weights, share)
         np.testing.assert_allclose(step, transform(*(-0.05 * normals[0]), 0.0), atol=1e-13)
     information = line_information(source, normals, weights)
     assert information.degenerate
@@ -100,7 +99,7 @@ def test_a_share_minimises_the_sum_of_both_costs(seed, share):
         right.append(-root * (along * offset).sum(axis=1))
     dx, dy, turn = np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0]
     center = weights @ source / weights.sum()
-    step, _ = line_step(source, target, normals, weights, share)
+    step = align_to_lines(source, target, normals, weights, share)
     assert to_xytheta(step)[2] == pytest.approx(turn, abs=1e-12)
     np.testing.assert_allclose(apply(step, center[None])[0] - center, [dx, dy], atol=1e-12)
 

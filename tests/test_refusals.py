@@ -12,6 +12,7 @@ from labkit.correspondences import distance_gate, huber_loss, huber_weights, ove
 from labkit.covariance import censi_covariance, fuse
 from labkit.degeneracy import spread_ratio
 from labkit.filters import Preprocessing, range_band, remove_isolated, voxel_downsample
+from labkit.line_alignment import align_to_lines, line_information
 from labkit.neighbors import NearestNeighbors
 from labkit.support.errors import (
     DegenerateAlignmentError,
@@ -22,6 +23,7 @@ from labkit.support.errors import (
 NAN, INF = math.nan, math.inf
 POINTS = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [4.0, 1.0]])
 SPARSE = 3.0 * np.stack(np.meshgrid(np.arange(1.0, 6), np.arange(4.0)), axis=-1).reshape(-1, 2)
+ONES = np.ones(4)
 NORMALS = np.array([[0.0, -1.0], [NAN, NAN], [0.0, -1.0], [0.0, -2.0]])
 
 
@@ -48,6 +50,17 @@ def result(in_the_room):
         (NearestNeighbors(POINTS).query, (POINTS * NAN,), "`points` must be finite, .* at index 0"),
         (Target, (POINTS, NORMALS), "`normals` must be unit vectors, .* at index 3"),
         (Target, (POINTS, NORMALS[:2]), r"`normals` must have shape \(4, 2\), got"),
+        (
+            align_to_lines,
+            (POINTS, POINTS, NORMALS[:2], ONES),
+            r"`normals` must have shape \(4, 2\)",
+        ),
+        (
+            align_to_lines,
+            (POINTS, POINTS, NORMALS, ONES),
+            "`normals` must be finite, .* at index 1",
+        ),
+        (line_information, (POINTS, POINTS, None, NORMALS[:2]), "`other_normals` must have shape"),
         (Target, (POINTS * NAN,), r"`target` must be finite, got \[nan, nan\]"),
         (
             align,
