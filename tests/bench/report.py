@@ -54,7 +54,8 @@ SETS = """\
 
 Times are in milliseconds per pair, errors of translation in millimetres, and errors of rotation
 in degrees. Each has its median and its 95th percentile. A match fails when it is off by more
-than 0.3 m or 5°. The parameters were chosen on other pairs than those reported here."""
+than 0.3 m or 5°. The parameters were chosen on other pairs than those reported here. `labkit`'s
+point-to-point ends where KISS-ICP, MRPT and small_gicp end: at a step below 1 mm and 1 mrad."""
 
 BASIN = """\
 ## Basin of convergence
@@ -74,7 +75,8 @@ GROWTH = """\
 the table below holds the numbers
 
 Median time per pair against the number of points, both on logarithmic axes. A matcher that needs
-more than three seconds per pair is not tried on larger scans.
+more than three seconds per pair is not tried on larger scans. With its history, `labkit` also tells
+the kept pairs of every iteration.
 ```"""
 
 SHUFFLED = """\
