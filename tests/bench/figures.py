@@ -20,20 +20,20 @@ STROKES = ("-", "--", "-.", ":")
 
 
 def matcher_styles(names: list[str]) -> dict[str, dict[str, Any]]:
-    """A mark and a stroke for each matcher; labkit's own are filled, the others are open."""
+    """A mark and a stroke for each matcher; labkit's own, its history aside, are filled."""
     peers = [name for name in names if not _own(name)]
     styles: dict[str, dict[str, Any]] = {}
     for name in names:
-        own = _own(name)
+        own, filled = _own(name), _own(name) and "history" not in name
         index = 0 if own else peers.index(name)
         color = (BLUE if "line" in name else BLACK) if own else GREY
         styles[name] = {
             "marker": ("o" if "line" in name else "s") if own else MARKS[index % len(MARKS)],
             "color": color,
-            "markerfacecolor": color if own else "white",
+            "markerfacecolor": color if filled else "white",
             "markeredgecolor": color if own else BLACK,
             "markersize": 8.0 if own else 6.5,
-            "linestyle": "-" if own else STROKES[1 + index % 3],
+            "linestyle": "-" if filled else STROKES[1 + index % 3],
             "linewidth": 2.0 if own else 0.9,
             "zorder": 3.0 if own else 2.0,
         }
