@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Iterable, Sized
 from dataclasses import dataclass, replace
 from itertools import chain, groupby, repeat
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,6 +30,18 @@ NOTHING = Scan(points=np.empty((0, 2)))
 AGAINST, BLIND = 3, 10  # matches against the prior, and steps without a match, in a row: odd
 RESTING = 0.02, math.radians(0.5)  # [m] and [rad]: wheels that tell less say that they stand
 SAME_VIEW = 0.9  # share of a scan that lies as it lay, where the robot does stand
+
+
+class _State(NamedTuple):
+    """What the estimator holds between two scans."""
+
+    pose: FloatArray
+    seen: LocalMap
+    taken: int = 0  # scans
+    lost: int = 0  # steps since the last one that was matched
+    before: Target | None = None  # the last scan
+    motions: tuple[FloatArray, ...] = ()  # that were matched, the newest first
+    last_motion: FloatArray = STILL
 
 
 class ScanMatchingOdometry:
@@ -55,24 +67,19 @@ class ScanMatchingOdometry:
     ) -> None:
         self.parameters = OdometryParameters() if parameters is None else parameters
         check_kind(self.parameters, "parameters", OdometryParameters)
-        self._pose = as_pose(start, "start")
-        self._count = 0  # scans taken
-        self._lost = 0  # steps since the last one that was matched
-        self._seen = LocalMap(last_scan=self.parameters.against == "scan")
-        self._before: Target | None = None
-        self._earlier_motions: deque[FloatArray] = deque(maxlen=REMEMBERED)  # the newest first
-        self._last_motion = STILL
+        seen = LocalMap(last_scan=self.parameters.against == "scan")
+        self._state = _State(pose=as_pose(start, "start"), seen=seen)
 
     def __repr__(self) -> str:
         """One line: the number of scans, and the pose."""
-        x, y, heading = self._pose.tolist()
+        x, y, heading = self._state.pose.tolist()
         pose = f"({x:.3f} m, {y:.3f} m, {heading:.3f} rad)"
-        return f"ScanMatchingOdometry({self._count} scans, pose {pose})"
+        return f"ScanMatchingOdometry({self._state.taken} scans, pose {pose})"
 
     @property
     def pose(self) -> FloatArray:
         """Pose (x, y, ψ) of the newest scan [m, m, rad], a copy."""
-        return self._pose.copy()
+        return self._state.pose.copy()
 
     def update(self, scan: Scan | ArrayLike, prior: ArrayLike | None = None) -> StepRecord:
         """Take the next scan and move the pose.
@@ -84,26 +91,28 @@ class ScanMatchingOdometry:
         prior : array_like, shape (3,) or a transform, optional
             The increment (Δx, Δy, Δψ) that wheels or an IMU report; NaN stands for none.
         """
-        filtered = self._filtered(scan)
-        expected = None
+        was, filtered, expected = self._state, self._filtered(scan), None
         if prior is not None:
             expected = as_pose(prior, "prior", gaps=True)
             if np.isnan(expected[0]) or self._denies(filtered, expected):
                 expected = None
         record = StepRecord(increment=STILL, decision=Decision.START)
-        if self._count > 0:
+        if was.taken > 0:
             record = self._step(filtered, expected)
+        matched, moved = record.decision.matched, record.increment
+        told = expected if self.parameters.search else None
         # A motion is held once: nobody saw it, so it is no ground for holding it again.
         held = record.decision in (Decision.HOLD, Decision.STAND)
-        self._lost = 0 if record.decision.matched else self._lost + 1
-        self._last_motion = STILL if held else record.increment
-        if record.decision.matched and not record.degenerate:
-            self._earlier_motions.appendleft(record.increment)
-        told = expected if self.parameters.search else None
-        self._seen.add(filtered, record.increment, told, matched=record.decision.matched)
-        self._before = Target(filtered) if len(filtered) else None
-        self._count += 1
-        self._pose = integrate_step(self._pose, record.increment)
+        sure = (moved,) if matched and not record.degenerate else ()
+        self._state = _State(  # all at once: an interrupt leaves the state before
+            pose=integrate_step(was.pose, moved),
+            seen=was.seen.moved(filtered, moved, told, matched=matched),
+            taken=was.taken + 1,
+            lost=0 if matched else was.lost + 1,
+            before=Target(filtered) if len(filtered) else None,
+            motions=(*sure, *was.motions)[:REMEMBERED],
+            last_motion=STILL if held else moved,
+        )
         return record
 
     def _filtered(self, scan: Scan | ArrayLike) -> Scan:
@@ -113,30 +122,28 @@ class ScanMatchingOdometry:
         try:
             return self.parameters.preprocessing(scan)
         except InvalidPointsError as error:
-            raise InvalidPointsError(f"scan {self._count}: {error}") from None
+            raise InvalidPointsError(f"scan {self._state.taken}: {error}") from None
 
     def _step(self, scan: Scan, expected: FloatArray | None) -> StepRecord:
         """The step to the newest scan; with the search, its limits follow the run.
 
         Steps that were lost widen them only where no wheels tell where these steps led.
         """
-        motions = np.array([self._last_motion, *self._earlier_motions])
-        parameters = self.parameters
+        was, parameters = self._state, self.parameters
+        motions = np.array([was.last_motion, *was.motions])
         if parameters.search:
-            lost = self._lost if expected is None else 0
-            parameters = replace(parameters, limits=grown(parameters.limits, motions, lost))
-        seen, told = self._seen, (expected, motions, parameters)
-        places = seen.T_target_last, seen.T_target_told
-        return estimate_step(scan, seen.target, *told, *places, seen.key)
+            limits = grown(parameters.limits, motions, was.lost if expected is None else 0)
+            parameters = replace(parameters, limits=limits)
+        return estimate_step(scan, was.seen, expected, motions, parameters)
 
     def _denies(self, scan: Scan, expected: FloatArray) -> bool:
         """True if the wheels stand, and the scan does not."""
         moved, turned = math.hypot(expected[0], expected[1]), abs(expected[2])
         if not self.parameters.search or moved > RESTING[0] or turned > RESTING[1]:
             return False
-        if self._before is None or len(scan) < MIN_PAIRS:
+        if self._state.before is None or len(scan) < MIN_PAIRS:
             return False
-        return bool(stands(scan, self._before).mean() < SAME_VIEW)
+        return bool(stands(scan, self._state.before).mean() < SAME_VIEW)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

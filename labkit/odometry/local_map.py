@@ -8,7 +8,7 @@ centimetre apart, a line through the mixture could have any direction.
 from __future__ import annotations
 
 import math
-from collections import deque
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,46 +23,44 @@ from labkit.target import Target
 KEY_SCANS = 30  # the map's memory, however long the robot drives
 KEY_DISTANCE, KEY_ROTATION = 0.3, math.radians(20.0)  # [m] and [rad] between two key scans
 MAP_CELL = 0.05  # [m]: a key scan keeps one point in each square of this size
+AT_TARGET = np.eye(3)
 
 
-class LocalMap:
+class LocalMap(NamedTuple):
     """The last key scans as one target, in the frame of the newest of them.
 
     With `last_scan`, the target is the last scan alone, and all of its points.
     `T_target_last` is the pose of the scan before, from which the next one starts.
     """
 
-    def __init__(self, *, last_scan: bool = False) -> None:
-        self.last_scan = last_scan
-        self.target: Target | None = None
-        self.key: Target | None = None  # the newest key scan, as it was taken
-        self.T_target_last = np.eye(3)
-        self.T_target_told = np.eye(3)  # the same by the priors alone
-        self._sizes: deque[int] = deque()  # points of each key scan, the oldest first
+    last_scan: bool = False
+    target: Target | None = None
+    key: Target | None = None  # the newest key scan, as it was taken
+    T_target_last: FloatArray = AT_TARGET
+    T_target_told: FloatArray = AT_TARGET  # the same by the priors alone
+    sizes: tuple[int, ...] = ()  # points of each key scan, the oldest first
 
-    def add(
+    def moved(
         self, scan: Scan, increment: FloatArray, prior: FloatArray | None, *, matched: bool
-    ) -> None:
-        """Take the newest scan, one `increment` (Δx, Δy, Δψ) on.
+    ) -> LocalMap:
+        """The map after the newest scan, one `increment` (Δx, Δy, Δψ) on.
 
         If a prior told the motion, what is carried along stays out of the map.
         """
-        told = increment if prior is None else prior
-        self.T_target_told = self.T_target_told @ from_xytheta(told)
-        self.T_target_last = self.T_target_last @ from_xytheta(increment)
-        moved, turned = step_length(np.eye(3), self.T_target_last)
+        T_last = self.T_target_last @ from_xytheta(increment)
+        T_told = self.T_target_told @ from_xytheta(increment if prior is None else prior)
+        here = self._replace(T_target_last=T_last, T_target_told=T_told)
+        moved, turned = step_length(AT_TARGET, T_last)
         is_near = moved <= KEY_DISTANCE and turned <= KEY_ROTATION
         if len(scan) < MIN_PAIRS or (self.target and matched and is_near and not self.last_scan):
-            return
+            return here
         key = fixed = Target(scan)
         if prior is not None and self.target and self.key:
-            still = stands(scan, self.key)
-            off = carried(scan, still, self.target, self.T_target_last)
+            off = carried(scan, stands(scan, self.key), self.target, T_last)
             fixed = Target(scan.select(~off)) if off.any() else key
-        self._take(fixed)
-        self.key = key
+        return here._with(fixed, key)
 
-    def _take(self, newest: Target) -> None:
+    def _with(self, newest: Target, key: Target) -> LocalMap:
         """Add a key scan: of each cell the first point, with its normal among all of the scan.
 
         The map moves into the frame of this scan, and loses the oldest one beyond `KEY_SCANS`.
@@ -71,13 +69,11 @@ class LocalMap:
         if not self.last_scan:
             cells = np.floor(newest.points / MAP_CELL) @ [1.0, 1j]
             kept = np.sort(np.unique(cells, return_index=True)[1])
-        points, normals = newest.points[kept], newest.normals[kept]
-        self._sizes.append(len(kept))
+        most = 1 if self.last_scan else KEY_SCANS
+        points, normals, sizes = newest.points[kept], newest.normals[kept], (*self.sizes, len(kept))
         if self.target:
-            most = 1 if self.last_scan else KEY_SCANS
-            surplus = self._sizes.popleft() if len(self._sizes) > most else 0
-            T = invert(self.T_target_last)
+            T, surplus = invert(self.T_target_last), sum(sizes[:-most])
             points = np.vstack([apply(T, self.target.points[surplus:]), points])
             normals = np.vstack([self.target.normals[surplus:] @ T[:2, :2].T, normals])
-        self.target = Target(Scan.from_points(points), normals)
-        self.T_target_last = self.T_target_told = np.eye(3)
+        target = Target(Scan.from_points(points), normals)
+        return LocalMap(self.last_scan, target, key, sizes=sizes[-most:])

@@ -34,6 +34,7 @@ from labkit.degeneracy import spread_ratio
 from labkit.icp import icp
 from labkit.odometry.agreement import agreement_of
 from labkit.odometry.carried import carried, stands
+from labkit.odometry.local_map import LocalMap
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.sanity import beyond, poor
 from labkit.odometry.search import STARTS, alike, apart, completed, search, surprise
@@ -47,7 +48,6 @@ from labkit.target import Target
 STILL = np.zeros(3)
 RANGE_STD = 0.01  # [m] of a range, at least
 NO_LIMIT = 1e3  # [m] or [rad]: a motion without limit counts as one of this length
-AT_TARGET = np.eye(3)
 SUPPORTED, SURE = 0.5, 0.8  # agreement that asks for no search, with a prior and without one
 SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
 SAME = 0.01  # scores closer than this tie; the first tried wins
@@ -130,20 +130,20 @@ class StepRecord:
 
 def estimate_step(
     source: Scan,
-    target: Target | None,
+    target: Target | LocalMap | None,
     prior: FloatArray | None,
     motions: FloatArray,
     parameters: OdometryParameters,
-    T_target_last: FloatArray = AT_TARGET,
-    T_target_told: FloatArray = AT_TARGET,
-    key: Target | None = None,
 ) -> StepRecord:
-    """Estimate the motion from scan k (`target`) to scan k+1 (`source`).
+    """Estimate the motion from scan k to scan k+1 (`source`).
 
     Parameters
     ----------
-    source, target : Scan, Target or None
-        The newer scan, filtered, and the older one or the map; None without points.
+    source : Scan
+        The newer scan, filtered.
+    target : Target, LocalMap or None
+        The older scan, None without points, or the map. Points that lie as they did in the map's
+        newest key scan, while the prior moves, are carried along, and left out.
     prior : ndarray, shape (3,), or None
         Expected increment from wheels or an IMU.
     motions : ndarray, shape (3,) or (K, 3)
@@ -151,14 +151,8 @@ def estimate_step(
         and the last resort, and all are likely.
     parameters : OdometryParameters
         Matcher, limits and fallbacks.
-    T_target_last : ndarray, shape (3, 3)
-        Where scan k was taken in the target's frame; the identity where it is the target.
-    T_target_told : ndarray, shape (3, 3)
-        The same by the priors alone, since the target got its frame.
-    key : Target, optional
-        The scan in whose frame the target lies, as it was taken. Points that lie as they did
-        there while the prior moves are carried along, and left out.
     """
+    seen = target if isinstance(target, LocalMap) else LocalMap(target=target)
     likely, (shift, turn) = np.atleast_2d(motions), parameters.limits.window
     last_resort = Decision.HOLD if likely[0].any() else Decision.STAND
     if prior is not None:
@@ -166,19 +160,19 @@ def estimate_step(
         shift, turn = parameters.limits.prior_window
     wide = np.diag(np.minimum([shift, shift, turn], NO_LIMIT) / 3.0) ** 2
     resort: dict[str, Any] = {"increment": likely[0], "decision": last_resort, "covariance": wide}
-    if target is None or len(source) < MIN_PAIRS:
-        which = "older" if target is None else "newer"
+    if seen.target is None or len(source) < MIN_PAIRS:
+        which = "older" if seen.target is None else "newer"
         reason = f"the {which} scan has fewer than {MIN_PAIRS} points"
         return StepRecord(**resort, reason=reason)
 
-    expected = T_target_last @ from_xytheta(likely)
-    step = _Step(source, target, T_target_last, prior, expected, parameters)
+    expected = seen.T_target_last @ from_xytheta(likely)
+    step = _Step(source, seen.target, seen.T_target_last, prior, expected, parameters)
     tried = [step.match(expected[0], Decision.ICP)]
-    if prior is not None and key is not None and parameters.search:
+    if prior is not None and seen.key is not None and parameters.search:
         is_near = not tried[0].complaints and not tried[0].record.against_prior
-        here, still = tried[0].T_target_source if is_near else expected[0], stands(source, key)
-        for T in (here, T_target_told @ from_xytheta(prior)):
-            if (off := carried(source, still, target, T)).any():
+        here, still = tried[0].T_target_source if is_near else expected[0], stands(source, seen.key)
+        for T in (here, seen.T_target_told @ from_xytheta(prior)):
+            if (off := carried(source, still, seen.target, T)).any():
                 other = replace(step, source=source.select(~off))
                 again = other.match(expected[0], Decision.ICP)
                 if again.record.agreement > tried[0].record.agreement:
@@ -190,7 +184,7 @@ def estimate_step(
     record = replace(best.record, spread=spread_ratio(source, rotation(heading).T @ [x, y]))
     if best.result is None or best.complaints or (record.ambiguous and prior is not None):  # F
         return replace(record, **resort, against_prior=False)
-    return replace(record, covariance=covariance_of(best.result, wide, T_target_last))  # E
+    return replace(record, covariance=covariance_of(best.result, wide, seen.T_target_last))  # E
 
 
 def covariance_of(result: IcpResult, wide: FloatArray, T_target_last: FloatArray) -> FloatArray:

@@ -1,6 +1,7 @@
 """Odometry over a run: streaming and whole logs, priors, and scans that are lost."""
 
 import math
+import sys
 import warnings
 from dataclasses import fields, replace
 
@@ -51,6 +52,42 @@ def test_it_drives_the_true_way():
     dead_reckoning = integrate(PRIORS, TRUTH[0])
     errors = [np.hypot(*(p - TRUTH)[:, :2].T).max() for p in (result.poses, dead_reckoning)]
     assert errors[0] < errors[1]
+
+
+def test_an_interrupt_anywhere_leaves_the_scan_taken_or_not():
+    """Each line of an update is interrupted once; the drive goes on as if nothing had been."""
+    told = [None, *PRIORS]
+    odometry, taken, lines = ScanMatchingOdometry(start=TRUTH[0]), 0, 0
+
+    def interrupt(frame, event, _):
+        nonlocal lines
+        if "odometry" not in frame.f_code.co_filename:
+            return None
+        lines += event == "line"
+        if lines == stop:
+            sys.settrace(None)
+            raise KeyboardInterrupt
+        return interrupt
+
+    before = sys.gettrace()
+    for stop in range(1, 400):
+        lines = 0
+        try:
+            sys.settrace(interrupt)
+            odometry.update(SCANS[taken], told[taken])
+            sys.settrace(before)
+            assert lines < stop
+            taken += 1
+        except KeyboardInterrupt:
+            sys.settrace(before)
+            taken = int(repr(odometry).split()[0].partition("(")[2])
+        if taken == 4:
+            break
+    while taken < len(SCANS):
+        odometry.update(SCANS[taken], told[taken])
+        taken += 1
+    expected = estimate_odometry(SCANS, PRIORS, start=TRUTH[0]).poses[-1]
+    np.testing.assert_array_equal(odometry.pose, expected)
 
 
 @pytest.mark.parametrize("priors", [None, PRIORS])

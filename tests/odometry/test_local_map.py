@@ -31,7 +31,7 @@ def limits(monkeypatch):
 def driven(scans=SCANS, *, matched=True, last_scan=False):
     seen = LocalMap(last_scan=last_scan)
     for k, scan in enumerate(scans):
-        seen.add(scan, STEP * (k > 0), None, matched=matched)
+        seen = seen.moved(scan, STEP * (k > 0), None, matched=matched)
     return seen
 
 
