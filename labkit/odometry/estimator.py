@@ -18,7 +18,7 @@ from labkit.odometry.carried import stands
 from labkit.odometry.integration import increments_between, integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.parameters import OdometryParameters
-from labkit.odometry.sanity import grown
+from labkit.odometry.sanity import around, grown
 from labkit.odometry.search import REMEMBERED
 from labkit.odometry.step import STILL, Decision, StepRecord, estimate_step
 from labkit.scan import Scan
@@ -125,7 +125,7 @@ class ScanMatchingOdometry:
             raise InvalidPointsError(f"scan {self._state.taken}: {error}") from None
 
     def _step(self, scan: Scan, expected: FloatArray | None) -> StepRecord:
-        """The step to the newest scan; with the search, its limits follow the run.
+        """The step to the newest scan; with the search, its limits follow the run and the wheels.
 
         Steps that were lost widen them only where no wheels tell where these steps led.
         """
@@ -133,6 +133,7 @@ class ScanMatchingOdometry:
         motions = np.array([was.last_motion, *was.motions])
         if parameters.search:
             limits = grown(parameters.limits, motions, was.lost if expected is None else 0)
+            limits = limits if expected is None else around(expected, limits)
             parameters = replace(parameters, limits=limits)
         return estimate_step(scan, was.seen, expected, motions, parameters)
 

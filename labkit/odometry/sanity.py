@@ -9,6 +9,7 @@ import numpy as np
 
 from labkit.support.arrays import FloatArray, check_range
 
+STANDING, EACH_METRE = 0.2, 0.4  # of the limit around a prior: for no motion, and for more
 ROOM = 1.5  # times the longest of the last motions: a step that is no surprise
 
 
@@ -23,7 +24,8 @@ class SanityLimits:
         wheels looks this far.
     max_prior_translation, max_prior_rotation : float
         How far the step may lie from the prior, where there is one, [m] and [rad]: three
-        standard deviations of your wheels' error a step, if you know it.
+        standard deviations of your wheels' error in a step of 2 m, if you know it. With the
+        search, shorter steps may lie less far off: by a fifth where the wheels stand.
     min_inlier_ratio : float
         Kept pairs over source points. It cannot exceed ICP's overlap ratio.
     max_rmse : float
@@ -78,6 +80,12 @@ def poor(inlier_ratio: float, rmse: float, limits: SanityLimits) -> list[str]:
     if not rmse <= limits.max_rmse:
         found.append(f"RMSE {rmse:.3f} m > {limits.max_rmse:.3f} m")
     return found
+
+
+def around(prior: FloatArray, limits: SanityLimits) -> SanityLimits:
+    """The limits around a `prior` (Δx, Δy, Δψ): wheels err less in a short step."""
+    share = min(1.0, STANDING + EACH_METRE * math.hypot(prior[0], prior[1]))
+    return replace(limits, max_prior_translation=share * limits.max_prior_translation)
 
 
 def grown(limits: SanityLimits, motions: FloatArray, lost: int) -> SanityLimits:

@@ -1,6 +1,7 @@
 """Sanity checks: each limit has its own complaint, and a good step has none."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit.odometry import SanityLimits
-from labkit.odometry.sanity import beyond, grown, poor
+from labkit.odometry.sanity import around, beyond, grown, poor
 from labkit.support.errors import InvalidParameterError
 
 LIMITS = SanityLimits(
@@ -52,6 +53,17 @@ def test_the_limits_follow_the_longest_of_the_last_motions_and_the_steps_that_we
         limits = grown(LIMITS, motions, lost)
         assert limits.max_translation == pytest.approx(moved)
         assert limits.max_rotation == pytest.approx(math.radians(turned))
+
+
+@given(motions, st.floats(0.0, 3.0))
+def test_short_steps_lie_near_the_wheels(motion, longer):
+    """The limit follows the way alone, never shrinks with it, and is the given one from 2 m on."""
+    x, y, _ = motion
+    limits, far = (around(np.array([k * x, k * y, 1.0]), LIMITS) for k in (1.0, 1.0 + longer))
+    assert 0.04 <= limits.max_prior_translation <= far.max_prior_translation + 1e-12
+    assert far.max_prior_translation <= 0.2
+    assert (limits.max_prior_translation == 0.2) == (math.hypot(x, y) >= 2.0)
+    assert limits == replace(LIMITS, max_prior_translation=limits.max_prior_translation)
 
 
 @pytest.mark.parametrize(
