@@ -8,13 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.alignment import centroid, closed_form, turn_about
-from labkit.correspondences import (
-    MIN_PAIRS,
-    Correspondences,
-    associate,
-    cost,
-    reject_and_weigh,
-)
+from labkit.correspondences import MIN_PAIRS, Correspondences, associate, cost, reject_and_weigh
 from labkit.line_alignment import align_to_lines
 from labkit.neighbors import Grid, nothing_known
 from labkit.parameters import IcpParameters

@@ -93,7 +93,6 @@ class IcpResult(_Quality):
     far: int  #: So many of the first poses count as far from the answer; see `labkit.schedule`.
 
     def __repr__(self) -> str:
-        """One line: the ending, and the number of kept pairs."""
         return (
             f"<IcpResult: {self.termination.value}; {self.iterations} iterations, "
             f"{self.inlier_count} of {len(self.correspondences.kept)} pairs kept>"

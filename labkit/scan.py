@@ -101,11 +101,9 @@ class Scan:
         return cls(points=as_points(points, "points", minimum=0))
 
     def __len__(self) -> int:
-        """Number of points."""
         return len(self.points)
 
     def __repr__(self) -> str:
-        """One line: the numbers of points and of beams, and the time."""
         beams = "" if self.ranges is None else f" of {len(self.ranges)} beams"
         stamp = "" if math.isnan(self.stamp) else f", {self.stamp:.10g} s"
         return f"Scan({len(self)} points{beams}{stamp})"

@@ -39,7 +39,6 @@ class Target:
         self._given = None if normals is None else _as_normals(normals, len(self.scan))
 
     def __repr__(self) -> str:
-        """One line: the number of points."""
         return f"<Target of {len(self.scan)} points>"
 
     @property

@@ -56,11 +56,7 @@ OPTIONS = {  # fields of `OdometryParameters`, and those of their fields that ar
     "limits": ("max_translation",),
     "preprocessing": ("range_min", "range_max"),
 }
-WRITERS = {
-    "-odometry.tum": write_trajectory,
-    "-quality.csv": write_quality,
-    "-map.png": write_map,
-}
+WRITERS = {"-odometry.tum": write_trajectory, "-quality.csv": write_quality, "-map.png": write_map}
 SHOWN_DAMAGE = 5  # damaged lines that are named one by one
 
 

@@ -42,15 +42,8 @@ class ErrorSummary:
         e = np.asarray(errors, dtype=np.float64)
         if e.size == 0:
             return cls(0, *[math.nan] * 6)
-        return cls(
-            count=e.size,
-            mean=float(e.mean()),
-            std=float(e.std()),
-            median=float(np.median(e)),
-            p95=float(np.percentile(e, 95.0)),
-            max=float(e.max()),
-            rmse=float(np.sqrt(np.mean(e**2))),
-        )
+        p95, rmse = np.percentile(e, 95.0), np.sqrt(np.mean(e**2))
+        return cls(e.size, *map(float, (e.mean(), e.std(), np.median(e), p95, e.max(), rmse)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,9 +23,7 @@ from labkit.support.errors import DegenerateAlignmentError, InvalidParameterErro
 
 
 def ate(
-    estimate: ArrayLike,
-    reference: ArrayLike,
-    align: Literal["rigid", "origin"] | None = "rigid",
+    estimate: ArrayLike, reference: ArrayLike, align: Literal["rigid", "origin"] | None = "rigid"
 ) -> PoseErrors:
     """Absolute trajectory error [1]_, one per pose.
 

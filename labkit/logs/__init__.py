@@ -1,7 +1,4 @@
-"""Logs and trajectories: reading and writing.
-
-`read_log` reads every format.
-"""
+"""Logs, of which `read_log` reads every format, and trajectories."""
 
 from labkit.logs.log import Log, SkippedLine
 from labkit.logs.read_log import read_log

@@ -64,9 +64,7 @@ def read_laser_lines(
                 yield _parse_flaser(number, text.split())
             elif word == ["ROBOTLASER1"]:
                 if graph and vertex is None:
-                    raise DamagedLine(
-                        "a scan without a vertex, expected a VERTEX_SE2 line above it"
-                    )
+                    raise DamagedLine("a scan without a vertex, expected a VERTEX_SE2 above it")
                 above, vertex = vertex, None
                 yield _parse_robotlaser(number, text.split(), above)
         except LabkitError as damage:

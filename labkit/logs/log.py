@@ -54,11 +54,9 @@ class Log:
     remarks: tuple[str, ...] = ()
 
     def __len__(self) -> int:
-        """Number of scans."""
         return len(self.scans)
 
     def __repr__(self) -> str:
-        """One line: name, format, number of scans, and which poses there are."""
         poses = [name for name in ("odometry", "reference") if getattr(self, name) is not None]
         found = ", ".join(poses) or "no poses"
         return f"Log({self.name}: {len(self)} scans, {self.format}, {found})"

@@ -98,10 +98,8 @@ def _find_codes(measured: Sequence[FloatArray], report: DamageReport) -> tuple[B
 
 
 def _within(ranges: FloatArray, bands: Sequence[Band]) -> BoolArray:
-    mask = np.zeros(ranges.shape, dtype=bool)
-    for low, high in bands:
-        mask |= (ranges >= low) & (ranges <= high)
-    return mask
+    low, high = np.reshape(bands, (-1, 2, 1)).swapaxes(0, 1)
+    return np.asarray(((ranges >= low) & (ranges <= high)).any(axis=0))
 
 
 def _as_codes(no_return: ArrayLike) -> tuple[Band, ...]:

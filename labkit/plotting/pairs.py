@@ -19,12 +19,12 @@ from labkit.plotting.style import (
 )
 from labkit.scan import Scan
 
-FATES: dict[str, tuple[str, str, str, float]] = {  # colour, line, marker and its size
-    "gated": (GATED, ":", "x", 4.5),  # farther apart than d_max
-    "trimmed": (TRIMMED, "--", "s", 4.0),  # not among the ⌊ρN⌋ closest
-    "no line": (NO_LINE, "-.", "D", 3.5),  # point-to-line only: the target has no normal there
-    "down-weighted": (DOWN_WEIGHTED, "-.", "^", 4.5),  # kept, residual beyond Huber's δ
-    "kept": (KEPT, "-", "o", 2.6),  # with full weight
+FATES = {  # colour, marker with line, and the marker's size
+    "gated": (GATED, "x:", 4.5),  # farther apart than d_max
+    "trimmed": (TRIMMED, "s--", 4.0),  # not among the ⌊ρN⌋ closest
+    "no line": (NO_LINE, "D-.", 3.5),  # point-to-line only: the target has no normal there
+    "down-weighted": (DOWN_WEIGHTED, "^-.", 4.5),  # kept, residual beyond Huber's δ
+    "kept": (KEPT, "o-", 2.6),  # with full weight
 }
 
 
@@ -51,24 +51,15 @@ def plot_correspondences(ax: Axes, target: Scan | ArrayLike, pairs: Corresponden
     draw_target(ax, scan_points(target, "target"))
     gaps = np.full_like(pairs.source, np.nan)  # between one line and the next
     lines = np.stack([pairs.source, pairs.target, gaps], axis=1)
-    for fate, (color, dash, marker, size) in FATES.items():
+    for fate, (color, look, size) in FATES.items():
         chosen = fates(pairs) == fate
         if fate == "no line" and not chosen.any():
             continue
         filled = fate in {"down-weighted", "kept"}
-        ax.plot(
-            *lines[chosen].reshape(-1, 2).T,
-            color=color,
-            linestyle=dash,
-            linewidth=1.0,
-            marker=marker,
-            markevery=3,
-            markersize=size,
-            markerfacecolor=color if filled else "none",
-            markeredgewidth=0.0 if filled else 0.9,
-            zorder=2.6 if filled else 2.4,
-            label=f"{fate}: {np.count_nonzero(chosen)}",
-        )
+        face, edge, layer = (color, 0.0, 2.6) if filled else ("none", 0.9, 2.4)
+        xy, label = lines[chosen].reshape(-1, 2).T, f"{fate}: {np.count_nonzero(chosen)}"
+        (line,) = ax.plot(*xy, look, color=color, lw=1.0, markevery=3, ms=size, label=label)
+        line.set(markerfacecolor=face, markeredgewidth=edge, zorder=layer)
     style_plane(ax)
     ax.set_title(f"{pairs.inlier_count} of {len(pairs.kept)} pairs are inliers")
     legend_below(ax)

@@ -110,13 +110,12 @@ def style_grid(ax: Axes) -> None:
 
 def legend_below(ax: Axes, handles: Sequence[Artist] | None = None) -> Legend:
     """A legend under the axes' label, where it hides no data, in as many columns as fit."""
-    root, figure = ax.get_figure(root=True), ax.get_figure()
-    assert root is not None
+    figure = ax.get_figure()
     assert figure is not None
-    below = ax.transAxes + ScaledTranslation(0.0, -_BELOW_LABEL / 72.0, root.dpi_scale_trans)
+    below = ax.transAxes + ScaledTranslation(0.0, -_BELOW_LABEL / 72.0, figure.dpi_scale_trans)
     found = ax.get_legend_handles_labels()[0] if handles is None else handles
     longest = max((len(str(handle.get_label())) for handle in found), default=1)
-    width = ax.get_position(original=True).width * figure.bbox.width / root.dpi
+    width = ax.get_position(original=True).width * figure.bbox.width / figure.dpi
     columns = max(1, int(width / (_ENTRY + _LETTER * longest)))
     return ax.legend(
         handles=found,

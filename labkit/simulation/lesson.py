@@ -51,11 +51,7 @@ def lesson_experiment() -> LessonExperiment:
 
 
 def lesson_world(count: int, rng: np.random.Generator | int) -> FloatArray:
-    """An L of two walls and scatter between them, as `count` points, shape (count, 2) [m].
-
-    A quarter of them goes to the wall along x (8 m), a quarter to the wall along y (6 m); half is
-    scattered over the rectangle that they span.
-    """
+    """A quarter of the points on each wall of the L, half scattered between: (count, 2) [m]."""
     rng = np.random.default_rng(rng)
     along_x = rng.uniform(0.0, WIDTH, size=count // 4)
     along_y = rng.uniform(0.0, DEPTH, size=count // 4)
@@ -68,8 +64,7 @@ def lesson_world(count: int, rng: np.random.Generator | int) -> FloatArray:
 def sample_scan(world: FloatArray, T: FloatArray, *, rng: np.random.Generator | int) -> Scan:
     """All world points within reach of the pose T, in its frame, with noise and clutter.
 
-    The scanner sees 10 m far and 270° wide; the noise on x and on y has a deviation of 1 cm. One
-    spurious return for every forty points, at least five, comes after them.
+    One spurious return for every forty points, at least five, comes after them.
     """
     rng = np.random.default_rng(rng)
     # invert(T) would round otherwise in the last bit; the lesson subtracts t first.

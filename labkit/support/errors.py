@@ -27,7 +27,6 @@ class InvalidParameterError(LabkitError):
         self.parameter = parameter
 
     def __str__(self) -> str:
-        """The message for a person."""
         return f"`{self.parameter}` {self.problem}" if self.parameter else self.problem
 
 

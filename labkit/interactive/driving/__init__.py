@@ -19,7 +19,6 @@ WHEELS = {
     "noisy": WheelNoise(along=0.2, across=0.1, turn=0.2, drift=0.1),
 }
 
-
 PLACES: dict[str, tuple[World, tuple[float, float, float], str, str]] = {
     # where the drive starts, what to try, and what a failure there shows
     "Room": (

@@ -6,7 +6,7 @@ import base64
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, fields
-from typing import Any, cast, get_args
+from typing import Any, get_args
 
 import anywidget
 import numpy as np
@@ -89,20 +89,16 @@ class Explorer(anywidget.AnyWidget):
         return icp(scene.source, scene.target, self.T_init, self.parameters)
 
     @traitlets.validate("scene")
-    def _known(self, proposal: dict[str, Any]) -> str:
-        name = cast(str, proposal["value"])
-        if name not in self.scenes:
-            raise InvalidParameterError(
-                f"must be one of {', '.join(self.scenes)}, got {name!r}", parameter="scene"
-            )
+    def _known(self, proposal: dict[str, Any]) -> Any:
+        if (name := proposal["value"]) not in self.scenes:
+            known = ", ".join(self.scenes)
+            raise InvalidParameterError(f"must be one of {known}, got {name!r}", parameter="scene")
         return name
 
     @traitlets.validate("max_correspondence_distance", "overlap_ratio", "huber_delta")
-    def _in_range(self, proposal: dict[str, Any]) -> float | None:
-        name, value = proposal["trait"].name, cast("float | None", proposal["value"])
-        if value == math.inf:
-            value = None  # JSON has no infinity
-        _parameters({name: value})
+    def _in_range(self, proposal: dict[str, Any]) -> Any:
+        value = None if proposal["value"] == math.inf else proposal["value"]  # as in JSON
+        _parameters({proposal["trait"].name: value})
         return value
 
     @traitlets.observe("scene")
