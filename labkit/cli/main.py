@@ -12,7 +12,6 @@ from importlib.metadata import PackageNotFoundError, version
 
 import labkit
 from labkit.cli import demo, odometry
-from labkit.cli.odometry import flag
 from labkit.course.grading.command import add_autograder, add_grade
 from labkit.support.errors import InvalidParameterError, LabkitError
 
@@ -46,7 +45,7 @@ def _run(args: argparse.Namespace) -> int:
         if isinstance(error, InvalidParameterError):
             status = USAGE
             if error.parameter in vars(args):
-                message = f"{flag(error.parameter)} {error.problem}"
+                message = f"{odometry.flag(error.parameter)} {error.problem}"
         print(f"labkit {args.command}: {message}", file=sys.stderr)
         return status
 

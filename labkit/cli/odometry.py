@@ -56,6 +56,7 @@ OPTIONS = {  # fields of `OdometryParameters`, and those of their fields that ar
     "limits": ("max_translation",),
     "preprocessing": ("range_min", "range_max"),
 }
+OF_READING = ("laser_offset", "angles", "no_return", "topic", "odometry_topic", "strict")
 WRITERS = {"-odometry.tum": write_trajectory, "-quality.csv": write_quality, "-map.png": write_map}
 SHOWN_DAMAGE = 5  # damaged lines that are named one by one
 
@@ -151,15 +152,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _read(args: argparse.Namespace) -> Log:
     """Read the log, or its first scans; damage and oddities go to stderr."""
-    log = read_log(
-        args.log,
-        strict=args.strict,
-        no_return=args.no_return,
-        laser_offset=args.laser_offset,
-        angles=args.angles,
-        topic=args.topic,
-        odometry_topic=args.odometry_topic,
-    )
+    log = read_log(args.log, **{name: getattr(args, name) for name in OF_READING})
     if len(log) < 2:
         raise InvalidPointsError(f"{log.name} holds a single scan; a motion needs two")
     if args.odometry is not None:
@@ -239,9 +232,6 @@ ERROR_HEADER = ("error", "median", "p95", "max", "rmse", "", "median", "p95", "m
 def error_row(name: str, errors: PoseErrors) -> list[str]:
     """Translation errors in metres and rotation errors in degrees, for `ERROR_HEADER`."""
     t, r = errors.translation, errors.rotation
-    return [
-        name,
-        *(f"{value:.3f} m" for value in (t.median, t.p95, t.max, t.rmse)),
-        "|",
-        *(f"{math.degrees(value):.3f}°" for value in (r.median, r.p95, r.max, r.rmse)),
-    ]
+    metres = [f"{value:.3f} m" for value in (t.median, t.p95, t.max, t.rmse)]
+    degrees = [f"{math.degrees(value):.3f}°" for value in (r.median, r.p95, r.max, r.rmse)]
+    return [name, *metres, "|", *degrees]

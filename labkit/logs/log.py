@@ -63,12 +63,9 @@ class Log:
 
     def head(self, count: int) -> Log:
         """The first scans, and the poses that belong to them."""
-        return replace(
-            self,
-            scans=self.scans[:count],
-            odometry=None if self.odometry is None else self.odometry[:count],
-            reference=None if self.reference is None else self.reference[:count],
-        )
+        poses = (p if p is None else p[:count] for p in (self.odometry, self.reference))
+        odometry, reference = poses
+        return replace(self, scans=self.scans[:count], odometry=odometry, reference=reference)
 
     @property
     def stamps(self) -> FloatArray:

@@ -38,8 +38,7 @@ def plot_covariance(ax: Axes, mean: ArrayLike, covariance: ArrayLike, **style: A
     (9.79, 4.9)
     """
     center = as_numbers(mean, "mean", "x, y")
-    matrix = as_covariance(covariance, "covariance", 2)
-    values, vectors = np.linalg.eigh(matrix)
+    values, vectors = np.linalg.eigh(as_covariance(covariance, "covariance", 2))
     reach = math.sqrt(-2.0 * math.log(1.0 - SHARE))
     minor, major = (2.0 * reach * np.sqrt(np.maximum(values, 0.0))).tolist()
     look = {"facecolor": "none", "edgecolor": "black", "linewidth": 1.4} | style

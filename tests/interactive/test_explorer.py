@@ -48,7 +48,7 @@ def test_what_cannot_be_meant_is_refused_and_changes_nothing(explorer, name, val
 REFUSED = {
     "at least one, no two of one name, got []": lambda: icp_explorer([]),
     "at least one, no two of one name, got ['a', 'a']": lambda: icp_explorer([scene("a")] * 2),
-    "`source` of scene 'few' needs 3 points, got 1": lambda: scene("few", source=ONE),
+    "each scan of scene 'few' needs 3 points, got 1": lambda: scene("few", source=ONE),
     "`scan` must be in [1, 3872], got 0": lambda: killian_scene(0),
     "two values to each, got 'x': [0.0]": lambda: icp_sliders(CORNER, CORNER, sliders={"x": [0.0]}),
 }

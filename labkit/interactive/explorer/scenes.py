@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from labkit.correspondences import MIN_PAIRS
 from labkit.logs import read_log
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, relative, transform
@@ -24,7 +25,6 @@ from labkit.support.arrays import FloatArray
 from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 LIDAR = Lidar(beam_count=361, field_of_view=2.0 * math.pi)
-MIN_POINTS = 3
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -42,10 +42,9 @@ class Scene:
     reference: str = "truth"
 
     def __post_init__(self) -> None:
-        for name, scan in (("source", self.source), ("target", self.target)):
-            if len(scan) < MIN_POINTS:
-                where = f"`{name}` of scene {self.name!r}"
-                raise InvalidPointsError(f"{where} needs {MIN_POINTS} points, got {len(scan)}")
+        if (fewest := min(len(self.source), len(self.target))) < MIN_PAIRS:
+            told = f"each scan of scene {self.name!r} needs {MIN_PAIRS} points, got {fewest}"
+            raise InvalidPointsError(told)
 
 
 def default_scenes() -> list[Scene]:
