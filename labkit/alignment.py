@@ -60,9 +60,7 @@ def align(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None
     [[0.0, -1.0, 2.0], [1.0, 0.0, 3.0], [0.0, 0.0, 1.0]]
     """
     p, q, w = as_pairs(source, target, weights)
-    T = closed_form(p, q, w)
-    _require(T, p, q, w)
-    return T
+    return _determined(closed_form(p, q, w), p, q, w)
 
 
 def align_svd(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None) -> FloatArray:
@@ -73,7 +71,7 @@ def align_svd(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = 
     reflection, which no robot can drive.
     """
     p, q, w = as_pairs(source, target, weights)
-    _require(closed_form(p, q, w), p, q, w)
+    _determined(closed_form(p, q, w), p, q, w)
     p, q, w = p[w > 0.0], q[w > 0.0], w[w > 0.0]
     p_mean, q_mean = w @ p / w.sum(), w @ q / w.sum()  # (2.2)
     H = (w[:, None] * (p - p_mean)).T @ (q - q_mean)  # (2.4)
@@ -135,9 +133,9 @@ def turn_about(center: tuple[float, float], theta: float, dx: float, dy: float) 
     )
 
 
-def _require(T: FloatArray, p: FloatArray, q: FloatArray, w: FloatArray) -> None:
+def _determined(T: FloatArray, p: FloatArray, q: FloatArray, w: FloatArray) -> FloatArray:
     if not math.isnan(T[0, 0]):
-        return
+        return T
     reason = f"every rotation fits these {len(w)} pairs equally well; is the target a mirror image?"
     for name, points in {"source": p[w > 0.0], "target": q[w > 0.0]}.items():
         if len(points) == 0:

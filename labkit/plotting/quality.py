@@ -36,7 +36,7 @@ _MEDIAN_STEPS = 15  # but at so many steps at least
 def plot_quality(
     figure: Figure | SubFigure, records: Sequence[StepRecord], *, limits: SanityLimits
 ) -> tuple[Axes, ...]:
-    """Draw RMSE, inlier ratio, rotation, information and decisions over a run.
+    """Draw RMSE, inlier ratio, rotation, information and decisions over a run: five axes.
 
     Every step is a grey dot, the blue line a running median. A step that fell back
     carries the mark of its decision in each panel that has a number for it, and in the
@@ -50,11 +50,6 @@ def plot_quality(
         The steps of an `OdometryResult`.
     limits : SanityLimits
         The limits that the steps were held to: dashed lines.
-
-    Returns
-    -------
-    tuple of 5 Axes
-        RMSE [m], inlier ratio, rotation [°], information, decisions.
     """
     if len(records) == 0:
         raise InvalidPointsError("`records` is empty, got 0 steps; it needs at least 1")

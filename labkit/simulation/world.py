@@ -29,8 +29,7 @@ class MovingObject:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "segments", as_segments(self.segments, "segments"))
-        velocity = as_numbers(self.velocity, "velocity", "vx, vy [m/s]")
-        object.__setattr__(self, "velocity", velocity)
+        object.__setattr__(self, "velocity", as_numbers(self.velocity, "velocity", "vx, vy [m/s]"))
 
     def at(self, stamp: float) -> FloatArray:
         """The segments [m] at time `stamp` [s], shape (M, 2, 2)."""

@@ -208,15 +208,11 @@ def as_pairs(
 def as_transform(T: ArrayLike, name: str) -> FloatArray:
     """Check a single rigid transform (3, 3) of finite numbers, as `as_transforms` does."""
     checked = as_transforms(T, name)
-    if checked.ndim > 2:
-        raise InvalidPointsError(
-            f"`{name}` must be one (3, 3) transform, got a stack of shape {checked.shape}"
-        )
-    if np.isnan(checked[0, 0]):
-        raise InvalidPointsError(
-            f"`{name}` must be a (3, 3) transform, got NaN, of a match that failed; "
-            f"print `result.message`"
-        )
+    got = f"a stack of shape {checked.shape}" if checked.ndim > 2 else ""
+    if not got and np.isnan(checked[0, 0]):
+        got = "NaN, of a match that failed; print `result.message`"
+    if got:
+        raise InvalidPointsError(f"`{name}` must be one (3, 3) transform, got {got}")
     return checked
 
 

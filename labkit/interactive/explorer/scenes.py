@@ -21,8 +21,8 @@ from labkit.simulation import (
     room,
     two_rooms,
 )
-from labkit.support.arrays import FloatArray
-from labkit.support.errors import InvalidParameterError, InvalidPointsError
+from labkit.support.arrays import FloatArray, check_count, check_range
+from labkit.support.errors import InvalidPointsError
 
 LIDAR = Lidar(beam_count=361, field_of_view=2.0 * math.pi)
 
@@ -72,9 +72,8 @@ def default_scenes() -> list[Scene]:
 def killian_scene(scan: int, note: str = "") -> Scene:
     """Scans `scan` − 1 and `scan` of Killian Court, from no guess."""
     log = read_log("killian")
-    if scan not in range(1, len(log.scans)):
-        range_told = f"[1, {len(log.scans) - 1}]"
-        raise InvalidParameterError(f"must be in {range_told}, got {scan!r}", parameter="scan")
+    check_range(scan, "scan", at_least=1, at_most=len(log) - 1)
+    check_count(scan, "scan", at_least=1)
     assert log.reference is not None
     before, now = from_xytheta(log.reference[scan - 1 : scan + 1])
     return Scene(
