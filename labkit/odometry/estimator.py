@@ -33,7 +33,7 @@ SAME_VIEW = 0.9  # share of a scan that lies as it lay, where the robot does sta
 
 
 class _State(NamedTuple):
-    """What the estimator holds between two scans."""
+    """State of the estimator between two scans."""
 
     pose: FloatArray
     seen: LocalMap

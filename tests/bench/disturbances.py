@@ -257,20 +257,15 @@ def _overriding(change: Overriding) -> Callable[..., float]:
 
 
 OVERRIDING = _Step.overriding
-NOBODY = "labkit.odometry.{}.carried", lambda scan, *_: np.zeros(len(scan), bool)
-HALVES = ("half moving", "half carried along")
+OVERRIDDEN = "labkit.odometry.step._Step.overriding"
 RULES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
     "wheels unlike the last motions yield to a match": (
-        {
-            "labkit.odometry.step._Step.overriding": _overriding(
-                lambda asked, gap: math.inf if asked == SUPPORTED else asked
-            )
-        },
+        {OVERRIDDEN: _overriding(lambda asked, gap: math.inf if asked == SUPPORTED else asked)},
         ("wheels jump 30–80°", "wheels slip 0.5–2 m"),
     ),
     "a sure match corrects a turn": (
         {
-            "labkit.odometry.step._Step.overriding": _overriding(
+            OVERRIDDEN: _overriding(
                 lambda asked, gap: math.inf if asked == SURE and not gap else asked
             )
         },
@@ -278,14 +273,17 @@ RULES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
     ),
     "wheels of a gap yield to a sure match alone": (
         {
-            "labkit.odometry.step._Step.overriding": _overriding(
+            OVERRIDDEN: _overriding(
                 lambda asked, gap: min(asked, SUPPORTED) if gap and asked == SURE else asked
             )
         },
         ("gaps of 5 scans", "gaps of 15 scans"),
     ),
     "what is carried along is left out": (
-        {NOBODY[0].format(module): NOBODY[1] for module in ("step", "local_map")},
+        {
+            f"labkit.odometry.{module}.carried": lambda scan, *_: np.zeros(len(scan), bool)
+            for module in ("step", "local_map")
+        },
         ("a third carried along", "half moving"),
     ),
     "wheels that stand while scans move are none": (
@@ -298,7 +296,7 @@ RULES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
     ),
     "the shorter a step, the nearer to the wheels": (
         {"labkit.odometry.estimator.around": lambda prior, limits: limits},
-        ("a third moving", *HALVES, "wheels slip 0.5–2 m"),
+        ("a third moving", "half moving", "half carried along", "wheels slip 0.5–2 m"),
     ),
     "a search, where the first match is not believed": (
         {"labkit.odometry.step.search": lambda *_: []},
