@@ -18,9 +18,9 @@ from labkit.odometry.carried import stands
 from labkit.odometry.integration import increments_between, integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.parameters import OdometryParameters
-from labkit.odometry.sanity import around, grown
+from labkit.odometry.sanity import Trust, grown
 from labkit.odometry.search import REMEMBERED
-from labkit.odometry.step import STILL, Decision, StepRecord, estimate_step
+from labkit.odometry.step import STILL, Decision, StepRecord, estimate_step, unmatched
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray, as_pose, as_poses, check_kind
 from labkit.support.errors import InvalidPointsError
@@ -42,6 +42,7 @@ class _State(NamedTuple):
     before: Target | None = None  # the last scan
     motions: tuple[FloatArray, ...] = ()  # that were matched, the newest first
     last_motion: FloatArray = STILL
+    trust: Trust = Trust()
 
 
 class ScanMatchingOdometry:
@@ -97,45 +98,55 @@ class ScanMatchingOdometry:
             if np.isnan(expected[0]) or self._denies(filtered, expected):
                 expected = None
         record = StepRecord(increment=STILL, decision=Decision.START)
+        trust = was.trust
         if was.taken > 0:
-            record = self._step(filtered, expected)
+            motions = np.array([was.last_motion, *was.motions])
+            parameters = self._parameters(expected)
+            record = estimate_step(filtered, was.seen, expected, motions, parameters)
+            if expected is not None and parameters.search:
+                trust = trust.after(record.decision.matched)
+                if trust.wheels_lead and record.decision.matched:
+                    instead = unmatched(expected, STILL, parameters.limits)
+                    record = replace(record, **instead, reason=trust.reason)
         matched, moved = record.decision.matched, record.increment
-        told = expected if self.parameters.search else None
         # A motion is held once: nobody saw it, so it is no ground for holding it again.
         held = record.decision in (Decision.HOLD, Decision.STAND)
         sure = (moved,) if matched and not record.degenerate else ()
         self._state = _State(  # all at once: an interrupt leaves the state before
             pose=integrate_step(was.pose, moved),
-            seen=was.seen.moved(filtered, moved, told, matched=matched),
+            seen=was.seen.moved(
+                filtered, moved, expected if self.parameters.search else None, matched=matched
+            ),
             taken=was.taken + 1,
             lost=0 if matched else was.lost + 1,
             before=Target(filtered) if len(filtered) else None,
             motions=(*sure, *was.motions)[:REMEMBERED],
             last_motion=STILL if held else moved,
+            trust=trust,
         )
         return record
 
     def _filtered(self, scan: Scan | ArrayLike) -> Scan:
         """The scan after the filters; an error names it."""
-        if not isinstance(scan, Scan | str) and isinstance(scan, Sized) and len(scan) == 0:
+        if isinstance(scan, list | tuple | np.ndarray) and len(scan) == 0:
             return NOTHING
         try:
             return self.parameters.preprocessing(scan)
         except InvalidPointsError as error:
             raise InvalidPointsError(f"scan {self._state.taken}: {error}") from None
 
-    def _step(self, scan: Scan, expected: FloatArray | None) -> StepRecord:
-        """The step to the newest scan; with the search, its limits follow the run and the wheels.
+    def _parameters(self, expected: FloatArray | None) -> OdometryParameters:
+        """The step's parameters; with the search, its limits follow the motions of the run.
 
-        Steps that were lost widen them only where no wheels tell where these steps led.
+        If wheels tell the step, neither lost steps nor what wheels alone told before widens them.
         """
         was, parameters = self._state, self.parameters
-        motions = np.array([was.last_motion, *was.motions])
-        if parameters.search:
-            limits = grown(parameters.limits, motions, was.lost if expected is None else 0)
-            limits = limits if expected is None else around(expected, limits)
-            parameters = replace(parameters, limits=limits)
-        return estimate_step(scan, was.seen, expected, motions, parameters)
+        if not parameters.search:
+            return parameters
+        motions, lost = was.motions, 0
+        if expected is None:
+            motions, lost = (was.last_motion, *motions), was.lost
+        return replace(parameters, limits=grown(parameters.limits, motions, lost))
 
     def _denies(self, scan: Scan, expected: FloatArray) -> bool:
         """True if the wheels stand, and the scan does not."""
@@ -171,7 +182,7 @@ class OdometryResult:
         if sum(matched) < 0.5 * len(steps):
             found.append(
                 f"{matched.count(False)} of {len(steps)} steps did not match; are ranges and "
-                f"wheels in metres, and angles in radians? If so, look at the gate and the limits"
+                f"wheels in metres, and angles in radians? If so, does something hide the view?"
             )
         else:
             found += [

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-
-import numpy as np
+from typing import NamedTuple
 
 from labkit.support.arrays import FloatArray, check_range
 
-STANDING, EACH_METRE = 0.2, 0.4  # of the limit around a prior: for no motion, and for more
+MISSED, WATCHED = 8, 40  # so many steps without a match, of the last ones, end the trust in them
 ROOM = 1.5  # times the longest of the last motions: a step that is no surprise
 
 
@@ -24,8 +24,7 @@ class SanityLimits:
         wheels looks this far.
     max_prior_translation, max_prior_rotation : float
         How far the step may lie from the prior, where there is one, [m] and [rad]: three
-        standard deviations of your wheels' error in a step of 2 m, if you know it. With the
-        search, shorter steps may lie less far off: by a fifth where the wheels stand.
+        standard deviations of your wheels' error in a step, if you know it.
     min_inlier_ratio : float
         Kept pairs over source points. It cannot exceed ICP's overlap ratio.
     max_rmse : float
@@ -82,18 +81,31 @@ def poor(inlier_ratio: float, rmse: float, limits: SanityLimits) -> list[str]:
     return found
 
 
-def around(prior: FloatArray, limits: SanityLimits) -> SanityLimits:
-    """The limits around a `prior` (Δx, Δy, Δψ): wheels err less in a short step."""
-    share = min(1.0, STANDING + EACH_METRE * math.hypot(prior[0], prior[1]))
-    return replace(limits, max_prior_translation=share * limits.max_prior_translation)
+def grown(limits: SanityLimits, motions: Sequence[FloatArray], lost: int) -> SanityLimits:
+    """The limits of a run that has seen longer motions (3,), or lost its last steps."""
+    moved = max([math.hypot(x, y) for x, y, _ in motions], default=0.0)
+    turned = max([abs(turn) for _, _, turn in motions], default=0.0)
+    shift = (1 + lost) * max(limits.max_translation, ROOM * moved)
+    turn = (1 + lost) * max(limits.max_rotation, ROOM * turned)
+    return replace(limits, max_translation=float(shift), max_rotation=float(min(math.pi, turn)))
 
 
-def grown(limits: SanityLimits, motions: FloatArray, lost: int) -> SanityLimits:
-    """The limits of a run that has seen longer motions (K, 3), or lost its last steps."""
-    moved, turned = np.hypot(motions[:, 0], motions[:, 1]).max(), np.abs(motions[:, 2]).max()
-    shift, turn = max(limits.max_translation, ROOM * moved), max(limits.max_rotation, ROOM * turned)
-    return replace(
-        limits,
-        max_translation=float((1 + lost) * shift),
-        max_rotation=float(min(math.pi, (1 + lost) * turn)),
-    )
+class Trust(NamedTuple):
+    """Trust in the matches of a run with wheels, from those of its last steps.
+
+    Errors of wheels undo one another later, and those of few steps from wheels among matches do
+    not. So the wheels lead alone where many steps do not match, until `WATCHED` in a row do.
+    """
+
+    missed: tuple[bool, ...] = ()  # steps without a match, the newest first
+    wheels_lead: bool = False
+
+    @property
+    def reason(self) -> str:
+        """Why the wheels lead."""
+        return f"the wheels lead: {sum(self.missed)} of {len(self.missed)} steps did not match"
+
+    def after(self, matched: bool) -> Trust:
+        """The trust after one more step."""
+        missed = (not matched, *self.missed)[:WATCHED]
+        return Trust(missed, sum(missed) >= (1 if self.wheels_lead else MISSED))

@@ -11,12 +11,11 @@ F  `_Step.fall_back`  a search, and ICP from its peaks, where the first match is
    `estimate_step`    the prior; without one, skip: hold the last motion once, or stand still
 
 A match lies within the window around the prior. Or it overrides the prior: with an agreement of
-0.5, if the last motions are like the match and unlike the prior; with 0.8, if the prior is longer
-than a step can be, as after a gap, or off by its turn alone. What is carried along is left out
-where the rest agrees better. If a scan fits in several places, the match is not a measurement: the
-prior is taken, where there is one. Motions that no wall fixes, such as the way along a corridor,
-are taken from the prior or, with the search, from the last motions, unless the scan fits clearly
-less well there. Without the search, the lesson's checks hold as they are.
+0.5, if it is like one of the last motions, and the prior is less so. What is carried along is left
+out where the rest agrees better. If a scan fits in several places, the match is not a measurement:
+the prior is taken, where there is one. Motions that no wall fixes, such as the way along a
+corridor, are taken from the prior or, with the search, from the last motions, unless the scan fits
+clearly less well there. Without the search, the lesson's checks hold as they are.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ from labkit.odometry.agreement import agreement_of
 from labkit.odometry.carried import carried, stands
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.parameters import OdometryParameters
-from labkit.odometry.sanity import beyond, poor
+from labkit.odometry.sanity import SanityLimits, beyond, poor
 from labkit.odometry.search import STARTS, alike, apart, completed, search, surprise
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
@@ -50,6 +49,7 @@ RANGE_STD = 0.01  # [m] of a range, at least
 NO_LIMIT = 1e3  # [m] or [rad]: a motion without limit counts as one of this length
 SUPPORTED, SURE = 0.5, 0.8  # agreement that asks for no search, with a prior and without one
 SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
+ODD, CLEARLY = 4.0, 2.0  # of surprise: no motion to believe; more than of another motion
 SAME = 0.01  # scores closer than this tie; the first tried wins
 ALIKE = 0.05  # agreements that differ by less do not tell which of two matches is right
 
@@ -87,12 +87,10 @@ class StepRecord:
     inlier_count, inlier_ratio, rmse, rotation : float
         Kept pairs, their share of the source, the root mean square of their residuals [m], and
         |Δψ| [rad].
-    seen_through, agreement : float
-        Share of the target's visible points that beams pass through; and 1 where all of the scan
-        lies on the target, 0 where none does, less where beams pass through; −∞ of a failed match.
-    margin, ambiguous : float, bool
-        By how much the match agrees better than the best one elsewhere that passes the checks,
-        NaN without one; and whether that is too little to tell which is right.
+    seen_through, agreement, margin, ambiguous : float, float, float, bool
+        Share of the target's visible points that beams pass through; 1 where all of the scan lies
+        on the target, 0 where none does, less where beams pass through, −∞ of a failed match; by
+        how much it exceeds that of the best match elsewhere; whether that is too little to tell.
     against_prior : bool
         Whether the match was believed although it lies beyond the limits around the prior.
     information, degenerate, spread : float, bool, float
@@ -153,13 +151,9 @@ def estimate_step(
         Matcher, limits and fallbacks.
     """
     seen = target if isinstance(target, LocalMap) else LocalMap(target=target)
-    likely, (shift, turn) = np.atleast_2d(motions), parameters.limits.window
-    last_resort = Decision.HOLD if likely[0].any() else Decision.STAND
-    if prior is not None:
-        likely, last_resort = np.vstack([prior, likely]), Decision.PRIOR
-        shift, turn = parameters.limits.prior_window
-    wide = np.diag(np.minimum([shift, shift, turn], NO_LIMIT) / 3.0) ** 2
-    resort: dict[str, Any] = {"increment": likely[0], "decision": last_resort, "covariance": wide}
+    likely = np.atleast_2d(motions)
+    resort = unmatched(prior, likely[0], parameters.limits)
+    likely = likely if prior is None else np.vstack([prior, likely])
     if seen.target is None or len(source) < MIN_PAIRS:
         which = "older" if seen.target is None else "newer"
         reason = f"the {which} scan has fewer than {MIN_PAIRS} points"
@@ -183,8 +177,23 @@ def estimate_step(
     x, y, heading = best.record.increment
     record = replace(best.record, spread=spread_ratio(source, rotation(heading).T @ [x, y]))
     if best.result is None or best.complaints or (record.ambiguous and prior is not None):  # F
-        return replace(record, **resort, against_prior=False)
-    return replace(record, covariance=covariance_of(best.result, wide, seen.T_target_last))  # E
+        return replace(record, **resort)
+    covariance = covariance_of(best.result, resort["covariance"], seen.T_target_last)
+    return replace(record, covariance=covariance)  # E
+
+
+def unmatched(
+    prior: FloatArray | None, last_motion: FloatArray, limits: SanityLimits
+) -> dict[str, Any]:
+    """The motion, in a record's fields, of a step whose match is not believed."""
+    shift, turn = limits.window if prior is None else limits.prior_window
+    held = Decision.HOLD if last_motion.any() else Decision.STAND
+    return {
+        "increment": last_motion if prior is None else prior,
+        "decision": held if prior is None else Decision.PRIOR,
+        "covariance": np.diag(np.minimum([shift, shift, turn], NO_LIMIT) / 3.0) ** 2,
+        "against_prior": False,
+    }
 
 
 def covariance_of(result: IcpResult, wide: FloatArray, T_target_last: FloatArray) -> FloatArray:
@@ -261,7 +270,7 @@ class _Step:
             off = increment - self.prior
             off[2] = wrap(off[2])
             against = beyond(off, limits.prior_window, " from the prior")
-        overrides = bool(against) and agreement >= self.overriding(T, increment)
+        overrides = bool(against and search and agreement >= SUPPORTED) and self.yields(T)
         found = poor(result.fitness, rmse, limits)
         if self.prior is None or against or not search:
             found += beyond(increment, limits.window)
@@ -289,15 +298,15 @@ class _Step:
             return self.expected
         return self.expected[1:] if record.against_prior else self.expected[:1]
 
-    def overriding(self, T: FloatArray, increment: FloatArray) -> float:
-        """The agreement with which a match at T, far from the prior, is believed all the same."""
-        if self.prior is None or not self.parameters.search:
-            return math.inf
-        limits, unlike = self.parameters.limits, surprise(T, self.expected[1:]).min()
-        if unlike < 1.0 and surprise(self.expected[0], self.expected[1:]).min() > 1.0 + unlike:
-            return SURE if beyond(self.prior, limits.window) else SUPPORTED
-        shift = increment[:2] - self.prior[:2]
-        return SURE if math.hypot(*shift) <= limits.max_prior_translation else math.inf
+    def yields(self, T: FloatArray) -> bool:
+        """True if a prior far from a match at T is more unlike the last motions than the match.
+
+        Clearly so if they differ in the way, not in the turn alone: what is carried shifts a match.
+        """
+        T_prior, last = self.expected[0], self.expected[1:]
+        here, there = surprise(T, last).min(), surprise(T_prior, last).min()
+        near = math.hypot(*(T - T_prior)[:2, 2]) <= self.parameters.limits.max_prior_translation
+        return bool(here < ODD and there > here + (0.0 if near else CLEARLY))
 
     def asks_for_more(self, match: _Match) -> bool:
         """True if there may be a better match than this first one."""

@@ -21,6 +21,7 @@ from labkit.odometry import (
     integrate,
 )
 from labkit.odometry.carried import OFF
+from labkit.odometry.sanity import MISSED, WATCHED
 from labkit.se2 import apply, from_xytheta, to_xytheta
 from labkit.simulation import Lidar, WheelNoise, room, scan_along, wheel_increments
 from labkit.support.errors import InvalidParameterError, InvalidPointsError
@@ -159,16 +160,25 @@ def test_wheels_that_are_contradicted_for_long_and_units_that_fit_nothing_are_re
 
 @pytest.mark.parametrize("priors", [True, False])
 def test_a_scanner_that_is_blocked_for_long_is_a_remark(priors):
-    path = integrate([STEP] * 30, start=[-0.5, -0.3, 0.2])
-    scans = scan_along(room(), path, Lidar(beam_count=181), rng=5)
-    for blocked in (9, 10, 14):
+    """With wheels these lead on, until the matches are to be trusted again."""
+    path = integrate([STEP] * 100, start=[-0.5, -0.3, 0.2])
+    scans, wheels = scan_along(room(), path, Lidar(beam_count=181), rng=5), increments_between(path)
+    longest, until = (MISSED, WATCHED - 1) if priors else (10, 0)
+    for blocked in (longest - 1, longest, 11):
         seen = [EMPTY if 8 <= k < 8 + blocked else scan for k, scan in enumerate(scans)]
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always")
-            estimate_odometry(seen, increments_between(path) if priors else None)
-        remarks = [str(each.message) for each in told]
-        last = f"scans 8 to {7 + blocked} were not matched, the first since the newer scan has few"
-        assert [each.startswith(last) for each in remarks] == [True] * (blocked >= 10), remarks
+            run = estimate_odometry(seen, wheels if priors else None)
+        remarks, last = [str(each.message) for each in told], 7 + blocked + until
+        start = f"scans 8 to {last} were not matched, the first since the newer scan has few"
+        assert [each.startswith(start) for each in remarks] == [True] * (blocked >= longest)
+        if blocked >= longest and priors:
+            led = run.records[8 + blocked : last + 1]
+            assert all(each.reason.startswith("the wheels lead: ") for each in led)
+            np.testing.assert_array_equal(
+                [each.increment for each in led], wheels[7 + blocked : last]
+            )
+        assert run.records[-1].decision.matched
 
 
 @pytest.mark.parametrize("start", [(5.0, -2.0, 3.0), from_xytheta([5.0, -2.0, 3.0])])

@@ -1,7 +1,6 @@
 """Sanity checks: each limit has its own complaint, and a good step has none."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit.odometry import SanityLimits
-from labkit.odometry.sanity import around, beyond, grown, poor
+from labkit.odometry.sanity import MISSED, WATCHED, Trust, beyond, grown, poor
 from labkit.support.errors import InvalidParameterError
 
 LIMITS = SanityLimits(
@@ -55,15 +54,17 @@ def test_the_limits_follow_the_longest_of_the_last_motions_and_the_steps_that_we
         assert limits.max_rotation == pytest.approx(math.radians(turned))
 
 
-@given(motions, st.floats(0.0, 3.0))
-def test_short_steps_lie_near_the_wheels(motion, longer):
-    """The limit follows the way alone, never shrinks with it, and is the given one from 2 m on."""
-    x, y, _ = motion
-    limits, far = (around(np.array([k * x, k * y, 1.0]), LIMITS) for k in (1.0, 1.0 + longer))
-    assert 0.04 <= limits.max_prior_translation <= far.max_prior_translation + 1e-12
-    assert far.max_prior_translation <= 0.2
-    assert (limits.max_prior_translation == 0.2) == (math.hypot(x, y) >= 2.0)
-    assert limits == replace(LIMITS, max_prior_translation=limits.max_prior_translation)
+@given(st.lists(st.sampled_from([True, True, True, False]), max_size=3 * WATCHED))
+def test_the_wheels_lead_from_many_misses_until_a_long_row_of_matches(matches):
+    """They lead if, since the last `WATCHED` matches in a row, `WATCHED` steps had `MISSED`."""
+    trust = Trust()
+    for matched in matches:
+        trust = trust.after(matched)
+    missed = [not each for each in matches]
+    ends = [k for k in range(WATCHED, len(missed) + 1) if not any(missed[k - WATCHED : k])]
+    since = missed[max(ends, default=0) :]
+    windows = [since[max(0, k - WATCHED) : k] for k in range(1, len(since) + 1)]
+    assert trust.wheels_lead == any(sum(each) >= MISSED for each in windows)
 
 
 @pytest.mark.parametrize(
