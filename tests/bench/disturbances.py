@@ -460,12 +460,13 @@ are equal, the rule bought nothing in these runs."""
 LOSES = """\
 ## What it still loses
 
-- Where the wheels lead, the odometry is as good as they are, and no better: 5.6 m on csail with a third
-  of the view hidden, 0.3 m without. A robot with poor wheels loses most.
-- In one gap on csail the wheels are 2.3 m and 22° off, and no match beyond it is to be believed. Wheels
-  alone make the same error, and others undo it later.
-- On acapulco the wheels are good: 1.2 m off after 861 scans. With half of the view carried along, matches
-  that are 0.3 m off agree as well as right ones, and for long too few steps fail for the wheels to lead.
+- Where the wheels lead, the odometry is as good as they are, and no better: 5.6 m on csail with a
+  third of the view hidden, 0.3 m without. A robot with poor wheels loses most.
+- In one gap on csail the wheels are 2.3 m and 22° off, and no match beyond it is to be believed.
+  Wheels alone make the same error, and others undo it later.
+- On acapulco the wheels are good: 1.2 m off after 861 scans. With half of the view carried along,
+  matches that are 0.3 m off agree as well as right ones, and for long too few steps fail for the
+  wheels to lead.
 - On the first 120 scans of aces the wheels stand in a corridor, where the scan agrees within 0.02
   at places a metre apart. Once a wrong place wins, standing still is the last motion, and it wins
   the next tie as well: 5.8 m. In the whole log they stand elsewhere."""
