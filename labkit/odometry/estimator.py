@@ -18,7 +18,7 @@ from labkit.odometry.carried import stands
 from labkit.odometry.integration import increments_between, integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.parameters import OdometryParameters
-from labkit.odometry.sanity import Trust, grown
+from labkit.odometry.sanity import LED, Trust, grown
 from labkit.odometry.search import REMEMBERED
 from labkit.odometry.step import STILL, Decision, StepRecord, estimate_step, unmatched
 from labkit.scan import Scan
@@ -103,11 +103,12 @@ class ScanMatchingOdometry:
             motions = np.array([was.last_motion, *was.motions])
             parameters = self._parameters(expected)
             record = estimate_step(filtered, was.seen, expected, motions, parameters)
-            if expected is not None and parameters.search:
+            if expected is not None and parameters.search and len(filtered) >= MIN_PAIRS:
                 trust = trust.after(record.decision.matched)
-                if trust.wheels_lead and record.decision.matched:
+                if trust.wheels_lead:
                     instead = unmatched(expected, STILL, parameters.limits)
-                    record = replace(record, **instead, reason=trust.reason)
+                    why = "; ".join(filter(None, [record.reason, LED]))
+                    record = replace(record, **instead, reason=why)
         matched, moved = record.decision.matched, record.increment
         # A motion is held once: nobody saw it, so it is no ground for holding it again.
         held = record.decision in (Decision.HOLD, Decision.STAND)
@@ -176,23 +177,28 @@ class OdometryResult:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Oddities of the run: without a match, or against the wheels, for long."""
+        """Oddities of the run: without a match, led by the wheels, or against them, for long."""
         found, steps = [], self.records[1:]
-        matched = [record.decision.matched for record in steps]
-        if sum(matched) < 0.5 * len(steps):
+        led = [LED in record.reason for record in steps]
+        blind = [not record.decision.matched for record in steps]
+        if sum(blind) > 0.5 * len(steps):
             found.append(
-                f"{matched.count(False)} of {len(steps)} steps did not match; are ranges and "
+                f"{sum(blind)} of {len(steps)} steps had no match that is believed; are ranges and "
                 f"wheels in metres, and angles in radians? If so, does something hide the view?"
             )
         else:
             found += [
                 f"scans {first} to {last} were not matched, the first since "
-                f"{self.records[first].reason:.99}: their motion is the prior's, or none"
-                for first, last in _runs([not each for each in matched], BLIND)
+                f"{self.records[first].reason.partition(', ')[0]}: their motion is the prior's, "
+                f"or none"
+                for first, last in _runs(
+                    [b and not each for b, each in zip(blind, led, strict=True)], BLIND
+                )
             ]
+        found += [f"scans {first} to {last}: {LED}" for first, last in _runs(led, 1)]
         found += [
             f"scans {first} to {last} were all matched against the prior: either the wheels "
-            f"failed there, or something that moves was taken for the room"
+            f"failed there (are they in metres?), or something that moves was taken for the room"
             for first, last in _runs([record.against_prior for record in steps], AGAINST)
         ]
         return tuple(found)

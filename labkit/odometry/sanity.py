@@ -9,7 +9,10 @@ from typing import NamedTuple
 
 from labkit.support.arrays import FloatArray, check_range
 
-MISSED, WATCHED = 8, 40  # so many steps without a match, of the last ones, end the trust in them
+MISSED, WATCHED = 8, 40  # steps without a match, of so many, after which the wheels lead
+LED = (
+    f"the wheels lead since {MISSED} of {WATCHED} steps did not match, until {WATCHED} in a row do"
+)
 ROOM = 1.5  # times the longest of the last motions: a step that is no surprise
 
 
@@ -93,17 +96,12 @@ def grown(limits: SanityLimits, motions: Sequence[FloatArray], lost: int) -> San
 class Trust(NamedTuple):
     """Trust in the matches of a run with wheels, from those of its last steps.
 
-    Errors of wheels undo one another later, and those of few steps from wheels among matches do
-    not. So the wheels lead alone where many steps do not match, until `WATCHED` in a row do.
+    Over many steps the errors of wheels cancel in part; if few of the steps come from wheels, and
+    the others from matches, they do not. So where many steps do not match, the wheels lead alone.
     """
 
     missed: tuple[bool, ...] = ()  # steps without a match, the newest first
     wheels_lead: bool = False
-
-    @property
-    def reason(self) -> str:
-        """Why the wheels lead."""
-        return f"the wheels lead: {sum(self.missed)} of {len(self.missed)} steps did not match"
 
     def after(self, matched: bool) -> Trust:
         """The trust after one more step."""

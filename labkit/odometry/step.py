@@ -15,7 +15,8 @@ A match lies within the window around the prior. Or it overrides the prior: with
 out where the rest agrees better. If a scan fits in several places, the match is not a measurement:
 the prior is taken, where there is one. Motions that no wall fixes, such as the way along a
 corridor, are taken from the prior or, with the search, from the last motions, unless the scan fits
-clearly less well there. Without the search, the lesson's checks hold as they are.
+clearly less well there. Without the search, the lesson's checks hold as they are. The estimator
+puts a match aside where the wheels lead (`labkit.odometry.sanity.Trust`).
 """
 
 from __future__ import annotations
@@ -83,7 +84,7 @@ class StepRecord:
         Covariance of the increment: Censi's, with a third of the limits as the standard
         deviation along what the match does not see, and of a motion that was not matched.
     reason : str
-        The checks that failed on the way; empty where the first match passed.
+        The checks that failed on the way, and whether the wheels lead; often empty.
     inlier_count, inlier_ratio, rmse, rotation : float
         Kept pairs, their share of the source, the root mean square of their residuals [m], and
         |Δψ| [rad].

@@ -154,31 +154,48 @@ def test_wheels_that_are_contradicted_for_long_and_units_that_fit_nothing_are_re
     with pytest.warns(UserWarning, match="scans 4 to .* were all matched against the prior"):
         estimate_odometry(SCANS, lie)
     millimetres = [1e3 * scan.points for scan in SCANS]
-    with pytest.warns(UserWarning, match="of 11 steps did not match; are ranges and wheels in m"):
-        estimate_odometry(millimetres, PRIORS)
+    remarks = told_of(millimetres, PRIORS)[1]
+    assert "of 11 steps had no match that is believed; are ranges and wheels in m" in remarks[0]
+
+
+def told_of(scans, priors):
+    """The run, and its remarks."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        run = estimate_odometry(scans, priors)
+    return run, [str(each.message) for each in told]
 
 
 @pytest.mark.parametrize("priors", [True, False])
 def test_a_scanner_that_is_blocked_for_long_is_a_remark(priors):
-    """With wheels these lead on, until the matches are to be trusted again."""
-    path = integrate([STEP] * 100, start=[-0.5, -0.3, 0.2])
-    scans, wheels = scan_along(room(), path, Lidar(beam_count=181), rng=5), increments_between(path)
-    longest, until = (MISSED, WATCHED - 1) if priors else (10, 0)
-    for blocked in (longest - 1, longest, 11):
+    path = integrate([STEP] * 30, start=[-0.5, -0.3, 0.2])
+    scans = scan_along(room(), path, Lidar(beam_count=181), rng=5)
+    for blocked in (9, 10, 14):
         seen = [EMPTY if 8 <= k < 8 + blocked else scan for k, scan in enumerate(scans)]
-        with warnings.catch_warnings(record=True) as told:
-            warnings.simplefilter("always")
-            run = estimate_odometry(seen, wheels if priors else None)
-        remarks, last = [str(each.message) for each in told], 7 + blocked + until
-        start = f"scans 8 to {last} were not matched, the first since the newer scan has few"
-        assert [each.startswith(start) for each in remarks] == [True] * (blocked >= longest)
-        if blocked >= longest and priors:
-            led = run.records[8 + blocked : last + 1]
-            assert all(each.reason.startswith("the wheels lead: ") for each in led)
-            np.testing.assert_array_equal(
-                [each.increment for each in led], wheels[7 + blocked : last]
-            )
-        assert run.records[-1].decision.matched
+        remarks = told_of(seen, increments_between(path) if priors else None)[1]
+        last = f"scans 8 to {7 + blocked} were not matched, the first since the newer scan has few"
+        assert [each.startswith(last) for each in remarks] == [True] * (blocked >= 10), remarks
+
+
+@pytest.mark.parametrize("missed", [MISSED - 1, MISSED])
+def test_where_many_scans_fit_nothing_the_wheels_lead_and_the_run_says_so(missed):
+    """Until the matches are to be trusted again: each step is the wheels', and doubtful."""
+    path, rng = integrate([STEP] * 100, start=[-0.5, -0.3, 0.2]), np.random.default_rng(5)
+    scans, wheels = (
+        scan_along(room(), path, Lidar(beam_count=91), rng=rng),
+        increments_between(path),
+    )
+    for k in range(8, 8 + missed):
+        scans[k] = rng.uniform(-9.0, 9.0, (91, 2))
+    run, remarks = told_of(scans, wheels)
+    first, last = 15, 14 + WATCHED
+    told = [each.startswith(f"scans {first} to {last}: the wheels lead") for each in remarks]
+    assert told == [True] * (missed == MISSED), remarks
+    if told:
+        led = run.records[first : last + 1]
+        assert all(each.is_doubtful and "the wheels lead" in each.reason for each in led)
+        np.testing.assert_array_equal([each.increment for each in led], wheels[first - 1 : last])
+    assert run.records[-1].decision.matched
 
 
 @pytest.mark.parametrize("start", [(5.0, -2.0, 3.0), from_xytheta([5.0, -2.0, 3.0])])
