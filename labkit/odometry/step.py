@@ -50,7 +50,7 @@ RANGE_STD = 0.01  # [m] of a range, at least
 NO_LIMIT = 1e3  # [m] or [rad]: a motion without limit counts as one of this length
 SUPPORTED, SURE = 0.5, 0.8  # agreement that asks for no search, with a prior and without one
 SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
-ODD, CLEARLY = 4.0, 2.0  # of surprise: no motion to believe; more than of another motion
+ODD, CLEARLY = 4.0, 2.0  # surprise: too much for a match; by which a prior exceeds a match's
 SAME = 0.01  # scores closer than this tie; the first tried wins
 ALIKE = 0.05  # agreements that differ by less do not tell which of two matches is right
 
