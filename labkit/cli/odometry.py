@@ -30,7 +30,7 @@ from labkit.odometry import (
 )
 from labkit.simulation import WheelNoise, wheel_increments
 from labkit.support.arrays import FloatArray, check_count
-from labkit.support.errors import InvalidPointsError, WriteError
+from labkit.support.errors import InvalidParameterError, InvalidPointsError, WriteError
 from labkit.support.files import refuse_unwritable
 from labkit.support.interrupts import loading
 from labkit.support.warm import warm
@@ -156,6 +156,8 @@ def _read(args: argparse.Namespace) -> Log:
     if len(log) < 2:
         raise InvalidPointsError(f"{log.name} holds a single scan; a motion needs two")
     if args.odometry is not None:
+        if args.prior == "none":
+            raise InvalidParameterError("leaves `--odometry` aside: drop one", parameter="prior")
         log = _with_wheels(log, args)
     for line in log.skipped[:SHOWN_DAMAGE]:
         print(f"skipped {line}", file=sys.stderr)

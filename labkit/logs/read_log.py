@@ -85,6 +85,7 @@ def read_log(
     ('points', 1, [[1.0, 0.0], [0.0, 1.0]], 4)
     """
     offset = as_numbers(laser_offset, "laser_offset", "x, y, θ")
+    check_angles(offset[2:], "laser_offset")
     beams = None if angles is None else as_numbers(angles, "angles", "first, last [rad]")
     if beams is not None:
         check_angles(beams, "angles")

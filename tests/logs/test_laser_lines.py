@@ -7,7 +7,7 @@ import pytest
 
 from labkit.logs import read_log
 from labkit.se2 import from_xytheta, to_xytheta, transform, wrap
-from labkit.support.errors import InvalidPointsError, LogError
+from labkit.support.errors import InvalidParameterError, InvalidPointsError, LogError
 
 FOUR = [1.0, 2.0, 3.0, 4.0]
 
@@ -72,6 +72,8 @@ def test_a_declared_mounting_gives_the_pose_of_the_laser(save, flaser):
         read_log(path, laser_offset=(0.1, 0.0, 0.0))
     with pytest.raises(InvalidPointsError, match=r"`laser_offset` must have shape \(3,\), got"):
         read_log(path, laser_offset=(0.0, 0.0))
+    with pytest.raises(InvalidParameterError, match=r"`laser_offset` must be radians .* degrees\?"):
+        read_log(path, laser_offset=(0.0, 0.0, 180.0))
 
 
 @pytest.mark.parametrize("count", [4, 300])
