@@ -20,14 +20,16 @@ from labkit.odometry.local_map import LocalMap
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.sanity import LED, Trust, grown
 from labkit.odometry.search import REMEMBERED
-from labkit.odometry.step import STILL, Decision, StepRecord, estimate_step, unmatched
+from labkit.odometry.step import ALIKE, STILL, Decision, StepRecord, estimate_step, unmatched
 from labkit.scan import Scan
+from labkit.se2 import from_xytheta, relative, to_xytheta
 from labkit.support.arrays import FloatArray, as_pose, as_poses, check_kind
 from labkit.support.errors import InvalidPointsError
 from labkit.target import Target
 
-NOTHING = Scan(points=np.empty((0, 2)))
+NOTHING, FROZEN = Scan(points=np.empty((0, 2))), Scan(points=np.empty((0, 2)))
 AGAINST, BLIND = 3, 10  # matches against the prior, and steps without a match, in a row: odd
+RECOVERED = "the match refused before was right: this scan fits better from there"
 RESTING = 0.02, math.radians(0.5)  # [m] and [rad]: wheels that tell less say that they stand
 SAME_VIEW = 0.9  # share of a scan that lies as it lay, where the robot does stand
 
@@ -39,10 +41,28 @@ class _State(NamedTuple):
     seen: LocalMap
     taken: int = 0  # scans
     lost: int = 0  # steps since the last one that was matched
-    before: Target | None = None  # the last scan
+    before: Target | None = None  # the last scan with points
     motions: tuple[FloatArray, ...] = ()  # that were matched, the newest first
     last_motion: FloatArray = STILL
     trust: Trust = Trust()
+    rival: _State | None = None  # the same, had the last match been believed that was refused
+
+    def after(self, record: StepRecord, scan: Scan, prior: FloatArray | None) -> _State:
+        """The state after a step, which keeps no rival."""
+        matched, moved = record.decision.matched, record.increment
+        # A motion is held once: nobody saw it, so it is no ground for holding it again.
+        held = record.decision in (Decision.HOLD, Decision.STAND)
+        sure = (moved,) if matched and not record.degenerate else ()
+        return _State(
+            pose=integrate_step(self.pose, moved),
+            seen=self.seen.moved(scan, moved, prior, matched=matched),
+            taken=self.taken + 1,
+            lost=0 if matched else self.lost + 1,
+            before=Target(scan) if len(scan) else self.before,
+            motions=(*sure, *self.motions)[:REMEMBERED],
+            last_motion=STILL if held else moved,
+            trust=self.trust,
+        )
 
 
 class ScanMatchingOdometry:
@@ -92,40 +112,54 @@ class ScanMatchingOdometry:
         prior : array_like, shape (3,) or a transform, optional
             The increment (Δx, Δy, Δψ) that wheels or an IMU report; NaN stands for none.
         """
-        was, filtered, expected = self._state, self._filtered(scan), None
-        if prior is not None:
-            expected = as_pose(prior, "prior", gaps=True)
-            if np.isnan(expected[0]) or self._denies(filtered, expected):
-                expected = None
-        record = StepRecord(increment=STILL, decision=Decision.START)
-        trust = was.trust
+        was, expected = self._state, None if prior is None else as_pose(prior, "prior", gaps=True)
+        if expected is not None and np.isnan(expected[0]):
+            expected = None
+        told, expected = self._witnesses(self._filtered(scan), expected)
+        record, state = self._step(was, told, expected)
+        if was.rival is not None:
+            other, there = self._step(was.rival, told, expected)
+            if recovers(other, record):
+                T = relative(from_xytheta(was.pose), from_xytheta(there.pose))
+                jump: dict[str, Any] = {"increment": to_xytheta(T), "against_prior": True}
+                record, state = replace(other, **jump, reason=RECOVERED), there
+        if told is FROZEN:
+            record = replace(record, reason="the scan repeats to the digit while the wheels move")
+        self._state = state  # all at once: an interrupt leaves the state before
+        return record
+
+    def _witnesses(self, scan: Scan, prior: FloatArray | None) -> tuple[Scan, FloatArray | None]:
+        """Scan and prior without the one that stands while the other moves."""
+        before = self._state.before
+        if not self.parameters.search or prior is None or before is None or len(scan) < MIN_PAIRS:
+            return scan, prior
+        if math.hypot(prior[0], prior[1]) > RESTING[0] or abs(prior[2]) > RESTING[1]:
+            return FROZEN if np.array_equal(scan.points, before.points) else scan, prior
+        return scan, prior if stands(scan, before).mean() >= SAME_VIEW else None
+
+    def _step(
+        self, was: _State, scan: Scan, expected: FloatArray | None
+    ) -> tuple[StepRecord, _State]:
+        """One step from a state, and the state after it."""
+        record, trust = StepRecord(increment=STILL, decision=Decision.START), was.trust
         if was.taken > 0:
             motions = np.array([was.last_motion, *was.motions])
-            parameters = self._parameters(expected)
-            record = estimate_step(filtered, was.seen, expected, motions, parameters)
-            if expected is not None and parameters.search and len(filtered) >= MIN_PAIRS:
-                trust = trust.after(record.decision.matched)
+            parameters = self._parameters(was, expected)
+            record = estimate_step(scan, was.seen, expected, motions, parameters, trust)
+            if expected is not None and parameters.search and len(scan) >= MIN_PAIRS:
+                matched, doubtful = record.decision.matched, record.is_doubtful
+                trust = trust.after(record.increment, expected, matched=matched, doubtful=doubtful)
                 if trust.wheels_lead:
                     instead = unmatched(expected, STILL, parameters.limits)
                     why = "; ".join(filter(None, [record.reason, LED]))
                     record = replace(record, **instead, reason=why)
-        matched, moved = record.decision.matched, record.increment
-        # A motion is held once: nobody saw it, so it is no ground for holding it again.
-        held = record.decision in (Decision.HOLD, Decision.STAND)
-        sure = (moved,) if matched and not record.degenerate else ()
-        self._state = _State(  # all at once: an interrupt leaves the state before
-            pose=integrate_step(was.pose, moved),
-            seen=was.seen.moved(
-                filtered, moved, expected if self.parameters.search else None, matched=matched
-            ),
-            taken=was.taken + 1,
-            lost=0 if matched else was.lost + 1,
-            before=Target(filtered) if len(filtered) else None,
-            motions=(*sure, *was.motions)[:REMEMBERED],
-            last_motion=STILL if held else moved,
-            trust=trust,
-        )
-        return record
+        told = expected if self.parameters.search else None
+        was = was._replace(trust=trust)
+        state = was.after(record, scan, told)
+        if record.refused is not None:
+            believed = replace(record, increment=record.refused, decision=Decision.SEARCH)
+            state = state._replace(rival=was.after(believed, scan, told))
+        return record, state
 
     def _filtered(self, scan: Scan | ArrayLike) -> Scan:
         """The scan after the filters; an error names it."""
@@ -136,12 +170,12 @@ class ScanMatchingOdometry:
         except InvalidPointsError as error:
             raise InvalidPointsError(f"scan {self._state.taken}: {error}") from None
 
-    def _parameters(self, expected: FloatArray | None) -> OdometryParameters:
+    def _parameters(self, was: _State, expected: FloatArray | None) -> OdometryParameters:
         """The step's parameters; with the search, its limits follow the motions of the run.
 
         If wheels tell the step, neither lost steps nor what wheels alone told before widens them.
         """
-        was, parameters = self._state, self.parameters
+        parameters = self.parameters
         if not parameters.search:
             return parameters
         motions, lost = was.motions, 0
@@ -149,14 +183,11 @@ class ScanMatchingOdometry:
             motions, lost = (was.last_motion, *motions), was.lost
         return replace(parameters, limits=grown(parameters.limits, motions, lost))
 
-    def _denies(self, scan: Scan, expected: FloatArray) -> bool:
-        """True if the wheels stand, and the scan does not."""
-        moved, turned = math.hypot(expected[0], expected[1]), abs(expected[2])
-        if not self.parameters.search or moved > RESTING[0] or turned > RESTING[1]:
-            return False
-        if self._state.before is None or len(scan) < MIN_PAIRS:
-            return False
-        return bool(stands(scan, self._state.before).mean() < SAME_VIEW)
+
+def recovers(other: StepRecord, record: StepRecord) -> bool:
+    """True if a match from where the last one was refused is to be believed, and not `record`."""
+    margin = ALIKE if record.decision.matched else -ALIKE
+    return not other.is_doubtful and other.agreement >= record.agreement + margin
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+from labkit.odometry.search import USUAL
 from labkit.support.arrays import FloatArray, check_range
 
 MISSED, WATCHED = 8, 40  # steps without a match, of so many, after which the wheels lead
 LED = (
     f"the wheels lead since {MISSED} of {WATCHED} steps did not match, until {WATCHED} in a row do"
 )
+COMPARED = 20  # sure matches that tell how far matches usually lie from the wheels
+FAR, LEAST = 5.0, 0.15  # times as far may a doubtful one lie, and so far [m] at least
 ROOM = 1.5  # times the longest of the last motions: a step that is no surprise
 
 
@@ -94,7 +98,7 @@ def grown(limits: SanityLimits, motions: Sequence[FloatArray], lost: int) -> San
 
 
 class Trust(NamedTuple):
-    """Trust in the matches of a run with wheels, from those of its last steps.
+    """Trust in the matches and the wheels of a run, from its last steps with both.
 
     Over many steps the errors of wheels cancel in part; if few of the steps come from wheels, and
     the others from matches, they do not. So where many steps do not match, the wheels lead alone.
@@ -102,8 +106,29 @@ class Trust(NamedTuple):
 
     missed: tuple[bool, ...] = ()  # steps without a match, the newest first
     wheels_lead: bool = False
+    apart: tuple[float, ...] = ()  # sure matches from their wheels [m], over `pace`
 
-    def after(self, matched: bool) -> Trust:
+    def after(
+        self, increment: FloatArray, prior: FloatArray, *, matched: bool, doubtful: bool
+    ) -> Trust:
         """The trust after one more step."""
         missed = (not matched, *self.missed)[:WATCHED]
-        return Trust(missed, sum(missed) >= (1 if self.wheels_lead else MISSED))
+        lead = sum(missed) >= (1 if self.wheels_lead else MISSED)
+        apart = math.dist(increment[:2], prior[:2]) / pace(prior)
+        return Trust(missed, lead, (*(() if doubtful else (apart,)), *self.apart)[:COMPARED])
+
+    def window(self, limits: SanityLimits, prior: FloatArray) -> tuple[float, float]:
+        """How far from the wheels a doubtful match may lie, [m] and [rad].
+
+        The turn has no other limit than that of all matches: scans tell it better than wheels.
+        """
+        most, turn = limits.prior_window
+        if len(self.apart) < COMPARED // 4:
+            return most, turn
+        return min(most, max(LEAST, FAR * pace(prior) * statistics.median(self.apart))), turn
+
+
+def pace(motion: FloatArray) -> float:
+    """The factor by which the errors of wheels grow with a motion: 1 at rest."""
+    x, y, turn = motion.tolist()
+    return float(1.0 + math.hypot(x, y) / USUAL[0] + abs(turn) / USUAL[1])

@@ -10,13 +10,15 @@ F  `_Step.fall_back`  a search, and ICP from its peaks, where the first match is
                       without the search, ICP with a reduced gate and reduced steps
    `estimate_step`    the prior; without one, skip: hold the last motion once, or stand still
 
-A match lies within the window around the prior. Or it overrides the prior: with an agreement of
-0.5, if it is like one of the last motions, and the prior is less so. What is carried along is left
-out where the rest agrees better. If a scan fits in several places, the match is not a measurement:
-the prior is taken, where there is one. Motions that no wall fixes, such as the way along a
-corridor, are taken from the prior or, with the search, from the last motions, unless the scan fits
-clearly less well there. Without the search, the lesson's checks hold as they are. The estimator
-puts a match aside where the wheels lead (`labkit.odometry.sanity.Trust`).
+A match lies within the window around the prior; a doubtful one as near to it as sure matches
+usually lie. Or it overrides the prior: with an agreement of 0.5, if it is like one of the last
+motions, and the prior clearly less so. What is carried along is left out where the rest agrees
+better. If a scan fits in several places, the match is not a measurement: the prior is taken, where
+there is one. Motions that no wall fixes, such as the way along a corridor, are taken from the prior
+or, with the search, from the last motions, unless the scan fits clearly less well there. Without
+the search, the lesson's checks hold as they are. Over several steps the estimator decides: it puts
+a match aside where the wheels lead, and goes back to one that was refused if the next scan fits
+from there.
 """
 
 from __future__ import annotations
@@ -36,7 +38,7 @@ from labkit.odometry.agreement import agreement_of
 from labkit.odometry.carried import carried, stands
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.parameters import OdometryParameters
-from labkit.odometry.sanity import SanityLimits, beyond, poor
+from labkit.odometry.sanity import SanityLimits, Trust, beyond, poor
 from labkit.odometry.search import STARTS, alike, apart, completed, search, surprise
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
@@ -48,9 +50,11 @@ from labkit.target import Target
 STILL = np.zeros(3)
 RANGE_STD = 0.01  # [m] of a range, at least
 NO_LIMIT = 1e3  # [m] or [rad]: a motion without limit counts as one of this length
-SUPPORTED, SURE = 0.5, 0.8  # agreement that asks for no search, with a prior and without one
+SUPPORTED, SURE = 0.5, 0.8  # agreement that asks for no search: with a usual prior; else
 SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
 ODD, CLEARLY = 4.0, 2.0  # surprise: too much for a match; by which a prior exceeds a match's
+UNUSUAL = 1.0  # surprise of a prior whose match must be sure, or a search is asked for
+NEW = Trust()
 SAME = 0.01  # scores closer than this tie; the first tried wins
 ALIKE = 0.05  # agreements that differ by less do not tell which of two matches is right
 
@@ -94,6 +98,8 @@ class StepRecord:
         how much it exceeds that of the best match elsewhere; whether that is too little to tell.
     against_prior : bool
         Whether the match was believed although it lies beyond the limits around the prior.
+    refused : ndarray, shape (3,), or None
+        The increment of a match that was not believed, if it is like the prior or a last motion.
     information, degenerate, spread : float, bool, float
         Smallest eigenvalue of the information, whether a direction is free, and the lesson's
         cheap corridor test; see `labkit.degeneracy.spread_ratio`.
@@ -114,6 +120,7 @@ class StepRecord:
     margin: float = math.nan
     ambiguous: bool = False
     against_prior: bool = False
+    refused: FloatArray | None = None
     information: float = math.nan
     degenerate: bool = False
     spread: float = math.nan
@@ -133,6 +140,7 @@ def estimate_step(
     prior: FloatArray | None,
     motions: FloatArray,
     parameters: OdometryParameters,
+    trust: Trust = NEW,
 ) -> StepRecord:
     """Estimate the motion from scan k to scan k+1 (`source`).
 
@@ -150,6 +158,8 @@ def estimate_step(
         and the last resort, and all are likely.
     parameters : OdometryParameters
         Matcher, limits and fallbacks.
+    trust : Trust, optional
+        How far sure matches lay from the wheels before.
     """
     seen = target if isinstance(target, LocalMap) else LocalMap(target=target)
     likely = np.atleast_2d(motions)
@@ -161,7 +171,7 @@ def estimate_step(
         return StepRecord(**resort, reason=reason)
 
     expected = seen.T_target_last @ from_xytheta(likely)
-    step = _Step(source, seen.target, seen.T_target_last, prior, expected, parameters)
+    step = _Step(source, seen.target, seen.T_target_last, prior, expected, parameters, trust)
     tried = [step.match(expected[0], Decision.ICP)]
     if prior is not None and seen.key is not None and parameters.search:
         is_near = not tried[0].complaints and not tried[0].record.against_prior
@@ -178,6 +188,8 @@ def estimate_step(
     x, y, heading = best.record.increment
     record = replace(best.record, spread=spread_ratio(source, rotation(heading).T @ [x, y]))
     if best.result is None or best.complaints or (record.ambiguous and prior is not None):  # F
+        if parameters.search and surprise(best.T_target_source, expected).min() < ODD:
+            resort["refused"] = best.record.increment
         return replace(record, **resort)
     covariance = covariance_of(best.result, resort["covariance"], seen.T_target_last)
     return replace(record, covariance=covariance)  # E
@@ -194,6 +206,7 @@ def unmatched(
         "decision": held if prior is None else Decision.PRIOR,
         "covariance": np.diag(np.minimum([shift, shift, turn], NO_LIMIT) / 3.0) ** 2,
         "against_prior": False,
+        "refused": None,
     }
 
 
@@ -228,6 +241,7 @@ class _Step:
     prior: FloatArray | None
     expected: FloatArray
     parameters: OdometryParameters
+    trust: Trust = NEW
 
     def match(self, T_guess: FloatArray, decision: Decision) -> _Match:
         """Match once (A), and judge the outcome."""
@@ -268,9 +282,11 @@ class _Step:
         agreement, through = agreement_of(result)
         against = []
         if self.prior is not None:
+            doubtful = search and agreement < SUPPORTED
+            window = self.trust.window(limits, self.prior) if doubtful else limits.prior_window
             off = increment - self.prior
             off[2] = wrap(off[2])
-            against = beyond(off, limits.prior_window, " from the prior")
+            against = beyond(off, window, " from the prior")
         overrides = bool(against and search and agreement >= SUPPORTED) and self.yields(T)
         found = poor(result.fitness, rmse, limits)
         if self.prior is None or against or not search:
@@ -300,18 +316,16 @@ class _Step:
         return self.expected[1:] if record.against_prior else self.expected[:1]
 
     def yields(self, T: FloatArray) -> bool:
-        """True if a prior far from a match at T is more unlike the last motions than the match.
-
-        Clearly so if they differ in the way, not in the turn alone: what is carried shifts a match.
-        """
+        """True if a prior far from a match at T is clearly more unlike the last motions."""
         T_prior, last = self.expected[0], self.expected[1:]
         here, there = surprise(T, last).min(), surprise(T_prior, last).min()
-        near = math.hypot(*(T - T_prior)[:2, 2]) <= self.parameters.limits.max_prior_translation
-        return bool(here < ODD and there > here + (0.0 if near else CLEARLY))
+        return bool(here < ODD and there > here + CLEARLY)
 
     def asks_for_more(self, match: _Match) -> bool:
         """True if there may be a better match than this first one."""
-        record, asked = match.record, SURE if self.prior is None else SUPPORTED
+        record, (prior, *last) = match.record, self.expected
+        unusual = self.prior is not None and surprise(prior, np.array(last)).min() > UNUSUAL
+        asked = SURE if self.prior is None or unusual else SUPPORTED
         untold = record.against_prior or (record.degenerate and self.prior is None)
         weak = untold or record.agreement < asked
         return bool(match.complaints) or (self.parameters.search and weak)

@@ -198,6 +198,39 @@ def test_where_many_scans_fit_nothing_the_wheels_lead_and_the_run_says_so(missed
     assert run.records[-1].decision.matched
 
 
+@pytest.mark.parametrize("off", [[1.5, 0.0, 0.0], [0.9, 0.3, 0.0], [0.5, 0.0, 0.8]])
+@pytest.mark.parametrize("at", [3, 7])
+def test_a_match_that_was_refused_wins_if_the_next_scan_fits_from_there(at, off):
+    """Usual wheels that lie cost one step: the pose is wrong once, and then right for good."""
+    lie = PRIORS.copy()
+    lie[at] += off
+    odometry = ScanMatchingOdometry(start=TRUTH[0])
+    for k, scan in enumerate(SCANS):
+        if k == at + 1:  # as if the robot had driven like this before
+            usual = odometry._state.motions
+            odometry._state = odometry._state._replace(motions=(lie[at], *usual))
+        record = odometry.update(scan, lie[k - 1] if k else None)
+        if k == at + 1:
+            assert record.decision is Decision.PRIOR
+            np.testing.assert_allclose(record.refused, PRIORS[at], atol=0.05)
+        elif k == at + 2:
+            assert record.against_prior
+            assert record.is_doubtful
+            assert "refused" in record.reason
+        if k != at + 1:
+            assert np.abs(odometry.pose - TRUTH[k]).max() < 0.04
+
+
+def test_a_scan_that_repeats_while_the_wheels_move_is_none():
+    seen = [*SCANS[:4], *SCANS[3:4] * 3, *SCANS[7:]]
+    run = estimate_odometry(seen, PRIORS, start=TRUTH[0])
+    assert np.abs(run.poses - TRUTH).max() < 0.06
+    assert all("repeats to the digit" in record.reason for record in run.records[4:7])
+    rests = np.zeros((3, 3))
+    run = estimate_odometry([*SCANS[:1] * 4], rests)
+    assert run.count(Decision.ICP) == 3
+
+
 @pytest.mark.parametrize("start", [(5.0, -2.0, 3.0), from_xytheta([5.0, -2.0, 3.0])])
 def test_the_start_moves_the_run_as_a_whole(start):
     plain = estimate_odometry(SCANS[:4])
@@ -301,10 +334,11 @@ WHEELS = {  # disturbances of the wheels (K, 3)
     "longer": lambda w, rng: 1.1 * w,
     "missing": lambda w, rng: np.where(np.arange(len(w))[:, None] % 4 == 3, math.nan, w),
 }
+ORDERS = {"frozen": [*range(12), *[12] * 8, *range(20, 31)]}  # of the scans
 
 
 @pytest.mark.parametrize("seed", range(2))
-@pytest.mark.parametrize("kind", [*RANGES, *WHEELS])
+@pytest.mark.parametrize("kind", [*RANGES, *WHEELS, *ORDERS])
 def test_no_single_disturbance_makes_the_odometry_worse_than_its_wheels(kind, seed):
     """The law; wheels count as disturbed as they are.
 
@@ -320,7 +354,7 @@ def test_no_single_disturbance_makes_the_odometry_worse_than_its_wheels(kind, se
         Scan.from_ranges(RANGES.get(kind, RANGES["none"])(s.ranges, s.angles, k, rng), s.angles)
         for k, s in enumerate(scan_along(room(), truth, lidar, rng=rng))
     ]
-    found = estimate_odometry(scans, wheels).poses
+    found = estimate_odometry([scans[k] for k in ORDERS.get(kind, range(31))], wheels).poses
     alone = integrate(np.nan_to_num(wheels))
     errors = [ate(poses, truth).translation.rmse for poses in (found, alone)]
     assert errors[0] < max(errors[1], 0.5 * OFF)

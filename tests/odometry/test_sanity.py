@@ -8,7 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit.odometry import SanityLimits
-from labkit.odometry.sanity import MISSED, WATCHED, Trust, beyond, grown, poor
+from labkit.odometry.sanity import (
+    COMPARED,
+    FAR,
+    LEAST,
+    MISSED,
+    WATCHED,
+    Trust,
+    beyond,
+    grown,
+    pace,
+    poor,
+)
 from labkit.support.errors import InvalidParameterError
 
 LIMITS = SanityLimits(
@@ -19,6 +30,7 @@ LIMITS = SanityLimits(
     min_inlier_ratio=0.5,
     max_rmse=0.1,
 )
+STILL = np.zeros(3)
 HALF = math.radians(180.0)
 motions = st.tuples(*(st.floats(-most, most) for most in (2.0, 2.0, HALF)))
 
@@ -59,12 +71,35 @@ def test_the_wheels_lead_from_many_misses_until_a_long_row_of_matches(matches):
     """They lead if, since the last `WATCHED` matches in a row, `WATCHED` steps had `MISSED`."""
     trust = Trust()
     for matched in matches:
-        trust = trust.after(matched)
+        trust = trust.after(STILL, STILL, matched=matched, doubtful=True)
     missed = [not each for each in matches]
     ends = [k for k in range(WATCHED, len(missed) + 1) if not any(missed[k - WATCHED : k])]
     since = missed[max(ends, default=0) :]
     windows = [since[max(0, k - WATCHED) : k] for k in range(1, len(since) + 1)]
     assert trust.wheels_lead == any(sum(each) >= MISSED for each in windows)
+
+
+@given(
+    st.lists(st.tuples(*[st.floats(-0.3, 0.3)] * 3), max_size=2 * COMPARED),
+    st.tuples(*[st.floats(-1.0, 1.0)] * 3),
+)
+def test_a_doubtful_match_lies_as_near_to_the_wheels_as_sure_ones_do(offsets, prior):
+    """Within `FAR` times their median, over the pace of the steps; never beyond the limits."""
+    trust = Trust()
+    for k, off in enumerate(offsets):
+        told = np.array([0.1, 0.0, 0.02]) * (k % 3)  # errors grow with the way
+        increment = told + np.array(off) * pace(told)
+        trust = trust.after(increment, told, matched=True, doubtful=False)
+        trust = trust.after(increment + 9.0, told, matched=True, doubtful=True)
+    far, (most, most_turn) = [math.hypot(x, y) for x, y, _ in offsets], LIMITS.prior_window
+    shift, turn = trust.window(LIMITS, np.array(prior))
+    assert turn == most_turn
+    if 4 * len(far) < COMPARED:
+        assert shift == most
+    else:
+        grown_by = 1.0 + math.hypot(*prior[:2]) / 0.5 + abs(prior[2]) / math.radians(20.0)
+        usual = grown_by * np.median(far[-COMPARED:])
+        assert shift == pytest.approx(np.clip(FAR * usual, LEAST, most))
 
 
 @pytest.mark.parametrize(

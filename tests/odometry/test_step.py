@@ -16,6 +16,7 @@ from labkit.odometry import (
     estimate_step,
 )
 from labkit.odometry.agreement import beams_of, seen_through
+from labkit.odometry.sanity import Trust
 from labkit.odometry.step import ALIKE, SAME, _Match, _Step
 from labkit.se2 import apply, from_xytheta, invert, to_xytheta, transform
 from labkit.simulation import Lidar, cast, corridor, room
@@ -198,13 +199,19 @@ def test_wheels_are_overridden_by_one_law(off, support, usual):
         assert "from the prior" in record.reason
 
 
-@pytest.mark.parametrize(("off", "wins"), [([0, 0, 36.0], True), ([0.9, 0, 0], False)])
-def test_wheels_that_surprise_a_little_more_than_the_match_yield_in_their_turn_alone(off, wins):
-    prior = MOTION + degrees(off)
-    record = estimate_step(*looks(room()), prior, MOTION + 0.45 * degrees(off), PARAMETERS)
-    assert record.against_prior == wins
-    expected = MOTION if wins else prior
-    np.testing.assert_allclose(record.increment, expected, atol=0.01)
+@pytest.mark.parametrize("off", [[0.1, 0, 0], [0.4, 0, 0], [0, 0, 12.0]])
+@pytest.mark.parametrize("share", [0.3, 1.0])
+def test_a_doubtful_match_must_lie_as_near_to_the_wheels_as_sure_ones_did(off, share):
+    source, target = looks(room())
+    seen = np.arange(len(source)) % 10 < 10 * share
+    newer = Scan.from_points(np.vstack([source.points[seen], 2.0 * source.points[~seen]]))
+    prior, near = MOTION + degrees(off), Trust(apart=(0.02,) * 20)
+    records = [
+        estimate_step(newer, target, prior, LAST, PARAMETERS, trust) for trust in (Trust(), near)
+    ]
+    assert records[0].decision.matched
+    assert records[1].decision.matched == (off[0] < 0.2 or not records[0].is_doubtful)
+    assert records[0].is_doubtful == (share < 0.5)
 
 
 def test_along_a_corridor_wheels_that_jump_lose_their_turn():
