@@ -14,24 +14,37 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.correspondences import MIN_PAIRS
-from labkit.odometry.carried import stands
+from labkit.odometry.carried import NEAR
 from labkit.odometry.integration import increments_between, integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.sanity import LED, Trust, grown
 from labkit.odometry.search import REMEMBERED
 from labkit.odometry.step import ALIKE, STILL, Decision, StepRecord, estimate_step, unmatched
+from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, relative, to_xytheta
 from labkit.support.arrays import FloatArray, as_pose, as_poses, check_kind
 from labkit.support.errors import InvalidPointsError
 from labkit.target import Target
 
-NOTHING, FROZEN = Scan(points=np.empty((0, 2))), Scan(points=np.empty((0, 2)))
+NOTHING = Scan(points=np.empty((0, 2)))
 AGAINST, BLIND = 3, 10  # matches against the prior, and steps without a match, in a row: odd
 RECOVERED = "the match refused before was right: this scan fits better from there"
 RESTING = 0.02, math.radians(0.5)  # [m] and [rad]: wheels that tell less say that they stand
 SAME_VIEW = 0.9  # share of a scan that lies as it lay, where the robot does stand
+REPEATED, SAME_SCAN = 1e-6, 0.8  # [m] a point that repeats, and their share in a scan that does
+
+
+class _View(NamedTuple):
+    """The last scan with points, or the first of those that repeat, and the wheels' way since."""
+
+    scan: Target
+    T_told: FloatArray = np.eye(3)
+
+    def moved(self, prior: FloatArray | None) -> _View:
+        """The same view, after the wheels told one more motion."""
+        return self if prior is None else self._replace(T_told=self.T_told @ from_xytheta(prior))
 
 
 class _State(NamedTuple):
@@ -41,7 +54,7 @@ class _State(NamedTuple):
     seen: LocalMap
     taken: int = 0  # scans
     lost: int = 0  # steps since the last one that was matched
-    before: Target | None = None  # the last scan with points
+    view: _View | None = None
     motions: tuple[FloatArray, ...] = ()  # that were matched, the newest first
     last_motion: FloatArray = STILL
     trust: Trust = Trust()
@@ -58,7 +71,6 @@ class _State(NamedTuple):
             seen=self.seen.moved(scan, moved, prior, matched=matched),
             taken=self.taken + 1,
             lost=0 if matched else self.lost + 1,
-            before=Target(scan) if len(scan) else self.before,
             motions=(*sure, *self.motions)[:REMEMBERED],
             last_motion=STILL if held else moved,
             trust=self.trust,
@@ -115,27 +127,40 @@ class ScanMatchingOdometry:
         was, expected = self._state, None if prior is None else as_pose(prior, "prior", gaps=True)
         if expected is not None and np.isnan(expected[0]):
             expected = None
-        told, expected = self._witnesses(self._filtered(scan), expected)
+        filtered = self._filtered(scan)
+        told, expected, view = self._witnesses(filtered, expected)
         record, state = self._step(was, told, expected)
         if was.rival is not None:
             other, there = self._step(was.rival, told, expected)
             if recovers(other, record):
-                T = relative(from_xytheta(was.pose), from_xytheta(there.pose))
-                jump: dict[str, Any] = {"increment": to_xytheta(T), "against_prior": True}
-                record, state = replace(other, **jump, reason=RECOVERED), there
-        if told is FROZEN:
-            record = replace(record, reason="the scan repeats to the digit while the wheels move")
-        self._state = state  # all at once: an interrupt leaves the state before
-        return record
+                wide = unmatched(expected, STILL, self._parameters(was, expected).limits)
+                way = to_xytheta(relative(*from_xytheta([was.pose, there.pose])))
+                record, state = returned(other, way, wide["covariance"]), there
+        if told is not filtered:
+            record = replace(record, reason="the scan repeats while the wheels move")
+        self._state = state._replace(view=view)  # at once: an interrupt leaves the state before
+        return replace(record, increment=record.increment.copy())
 
-    def _witnesses(self, scan: Scan, prior: FloatArray | None) -> tuple[Scan, FloatArray | None]:
-        """Scan and prior without the one that stands while the other moves."""
-        before = self._state.before
-        if not self.parameters.search or prior is None or before is None or len(scan) < MIN_PAIRS:
-            return scan, prior
-        if math.hypot(prior[0], prior[1]) > RESTING[0] or abs(prior[2]) > RESTING[1]:
-            return FROZEN if np.array_equal(scan.points, before.points) else scan, prior
-        return scan, prior if stands(scan, before).mean() >= SAME_VIEW else None
+    def _witnesses(
+        self, scan: Scan, prior: FloatArray | None
+    ) -> tuple[Scan, FloatArray | None, _View | None]:
+        """Scan and prior without the one that stands while the other moves, and the view."""
+        view = self._state.view
+        if not self.parameters.search or len(scan) < MIN_PAIRS:
+            return scan, prior, view and view.moved(prior)
+        here = _View(Target(scan))
+        if view is None:
+            return scan, prior, here
+        off, view = view.scan.search.query(scan.points)[1], view.moved(prior)
+        repeats = np.mean(off < REPEATED) >= SAME_SCAN
+        if prior is not None:
+            moved, turned = step_length(np.eye(3), view.T_told)
+            rests = moved <= RESTING[0] and turned <= RESTING[1]
+            if rests and np.mean(off < NEAR) < SAME_VIEW:
+                prior = None
+            elif repeats and not rests:
+                scan = NOTHING
+        return scan, prior, view if repeats else here
 
     def _step(
         self, was: _State, scan: Scan, expected: FloatArray | None
@@ -184,6 +209,18 @@ class ScanMatchingOdometry:
         return replace(parameters, limits=grown(parameters.limits, motions, lost))
 
 
+def returned(other: StepRecord, way: FloatArray, covariance: FloatArray) -> StepRecord:
+    """The record of a step back to a refused match, `way` from a pose of this covariance."""
+    return replace(
+        other,
+        increment=way,
+        rotation=abs(float(way[2])),
+        covariance=other.covariance + covariance,
+        against_prior=True,
+        reason="; ".join(filter(None, [other.reason, RECOVERED])),
+    )
+
+
 def recovers(other: StepRecord, record: StepRecord) -> bool:
     """True if a match from where the last one was refused is to be believed, and not `record`."""
     margin = ALIKE if record.decision.matched else -ALIKE
@@ -213,9 +250,11 @@ class OdometryResult:
         led = [LED in record.reason for record in steps]
         blind = [not record.decision.matched for record in steps]
         if sum(blind) > 0.5 * len(steps):
+            first = steps[blind.index(True)].reason.partition(", ")[0]
             found.append(
-                f"{sum(blind)} of {len(steps)} steps had no match that is believed; are ranges and "
-                f"wheels in metres, and angles in radians? If so, does something hide the view?"
+                f"{sum(blind)} of {len(steps)} steps had no match that is believed, the first "
+                f"since {first}; are ranges and wheels in metres, and angles in radians? If so, "
+                f"does something hide the view?"
             )
         else:
             found += [

@@ -40,7 +40,8 @@ class OdometryParameters:
         Filters that every scan goes through first.
     search : bool
         Whether to search the window of possible motions where no match is believed, or the
-        best one is doubtful; see `labkit.odometry.search`.
+        best one is doubtful; see `labkit.odometry.search`. Without it the lesson's checks hold
+        as they are, and nothing else is asked of wheels and scans.
     """
 
     icp: IcpParameters = MATCHER

@@ -43,7 +43,7 @@ from labkit.odometry.search import STARTS, alike, apart, completed, search, surp
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, invert, rotation, to_xytheta, wrap
-from labkit.support.arrays import FloatArray
+from labkit.support.arrays import FloatArray, as_pose
 from labkit.support.errors import DegenerateAlignmentError
 from labkit.target import Target
 
@@ -129,7 +129,10 @@ class StepRecord:
 
     @property
     def is_doubtful(self) -> bool:
-        """True if the step was not matched, or its match has little support or a rival."""
+        """True if the step was not matched, or its match has little support or a rival.
+
+        `degenerate` tells of a direction that the match did not see.
+        """
         unsure = self.ambiguous or self.against_prior or self.agreement < SUPPORTED
         return self.decision is not Decision.START and (unsure or not self.decision.matched)
 
@@ -162,6 +165,7 @@ def estimate_step(
         How far sure matches lay from the wheels before.
     """
     seen = target if isinstance(target, LocalMap) else LocalMap(target=target)
+    prior = None if prior is None else as_pose(prior, "prior")
     likely = np.atleast_2d(motions)
     resort = unmatched(prior, likely[0], parameters.limits)
     likely = likely if prior is None else np.vstack([prior, likely])
@@ -188,7 +192,8 @@ def estimate_step(
     x, y, heading = best.record.increment
     record = replace(best.record, spread=spread_ratio(source, rotation(heading).T @ [x, y]))
     if best.result is None or best.complaints or (record.ambiguous and prior is not None):  # F
-        if parameters.search and surprise(best.T_target_source, expected).min() < ODD:
+        told = parameters.search and prior is not None
+        if told and surprise(best.T_target_source, expected).min() < ODD:
             resort["refused"] = best.record.increment
         return replace(record, **resort)
     covariance = covariance_of(best.result, resort["covariance"], seen.T_target_last)
@@ -202,7 +207,7 @@ def unmatched(
     shift, turn = limits.window if prior is None else limits.prior_window
     held = Decision.HOLD if last_motion.any() else Decision.STAND
     return {
-        "increment": last_motion if prior is None else prior,
+        "increment": np.array(last_motion if prior is None else prior),
         "decision": held if prior is None else Decision.PRIOR,
         "covariance": np.diag(np.minimum([shift, shift, turn], NO_LIMIT) / 3.0) ** 2,
         "against_prior": False,

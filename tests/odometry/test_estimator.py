@@ -19,6 +19,7 @@ from labkit.odometry import (
     estimate_odometry,
     increments_between,
     integrate,
+    integrate_step,
 )
 from labkit.odometry.carried import OFF
 from labkit.odometry.sanity import MISSED, WATCHED
@@ -155,7 +156,8 @@ def test_wheels_that_are_contradicted_for_long_and_units_that_fit_nothing_are_re
         estimate_odometry(SCANS, lie)
     millimetres = [1e3 * scan.points for scan in SCANS]
     remarks = told_of(millimetres, PRIORS)[1]
-    assert "of 11 steps had no match that is believed; are ranges and wheels in m" in remarks[0]
+    assert "of 11 steps had no match that is believed, the first since icp: " in remarks[0]
+    assert "are ranges and wheels in metres" in remarks[0]
 
 
 def told_of(scans, priors):
@@ -209,7 +211,9 @@ def test_a_match_that_was_refused_wins_if_the_next_scan_fits_from_there(at, off)
         if k == at + 1:  # as if the robot had driven like this before
             usual = odometry._state.motions
             odometry._state = odometry._state._replace(motions=(lie[at], *usual))
+        before = odometry.pose
         record = odometry.update(scan, lie[k - 1] if k else None)
+        np.testing.assert_allclose(odometry.pose, integrate_step(before, record.increment))
         if k == at + 1:
             assert record.decision is Decision.PRIOR
             np.testing.assert_allclose(record.refused, PRIORS[at], atol=0.05)
@@ -217,18 +221,40 @@ def test_a_match_that_was_refused_wins_if_the_next_scan_fits_from_there(at, off)
             assert record.against_prior
             assert record.is_doubtful
             assert "refused" in record.reason
+            assert record.rotation == abs(record.increment[2])
+            assert record.covariance[0, 0] > 0.25**2  # of the pose before
         if k != at + 1:
             assert np.abs(odometry.pose - TRUTH[k]).max() < 0.04
 
 
-def test_a_scan_that_repeats_while_the_wheels_move_is_none():
-    seen = [*SCANS[:4], *SCANS[3:4] * 3, *SCANS[7:]]
-    run = estimate_odometry(seen, PRIORS, start=TRUTH[0])
-    assert np.abs(run.poses - TRUTH).max() < 0.06
-    assert all("repeats to the digit" in record.reason for record in run.records[4:7])
-    rests = np.zeros((3, 3))
-    run = estimate_odometry([*SCANS[:1] * 4], rests)
-    assert run.count(Decision.ICP) == 3
+@pytest.mark.parametrize("slow", [1, 8])
+@pytest.mark.parametrize("lost", [0.0, 0.1])
+def test_a_scan_that_repeats_while_the_wheels_move_is_none(slow, lost):
+    """A frozen scanner, however slow the robot, and if some of its beams change."""
+    rng, frozen = np.random.default_rng(0), 12 * slow
+    path = integrate(np.tile(STEP, (20 * slow, 1)) / slow, start=[-0.5, -0.3, 0.2])
+    scans = scan_along(room(), path, Lidar(beam_count=181), rng=rng)
+    seen = scans[: 4 * slow]
+    for _ in range(frozen):
+        seen.append(scans[4 * slow].select(rng.random(len(scans[4 * slow])) >= lost))
+    run, remarks = told_of([*seen, *scans[len(seen) :]], increments_between(path))
+    T = from_xytheta(path[0]) @ from_xytheta(run.poses)
+    assert np.abs(to_xytheta(T) - path).max() < 0.08
+    reasons = ["repeats while the wheels move" in record.reason for record in run.records]
+    assert sum(reasons) >= frozen - 1 - slow // 2
+    assert not any(reasons[: len(seen) - frozen] + reasons[len(seen) :])
+    assert any("the scan repeats" in each for each in remarks)
+    rests = estimate_odometry([SCANS[0]] * 30, np.zeros((29, 3)))
+    assert rests.count(Decision.ICP) == 29
+
+
+def test_what_is_done_to_a_record_changes_no_pose():
+    odometry, spoiled = ScanMatchingOdometry(), ScanMatchingOdometry()
+    for scan in SCANS:
+        record = spoiled.update(scan)
+        odometry.update(scan)
+        np.testing.assert_array_equal(spoiled.pose, odometry.pose)
+        record.increment[:] = 9.0
 
 
 @pytest.mark.parametrize("start", [(5.0, -2.0, 3.0), from_xytheta([5.0, -2.0, 3.0])])
