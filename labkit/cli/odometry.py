@@ -152,12 +152,12 @@ def run(args: argparse.Namespace) -> int:
 
 def _read(args: argparse.Namespace) -> Log:
     """Read the log, or its first scans; damage and oddities go to stderr."""
+    if args.odometry is not None and args.prior == "none":
+        raise InvalidParameterError("leaves `--odometry` aside: drop one", parameter="prior")
     log = read_log(args.log, **{name: getattr(args, name) for name in OF_READING})
     if len(log) < 2:
         raise InvalidPointsError(f"{log.name} holds a single scan; a motion needs two")
     if args.odometry is not None:
-        if args.prior == "none":
-            raise InvalidParameterError("leaves `--odometry` aside: drop one", parameter="prior")
         log = _with_wheels(log, args)
     for line in log.skipped[:SHOWN_DAMAGE]:
         print(f"skipped {line}", file=sys.stderr)

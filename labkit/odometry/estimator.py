@@ -128,15 +128,15 @@ class ScanMatchingOdometry:
         if expected is not None and np.isnan(expected[0]):
             expected = None
         filtered = self._filtered(scan)
-        told, expected, view = self._witnesses(filtered, expected)
-        record, state = self._step(was, told, expected)
+        believed, expected, view = self._witnesses(filtered, expected)
+        record, state = self._step(was, believed, expected)
         if was.rival is not None:
-            other, there = self._step(was.rival, told, expected)
+            other, there = self._step(was.rival, believed, expected)
             if recovers(other, record):
                 wide = unmatched(expected, STILL, self._parameters(was, expected).limits)
                 way = to_xytheta(relative(*from_xytheta([was.pose, there.pose])))
                 record, state = returned(other, way, wide["covariance"]), there
-        if told is not filtered:
+        if believed is not filtered:  # put aside
             record = replace(record, reason="the scan repeats while the wheels move")
         self._state = state._replace(view=view)  # at once: an interrupt leaves the state before
         return replace(record, increment=record.increment.copy())

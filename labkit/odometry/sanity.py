@@ -28,7 +28,8 @@ class SanityLimits:
     ----------
     max_translation, max_rotation : float
         The farthest the robot can move between two scans, [m] and [rad]. A search without
-        wheels looks this far; where a prior is near, a search asks for no other limit.
+        wheels looks this far. With the search, a match within the limits around a prior may
+        lie beyond.
     max_prior_translation, max_prior_rotation : float
         How far the step may lie from the prior, where there is one, [m] and [rad]: three
         standard deviations of your wheels' error in a step, if you know it.

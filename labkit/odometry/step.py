@@ -50,11 +50,11 @@ from labkit.target import Target
 STILL = np.zeros(3)
 RANGE_STD = 0.01  # [m] of a range, at least
 NO_LIMIT = 1e3  # [m] or [rad]: a motion without limit counts as one of this length
-SUPPORTED, SURE = 0.5, 0.8  # agreement that asks for no search: with a usual prior; else
+SUPPORTED, SURE = 0.5, 0.8  # agreement that asks for no search: with a usual prior, and else
 SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
 ODD, CLEARLY = 4.0, 2.0  # surprise: too much for a match; by which a prior exceeds a match's
 UNUSUAL = 1.0  # surprise of a prior whose match must be sure, or a search is asked for
-NEW = Trust()
+NEW = Trust()  # of a run that begins
 SAME = 0.01  # scores closer than this tie; the first tried wins
 ALIKE = 0.05  # agreements that differ by less do not tell which of two matches is right
 
