@@ -13,8 +13,10 @@ NOTEBOOKS ?= $(wildcard notebooks/*.ipynb)
 BENCH := .venv-bench
 WARM = $(BIN)/python -m labkit.support.warm  # compiles the stages where they are new
 
+unexport PYTHONDONTWRITEBYTECODE  # or each process compiles each module that it imports
+
 .DEFAULT_GOAL := help
-.PHONY: help book student test others quick fix lab bench mutants lock dist clean
+.PHONY: help book student test pages others quick fix lab bench mutants lock dist clean
 
 help: ## list these commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -26,13 +28,17 @@ book: $(READY) ## run every notebook and build the book
 student: $(READY) ## write what students get: the lab and its book without solutions
 	$(BIN)/python book/_ext/students_edition.py
 
-test: $(TESTS) ## check style and types, then test code, notebooks and pages
+test: $(TESTS) ## check style and types, then test code, notebooks and widgets
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	@$(WARM)
-	$(BIN)/pytest tests labkit $(NOTEBOOKS) -m "not others" --nbval-lax --nbval-current-env \
+	$(BIN)/pytest tests labkit $(NOTEBOOKS) -m "not others and not pages" --nbval-lax --nbval-current-env \
 	    --numprocesses 3 --dist loadfile --no-loadscope-reorder
+
+pages: $(TESTS) ## open each page of the book, which `make book` built, in a browser
+	@test -d _build/html || { echo "There is no book yet: make book"; exit 1; }
+	BOOK_HTML=_build/html $(BIN)/pytest tests/book -m pages --numprocesses 2
 
 others: $(TESTS) ## test the ports in their languages, the pages in Firefox, the exports in other graders
 	$(BIN)/pytest tests -m others --numprocesses 2 --dist loadfile

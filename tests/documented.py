@@ -24,7 +24,7 @@ COMMAND = re.compile(
 )
 # Commands of a checkout: the file of CI that walks them.
 WALKED = {
-    **dict.fromkeys(("make book", "make test", "make student"), ".ci/run"),
+    **dict.fromkeys(("make book", "make test", "make pages", "make student"), ".ci/run"),
     "make others": ".ci/others",
     ".ci/others": ".github/workflows/ci.yml",
     ".ci/run": ".github/workflows/ci.yml",

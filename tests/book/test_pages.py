@@ -103,6 +103,7 @@ def page(browser: Browser, html: Path) -> Iterator[Page]:
         yield page
 
 
+@pytest.mark.pages
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*NAMES, "genindex"])
 def test_a_page_needs_no_network_draws_all_it_holds_and_has_no_barrier(browser, html, name):
