@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
-from labkit.logs import read_log
+from labkit.logs import Log, read_log
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, relative, transform
 from labkit.simulation import (
@@ -71,7 +72,7 @@ def default_scenes() -> list[Scene]:
 
 def killian_scene(scan: int, note: str = "") -> Scene:
     """Scans `scan` − 1 and `scan` of Killian Court, from no guess."""
-    log = read_log("killian")
+    log = _killian()
     check_range(scan, "scan", at_least=1, at_most=len(log) - 1)
     check_count(scan, "scan", at_least=1)
     assert log.reference is not None
@@ -84,6 +85,11 @@ def killian_scene(scan: int, note: str = "") -> Scene:
         T_reference=relative(before, now),
         reference="reference",
     )
+
+
+@cache
+def _killian() -> Log:
+    return read_log("killian")
 
 
 Motion = tuple[float, float, float]  # metres, metres, degrees
