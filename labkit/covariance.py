@@ -34,17 +34,22 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.correspondences import pairs_at
+from labkit.correspondences import associate, reject_and_weigh
 from labkit.degeneracy import observability
-from labkit.line_alignment import MIN_INFORMATION
+from labkit.line_alignment import MIN_INFORMATION, solve_constrained
+from labkit.neighbors import Grid, nothing_known
 from labkit.normals import estimate_normals
+from labkit.parameters import IcpParameters
 from labkit.result import IcpResult
-from labkit.se2 import from_xytheta, to_xytheta
+from labkit.schedule import stage_of
+from labkit.se2 import to_xytheta
 from labkit.support.arrays import FloatArray, as_covariance, as_numbers, check_range
+from labkit.support.compiled import compiled
 from labkit.support.errors import DegenerateAlignmentError
 
 ALONG_AN_AXIS = 0.02  # share of a free direction below which an axis is not part of it
 SLIDE, SLIDE_STEPS = 0.5, 6  # [m or rad] to either side along a free motion; steps back from there
+LEAST = 1e-12  # of information: less is rounding
 
 
 def censi_covariance(result: IcpResult, range_std: float) -> FloatArray:
@@ -162,19 +167,51 @@ def _seen_and_free(result: IcpResult) -> tuple[FloatArray, FloatArray]:
 
 def _along_surfaces(result: IcpResult, seen: FloatArray, v: FloatArray) -> FloatArray:
     """The free motion v, (3,), led to where the scan lies on the surfaces at `SLIDE` along it."""
-    ends = []
-    for slide in (SLIDE, -SLIDE):
-        x = to_xytheta(result.T_target_source) + slide * v
-        for _ in range(SLIDE_STEPS):
-            T = from_xytheta(x)
-            pairs = pairs_at(result.source.points, result.target, T, result.parameters)
-            normals = result.target.normals[pairs.target_index]
-            used = pairs.kept & np.isfinite(normals[:, 0])
-            root, p, n = np.sqrt(pairs.weights[used]), pairs.source[used], normals[used]
-            slope = root[:, None] * (_slope(n, p - T[:2, 2]) @ seen)
-            x -= seen @ np.linalg.lstsq(slope, root * _dot(n, p - pairs.target[used]), None)[0]
-        ends.append(x)
+    points, target, parameters = result.source.points, result.target, result.parameters
+    normals = target.normals_for(parameters), target.normals
+    x, onto = to_xytheta(result.T_target_source), seen @ np.linalg.pinv(seen)
+    ends = [
+        led_back(x + slide * v, onto, points, target.search.grid, *normals, parameters.for_loop)
+        for slide in (SLIDE, -SLIDE)
+    ]
     return (ends[0] - ends[1]) / (2.0 * SLIDE)
+
+
+@compiled
+def led_back(
+    x: FloatArray,
+    onto: FloatArray,
+    source: FloatArray,
+    target: Grid,
+    lines: FloatArray,
+    normals: FloatArray,
+    parameters: IcpParameters,
+) -> FloatArray:
+    """The motion x, (3,), led back onto the surfaces within the space that `onto` projects on.
+
+    `lines` are the normals that the metric uses.
+    """
+    x, stage = x.copy(), stage_of(parameters, len(source), False, True)
+    for _ in range(SLIDE_STEPS):
+        c, s = math.cos(x[2]), math.sin(x[2])
+        T = np.array([[c, -s, x[0]], [s, c, x[1]], [0.0, 0.0, 1.0]])
+        known = nothing_known(len(source))
+        p, index, distances = associate(source[:: stage.stride], target, T, math.inf, known)
+        pairs = reject_and_weigh(p, index, distances, target, lines, stage)
+        A, g, J = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
+        for i in range(len(p)):
+            w, nx, ny = pairs.weights[i], normals[index[i], 0], normals[index[i], 1]
+            if w > 0.0 and math.isfinite(nx):
+                r = nx * (p[i, 0] - pairs.target[i, 0]) + ny * (p[i, 1] - pairs.target[i, 1])
+                turn = ny * (p[i, 0] - x[0]) - nx * (p[i, 1] - x[1])
+                for row in range(3):
+                    J[row] = onto[row, 0] * nx + onto[row, 1] * ny + onto[row, 2] * turn
+                    g[row] += w * J[row] * r
+                for row in range(3):
+                    for column in range(3):
+                        A[row, column] += w * J[row] * J[column]
+        x += solve_constrained(A, g, LEAST * (A[0, 0] + A[1, 1] + A[2, 2]) + LEAST)
+    return x
 
 
 def _slope(direction: FloatArray, turned: FloatArray) -> FloatArray:
