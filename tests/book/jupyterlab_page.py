@@ -89,14 +89,15 @@ def jupyterlab(root: Path, home: Path) -> Iterator[str]:
 
 
 def _address(folder: Path, server: subprocess.Popen[bytes], log: Path) -> str:
-    """Where it listens, as it notes once it does."""
-    until = time.monotonic() + PATIENCE
-    while not (notes := list(folder.glob("jpserver-*.json"))):
+    """Where it listens, as it notes once it does, whole when the brace is closed."""
+    until, note = time.monotonic() + PATIENCE, ""
+    while not note.rstrip().endswith("}"):
+        note = "".join(file.read_text("utf-8") for file in folder.glob("jpserver-*.json"))
         said = log.read_text("utf-8", errors="replace")[-2000:]
         assert server.poll() is None, said
         assert time.monotonic() < until, said
         time.sleep(0.2)
-    return str(json.loads(notes[0].read_text("utf-8"))["url"]).rstrip("/")
+    return str(json.loads(note)["url"]).rstrip("/")
 
 
 @contextmanager

@@ -15,6 +15,10 @@ from labkit.interactive import Explorer, icp_explorer
 
 AXES = "x", "y", "turn"
 SIGN = ".icp-readouts dd"  # of an explorer that is drawn
+AT_REST = """() => {
+    const y = scrollY;
+    return new Promise(told => setTimeout(() => told(scrollY === y), 300));
+}"""
 
 # How often what is read aloud changes.
 LISTEN = """() => {
@@ -239,10 +243,10 @@ def test_on_a_telephone_a_finger_scrolls_but_for_one_on_the_scan(show, explorer)
         for k in range(1, 8):
             touch("Move", x, y - 20.0 * k)
         touch("End", x, y)
-        page.wait_for_timeout(300)
+        page.wait_for_function(AT_REST)  # a swipe may run out
         return page.evaluate("() => scrollY")
 
     assert swipe(0.55, 0.93) > 30  # no point is near
     assert guess(page) == at
-    assert swipe(0.08, 0.41) < 5  # the scanner; the swipe before may still run out
+    assert swipe(0.08, 0.41) < 5  # the scanner
     assert guess(page) != at
