@@ -67,6 +67,10 @@ class PoseErrors:
         """Statistics of the rotation errors [rad]."""
         return ErrorSummary.of(self.rotation_errors)
 
+    def __repr__(self) -> str:
+        count, moved, turned = len(self.rotation_errors), self.translation.rmse, self.rotation.rmse
+        return f"PoseErrors({count} errors: RMSE {moved:.3g} m, {turned:.3g} rad)"
+
 
 def pose_differences(T_true: FloatArray, T_estimated: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Lengths [m] and angles [rad], (N,), of ``invert(T_true) @ T_estimated``, (N, 3, 3)."""

@@ -110,6 +110,8 @@ def rpe(
     --------
     >>> reference = [[0, 0, 0], [1, 0, 0], [2, 0, 0]]
     >>> estimate = [[0, 0, 0], [1, 0, 0], [2.5, 0, 0]]
+    >>> rpe(estimate, reference)
+    PoseErrors(2 errors: RMSE 0.354 m, 0 rad)
     >>> rpe(estimate, reference).translation_errors.tolist()
     [0.0, 0.5]
     """

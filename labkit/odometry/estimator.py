@@ -122,11 +122,17 @@ class ScanMatchingOdometry:
         scan : Scan or array_like, shape (N, 2)
             The newest scan, in metres; one without points is allowed.
         prior : array_like, shape (3,) or a transform, optional
-            The increment (Δx, Δy, Δψ) that wheels or an IMU report; NaN stands for none.
+            The increment (Δx, Δy, Δψ) that wheels or an IMU report; NaN stands for none. The
+            first scan has none.
         """
         was, expected = self._state, None if prior is None else as_pose(prior, "prior", gaps=True)
         if expected is not None and np.isnan(expected[0]):
             expected = None
+        if expected is not None and was.taken == 0:
+            raise InvalidPointsError(
+                f"`prior` tells the step that ends in a scan, and no step ends in the first, "
+                f"got {expected.tolist()}"
+            )
         filtered = self._filtered(scan)
         believed, expected, view = self._witnesses(filtered, expected)
         record, state = self._step(was, believed, expected)

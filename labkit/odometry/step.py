@@ -43,7 +43,7 @@ from labkit.odometry.search import STARTS, alike, apart, completed, search, surp
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, invert, rotation, to_xytheta, wrap
-from labkit.support.arrays import FloatArray, as_pose
+from labkit.support.arrays import FloatArray, as_pose, as_poses
 from labkit.support.errors import DegenerateAlignmentError
 from labkit.target import Target
 
@@ -166,7 +166,7 @@ def estimate_step(
     """
     seen = target if isinstance(target, LocalMap) else LocalMap(target=target)
     prior = None if prior is None else as_pose(prior, "prior")
-    likely = np.atleast_2d(motions)
+    likely = as_poses(np.atleast_2d(motions), "motions")
     resort = unmatched(prior, likely[0], parameters.limits)
     likely = likely if prior is None else np.vstack([prior, likely])
     if seen.target is None or len(source) < MIN_PAIRS:

@@ -101,7 +101,7 @@ def _as_near(rows: FloatArray, name: str) -> FloatArray:
     return rows
 
 
-def as_pose_rows(poses: ArrayLike, name: str) -> FloatArray:
+def as_pose_rows(poses: ArrayLike, name: str, advice: str = "") -> FloatArray:
     """Check rows (x [m], y [m], θ [rad]), shape (..., 3): finite, and no transforms."""
     rows = as_floats(poses, name, hint="give x [m], y [m], theta [rad]")
     nines = rows.reshape(-1, 9).tolist() if rows.shape[-2:] == (3, 3) else []
@@ -112,7 +112,7 @@ def as_pose_rows(poses: ArrayLike, name: str) -> FloatArray:
             f"`{name}` must be rows (x, y, theta), shape (..., 3), got "
             f"{got if are_transforms else rows.shape}"
         )
-    return as_finite(rows, name)
+    return as_finite(rows, name, advice)
 
 
 def as_poses(poses: ArrayLike, name: str, minimum: int = 1, *, gaps: bool = False) -> FloatArray:
@@ -137,7 +137,8 @@ def as_poses(poses: ArrayLike, name: str, minimum: int = 1, *, gaps: bool = Fals
             f"transforms, shape (K, 3, 3), got shape {given.shape}"
         )
     missing = gaps & np.isnan(given).all(axis=1, keepdims=True)
-    _as_near(as_pose_rows(np.where(missing, 0.0, given), name), name)
+    advice = "three times NaN says that there is none" if gaps else ""
+    _as_near(as_pose_rows(np.where(missing, 0.0, given), name, advice), name)
     return given
 
 

@@ -144,6 +144,8 @@ def test_a_run_is_told_in_one_line():
     assert repr(result).startswith("OdometryResult(12 scans: start 1, ")
     assert repr(result).endswith("; 1 against the prior)")
     odometry = ScanMatchingOdometry(start=[1.0, 2.0, 0.5])
+    with pytest.raises(InvalidPointsError, match="`prior` tells the step that ends in a scan"):
+        odometry.update(SCANS[0], PRIORS[0])
     odometry.update(SCANS[0])
     odometry.pose[0] = 99.0
     told = "ScanMatchingOdometry(1 scans, pose (1.000 m, 2.000 m, 0.500 rad))"
@@ -395,7 +397,10 @@ def test_no_single_disturbance_makes_the_odometry_worse_than_its_wheels(kind, se
         (PRIORS[:5], r"`priors` must have shape \(12, 3\), a pose a scan, or \(11, 3\), an inc"),
         (PRIORS[:, :2], r"rows \(x, y, theta\), .* got shape \(11, 2\)"),
         (PRIORS.ravel(), r"or transforms, shape \(K, 3, 3\), got shape \(33,\)"),
-        (np.where(PRIORS[2, 0] == PRIORS, math.nan, PRIORS), r"`priors` must be finite, got .*nan"),
+        (
+            np.where(PRIORS[2, 0] == PRIORS, math.nan, PRIORS),
+            r"`priors` must be finite, got .*nan.*; three times NaN says that there is none",
+        ),
         ([["a", "b", "c"]] * 11, r"`priors` must hold numbers"),
     ],
 )
