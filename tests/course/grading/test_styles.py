@@ -47,6 +47,13 @@ MAGIC = (
     "def show(x):\n    fig, ax = plt.subplots(1, 2)\n    line, = ax[0].plot([x])\n"
     "for k in tqdm(range(3)):\n    print(k)",
 )
+BARS = "from tqdm.auto import tqdm, trange\nimport matplotlib.pyplot as plt\n\n\n"
+DRAWN = (
+    "    bar = tqdm(range(2))\n    for k in bar:\n        bar.set_postfix(k=k)\n"
+    "        tqdm.write(f'{k} of {len(bar)}')\n    low, high = plt.xlim()\n"
+    "    print(f'{plt.gca().get_ylim()[1]:.2f} {plt.gca():>9}')\n"
+    "    counts, edges, bars = plt.hist([1.0, 2.0])\n"
+)
 TIMED = {name: f"%%time\n{RIGHT[name]}" for name in ("rotation", "icp")} | {
     "wrap": "%%capture output\n%config x\n" + RIGHT["wrap"]
 }
@@ -69,6 +76,15 @@ STYLES = {
          "    return t / len(source)\n"}
     ),
     "magics": answered(TIMED, before=MAGIC),
+    "lines that begin as magics do": answered({
+        "wrap": "%matplotlib inline\nfiles = !ls\nhere = %pwd\nTURN = 2 * np.pi\n"
+        + RIGHT["wrap"].replace("np.pi - (np.pi - angle) % (2 * np.pi)",
+            "(np.pi - ((np.pi - angle)\n        % TURN) if (angle\n        != None) else 0)")}),
+    "bars and axes": answered({"icp": BARS + ICP.replace(
+        "    T = T_init", f"{DRAWN}    T = T_init").replace(
+        "for _ in range(max_iterations):", "for _ in trange(max_iterations, desc='ICP'):")}),
+    "a cell that is none": answered().replace(b'"cells": [', b'"cells": [null, {"cell_type": '
+        b'"code", "source": null}, ', 1),
     "classes": answered({"align": RIGHT["align"]}, before=(CLASSES.format(numpy=NUMPY),)),
     "an error at the end": answered(after=("this is no Python", "1 / 0")),
     "a failing assert in the cell": answered({"wrap": RIGHT["wrap"] + "\n\nassert wrap(4) == 4"}),
@@ -105,11 +121,13 @@ SCRIPTS = {
     "syntax": SCRIPT.replace("\n", "\n# %%\nx = (1,\n", 1) + "\n\ndef extra(:\n    pass",
     "NUL": SCRIPT.replace("\n", "\n# \0\n", 1),
     "latin-1": f"# -*- coding: latin-1 -*-\n# é\n{SCRIPT}",
+    "utf-16": SCRIPT,  # as PowerShell writes it
 }
+ENCODINGS = "latin-1", "utf-16"
 FILES = {
     **{style: {"renamed (1).ipynb": notebook} for style, notebook in STYLES.items()},
-    **{style: {"a.py": source.encode(
-        "latin-1" if style == "latin-1" else "utf-8")} for style, source in SCRIPTS.items()},
+    **{style: {"a.py": source.encode(style if style in ENCODINGS else "utf-8")}
+       for style, source in SCRIPTS.items()},
     "old": {"assignment_old.ipynb": answered(NOTHING | {"wrap": "def rotation(): 0"}),
             "assignment.ipynb": answered()},
     "old script": {"a_old.py": "\n".join(ZEROS).encode(), "a.ipynb": answered()},
@@ -133,6 +151,7 @@ def test_an_honest_style_costs_nothing(style, graded):
     assert not (style == "the handed-out notebook" and verdict.notes)
 
 
+GUARDED = "if __name__ == '__main__':\n    np.loadtxt('scan.csv')\n"
 WRAPPED = "import helpers as h\n\n\ndef icp_step(*given):\n    return h.icp_step(*given)"
 
 
@@ -143,7 +162,7 @@ def test_a_notebook_may_use_its_own_scripts(line, graded):
     book = notebook([cell(f"from lab.mine import *\n{line}"), cell(ICP)])
     rest = NUMPY + "\n\n".join(RIGHT[n] for n in RIGHT if n not in ("icp", "icp_step"))
     files = {"work.zip/a.ipynb": book, "work.zip/lab/mine.py": rest.encode()}
-    files["work.zip/helpers.py"] = f"{NUMPY}from lab.mine import *\n{STEP}".encode()
+    files["work.zip/helpers.py"] = f"{NUMPY}from lab.mine import *\n{STEP}\n{GUARDED}".encode()
     assert graded(files, ASSIGNMENT).score == 100.0
 
 

@@ -136,9 +136,14 @@ class Session:
 
     def run_script(self, source: str, name: str, module: types.ModuleType) -> None:
         """Run a script among the cells; the module keeps what its names are now."""
-        for node in parsing.statements(source, name)[0]:
-            self.run(node, name)
-            vars(module).update((k, v) for k, v in self.space.items() if not k.startswith("__"))
+        importer = self.space["__name__"]
+        try:
+            self.space["__name__"] = module.__name__
+            for node in parsing.statements(source, name)[0]:
+                self.run(node, name)
+                vars(module).update((k, v) for k, v in self.space.items() if not k.startswith("__"))
+        finally:
+            self.space["__name__"] = importer
 
     def described(self, name: str, *states: dict[str, Any]) -> dict[str, Any]:
         """Keep the states in which it or what it uses differs; name them, and what it calls."""

@@ -8,12 +8,13 @@ import types
 import warnings
 from typing import Any
 
+ESCAPED = r"(?:%%?[A-Za-z]|!(?!=))"  # and no remainder or inequality on a line of its own
 MAGICS = {  # of IPython, in turn: those that run code leave it, others nothing
     r"\A\s*%%(?!time\b|capture|prun)(?s:.*)": "",
     r"^([ \t]*)%(?:time|prun) +": r"\1",
     r"^([ \t]*)%run +(?:\./)?(\w+).*": r"\1from \2 import *",
-    r"^([^#'\"]*=)[ \t]*[%!].*": r"\1 None",
-    r"^([ \t]*)(?:[%!?].*|[\w.]+\?+[ \t]*$)": r"\1pass",
+    rf"^([^#'\"\n]*=)[ \t]*{ESCAPED}.*": r"\1 None",
+    rf"^([ \t]*)(?:{ESCAPED}.*|\?.*|[\w.]+\?+[ \t]*$)": r"\1pass",
 }
 PIECE = re.compile(r"^(?=@|(?:async +)?def\b|class\b)", re.MULTILINE)
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Import, ast.ImportFrom)

@@ -6,6 +6,7 @@ its own student alone.
 
 from __future__ import annotations
 
+import codecs
 import io
 import json
 import re
@@ -57,11 +58,15 @@ def read_program(
             if len(data) > MAX_FILE:
                 raise ValueError(TOO_LARGE)
             is_notebook = name.lower().endswith(NOTEBOOK)
-            found = notebook_cells(data) if is_notebook else [(decode_source(data), "")]
+            found = notebook_cells(data) if is_notebook else [(text_of(data), "")]
             left -= sum(len(source) for source, _ in found)
             if left < 0:
                 raise ValueError("all files together hold too much code")
             read[name] = found
+        except json.JSONDecodeError as error:
+            unread.append(f"{name} cannot be read: it holds no notebook ({error})")
+        except (UnicodeDecodeError, SyntaxError):
+            unread.append(f"{name} cannot be read: it is not in UTF-8; save it as UTF-8")
         except Exception as error:  # untrusted
             unread.append(f"{name} cannot be read: {error or type(error).__name__}")
     if not read and not unread:
@@ -115,6 +120,12 @@ def unpacked(files: Mapping[str, bytes], unread: list[str]) -> Iterator[tuple[st
             unread.append(f"{name} cannot be read: {error}")
 
 
+def text_of(data: bytes) -> str:
+    """The text of a script: in the encoding that it declares, or as PowerShell writes it."""
+    wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    return data.decode("utf-16") if wide else decode_source(data)
+
+
 def notebook_cells(data: bytes) -> list[tuple[str, str]]:
     """The code cells of a notebook, with their numbers."""
     if data.count(b"[") + data.count(b"{") > MAX_BRACKETS:
@@ -122,10 +133,11 @@ def notebook_cells(data: bytes) -> list[tuple[str, str]]:
     content: Any = json.loads(data)  # in UTF-8, 16 or 32
     if not isinstance(content, dict) or not isinstance(content.get("cells"), list):
         raise ValueError("it is no notebook of nbformat 4")
-    codes = [cell for cell in content["cells"] if cell.get("cell_type") == "code"]
+    cells = [cell for cell in content["cells"] if isinstance(cell, dict)]
+    codes = [cell for cell in cells if cell.get("cell_type") == "code"]
     if len(codes) > MAX_CELLS:
         raise ValueError(f"it has more than {MAX_CELLS} cells of code")
-    sources = ("".join(cell.get("source", "")).replace("\r\n", "\n") for cell in codes)
+    sources = ("".join(cell.get("source") or "").replace("\r\n", "\n") for cell in codes)
     return [(source, f"cell {number}") for number, source in enumerate(sources, start=1)]
 
 
