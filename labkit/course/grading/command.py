@@ -238,7 +238,7 @@ def _pack_feedback(
 def _some(names: Iterable[str]) -> str:
     """A few names, and whether there are more."""
     listed = list(names)
-    return ", ".join(listed[:SHOWN]) + (", ..." if len(listed) > SHOWN else "")
+    return "; ".join(listed[:SHOWN]) + ("; ..." if len(listed) > SHOWN else "")
 
 
 def _say(text: str) -> None:

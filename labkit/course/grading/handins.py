@@ -96,6 +96,7 @@ def find_submissions(
     if os.path.isdir(path / "submitted"):  # in a course of nbgrader
         path /= "submitted"
     files = list_files(path)
+    handed_in = {one.name.partition("/")[0] for one in files}
     if out:
         ours = out.resolve()
         files = [one for one in files if not one.path.resolve().is_relative_to(ours)]
@@ -107,8 +108,8 @@ def find_submissions(
     layout = layout or _fitting(path, files)
     pattern, feedback = LAYOUTS[layout]
     folders = [one for one in path.iterdir() if one.is_dir()] if path.is_dir() else []
-    empty = [one.name for one in folders if not any(map(Path.is_file, one.rglob("*")))]
-    remarks = [f"{path}: {name} is an empty folder" for name in empty]
+    empty = sorted(printable(one.name) for one in folders if not is_skipped(one.name))
+    remarks = [f"{path}: {name} is an empty folder" for name in empty if name not in handed_in]
     named: dict[str, list[tuple[dict[str, str], Handed]]] = {}  # parts of a name, by student
     for file in files:
         found = re.match(pattern, file.name)

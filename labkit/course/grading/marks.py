@@ -72,7 +72,8 @@ def _adjusted(
     score += decided("written", 0.0, "Written answers:", f"of {worth:g} points")
     days = decided("late", days, "Counted as", "days late")
     if share := min(days * late_percent, 100.0):
-        told.append(f"{days:.3g} days late: {share:.3g} % off {score:g} points.")
+        unit = "day" if days == 1.0 else "days"
+        told.append(f"{days:.3g} {unit} late: {share:.3g} % off {score:g} points.")
         score *= 1.0 - share / 100.0
     return replace(
         verdict,

@@ -70,7 +70,7 @@ def test_it_goes_on_where_it_was_and_keeps_what_people_decided(grade, tmp_path, 
         assert {name: entry for name, entry in verdicts().items() if name != "new"} == before
         told = capsys.readouterr().err
         assert "1 of the roster handed in nothing: Nobody N." in told
-        assert "3 have no points for their written answers yet: student00000, " in told
+        assert "3 have no points for their written answers yet: student00000; " in told
         Path("grades/verdicts/student00000.json").unlink()  # graded afresh
     assert "Nobody N." in Path("grades/index.html").read_text(encoding="utf-8")
     decide("ada,double,0,\n")
