@@ -97,7 +97,12 @@ def read_ranges_table(
 ) -> list[Sweep]:
     """Read a sweep from each row of ranges; an empty field is no return."""
     rows = [(number, row) for number, text in lines if (row := split_row(text))]
-    header = [] if _is_row_of_ranges(rows[0][1]) else rows.pop(0)[1]
+    if not any(row[-1] for _, row in rows):  # each row ends in a comma
+        rows = [(number, row[:-1]) for number, row in rows]
+    if is_numbered := _is_numbered(rows[0][1]):  # as pandas does, and all rows where it says so
+        start = int(rows.pop(0)[1][0] == "")
+        rows = [(number, row[start:]) for number, row in rows]
+    header = [] if is_numbered or _is_row_of_ranges(rows[0][1]) else rows.pop(0)[1]
     clock = _clock_column(header, report.file) if header else None
     count = len(header or rows[0][1]) - (clock is not None)
     if angles is None:
@@ -115,8 +120,12 @@ def read_ranges_table(
             sweeps.append(Sweep(number, Scan.from_ranges(ranges, beams, stamp=stamp)))
         except DamagedLine as damage:
             report.skip(number, damage)
-    firsts = [np.asarray(sweep.scan.ranges)[0] for sweep in sweeps]
-    if not header and len(sweeps) > FEWEST_BEAMS and np.all(np.diff(firsts) > 0.0):
+    firsts = np.array([np.asarray(sweep.scan.ranges)[0] for sweep in sweeps])
+    if (
+        not (header or is_numbered)
+        and len(sweeps) > FEWEST_BEAMS
+        and np.all(firsts[1:] > firsts[:-1])
+    ):
         report.remarks.append(
             "the first column rises in every row: if it is a clock and no beam, say so in a "
             "header, as `stamp,r0,r1,r2`"
@@ -150,6 +159,11 @@ def _columns(row: Sequence[str]) -> list[str]:
 
 def _is_number_row(row: Sequence[str]) -> bool:
     return all(is_number(field) and math.isfinite(float(field)) for field in row)
+
+
+def _is_numbered(row: Sequence[str]) -> bool:
+    """Recognise a header that counts the columns from 0, but for that of an index."""
+    return list(row[row[0] == "" :]) == [str(number) for number in range(len(row) - (row[0] == ""))]
 
 
 def _is_row_of_ranges(row: Sequence[str]) -> bool:

@@ -57,17 +57,27 @@ def test_points_in_millimetres_are_told(save):
 
 
 @pytest.mark.parametrize(
-    "header", ["r0,r1,r2,r3,r4\n", "# ranges\n", "%time,b[0],b[1],b[2],b[3],b[4]\n"]
+    "header",
+    [
+        *("r0,r1,r2,r3,r4\n", "# ranges\n", "%time,b[0],b[1],b[2],b[3],b[4]\n"),
+        *("0,1,2,3,4\n", ",0,1,2,3,4\n"),  # as pandas writes them
+    ],
 )
 def test_a_row_of_ranges_is_a_scan(save, header):
-    clock = "10.5," if "time" in header else ""
+    clock = "10.5," if "time" in header or header.startswith(",") else ""
     path = save(f"{header}{clock}1,2,nan,4,inf\n{clock}5,,7,8,9\n", "scans.csv")
     log = read_log(path, angles=HALF_CIRCLE, strict=True)
     assert (log.format, len(log), log.odometry) == ("ranges", 2, None)
     assert [scan.beams.tolist() for scan in log.scans] == [[0, 1, 3], [0, 2, 3, 4]]
     np.testing.assert_allclose(log.scans[0].points[0], [0.0, -1.0], atol=1e-15)
     np.testing.assert_allclose(np.degrees(log.scans[1].angles), [-90, -45, 0, 45, 90])
-    np.testing.assert_array_equal(log.stamps, [10.5 if clock else np.nan] * 2)
+    np.testing.assert_array_equal(log.stamps, [10.5 if "time" in header else np.nan] * 2)
+
+
+def test_a_comma_at_the_end_of_each_row_is_no_beam(save):
+    scans = read_log(save("1,2,nan,4,inf,\n5,,7,8,9,\n"), angles=HALF_CIRCLE).scans
+    assert [scan.beams.tolist() for scan in scans] == [[0, 1, 3], [0, 2, 3, 4]]
+    np.testing.assert_allclose(np.degrees(scans[1].angles), [-90, -45, 0, 45, 90])
 
 
 def test_a_table_of_ranges_needs_the_directions_of_its_beams(save):

@@ -75,7 +75,12 @@ def test_a_file_without_a_scan(save, content, message):
 
 
 def test_paths_with_nothing_to_read(tmp_path):
-    for path, problem in ((tmp_path / "gone.log", "No such"), (tmp_path, ""), ("a\0b", "null")):
+    for path, problem in (
+        (tmp_path / "gone.log", "No such"),
+        (tmp_path, ""),
+        ("a\0b", "null"),
+        (300 * "a", "too long"),
+    ):
         with pytest.raises(LogError, match=f"cannot be read: .*{problem}"):
             read_log(path)
 
