@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +21,7 @@ from labkit.support.arrays import (
     as_points,
     as_poses,
     check_range,
+    is_number,
     read_only,
 )
 from labkit.support.errors import InvalidParameterError, InvalidPointsError
@@ -63,6 +66,9 @@ class Scan:
                 object.__setattr__(self, name, _as_beam_values(values, name))
         if self.ranges is not None and self.angles is not None:
             _expect_alike(self.ranges, self.angles)
+        if not is_number(self.stamp):
+            message = f"must be a time in seconds, or NaN, got {self.stamp!r:.80}"
+            raise InvalidParameterError(message, parameter="stamp")
 
     @classmethod
     def from_ranges(
@@ -102,6 +108,10 @@ class Scan:
 
     def __len__(self) -> int:
         return len(self.points)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Made anew where it is unpickled: its arrays are read-only there, too."""
+        return partial(type(self), **vars(self)), ()
 
     def __repr__(self) -> str:
         beams = "" if self.ranges is None else f" of {len(self.ranges)} beams"

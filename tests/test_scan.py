@@ -1,6 +1,8 @@
 """Scans: which beams make points, and what is refused at the door."""
 
+import copy
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from hypothesis import strategies as st
 from labkit import Scan
 from labkit.scan import scanner_poses
 from labkit.se2 import from_xytheta
-from labkit.support.errors import InvalidPointsError
+from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 NAN, INF = math.nan, math.inf
 
@@ -80,10 +82,12 @@ def test_nobody_writes_to_a_scan():
     }
     scan = Scan(**given)
     measured = Scan.from_ranges([1.0, 2.0], [0.0, 0.1])
+    sent, copied = pickle.loads(pickle.dumps(scan)), copy.deepcopy(measured)
     for name, values in given.items():
+        np.testing.assert_array_equal(getattr(sent, name), getattr(scan, name))
         values[:] = 7
         assert not (getattr(scan, name) == 7).any()
-        for each in (scan, measured, measured.select(np.array([0]))):
+        for each in (scan, measured, measured.select(np.array([0])), sent, copied):
             with pytest.raises(ValueError, match="read-only"):
                 getattr(each, name)[...] = 7
     hidden = np.ones(3)
@@ -98,6 +102,9 @@ def test_a_scan_says_what_it_is_in_a_line():
     scan = Scan.from_ranges([1.0, INF], [0.0, 0.1], stamp=2.5)
     assert repr(scan) == "Scan(1 points of 2 beams, 2.5 s)"
     assert repr(Scan.from_points([[1.0, 2.0]])) == "Scan(1 points)"
+    for stamp in (None, "now", [1.0]):
+        with pytest.raises(InvalidParameterError, match="`stamp` must be a time in seconds"):
+            Scan(points=[[1.0, 2.0]], stamp=stamp)
 
 
 @given(

@@ -5,6 +5,7 @@ The package `rosbags` reads the bag; it is optional and imported only when a bag
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from itertools import count
@@ -31,7 +32,7 @@ Bag = tuple[Any, Callable[[bytes, str], Any]]  # the reader, and the decoder of 
 
 def is_bag(path: Path) -> bool:
     """Recognise a bag by its suffix, a directory of ROS 2 by its metadata."""
-    return path.suffix in BAGS or (path / "metadata.yaml").is_file()
+    return path.suffix in BAGS or os.path.isfile(path / "metadata.yaml")
 
 
 def read_bag(

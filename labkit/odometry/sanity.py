@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from labkit.odometry.search import USUAL
 from labkit.support.arrays import FloatArray, check_range
+from labkit.support.errors import InvalidParameterError
 
 MISSED, WATCHED = 8, 40  # steps without a match, of so many, after which the wheels lead
 LED = (
@@ -54,7 +55,10 @@ class SanityLimits:
         for name in ("max_translation", "max_prior_translation", "max_rmse"):
             check_range(getattr(self, name), name, above=0.0, unit="m")
         for name in ("max_rotation", "max_prior_rotation"):
-            check_range(getattr(self, name), name, above=0.0, unit="rad")
+            check_range(limit := getattr(self, name), name, above=0.0, unit="rad")
+            if math.tau < limit < math.inf:
+                message = f"must be radians within one turn, got {limit:.6g}: are these degrees?"
+                raise InvalidParameterError(message, parameter=name)
         check_range(self.min_inlier_ratio, "min_inlier_ratio", at_least=0.0, at_most=1.0)
 
     @property

@@ -12,7 +12,7 @@ from scipy.ndimage import median_filter
 from labkit.line_alignment import MIN_INFORMATION
 from labkit.odometry import Decision, SanityLimits, StepRecord
 from labkit.plotting.style import GREEN, GREY, ORANGE, PURPLE, SKY, SOURCE, VERMILLION, style_grid
-from labkit.support.arrays import FloatArray
+from labkit.support.arrays import FloatArray, check_kind
 from labkit.support.errors import InvalidPointsError
 
 FALLBACKS = {  # decision: colour, marker
@@ -51,6 +51,7 @@ def plot_quality(
     limits : SanityLimits
         The limits that the steps were held to: dashed lines.
     """
+    check_kind(limits, "limits", SanityLimits)
     if len(records) == 0:
         raise InvalidPointsError("`records` is empty, got 0 steps; it needs at least 1")
     at = np.arange(len(records), dtype=np.float64)
@@ -58,7 +59,7 @@ def plot_quality(
     axes = tuple(figure.subplots(5, 1, sharex=True, height_ratios=[3, 3, 3, 3, 2]))
     for ax, (name, (label, bound)) in zip(axes, SIGNALS.items(), strict=False):
         values = np.array([getattr(record, name) for record in records], dtype=np.float64)
-        limit = getattr(limits, bound, MIN_INFORMATION)
+        limit = getattr(limits, bound) if bound else MIN_INFORMATION
         scale = np.degrees(1.0) if name == "rotation" else 1.0
         _draw_signal(ax, at, scale * values, decisions, scale * limit)
         ax.set_ylabel(label)

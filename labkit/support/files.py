@@ -12,6 +12,8 @@ from typing import IO, Any, Literal
 
 from labkit.support.errors import WriteError
 
+MOST_BYTES = 255  # of a name, on all usual file systems
+
 
 @contextmanager
 def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "w") -> Iterator[IO[Any]]:
@@ -42,13 +44,15 @@ def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "w") -
 def refuse_unwritable(path: str | os.PathLike[str]) -> None:
     """Raise the `WriteError` that writing to `path` would raise, before any work is done."""
     target = Path(os.path.realpath(path))
-    if target.is_dir():
+    if os.path.isdir(target):  # no error of pathlib's where one may not look
         problem = "it is a directory; name a file in it"
-    elif target.exists() and not target.is_file():
+    elif os.path.exists(target) and not os.path.isfile(target):
         problem = "it is a device or a pipe; name a file"
-    elif target.exists() and not os.access(target, os.W_OK):
+    elif os.path.exists(target) and not os.access(target, os.W_OK):
         problem = "it is write-protected; choose another name, or lift that"
-    elif not target.parent.is_dir():
+    elif len(os.fsencode(target.name)) > MOST_BYTES:
+        problem = "its name is too long; choose a shorter one"
+    elif not os.path.isdir(target.parent):
         problem = f"the directory {target.parent} does not exist; make it first"
     elif not os.access(target.parent, os.W_OK | os.X_OK):  # for a temporary file beside it
         problem = f"the directory {target.parent} may not be written in; choose another"

@@ -116,3 +116,7 @@ def test_limits_out_of_range(name, value, interval):
     with pytest.raises(InvalidParameterError) as caught:
         SanityLimits(**{name: value})
     assert str(caught.value) == f"`{name}` must be in {interval}, got {value!r}"
+    for turn in ("max_rotation", "max_prior_rotation"):
+        with pytest.raises(InvalidParameterError, match=f"`{turn}` must be radians.*degrees"):
+            SanityLimits(**{turn: 30.0})
+        assert getattr(SanityLimits(**{turn: math.inf}), turn) == math.inf

@@ -1,11 +1,13 @@
 """The panels of a run: each step a dot, each fallback a mark."""
 
 import numpy as np
+import pytest
 
 from labkit.line_alignment import MIN_INFORMATION
-from labkit.odometry import Decision, SanityLimits, StepRecord
+from labkit.odometry import Decision, OdometryParameters, SanityLimits, StepRecord
 from labkit.plotting import book_figure, plot_quality
 from labkit.plotting.quality import FALLBACKS
+from labkit.support.errors import InvalidParameterError
 
 DECISIONS = [Decision.START, *[Decision.ICP] * 90, *FALLBACKS, *[Decision.ICP] * 5, Decision.PRIOR]
 LIMITS = SanityLimits(max_rmse=0.15, min_inlier_ratio=0.3)
@@ -60,6 +62,8 @@ def test_a_run_without_any_match():
     figure = book_figure(7.0)
     plot_quality(figure, records, limits=LIMITS)
     figure.draw_without_rendering()
+    with pytest.raises(InvalidParameterError, match="`limits` must be of the class SanityLimits"):
+        plot_quality(book_figure(7.0), records, limits=OdometryParameters())
 
 
 def test_the_line_is_a_running_median():

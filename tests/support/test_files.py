@@ -51,6 +51,7 @@ def test_paths_that_cannot_be_written(tmp_path):
         tmp_path: "it is a directory; name a file in it",
         tmp_path / "gone" / "out": f"the directory {tmp_path / 'gone'} does not exist; make it",
         tmp_path / "file" / "out": "file does not exist; make it first",
+        tmp_path / (300 * "b"): "its name is too long; choose a shorter one",
         Path(os.devnull): "it is a device or a pipe; name a file",
     }
     for path, reason in places.items():
