@@ -125,6 +125,7 @@ def run(args: argparse.Namespace) -> int:
     log = _read(args)
     outputs = _outputs(args, log.name)
     prior, source = (None, "the last motion") if args.prior == "none" else choose_prior(log)
+    source = source if args.odometry is None else f"the odometry of {args.odometry}"
     print(f"{log.name}: {len(log)} scans, prior: {source}")
     start = np.zeros(3) if log.reference is None else log.reference[0]
     with loading():
