@@ -56,7 +56,7 @@ class StandIn(types.ModuleType):
 
 
 class Bar(StandIn):
-    """What tqdm makes: it goes through what it was given."""
+    """A bar of tqdm: it goes through what it was given."""
 
     def __init__(self, over: Any = ()) -> None:
         super().__init__("tqdm")
