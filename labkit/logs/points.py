@@ -99,11 +99,11 @@ def read_ranges_table(
     rows = [(number, row) for number, text in lines if (row := split_row(text))]
     if not any(row[-1] for _, row in rows):  # each row ends in a comma
         rows = [(number, row[:-1]) for number, row in rows]
-    if is_numbered := _is_numbered(rows[0][1]):  # as pandas does, and all rows where it says so
-        start = int(rows.pop(0)[1][0] == "")
-        rows = [(number, row[start:]) for number, row in rows]
-    header = [] if is_numbered or _is_row_of_ranges(rows[0][1]) else rows.pop(0)[1]
-    clock = _clock_column(header, report.file) if header else None
+    is_numbered = _is_numbered(rows[0][1])  # as pandas does, and the rows where it says so
+    header = rows.pop(0)[1] if is_numbered or not _is_row_of_ranges(rows[0][1]) else []
+    if is_numbered and not header[0]:  # the number of a row is no beam
+        header, rows = header[1:], [(number, row[1:]) for number, row in rows]
+    clock = _clock_column(header, report.file) if header and not is_numbered else None
     count = len(header or rows[0][1]) - (clock is not None)
     if angles is None:
         raise LogError(
@@ -121,11 +121,7 @@ def read_ranges_table(
         except DamagedLine as damage:
             report.skip(number, damage)
     firsts = np.array([np.asarray(sweep.scan.ranges)[0] for sweep in sweeps])
-    if (
-        not (header or is_numbered)
-        and len(sweeps) > FEWEST_BEAMS
-        and np.all(firsts[1:] > firsts[:-1])
-    ):
+    if not header and len(sweeps) > FEWEST_BEAMS and np.all(firsts[1:] > firsts[:-1]):
         report.remarks.append(
             "the first column rises in every row: if it is a clock and no beam, say so in a "
             "header, as `stamp,r0,r1,r2`"
@@ -162,8 +158,9 @@ def _is_number_row(row: Sequence[str]) -> bool:
 
 
 def _is_numbered(row: Sequence[str]) -> bool:
-    """Recognise a header that counts the columns from 0, but for that of an index."""
-    return list(row[row[0] == "" :]) == [str(number) for number in range(len(row) - (row[0] == ""))]
+    """Recognise a header that counts the columns from 0, but for one of row numbers before them."""
+    names = list(row if row[0] else row[1:])
+    return names == [str(number) for number in range(len(names))]
 
 
 def _is_row_of_ranges(row: Sequence[str]) -> bool:

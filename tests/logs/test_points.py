@@ -74,6 +74,12 @@ def test_a_row_of_ranges_is_a_scan(save, header):
     np.testing.assert_array_equal(log.stamps, [10.5 if "time" in header else np.nan] * 2)
 
 
+@pytest.mark.parametrize("header", ["0,1,2,3", ",0,1,2,3"])
+def test_a_header_alone_is_no_scan(save, header):
+    with pytest.raises(LogError, match="a ranges log without any scan"):
+        read_log(save(f"{header}\n"), angles=HALF_CIRCLE)
+
+
 def test_a_comma_at_the_end_of_each_row_is_no_beam(save):
     scans = read_log(save("1,2,nan,4,inf,\n5,,7,8,9,\n"), angles=HALF_CIRCLE).scans
     assert [scan.beams.tolist() for scan in scans] == [[0, 1, 3], [0, 2, 3, 4]]
