@@ -58,26 +58,24 @@ class StandIn(types.ModuleType):
 class Bar(StandIn):
     """A bar of tqdm: it goes through what it was given."""
 
-    def __init__(self, over: Any = ()) -> None:
+    def __init__(self, over: Any) -> None:
         super().__init__("tqdm")
-        vars(self)["over"] = over
+        self.over = over
 
     def __iter__(self) -> Iterator[Any]:
-        return iter(vars(self)["over"])
+        return iter(self.over)
 
     def __len__(self) -> int:
-        return len(vars(self)["over"])
+        return len(self.over)
 
 
 class Bars(StandIn):
-    """``tqdm`` and ``trange``: they are called, and have functions such as `write`."""
+    """``tqdm``: it is called, and has functions such as `write`."""
 
-    def __call__(self, *given: Any, **named: Any) -> Any:
+    def __call__(self, given: Any = None, *_: Any, **named: Any) -> Any:
         """A bar around what is given."""
-        given = given or tuple(named[name] for name in ("iterable",) if name in named)
-        if self.__name__ == "trange":
-            return Bar(range(*given))
-        return Bar(given[0]) if given and given[0] is not None else StandIn("tqdm")
+        given = named.get("iterable", given)
+        return StandIn("tqdm") if given is None else Bar(given)
 
 
 def _limits(*_: Any, **__: Any) -> tuple[float, float]:
@@ -90,7 +88,7 @@ WORKING = {
     "hist": lambda *_, **__: (StandIn("counts"), StandIn("edges"), StandIn("patches")),
     **dict.fromkeys(("xlim", "ylim", "get_xlim", "get_ylim"), _limits),
     "tqdm": Bars("tqdm"),
-    "trange": Bars("trange"),
+    "trange": lambda *given, **_: Bar(range(*given)),
     "prange": range,
 }
 
