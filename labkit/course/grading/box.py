@@ -139,24 +139,30 @@ class Box:
     def __init__(self, wall: Wall, seconds: float = IN_ALL * SECONDS) -> None:
         self.wall = wall
         self._buffer = bytearray()
-        self._channel, theirs = socket.socketpair()
-        self._channel.settimeout(LOOK)
         user = unused_user() if os.geteuid() == 0 and wall.mode != "none" else 0
         settings = {"seconds": seconds, "user": user, "wall": wall.mode}
         command = [os.path.realpath(sys.executable), "-I", "-S", "-B", "-X", "utf8", "-c"]
         paths = sorted({os.path.dirname(path) for path in libraries()[1:]})
         above = os.path.dirname(OWN)
         command += [COMMAND.format(above=above, paths=paths), json.dumps(settings)]
-        with theirs:
-            self.process = subprocess.Popen(
-                [*bubblewrap(wall), *command] if wall.mode == "bubblewrap" else command,
-                env=ENVIRONMENT,
-                cwd="/",
-                stdin=theirs.fileno(),
-                stdout=theirs.fileno(),
-                stderr=subprocess.PIPE,
-                start_new_session=True,
-            )
+        if wall.mode == "bubblewrap":
+            command = [*bubblewrap(wall), *command]
+        self._channel, theirs = socket.socketpair()
+        self._channel.settimeout(LOOK)
+        try:
+            with theirs:
+                self.process = subprocess.Popen(
+                    command,
+                    env=ENVIRONMENT,
+                    cwd="/",
+                    stdin=theirs.fileno(),
+                    stdout=theirs.fileno(),
+                    stderr=subprocess.PIPE,
+                    start_new_session=True,
+                )
+        except OSError as error:  # its program is missing, or nobody may run it
+            self._channel.close()
+            raise MachineError(f"the box did not start: {error}") from None
         self._pid = 0  # of the process in the box, once it is there
         self._allow(START)
         try:
