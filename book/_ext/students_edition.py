@@ -8,7 +8,7 @@ Run as a script, `make student` does, it fills one folder:
 
 The solutions go before anything is built, so what the builder copies, indexes and offers
 for download never had them. Afterwards every file of both is searched for traces of them;
-one trace, and nothing is written.
+one trace, and nothing is written. Which files students get, `handed_out` says.
 """
 
 from __future__ import annotations
@@ -19,45 +19,17 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
-from fnmatch import fnmatch
 from pathlib import Path
 
 import for_lab
 import launch
 import nbformat
+from handed_out import EditionError, choose_files
 from leaks import find_leaks, only_secret
 from solutions import SolutionMarkError, refuse_untagged, strip_notebook
 
 ROOT = Path(__file__).parents[2]
-HANDED_OUT = (
-    "_config.yml",
-    "_toc.yml",
-    "book",
-    "labkit",
-    "notebooks",
-    "tests/conformance",  # pages include its tables
-    "LICENSE",
-    "LICENSE-TEXT",
-    "Makefile",
-    "pyproject.toml",
-    "requirements.txt",
-    ".binder",
-    ".devcontainer",
-    ".gitignore",
-)
 STAFF_PAGES = r"benchmark|decisions"
-KEPT_BACK = (
-    "book/benchmark.md",
-    "book/decisions.md",
-    "book/_static/benchmark*",
-    "labkit/course/authoring/*",
-    "labkit/course/grading/assignment/hidden*",
-    "book/_static/vendor/*",
-    "*/.ipynb_checkpoints/*",
-    "*/__pycache__/*",
-    "*.pyc",
-)
 COMMANDS = ("help", "book", "lab", "clean")  # whose files students get
 README = """\
 # ICP-based motion estimation: the lab
@@ -78,10 +50,6 @@ Code: MIT (LICENSE). Text and figures: CC BY 4.0 (LICENSE-TEXT).
 """
 
 
-class EditionError(Exception):
-    """The edition cannot be written; the message says why and what to do."""
-
-
 def write_source(root: Path, to: Path) -> tuple[int, frozenset[str]]:
     """Copy what students get from `root` into the new folder `to`, without its solutions.
 
@@ -91,7 +59,7 @@ def write_source(root: Path, to: Path) -> tuple[int, frozenset[str]]:
     secret: list[str] = []
     public: list[str] = [README]
     words = for_lab.words_of(root)
-    for path in _handed_out(root):
+    for path in choose_files(root)[0]:
         name = path.relative_to(root).as_posix()
         target = to / name
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -188,15 +156,6 @@ def refuse_leaks(leaks: list[str]) -> None:
         )
 
 
-def _handed_out(root: Path) -> Iterator[Path]:
-    for name in HANDED_OUT:
-        start = root / name
-        for path in [start] if start.is_file() else sorted(start.rglob("*")):
-            inside = path.relative_to(root).as_posix()
-            if path.is_file() and not any(fnmatch(inside, pattern) for pattern in KEPT_BACK):
-                yield path
-
-
 def main() -> None:
     """Write the edition where the command line says."""
     parser = argparse.ArgumentParser(description="Write the lab without its solutions.")
@@ -207,10 +166,13 @@ def main() -> None:
         print("Building the students' book, which runs every notebook; a few minutes ...")
     try:
         solutions = write_edition(ROOT, args.to.resolve(), with_book=not args.no_book)
+        untracked = choose_files(ROOT)[1]
     except (EditionError, SolutionMarkError) as error:
         sys.exit(f"students' edition: {error}")
     files = sum(each.is_file() for each in args.to.rglob("*"))
     print(f"{solutions} solutions taken out; no trace of one in {files:,} files.")
+    if untracked:
+        print("Not handed out, since git does not track it:", *untracked, sep="\n  ")
     print(f"For students: {args.to / 'lab'}")
     if not args.no_book:
         print(f"Their book:   {args.to / 'html' / 'index.html'}")

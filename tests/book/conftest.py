@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
+import handed_out
 import killian_map
 import pytest
 import students_edition as edition
@@ -25,13 +27,13 @@ FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
 def course(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The repository, as an instructor has it who named the students' repository."""
     root = tmp_path_factory.mktemp("course")
-    for name in edition.HANDED_OUT:
-        if (ROOT / name).exists():
-            (root / name).parent.mkdir(exist_ok=True)
-            (root / name).symlink_to(ROOT / name)
+    for name in handed_out.tracked_files(ROOT):
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, root / name)
     config = (ROOT / "_config.yml").read_text("utf-8").replace('url: ""', f"url: {REPOSITORY}")
-    (root / "_config.yml").unlink()
     (root / "_config.yml").write_text(config, "utf-8")
+    for command in (("init", "--quiet"), ("add", "--all")):
+        subprocess.run([program("git", "git"), "-C", root, *command], check=True)
     return root
 
 
