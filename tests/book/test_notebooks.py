@@ -138,6 +138,14 @@ def test_the_reader_predicts_before_each_slider(name):
 
 
 @each_notebook
+def test_headings_with_numbers_count_from_one(name):
+    text = "\n".join(cell.source for cell in NOTEBOOKS[name].cells)
+    for word in ("", "Problem "):
+        numbers = re.findall(rf"(?m)^## {word}(\d+)[.:] ", text)
+        assert numbers == [str(k + 1) for k in range(len(numbers))]
+
+
+@each_notebook
 def test_outputs_stay_out_of_the_repository_and_cells_have_names_of_their_own(name):
     cells = NOTEBOOKS[name].cells
     assert [cell.id for cell in cells if cell.get("outputs") or cell.get("execution_count")] == []

@@ -201,10 +201,15 @@ def backward_alignment(a, b, p_mean, q_mean):
     "The noise is that of one scan; both scans have it, so it is √2 σ.": {"math.sqrt(2.0)": "1.0"},
     "The turn is the arc; a point moves along the chord.":
         {"2.0 * reach * math.sin(angle / 2.0)": "reach * angle"},
-    "Noise and spacing stand at right angles to one another: they add as squares.":
-        lambda s, d, off, a, D: off + 2 * D * math.sin(a / 2) + 3 * math.sqrt(2) * s + d / 2,
+    "Noise and spacing stand at right angles on a wall that faces the beam; elsewhere they add up.":
+        {"scans = 3.0 * math.sqrt(2.0) * sigma + spacing / 2.0":
+         "scans = math.hypot(3.0 * math.sqrt(2.0) * sigma, spacing / 2.0)"},
+    "This adds the noise of the two scans; the variances of independent errors add: √2 σ.":
+        {"math.sqrt(2.0)": "2.0"},
+    "The spacing counts half: a point between two others is at most half of it away.":
+        {"spacing / 2.0": "spacing"},
 })
 def first_gate(sigma, spacing, offset, angle, reach):
     """Sum of the error that the guess may have and of what the scans add."""
-    scans = math.hypot(3.0 * math.sqrt(2.0) * sigma, spacing / 2.0)
+    scans = 3.0 * math.sqrt(2.0) * sigma + spacing / 2.0
     return offset + 2.0 * reach * math.sin(angle / 2.0) + scans
