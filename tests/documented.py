@@ -56,7 +56,7 @@ EXCUSED = {
     ".venv/bin/python -m labkit.course.authoring": (
         "writes the assignment anew in a checkout; tests/course/authoring calls what it calls"
     ),
-    "nbgrader generate_assignment": "tests/course/grading/test_nbgrader.py, in make others",
+    "nbgrader generate_assignment": "tests/grading/test_nbgrader.py, in make others",
     "jupyter nbconvert --to notebook notebooks/09_problems.ipynb --output-dir source/problems "
     "--TagRemovePreprocessor.enabled=True --TagRemovePreprocessor.remove_cell_tags=solution": (
         "prepares nbgrader's source; its own tests are nbconvert's"

@@ -25,7 +25,11 @@ TRACKED = subprocess.run(
 ).stdout.split("\n")
 PARTS = {  # the files that are changed, the tests that they are held to, and which of these
     "core": (r"labkit/(odometry/)?[a-z]\w*\.py", r"tests/(odometry/)?test_\w+\.py", "not slow"),
-    "course": (r"labkit/course/(?!.*/scenes).+\.py", r"tests/course/.*test_\w+\.py", "not slow"),
+    "course": (
+        r"labkit/(course|grading)/(?!.*/scenes).+\.py",
+        r"tests/(course|grading)/.*test_\w+\.py",
+        "not slow",
+    ),
     "book": (
         r"book/_ext/\w+\.py",
         r"tests/book/test_(?!firefox|jupyterlab|\w+_page)\w+\.py",
@@ -107,7 +111,8 @@ def tests_of(file: str, part: str) -> list[str]:
     """The file's examples and own tests first, then those that import it, then its part's."""
     path = Path(file)
     names = re.compile(rf"(?m)^(?:from|import) .*\b{path.stem}\b")
-    folder = "tests/" + "/".join(path.parts[1:3] if part == "course" else path.parts[:0])
+    depth = 2 if path.parts[1] == "grading" else 3
+    folder = "tests/" + "/".join(path.parts[1:depth] if part == "course" else path.parts[:0])
     tests = [each for each in TRACKED if re.fullmatch(PARTS[part][1], each)]
     own = [each for each in tests if each.endswith(f"/test_{path.name}")]
     own += [each for each in tests if names.search((ROOT / each).read_text("utf-8"))]

@@ -31,7 +31,7 @@ KEPT_BACK = (
     "book/decisions.md",
     "book/_static/benchmark*",
     "labkit/course/authoring/*",
-    "labkit/course/grading/assignment/hidden*",
+    "labkit/course/assignment/hidden*",
 )
 MADE_HERE = (  # by a run, so nobody misses them
     "book/_static/vendor/*",

@@ -12,7 +12,8 @@ from importlib.metadata import PackageNotFoundError, version
 
 import labkit
 from labkit.cli import demo, odometry
-from labkit.course.grading.command import add_autograder, add_grade
+from labkit.course.assignment import FOLDER
+from labkit.grading.command import add_autograder, add_grade
 from labkit.support.errors import InvalidParameterError, LabkitError
 
 BAD_INPUT, USAGE = 1, 2
@@ -62,8 +63,10 @@ def build_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(
         title="commands", dest="command", required=True, metavar="COMMAND"
     )
-    for add in (demo.add, odometry.add, add_grade, add_autograder):
-        add(commands)
+    demo.add(commands)
+    odometry.add(commands)
+    add_grade(commands, FOLDER)
+    add_autograder(commands, FOLDER)
     return parser
 
 

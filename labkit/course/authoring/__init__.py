@@ -1,7 +1,7 @@
 """Writing the assignment: questions, cases, right answers and known wrong ones.
 
 ``python -m labkit.course.authoring`` computes all of it afresh and writes the files that
-`labkit.course.grading.assignment` reads and the notebook that students get. This side knows the
+`labkit.course.assignment` reads and the notebook that students get. This side knows the
 answers, so nothing of grading or of the notebooks imports it, and students do not get it.
 
 `questions/` is what instructors edit: each question stands there with all that belongs to it, its

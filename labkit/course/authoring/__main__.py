@@ -8,9 +8,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from labkit.course.assignment import FOLDER
 from labkit.course.authoring.write import HANDED_OUT, write_assignment
-from labkit.course.grading.assignment import FOLDER
-from labkit.course.grading.assignment.questions import cases_beside, read_secret
+from labkit.grading.questions import cases_beside, read_secret
 from labkit.support.errors import LabkitError
 from labkit.support.files import refuse_unwritable
 

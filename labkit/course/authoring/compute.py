@@ -18,11 +18,11 @@ import numpy as np
 from labkit.course.authoring.entries import Exact, Recipe, Rng, question
 from labkit.course.exercises.entries import Arguments, Function, answers
 from labkit.course.exercises.families import Family
-from labkit.course.grading.assignment.questions import Case, Question
-from labkit.course.grading.inside.data import Value, plain
-from labkit.course.grading.judging.compare import assess, is_answer_of, is_right
-from labkit.course.grading.judging.kinds import read
-from labkit.course.grading.judging.verdict import Outcome
+from labkit.grading.box.inside.data import Value, plain
+from labkit.grading.judge.compare import assess, is_answer_of, is_right
+from labkit.grading.judge.kinds import read
+from labkit.grading.judge.verdict import Outcome
+from labkit.grading.questions import Case, Question
 from labkit.support.errors import LabkitError
 
 Wrong = Mapping[str, tuple[Value, ...]]  # the answers of mistakes, by their ids

@@ -15,8 +15,8 @@ import numpy as np
 
 import labkit
 from labkit.course.exercises.entries import Arguments, Function, exercise
-from labkit.course.grading.assignment.questions import Answer, Question
-from labkit.course.grading.inside.data import Value
+from labkit.grading.box.inside.data import Value
+from labkit.grading.questions import Answer, Question
 from labkit.support.arrays import FloatArray
 
 

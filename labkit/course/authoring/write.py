@@ -23,8 +23,8 @@ from labkit.course.authoring.compute import hidden_cases, steady_families, visib
 from labkit.course.authoring.entries import question
 from labkit.course.authoring.questions import QUESTIONS, TITLE
 from labkit.course.exercises.entries import with_families
-from labkit.course.grading.assignment.questions import COURSE, FORMAT, Case, Question, salt_of
-from labkit.course.grading.inside.data import to_json
+from labkit.grading.box.inside.data import to_json
+from labkit.grading.questions import COURSE, FORMAT, Case, Question, salt_of
 from labkit.support.errors import LabkitError
 from labkit.support.files import atomic_write
 

@@ -23,12 +23,12 @@ from typing import Any
 import numpy as np
 
 import labkit.course.exercises as chapters
+from labkit.course.assignment import load_assignment
 from labkit.course.exercises.entries import ENTRIES, exercise
-from labkit.course.grading.assignment import load_assignment
-from labkit.course.grading.assignment.questions import Case, Question
-from labkit.course.grading.inside.data import NoAnswerError, plain, said_of
-from labkit.course.grading.judging.compare import assess
-from labkit.course.grading.judging.verdict import Outcome, QuestionVerdict, to_html
+from labkit.grading.box.inside.data import NoAnswerError, plain, said_of
+from labkit.grading.judge.compare import assess
+from labkit.grading.judge.verdict import Outcome, QuestionVerdict, to_html
+from labkit.grading.questions import Case, Question
 from labkit.support.errors import InvalidParameterError
 
 Calls = set[tuple[str, str]]  # of functions, by name and module

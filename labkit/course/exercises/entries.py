@@ -19,10 +19,10 @@ import numpy as np
 
 from labkit.course.exercises.families import Family, families
 from labkit.course.exercises.slips import slips
-from labkit.course.grading.assignment.questions import Answer, Case, Misconception, Question
-from labkit.course.grading.inside.data import Value, plain
-from labkit.course.grading.judging.kinds import numbers, read
-from labkit.course.grading.judging.relations import sentence
+from labkit.grading.box.inside.data import Value, plain
+from labkit.grading.judge.kinds import numbers, read
+from labkit.grading.judge.relations import sentence
+from labkit.grading.questions import Answer, Case, Misconception, Question
 
 Function = Callable[..., Any]
 Edits = Mapping[str, str]  # texts of the right function, and what stands there instead

@@ -1,7 +1,7 @@
 """Families of mistakes in the arguments: exchanged, squared, in degrees, forgotten.
 
 Each is told by the right function itself, which is asked with changed arguments. What is done to
-answers as well as to arguments is in `labkit.course.grading.judging.relations`.
+answers as well as to arguments is in `labkit.grading.judge.relations`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from labkit.course.grading.judging.relations import (
+from labkit.grading.judge.relations import (
     COUNTS,
     MATRICES,
     NUMBERS,

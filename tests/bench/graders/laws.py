@@ -19,9 +19,9 @@ from pathlib import Path
 
 from run import grade, write_class
 
-from labkit.course.grading.box import open_wall
-from labkit.course.grading.command import JOBS
-from labkit.course.grading.grade import grade_submission
+from labkit.grading.box.outside import open_wall
+from labkit.grading.command import JOBS
+from labkit.grading.grade import grade_submission
 from notebooks import answered
 from test_laws import ASSIGNMENT, NAMES, WAYS, failing
 

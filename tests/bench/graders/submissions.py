@@ -12,8 +12,8 @@ from typing import Any
 
 from right_answers import RIGHT, source_of
 
+from labkit.course.assignment import load_assignment
 from labkit.course.authoring.questions import QUESTIONS, SOLUTION
-from labkit.course.grading.assignment import load_assignment
 
 KINDS = (*("right", "mistaken", "right", "failing", "right") * 2,)
 MISTAKES_EACH = 4

@@ -2,7 +2,7 @@
 
 import pytest
 
-from labkit.course.grading.assignment import load_assignment
+from labkit.course.assignment import load_assignment
 
 
 @pytest.fixture(scope="session")

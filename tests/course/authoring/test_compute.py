@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from labkit.course.assignment import FOLDER
 from labkit.course.authoring.compute import (
     confusion,
     draw_case,
@@ -17,7 +18,6 @@ from labkit.course.authoring.compute import (
 from labkit.course.authoring.questions import QUESTIONS
 from labkit.course.authoring.write import cases_file, course_file, posed_with_cases, questions_file
 from labkit.course.exercises.entries import ENTRIES
-from labkit.course.grading.assignment import FOLDER
 from labkit.support.errors import LabkitError
 
 IDS = [one.right.__name__ for one in QUESTIONS]

@@ -13,7 +13,7 @@ from labkit.course.authoring.questions import QUESTIONS
 from labkit.course.authoring.questions.loop import WIDER
 from labkit.course.exercises.checking import tried
 from labkit.course.exercises.entries import ENTRIES, answers
-from labkit.course.grading.judging.compare import assess, is_answer_of
+from labkit.grading.judge.compare import assess, is_answer_of
 
 ROOT = Path(__file__).parents[3]
 MISTAKES = [(entry, one) for entry in QUESTIONS for one in entry.known]

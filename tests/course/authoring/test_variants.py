@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from right_answers import RIGHT, solution
 
-from labkit.course.grading.inside.data import plain
-from labkit.course.grading.judging.compare import assess, is_right
-from labkit.course.grading.judging.verdict import Outcome
+from labkit.grading.box.inside.data import plain
+from labkit.grading.judge.compare import assess, is_right
+from labkit.grading.judge.verdict import Outcome
 
 
 def answer(function, case, *, single=False):

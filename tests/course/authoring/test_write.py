@@ -18,8 +18,7 @@ from labkit.course.authoring.entries import question
 from labkit.course.authoring.write import write_assignment
 from labkit.course.exercises.checking import tried
 from labkit.course.exercises.entries import ENTRIES
-from labkit.course.grading.assignment import load_assignment
-from labkit.course.grading.assignment.questions import Answer, cases_beside
+from labkit.grading.questions import Answer, cases_beside, read_assignment
 
 
 def whole(low, high):
@@ -82,7 +81,7 @@ def test_a_secret_draws_cases_that_are_equally_hard_and_its_own(run, capsys):
     for secret in ("a", "b"):
         Path(secret).write_text(secret * 32)
         assert run("--secret", secret, "--notebook", "own.ipynb") == 0
-        read[secret] = load_assignment(cases_beside(secret))
+        read[secret] = read_assignment(cases_beside(secret))
     assert "wrote own.ipynb" in capsys.readouterr().out
     one, other = read.values()
     assert not one.public
@@ -104,7 +103,7 @@ def test_what_was_written_grades(run):
     assert (
         run("--secret", "course.secret", "--notebook", "own.ipynb", "--solutions", "all.ipynb") == 0
     )
-    assignment = load_assignment(cases_beside("course.secret"))
+    assignment = read_assignment(cases_beside("course.secret"))
     names = {"np": np}
     exec(assignment.lent("double_sum"), names)
     scores = {

@@ -9,9 +9,10 @@ from right_answers import solution as right
 
 import labkit
 from labkit.correspondences import overlap
+from labkit.course.assignment import FOLDER, load_assignment
 from labkit.course.exercises import check, checking, score
 from labkit.course.exercises.checking import exercises
-from labkit.course.grading.assignment import FOLDER, load_assignment
+from labkit.grading.questions import read_assignment
 from labkit.support.errors import InvalidParameterError, LabkitError
 
 
@@ -242,9 +243,9 @@ def test_the_score_asks_the_hidden_cases_too():
 def test_the_students_edition_has_no_hidden_cases(tmp_path):
     for name in ("questions.json", "visible.json"):
         (tmp_path / name).write_bytes((FOLDER / name).read_bytes())
-    assert load_assignment(tmp_path, hidden=False).cases("rotation", "ada")
+    assert read_assignment(tmp_path, hidden=False).cases("rotation", "ada")
     with pytest.raises(LabkitError, match="holds no hidden cases: this is the students' edition"):
-        load_assignment(tmp_path)
+        read_assignment(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -262,7 +263,7 @@ def test_a_broken_assignment_is_named(tmp_path, file, content, message):
     if content:
         (tmp_path / file).write_text(content, encoding="utf-8")
     with pytest.raises(LabkitError, match=message):
-        load_assignment(tmp_path, hidden=False)
+        read_assignment(tmp_path, hidden=False)
 
 
 def test_an_exercise_that_writes_into_what_it_is_given_is_told_so():

@@ -11,7 +11,7 @@ import labkit
 from labkit.course.authoring.entries import Rng, question, recipe
 from labkit.course.authoring.questions.se2 import rotation
 from labkit.course.exercises.entries import Arguments
-from labkit.course.grading.assignment.questions import Answer
+from labkit.grading.questions import Answer
 from labkit.support.arrays import FloatArray
 
 LEFT, RIGHT, WIDE, BACK = (0.3, 1.2), (-1.2, -0.3), (1.8, 2.8), (-2.8, -1.8)

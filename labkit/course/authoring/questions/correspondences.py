@@ -8,8 +8,8 @@ from labkit import correspondences
 from labkit.correspondences import huber_loss
 from labkit.course.authoring.entries import Draw, Exact, Rng, question, recipe
 from labkit.course.exercises.entries import Arguments
-from labkit.course.grading.assignment.questions import Answer
-from labkit.course.grading.inside.data import Value
+from labkit.grading.box.inside.data import Value
+from labkit.grading.questions import Answer
 from labkit.neighbors import NearestNeighbors
 
 ROOT_MEAN_SQUARE = "np.sqrt(np.mean(distances[kept] ** 2))"

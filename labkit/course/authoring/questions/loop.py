@@ -28,7 +28,7 @@ from labkit.course.authoring.questions.scenes import (
 )
 from labkit.course.authoring.questions.se2 import invert
 from labkit.course.exercises.entries import ENTRIES, Arguments
-from labkit.course.grading.assignment.questions import Answer
+from labkit.grading.questions import Answer
 from labkit.result import step_length
 
 EPS_T, EPS_PSI, EPS_COST, K_MAX = 1e-3, 1e-3, 1e-6, 50  # of the convergence test

@@ -9,7 +9,7 @@ import numpy as np
 from labkit.course.authoring.entries import Exact, Rng, question, recipe
 from labkit.course.authoring.questions.se2 import rotation, wrap
 from labkit.course.exercises.entries import Arguments
-from labkit.course.grading.assignment.questions import Answer
+from labkit.grading.questions import Answer
 from labkit.odometry import integrate as labkits_integrate
 from labkit.odometry.sanity import SanityLimits, beyond, poor
 from labkit.support.arrays import FloatArray

@@ -8,8 +8,8 @@ import numpy as np
 
 import labkit
 from labkit.course.authoring.entries import Draw, Exact, Rng, question
-from labkit.course.grading.assignment.questions import Answer
-from labkit.course.grading.inside.data import Value
+from labkit.grading.box.inside.data import Value
+from labkit.grading.questions import Answer
 
 QUARTERS = np.array([[[0, -1], [1, 0]], [[0, 1], [-1, 0]]])
 AHEAD = labkit.transform(1.0, 0.0, 0.0)

@@ -1,1 +1,0 @@
-"""Autograding: answers run in a box that knows no solution, and are judged outside it."""

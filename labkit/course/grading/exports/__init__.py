@@ -1,1 +1,0 @@
-"""Verdicts in the formats of those who take them: gradebooks, autograders, test reports."""

@@ -1,0 +1,1 @@
+"""The box: a throw-away process behind a wall, in which students' code runs."""

@@ -1,0 +1,221 @@
+"""Runs one submission and answers calls of its functions, one JSON object a line.
+
+The student's code shares this process and can forge every byte that leaves it. A forged answer is
+a value like any other, compared outside with a reference that never came in.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import codeop
+import contextlib
+import json
+import os
+import random
+import signal
+import sys
+import time
+import traceback
+import types
+from collections import defaultdict
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from labkit.grading.box.inside import confine, data, parsing, reading, standins
+
+
+class OutOfTime(BaseException):
+    """A cell or a call that is cut short."""
+
+
+class Session:
+    """One submission: its namespace, what each cell left behind, and the calls."""
+
+    def __init__(self, writing: int) -> None:
+        self.writing = writing  # the file descriptor of the answers
+        module = sys.modules["__main__"] = types.ModuleType("__main__")
+        self.space: dict[str, Any] = module.__dict__
+        # By answer: after the last cell that defines it, and others where it differs.
+        self.states: dict[tuple[str, int], dict[str, Any]] = {}
+        self.functions: list[str] = []
+        self.answers: dict[str, Any] = {}  # the last definition of each function
+        self.uses: dict[str, set[str]] = defaultdict(set)  # what a definition mentions, by its name
+        self.finder = standins.Finder(self.run_script)
+        self.compile = codeop.Compile()  # it remembers imports of __future__
+        self.left, self.armed = 0.0, False
+        signal.signal(signal.SIGPROF, self.cut)
+
+    def tell(self, **answer: Any) -> None:
+        """Write one line, whole."""
+        os.write(self.writing, json.dumps(answer).encode("ascii") + b"\n")
+
+    def cut(self, *_: Any) -> None:
+        """End what takes too long; again and again, since code may catch it."""
+        if self.armed:
+            raise OutOfTime("it took too long, and was cut short")
+
+    @contextlib.contextmanager
+    def within(self, seconds: float) -> Iterator[None]:
+        """Limit the processor time; what hears of no limit, in C, ends the box at twice as much."""
+        self.armed = True
+        signal.setitimer(signal.ITIMER_PROF, seconds, 0.1)
+        signal.setitimer(signal.ITIMER_VIRTUAL, 2.0 * seconds + 1.0)
+        try:
+            yield
+        finally:
+            self.armed = False
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
+            signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+
+    def run_cells(self, seconds: float, cells: list[tuple[str, str]], **given: Any) -> None:
+        """Run cells (source, label) in turn, and say what they define of the given functions."""
+        self.functions, self.finder.scripts = given["functions"], given["scripts"]
+        notes, first, last = list[str](), dict[str, Any](), dict[str, Any]()
+        self.space.update({name: standins.StandIn(name) for name in ("display", "get_ipython")})
+        self.space["np"] = np
+        time.sleep = lambda _: None  # who draws step by step waits for nobody here
+        random.seed(0)  # graded again, a submission draws the same
+        np.random.seed(0)  # noqa: NPY002
+        self.left = 2.0 * seconds  # for all experiments together
+        for place, (source, label) in enumerate(cells):
+            self.tell(cell=place)
+            before = dict(self.answers)
+            fault = self.run_cell(source, label, seconds)
+            notes += [fault] * bool(fault)
+            for name, value in self.answers.items():
+                if value is not before.get(name):
+                    last[name] = self.space | self.answers
+                    if name not in before or parsing.is_stub(before[name]):
+                        first[name] = last[name]
+        end = self.space | self.answers
+        told = {name: self.described(name, last[name], first[name], end) for name in self.answers}
+        self.tell(notes=notes[:60], answers=told)
+
+    def run_cell(self, source: str, label: str, seconds: float) -> str:
+        """Run the statements of a cell one by one; why it was not run to its end.
+
+        An experiment gets half of a cell's time, or a tenth once that of all of them is over.
+        """
+        try:
+            with self.within(seconds):
+                nodes, fault = parsing.statements(source, label)
+        except BaseException as error:
+            return f"{label} cannot be parsed, so nothing in it counts: {self.text(error)}"
+        for node in nodes:
+            start, limit, defines = time.process_time(), seconds, parsing.is_definition(node)
+            if not defines:
+                if self.left <= -2.0 * seconds:
+                    continue
+                limit = max(min(seconds / 2.0, self.left), seconds / 10.0)
+            try:
+                with self.within(limit):
+                    self.run(node, label)
+            except BaseException as error:
+                fault = fault or f"{label} did not run to its end: {self.text(error)}"
+            if not defines:
+                self.left -= time.process_time() - start
+        return fault
+
+    def run(self, node: ast.stmt, label: str) -> None:
+        """Run one statement; note what it defines. Neither stubs nor labkit's hide an answer."""
+        code = self.compile(ast.Module([node], []), label, "exec")  # type: ignore[arg-type]
+        before = dict(self.space)
+        try:
+            exec(code, self.space)
+        finally:
+            for name, value in list(self.space.items()):
+                if not callable(value) or before.get(name) is value:
+                    continue
+                self.uses[name] |= parsing.names_in(code)
+                hides = name in self.answers and parsing.is_stub(value)
+                if name in self.functions and not hides and type(value) is not standins.StandIn:
+                    self.answers[name] = value
+
+    def run_script(self, source: str, name: str, module: types.ModuleType) -> None:
+        """Run a script among the cells; the module keeps what its names are now."""
+        importer = self.space["__name__"]
+        try:
+            self.space["__name__"] = module.__name__
+            for node in parsing.statements(source, name)[0]:
+                self.run(node, name)
+                vars(module).update((k, v) for k, v in self.space.items() if not k.startswith("__"))
+        finally:
+            self.space["__name__"] = importer
+
+    def described(self, name: str, *states: dict[str, Any]) -> dict[str, Any]:
+        """Keep the states in which it or what it uses differs; name them, and what it calls."""
+        used = [name]
+        for one in used:  # which grows meanwhile
+            used += self.uses[one].difference(used)
+        last, *others = states
+        kept = [last] + [it for it in others if any(it.get(a) is not last.get(a) for a in used)]
+        self.states |= {(name, place): it for place, it in enumerate(kept)}
+        calls = [one for one in self.functions if one in used[1:]]
+        return {"states": [*range(len(kept))], "calls": calls}
+
+    def ask(
+        self, function: str, state: int, right: dict[str, str], calls: list[Any], seconds: float
+    ) -> None:
+        """Call a function in one of its states, with right functions in place of some others."""
+        self.space.clear()
+        self.space.update(self.states.get((function, state), {}))
+        for name, source in right.items():
+            defined: dict[str, Any] = {}
+            exec(source, defined)
+            self.space[name] = defined[name]
+        random.seed(0)
+        np.random.seed(0)  # noqa: NPY002
+        end = time.process_time() + seconds
+        for arguments in calls:
+            self.tell(**self.call(function, arguments, end - time.process_time()))
+
+    def call(self, function: str, arguments: list[Any], seconds: float) -> dict[str, Any]:
+        """One call, and how it ended."""
+        given = [data.from_json(argument) for argument in arguments]
+        try:
+            with self.within(max(seconds, 0.001)):
+                return {"value": data.to_json(self.space[function](*given))}
+        except BaseException as error:
+            return {"error": type(error).__name__[:60], "message": self.text(error)}
+
+    def text(self, error: BaseException) -> str:
+        """The error in a line, with the place in the student's code."""
+        if isinstance(error, OutOfTime | data.NoAnswerError):
+            return str(error)
+        place = ""
+        for frame, line in traceback.walk_tb(error.__traceback__):
+            file = frame.f_code.co_filename
+            place = place if file.startswith(("/", "<")) else f" (line {line} of {file})"
+        return data.said_of(error) + place
+
+
+def main() -> None:
+    """Close the box around this process, and serve."""
+    orders, writing = os.fdopen(os.dup(0), "rb"), os.dup(1)
+    quiet = os.open(os.devnull, os.O_RDWR)
+    for standard in (0, 1):
+        os.dup2(quiet, standard)
+    real = open
+    # A box may make no file, so the null device, which `open(…, "w")` would make, is copied.
+    vars(builtins)["open"] = lambda f, *a, **k: real(os.dup(1) if f == os.devnull else f, *a, **k)
+    session = Session(writing)
+    sys.meta_path.insert(0, session.finder)
+    confine.confine(**json.loads(sys.argv[1]))
+    for name in [name for name in sys.modules if name.partition(".")[0] == "labkit"]:
+        del sys.modules[name]  # out of reach of `import`
+    with open(json.__file__, "rb"):
+        session.tell(ready=True)  # and whoever one is now can read Python's own library
+    os.dup2(quiet, 2)  # until here the grader reads what is wrong
+    for order in map(json.loads, orders):
+        if "sizes" in order:
+            files = {name: orders.read(size) for name, size in order["sizes"].items()}
+            program = reading.read_program(files, order["functions"], order["handed_out"])
+            session.tell(**program._asdict())
+        elif "cells" in order:
+            session.run_cells(**order)
+        else:
+            session.ask(**order)
+    os._exit(0)

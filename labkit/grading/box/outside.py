@@ -1,0 +1,294 @@
+"""The box: one throw-away process for each submission, and what stands around it.
+
+bubblewrap
+    an empty file system with Python, numpy and scipy in it; no network, no other process.
+user
+    for root in a container that allows no namespaces: an unused user, who can read what all can.
+none
+    the same command with nothing around it, but for limits.
+
+In the first two the network and new processes are refused by a filter of system calls.
+"""
+
+from __future__ import annotations
+
+import compileall
+import contextlib
+import importlib
+import itertools
+import json
+import os
+import random
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+import scipy
+
+from labkit.grading.box.inside import data
+from labkit.support.errors import LabkitError
+
+T = TypeVar("T")
+DISK_BYTES, MAX_LINE = 64 << 20, 1 << 18
+SECONDS = 3.0
+IN_ALL, BY_THE_CLOCK = 60.0, 30.0  # of processor time for a submission; by the clock for an order
+START = 120.0  # [s] until a box must be ready, on a machine at its limit
+SLEEP = 3.0  # [s] and a quarter of what is allowed: who waits for so long computes nothing
+LOOK = 0.25  # [s] between two looks at the time that a box has used
+TOO_LONG, ENDED = "it took too long", "the program ended"
+PACKAGE = Path(__file__).resolve().parents[2]
+OWN = str(PACKAGE / "grading/box/inside")
+SYSTEM = ("/usr", "/lib", "/lib64", "/etc/ld.so.cache", "/etc/alternatives")
+# Above people, below the users that systemd gives to services; each grader in an order of its own.
+USERS = itertools.cycle(random.sample(range(50_000, 60_000), 10_000))
+ENVIRONMENT = {
+    "PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "HOME": "/box", "OPENBLAS_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
+}  # fmt: skip
+COMMAND = """
+import sys, types
+for name in ("labkit", "labkit.grading", "labkit.grading.box"):
+    sys.modules[name] = types.ModuleType(name)
+sys.modules[name].__path__ = [{above!r}]
+sys.path[:0] = {paths!r}
+from labkit.grading.box.inside.main import main
+main()
+"""
+PROBE = """
+import os, socket
+def holes(path):
+    read = lambda: os.listdir(path)[0] if os.path.isdir(path) else open(path, "rb")
+    trials = {f"read {path}": read, "open sockets": socket.socket,
+              "start processes": lambda: os.fork() or os._exit(0)}
+    found = []
+    for says, trial in trials.items():
+        try:
+            trial()
+            found.append("it can " + says)
+        except (OSError, IndexError):
+            pass
+    return found
+"""
+
+
+class BoxError(Exception):
+    """The box ended, took too long or sent what it must not; nothing more comes from it."""
+
+
+class MachineError(LabkitError):
+    """The machine kept a box from its work: no fault of what ran in it."""
+
+
+class Wall(NamedTuple):
+    """The wall around a box, and the time in it, from which all limits of time follow."""
+
+    mode: str  # "bubblewrap", "user" or "none"
+    hidden: tuple[str, ...] = ()  # paths that lie behind it
+    seconds: float = SECONDS  # of processor time, for a cell and for all calls of a question [s]
+
+
+@cache
+def open_wall(
+    hidden: tuple[str | Path, ...] = (), seconds: float = SECONDS, *, isolation: bool = True
+) -> Wall:
+    """The strongest wall that works here; `LabkitError` where none does, with what to do."""
+    if not isolation and os.name == "posix":
+        return Wall("none", seconds=seconds)
+    reasons = []
+    for mode in ("bubblewrap", "user"):
+        wall = Wall(mode, tuple(map(os.path.realpath, hidden)), seconds)
+        if not (reason := why_not(wall)):
+            return wall
+        reasons.append(f"{mode}: {reason}")
+    raise LabkitError(
+        f"no isolation works here ({'; '.join(reasons)}). On Linux install bubblewrap and "
+        f"libseccomp; on other systems run the grader in a Linux container. --no-isolation runs "
+        f"students' code with your own rights, which is not safe"
+    )
+
+
+def why_not(wall: Wall) -> str:
+    """Reasons that keep a wall from holding here, tried with a box that looks for holes; or ""."""
+    if sys.platform != "linux":
+        return "this is not Linux"
+    if wall.mode == "user" and os.geteuid() != 0:
+        return "it needs root, as in a container"
+    calls = [[path] for path in ("/etc/shadow", *wall.hidden)]
+    try:
+        with contextlib.closing(Box(wall)) as box:
+            box.send(START, cells=[(PROBE, "probe")], scripts={}, functions=["holes"])
+            while "answers" not in box.receive():
+                pass
+            box.send(START, function="holes", state=0, right={}, calls=calls)
+            found = [hole for _ in calls for hole in data.from_json(box.receive()["value"])]
+            return " and ".join(dict.fromkeys(found))
+    except (BoxError, LabkitError, OSError, KeyError) as error:
+        return str(error) or type(error).__name__
+
+
+class Box:
+    """A running box behind a wall, which gets so many seconds of processor time in all."""
+
+    def __init__(self, wall: Wall, seconds: float = IN_ALL * SECONDS) -> None:
+        self.wall = wall
+        self._buffer = bytearray()
+        user = unused_user() if os.geteuid() == 0 and wall.mode != "none" else 0
+        settings = {"seconds": seconds, "user": user, "wall": wall.mode}
+        command = [os.path.realpath(sys.executable), "-I", "-S", "-B", "-X", "utf8", "-c"]
+        paths = sorted({os.path.dirname(path) for path in libraries()[1:]})
+        above = os.path.dirname(OWN)
+        command += [COMMAND.format(above=above, paths=paths), json.dumps(settings)]
+        if wall.mode == "bubblewrap":
+            command = [*bubblewrap(wall), *command]
+        self._channel, theirs = socket.socketpair()
+        self._channel.settimeout(LOOK)
+        try:
+            with theirs:
+                self.process = subprocess.Popen(
+                    command,
+                    env=ENVIRONMENT,
+                    cwd="/",
+                    stdin=theirs.fileno(),
+                    stdout=theirs.fileno(),
+                    stderr=subprocess.PIPE,
+                    start_new_session=True,
+                )
+        except OSError as error:  # its program is missing, or nobody may run it
+            self._channel.close()
+            raise MachineError(f"the box did not start: {error}") from None
+        self._pid = 0  # of the process in the box, once it is there
+        self._allow(START)
+        try:
+            self.receive()
+        except (BoxError, MachineError) as error:
+            raise MachineError(self.close() or f"the box did not start: {error}") from None
+        self._pid = innermost(self.process.pid)
+
+    def close(self) -> str:
+        """End it, with all that runs in it; the last line that it complained with."""
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.process.pid, signal.SIGKILL)  # with what it started, where it may
+        _, complaint = self.process.communicate()
+        self._channel.close()
+        return complaint.decode(errors="replace").strip().rpartition("\n")[2]
+
+    def send(self, allowed: float, attached: bytes = b"", /, **order: Any) -> None:
+        """Order what `main` in the box serves, with seconds of processor time for all answers."""
+        line = json.dumps({"seconds": self.wall.seconds, **order})
+        left = memoryview(line.encode() + b"\n" + attached)
+        self._allow(allowed)
+        while left:
+            left = left[self._moved(self._channel.send, left) :]
+
+    def receive(self, most: int = MAX_LINE) -> dict[str, Any]:
+        """The next answer; `BoxError` where none comes, `MachineError` by the machine's fault."""
+        seen = 0
+        while (end := self._buffer.find(b"\n", seen)) < 0:
+            seen = len(self._buffer)
+            read = self._moved(self._channel.recv, 1 << 16)
+            self._buffer += read
+            if not read or seen > most:
+                raise BoxError("the program sent too much output" if read else ENDED)
+        line = bytes(self._buffer[:end])
+        del self._buffer[: end + 1]
+        try:
+            answer = json.loads(line)
+        except (ValueError, RecursionError):
+            answer = None
+        if not isinstance(answer, dict):
+            raise BoxError("the program sent an invalid answer")
+        return answer
+
+    def used(self) -> tuple[float, float]:
+        """Seconds of processor time that the box has used, and that it waited for a processor."""
+        try:
+            fields = Path(f"/proc/{self._pid}/stat").read_text().rpartition(")")[2].split()
+            threads = Path(f"/proc/{self._pid}/task").glob("*/schedstat")
+            waited = sum(int(thread.read_text().split()[1]) for thread in threads)
+            return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK"), waited / 1e9
+        except (OSError, ValueError, IndexError):  # the system does not tell
+            return time.monotonic() - self._began, 0.0
+
+    def _allow(self, seconds: float) -> None:
+        self._began = self._looked = time.monotonic()
+        self._allowed, self._before = seconds, self.used()
+
+    def _moved(self, move: Callable[[Any], T], what: Any) -> T:
+        """Result of a step on the channel, with a look at the time from time to time."""
+        while True:
+            if time.monotonic() > self._looked + LOOK:
+                self._look()
+            try:
+                return move(what)
+            except TimeoutError:
+                continue
+            except OSError:
+                raise BoxError(ENDED) from None
+
+    def _look(self) -> None:
+        """End the order when its time is over: the processor's for the code, else the machine's."""
+        self._looked = time.monotonic()
+        clock = self._looked - self._began
+        used, waited = (now - then for now, then in zip(self.used(), self._before, strict=True))
+        sleeps = clock > SLEEP + self._allowed / 4.0 and used + waited < clock / 2.0
+        if used > self._allowed or sleeps:
+            raise BoxError(TOO_LONG)
+        if clock > BY_THE_CLOCK * self._allowed:
+            raise MachineError(
+                f"this machine was too busy: of {clock:.0f} s the code got the processor for "
+                f"{used:.1f} s. Grade it again, with a smaller --jobs or on a quiet machine"
+            )
+
+
+def innermost(pid: int) -> int:
+    """The process in the box, which bubblewrap starts through one or two of its own."""
+    with contextlib.suppress(OSError):
+        while children := Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
+            pid = int(children[0])
+    return pid
+
+
+def bubblewrap(wall: Wall) -> list[str]:
+    """The command that closes a box around the command that follows it."""
+    command = ["bwrap", "--unshare-pid", "--unshare-net", "--unshare-ipc", "--unshare-uts"]
+    command += ["--unshare-cgroup-try", "--die-with-parent", "--new-session"]
+    if os.geteuid() == 0:  # it becomes another user by itself
+        command += ["--cap-drop", "ALL", "--cap-add", "CAP_SETUID", "--cap-add", "CAP_SETGID"]
+    else:
+        command += ["--unshare-user"]
+    roots = [path for path in (*SYSTEM, sys.base_prefix) if os.path.exists(path)]
+    hidden = [path for path in (str(PACKAGE), *wall.hidden) if os.path.isdir(path)]
+    hidden = [path for path in hidden if any(map(Path(path).is_relative_to, roots))]
+    steps = [("--ro-bind", path, path) for path in roots] + [("--tmpfs", path) for path in hidden]
+    for step in steps + [("--ro-bind", path, path) for path in libraries()]:
+        for above in list(Path(step[1]).parents)[-2::-1]:
+            command += ["--perms", "0755", "--dir", str(above)]
+        command += step
+    command += [part for path in hidden for part in ("--remount-ro", path)]
+    command += ["--dev", "/dev", "--size", str(DISK_BYTES), "--perms", "1777", "--tmpfs", "/box"]
+    return [*command, "--remount-ro", "/dev", "--remount-ro", "/", "--chdir", "/box", "--"]
+
+
+@cache
+def libraries() -> tuple[str, ...]:
+    """The folders of what a box can import besides Python's own library, and of its own code."""
+    compileall.compile_dir(OWN, quiet=2)  # once here, and not in each box
+    packages = [path for package in (np, scipy) for path in package.__path__]
+    places = (OWN, *packages, *(f"{path}.libs" for path in packages))
+    return tuple(os.path.realpath(path) for path in places if os.path.isdir(path))
+
+
+def unused_user() -> int:
+    """A user that nobody is: no account, no running process, no other box of this grader."""
+    taken = {entry.pw_uid for entry in importlib.import_module("pwd").getpwall()}
+    for process in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            taken.add(process.stat().st_uid)
+    return next(user for user in USERS if user not in taken)

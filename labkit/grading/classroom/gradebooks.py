@@ -1,0 +1,113 @@
+"""Scores in the gradebooks of learning platforms, which are filled in on their own scale.
+
+Canvas takes the gradebook's CSV, ``Student,ID,SIS User ID,SIS Login ID,Section,<title> (<id>)``;
+Moodle the offline grading worksheet, ``Identifier,...,Grade,...,Feedback comments``. Who was not
+graded is left out: the platform keeps what it has. Any other platform gets ``scores.csv``.
+"""
+
+from __future__ import annotations
+
+import html
+import math
+import os
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from labkit.grading.classroom.tables import Row, number, plain, read_rows, write_rows
+from labkit.grading.judge.verdict import SubmissionVerdict, short
+from labkit.support.errors import LabkitError
+
+CANVAS = ("Student", "ID", "SIS User ID", "SIS Login ID", "Section")
+COMMENT = "Feedback comments"  # Moodle's, where the worksheet has them
+UNITS = {"week": 7.0, "day": 1.0, "hour": 1 / 24, "min": 1 / 1440, "sec": 1 / 86400}
+
+
+class Person(NamedTuple):
+    """A row of a gradebook."""
+
+    row: Row
+    name: str
+    maximum: float  # what the assignment is worth there; nan where the gradebook does not say
+    late: float | None = None  # days, where the platform tells them
+
+
+class Gradebook(NamedTuple):
+    """A gradebook that can be filled in."""
+
+    columns: Sequence[str]  # those that go back to the platform
+    grade: str  # the column of the scores
+    head: Sequence[Row]  # rows that go back as they are
+    people: Mapping[str, Person]  # by the platform's own number
+
+    def fill(self, marks: Iterable[SubmissionVerdict], out: str | os.PathLike[str]) -> list[str]:
+        """Write the rows of those who have a mark; return the students that have no row."""
+        filled, unlisted = [], []
+        for mark in marks:
+            person = self.people.get(mark.student)
+            if person is None:
+                unlisted.append(mark.student)
+                continue
+            worth = person.maximum if 0.0 < person.maximum < math.inf else mark.points
+            score = short(mark.score * worth / mark.points)
+            wrong = [f"{one.title}: {one.message}" for one in mark.questions if not one.passed]
+            comment = plain("<br>".join(map(html.escape, [*wrong, *mark.remarks])))
+            filled.append(person.row | {self.grade: score, COMMENT: comment})
+        write_rows(out, self.columns, [*self.head, *filled])
+        return unlisted
+
+
+def read_canvas(path: str | os.PathLike[str], title: str) -> Gradebook:
+    """Read Canvas's gradebook, to fill in the column "title" or "title (number)".
+
+    Where its "Points Possible" are no number above zero, the scores stay as they are.
+    """
+    columns, rows = read_rows(path, CANVAS[:2])
+    grades = [name for name in columns if re.fullmatch(re.escape(title) + r"( \(\d+\))?", name)]
+    if len(grades) != 1:
+        choice = ", ".join(name for name in columns if name not in CANVAS)
+        which = "more than one" if grades else "no"
+        raise LabkitError(f"{path}: line 1: {which} column {title!r}; the columns are {choice}")
+    (grade,) = grades
+    head = [row for _, row in rows if row["Student"].startswith("Points Possible")]
+    maximum = number(head[0][grade]) if head else math.nan
+    people = {row["ID"]: Person(row, row["Student"], maximum) for _, row in rows if row["ID"]}
+    kept = [name for name in (*CANVAS, grade) if name in columns]
+    return Gradebook(kept, grade, head, people)
+
+
+def read_moodle(path: str | os.PathLike[str]) -> Gradebook:
+    """Read Moodle's grading worksheet, in English, to fill in grades and comments."""
+    columns, rows = read_rows(path, ("Identifier", "Grade"))
+    people = {}
+    for _, row in rows:
+        student = re.sub(r"\D", "", row["Identifier"])  # "Participant 4711"
+        late = _days(row["Status"]) if "Status" in row else None
+        worth = number(row.get("Maximum Grade", ""))
+        people[student] = Person(row, row.get("Full name") or student, worth, late)
+    return Gradebook(columns, "Grade", (), people)
+
+
+def _days(status: str) -> float:
+    """The days in a status of Moodle's.
+
+    >>> [_days(text) for text in ("Submitted for grading - 2 days 3 hours late", "No submission")]
+    [2.125, 0.0]
+    """
+    late = re.search(r"\blate\b", status)
+    found = re.findall(rf"(\d+) ({'|'.join(UNITS)})", status) if late else []
+    return float(sum(int(count) * UNITS[unit] for count, unit in found))
+
+
+def write_scores(
+    marks: Iterable[SubmissionVerdict], missing: Iterable[str], out: str | os.PathLike[str]
+) -> None:
+    """Write a row for each student, with each question's score; `missing` ones have none."""
+    rows = [{"student": plain(student)} for student in missing]
+    for mark in marks:
+        who = {"student": plain(mark.student), "submission": plain(mark.submission)}
+        total = {"score": short(mark.score), "points": short(mark.points)}
+        how = {"late": f"{mark.late:.3g}", "isolation": mark.mode}
+        rows.append(who | total | how | {one.question: short(one.score) for one in mark.questions})
+    columns = dict.fromkeys(name for row in rows[::-1] for name in row)
+    write_rows(out, list(columns), rows)

@@ -1,0 +1,108 @@
+"""The archive that grades in Gradescope by its autograder specifications, and what runs in it.
+
+Each question is a test with its score; each of its hidden cases is one more, without points,
+that only the instructors see. In the archive, ``setup.sh`` builds the image, and
+``run_autograder`` calls this module for one submission, without a store and without pages.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import sys
+import zipfile
+from collections.abc import Iterable
+from importlib.metadata import requires
+from pathlib import Path
+from typing import Any
+
+from labkit.grading.box.outside import open_wall
+from labkit.grading.classroom.handins import one_submission
+from labkit.grading.grade import grade_one
+from labkit.grading.judge.verdict import SubmissionVerdict
+from labkit.grading.questions import read_assignment
+from labkit.support.files import atomic_write
+
+HERE = Path(__file__).with_name("autograder")
+PACKAGE = HERE.parents[2]
+SCRIPTS = ("setup.sh", "run_autograder")
+NEEDED = [PACKAGE / "grading", PACKAGE / "support"]
+
+
+def grade_for_gradescope(root: Path) -> None:
+    """Grade ``root/submission``, and write ``root/results/results.json``."""
+    users = json.loads((root / "submission_metadata.json").read_text("utf-8"))["users"]
+    student = ", ".join(sorted(str(user.get("email") or user["id"]) for user in users))
+    submission = one_submission(root / "submission", student)
+    assignment = root / "source/assignment"
+    read_assignment(assignment)  # or say what is missing, before a wall is tried
+    wall = open_wall((assignment / "hidden", root / "submission"))
+    verdict = grade_one(submission, str(assignment), wall).verdict
+    with atomic_write(root / "results" / "results.json") as file:
+        json.dump(results_of(verdict), file, indent=1)
+
+
+def results_of(verdict: SubmissionVerdict) -> dict[str, Any]:
+    """A verdict as Gradescope reads it."""
+    tests: list[dict[str, Any]] = []
+    for place, one in enumerate(verdict.questions, 1):
+        reasons = [case.reason for case in one.cases if not case.hidden]
+        count = "" if one.cases_passed in one.message else one.cases_passed
+        told = _test(f"{place}", one.title, one.passed, [one.message, *reasons, count])
+        tests.append(told | {"score": round(one.score, 6), "max_score": one.points})
+        for n, case in enumerate((case for case in one.cases if case.hidden), 1):
+            name = f"{one.title}, hidden case {case.id}"
+            told = _test(f"{place}.{n}", name, case.passed, [case.reason])
+            tests.append(told | {"visibility": "hidden"})
+    return {
+        "score": round(verdict.score, 6),
+        **_shown([f"Graded in isolation: {verdict.mode}.", *verdict.remarks]),
+        "stdout_visibility": "hidden",
+        "tests": tests,
+    }
+
+
+def _test(number: str, name: str, passed: bool, told: Iterable[str]) -> dict[str, Any]:
+    status = "passed" if passed else "failed"
+    return {"number": number, "name": name, "status": status, **_shown(told)}
+
+
+def _shown(told: Iterable[str]) -> dict[str, str]:
+    """Texts as Gradescope shows them to a student, each once."""
+    text = "\n\n".join(filter(None, dict.fromkeys(told)))
+    return {"output": text, "output_format": "text", "visibility": "visible"}
+
+
+def write_autograder(path: str | os.PathLike[str], assignment: str | os.PathLike[str]) -> None:
+    """Write the zip archive to upload as "autograder" of a programming assignment.
+
+    It holds the hidden cases of the `assignment` in a folder. Of labkit it holds the grading; the
+    other files are empty there, and by their names a copy of labkit is known among what a student
+    hands in.
+    """
+    folder = Path(assignment).resolve()
+    needed = re.compile(r"(numpy|scipy)\b(?!.*extra ==)")
+    with (
+        atomic_write(path, "wb") as file,
+        zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, strict_timestamps=False) as archive,
+    ):
+        for script in SCRIPTS:
+            info = zipfile.ZipInfo(script)
+            info.external_attr = 0o100755 << 16  # Gradescope runs it
+            archive.writestr(info, (HERE / script).read_bytes())
+        own = filter(needed.match, requires("labkit") or [])
+        archive.writestr("requirements.txt", "\n".join([*own, ""]))
+        for source in sorted(PACKAGE.rglob("*")):
+            place = str(source.relative_to(PACKAGE.parent))
+            if any(folder in source.parents for folder in NEEDED):
+                if source.is_file() and "__pycache__" not in source.parts:
+                    archive.write(source, place)
+            elif source.suffix == ".py":
+                archive.writestr(place, b"")
+        for source in sorted(folder.rglob("*.json")):
+            archive.write(source, Path("assignment", source.relative_to(folder)))
+
+
+if __name__ == "__main__":
+    grade_for_gradescope(Path(sys.argv[1]))

@@ -1,0 +1,220 @@
+"""Hand-ins: the files of a class, as learning platforms name them, in a folder or zip archive.
+
+A class has one layout. Each is a pattern that is held against the platform's own part of a name,
+from its beginning; whatever follows is the student's, and chooses neither place, time nor person.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import time
+import zipfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+from labkit.grading.box.inside.reading import (
+    MAX_FILE,
+    TOO_LARGE,
+    is_skipped,
+    is_source,
+    may_hold_source,
+    printable,
+)
+from labkit.support.errors import LabkitError
+
+MAX_TOGETHER = 48 << 20  # bytes of all files of one student
+FOLDERS = "folders"
+# Names on a platform: of a student's file, and of the page that goes back.
+LAYOUTS = {
+    "canvas": (  # lovelaceada_LATE_4711_98765_answers.ipynb
+        r"(?P<name>[^_/]+)_(?P<late>LATE_)?(?P<student>\d+|(?<=^anon_)\w{5}|(?<=^anon_LATE_)\w{5})"
+        r"_(?P<upload>\d+)_(?P<file>[^/]+)$",
+        "{name}_{student}_{upload}_feedback.html",
+    ),
+    "moodle": (  # Ada Lovelace_4711_assignsubmission_file_/answers.ipynb
+        r"(?P<name>[^/_]+)_(?P<student>\d+)_assignsubmission_(?:file|onlinetext)(?:_?/|_)"
+        r"(?P<file>.+)$",
+        "{name}_{student}_assignsubmission_file_/feedback.html",
+    ),
+    "gradescope": (
+        r"(?:assignment_\d+_export/)?submission_(?P<student>\d+)/(?P<file>.+)$",
+        "{student}.html",
+    ),
+    FOLDERS: (  # ada/answers.ipynb, ada.ipynb, ada.zip; nbgrader's ada/lab1/answers.ipynb
+        r"(?P<student>[^/]+?)(?:/(?P<file>.+)|(?:\.ipynb|\.py)?\.\w+)$",
+        "{student}.html",
+    ),
+}
+
+
+class Handed(NamedTuple):
+    """A file on disk, or in a zip archive on disk."""
+
+    name: str  # its path below what was listed, printable, with "/" between the parts
+    path: Path  # the file, or the archive that holds it
+    member: str = ""  # its name in the archive
+    changed: tuple[int, ...] = ()  # year, month, ... second, as the file system or archive says
+
+    def read(self) -> bytes:
+        """Read it all, up to a byte more than `MAX_FILE`."""
+        if self.member:
+            with opened(self.path, self.path.stat().st_mtime_ns).open(self.member) as packed:
+                return packed.read(MAX_FILE + 1)
+        with self.path.open("rb") as file:
+            return file.read(MAX_FILE + 1)
+
+
+@lru_cache(maxsize=1)
+def opened(path: Path, _changed: int) -> zipfile.ZipFile:
+    """The archive of a class, opened once for all its files: its list of them may be long."""
+    return zipfile.ZipFile(path)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Submission:
+    """The files that one student handed in."""
+
+    student: str  # unique in the class: the platform's number, or the name of folder or file
+    name: str  # for a person
+    files: tuple[Handed, ...]  # each under its own name, without the platform's part
+    late: float | None = None  # days, where names tell; Canvas's "late" counts as one
+    feedback_name: str = ""  # under which its platform takes a page for this student back
+
+
+def find_submissions(
+    path: str | os.PathLike[str], *, layout: str = "", out: Path | None = None
+) -> tuple[list[Submission], list[str]]:
+    """List the submissions of a class, by student, and remarks on the rest.
+
+    Without a `layout` the one counts that fits all files. Nobody handed in what is in `out`.
+    """
+    path = Path(path)
+    if os.path.isdir(path / "submitted"):  # in a course of nbgrader
+        path /= "submitted"
+    files = list_files(path)
+    handed_in = {one.name.partition("/")[0] for one in files}
+    if out:
+        ours = out.resolve()
+        files = [one for one in files if not one.path.resolve().is_relative_to(ours)]
+    if not files:
+        raise LabkitError(
+            f"{path}: nothing was handed in; name a folder or zip archive with one folder or "
+            f"file for each student"
+        )
+    layout = layout or _fitting(path, files)
+    pattern, feedback = LAYOUTS[layout]
+    folders = [one for one in path.iterdir() if one.is_dir()] if path.is_dir() else []
+    empty = sorted(printable(one.name) for one in folders if not is_skipped(one.name))
+    remarks = [f"{path}: {name} is an empty folder" for name in empty if name not in handed_in]
+    named: dict[str, list[tuple[dict[str, str], Handed]]] = {}  # parts of a name, by student
+    for file in files:
+        found = re.match(pattern, file.name)
+        if found and (found["file"] or may_hold_source(file.name)):
+            own = file._replace(name=found["file"] or file.name)
+            named.setdefault(found["student"], []).append((found.groupdict(), own))
+        else:
+            remarks.append(f"{path}: {file.name} belongs to no student; skipped")
+    if not named:
+        raise LabkitError(
+            f"{path}: no file name fits the {layout} layout (for example {files[0].name}); "
+            f"choose another --layout"
+        )
+    return [_submission(one, feedback) for _, one in sorted(named.items())], remarks
+
+
+def _fitting(path: Path, files: list[Handed]) -> str:
+    """The one layout that fits all files."""
+    for name in [name for name in LAYOUTS if name != FOLDERS]:
+        odd = [one.name for one in files if not re.match(LAYOUTS[name][0], one.name)]
+        if not odd:
+            return name
+        if len(odd) < len(files):
+            raise LabkitError(
+                f"{path}: some files are named as {name} names them, but {odd[0]} is not; use "
+                f"--layout {name} or --layout {FOLDERS}, or take that file out"
+            )
+    top, inside, _ = files[0].name.partition("/")
+    if inside and all(file.name.startswith(f"{top}/") for file in files):
+        raise LabkitError(
+            f"{path}: all files are in one folder, {top}. If it is one student, use "
+            f"--layout {FOLDERS}; if it is the class, unpack it and name the folder {top}"
+        )
+    return FOLDERS
+
+
+def _submission(named: list[tuple[dict[str, str], Handed]], feedback: str) -> Submission:
+    """One student's files; of two with one name, as of two uploads, the newest counts."""
+    named.sort(key=lambda one: int(one[0].get("upload") or 0))
+    newest = named[-1][0]
+    return Submission(
+        student=newest["student"],
+        name=newest.get("name") or newest["student"],
+        files=tuple({file.name: file for _, file in named}.values()),
+        late=float(any(parts["late"] for parts, _ in named)) if "late" in newest else None,
+        feedback_name=feedback.format(**newest),
+    )
+
+
+def one_submission(path: Path, student: str) -> Submission:
+    """One student's submission: the content of a folder."""
+    name = printable(student)
+    return Submission(student=name, name=name, files=tuple(list_files(path)))
+
+
+def list_files(path: Path) -> list[Handed]:
+    """The files of a folder or zip archive, by name, or a single one; no link is followed."""
+    try:
+        if os.path.isdir(path):
+            return sorted(_in_folder(path))
+        changed = path.stat().st_mtime_ns
+        if is_source(path.name):
+            return [Handed(printable(path.name), path)]
+        infos = [info for info in opened(path, changed).infolist() if not info.is_dir()]
+    except OSError as error:
+        raise LabkitError(f"{error.filename or path}: cannot be read: {error.strerror}") from None
+    except Exception as error:  # untrusted: zipfile raises anything
+        raise LabkitError(
+            f"{path}: is no folder, zip archive, notebook or script: {error}"
+        ) from None
+    return sorted(
+        Handed(printable(info.filename), path, info.filename, info.date_time)
+        for info in infos
+        if not is_skipped(info.filename)
+    )
+
+
+def _in_folder(folder: Path) -> Iterator[Handed]:
+    def refuse(error: OSError) -> None:
+        raise error
+
+    for root, directories, names in os.walk(folder, onerror=refuse):
+        directories[:] = [name for name in directories if not is_skipped(name)]
+        for name in names:
+            path = Path(root, name)
+            if path.is_file() and not path.is_symlink() and not is_skipped(name):
+                changed = time.localtime(path.stat().st_mtime)[:6]
+                yield Handed(printable(path.relative_to(folder).as_posix()), path, "", changed)
+
+
+def read_files(handed_in: Sequence[Handed]) -> tuple[dict[str, bytes], tuple[str, ...]]:
+    """The bytes of the files, from old to new, and what could not be read and why.
+
+    Of two files of one time the shorter name is last. A file that can hold no answer is empty.
+    """
+    found: dict[str, bytes] = {}
+    unread: list[str] = []
+    left = MAX_TOGETHER
+    for file in sorted(handed_in, key=lambda one: (one.changed, -len(one.name)), reverse=True):
+        try:
+            data = file.read() if may_hold_source(file.name) else b""
+            if len(data) > min(left, MAX_FILE):
+                raise ValueError(TOO_LARGE)
+            found[file.name] = data
+            left -= len(data)
+        except Exception as error:  # untrusted: zipfile raises anything
+            unread.append(f"{file.name} cannot be read: {error}")
+    return dict(reversed(found.items())), tuple(unread)

@@ -1,0 +1,99 @@
+"""HTML pages: one for each student, one for the instructor. They need no network."""
+
+from __future__ import annotations
+
+import functools
+import statistics
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from labkit.grading.classroom.store import file_name
+from labkit.grading.judge.verdict import SubmissionVerdict, short, to_html
+from labkit.grading.questions import Assignment, Question
+from labkit.support.extras import need
+from labkit.support.files import atomic_write
+
+
+def write_pages(
+    out: Path,
+    marks: Sequence[SubmissionVerdict],
+    assignment: Assignment,
+    *,
+    failures: Mapping[str, str],
+    missing: Mapping[str, str],
+) -> None:
+    """Write a page for each student, and the instructor's ``index.html``.
+
+    `failures` say why a student has no verdict, `missing` who handed in nothing, with the names
+    for a person.
+    """
+    (out / "students").mkdir(exist_ok=True)
+    for mark in marks:
+        page = out / "students" / f"{file_name(mark.student)}.html"
+        _write("student.html", page, verdict=mark, assignment=assignment)
+    tenths = Counter(min(9, int(10.0 * mark.score / mark.points + 1e-9)) for mark in marks)
+    scores = [mark.score for mark in marks] or [0.0]
+    questions = [_summary(question, marks, assignment) for question in assignment.questions]
+    _write(
+        "class.html",
+        out / "index.html",
+        assignment=assignment,
+        failures=failures,
+        histogram=[tenths[tenth] for tenth in range(10)],
+        marks=marks,
+        mean=statistics.fmean(scores),
+        median=statistics.median(scores),
+        missing=missing,
+        modes=Counter(mark.mode for mark in marks if mark.mode),
+        file_name=file_name,
+        points=max((mark.points for mark in marks), default=0.0),
+        mistakes=sorted(mistake for one in questions for mistake in one["mistakes"])[::-1],
+        questions=questions,
+    )
+
+
+def _summary(
+    question: Question, marks: Sequence[SubmissionVerdict], assignment: Assignment
+) -> dict[str, Any]:
+    """One question over the class: points, shares, and how often each case and mistake came."""
+    verdicts = [one for mark in marks for one in mark.questions if one.question == question.id]
+    full = sum(one.passed for one in verdicts)
+    none = sum(one.score <= 0.0 for one in verdicts)
+    known = Counter(one.misconception for one in verdicts if one.misconception)
+    says = {one.id: one.says for one in question.misconceptions}  # a relation is its own sentence
+    asked = Counter(case.id for one in verdicts for case in one.cases)
+    right = Counter(case.id for one in verdicts for case in one.cases if case.passed)
+    sets = (assignment.visible, *assignment.variants[:1])
+    listed = [case for cases in sets for case in cases[question.id]]
+    about = {case.id: case.about + (" (hidden)" if case.hidden else "") for case in listed}
+    return {
+        "asked": question,
+        "counts": {"full": full, "some": len(verdicts) - full - none, "none": none},
+        "mean": statistics.fmean([one.score / one.points for one in verdicts] or [0.0]),
+        "cases": [(about.get(id, id), right[id] / count, count) for id, count in asked.items()],
+        "mistakes": [(count, question.title, says.get(id, id)) for id, count in known.items()],
+    }
+
+
+def _write(template: str, out: Path, **content: Any) -> None:
+    text = templates().get_template(template).render(content)
+    with atomic_write(out) as file:
+        file.write(text)
+
+
+@functools.cache
+def templates() -> Any:
+    """The templates; what a student wrote is escaped wherever it stands."""
+    jinja2 = need("jinja2", purpose="an HTML page", extra="grading")
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("labkit.grading.classroom"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["number"] = short
+    environment.filters["prose"] = lambda text: jinja2.utils.markupsafe.Markup(to_html(text))
+    return environment

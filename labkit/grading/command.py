@@ -1,0 +1,255 @@
+"""The commands ``labkit grade`` and ``labkit autograder``."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import sys
+import zipfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
+from dataclasses import replace
+from pathlib import Path
+
+from tqdm import tqdm
+
+from labkit.grading.box.outside import SECONDS, MachineError, Wall, open_wall
+from labkit.grading.classroom.gradebooks import read_canvas, read_moodle, write_scores
+from labkit.grading.classroom.gradescope import write_autograder
+from labkit.grading.classroom.handins import LAYOUTS, Submission, find_submissions
+from labkit.grading.classroom.marks import CLASS, make_marks, read_adjustments, read_roster
+from labkit.grading.classroom.pages import templates, write_pages
+from labkit.grading.classroom.store import VERDICTS, Record, file_name, read_records, write_record
+from labkit.grading.grade import grade_one
+from labkit.grading.questions import (
+    Assignment,
+    cases_beside,
+    read_assignment,
+    refuse_outdated,
+)
+from labkit.support.arrays import check_count, check_range
+from labkit.support.errors import LabkitError
+from labkit.support.extras import need
+from labkit.support.files import atomic_write
+
+SHOWN = 5  # names in a message
+JOBS = 2 * (os.cpu_count() or 1) + 4  # boxes at a time: some start, wait or take long
+PATIENCE = 10.0  # [s] for a cluster to answer
+PUBLIC = """\
+these hidden cases ship with labkit, so anyone can compute them. Create your own with
+`python -m labkit.course.authoring --secret FILE`, and grade with --secret FILE"""
+DESCRIPTION = """\
+Grade notebooks (.ipynb) and scripts (.py). SUBMISSIONS is a folder or zip archive: a bulk
+download of Canvas, Moodle, Gradescope or nbgrader, or a file or folder for each student, which
+has the student's name. Or it is one such file.
+
+Students' code runs in isolation: no network, no other submission, no reference, limits on
+time and memory. Each verdict is stored in OUT/verdicts as it comes: run the same command
+again after an interruption, or after new submissions, and it goes on. To grade a student
+afresh, remove the file in there. What you change by hand stands in OUT/adjustments.csv,
+your students in OUT/roster.csv."""
+AUTOGRADER = """\
+Write the zip archive to upload as the autograder of a Gradescope programming assignment. It
+holds the hidden cases: keep it from students. Base image: Ubuntu 24.04 or newer."""
+
+
+def add_grade(
+    commands: argparse._SubParsersAction[argparse.ArgumentParser], assignment: Path
+) -> None:
+    """Add ``grade``, by the assignment in a folder, to the command line."""
+    parser = _parser(commands, "grade", "grade submissions in isolation", DESCRIPTION)
+    parser.set_defaults(run=grade, assignment=assignment)
+    add = parser.add_argument
+    add("submissions", metavar="SUBMISSIONS", help="a folder, zip archive, notebook or script")
+    add("--layout", choices=LAYOUTS, default="", help="naming scheme of the files (detected)")
+    add("--out", metavar="FOLDER", default="grades", help="output folder (%(default)s)")
+    add("--canvas", nargs=2, metavar=("FILE", "COLUMN"), help="Canvas's gradebook to be filled in")
+    add("--moodle", metavar="FILE", help="Moodle's grading worksheet to be filled in")
+    add = parser.add_argument_group("where the code runs").add_argument
+    add("--no-isolation", action="store_true", help="NOT SAFE: only for code that you trust")
+    add("--seconds", type=float, default=SECONDS, help="of CPU per cell and question (%(default)s)")
+    add("--jobs", type=int, metavar="N", default=JOBS, help="how many at a time (%(default)s)")
+    add("--cluster", metavar="ADDRESS", help="grade on a running Dask cluster")
+
+
+def add_autograder(
+    commands: argparse._SubParsersAction[argparse.ArgumentParser], assignment: Path
+) -> None:
+    """Add ``autograder``, by the assignment in a folder, to the command line."""
+    parser = _parser(commands, "autograder", "write Gradescope's autograder.zip", AUTOGRADER)
+    parser.set_defaults(run=autograder, assignment=assignment)
+    parser.add_argument("file", metavar="FILE", nargs="?", default="autograder.zip")
+
+
+def _parser(
+    commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, does: str, text: str
+) -> argparse.ArgumentParser:
+    formatter = argparse.RawDescriptionHelpFormatter
+    parser = commands.add_parser(name, help=does, description=text, formatter_class=formatter)
+    parser.add_argument("--secret", metavar="FILE", help="the secret of your own hidden cases")
+    return parser
+
+
+def autograder(args: argparse.Namespace) -> int:
+    """Write Gradescope's archive."""
+    assignment = _load(args)
+    os.umask(0o077)  # what is written is for its owner alone
+    write_autograder(args.file, args.assignment)
+    sys.stdout.write(f"{args.file}: upload it to Gradescope as autograder of {assignment.title}\n")
+    return 0
+
+
+def grade(args: argparse.Namespace) -> int:
+    """Grade what has no verdict yet; status 1 where a submission could not be graded."""
+    check_count(args.jobs, "jobs", at_least=1)
+    check_range(args.seconds, "seconds", above=0.0, at_most=600.0, unit="s")
+    out = Path(args.out)
+    templates()  # or say what they need, before the work
+    submissions, remarks = find_submissions(args.submissions, layout=args.layout, out=out)
+    for remark in remarks[:SHOWN]:
+        _say(remark)
+    assignment = _load(args)
+    books = {"canvas.csv": read_canvas(*args.canvas)} if args.canvas else {}
+    books |= {"moodle.csv": read_moodle(args.moodle)} if args.moodle else {}
+    os.umask(0o077)
+    records = read_records(out)
+    people = {student: one for book in books.values() for student, one in book.people.items()}
+    late = {student: one.late for student, one in people.items() if one.late is not None}
+    submissions = [replace(one, late=late.get(one.student, one.late)) for one in submissions]
+    names = {student: record.verdict.submission for student, record in records.items()}
+    names |= {one.student: one.name for one in submissions}
+    roster = read_roster(out) | {student: one.name for student, one in people.items()}
+    adjustments = read_adjustments(out, assignment, roster | names)
+    closed = (Path(args.assignment, "hidden"), out / VERDICTS, submissions[0].files[0].path)
+    if args.cluster and not args.no_isolation:  # each worker tries its own
+        wall = Wall("", tuple(map(os.path.realpath, closed)), args.seconds)
+    else:
+        wall = open_wall(closed, args.seconds, isolation=not args.no_isolation)
+    failures = _grade(args, submissions, wall, records)
+    marks = make_marks(records, adjustments, assignment)
+    seen = {mark.student for mark in marks} | failures.keys()
+    missing = {student: name for student, name in roster.items() if student not in seen}
+    if missing:
+        _say(f"{len(missing)} of the roster handed in nothing: {_some(missing.values())}")
+    unread = [one.student for one in marks if (one.student, "written") not in adjustments]
+    if (CLASS, "written") in adjustments and unread:
+        _say(f"{len(unread)} have no points for their written answers yet: {_some(unread)}")
+    write_scores(marks, missing, out / "scores.csv")
+    write_pages(out, marks, assignment, failures=failures, missing=missing)
+    for name, book in books.items():
+        if unlisted := book.fill(marks, out / name):
+            _say(f"{len(unlisted)} have no row in the gradebook, nor in {name}: {_some(unlisted)}")
+    _write_code(out, records, assignment)
+    _pack_feedback(out, submissions, records)
+    found, modes = len(submissions), sorted({one.verdict.mode for one in records.values()})
+    sys.stdout.write(
+        f"Graded {found - len(failures)} of {found} submissions (isolation: "
+        f"{', '.join(modes) or 'none needed'}). Results are in {out}\n"
+    )
+    return 1 if failures else 0
+
+
+def _load(args: argparse.Namespace) -> Assignment:
+    """Load the assignment that the options name; warn where its hidden cases are public."""
+    asked = args.assignment
+    if args.secret:
+        args.assignment = cases_beside(args.secret)
+    assignment = read_assignment(args.assignment)
+    if args.secret:
+        refuse_outdated(assignment, read_assignment(asked, hidden=False), args.secret)
+    if assignment.public:
+        _say(PUBLIC)
+    return assignment
+
+
+def _grade(
+    args: argparse.Namespace,
+    submissions: Sequence[Submission],
+    wall: Wall,
+    records: dict[str, Record],
+) -> dict[str, str]:
+    """Grade side by side, store each record as it comes, and say why where there is none.
+
+    Whatever goes wrong is one submission's own: it is named, and the others are graded.
+    """
+    failures: dict[str, str] = {}
+
+    def keep(one: Submission, future: Future[Record]) -> None:
+        if error := future.exception():
+            failures[one.student] = f"{type(error).__name__}: {error}"
+            _say(f"{one.student} was not graded: {failures[one.student]}")
+        elif future.result() != records.get(one.student):
+            records[one.student] = future.result()
+            write_record(args.out, records[one.student])
+
+    with _open_executor(args.jobs, args.cluster) as executor:
+
+        def begin(one: Submission) -> Future[Record]:
+            known = records.get(one.student)
+            return executor.submit(grade_one, one, str(args.assignment), wall, known)
+
+        graded = {begin(one): one for one in submissions}
+        again = []  # each by itself, when all others are done
+        for future in tqdm(as_completed(graded), total=len(graded), disable=None):
+            if isinstance(future.exception(), MachineError):
+                again.append(graded[future])
+            else:
+                keep(graded[future], future)
+        for one in again:
+            keep(one, begin(one))
+    return failures
+
+
+@contextlib.contextmanager
+def _open_executor(jobs: int, cluster: str | None) -> Iterator[Executor]:
+    """Threads of this process, each with a box at work; or the workers of a Dask cluster."""
+    if cluster is None:
+        executor = ThreadPoolExecutor(jobs)
+        try:
+            yield executor
+        finally:
+            executor.shutdown(cancel_futures=True)
+        return
+    distributed = need("distributed", purpose="grading on a cluster", extra="cluster")
+    try:
+        client = distributed.Client(cluster, timeout=PATIENCE, set_as_default=False)
+        client.wait_for_workers(1, timeout=PATIENCE)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise LabkitError(
+            f"no Dask worker answers at {cluster!r} ({error}); start `dask scheduler`, and "
+            f"`dask worker {cluster}`"
+        ) from None
+    with client:
+        yield client.get_executor(pure=False)
+
+
+def _write_code(out: Path, records: Mapping[str, Record], assignment: Assignment) -> None:
+    """Write all that was handed in, and what was handed out, for tools that look for copies."""
+    (out / "code").mkdir(exist_ok=True)
+    sources = {f"code/{file_name(one)}.py": record.code for one, record in records.items()}
+    sources["handed_out.py"] = "\n\n\n".join(one.stub for one in assignment.questions) + "\n"
+    for name, source in sources.items():
+        with atomic_write(out / name) as file:
+            file.write(source)
+
+
+def _pack_feedback(
+    out: Path, submissions: Iterable[Submission], records: Mapping[str, Record]
+) -> None:
+    """Pack the pages under the names by which Canvas and Moodle take files back."""
+    with atomic_write(out / "feedback.zip", "wb") as file, zipfile.ZipFile(file, "w") as archive:
+        for one in submissions:
+            if one.student in records:
+                page = out / "students" / f"{file_name(one.student)}.html"
+                archive.write(page, one.feedback_name or page.name)
+
+
+def _some(names: Iterable[str]) -> str:
+    """A few names, and whether there are more."""
+    listed = list(names)
+    return "; ".join(listed[:SHOWN]) + ("; ..." if len(listed) > SHOWN else "")
+
+
+def _say(text: str) -> None:
+    sys.stderr.write(f"labkit: {text}\n")

@@ -1,0 +1,133 @@
+"""Families of mistakes: what may be done to a number by mistake, wherever that number stands.
+
+They hold for every question. Done to the right answer each is a relation, which is looked for here;
+done to an argument it is told by the right function (`labkit.course.exercises.families`). Where all
+answers are these, the sentence is true, whatever the student's code looks like.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from labkit.grading.box.inside.data import Value
+from labkit.grading.judge.kinds import read
+from labkit.grading.questions import Answer, Case
+from labkit.support.arrays import FloatArray
+
+Change = tuple[str, Callable[[Any], Any]]  # the words for it, and what becomes of the right thing
+
+NUMBERS: dict[str, Change] = {
+    "negated": ("{} has the wrong sign", np.negative),
+    "unsigned": ("{} has lost its sign", np.abs),
+    "from_degrees": ("{} is taken for degrees; it is in radians", np.deg2rad),
+    "to_degrees": ("{} is turned into degrees; keep radians", np.rad2deg),
+    "squared": ("{} is squared, or its root is missing", np.square),
+    "rooted": ("the square root is taken of {}", lambda x: np.sqrt(np.abs(x))),
+    "upside_down": ("one divided by {} stands where {} belongs", lambda x: 1.0 / x),
+    "doubled": ("{} is twice as large as it should be", lambda x: 2 * x),
+    "halved": ("{} is half as large as it should be", lambda x: 0.5 * x),
+    "complement": ("one minus {} stands where {} belongs", lambda x: 1 - x),
+    "to_millimetres": ("{} is turned into millimetres; keep metres", lambda x: 1000.0 * x),
+}
+COUNTS: dict[str, Change] = {
+    "one_more": ("{} is one too large, as where one counts from 1", lambda x: x + 1),
+    "one_less": ("{} is one too small, as where one counts from 0", lambda x: x - 1),
+}
+ROWS: dict[str, Change] = {
+    "sorted": ("{} is sorted, so that its entries lose their places", lambda x: np.sort(x, 0)),
+    "reversed": ("{} is taken from its end", lambda x: x[::-1]),
+}
+MATRICES: dict[str, Change] = {
+    "transposed": ("{} is transposed", np.transpose),
+    "inverted": ("{} is inverted, or that of two frames which are swapped", np.linalg.inv),
+}
+
+OF_NUMBERS: list[Change] = [
+    *NUMBERS.values(),
+    *COUNTS.values(),
+    ("{} is in percent", lambda x: 100.0 * x),
+]
+OF_ROWS: list[Change] = [
+    *ROWS.values(),
+    ("{} is a mean; asked for is one number for each entry", np.mean),
+    ("x and y of {} are exchanged", lambda x: np.append(x[1::-1], x[2:])),
+]
+OF_MOTIONS: list[Change] = [  # of (R, t)
+    ("the rotation is transposed: it turns the other way", lambda T: (T[0].T, T[1])),
+    ("the translation has the wrong sign", lambda T: (T[0], -T[1])),
+    ("the translation is left out", lambda T: (T[0], 0 * T[1])),
+    ("the translation is in the other frame: turned by Rᵀ", lambda T: (T[0], T[0].T @ T[1])),
+]
+OF_FLAGS: list[Change] = [
+    ("True and False are swapped", lambda x: 1.0 - x),
+    ("{} is always True", np.ones_like),
+    ("{} is always False", np.zeros_like),
+    ("indices stand where a mask belongs, one entry a pair", np.flatnonzero),
+]
+OF_POSES: list[Change] = [
+    ("the headings are in degrees; keep radians", lambda x: x * (1.0, 1.0, 180.0 / np.pi)),
+    ("the first pose is missing", lambda x: x[1:]),
+]
+BY_KIND: dict[Answer, list[Change]] = {
+    Answer.TRANSFORM: list(MATRICES.values()),
+    Answer.MATRIX: [*MATRICES.values(), *OF_NUMBERS],
+    Answer.VECTOR: OF_NUMBERS + OF_ROWS,
+    Answer.NUMBERS: OF_NUMBERS + OF_ROWS,
+    Answer.MASK: OF_FLAGS,
+    Answer.FLAG: OF_FLAGS,
+    Answer.POSES: OF_POSES,
+}  # of all others those of numbers
+
+
+def sentence(says: str, thing: str = "the answer") -> str:
+    """The sentence of a family, from the words for the change and for what is changed."""
+    return f"Your answers are those that come out when {says.replace('{}', thing)}."
+
+
+@cache
+def relations(answer: Answer, case: Case) -> dict[str, list[FloatArray]]:
+    """Wrong answers to a case by the sentence on how they are related to a right one."""
+    found = dict[str, list[FloatArray]]()
+    for value in case.expected:
+        with np.errstate(all="ignore"):
+            for says, wrong in _related(answer, case, value):
+                found.setdefault(sentence(says), []).append(np.asarray(wrong, dtype=np.float64))
+    return found
+
+
+def _related(answer: Answer, case: Case, value: Value) -> Iterator[tuple[str, Any]]:
+    wanted = read(answer, value)
+    if isinstance(value, tuple) and answer in (Answer.NUMBERS, Answer.MATCHES):
+        join = np.concatenate if answer is Answer.NUMBERS else np.column_stack
+        parts = [read(Answer.NUMBERS, part) for part in value]
+        yield "the results are in the wrong order", join(parts[::-1])
+        for place, part in enumerate(parts):
+            for says, changed in _changed(part, BY_KIND[Answer.NUMBERS]):
+                with suppress(ValueError):
+                    those = [*parts[:place], np.ravel(changed), *parts[place + 1 :]]
+                    yield says.replace("{}", f"result {place + 1}"), join(those)
+    yield from _changed(wanted, BY_KIND.get(answer, OF_NUMBERS))
+    if answer is Answer.TRANSFORM or (wanted.ndim == 2 and wanted[-1].tolist() == [0.0, 0.0, 1.0]):
+        for says, (R, t) in _changed((wanted[:-1, :-1], wanted[:-1, -1]), OF_MOTIONS):
+            T = wanted.copy()
+            T[:-1, :-1], T[:-1, -1] = R, t
+            yield says, T
+    for place, one in enumerate(case.arguments, start=1):
+        if isinstance(one, np.ndarray | float | int) and np.shape(one) == wanted.shape:
+            yield f"argument {place} comes back as it came", one
+        count = len(one) if isinstance(one, np.ndarray) and one.ndim else 0
+        if answer in (Answer.NUMBER, Answer.VECTOR, Answer.MATRIX) and count > 1:
+            yield "a sum stands where a mean belongs", wanted * count
+            yield "N − 1 stands where N belongs", wanted * count / (count - 1)
+
+
+def _changed(right: Any, changes: Sequence[Change]) -> Iterator[tuple[str, Any]]:
+    """The right thing with each of the changes that it can have."""
+    for says, change in changes:
+        with suppress(ValueError, IndexError):
+            yield says, change(right)

@@ -1,0 +1,99 @@
+"""Outcomes of calls, and the verdicts on them: one for each case, question and submission.
+
+Verdicts go to JSON and back without loss. All texts are for the student: none holds a hidden
+input, an expected value or a traceback.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from html import escape
+
+from labkit.grading.box.inside.data import Value
+
+KILLED, NOT_DEFINED = "Killed", "NotDefined"
+NO_RESULT = "NoResult"  # of a hidden case, whatever ended the call
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Outcome:
+    """The outcome of one call: a value or, with an `error`, none.
+
+    A student can write any text into the `message`, the arguments of this call among it: of a
+    hidden case it is never shown.
+    """
+
+    value: Value = None  # rebuilt outside, bounds checked; NaN is data
+    error: str = ""  # name of an exception, of the box's own among them, or one of those above
+    message: str = ""  # as "IndexError: ... (line 3 of cell 7)"
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseVerdict:
+    """Verdict on one call of the student's function."""
+
+    id: str  # of the case within its question
+    hidden: bool
+    passed: bool
+    reason: str  # a few sentences, or "" where it passes; that of a hidden case tells no number
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuestionVerdict:
+    """Verdict on one question."""
+
+    question: str
+    title: str
+    points: float
+    score: float
+    cases: tuple[CaseVerdict, ...]
+    misconception: str | None  # id of the known mistake that explains all wrong answers
+    message: str  # what to tell the student of the whole
+    replaced: tuple[str, ...] = ()  # functions that right ones stood in for, with a better score
+
+    @property
+    def passed(self) -> bool:
+        """True if the question gave all its points."""
+        return self.score >= self.points
+
+    @property
+    def cases_passed(self) -> str:
+        """Count of the cases that pass: "3 of 4 cases pass."."""
+        return f"{sum(case.passed for case in self.cases)} of {len(self.cases)} cases pass."
+
+
+@dataclass(frozen=True, kw_only=True)
+class SubmissionVerdict:
+    """Verdict on one submission."""
+
+    student: str
+    submission: str  # the student's name for a person
+    mode: str  # isolation that it ran in
+    questions: tuple[QuestionVerdict, ...]
+    score: float
+    points: float
+    notes: tuple[str, ...]  # what else the student should know
+    seconds: float  # the only part that differs from run to run
+    unread: tuple[str, ...] = ()  # what was not read, and why
+    late: float = 0.0  # days
+    adjustments: tuple[str, ...] = ()  # what an instructor changed
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Remarks for the student on how the submission was read."""
+        return self.adjustments + self.unread + self.notes
+
+
+def short(value: float) -> str:
+    """A score as people write it: 3, 2.5 or 0.33."""
+    return f"{value:.2f}".rstrip("0").rstrip(".")
+
+
+def to_html(text: str) -> str:
+    """Text as HTML: a student's own is escaped, whatever stands in it.
+
+    >>> to_html("`x` < 2")
+    '<code>x</code> &lt; 2'
+    """
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text))

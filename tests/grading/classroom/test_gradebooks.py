@@ -1,0 +1,111 @@
+"""Each platform's own reading of its format gives the scores back; hostile texts stay texts."""
+
+import csv
+from dataclasses import replace
+
+import pytest
+
+from labkit.grading.classroom.gradebooks import read_canvas, read_moodle, write_scores
+from labkit.support.errors import LabkitError
+
+CANVAS = (
+    "Student,ID,SIS User ID,SIS Login ID,Section,Lab 1 (77),Lab 2 (78),Final Score\n"
+    "    Points Possible,,,,,5.00,10.00,(read only)\n"
+    '"Lovelace, Ada",4711,a1,ada@x.org,Monday,,3,\n'
+    '"Noether, Emmy",815,e1,emmy@x.org,Monday,1,,\n'
+    '"Hopper, Grace",12,g1,grace@x.org,Monday,2,,\n'
+)
+MOODLE = (
+    "\ufeffIdentifier,Full name,Status,Grade,Maximum Grade,Last modified (grade),"
+    "Feedback comments\n"
+    'Participant 4711,Ada Lovelace,Submitted,,100.00,"Saturday, 21 November 2026",\n'
+    "Participant 815,Emmy Noether,1 week 12 hours late,,10.00,-,\n"
+    "Participant 12,Grace Hopper,No submission,,100.00,-,\n"
+)
+
+
+@pytest.fixture
+def out(tmp_path):
+    return tmp_path / "out.csv"
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(text):
+        path = tmp_path / "gradebook.csv"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def rows(path):
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.reader(file))
+
+
+def test_canvas_gets_the_scores_of_those_who_were_graded(verdicts, written, out):
+    book = read_canvas(written(CANVAS), "Lab 1")
+    assert book.fill(verdicts, out) == ["=cmd|x"]
+    assert rows(out) == [
+        ["Student", "ID", "SIS User ID", "SIS Login ID", "Section", "Lab 1 (77)"],
+        ["Points Possible", "", "", "", "", "5.00"],
+        ["Lovelace, Ada", "4711", "a1", "ada@x.org", "Monday", "5"],
+        ["Noether, Emmy", "815", "e1", "emmy@x.org", "Monday", "0.5"],
+    ]
+
+
+@pytest.mark.parametrize(
+    ("possible", "score"),
+    [("10,00", "1"), ("0.33", "0.03"), ("(read only)", "0.5"), ("0.00", "0.5"), ("inf", "0.5")],
+)
+def test_canvas_gets_scores_of_its_own_scale(verdicts, written, out, possible, score):
+    book = read_canvas(written(CANVAS.replace(",5.00,", f',"{possible}",')), "Lab 1")
+    book.fill(verdicts[1:2], out)
+    assert [row[-1] for row in rows(out)[1:]] == [possible, score]
+
+
+def test_canvas_names_a_column_that_is_not_there(written):
+    with pytest.raises(LabkitError, match=r"no column 'Lab 3'; the columns are Lab 1 \(77\)"):
+        read_canvas(written(CANVAS), "Lab 3")
+    with pytest.raises(LabkitError, match="more than one column 'Lab 1'"):
+        read_canvas(written(CANVAS.replace("Lab 2 (78)", "Lab 1 (78)")), "Lab 1")
+
+
+def test_moodle_gets_grades_of_its_own_scale_and_keeps_its_times(verdicts, written, out):
+    book = read_moodle(written(MOODLE))
+    hostile = replace(verdicts[2], student="12", notes=("<b>",))
+    assert book.fill([*verdicts, hostile], out) == ["=cmd|x"]
+    header, ada, emmy, grace = rows(out)
+    assert header == MOODLE.lstrip("\ufeff").splitlines()[0].split(",")
+    assert ada[3:6] == ["100", "100.00", "Saturday, 21 November 2026"]
+    assert emmy[3] == "1"
+    assert emmy[6] == "Gate: About gate.<br>Huber: About huber.<br>a note"
+    assert "&lt;b&gt;" in grace[6]
+    assert [one.late for one in book.people.values()] == [0.0, 7.5, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "line 1: no column 'Identifier'; the columns are none"),
+        ("Name,Score\nAda,1\n", "line 1: no column 'Identifier'; the columns are Name, Score"),
+        ('Identifier,"Grade\na,b\n', "line 2: unexpected end of data; put text that"),
+        ("Identifier,Grade\na,b\na,b,c\n", "line 3: it has more cells than line 1"),
+    ],
+)
+def test_a_gradebook_that_cannot_be_filled(written, text, says):
+    with pytest.raises(LabkitError, match=r"gradebook\.csv: ") as error:
+        read_moodle(written(text))
+    assert says in str(error.value)
+
+
+def test_the_plain_table_holds_no_formula(verdicts, out):
+    write_scores(verdicts, {"absent": "Nobody"}, out)
+    assert rows(out) == [
+        ["student", "submission", "score", "points", "late", "isolation", "gate", "huber"],
+        ["absent", *[""] * 7],
+        ["4711", "4711", "5", "5", "0", "bubblewrap", "2", "3"],
+        ["815", "815", "0.5", "5", "0", "bubblewrap", "0.5", "0"],
+        ["'=cmd|x", "'=cmd|x", "0", "2", "0", "bubblewrap", "0", ""],
+    ]

@@ -1,0 +1,157 @@
+"""What people decide survives every run, and no slip in it passes in silence."""
+
+import errno
+import os
+import re
+import stat
+from dataclasses import replace
+
+import pytest
+from verdicts import question, submission
+
+from labkit.grading.box.outside import Wall
+from labkit.grading.classroom.marks import make_marks, read_adjustments, read_roster
+from labkit.grading.classroom.store import (
+    VERDICTS,
+    Record,
+    file_name,
+    fingerprint,
+    read_records,
+    write_record,
+)
+from labkit.grading.questions import read_assignment
+from labkit.support.errors import LabkitError
+
+NAMES = {"ada": "Ada Lovelace", "emmy": "Emmy Noether", "4711": "twin", "4712": "twin"}
+
+
+def record(student, late=0.0, double=2.0, negate=3.0):
+    verdict = submission(student, question("double", 2.0, double), question("negate", 3.0, negate))
+    return Record(verdict=verdict, fingerprint="1", code="", late=late)
+
+
+@pytest.fixture
+def decide(small, tmp_path):
+    def read(*lines):
+        text = "\n".join(["student,what,value,comment", *lines])
+        (tmp_path / "adjustments.csv").write_text(text, encoding="utf-8")
+        return read_adjustments(tmp_path, read_assignment(small), NAMES)
+
+    return read
+
+
+@pytest.fixture
+def marks(small):
+    def make(adjustments, *records):
+        named = {one.verdict.student: one for one in records}
+        return make_marks(named, adjustments, read_assignment(small))
+
+    return make
+
+
+def test_points_are_set_added_and_told(decide, marks):
+    adjustments = decide(
+        "Ada Lovelace,double,1.5,you showed me the sheet", "*,written,15,",
+        "ada,written,12,well said",
+    )  # fmt: skip
+    (mark,) = marks(adjustments, record("ada"))
+    assert (mark.score, mark.points) == (16.5, 20.0)
+    assert mark.adjustments == (
+        "Double: set by your instructor to 1.5 of 2 points: you showed me the sheet.",
+        "Written answers: 12 of 15 points: well said.",
+    )
+
+
+@pytest.mark.parametrize(
+    ("lines", "score"),
+    [
+        ([], 5.0),
+        (["*,late_percent,10,"], 3.5),
+        (["*,late_percent,10,", "ada,late,0,a note from the doctor"], 5.0),
+        (["*,late_percent,90,"], 0.0),
+    ],
+)
+def test_lateness_is_computed_when_marks_are(lines, score, decide, marks):
+    assert marks(decide(*lines), record("ada", late=3.0))[0].score == score
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("Ada,double,1,", "line 2: no students are called 'Ada'; did you mean 'ada'"),
+        ("twin,double,1,", "line 2: 2 students are called 'twin'"),
+        ("ada,doubel,1,", "line 2: unknown item 'doubel'; did you mean 'double'?"),
+        ("*,double,1,", "line 2: unknown item 'double'; there are late_percent, written"),
+        ("ada,double,2.5,", "line 2: double must be a number from 0 to 2, got '2.5'"),
+        ("ada,written,3,", "got '3'; say what they are worth: *,written,POINTS,"),
+        ("ada,double,1,\nada,double,2,", "line 3: double of 'ada' is set before; keep one"),
+        ('ada,double,1,"open\nada', ": unexpected end of data; put text that holds a comma in"),
+    ],
+)
+def test_a_slip_is_named_and_ends_the_run(line, message, decide):
+    with pytest.raises(LabkitError) as error:
+        decide(line)
+    assert message in str(error.value)
+
+
+def test_an_empty_table_is_made_and_what_excel_makes_of_it_is_read(small, tmp_path):
+    path, assignment = tmp_path / "adjustments.csv", read_assignment(small)
+    assert not read_adjustments(tmp_path, assignment, {})
+    assert path.read_text() == "student,what,value,comment\n"
+    assert not read_roster(tmp_path)
+    path.write_text("\ufeffstudent;what;value;comment\nada;double;0,5;\n;;;\n", encoding="utf-8")
+    assert read_adjustments(tmp_path, assignment, NAMES)["ada", "double"] == (0.5, "")
+
+
+def test_records_come_back_as_they_were_for_their_owner_alone(tmp_path):
+    kept = record("../Ada L"), record("ada", late=2.0)
+    assert not read_records(tmp_path)
+    for one in kept:
+        write_record(tmp_path, one)
+    assert list(read_records(tmp_path).values()) == list(kept)
+    path = tmp_path / VERDICTS / "ada.json"
+    assert stat.S_IMODE(path.parent.stat().st_mode) == 0o700
+    path.write_text(path.read_text()[:-9])
+    with pytest.raises(LabkitError, match=r"ada\.json: is damaged.*; delete it and run again"):
+        read_records(tmp_path)
+
+
+def test_a_full_disk_keeps_all_verdicts_until_then(tmp_path, monkeypatch):
+    read_records(tmp_path)
+    write_record(tmp_path, record("ada"))
+    monkeypatch.setattr("labkit.support.files.os.replace", full)
+    for student in ("ada", "emmy"):
+        with pytest.raises(LabkitError, match="No space left"):
+            write_record(tmp_path, record(student, double=0.0))
+    assert read_records(tmp_path) == {"ada": record("ada")}
+
+
+def full(temporary, target):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def test_every_student_has_files_of_their_own():
+    """The second of each pair once had the first one's page, or a place elsewhere."""
+    names = ["ada l", "ada-l-71b1e478", "ada-l", "Ada-L", "../../x", "x", "a" * 70, "a" * 71]
+    files = [file_name(name) for name in names]
+    assert len({file.lower() for file in files}) == len(names)
+    assert all(re.fullmatch(r"[\w+-]+", file) for file in files)
+
+
+def test_another_wall_limit_or_file_is_another_verdict(small):
+    assignment = read_assignment(small)
+    marks = {
+        fingerprint({"a.py": b"1"}, assignment, Wall("user")),
+        fingerprint({"a.py": b"1"}, assignment, Wall("none")),
+        fingerprint({"a.py": b"1"}, assignment, Wall("user", seconds=9.0)),
+        fingerprint({"b.py": b"1"}, assignment, Wall("user")),
+        fingerprint({"a.py": b"2"}, assignment, Wall("user")),
+        fingerprint({"a.py": b"1"}, replace(assignment, digest="x"), Wall("user")),
+    }
+    assert len(marks) == 6
+
+
+def test_points_for_one_who_handed_in_nothing_are_kept(decide, marks):
+    given = decide("emmy,double,1.5,by word of mouth", "4711,late,1,", "*,late_percent,10,")
+    found = marks(given, record("ada"))
+    assert [(mark.student, mark.score) for mark in found] == [("ada", 5.0), ("emmy", 1.5)]

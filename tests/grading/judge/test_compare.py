@@ -1,0 +1,215 @@
+"""Verdicts: right within the tolerance, wrong with a reason that reveals nothing hidden."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from labkit.course.assignment import load_assignment
+from labkit.grading.judge.compare import assess, is_right, judge, recognise
+from labkit.grading.judge.kinds import read
+from labkit.grading.judge.verdict import Outcome
+from labkit.grading.questions import Answer, Case
+
+ASSIGNMENT = load_assignment()
+YES_OR_NO = (Answer.FLAG, Answer.MASK)
+MEASURED = [one for one in ASSIGNMENT.questions if one.answer not in YES_OR_NO]
+
+
+def returned(case, value):
+    return Outcome(value=value)
+
+
+def first(question, hidden):
+    cases = ASSIGNMENT.cases(question, "ada")
+    return next(case for case in cases if case.hidden is hidden)
+
+
+@pytest.mark.parametrize("question", MEASURED, ids=lambda one: one.id)
+def test_an_answer_passes_up_to_the_tolerance_and_no_farther(question):
+    for case in ASSIGNMENT.cases(question.id, "ada"):
+        right = case.expected[0]
+        if isinstance(right, float) and np.isnan(right):
+            continue
+        for share, passes in ((0.9, True), (1.1, False)):
+            off = shifted(right, share * case.tolerance)
+            assert is_right(question, case, off) == passes, case.about
+
+
+@pytest.mark.parametrize("kind", YES_OR_NO)
+def test_yes_for_no_is_called_so(kind):
+    for question in (one for one in ASSIGNMENT.questions if one.answer is kind):
+        cases = ASSIGNMENT.cases(question.id, "ada")
+        outcomes = [Outcome(value=case.expected[0] ^ True) for case in cases]
+        assert "True and False are swapped" in assess(question, cases, outcomes).message
+
+
+def shifted(value, by):
+    if isinstance(value, tuple):
+        return (value[0], value[1] + by)
+    return value + by
+
+
+ODD = [None, "text", np.nan, (), np.zeros((0, 2)), np.empty((2**40, 0, 3)), 1e300, -1, {"R": 1}]
+HUGE = [np.full((3, 3), np.inf), np.full((3, 3), 1.7e308), (np.eye(2), np.full(2, 1e308))]
+
+
+@pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
+@pytest.mark.parametrize("value", [*ODD, *HUGE], ids=lambda value: repr(value).replace("\n", ""))
+def test_nonsense_is_wrong_and_never_a_traceback(question, value):
+    for case in ASSIGNMENT.cases(question.id, "ada"):
+        verdict = judge(question, case, returned(case, value))
+        if repr(value) == repr(case.expected[0]) == "nan":
+            assert verdict.passed  # the answer where no pair is kept
+            continue
+        assert not verdict.passed
+        assert verdict.reason.endswith((".", "?"))
+        assert len(verdict.reason) < 800
+
+
+SECRET = "3.14159 is the first input"
+
+
+@pytest.mark.parametrize(
+    ("error", "of_hidden", "of_visible"),
+    [
+        ("OutOfTime", "took too long; does a loop have no end?", ""),
+        ("Killed", "the program ended in it", ""),
+        ("NoAnswerError", "it raised an error.", f"it {SECRET}."),
+        ("NotDefined", "there is no function `align`", ""),
+        ("NotImplementedError", "not written yet", ""),
+        ("IndexError", "it raised an error.", f"it raised {SECRET}."),
+        ("Own", "it raised an error.", f"it raised {SECRET}."),
+        ("EOFError", "it raised an error.", "; nobody types while grading, so take"),
+        ("FileNotFoundError", "an error.", "; no file is there while grading"),
+        ("ModuleNotFoundError", "an error.", "; only numpy, scipy and the standard"),
+    ],
+)
+def test_a_call_without_an_answer_is_explained(error, of_hidden, of_visible):
+    """The student's own text is shown of a visible case alone: it may hold the arguments."""
+    outcome = Outcome(error=error, message=SECRET)
+    for hidden, reason in ((True, of_hidden), (False, of_visible or of_hidden)):
+        said = judge(ASSIGNMENT.question("align"), first("align", hidden), outcome).reason
+        assert reason in said
+        assert not hidden or SECRET not in said
+
+
+@pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
+def test_of_a_hidden_case_only_that_it_is_wrong_is_told(question):
+    """Who returns zeros would read the answer off a difference, who returns shapes off a length."""
+    nonsense = [None, "text", 1234.0, np.zeros((3, 3)), np.ones((5, 6, 7)), np.full(77, np.nan)]
+    for case in ASSIGNMENT.cases(question.id, "ada"):
+        if case.hidden:
+            told = {judge(question, case, returned(case, value)).reason for value in nonsense}
+            assert {reason.partition(": ")[2] for reason in told} == {"the result is wrong."}
+
+
+TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+SHIFT = np.array([[0.0, 0.0, 0.3], [0.0, 0.0, 0.4], [0.0, 0.0, 0.0]])
+TEXTS = [  # the question, how its right answer is changed, what is said of that
+    ("align", lambda T: T @ TURN, "rotation is off by 90°"),
+    ("align", lambda T: T + SHIFT, "the rotation is right. The translation is off by 0.5 m. For"),
+    ("align", lambda T: T @ np.diag([1.0, -1.0, 1.0]), "determinant is −1"),
+    ("align", lambda T: 2 * T - np.diag([0, 0, 1]), "columns are not orthonormal"),
+    ("align", lambda T: T + 1.0, "last row"),
+    ("huber_weights", lambda w: -w, "5 of 5 numbers lie outside [0, 1]."),
+    ("huber_weights", lambda w: w * np.nan, "look for a division by zero"),
+    ("huber_weights", lambda w: np.append(w, 1.0), "too long by 1"),
+    ("integrate", lambda p: p + np.array([0, 0, 2 * np.pi]), "wrap them"),
+    ("integrate", lambda p: p + np.array([0, 0, np.pi / 6]), "headings by up to 30°"),
+    ("distance_gate", lambda kept: kept | True, "it keeps 2 pairs that should go."),
+    ("distance_gate", lambda kept: kept & False, "it rejects 3 pairs that should stay."),
+    ("overlap", lambda kept: kept * 7.0, "other numbers than True and False"),
+    ("nearest_neighbors", lambda m: (m[0] + 1, m[1]), "3 of 6 numbers are off, by up to 1"),
+    ("invert", lambda T: T[:2, :2], "shape (2, 2), expected (3, 3)"),
+]
+
+
+@pytest.mark.parametrize(("question", "change", "text"), TEXTS)
+def test_the_texts_say_how_far_off(question, change, text):
+    case = first(question, hidden=False)
+    asked, right = ASSIGNMENT.question(question), case.expected[0]
+    value = change(read(asked.answer, right) if asked.answer is Answer.TRANSFORM else right)
+    assert text in judge(asked, case, returned(case, value)).reason
+
+
+def test_a_number_where_nothing_is_left_is_told_that_there_is_none():
+    none_kept = ASSIGNMENT.visible["inlier_rmse"][1]
+    verdict = judge(ASSIGNMENT.question("inlier_rmse"), none_kept, returned(none_kept, 0.0))
+    assert "when no pair is kept, return NaN" in verdict.reason
+
+
+def test_the_score_is_the_share_of_the_cases_beyond_chance():
+    question = ASSIGNMENT.question("has_converged")
+    cases = ASSIGNMENT.cases(question.id, "ada")
+    hidden = [case for case in cases if case.hidden]
+    wrong = hidden[:2]
+    values = [case.expected[0] ^ (case in wrong) for case in cases]
+    verdict = assess(question, cases, [returned(*pair) for pair in zip(cases, values, strict=True)])
+    assert verdict.score == round(question.points * (1 - 4 / len(hidden)), 2)
+    assert "20 of 22 cases pass. Points are for the hidden ones: 12 of 14." in verdict.message
+
+
+@pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
+def test_the_examples_learnt_by_heart_are_worth_nothing(question):
+    """Their answers are handed out, right and wrong ones; beyond them, an error or a constant."""
+    cases = ASSIGNMENT.cases(question.id, "mallory")
+    tables = [{case.id: case.expected[0] for case in cases if not case.hidden}]
+    for known in question.misconceptions:
+        told = [case for case in cases if not case.hidden and known.id in case.mistaken]
+        tables.append({case.id: case.mistaken[known.id][0] for case in told})
+    constant = cases[-1].expected[0]
+    by_constant = assess(question, cases, [returned(case, constant) for case in cases])
+    for table in tables:
+        raised = [
+            returned(case, table[case.id]) if case.id in table else Outcome(error="Exception")
+            for case in cases
+        ]
+        assert assess(question, cases, raised).score == 0.0
+        filled = [returned(case, table.get(case.id, constant)) for case in cases]
+        assert assess(question, cases, filled).score <= by_constant.score
+
+
+@pytest.mark.parametrize(("function", "named"), [("align", "align"), ("icp", "nearest_neighbors")])
+def test_a_stub_is_named_also_where_it_is_called(function, named):
+    question, cases = ASSIGNMENT.question(function), ASSIGNMENT.cases(function)
+    called = "" if function == named else f"`{named}` is not written yet (line 4 of cell 7)"
+    outcomes = [Outcome(error="NotImplementedError", message=called)] * len(cases)
+    assert assess(question, cases, outcomes).message == f"`{named}` is not written yet."
+
+
+def test_answers_of_two_mistakes_name_neither():
+    question = ASSIGNMENT.question("rotation")
+    cases = ASSIGNMENT.cases("rotation", "ada")
+    mixed = [
+        returned(case, case.mistaken["reflection" if number % 2 else "no_minus"][0])
+        for number, case in enumerate(cases)
+    ]
+    assert recognise(question, cases, mixed) is None
+
+
+def test_a_mistake_in_the_form_of_the_answer_is_known_by_its_form():
+    question = ASSIGNMENT.question("distance_gate")
+    case = Case(
+        id="1", hidden=False, about="a form", arguments=(), expected=(np.array([True, False]),),
+        tolerance=1e-6, mistaken={"squared_gate": ("text",), "strict": (np.array([False, False]),)},
+    )  # fmt: skip
+    assert recognise(question, [case], [returned(case, "other text")]).id == "squared_gate"
+    assert recognise(question, [case], [returned(case, np.array([0, 0]))]).id == "strict"
+    case = replace(case, mistaken={"squared_gate": (np.ones((2, 2)),)})
+    assert recognise(question, [case], [returned(case, np.ones((2, 2)))]).id == "squared_gate"
+    assert recognise(question, [case], [returned(case, np.eye(2))]) is None
+
+
+def test_any_of_the_nearest_target_points_is_right():
+    """Two target points are equally near: either index is right, a third one is not."""
+    assignment = load_assignment()
+    question = assignment.question("nearest_neighbors")
+    source, target = np.array([[1.0, 0.0]]), np.array([[0.0, 0.0], [2.0, 0.0], [9.0, 9.0]])
+    tie = replace(
+        assignment.cases(question.id)[0],
+        arguments=(source, target),
+        expected=((np.array([0]), np.array([1.0])),),
+    )
+    for index, right in ((0, True), (1, True), (2, False), (7, False), (0.5, False)):
+        assert is_right(question, tie, (np.array([index]), np.array([1.0]))) is right

@@ -1,0 +1,267 @@
+"""The promises of the grading as laws: each test makes its cases from the assignment."""
+
+import ast
+import contextlib
+import io
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+import zipfile
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import pytest
+from small import HANGS, SQUARED, hand_in, scores
+from small import RIGHT as RIGHT_NUMBERS
+
+from labkit.course.assignment import load_assignment
+from labkit.grading import grade as grading
+from labkit.grading.box.inside import data
+from labkit.grading.box.inside.reading import read_program
+from labkit.grading.box.outside import BY_THE_CLOCK, SLEEP, Box, BoxError, MachineError, Wall
+from labkit.grading.command import JOBS
+from labkit.grading.questions import read_assignment
+from notebooks import answered
+
+ASSIGNMENT = load_assignment()
+ORDERS = []
+NAMES = [one.function for one in ASSIGNMENT.questions]
+
+
+# How a function fails: its body, or with a leading line break what stands before its definition.
+WAYS = {
+    "endless loop": "while True:\n        pass",
+    "endless recursion": "return {name}(*given)",
+    "exit": "__import__('os')._exit(0)",
+    "segmentation fault": "__import__('ctypes').string_at(0)",
+    "too much memory": "held = [bytes(2**27) for _ in range(99)]",
+    "exception at its definition": "\n1 / 0\n",
+    "syntax error in its own cell": "return (",
+    "None": "return None",
+    "wrong answer": "return np.full(7, 0.125)",
+}
+
+
+def failing(name, way):
+    """The cell of a function that fails in some way."""
+    before, body = (WAYS[way], "pass") if WAYS[way].startswith("\n") else ("", WAYS[way])
+    return f"{before}def {name}(*given):\n    {body.format(name=name)}\n"
+
+
+def test_a_mistake_costs_its_own_points_and_no_others(graded):
+    """Law 1: each function fails once in each way, nine of 19 at a time, boxes side by side."""
+
+    def grade_all(shift):
+        ways = {NAMES[(shift + 2 * place) % len(NAMES)]: way for place, way in enumerate(WAYS)}
+        cells = {name: failing(name, way) for name, way in ways.items()}
+        files = {"a.ipynb": answered(cells, closing=False)}
+        return ways, graded(files, ASSIGNMENT, student=f"student {shift}", seconds=1.0)
+
+    with ThreadPoolExecutor(JOBS) as executor:
+        for ways, verdict in executor.map(grade_all, range(len(NAMES))):
+            for one in verdict.questions:
+                way = ways.get(one.question)
+                assert one.score == (0.0 if way else one.points), (one.question, way, ways, one)
+
+
+class Liar:
+    """A box whose answers are all wrong, and which claims to call every function."""
+
+    def __init__(self, wall, seconds):
+        self.said = []
+
+    def send(self, allowed, attached=b"", **order):
+        calls = [name for name in NAMES if name != "wrap"]
+        told = {"states": [0, 1, 2], "calls": calls}
+        if "sizes" in order:
+            self.said.append(read_program({"a.py": attached}, NAMES)._asdict())
+        elif "cells" in order:
+            self.said += [{}, {"notes": [], "answers": dict.fromkeys(NAMES, told)}]
+        else:
+            ORDERS.append(order)
+            self.said += [{"value": None}] * len(order["calls"])
+
+    def receive(self, most=0):
+        return self.said.pop(0)
+
+    def used(self):
+        return 0.0, 0.0
+
+    def close(self):
+        pass
+
+
+def test_in_the_box_lies_nothing_that_is_still_to_be_asked(monkeypatch):
+    """Law 3, on every order that the most that can be lent leads to."""
+    monkeypatch.setattr(grading, "Box", Liar)
+    grading.grade_submission({"a.py": b"def rotation(): 0"}, Wall("none"), ASSIGNMENT, "ada")
+    lent = [order for order in ORDERS if order.get("right")]
+    assert {name for order in lent for name in order["right"]} == {*NAMES[:-1]} - {"wrap"}
+    visible = [[data.to_json(argument) for argument in case.arguments]
+               for cases in ASSIGNMENT.visible.values() for case in cases]  # fmt: skip
+    is_hidden = [one["calls"][0] not in visible for one in ORDERS]
+    assert is_hidden == sorted(is_hidden)
+    places = [NAMES.index(one["function"]) for one in ORDERS[is_hidden.index(True) :]]
+    assert places == sorted(places)
+    for order in lent:
+        place = NAMES.index(order["function"])
+        assert is_hidden[ORDERS.index(order)]
+        for name, source in order["right"].items():
+            later = ASSIGNMENT.questions[place:]
+            assert not any(map(ASSIGNMENT.question(name).answers, later))
+            words = set(re.findall(r"\w+", source))
+            assert not words.intersection(NAMES[place:]), (order["function"], name)
+            called = {one.name for one in ast.parse(source).body if hasattr(one, "name")}
+            assert called <= set(NAMES[: NAMES.index(name) + 1])
+
+
+def test_what_is_lent_answers_no_later_question(graded):
+    """Law 3: neither to who hands on to it, nor to who keeps it, be it lent to another."""
+    changed = {
+        "rotation": "def rotation(theta):\n    return np.eye(2)\n",
+        "align": "def align(source, target):\n    return np.eye(3)\n",
+        "align_weighted": "def align_weighted(source, target, weights):\n    np.kept = align\n"
+        "    return align(1.0 * source, target)\n",
+        "align_svd": "def align_svd(source, target):\n    rotation(0.0)\n"
+        "    R, t = getattr(np, 'kept', align)(source, target)\n    return R, t\n",
+    }
+    verdict = graded({"a.ipynb": answered(changed)}, ASSIGNMENT)
+    lost = {one.question for one in verdict.questions if not one.passed}
+    assert lost == changed.keys()
+
+
+WAITS = "import threading\ndef double(x):\n    threading.Event().wait(99)\nnegate = double\n"
+DRAWS = "import random\nimport numpy as np\ndef double(x):\n    return np.random.rand()\n"
+DRAWS += "def negate(x):\n    return random.random()\n"
+WORKS = "def double(x):\n    return sum(2 * x for _ in range(300_000)) / 300_000\nnegate = double\n"
+
+
+def test_a_verdict_is_the_same_beside_a_load(graded, small):
+    """Law 2, on what never ends, what waits, and what takes some of its time."""
+    assignment = read_assignment(small)
+    hands_in = [text.encode() for text in (SQUARED, HANGS, WAITS, WORKS, DRAWS)]
+
+    def verdicts():
+        found = [graded({"a.py": text}, assignment, seconds=0.5) for text in hands_in]
+        return [replace(one, seconds=0.0) for one in found]
+
+    alone, computes = verdicts(), [sys.executable, "-c", "while True: pass"]
+    busy = [subprocess.Popen(computes) for _ in range(4 * (os.cpu_count() or 1))]
+    try:
+        assert verdicts() == alone
+    finally:
+        for one in busy:
+            one.kill()
+            one.wait()
+
+
+@pytest.mark.parametrize("used", [0.0, 0.9, 1.1])
+@pytest.mark.parametrize("waited", [0.0, 0.6, 1.0])
+@pytest.mark.parametrize("clock", [0.5, 4.0, 40.0])
+def test_the_clock_decides_only_whether_to_try_again(used, waited, clock, monkeypatch):
+    """Law 2: one second is allowed; `waited` is the share of the clock without a processor."""
+    one = object.__new__(Box)
+    one._allowed, one._began, one._before = 1.0, time.monotonic() - clock, (0.0, 0.0)
+    monkeypatch.setattr(one, "used", lambda: (used, waited * clock))
+    expected = contextlib.nullcontext()
+    if used > 1.0 or (clock > SLEEP + 0.25 and used + waited * clock < clock / 2.0):
+        expected = pytest.raises(BoxError, match="it took too long")  # by its own fault
+    elif clock > BY_THE_CLOCK:
+        expected = pytest.raises(MachineError, match="this machine was too busy")
+    with expected:
+        one._look()
+
+
+def test_a_machine_s_failure_is_tried_again_told_and_not_stored(
+    grade, tmp_path, monkeypatch, capsys
+):
+    """Law 2."""
+    hand_in(tmp_path / "class", 2)
+    tries = []
+
+    def busy(box):
+        tries.append(box)
+        raise MachineError("this machine was too busy")
+
+    monkeypatch.setattr(Box, "receive", busy)
+    monkeypatch.setattr("labkit.grading.command.open_wall", lambda *_, **__: Wall("none"))
+    assert grade("class") == 1
+    assert len(tries) == 4
+    says = "student00001 was not graded: MachineError: the box did not start: this"
+    assert says in capsys.readouterr().err
+    assert not list((tmp_path / "grades/verdicts").iterdir())
+
+
+AFTERWARDS = {  # what a function does in a hidden case, beside the `WAYS` to fail
+    "an object": "return object()",
+    "too much": "return [0.0] * 10**6",
+    "an error with words": "raise ValueError(given)",
+    "not written": "raise NotImplementedError",
+    "no answer": "__import__('os').write(99, b'a')",
+    "waits": "__import__('threading').Event().wait(99)",
+    "leaves a mark": "__import__('os').mkdir({place!r})",
+}
+
+
+def test_no_word_counts_once_a_hidden_case_was_sent(graded, small, tmp_path):
+    """Law 4: whatever the code does in a hidden case, its page has the same bytes.
+
+    The last one leaves a mark where a box without a wall can: the next box reads it, and says so.
+    """
+    assignment, pages = read_assignment(small), set()
+    place = str(tmp_path / "mark")
+    for body in [*WAYS.values(), *AFTERWARDS.values()]:
+        if body.startswith("\n") or body == "return (":
+            continue
+        source = (
+            f"import os\nimport numpy as np\n"
+            f"if os.path.exists({place!r}):\n    raise ValueError('8234.25')\n"
+            f"def double(*given):\n    if given[0] < 2:\n        return 2 * given[0]\n"
+            f"    {body.format(name='double', place=place)}\n    os._exit(0)\n"
+            "def negate(x):\n    return -x\n"
+        )
+        wall = Wall("none")
+        verdict = graded({"a.py": source.encode()}, assignment, seconds=0.5, behind=wall)
+        pages.add(json.dumps(replace(verdict, seconds=0.0), default=vars))
+    assert os.path.exists(place)
+    assert len(pages) == 1, pages
+    (page,) = pages
+    assert "The result is wrong" in page or "the result is wrong" in page
+
+
+def zipped(name, data):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(name, data)
+    return buffer.getvalue()
+
+
+SPEAKING = (
+    "import gc, os, threading\n"
+    "own = next(one for one in gc.get_objects() if type(one).__name__ == 'Session')\n"
+    "def say():\n    while True:\n        os.write(own.writing, {words})\n"
+    "threading.Thread(target=say, daemon=True).start()\n"
+)
+HOSTILE = {  # each once held up its neighbours
+    "flood.py": SPEAKING.format(words="b'{\"cell\": 0}\\n'") + RIGHT_NUMBERS,
+    "drip.py": SPEAKING.format(words="b' '") + RIGHT_NUMBERS,
+    "answers.py": SPEAKING.format(words="b'{\"answers\": {}}\\n'") + RIGHT_NUMBERS,
+    "brackets.zip": zipped("a.ipynb", b'{"cells": [' + b"[[[[[1]]]]]," * (2 << 20) + b"1]}"),
+    "deep.zip": zipped("a.ipynb", b"[" * (20 << 20)),
+    "cells.zip": zipped("a.ipynb", json.dumps({"cells": [{"cell_type": "code"}] * 900_000})),
+}
+
+
+def test_beside_hostile_hand_ins_honest_ones_keep_their_marks(grade, tmp_path):
+    """Law 5."""
+    expected = hand_in(tmp_path / "class", 8)
+    for name, content in HOSTILE.items():
+        data = content if isinstance(content, bytes) else content.encode()
+        (tmp_path / "class" / name).write_bytes(data)
+    assert grade("class") == 0
+    found = scores()
+    assert {student: found[student] for student in expected} == expected
+    assert len(found) == 14
