@@ -11,8 +11,16 @@ does: beam by beam, and the nearest wall hides those behind it.
 from labkit.simulation.lesson import LessonExperiment, lesson_experiment
 from labkit.simulation.lidar import Lidar, cast, scan_along
 from labkit.simulation.wheels import WheelNoise, wheel_increments
-from labkit.simulation.world import MovingObject, World
-from labkit.simulation.worlds import corner, corridor, crowd, doorways, room, two_rooms
+from labkit.simulation.world import (
+    MovingObject,
+    World,
+    corner,
+    corridor,
+    crowd,
+    doorways,
+    room,
+    two_rooms,
+)
 
 __all__ = [
     "LessonExperiment",

@@ -17,9 +17,12 @@ from labkit.scan import Scan
 from labkit.se2 import transform
 from labkit.support.arrays import FloatArray
 
-WIDTH, DEPTH = 8.0, 6.0  # m, the lengths of the two walls
-REACH, FIELD_OF_VIEW, NOISE = 10.0, math.radians(270.0), 0.01  # m, rad, m
-CLUTTER = 2.0  # m, spurious returns lie within ± this in x and in y
+ROOM_WIDTH = 8.0  # [m]: length of the wall along x
+ROOM_DEPTH = 6.0  # [m]: length of the wall along y
+RANGE_MAX = 10.0  # [m]
+FIELD_OF_VIEW = math.radians(270.0)
+NOISE_STD = 0.01  # [m], of x and of y
+CLUTTER_EXTENT = 2.0  # [m]: spurious returns lie within ± this in x and in y
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -33,7 +36,7 @@ class LessonExperiment:
 
 
 def lesson_experiment() -> LessonExperiment:
-    """The lesson's run: 600 world points from seed 7, scans from seeds 1 and 2.
+    """Repeat the lesson's run: 600 world points from seed 7, scans from seeds 1 and 2.
 
     Examples
     --------
@@ -41,7 +44,8 @@ def lesson_experiment() -> LessonExperiment:
     >>> len(experiment.target), len(experiment.source)
     (615, 597)
     """
-    world, T_target_source = lesson_world(600, rng=7), transform(0.35, 0.10, math.radians(6.0))
+    world = lesson_world(600, rng=7)
+    T_target_source = transform(0.35, 0.10, math.radians(6.0))
     return LessonExperiment(
         source=sample_scan(world, T_target_source, rng=2),
         target=sample_scan(world, np.eye(3), rng=1),
@@ -51,26 +55,28 @@ def lesson_experiment() -> LessonExperiment:
 
 
 def lesson_world(count: int, rng: np.random.Generator | int) -> FloatArray:
-    """A quarter of the points on each wall of the L, half scattered between: (count, 2) [m]."""
-    rng = np.random.default_rng(rng)
-    along_x = rng.uniform(0.0, WIDTH, size=count // 4)
-    along_y = rng.uniform(0.0, DEPTH, size=count // 4)
-    scatter = rng.uniform([0.0, 0.0], [WIDTH, DEPTH], size=(count // 2, 2))
+    """Draw points (count, 2) [m]: a quarter on each wall of the L, half scattered between."""
+    generator = np.random.default_rng(rng)
+    along_x = generator.uniform(0.0, ROOM_WIDTH, size=count // 4)
+    along_y = generator.uniform(0.0, ROOM_DEPTH, size=count // 4)
+    scatter = generator.uniform([0.0, 0.0], [ROOM_WIDTH, ROOM_DEPTH], size=(count // 2, 2))
     wall_x = np.column_stack([along_x, np.zeros_like(along_x)])
     wall_y = np.column_stack([np.zeros_like(along_y), along_y])
     return np.vstack([wall_x, wall_y, scatter])
 
 
 def sample_scan(world: FloatArray, T: FloatArray, *, rng: np.random.Generator | int) -> Scan:
-    """All world points within reach of the pose T, in its frame, with noise and clutter.
+    """Take all world points within range of the pose T, in its frame, with noise and clutter.
 
     One spurious return for every forty points, at least five, comes after them.
     """
-    rng = np.random.default_rng(rng)
+    generator = np.random.default_rng(rng)
     # invert(T) would round otherwise in the last bit; the lesson subtracts t first.
     p = (world - T[:2, 2]) @ T[:2, :2]
+    distance = np.hypot(p[:, 0], p[:, 1])
     angle = np.arctan2(p[:, 1], p[:, 0])
-    reached = (np.hypot(p[:, 0], p[:, 1]) <= REACH) & (np.abs(angle) <= FIELD_OF_VIEW / 2.0)
-    measured = p[reached] + rng.normal(0.0, NOISE, size=(np.count_nonzero(reached), 2))
-    clutter = rng.uniform(-CLUTTER, CLUTTER, size=(max(5, len(measured) // 40), 2))
+    seen = p[(distance <= RANGE_MAX) & (np.abs(angle) <= FIELD_OF_VIEW / 2.0)]
+    measured = seen + generator.normal(0.0, NOISE_STD, size=seen.shape)
+    clutter_count = max(5, len(measured) // 40)
+    clutter = generator.uniform(-CLUTTER_EXTENT, CLUTTER_EXTENT, size=(clutter_count, 2))
     return Scan.from_points(np.vstack([measured, clutter]))

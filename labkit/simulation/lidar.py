@@ -12,15 +12,19 @@ from labkit.scan import Scan
 from labkit.se2 import from_xytheta, to_xytheta
 from labkit.simulation.world import World
 from labkit.support.arrays import (
+    FARTHEST,
     FloatArray,
+    as_generator,
     as_poses,
     as_stamps,
     as_transform,
     check_count,
+    check_kind,
     check_range,
 )
 
-SWEEP_PERIOD = 0.1  # s between two scans where the caller gives no stamps
+MAX_BEAM_COUNT = 1_000_000
+SCAN_PERIOD = 0.1  # [s] between two scans to which the caller gives no stamps
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +37,7 @@ class Lidar:
     Attributes
     ----------
     beam_count : int
-        Number of beams of a sweep.
+        Number of beams of a scan.
     field_of_view : float
         Angle in radians in (0, 2π] from the first beam to the last, half of it to either
         side of straight ahead. At 2π the last beam stops one step short of the first.
@@ -59,17 +63,18 @@ class Lidar:
     dropout_ratio: float = 0.0
 
     def __post_init__(self) -> None:
-        check_count(self.beam_count, "beam_count", at_least=2)
+        check_count(self.beam_count, "beam_count", at_least=2, at_most=MAX_BEAM_COUNT)
         turn = 2.0 * math.pi
         check_range(self.field_of_view, "field_of_view", above=0.0, at_most=turn, unit="rad")
-        check_range(self.range_min, "range_min", at_least=0.0, unit="m")
+        check_range(self.range_min, "range_min", at_least=0.0, at_most=FARTHEST, unit="m")
         check_range(self.range_max, "range_max", above=self.range_min, unit="m")
-        check_range(self.noise_std, "noise_std", at_least=0.0, at_most=self.range_max, unit="m")
+        most_noise = min(self.range_max, FARTHEST)
+        check_range(self.noise_std, "noise_std", at_least=0.0, at_most=most_noise, unit="m")
         check_range(self.dropout_ratio, "dropout_ratio", at_least=0.0, at_most=1.0)
 
     @property
     def angles(self) -> FloatArray:
-        """The beams' directions [rad], counter-clockwise, shape (beam_count,)."""
+        """Directions of the beams [rad], counter-clockwise, shape (beam_count,)."""
         half = self.field_of_view / 2.0
         full_circle = self.field_of_view == 2.0 * math.pi
         return np.linspace(-half, half, self.beam_count, endpoint=not full_circle)
@@ -83,23 +88,25 @@ def cast(
     rng: np.random.Generator | int,
     stamp: float = 0.0,
 ) -> Scan:
-    """One sweep, taken in an instant: no beam is older than another.
+    """Take one scan in an instant: no beam is older than another.
 
     Parameters
     ----------
-    world, lidar : World, Lidar
-        What is seen, and by what.
+    world : World
+        The walls and objects around the scanner.
     T_world_scanner : array_like, shape (3, 3)
         Pose of the scanner.
+    lidar : Lidar
+        Properties of the scanner.
     rng : numpy.random.Generator or int
-        How much is drawn from it depends only on the number of beams, never on the world.
+        Source of noise and dropouts. The number of draws depends on the beams, not on the world.
     stamp : float
-        The time in seconds; moving objects are where they are then.
+        Time of the scan [s], which says where moving objects are.
 
     Returns
     -------
     Scan
-        With all beams' `ranges` (infinity for a no-return) and `angles`.
+        With `ranges` (infinity for a no-return) and `angles` of all beams.
 
     Examples
     --------
@@ -108,11 +115,14 @@ def cast(
     541
     """
     T = as_transform(T_world_scanner, "T_world_scanner")
-    rng = np.random.default_rng(rng)
+    check_kind(world, "world", World)
+    check_kind(lidar, "lidar", Lidar)
+    generator = as_generator(rng)
     ranges = first_hits(world.at(stamp), T, lidar.angles)
-    ranges += rng.normal(0.0, lidar.noise_std, size=lidar.beam_count)
-    lost = rng.random(lidar.beam_count) < lidar.dropout_ratio
-    ranges[lost | (ranges <= lidar.range_min) | (ranges >= lidar.range_max)] = np.inf
+    ranges += generator.normal(0.0, lidar.noise_std, size=lidar.beam_count)
+    dropped_out = generator.random(lidar.beam_count) < lidar.dropout_ratio
+    out_of_range = (ranges <= lidar.range_min) | (ranges >= lidar.range_max)
+    ranges[dropped_out | out_of_range] = np.inf
     return Scan.from_ranges(ranges, lidar.angles, stamp=stamp)
 
 
@@ -124,7 +134,7 @@ def scan_along(
     rng: np.random.Generator | int,
     stamps: ArrayLike | None = None,
 ) -> list[Scan]:
-    """One scan from each pose of a trajectory, while moving objects move on.
+    """Take one scan from each pose of a trajectory, while moving objects move on.
 
     Parameters
     ----------
@@ -135,29 +145,37 @@ def scan_along(
     stamps : array_like, shape (K,), optional
         Times in seconds; ten scans per second from 0 on by default.
     """
-    checked = as_poses(poses, "poses")
-    by_default = SWEEP_PERIOD * np.arange(len(checked))
-    times = as_stamps(by_default if stamps is None else stamps, "stamps", len(checked))
-    rng = np.random.default_rng(rng)
-    moments = zip(from_xytheta(checked), times.tolist(), strict=True)
-    return [cast(world, T, lidar, rng=rng, stamp=stamp) for T, stamp in moments]
+    rows = as_poses(poses, "poses")
+    check_kind(world, "world", World)
+    check_kind(lidar, "lidar", Lidar)
+    if stamps is None:
+        stamps = SCAN_PERIOD * np.arange(len(rows))
+    times = as_stamps(stamps, "stamps", len(rows)).tolist()
+    generator = as_generator(rng)
+    return [
+        cast(world, T_world_scanner, lidar, rng=generator, stamp=time)
+        for T_world_scanner, time in zip(from_xytheta(rows), times, strict=True)
+    ]
 
 
 def first_hits(segments: FloatArray, T_world_scanner: FloatArray, angles: FloatArray) -> FloatArray:
     """Distance [m] along each of B beams to the nearest of M segments; infinite without one.
 
-    Each end point lies `along` the beam and `across` it, to the left. A segment whose ends lie on
-    either side of the beam crosses it where `across` has gone linearly to zero. One comparison per
-    end point decides the side, so two segments that share an end leave no gap between them. A
-    segment that is exactly edge-on is not met.
+    The end points of a segment lie `along` the beam and `across` it, to the left. If they lie on
+    either side of the beam, the segment crosses it where `across`, interpolated, is zero. One
+    comparison per end point decides its side, so two segments that share an end leave no gap
+    between them. A segment that is exactly edge-on is not hit.
     """
     x, y, heading = to_xytheta(T_world_scanner)
-    beam_x, beam_y = np.cos(heading + angles)[:, None], np.sin(heading + angles)[:, None]
-    ends_x, ends_y = (segments[..., 0] - x).T[:, None, :], (segments[..., 1] - y).T[:, None, :]
+    beam_x = np.cos(heading + angles)[:, None]
+    beam_y = np.sin(heading + angles)[:, None]
+    ends_x = (segments[..., 0] - x).T[:, None, :]  # (2, 1, M): first ends, second ends
+    ends_y = (segments[..., 1] - y).T[:, None, :]
     along = beam_x * ends_x + beam_y * ends_y  # (2, B, M)
     across = beam_x * ends_y - beam_y * ends_x
     beam, segment = np.nonzero((across[0] < 0.0) != (across[1] < 0.0))
-    (along_a, along_b), (across_a, across_b) = along[:, beam, segment], across[:, beam, segment]
+    along_a, along_b = along[:, beam, segment]
+    across_a, across_b = across[:, beam, segment]
     distance = along_a + across_a / (across_a - across_b) * (along_b - along_a)
     ranges = np.full(len(angles), np.inf)
     ahead = distance >= 0.0

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
-from labkit.support.arrays import FloatArray, as_poses, check_range
+from labkit.support.arrays import FloatArray, as_generator, as_poses, check_kind, check_range
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +40,7 @@ class WheelNoise:
 def wheel_increments(
     poses: ArrayLike, noise: WheelNoise, *, rng: np.random.Generator | int
 ) -> FloatArray:
-    """The noisy steps between consecutive poses.
+    """Steps between consecutive poses, with the errors of wheels.
 
     With d the true displacement of a step, d⊥ the same turned left by 90°, and Δθ its
     turn, the wheels report
@@ -59,8 +59,10 @@ def wheel_increments(
     ----------
     poses : array_like, shape (K, 3)
         The true rows (x [m], y [m], θ [rad]), K ≥ 2.
-    noise, rng : WheelNoise, and numpy.random.Generator or int
-        Spread of the errors, and their source.
+    noise : WheelNoise
+        Spread of the errors.
+    rng : numpy.random.Generator or int
+        Source of the errors.
 
     Returns
     -------
@@ -79,10 +81,13 @@ def wheel_increments(
     [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]]
     """
     T = from_xytheta(as_poses(poses, "poses", minimum=2))
+    check_kind(noise, "noise", WheelNoise)
     steps = to_xytheta(relative(T[:-1], T[1:]))
     d, turn = steps[:, :2], steps[:, 2]
     d_left = np.column_stack([-d[:, 1], d[:, 0]])
-    n = np.random.default_rng(rng).standard_normal((len(steps), 3))
     turn_std = np.hypot(noise.turn * turn, noise.drift * np.hypot(d[:, 0], d[:, 1]))
-    travelled = d + noise.along * n[:, :1] * d + noise.across * n[:, 1:2] * d_left
-    return np.column_stack([travelled, wrap(turn + turn_std * n[:, 2])])
+    n = as_generator(rng).standard_normal((len(steps), 3))
+    n_along, n_across, n_turn = n[:, :1], n[:, 1:2], n[:, 2]
+    travelled = d + noise.along * n_along * d + noise.across * n_across * d_left
+    turned = wrap(turn + turn_std * n_turn)
+    return np.column_stack([travelled, turned])

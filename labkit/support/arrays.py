@@ -275,13 +275,15 @@ def is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-def check_count(value: float, name: str, at_least: int) -> None:
-    """Raise `InvalidParameterError` unless `value` is a whole number ≥ `at_least`."""
-    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    if not (whole and value >= at_least):
-        raise InvalidParameterError(
-            f"must be a whole number of at least {at_least}, got {value!r}", parameter=name
-        )
+def check_count(value: float, name: str, at_least: int, at_most: int | None = None) -> None:
+    """Raise `InvalidParameterError` unless it is a whole number ≥ `at_least` and ≤ `at_most`."""
+    is_whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if is_whole and value >= at_least and (at_most is None or value <= at_most):
+        return
+    limit = "" if at_most is None else f" and at most {at_most:,}"
+    raise InvalidParameterError(
+        f"must be a whole number of at least {at_least}{limit}, got {value!r}", parameter=name
+    )
 
 
 def check_kind(value: object, name: str, *kinds: type) -> None:
@@ -291,3 +293,21 @@ def check_kind(value: object, name: str, *kinds: type) -> None:
         raise InvalidParameterError(
             f"must be of the class {classes}, got {value!r:.80}", parameter=name
         )
+
+
+def check_choice(value: object, name: str, *choices: str | None) -> None:
+    """Raise `InvalidParameterError` unless `value` is one of the words, or of these and None."""
+    is_word_or_none = value is None or isinstance(value, str)
+    if not (is_word_or_none and value in choices):
+        *others, final = (f'"{word}"' if word else "None" for word in choices)
+        raise InvalidParameterError(
+            f"must be {', '.join(others)} or {final}, got {value!r:.80}", parameter=name
+        )
+
+
+def as_generator(rng: np.random.Generator | int) -> np.random.Generator:
+    """Check a random generator, or make one from its seed, a whole number that is not negative."""
+    if not isinstance(rng, np.random.Generator):
+        check_kind(rng, "rng", np.random.Generator, int, np.integer)
+        check_count(rng, "rng", at_least=0)
+    return np.random.default_rng(rng)
