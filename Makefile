@@ -9,7 +9,9 @@ PIP = $(BIN)/python -B -m pip install --quiet --disable-pip-version-check --no-c
 GET_UV = $(PIP) uv==0.13.9  # six times as fast as pip, which knows more mirrors
 UV = $(BIN)/uv pip install --quiet --python $(BIN)/python --constraint requirements.txt
 EXTRAS := book,grading,report,ros
-NOTEBOOKS ?= $(wildcard notebooks/*.ipynb)
+NOTEBOOKS := $(wildcard notebooks/*.ipynb)
+# Newer than the notebooks and the code with which they ran.
+RAN := _build/ran
 BENCH := .venv-bench
 WARM = $(BIN)/python -m labkit.support.warm  # compiles the stages where they are new
 
@@ -22,18 +24,21 @@ help: ## list these commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 book: $(READY) ## run every notebook and build the book
+	@mkdir -p _build && touch _build/began
 	$(BIN)/jupyter-book build . --all -W -n --keep-going
+	@mv _build/began $(RAN)
 	@echo "Open $(CURDIR)/_build/html/index.html in a browser."
 
 student: $(READY) ## write what students get: the lab and its book without solutions
 	$(BIN)/python book/_ext/students_edition.py
 
-test: $(TESTS) ## check style and types, then test code, notebooks and widgets
+test: $(TESTS) ## check style and types, then test code, widgets and what is new in notebooks
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	@$(WARM)
-	$(BIN)/pytest tests labkit $(NOTEBOOKS) -m "not others and not pages" --nbval-lax --nbval-current-env \
+	@$(MAKE) --no-print-directory $(RAN)
+	$(BIN)/pytest tests labkit -m "not others and not pages" \
 	    --numprocesses 3 --dist loadfile --no-loadscope-reorder
 
 pages: $(TESTS) ## open each page of the book, which `make book` built, in a browser
@@ -98,6 +103,11 @@ $(READY): requirements.txt pyproject.toml
 	$(BIN)/python -c 'import matplotlib.font_manager'  # finds the fonts, once
 	$(WARM)
 	@touch $@
+
+$(RAN): $(NOTEBOOKS) $(shell find labkit -name '*.py')
+	@mkdir -p _build && touch _build/began
+	$(BIN)/python book/_ext/execution.py $(if $(filter %.py,$?),,$?)
+	@mv _build/began $@
 
 $(TESTS): $(READY)
 	$(UV) --group test || $(PIP) --require-hashes --requirement requirements.txt

@@ -20,11 +20,11 @@ settings.load_profile(os.environ.get("LABKIT_EXAMPLES", "lab"))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Files with slow tests come first, then notebooks, lest one worker wait for the other."""
+    """Files with slow tests come first, lest one worker wait for the other."""
     if "PYTEST_XDIST_WORKER" not in os.environ:
         return
     slow = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: (item.path not in slow, item.path.suffix != ".ipynb"))
+    items.sort(key=lambda item: item.path not in slow)
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

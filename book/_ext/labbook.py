@@ -12,6 +12,7 @@ import for_lab
 import killian_map
 from docutils import nodes
 from excerpts import write_excerpts
+from execution import start_notebooks
 from figures import make_figures
 from folds import tidy_cells
 from formulas import draw_formulas
@@ -65,6 +66,7 @@ def describe(
 
 STEPS = {
     "config-inited": (compile_stages, killian_map.provide, settle_buttons),
+    "env-before-read-docs": (start_notebooks,),
     "source-read": (for_lab.restore,),
     "autodoc-process-signature": (api.hide_signature,),
     "doctree-read": (mark_all, make_figures, tidy_cells),

@@ -1,7 +1,7 @@
 """Every notebook's form: short cells, one import cell, figures with words.
 
 The notebooks are found by their folder, so one that is written tomorrow is held to the same
-rules. That they run is nbval's part.
+rules. `make book` and `make test` run them.
 """
 
 from __future__ import annotations
