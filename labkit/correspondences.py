@@ -1,14 +1,15 @@
 """Correspondences: pairs of source and target points, and which of them to believe (section 4).
 
-Each stage of the lesson's flow chart is one function. Their result is `Correspondences`:
+Each box of the lesson's flow chart is one function. Their result is `Correspondences`:
 
 =============  =================================================================
 D  associate   the nearest target point of each source point
-E  reject      `distance_gate` (A) and `overlap` (B)
-E  weigh       `huber_weights` (C)
+E  reject      `gate_mask` (A) and `overlap_mask` (B)
+E  weigh       `weights_of` (C)
 =============  =================================================================
 
-Residuals, gate and delta are distances in metres, never squares.
+Residuals, gate and delta are distances in metres, never squares. `distance_gate`, `overlap`,
+`huber_weights` and `huber_loss` check what a caller hands over, and call the same functions.
 
 References
 ----------
@@ -20,15 +21,21 @@ References
 from __future__ import annotations
 
 import math
-from functools import partial
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.neighbors import SAFELY, Grid, Known, nearest, nothing_known, select
+from labkit.neighbors import (
+    ROUNDING_MARGIN,
+    Grid,
+    Search,
+    kth_smallest,
+    nearest,
+    start_search,
+)
 from labkit.parameters import IcpParameters
-from labkit.schedule import Stage, stage_of, widened
+from labkit.schedule import Stage, adapt_delta, stage_of
 from labkit.support.arrays import (
     BoolArray,
     FloatArray,
@@ -43,14 +50,13 @@ from labkit.support.compiled import compiled
 from labkit.support.errors import InvalidPointsError
 from labkit.target import Target
 
-Metres = TypeVar("Metres", float, FloatArray)  # one length, or an array of them
 MIN_PAIRS = 3  # the fewest pairs a step is computed from, as in the lesson
 
 
 class Correspondences(NamedTuple):
     """The pairs of one association, and what each stage decided about them.
 
-    Entry i is source point i; from afar, that of ``source[::stride]`` (see `labkit.schedule`).
+    Entry i is point i of ``source[::stride]``; only coarse iterations have a stride above 1.
     """
 
     source: FloatArray  #: The source points in the target's frame [m], shape (N, 2).
@@ -95,19 +101,19 @@ class Correspondences(NamedTuple):
 
 @compiled
 def associate(
-    source: FloatArray, target: Grid, T: FloatArray, reach: float, known: Known
+    source: FloatArray, target: Search, T: FloatArray, max_distance: float
 ) -> tuple[FloatArray, IntArray, FloatArray]:
     """(D) Move source points (N, 2) by T and find the nearest target point of each.
 
     Returns the moved points, and row and distance [m] of their partners; −1 and inf where none
-    lies within `reach` [m].
+    lies within `max_distance` [m].
     """
     moved = np.empty(source.shape)
     for i in range(len(source)):
         x, y = source[i, 0], source[i, 1]
         moved[i, 0] = T[0, 0] * x + T[0, 1] * y + T[0, 2]
         moved[i, 1] = T[1, 0] * x + T[1, 1] * y + T[1, 2]
-    index, distances = nearest(moved, target, SAFELY * reach, known)
+    index, distances = nearest(moved, target, ROUNDING_MARGIN * max_distance)
     return moved, index, distances
 
 
@@ -116,87 +122,69 @@ def reject_and_weigh(
     source: FloatArray,
     index: IntArray,
     distances: FloatArray,
-    target: Grid,
+    target: FloatArray,
     normals: FloatArray,
     stage: Stage,
 ) -> Correspondences:
     """(E) Weigh the pairs: 0 beyond the gate or the overlap, else Huber's weight."""
-    partners, residuals = np.empty(source.shape), distances.copy()
-    on_surface = np.empty((len(source) if len(normals) > 0 else 0, 2))
+    partners = np.empty(source.shape)
     for i in range(len(source)):
-        partners[i, 0], partners[i, 1] = target.points[index[i], 0], target.points[index[i], 1]
-    for i in range(len(on_surface)):
+        partners[i, 0] = target[index[i], 0]
+        partners[i, 1] = target[index[i], 1]
+
+    residuals = distances.copy()
+    partner_normals = np.empty((len(source) if len(normals) > 0 else 0, 2))
+    for i in range(len(partner_normals)):
         nx, ny = normals[index[i], 0], normals[index[i], 1]
         dx, dy = source[i, 0] - partners[i, 0], source[i, 1] - partners[i, 1]
-        on_surface[i, 0], on_surface[i, 1] = nx, ny
+        partner_normals[i, 0] = nx
+        partner_normals[i, 1] = ny
         residuals[i] = abs(nx * dx + ny * dy)  # |n·(p − q)|
-    within_gate = distance_gate(distances, stage.max_correspondence_distance)  # (A)
-    within_overlap = overlap(distances, stage.overlap_ratio)  # (B)
+
+    within_gate = gate_mask(distances, stage.max_correspondence_distance)  # (A)
+    within_overlap = overlap_mask(distances, stage.overlap_ratio)  # (B)
     kept = within_gate & within_overlap & np.isfinite(residuals)
-    delta, share = widened(residuals, kept, stage)
-    weights = kept * huber_weights(residuals, delta)  # (C)
-    found = (source, partners, on_surface, index, distances, residuals, within_overlap, weights)
-    gate = stage.max_correspondence_distance
-    return Correspondences(*found, kept.sum(), gate, delta, share, stage.stride)
+    huber_delta, point_share = adapt_delta(residuals, kept, stage)
+    weights = kept * weights_of(residuals, huber_delta)  # (C)
+    return Correspondences(
+        source,
+        partners,
+        partner_normals,
+        index,
+        distances,
+        residuals,
+        within_overlap,
+        weights,
+        kept.sum(),
+        stage.max_correspondence_distance,
+        huber_delta,
+        point_share,
+        stage.stride,
+    )
 
 
 @compiled
-def cost(pairs: Correspondences) -> float:
-    """The truncated Huber cost J [m²] of the ⌊ρN⌋ closest pairs, over N (4.1).
-
-    A pair outside the gate counts as if it lay at the gate; one without a normal, by its
-    distance.
-    """
-    count, total = len(pairs.distances), 0.0
-    for i in range(count):
-        if pairs.within_overlap[i]:
-            r = min(pairs.distances[i], pairs.max_correspondence_distance)
-            if r == pairs.distances[i] and math.isfinite(pairs.residuals[i]):
-                r = pairs.residuals[i]
-            total += huber_loss(r, pairs.huber_delta)
-    return total / count
-
-
-def _gated(distances: ArrayLike, max_correspondence_distance: float) -> tuple[Any, ...]:
-    check_range(max_correspondence_distance, "max_correspondence_distance", above=0.0, unit="m")
-    return _as_distances(distances, "distances"), float(max_correspondence_distance)
-
-
-def _trimmed(distances: ArrayLike, overlap_ratio: float) -> tuple[Any, ...]:
-    check_range(overlap_ratio, "overlap_ratio", above=0.0, at_most=1.0)
-    return _as_distances(distances, "distances").ravel(), float(overlap_ratio)
-
-
-def _weighed(residuals: ArrayLike, huber_delta: float) -> tuple[Any, ...]:
-    check_range(huber_delta, "huber_delta", above=0.0, unit="m")
-    return _as_distances(residuals, "residuals"), float(huber_delta)
-
-
-@partial(compiled, check=_gated)
-def distance_gate(distances: FloatArray, max_correspondence_distance: float) -> BoolArray:
+def gate_mask(distances: FloatArray, max_correspondence_distance: float) -> BoolArray:
     """(A) Mask of the pairs within the gate: ``d <= max_correspondence_distance`` [m]."""
     return distances <= max_correspondence_distance
 
 
-@partial(compiled, check=_trimmed)
-def overlap(distances: FloatArray, overlap_ratio: float) -> BoolArray:
-    """(B) Mask of the ⌊ρN⌋ closest pairs, at least 3; of equally close ones the first.
-
-    The distances [m], shape (N,), are those of *all* N source points, gated or not. So the order
-    of gate and overlap does not matter, and ρ in (0, 1] stays a share of the source.
-    """
+@compiled
+def overlap_mask(distances: FloatArray, overlap_ratio: float) -> BoolArray:
+    """(B) Mask of the ⌊ρN⌋ closest pairs, at least 3; of equally close ones the first."""
     count = overlap_count(len(distances), overlap_ratio)
     kept = np.ones(len(distances), np.bool_)
     if count == len(distances):
         return kept
-    largest, left = select(distances, count - 1), count
+    largest = kth_smallest(distances, count - 1)
+    ties = count  # pairs at the largest kept distance that are still to be kept
     for i in range(len(distances)):
         kept[i] = distances[i] < largest
-        left -= kept[i]
+        ties -= kept[i]
     for i in range(len(distances)):
-        if left > 0 and distances[i] == largest:
+        if ties > 0 and distances[i] == largest:
             kept[i] = True
-            left -= 1
+            ties -= 1
     return kept
 
 
@@ -206,21 +194,79 @@ def overlap_count(source_points: int, overlap_ratio: float) -> int:
     return min(source_points, max(MIN_PAIRS, int(overlap_ratio * source_points)))
 
 
-@partial(compiled, check=_weighed)
-def huber_weights(residuals: FloatArray, huber_delta: float) -> FloatArray:
-    """(C) Huber's weights of residuals [m]: 1 up to δ, δ/r beyond; all 1 where δ is inf."""
+@compiled
+def weights_of(residuals: FloatArray, huber_delta: float) -> FloatArray:
+    """(C) Huber's weights of residuals [m], shape (N,): 1 up to δ, δ/r beyond."""
     weights = np.ones_like(residuals)
-    for i, r in np.ndenumerate(residuals):
-        if r > huber_delta:
-            weights[i] = huber_delta / r
+    for i in range(len(residuals)):
+        if residuals[i] > huber_delta:
+            weights[i] = huber_delta / residuals[i]
     return weights
 
 
-@partial(compiled, check=_weighed)
-def huber_loss(residuals: Metres, huber_delta: float) -> Metres:
+@compiled
+def cost(pairs: Correspondences) -> float:
+    """The truncated Huber cost J [m²] of the ⌊ρN⌋ closest pairs, over N (4.1).
+
+    A pair outside the gate counts as if it lay at the gate; one without a normal, by its
+    distance.
+    """
+    gate = pairs.max_correspondence_distance
+    total = 0.0
+    for i in range(len(pairs.distances)):
+        if pairs.within_overlap[i]:
+            r = min(pairs.distances[i], gate)
+            if pairs.distances[i] <= gate and math.isfinite(pairs.residuals[i]):
+                r = pairs.residuals[i]
+            total += loss_of(r, pairs.huber_delta)
+    return total / len(pairs.distances)
+
+
+@compiled
+def loss_of(residual: float, huber_delta: float) -> float:
+    """Huber's loss [m²] of a residual [m]: r² up to δ, 2δr − δ² beyond."""
+    capped = min(residual, huber_delta)
+    return capped * (2.0 * residual - capped)
+
+
+def distance_gate(distances: ArrayLike, max_correspondence_distance: float) -> BoolArray:
+    """(A) Mask of the pairs within the gate: ``d <= max_correspondence_distance`` [m]."""
+    check_range(max_correspondence_distance, "max_correspondence_distance", above=0.0, unit="m")
+    d = _as_distances(distances, "distances")
+    return gate_mask(d.ravel(), float(max_correspondence_distance)).reshape(d.shape)
+
+
+def overlap(distances: ArrayLike, overlap_ratio: float) -> BoolArray:
+    """(B) Mask of the ⌊ρN⌋ closest pairs, at least 3; of equally close ones the first.
+
+    The distances [m], shape (N,), are those of *all* N source points, gated or not. So the order
+    of gate and overlap does not matter, and ρ in (0, 1] stays a share of the source.
+    """
+    check_range(overlap_ratio, "overlap_ratio", above=0.0, at_most=1.0)
+    return overlap_mask(_as_distances(distances, "distances").ravel(), float(overlap_ratio))
+
+
+def huber_weights(residuals: ArrayLike, huber_delta: float) -> FloatArray:
+    """(C) Huber's weights of residuals [m]: 1 up to δ, δ/r beyond; all 1 where δ is inf."""
+    check_range(huber_delta, "huber_delta", above=0.0, unit="m")
+    r = _as_distances(residuals, "residuals")
+    return weights_of(r.ravel(), float(huber_delta)).reshape(r.shape)
+
+
+def huber_loss(residuals: ArrayLike, huber_delta: float) -> FloatArray:
     """Huber's loss [m²] whose weights those are: r² up to δ, 2δr − δ² beyond."""
-    capped: Metres = np.minimum(residuals, huber_delta)
-    return capped * (2.0 * residuals - capped)
+    check_range(huber_delta, "huber_delta", above=0.0, unit="m")
+    r = _as_distances(residuals, "residuals")
+    return losses_of(r.ravel(), float(huber_delta)).reshape(r.shape)
+
+
+@compiled
+def losses_of(residuals: FloatArray, huber_delta: float) -> FloatArray:
+    """Huber's loss [m²] of each residual [m], shape (N,)."""
+    losses = np.empty_like(residuals)
+    for i in range(len(residuals)):
+        losses[i] = loss_of(residuals[i], huber_delta)
+    return losses
 
 
 def _as_distances(values: ArrayLike, name: str) -> FloatArray:
@@ -242,18 +288,18 @@ def pairs_at(
     T_target_source: ArrayLike,
     parameters: IcpParameters,
     *,
-    far: bool = False,
+    coarse: bool = False,
 ) -> Correspondences:
-    """Boxes D and E together, at a pose that is `far` from the answer or near it.
+    """Boxes D and E together, at a pose of a fine or a `coarse` iteration.
 
     All partners are looked for, however far; the arrays are read-only.
     """
     points = read_only(as_points(source, "source"))
-    T, normals = as_transform(T_target_source, "T_target_source"), target.normals_for(parameters)
-    grid, numbers = target.search.grid, parameters.for_loop
-    pairs = Correspondences(*_pairs_at(points, grid, normals, T, numbers, far))
-    for each in pairs[:8]:
-        read_only(each)
+    T = as_transform(T_target_source, "T_target_source")
+    normals = target.normals_for(parameters)
+    pairs = Correspondences(*_pairs_at(points, target.search.grid, normals, T, parameters, coarse))
+    for array in pairs[:8]:
+        read_only(array)
     return pairs
 
 
@@ -264,10 +310,10 @@ def _pairs_at(
     normals: FloatArray,
     T: FloatArray,
     parameters: IcpParameters,
-    far: bool,
+    coarse: bool,
 ) -> tuple[Any, ...]:
-    stage = stage_of(parameters, len(source), far, True)
-    known = nothing_known(len(source))
-    moved, index, distances = associate(source[:: stage.stride], target, T, math.inf, known)
-    pairs = reject_and_weigh(moved, index, distances, target, normals, stage)
+    stage = stage_of(parameters, len(source), coarse, 0)
+    search = start_search(target, len(source))
+    found = associate(source[:: stage.stride], search, T, math.inf)
+    pairs = reject_and_weigh(*found, target.points, normals, stage)
     return pairs[:]  # as a plain tuple, for Python

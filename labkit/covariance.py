@@ -37,7 +37,7 @@ from numpy.typing import ArrayLike
 from labkit.correspondences import associate, reject_and_weigh
 from labkit.degeneracy import observability
 from labkit.line_alignment import MIN_INFORMATION, solve_constrained
-from labkit.neighbors import Grid, nothing_known
+from labkit.neighbors import Grid, start_search
 from labkit.normals import estimate_normals
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult
@@ -49,7 +49,7 @@ from labkit.support.errors import DegenerateAlignmentError
 
 ALONG_AN_AXIS = 0.02  # share of a free direction below which an axis is not part of it
 SLIDE, SLIDE_STEPS = 0.5, 6  # [m or rad] to either side along a free motion; steps back from there
-LEAST = 1e-12  # of information: less is rounding
+LEAST_INFORMATION = 1e-12  # less information is rounding
 
 
 def censi_covariance(result: IcpResult, range_std: float) -> FloatArray:
@@ -171,7 +171,7 @@ def _along_surfaces(result: IcpResult, seen: FloatArray, v: FloatArray) -> Float
     normals = target.normals_for(parameters), target.normals
     x, onto = to_xytheta(result.T_target_source), seen @ np.linalg.pinv(seen)
     ends = [
-        led_back(x + slide * v, onto, points, target.search.grid, *normals, parameters.for_loop)
+        led_back(x + slide * v, onto, points, target.search.grid, *normals, parameters)
         for slide in (SLIDE, -SLIDE)
     ]
     return (ends[0] - ends[1]) / (2.0 * SLIDE)
@@ -191,13 +191,14 @@ def led_back(
 
     `lines` are the normals that the metric uses.
     """
-    x, stage = x.copy(), stage_of(parameters, len(source), False, True)
+    x = x.copy()
+    stage = stage_of(parameters, len(source), False, 0)
     for _ in range(SLIDE_STEPS):
         c, s = math.cos(x[2]), math.sin(x[2])
         T = np.array([[c, -s, x[0]], [s, c, x[1]], [0.0, 0.0, 1.0]])
-        known = nothing_known(len(source))
-        p, index, distances = associate(source[:: stage.stride], target, T, math.inf, known)
-        pairs = reject_and_weigh(p, index, distances, target, lines, stage)
+        search = start_search(target, len(source))
+        p, index, distances = associate(source, search, T, math.inf)
+        pairs = reject_and_weigh(p, index, distances, target.points, lines, stage)
         A, g, J = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
         for i in range(len(p)):
             w, nx, ny = pairs.weights[i], normals[index[i], 0], normals[index[i], 1]
@@ -210,7 +211,7 @@ def led_back(
                 for row in range(3):
                     for column in range(3):
                         A[row, column] += w * J[row] * J[column]
-        x += solve_constrained(A, g, LEAST * (A[0, 0] + A[1, 1] + A[2, 2]) + LEAST)
+        x += solve_constrained(A, g, LEAST_INFORMATION * (1.0 + A[0, 0] + A[1, 1] + A[2, 2]))
     return x
 
 

@@ -9,13 +9,13 @@ from numpy.typing import ArrayLike
 
 from labkit.alignment import centroid, closed_form, turn_about
 from labkit.correspondences import MIN_PAIRS, Correspondences, associate, cost, reject_and_weigh
-from labkit.line_alignment import align_to_lines
-from labkit.neighbors import Grid, nothing_known
+from labkit.line_alignment import line_step
+from labkit.neighbors import Grid, start_search
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination, step_length
 from labkit.scan import Scan, as_scan
 from labkit.schedule import Stage, schedule, stage_of
-from labkit.support.arrays import FloatArray, as_transform, check_kind, read_only
+from labkit.support.arrays import FloatArray, as_transform, check_kind, check_range, read_only
 from labkit.support.compiled import compiled
 from labkit.target import Target, as_target
 
@@ -62,7 +62,7 @@ def icp(
     with Huber's loss h_δ. No stage can raise it under the point-to-point metric: a step
     lowers the loss of the kept pairs, a new association lowers every distance, and a pair
     outside the gate counts as if it lay at the gate. With ``approach=True``, δ, d_max and N
-    change between iterations, so costs far from the answer and near it do not compare.
+    change between iterations, so the costs of coarse and fine iterations do not compare.
 
     Examples
     --------
@@ -77,11 +77,13 @@ def icp(
     check_kind(parameters, "parameters", IcpParameters)
     source, target = as_scan(source, "source", minimum=1), as_target(target)
     T = np.eye(3) if T_init is None else as_transform(T_init, "T_init")
-    numbers, normals = parameters.for_loop, target.normals_for(parameters)
-    poses, far, termination = run(source.points, target.search.grid, normals, T, numbers)
+    normals = target.normals_for(parameters)
+    poses, coarse_poses, termination = run(
+        source.points, target.search.grid, normals, T, parameters
+    )
     return IcpResult(
         poses=read_only(poses),
-        far=far,
+        coarse_poses=coarse_poses,
         termination=termination,
         source=source,
         target=target,
@@ -97,38 +99,50 @@ def run(
     T_init: FloatArray,
     parameters: IcpParameters,
 ) -> tuple[FloatArray, int, Termination]:
-    """The loop: its poses, how many count as far, its ending. Letters: the flow chart's boxes."""
-    poses, costs, known, far = [T_init], [math.inf], nothing_known(len(source)), 0
-    stage = stage_of(parameters, len(source), parameters.approach, False)
+    """The loop: its poses, how many of them are coarse, its ending. Letters: the boxes."""
+    search = start_search(target, len(source))
+    stage = stage_of(parameters, len(source), parameters.approach, 0)
+    poses = [T_init]
+    costs = [math.inf]
     while True:
-        gate, some = stage.max_correspondence_distance, source[:: stage.stride]
-        found = associate(some, target, poses[-1], gate, known)  # D
-        pairs = reject_and_weigh(*found, target, normals, stage)  # E
+        gate = stage.max_correspondence_distance
+        nearest = associate(source[:: stage.stride], search, poses[-1], gate)  # D
+        pairs = reject_and_weigh(*nearest, target.points, normals, stage)  # E
         costs.append(cost(pairs))
         termination = check(poses, costs, pairs, stage, parameters)  # H
         if termination is None:
-            dT, termination = minimise(pairs, parameters.step_fraction)  # F
+            dT, termination = compute_step(pairs, parameters.step_fraction)  # F
         if termination is not None:
-            return as_array(poses), far + stage.far, termination  # I
+            return as_array(poses), stage.coarse_poses, termination  # I
         poses.append(dT @ poses[-1])  # G: the update composes on the left
-        far += stage.far
         stage = schedule(stage, poses, source, parameters)
 
 
 @compiled
-def minimise(
-    pairs: Correspondences, step_fraction: float = 1.0
+def compute_step(
+    pairs: Correspondences, step_fraction: float
 ) -> tuple[FloatArray, Termination | None]:
     """(F) The step dT, (3, 3), that best moves the kept pairs together; an ending if none does."""
     if len(pairs.normals) > 0:
-        dT = align_to_lines(
-            pairs.source, pairs.target, pairs.normals, pairs.weights, pairs.point_share
-        )
+        dT = line_step(pairs.source, pairs.target, pairs.normals, pairs.weights, pairs.point_share)
     else:
         dT = closed_form(pairs.source, pairs.target, pairs.weights)
     if step_fraction < 1.0:
         dT = shorten(dT, pairs, step_fraction)
     return dT, Termination.DEGENERATE if math.isnan(dT[0, 0]) else None
+
+
+def minimise(
+    pairs: Correspondences, step_fraction: float = 1.0
+) -> tuple[FloatArray, Termination | None]:
+    """(F) The step dT, (3, 3), that best moves the kept pairs together; an ending if none does.
+
+    `pairs` are those of an iteration or of `labkit.correspondences.pairs_at`; a `step_fraction`
+    below 1 shortens the step.
+    """
+    check_kind(pairs, "pairs", Correspondences)
+    check_range(step_fraction, "step_fraction", above=0.0, at_most=1.0)
+    return compute_step(pairs, float(step_fraction))
 
 
 @compiled
@@ -150,16 +164,18 @@ def check(
     parameters: IcpParameters,
 ) -> Termination | None:
     """(H) Why to stop, by the last step, the pairs, the cost and the budget; None to go on."""
-    if stage.may_converge:  # both parts: a scan that turns about its own center has Δt ≈ 0
+    fine_step = len(poses) > stage.coarse_poses + 1  # the last step began in a fine iteration
+    if fine_step:
         moved, turned = step_length(poses[-2], poses[-1])
+        # A scan that turns about its own centre has Δt ≈ 0, so both parts must be small.
         if moved < parameters.translation_tolerance and turned < parameters.rotation_tolerance:
             return Termination.CONVERGED_POSE
     if pairs.inlier_count < MIN_PAIRS:
         matched = pairs.within_overlap & (pairs.distances <= pairs.max_correspondence_distance)
-        if matched.sum() >= MIN_PAIRS:  # on no surface
+        if matched.sum() >= MIN_PAIRS:  # but they lie on no surface
             return Termination.DEGENERATE
         return Termination.TOO_FEW_CORRESPONDENCES
-    if stage.may_converge and abs(costs[-1] - costs[-2]) < parameters.cost_tolerance:
+    if fine_step and abs(costs[-1] - costs[-2]) < parameters.cost_tolerance:
         return Termination.CONVERGED_COST
     if len(poses) > parameters.max_iterations:
         return Termination.BUDGET_SPENT

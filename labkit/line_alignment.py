@@ -26,8 +26,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -90,34 +88,35 @@ def line_information(
     return Information(center=np.array(center), length=length, values=values, vectors=vectors)
 
 
-def _lined(
-    source: ArrayLike, target: ArrayLike, normals: ArrayLike, weights: ArrayLike, share: float = 0.0
-) -> tuple[Any, ...]:
-    p, q, w = as_pairs(source, target, weights)
-    _center_and_length(p, w)
-    check_range(share, "share", at_least=0.0, at_most=1.0)
-    return p, q, _as_normals(normals, "normals", len(p)), w, float(share)
-
-
 def _as_normals(normals: ArrayLike, name: str, count: int) -> FloatArray:
     return as_finite(as_floats(normals, name, "give a unit vector per point", (count, 2)), name)
 
 
-@partial(compiled, check=_lined)
 def align_to_lines(
-    source: FloatArray,
-    target: FloatArray,
-    normals: FloatArray,
-    weights: FloatArray,
+    source: ArrayLike,
+    target: ArrayLike,
+    normals: ArrayLike,
+    weights: ArrayLike,
     share: float = 0.0,
 ) -> FloatArray:
     """One Gauss-Newton step (3, 3) of the point-to-line metric: none in free directions.
 
     Matched points [m] and unit normals of the target's surface, shape (N, 2), of weights ≥ 0,
-    and the share τ. Raises `DegenerateAlignmentError` where no pair has weight, or all of them
-    coincide; in the loop the step is NaN there.
+    and the share τ of the point-to-point metric. Raises `DegenerateAlignmentError` where no pair
+    has weight, or all of them coincide.
     """
-    p, q, n, w = source, target, normals, weights
+    p, q, w = as_pairs(source, target, weights)
+    n = _as_normals(normals, "normals", len(p))
+    check_range(share, "share", at_least=0.0, at_most=1.0)
+    _center_and_length(p, w)
+    return line_step(p, q, n, w, float(share))
+
+
+@compiled
+def line_step(
+    p: FloatArray, q: FloatArray, n: FloatArray, w: FloatArray, share: float
+) -> FloatArray:
+    """The step (3, 3) for pairs p, q (N, 2) [m], normals n and weights w; NaN if all coincide."""
     c, length = center_and_length(p, w)
     if not length > 0.0:
         return turn_about(c, math.nan, math.nan, math.nan)

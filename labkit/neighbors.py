@@ -16,10 +16,11 @@ from numpy.typing import ArrayLike
 from labkit.support.arrays import FloatArray, IntArray, as_points, read_only
 from labkit.support.compiled import compiled
 
-CELLS = 8  # cells for each point: walls fill few of them
-SAMPLE = 32  # points by which the grid's borders are chosen
-SAFELY = 1.0 + 1e-9  # a margin for rounding
-ROUNDING = 1e-6  # of a cell's side: a point may lie this far beyond its cell
+CELLS_PER_POINT = 8  # walls fill few of the cells
+SAMPLE_SIZE = 32  # points by which the grid's borders are chosen
+ROUNDING_MARGIN = 1.0 + 1e-9  # factor on a distance, so that rounding loses no point
+CELL_TOLERANCE = 1e-6  # of a cell's side: rounding may place a point this far beyond its cell
+MIN_SIDE = 1e-150  # [m]: narrower cells mean that all points coincide
 
 
 def nearest_by_brute_force(points: FloatArray, target: FloatArray) -> IntArray:
@@ -45,9 +46,7 @@ class NearestNeighbors:
 
     def query(self, points: ArrayLike) -> tuple[IntArray, FloatArray]:
         """Row and distance [m] of the target point nearest to each of the points (N, 2) [m]."""
-        checked = as_points(points, "points")
-        rows, places = np.zeros((len(checked), 2), np.intp), np.zeros((len(checked), 2))
-        return nearest(checked, self.grid, math.inf, Known(rows, places, np.zeros(len(checked))))
+        return nearest_in_grid(as_points(points, "points"), self.grid)
 
 
 class Grid(NamedTuple):
@@ -73,36 +72,49 @@ def sort_into_cells(
     left, right = trimmed_range(points[:, 0])
     low, high = trimmed_range(points[:, 1])
     width, height = right - left, high - low
-    side = max(math.sqrt(width * height / (CELLS * count)), (width + height) / (CELLS * count))
-    per_metre = 1.0 / side if side > 1e-150 else 1.0  # all points coincide
-    columns, lines = int(width * per_metre) + 1, int(height * per_metre) + 1
-    cell, start = np.empty(count, np.intp), np.zeros(columns * lines + 1, np.intp)
+    cells = CELLS_PER_POINT * count
+    side = max(math.sqrt(width * height / cells), (width + height) / cells)
+    per_metre = 1.0 / side if side > MIN_SIDE else 1.0
+    columns = int(width * per_metre) + 1
+    lines = int(height * per_metre) + 1
+
+    cell = np.empty(count, np.intp)
+    start = np.zeros(columns * lines + 1, np.intp)
     for i in range(count):
+        column = cell_index((points[i, 0] - left) * per_metre, columns)
         line = cell_index((points[i, 1] - low) * per_metre, lines)
-        cell[i] = line * columns + cell_index((points[i, 0] - left) * per_metre, columns)
+        cell[i] = line * columns + column
         start[cell[i] + 1] += 1
     for k in range(columns * lines):
         start[k + 1] += start[k]
-    entries, rows, filled = np.empty((count, 2)), np.empty(count, np.intp), start.copy()
+
+    entries = np.empty((count, 2))
+    rows = np.empty(count, np.intp)
+    next_entry = start.copy()
     for i in range(count):
-        k = filled[cell[i]]
-        filled[cell[i]] += 1
-        entries[k, 0], entries[k, 1], rows[k] = points[i, 0], points[i, 1], i
+        k = next_entry[cell[i]]
+        next_entry[cell[i]] += 1
+        entries[k, 0] = points[i, 0]
+        entries[k, 1] = points[i, 1]
+        rows[k] = i
     return entries, rows, start, left, low, per_metre, columns, lines
 
 
 @compiled
 def trimmed_range(values: FloatArray) -> tuple[float, float]:
     """A range without outliers, from a sample."""
-    sample = values[:: max(1, len(values) // SAMPLE)].copy()
+    sample = values[:: max(1, len(values) // SAMPLE_SIZE)].copy()
     tenth = len(sample) // 10
-    low, high = select(sample, tenth), select(sample, len(sample) - 1 - tenth)
-    least, most = values[0], values[0]
+    low = kth_smallest(sample, tenth)
+    high = kth_smallest(sample, len(sample) - 1 - tenth)
+    smallest = values[0]
+    largest = values[0]
     for value in values:
-        least, most = min(least, value), max(most, value)
+        smallest = min(smallest, value)
+        largest = max(largest, value)
     if low == high:
-        return least, most
-    return max(least, 1.5 * low - 0.5 * high), min(most, 1.5 * high - 0.5 * low)
+        return smallest, largest
+    return max(smallest, 1.5 * low - 0.5 * high), min(largest, 1.5 * high - 0.5 * low)
 
 
 @compiled
@@ -115,12 +127,14 @@ def cell_index(offset: float, count: int) -> int:
 def cells_around(x: float, y: float, radius: float, grid: Grid) -> tuple[int, int, int, int, float]:
     """First and last column, first and last line of the cells that a circle [m] touches.
 
-    And the radius [m] of the circle that they hold.
+    The fifth number is the radius [m] of the largest circle about (x, y) that these cells hold.
     """
-    u, v = (x - grid.x) * grid.per_metre, (y - grid.y) * grid.per_metre
-    r, inside = radius * grid.per_metre + ROUNDING, math.inf
+    u = (x - grid.x) * grid.per_metre
+    v = (y - grid.y) * grid.per_metre
+    r = radius * grid.per_metre + CELL_TOLERANCE
     left, right = cell_index(u - r, grid.columns), cell_index(u + r, grid.columns)
     low, high = cell_index(v - r, grid.lines), cell_index(v + r, grid.lines)
+    inside = math.inf
     if left > 0:
         inside = min(inside, u - left)
     if right < grid.columns - 1:
@@ -129,53 +143,69 @@ def cells_around(x: float, y: float, radius: float, grid: Grid) -> tuple[int, in
         inside = min(inside, v - low)
     if high < grid.lines - 1:
         inside = min(inside, high + 1.0 - v)
-    return left, right, low, high, (inside - ROUNDING) / grid.per_metre
+    return left, right, low, high, (inside - CELL_TOLERANCE) / grid.per_metre
 
 
-class Known(NamedTuple):
-    """Memory of a search for the next one, row by row."""
+class Search(NamedTuple):
+    """A search in a grid. It remembers two candidates of each source point for the next search."""
 
-    rows: IntArray  # (N, 2), two target points
-    places: FloatArray  # (N, 2), from where they are the nearest ones [m]
-    clear: FloatArray  # (N,), the distance from there within which lies no other [m]
-
-
-@compiled
-def nothing_known(count: int) -> Known:
-    """The start of a search for so many points."""
-    return Known(np.zeros((count, 2), np.intp), np.zeros((count, 2)), np.zeros(count))
+    grid: Grid
+    candidates: IntArray  # (N, 2), rows of the two target points nearest at the last search
+    places: FloatArray  # (N, 2), where the source point lay at that search [m]
+    clearance: FloatArray  # (N,), distance from that place within which lies no third point [m]
 
 
 @compiled
-def nearest(
-    points: FloatArray, grid: Grid, reach: float, known: Known
-) -> tuple[IntArray, FloatArray]:
+def start_search(grid: Grid, count: int) -> Search:
+    """A search for `count` source points that remembers nothing yet."""
+    return Search(grid, np.zeros((count, 2), np.intp), np.zeros((count, 2)), np.zeros(count))
+
+
+@compiled
+def nearest(points: FloatArray, search: Search, reach: float) -> tuple[IntArray, FloatArray]:
     """Row and distance [m] of the nearest target point within `reach` [m]; −1 and inf for none.
 
-    Where a point has moved so little that no third target point can be the nearest, one of the
-    two known ones is [1]_. Else the search goes out to the nearest point known so far, in one
-    circle or a few growing ones.
+    A point that has moved so little that no third target point can be the nearest takes the
+    nearer of its two candidates [1]_. Any other point searches the cells around it, out to the
+    nearest target point known so far.
 
     .. [1] Greenspan, Godin, "A nearest neighbor method for efficient ICP", 3DIM 2001.
     """
-    index, distance = np.empty(len(points), np.intp), np.empty(len(points))
-    before = 0  # the partner of the point before
+    grid = search.grid
+    index = np.empty(len(points), np.intp)
+    distance = np.empty(len(points))
+    previous = 0  # the partner of the point before
     for i in range(len(points)):
         x, y = points[i, 0], points[i, 1]
-        row, other = known.rows[i, 0], known.rows[i, 1]
-        square, square_other = squared(x, y, grid.points, row), squared(x, y, grid.points, other)
-        if square_other < square or (square_other == square and other < row):
-            row, other, square = other, row, square_other
-        moved = math.sqrt(squared(x, y, known.places, i))
-        if not (math.sqrt(square) + moved) * SAFELY < known.clear[i]:
-            square = min(square, squared(x, y, grid.points, before))
-            row, other, square, known.clear[i] = search_around(x, y, grid, reach, square)
-            known.rows[i, 0], known.rows[i, 1] = row, other
-            known.places[i, 0], known.places[i, 1] = x, y
-        before = row
-        within = square <= reach * reach
-        index[i], distance[i] = (row, math.sqrt(square)) if within else (-1, math.inf)
+        row, second = search.candidates[i, 0], search.candidates[i, 1]
+        square = squared(x, y, grid.points, row)
+        second_square = squared(x, y, grid.points, second)
+        if second_square < square or (second_square == square and second < row):
+            row = second
+            square = second_square
+        moved = math.sqrt(squared(x, y, search.places, i))
+        if not (math.sqrt(square) + moved) * ROUNDING_MARGIN < search.clearance[i]:
+            start = min(square, squared(x, y, grid.points, previous))
+            row, second, square, clearance = search_around(x, y, grid, reach, start)
+            search.candidates[i, 0] = row
+            search.candidates[i, 1] = second
+            search.places[i, 0] = x
+            search.places[i, 1] = y
+            search.clearance[i] = clearance
+        previous = row
+        if square <= reach * reach:
+            index[i] = row
+            distance[i] = math.sqrt(square)
+        else:
+            index[i] = -1
+            distance[i] = math.inf
     return index, distance
+
+
+@compiled
+def nearest_in_grid(points: FloatArray, grid: Grid) -> tuple[IntArray, FloatArray]:
+    """Row and distance [m] of the target point nearest to each of the points (N, 2)."""
+    return nearest(points, start_search(grid, len(points)), math.inf)
 
 
 @compiled
@@ -187,31 +217,36 @@ def squared(x: float, y: float, points: FloatArray, i: int) -> float:
 
 @compiled
 def search_around(
-    x: float, y: float, grid: Grid, reach: float, square: float
+    x: float, y: float, grid: Grid, reach: float, start: float
 ) -> tuple[int, int, float, float]:
-    """Rows of the two nearest target points, the squared distance [m²] of the first, the clearance.
+    """The two target points nearest to (x, y), and the distance within which lies no third.
 
-    `square` [m²] is that of a target point nearby: the first circle goes there.
+    Returns the rows of both, the squared distance [m²] of the nearest, and that clearance [m].
+    `start` [m²] is the squared distance of a target point nearby: the first circle reaches it.
     """
-    radius = min(SAFELY * math.sqrt(square), reach, 1.0 / grid.per_metre)
+    radius = min(ROUNDING_MARGIN * math.sqrt(start), reach, 1.0 / grid.per_metre)
     while True:
-        a, b, least, second, third = 0, 0, math.inf, math.inf, math.inf
-        left, right, low, high, clear = cells_around(x, y, radius, grid)
+        first_row, second_row = 0, 0
+        first, second, third = math.inf, math.inf, math.inf  # squared distances [m²]
+        left, right, low, high, inside = cells_around(x, y, radius, grid)
         for line in range(low, high + 1):
-            first = grid.start[line * grid.columns + left]
-            for k in range(first, grid.start[line * grid.columns + right + 1]):
+            begin = grid.start[line * grid.columns + left]
+            end = grid.start[line * grid.columns + right + 1]
+            for k in range(begin, end):
                 square = squared(x, y, grid.entries, k)
                 if square <= third:
                     row = grid.rows[k]
-                    if square < least or (square == least and row < a):
-                        a, b, least, second, third = row, a, square, least, second
+                    if square < first or (square == first and row < first_row):
+                        first_row, second_row = row, first_row
+                        first, second, third = square, first, second
                     elif square < second:
-                        b, second, third = row, square, second
+                        second_row = row
+                        second, third = square, second
                     else:
                         third = square
-        if least <= clear * clear or radius >= reach:
-            return a, b, least, min(clear, math.sqrt(third))
-        radius = min(2.0 * radius, reach, SAFELY * math.sqrt(least))
+        if first <= inside * inside or radius >= reach:
+            return first_row, second_row, first, min(inside, math.sqrt(third))
+        radius = min(2.0 * radius, reach, ROUNDING_MARGIN * math.sqrt(first))
 
 
 @compiled
@@ -223,38 +258,45 @@ def neighbors_of(
     As many as `rows` takes, in ascending order; `squares` takes their squared distances [m²].
     The search begins with a circle of this `radius` [m], or of a cell's side where that is more.
     """
-    size, radius = len(rows), min(reach, max(radius, 1.0 / grid.per_metre))
+    size = len(rows)
+    radius = min(reach, max(radius, 1.0 / grid.per_metre))
     while True:
-        found, most = 0, radius * radius
+        count = 0
+        limit = radius * radius
         left, right, low, high, _ = cells_around(x, y, radius, grid)
         for line in range(low, high + 1):
-            first = grid.start[line * grid.columns + left]
-            for k in range(first, grid.start[line * grid.columns + right + 1]):
-                square, row = squared(x, y, grid.entries, k), grid.rows[k]
-                if square > most or (found == size and square == most and row > rows[-1]):
+            begin = grid.start[line * grid.columns + left]
+            end = grid.start[line * grid.columns + right + 1]
+            for k in range(begin, end):
+                square = squared(x, y, grid.entries, k)
+                row = grid.rows[k]
+                if square > limit or (count == size and square == limit and row > rows[-1]):
                     continue
-                found = min(found + 1, size)
-                j = found - 1
+                count = min(count + 1, size)
+                j = count - 1
                 while j > 0 and (
                     squares[j - 1] > square or (squares[j - 1] == square and rows[j - 1] > row)
                 ):
-                    rows[j], squares[j] = rows[j - 1], squares[j - 1]
+                    rows[j] = rows[j - 1]
+                    squares[j] = squares[j - 1]
                     j -= 1
-                rows[j], squares[j] = row, square
-                if found == size:
-                    most = squares[-1]
-        if found == size or radius >= reach:
-            return found
+                rows[j] = row
+                squares[j] = square
+                if count == size:
+                    limit = squares[-1]
+        if count == size or radius >= reach:
+            return count
         radius = min(2.0 * radius, reach)
 
 
 @compiled
-def select(values: FloatArray, rank: int) -> float:
+def kth_smallest(values: FloatArray, rank: int) -> float:
     """The value of that rank, counted from 0 in ascending order (Hoare's quickselect)."""
     v = values.copy()
     low, high = 0, len(v) - 1
     while low < high:
-        pivot, i, j = v[(low + high) // 2], low, high
+        pivot = v[(low + high) // 2]
+        i, j = low, high
         while i <= j:
             while v[i] < pivot:
                 i += 1
@@ -262,7 +304,8 @@ def select(values: FloatArray, rank: int) -> float:
                 j -= 1
             if i <= j:
                 v[i], v[j] = v[j], v[i]
-                i, j = i + 1, j - 1
+                i += 1
+                j -= 1
         if rank <= j:
             high = j
         elif rank >= i:

@@ -24,15 +24,15 @@ from labkit.support.compiled import compiled
 HALF_WIDTH = 0.25  # [m]: how far a window along the sweep reaches to either side
 HALF_BEAMS = 3  # and at the least this many beams
 NEIGHBORS = 7  # neighbours looked at in space, the point itself included
-WIDER = 1.3  # a search begins with a circle so much wider than that of the point before
-REACH = 0.5  # [m]: neighbours farther than this are not on the same surface
+CIRCLE_GROWTH = 1.3  # a search begins with a circle so much wider than that of the point before
+MAX_NEIGHBOR_DISTANCE = 0.5  # [m]: neighbours farther than this are not on the same surface
 GAP_RATIO = 4.0  # a step this much longer than its shorter neighbour leaves the surface
 GAP_FLOOR = 0.05  # [m]: a step this short never does
 LINEARITY = 0.5  # largest ratio of the spreads across and along that still is a line
 MIN_ON_LINE = 3  # points that a line needs
 
 Sums = tuple[float, float, float, float, float]  # of x, y, x², xy, y²
-NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0)
+EMPTY_SUMS = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def estimate_normals(scan: Scan, grid: Grid | None = None) -> FloatArray:
@@ -61,7 +61,7 @@ def normals_along_sweep(points: FloatArray) -> FloatArray:
     The sums of a window are differences of running sums, so that wide ones cost no more.
     """
     count, middle = len(points), points[len(points) // 2]  # running sums round by their size
-    sums = [NOTHING]
+    sums = [EMPTY_SUMS]
     for i in range(count):
         sums.append(add_point(sums[i], points[i, 0] - middle[0], points[i, 1] - middle[1]))
     start, stop = windows_along_sweep(points)
@@ -77,13 +77,15 @@ def normals_along_sweep(points: FloatArray) -> FloatArray:
 
 @compiled
 def normals_in_space(grid: Grid) -> FloatArray:
-    """Normals from the nearest `NEIGHBORS` within `REACH` of each point, shape (N, 2)."""
+    """Normals from the nearest `NEIGHBORS` points in space, shape (N, 2)."""
     points, normals = grid.points, np.empty(grid.points.shape)
     rows, squares, radius = np.empty(NEIGHBORS, np.intp), np.empty(NEIGHBORS), 0.0
     for i in grid.rows:  # cell by cell: the point before lies near
-        x, y, sums = points[i, 0], points[i, 1], NOTHING
-        found = neighbors_of(x, y, grid, REACH, radius, rows, squares)
-        radius = WIDER * math.sqrt(squares[-1]) if found == NEIGHBORS else REACH
+        x, y, sums = points[i, 0], points[i, 1], EMPTY_SUMS
+        found = neighbors_of(x, y, grid, MAX_NEIGHBOR_DISTANCE, radius, rows, squares)
+        radius = (
+            CIRCLE_GROWTH * math.sqrt(squares[-1]) if found == NEIGHBORS else MAX_NEIGHBOR_DISTANCE
+        )
         for row in rows[:found]:
             sums = add_point(sums, points[row, 0] - x, points[row, 1] - y)
         normals[i, 0], normals[i, 1] = normal_of(sums, found, 0.0, (x, y))
@@ -152,4 +154,4 @@ def windows_along_sweep(points: FloatArray) -> tuple[IntArray, IntArray]:
 def leaves_surface(step: FloatArray, i: int) -> bool:
     """True if the step before point i is a gap between two surfaces."""
     shorter = min(step[i - 1], step[i + 1])
-    return i > 0 and step[i] > min(max(GAP_RATIO * shorter, GAP_FLOOR), REACH)
+    return i > 0 and step[i] > min(max(GAP_RATIO * shorter, GAP_FLOOR), MAX_NEIGHBOR_DISTANCE)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
-from dataclasses import dataclass, field, fields
-from functools import cached_property
-from typing import Any, Literal, cast, get_args
+from dataclasses import dataclass, field
+from typing import Any, Literal, get_args
 
 from labkit.support.arrays import check_count, check_range
+from labkit.support.compiled import record
 from labkit.support.errors import InvalidParameterError
 
 Metric = Literal["point_to_point", "point_to_line"]
@@ -18,6 +17,7 @@ def _shown(default: Any, label: str, meaning: str, **unit: str) -> Any:
     return field(default=default, metadata={"label": label, "help": meaning, **unit})
 
 
+@record
 @dataclass(frozen=True)
 class IcpParameters:
     """All parameters of the ICP loop; checked when the object is made.
@@ -91,13 +91,3 @@ class IcpParameters:
             raise InvalidParameterError(
                 f"must be True or False, got {self.approach!r}", parameter="approach"
             )
-
-    @cached_property
-    def for_loop(self) -> IcpParameters:
-        """The same fields as a named tuple, each of its default's type: numba reads no class."""
-        numbers = [cast(type, type(each.default))(getattr(self, each.name)) for each in NUMBERS]
-        return cast(IcpParameters, LoopParameters(*numbers))
-
-
-NUMBERS = tuple(each for each in fields(IcpParameters) if each.name != "metric")
-LoopParameters = namedtuple("LoopParameters", [each.name for each in NUMBERS])  # type: ignore[misc]

@@ -78,7 +78,7 @@ class Iteration(_Quality):
     correspondences: Correspondences  #: The association there.
     translation_step: float  #: How far the pose moved to get here [m]; NaN at number 0.
     rotation_step: float  #: How far it turned [rad].
-    far: bool  #: True if it counts as far from the answer; see `labkit.schedule`.
+    coarse: bool  #: True for a coarse iteration; see `labkit.schedule`.
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -90,7 +90,7 @@ class IcpResult(_Quality):
     target: Target  #: The older scan, k, as it was matched.
     parameters: IcpParameters  #: The parameters of the run.
     poses: FloatArray  #: ``T_target_source`` from the guess (number 0) on, shape (K+1, 3, 3).
-    far: int  #: So many of the first poses count as far from the answer; see `labkit.schedule`.
+    coarse_poses: int  #: Number of coarse iterations, the first ones; see `labkit.schedule`.
 
     def __repr__(self) -> str:
         return (
@@ -113,7 +113,7 @@ class IcpResult(_Quality):
                 correspondences=self._pairs_at(k) if k < self.iterations else self.correspondences,
                 translation_step=moved,
                 rotation_step=turned,
-                far=k < self.far,
+                coarse=k < self.coarse_poses,
             )
             for k, (moved, turned) in enumerate(steps)
         )
@@ -124,8 +124,13 @@ class IcpResult(_Quality):
         return self._pairs_at(self.iterations)
 
     def _pairs_at(self, k: int) -> Correspondences:
-        run = self.source.points, self.target, self.poses[k], self.parameters
-        return pairs_at(*run, far=k < self.far)
+        return pairs_at(
+            self.source.points,
+            self.target,
+            self.poses[k],
+            self.parameters,
+            coarse=k < self.coarse_poses,
+        )
 
     @property
     def converged(self) -> bool:

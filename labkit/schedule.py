@@ -1,14 +1,14 @@
-"""The schedule: what an iteration works with, far from the answer and near it (section 4).
+"""The schedule: coarse iterations far from the answer, fine ones near it (section 4).
 
 Near the answer, a narrow δ and a narrow gate make for small errors. Far from it they would
 leave only pairs that fit by chance, and the line metric, which lets scans slide, steps too
-far. So under ``approach=True``, as long as the next step is likely to move the source by more
-than `LONG` δ,
+far. So under ``approach=True`` the iterations are coarse as long as the next step is likely to
+move the source by more than `LONG_STEP` δ:
 
-- δ is at least `WIDTH` times the median residual, so that half the pairs weigh in full;
+- δ is at least `DELTA_PER_MEDIAN` times the median residual, so that half the pairs weigh in full;
 - a share of the point-to-point metric, which grows with the square of that δ, calms the step;
-- large scans are thinned to every n-th point, at least `FEW`;
-- the whole gate is open. Near the answer it closes to `CLOSE_GATE` δ.
+- large scans are thinned to every n-th point, at least `COARSE_POINTS`;
+- the whole gate is open. In fine iterations it closes to `GATE_PER_DELTA` δ.
 
 Pairs of Killian Court started at 0.5 m and 20° from the answer then find it in 88 % of the
 cases instead of 74 %, those at 0.3 m and 10° in 98 % instead of 92 %; started near, they
@@ -25,57 +25,65 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from labkit.neighbors import select
+from labkit.neighbors import kth_smallest
 from labkit.parameters import IcpParameters
 from labkit.support.arrays import BoolArray, FloatArray
 from labkit.support.compiled import compiled
 
-LONG = 0.5  # step over δ: a shorter one does not leave the noise
-WIDTH = 5.0  # δ over the median residual: a step stays as robust as the median
-CLOSE_GATE = 8.0  # gate over δ near the answer: noise stays within, other surfaces do not
+LONG_STEP = 0.5  # motion over δ: a shorter one does not leave the noise
+DELTA_PER_MEDIAN = 5.0  # coarse δ over the median residual: a step stays as robust as the median
+GATE_PER_DELTA = 8.0  # fine gate over δ: noise stays within, other surfaces do not
 POINT_SHARE = 1.0 / 4000.0  # share of point-to-point per squared widening of δ
-FEW = 120  # points do as well from afar
+COARSE_POINTS = 120  # source points that are enough in coarse iterations
 
 
 class Stage(NamedTuple):
-    """The settings of one iteration."""
+    """The settings of one iteration, coarse or fine."""
 
-    stride: int  # every so many-th source point is matched
+    stride: int  # match every stride-th source point
     max_correspondence_distance: float  # d_max [m]
     overlap_ratio: float  # ρ
-    huber_delta: float  # δ [m], which `widened` may widen
-    far: bool  # whether the pose counts as far from the answer
-    may_converge: bool  # whether the step before was taken near the answer
+    huber_delta: float  # δ [m] of the parameters; see `adapt_delta`
+    coarse: bool
+    coarse_poses: int  # coarse poses so far, this one included
 
 
 @compiled
-def stage_of(parameters: IcpParameters, count: int, far: bool, may_converge: bool) -> Stage:
-    """The stage of an iteration for `count` source points, far from the answer or near it."""
-    stride = max(1, count // FEW) if far else 1
-    gate, delta = gate_of(parameters, far), parameters.huber_delta
-    return Stage(stride, gate, parameters.overlap_ratio, delta, far, may_converge)
+def stage_of(parameters: IcpParameters, count: int, coarse: bool, coarse_poses: int) -> Stage:
+    """The settings of an iteration for `count` source points, after so many coarse poses."""
+    return Stage(
+        max(1, count // COARSE_POINTS) if coarse else 1,
+        gate_of(parameters, coarse),
+        parameters.overlap_ratio,
+        parameters.huber_delta,
+        coarse,
+        coarse_poses + coarse,
+    )
 
 
 @compiled
-def gate_of(parameters: IcpParameters, far: bool) -> float:
-    """The gate d_max [m], far from the answer or near it."""
-    if parameters.approach and not far:
-        return min(parameters.max_correspondence_distance, CLOSE_GATE * parameters.huber_delta)
-    return parameters.max_correspondence_distance
+def gate_of(parameters: IcpParameters, coarse: bool) -> float:
+    """The gate d_max [m] of a coarse or of a fine iteration."""
+    gate = parameters.max_correspondence_distance
+    if parameters.approach and not coarse:
+        return min(gate, GATE_PER_DELTA * parameters.huber_delta)
+    return gate
 
 
 @compiled
-def widened(residuals: FloatArray, kept: BoolArray, stage: Stage) -> tuple[float, float]:
+def adapt_delta(residuals: FloatArray, kept: BoolArray, stage: Stage) -> tuple[float, float]:
     """δ [m] of an iteration, and the share of point-to-point in its step.
 
-    From afar δ is as wide as the median of the kept residuals asks.
+    A coarse δ is as wide as the median of the kept residuals asks.
     """
-    delta, wide = stage.huber_delta, stage.huber_delta
-    if not stage.far or math.isinf(delta):
+    delta = stage.huber_delta
+    if not stage.coarse or math.isinf(delta):
         return delta, 0.0
-    some = residuals[kept]
-    if len(some) > 0:
-        wide = max(delta, WIDTH * select(some, len(some) // 2))
+    kept_residuals = residuals[kept]
+    wide = delta
+    if len(kept_residuals) > 0:
+        median = kth_smallest(kept_residuals, len(kept_residuals) // 2)
+        wide = max(delta, DELTA_PER_MEDIAN * median)
     return wide, min(1.0, POINT_SHARE * (wide / delta) ** 2)
 
 
@@ -83,27 +91,29 @@ def widened(residuals: FloatArray, kept: BoolArray, stage: Stage) -> tuple[float
 def schedule(
     before: Stage, poses: list[FloatArray], source: FloatArray, parameters: IcpParameters
 ) -> Stage:
-    """The next stage, after the step to ``poses[-1]``.
+    """The settings of the next iteration, after the step to ``poses[-1]``.
 
-    It is far if it was, and if the next motion, which is expected to shrink as the last one did,
-    is longer than `LONG` δ [m].
+    The next iteration is coarse if the last one was, and if the next motion is expected to be
+    longer than `LONG_STEP` δ [m]. Motions are expected to shrink as the last one did.
     """
-    far = before.far
-    if far:
+    coarse = before.coarse
+    if coarse:
         motion = displacement(source, poses[-2], poses[-1])
         if len(poses) > 2:
             motion_before = displacement(source, poses[-3], poses[-2])
             if motion < motion_before:
                 motion *= motion / motion_before
-        far = motion > LONG * parameters.huber_delta
-    return stage_of(parameters, len(source), far, not before.far)
+        coarse = motion > LONG_STEP * parameters.huber_delta
+    return stage_of(parameters, len(source), coarse, before.coarse_poses)
 
 
 @compiled
 def displacement(points: FloatArray, T_before: FloatArray, T: FloatArray) -> float:
     """Root mean square distance [m] by which a step moved the points (N, 2)."""
-    total, c, s = 0.0, T[0, 0] - T_before[0, 0], T[1, 0] - T_before[1, 0]
+    c = T[0, 0] - T_before[0, 0]
+    s = T[1, 0] - T_before[1, 0]
     x, y = T[0, 2] - T_before[0, 2], T[1, 2] - T_before[1, 2]
+    total = 0.0
     for i in range(len(points)):
         dx = c * points[i, 0] - s * points[i, 1] + x
         dy = s * points[i, 0] + c * points[i, 1] + y

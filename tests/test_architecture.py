@@ -16,8 +16,8 @@ MAX_LINES = 400
 # Lower layers first: a module may import from its own layer and from those before it. "" is
 # labkit/__init__.py, what labkit exports to its users.
 ORDER = (
-    *("support", "support.errors", "support.arrays", "support.code_cache", "support.compiled"),
-    *("support.extras", "support.files", "support.interrupts", "se2", "scan"),
+    *("support", "support.errors", "support.arrays", "support.code_cache", "support.records"),
+    *("support.compiled", "support.extras", "support.files", "support.interrupts", "se2", "scan"),
     *("filters", "parameters", "alignment", "line_alignment", "neighbors", "normals", "target"),
     *("schedule", "correspondences", "degeneracy", "result", "icp", "covariance", "odometry"),
     *("simulation", "evaluation", "logs", "", "support.warm", "plotting"),

@@ -6,12 +6,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from labkit.neighbors import (
-    Known,
     NearestNeighbors,
+    Search,
+    kth_smallest,
     nearest,
     nearest_by_brute_force,
     neighbors_of,
-    select,
 )
 
 sizes, seeds = st.tuples(st.integers(1, 40), st.just(2)), st.integers(0, 2**32 - 1)
@@ -43,14 +43,15 @@ def test_grid_and_brute_force_agree_bit_for_bit(points, target):
 
 
 @given(scenes, scenes, st.sampled_from([0.1, 0.5, 3.0, 1e4]), seeds)
-def test_what_a_search_knows_of_other_places_changes_no_answer(points, target, reach, seed):
+def test_what_a_search_remembers_changes_no_answer(points, target, reach, seed):
     """It ends at its reach, and keeps a partner only where no other point can be nearer."""
     rng, count = np.random.default_rng(seed), len(points)
+    candidates = rng.integers(len(target), size=(count, 2))
     grid = NearestNeighbors(target).grid
-    known = Known(rng.integers(len(target), size=(count, 2)), 0.0 * points, np.zeros(count))
+    search = Search(grid, candidates, np.zeros((count, 2)), np.zeros(count))
     for step in (0.0, 0.5, 0.1, 0.01, 0.001, 0.0):
         points = points + step * rng.normal(size=points.shape)
-        index, distance = nearest(points, grid, reach, known)
+        index, distance = nearest(points, search, reach)
         squares = table(points, target)
         there = squares.min(axis=1) <= reach**2
         np.testing.assert_array_equal(index[there], squares.argmin(axis=1)[there])
@@ -74,5 +75,5 @@ def test_the_nearest_few_are_found_in_order(target, reach, radius):
 @given(st.lists(st.integers(0, 9), min_size=1), st.data())
 def test_a_selected_value_is_that_of_its_rank(values, data):
     rank = data.draw(st.integers(0, len(values) - 1))
-    for stage in (select, select.__wrapped__):  # compiled, and as Python reads it
+    for stage in (kth_smallest, kth_smallest.__wrapped__):  # compiled, and as Python reads it
         assert stage(np.array(values, dtype=float), rank) == sorted(values)[rank]

@@ -1,4 +1,4 @@
-"""From afar: a wide delta that narrows, a share of point-to-point, and a gate that closes."""
+"""Coarse iterations: a wide delta that narrows, a share of point-to-point, a gate that closes."""
 
 import math
 from dataclasses import replace
@@ -13,7 +13,7 @@ from labkit import IcpParameters, Termination, icp
 from labkit.correspondences import pairs_at
 from labkit.covariance import censi_covariance
 from labkit.degeneracy import observability
-from labkit.schedule import CLOSE_GATE, LONG, WIDTH, displacement
+from labkit.schedule import DELTA_PER_MEDIAN, GATE_PER_DELTA, LONG_STEP, displacement
 from labkit.se2 import apply, transform
 from labkit.target import Target
 
@@ -41,14 +41,14 @@ def test_a_motion_is_that_of_the_points(seed, T_before, way, turn):
     assert displacement(points, T_before, T) == pytest.approx(moved, rel=1e-7, abs=1e-12)
 
 
-def test_a_run_that_ends_far_is_judged_by_what_it_looked_at(in_the_room):
+def test_a_run_that_ends_coarse_is_judged_by_its_thinned_pairs(in_the_room):
     """Its budget was spent on the way; the quality is that of the thinned pairs."""
     source, target = in_the_room.source, Target(in_the_room.target)
     guess = GUESS @ in_the_room.T_target_source
     result = icp(source, target, guess, replace(PARAMETERS, max_iterations=1))
     assert result.termination is Termination.BUDGET_SPENT
     pairs = result.correspondences
-    assert result.history[-1].far
+    assert result.history[-1].coarse
     assert len(pairs.kept) == len(source.points[:: pairs.stride])
     seen = observability(pairs, target)
     np.testing.assert_allclose(seen.values, result.observability.values, rtol=1e-9)
@@ -57,24 +57,24 @@ def test_a_run_that_ends_far_is_judged_by_what_it_looked_at(in_the_room):
 
 
 def test_the_way_is_on_record(in_the_room):
-    """Far first, near to the end; δ and the gate are those of the iteration."""
+    """Coarse first, fine to the end; δ and the gate are those of the iteration."""
     source, guess = in_the_room.source, GUESS @ in_the_room.T_target_source
     history = icp(source, in_the_room.target, guess, PARAMETERS).history
-    far = [step.far for step in history]
-    assert far[0]
-    assert not far[-1]
-    assert far == sorted(far, reverse=True)
+    coarse = [step.coarse for step in history]
+    assert coarse[0]
+    assert not coarse[-1]
+    assert coarse == sorted(coarse, reverse=True)
     for step in history:
         pairs = step.correspondences
-        if step.far:
+        if step.coarse:
             assert pairs.max_correspondence_distance == PARAMETERS.max_correspondence_distance
             kept = np.sort(pairs.residuals[pairs.kept])
-            assert pairs.huber_delta == max(0.02, WIDTH * kept[len(kept) // 2])
+            assert pairs.huber_delta == max(0.02, DELTA_PER_MEDIAN * kept[len(kept) // 2])
             share = min(1.0, (pairs.huber_delta / 0.02) ** 2 / 4000.0)
             assert pairs.point_share == pytest.approx(share, rel=1e-12)
             assert np.count_nonzero(pairs.weights == 1.0) >= len(kept) / 2
         else:
-            assert pairs.max_correspondence_distance == CLOSE_GATE * 0.02
+            assert pairs.max_correspondence_distance == GATE_PER_DELTA * 0.02
             assert (pairs.huber_delta, pairs.point_share) == (0.02, 0.0)
     motions = [
         displacement(source.points, before.T_target_source, now.T_target_source)
@@ -82,13 +82,13 @@ def test_the_way_is_on_record(in_the_room):
     ]
     for k, motion in enumerate(motions):  # the next is expected to shrink as the last one did
         shrinks = min(1.0, motion / motions[k - 1]) if k else 1.0
-        assert far[k + 1] == (far[k] and shrinks * motion > LONG * 0.02)
+        assert coarse[k + 1] == (coarse[k] and shrinks * motion > LONG_STEP * 0.02)
 
 
 def test_without_a_delta_nothing_is_widened_and_no_gate_closes(in_the_room):
     open_wide = replace(PARAMETERS, huber_delta=math.inf)
     history = icp(in_the_room.source, in_the_room.target, GUESS, open_wide).history
-    assert [step.far for step in history[:2]] == [True, False]
+    assert [step.coarse for step in history[:2]] == [True, False]
     for step in history:
         pairs = step.correspondences
         assert (pairs.huber_delta, pairs.point_share) == (math.inf, 0.0)
@@ -96,19 +96,21 @@ def test_without_a_delta_nothing_is_widened_and_no_gate_closes(in_the_room):
 
 
 @pytest.mark.parametrize(("count", "every"), [(1, 1), (239, 1), (240, 2), (1000, 8)])
-def test_from_afar_a_large_scan_is_thinned(count, every):
+def test_a_coarse_iteration_thins_a_large_scan(count, every):
     rng = np.random.default_rng(0)
     source, target = rng.uniform(-3.0, 3.0, (count, 2)), Target(rng.uniform(-3.0, 3.0, (50, 2)))
-    near, far = (pairs_at(source, target, np.eye(3), PARAMETERS, far=far) for far in (False, True))
-    assert (near.stride, far.stride) == (1, every)
-    np.testing.assert_array_equal(far.source, near.source[::every])
-    np.testing.assert_array_equal(far.target_index, near.target_index[::every])
+    fine, coarse = (
+        pairs_at(source, target, np.eye(3), PARAMETERS, coarse=coarse) for coarse in (False, True)
+    )
+    assert (fine.stride, coarse.stride) == (1, every)
+    np.testing.assert_array_equal(coarse.source, fine.source[::every])
+    np.testing.assert_array_equal(coarse.target_index, fine.target_index[::every])
 
 
-def test_no_run_ends_with_a_step_from_afar(in_the_room):
+def test_no_run_converges_by_a_coarse_step(in_the_room):
     """Not even where the guess is the answer and the first step is none."""
     source, target = in_the_room.source, in_the_room.target
     T = icp(source, target, None, replace(PARAMETERS, translation_tolerance=1e-9)).T_target_source
     result = icp(source, target, T, PARAMETERS)
     assert result.termination is Termination.CONVERGED_POSE
-    assert [step.far for step in result.history] == [True, False, False]
+    assert [step.coarse for step in result.history] == [True, False, False]

@@ -61,7 +61,7 @@ def agreement_of(result: IcpResult) -> tuple[float, float]:
     """
     beams, T = beams_of(result.source), np.array(result.T_target_source)
     through = seen_through(*beams, np.array(result.target.points), T)
-    delta, gate = result.parameters.huber_delta, gate_of(result.parameters.for_loop, False)
-    worst = huber_loss(gate, delta) if gate < math.inf else math.inf
+    delta, gate = result.parameters.huber_delta, gate_of(result.parameters, False)
+    worst = float(huber_loss(gate, delta)) if gate < math.inf else math.inf
     fit = 1.0 - min(1.0, result.cost / worst)
     return fit - THROUGH * (0.0 if math.isnan(through) else through), through

@@ -1,7 +1,7 @@
-"""Compile with numba; without numba, run in Python.
+"""Compile functions with numba; without numba, run them in Python.
 
-A stage is a function on arrays and numbers, in plain Python: what the book quotes is what runs.
-It returns arrays and numbers to Python, no named tuple: numba makes those by running Python,
+A compiled function works on arrays and numbers, in plain Python: what the book quotes is what
+runs. It returns arrays and numbers to Python, no named tuple: numba makes those by running Python,
 and an interrupt there ends the process. Python runs the same functions a hundred times slower.
 """
 
@@ -12,15 +12,20 @@ from types import FunctionType
 from typing import Any, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
+C = TypeVar("C", bound=type)
 OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}  # 1/0 is inf
 INNER = OPTIONS | {"no_cpython_wrapper": True}
+_records: list[type] = []
 
 
-def compiled(function: F, check: Callable[..., tuple[Any, ...]] | None = None) -> F:
-    """Mark a stage: numba compiles it, with the stages that it calls, at its first call.
+def record(class_: C) -> C:
+    """Mark a frozen dataclass whose numbers compiled functions read."""
+    _records.append(class_)
+    return class_
 
-    `check` returns its arguments, or refuses them, where no other stage calls it.
-    """
+
+def compiled(function: F) -> F:
+    """Let numba compile a function, and those that it calls, at its first call."""
 
     @functools.cache
     def entry() -> Any:
@@ -30,11 +35,9 @@ def compiled(function: F, check: Callable[..., tuple[Any, ...]] | None = None) -
 
         return keep(numba.njit(**OPTIONS)(function))
 
-    def call(*arguments: Any, **named: Any) -> Any:
-        if check is not None:
-            arguments, named = check(*arguments, **named), {}
+    def call(*arguments: Any) -> Any:
         try:
-            return entry()(*arguments, **named)
+            return entry()(*arguments)
         except SystemError as error:  # an interrupt, met while numba made the result
             first: BaseException = error
             while first.__cause__ is not None:
@@ -42,31 +45,40 @@ def compiled(function: F, check: Callable[..., tuple[Any, ...]] | None = None) -
             raise first from None
 
     call.__code__ = call.__code__.replace(co_name=function.__name__)  # as a traceback shows it
-    stage: Any = functools.wraps(function)(call)
-    stage.inner = functools.cache(lambda: load_numba().njit(**INNER)(function))  # in other stages
-    return stage  # type: ignore[no-any-return]
+    wrapper: Any = functools.wraps(function)(call)
+    # The same function as other compiled functions call it.
+    wrapper.dispatcher = functools.cache(lambda: load_numba().njit(**INNER)(function))
+    return wrapper  # type: ignore[no-any-return]
 
 
 def _in_python(function: Any) -> Any:
-    """The same function; the stages that it calls check nothing."""
+    """The same function; it calls Python's form of other compiled functions, too."""
     names = dict(function.__globals__)
     for name in names.keys() & {*function.__code__.co_names}:
-        if hasattr(names[name], "__wrapped__"):  # a stage
+        if hasattr(names[name], "dispatcher"):
             names[name] = _in_python(names[name].__wrapped__)
     return FunctionType(function.__code__, names, None, function.__defaults__)
 
 
 @functools.cache
 def load_numba() -> Any:
-    """Import numba and show it what a stage is; None, said in one line, where it cannot be had."""
+    """Import numba, and tell it of our functions and records; None, with a warning, without it."""
     try:
         import numba  # noqa: PLC0415 (nobody else waits for it)
         from numba.extending import typeof_impl  # noqa: PLC0415
     except ImportError as error:
         logging.getLogger("labkit").warning("Python runs the matcher, slowly: %s", error)
         return None
-    dispatcher = numba.types.Dispatcher
     typeof_impl.register(
-        FunctionType, lambda one, _: dispatcher(one.inner()) if hasattr(one, "inner") else None
+        FunctionType,
+        lambda value, _: (
+            numba.types.Dispatcher(value.dispatcher()) if hasattr(value, "dispatcher") else None
+        ),
     )
-    return None if numba.config.DISABLE_JIT else numba  # a student steps through the stages
+    if numba.config.DISABLE_JIT:  # a student steps through the functions
+        return None
+    from labkit.support.records import register  # noqa: PLC0415 (imports numba)
+
+    for class_ in _records:
+        register(class_)
+    return numba

@@ -166,7 +166,9 @@ def test_a_match_agrees_no_less_than_not_at_all_wherever_its_budget_ended(budget
     told = replace(LESSON, icp=replace(LESSON.icp, max_iterations=budget))
     prior = MOTION + np.array([1.0, 0.0, 0.0])
     record = estimate_step(source, target, prior, LAST, told)
-    assert icp(source, target, from_xytheta(prior), told.icp).far == budget + 1  # every pose
+    assert (
+        icp(source, target, from_xytheta(prior), told.icp).coarse_poses == budget + 1
+    )  # every pose
     assert record.agreement == pytest.approx(-0.5 * record.seen_through, abs=1e-12)
 
 

@@ -2,7 +2,7 @@
 // Residuals, gate and delta are distances in metres, never squares.
 
 import { MIN_PAIRS } from "./constants.js";
-import { stageOf, widened } from "./schedule.js";
+import { stageOf, adaptDelta } from "./schedule.js";
 import { apply } from "./se2.js";
 
 // (D) Pair each source point, moved by T, with its nearest target point.
@@ -31,7 +31,7 @@ export function rejectAndWeigh(pairs, stage) {
   const { distances, residuals } = pairs, { gate } = stage;
   const withinGate = distanceGate(distances, gate), withinOverlap = overlap(distances, stage.overlapRatio);
   const kept = Uint8Array.from(residuals, (r, i) => withinGate[i] && withinOverlap[i] && Number.isFinite(r));
-  const huberDelta = widened(residuals, kept, stage);
+  const huberDelta = adaptDelta(residuals, kept, stage);
   const pointShare = stage.pointShare && Math.min(1, stage.pointShare * (huberDelta / stage.huberDelta) ** 2);
   const weights = huberWeights(residuals, huberDelta).map((w, i) => (kept[i] ? w : 0));
   return { ...pairs, withinGate, withinOverlap, kept, weights, gate, huberDelta, pointShare };
@@ -80,7 +80,7 @@ export function huberLoss(residual, huberDelta) {
 export function pairsAt(source, target, T, parameters) {
   const stage = stageOf(parameters, source.length / 2, false, true);
   const pairs = rejectAndWeigh(associate(source, target, T, stage), stage);
-  return { T_target_source: T, pairs, cost: cost(pairs, stage), far: false };
+  return { T_target_source: T, pairs, cost: cost(pairs, stage), coarse: false };
 }
 
 export function inlierCount(pairs) {

@@ -25,7 +25,7 @@ export function run(source, target, T_init, parameters) {
   while (true) {
     let pairs = associate(source, target, poses.at(-1), stage); // D
     pairs = rejectAndWeigh(pairs, stage); // E
-    history.push({ T_target_source: poses.at(-1), pairs, cost: cost(pairs, stage), far: stage.far });
+    history.push({ T_target_source: poses.at(-1), pairs, cost: cost(pairs, stage), coarse: stage.coarse });
     const termination = check(poses, history, pairs, stage, parameters); // H
     const dT = termination === null ? minimise(pairs, parameters.step_fraction ?? 1) : null; // F
     if (dT === null) return { poses, history, termination: termination ?? "DEGENERATE" }; // I

@@ -1,6 +1,6 @@
 // Normals of a sweep's surface; mirrors labkit/normals.py, for points in beam order.
 
-import { GAP_FLOOR, GAP_RATIO, HALF_BEAMS, HALF_WIDTH, LINEARITY, MIN_ON_LINE, REACH } from "./constants.js";
+import { GAP_FLOOR, GAP_RATIO, HALF_BEAMS, HALF_WIDTH, LINEARITY, MIN_ON_LINE, MAX_NEIGHBOR_DISTANCE } from "./constants.js";
 
 // Unit normals towards the scanner; NaN where the points about one lie on no line.
 export function normalsAlongSweep(points) {
@@ -47,5 +47,5 @@ export function windowsAlongSweep(points) {
 
 // Whether the step before point i is a gap between two surfaces.
 export function leavesSurface(step, i) {
-  return i > 0 && step[i] > Math.min(Math.max(GAP_RATIO * Math.min(step[i - 1], step[i + 1]), GAP_FLOOR), REACH);
+  return i > 0 && step[i] > Math.min(Math.max(GAP_RATIO * Math.min(step[i - 1], step[i + 1]), GAP_FLOOR), MAX_NEIGHBOR_DISTANCE);
 }

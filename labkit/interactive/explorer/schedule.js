@@ -1,40 +1,40 @@
-// What an iteration works with, far from the answer and near it; mirrors labkit/schedule.py.
+// What an iteration works with, in coarse and in fine iterations; mirrors labkit/schedule.py.
 
-import { CLOSE_GATE, FEW, LONG, POINT_SHARE, WIDTH } from "./constants.js";
+import { COARSE_POINTS, DELTA_PER_MEDIAN, GATE_PER_DELTA, LONG_STEP, POINT_SHARE } from "./constants.js";
 
-// The stage of an iteration for `count` source points, far from the answer or near it.
-export function stageOf(parameters, count, far, mayConverge) {
+// The settings of an iteration for `count` source points, coarse or fine.
+export function stageOf(parameters, count, coarse, mayConverge) {
   const gate = parameters.max_correspondence_distance ?? Infinity, huberDelta = parameters.huber_delta ?? Infinity;
   return {
     onLines: parameters.metric === "point_to_line",
-    stride: far ? Math.max(1, Math.floor(count / FEW)) : 1,
-    gate: parameters.approach && !far ? Math.min(gate, CLOSE_GATE * huberDelta) : gate,
+    stride: coarse ? Math.max(1, Math.floor(count / COARSE_POINTS)) : 1,
+    gate: parameters.approach && !coarse ? Math.min(gate, GATE_PER_DELTA * huberDelta) : gate,
     overlapRatio: parameters.overlap_ratio,
     huberDelta,
-    widening: far ? WIDTH : 0,
-    pointShare: far && huberDelta < Infinity ? POINT_SHARE : 0,
-    far,
+    widening: coarse ? DELTA_PER_MEDIAN : 0,
+    pointShare: coarse && huberDelta < Infinity ? POINT_SHARE : 0,
+    coarse,
     mayConverge,
   };
 }
 
-// Delta [m] of this iteration: from afar as wide as the median of the kept residuals asks.
-export function widened(residuals, kept, { huberDelta, widening }) {
+// Delta [m] of this iteration: a coarse one is as wide as the median of the kept residuals asks.
+export function adaptDelta(residuals, kept, { huberDelta, widening }) {
   const some = residuals.filter((_, i) => kept[i]).sort();
   return widening && some.length ? Math.max(huberDelta, widening * some[some.length >> 1]) : huberDelta;
 }
 
-// The next stage, after the step to the last pose. It is far if it was, and if the next motion, which
-// is expected to shrink as the last one did, is longer than LONG delta.
+// The next stage, after the step to the last pose. It is coarse if it was, and if the next motion, which
+// is expected to shrink as the last one did, is longer than LONG_STEP delta.
 export function schedule(before, poses, source, parameters) {
-  let far = before.far;
-  if (far) {
+  let coarse = before.coarse;
+  if (coarse) {
     let motion = displacement(source, ...poses.slice(-2));
     const motionBefore = poses.length > 2 ? displacement(source, ...poses.slice(-3, -1)) : 0;
     if (motion < motionBefore) motion *= motion / motionBefore;
-    far = motion > LONG * (parameters.huber_delta ?? Infinity);
+    coarse = motion > LONG_STEP * (parameters.huber_delta ?? Infinity);
   }
-  return stageOf(parameters, source.length / 2, far, !before.far);
+  return stageOf(parameters, source.length / 2, coarse, !before.coarse);
 }
 
 // Root mean square distance [m] by which a step moved the points.
