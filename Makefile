@@ -7,8 +7,17 @@ READY := $(VENV)/ready
 TESTS := $(VENV)/ready-to-test
 PIP = $(BIN)/python -B -m pip install --quiet --disable-pip-version-check --no-compile
 GET_UV = $(PIP) uv==0.13.9  # six times as fast as pip, which knows more mirrors
-UV = $(BIN)/uv pip install --quiet --python $(BIN)/python --constraint requirements.txt
-EXTRAS := book,grading,report,ros
+PINS := $(firstword $(wildcard requirements-dev.txt) requirements.txt)  # students have the latter
+AUTHORS := $(if $(wildcard requirements-dev.txt),--group authors)
+PIP_SAYS = $(shell $(BIN)/python -m pip config get global.$(1) 2>/dev/null)
+INDEX = $(or $(UV_DEFAULT_INDEX),$(PIP_INDEX_URL),$(call PIP_SAYS,index-url))
+CERTIFICATES = $(or $(SSL_CERT_FILE),$(PIP_CERT),$(call PIP_SAYS,cert))
+UV = UV_SYSTEM_CERTS=1 $(INDEX:%=UV_DEFAULT_INDEX='%') $(CERTIFICATES:%=SSL_CERT_FILE='%') \
+    $(BIN)/uv pip install --quiet --python $(BIN)/python --constraint $(PINS)
+COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+    --no-strip-extras --no-header pyproject.toml --group build
+EXTRAS := book grading report ros
+COMMA := ,
 NOTEBOOKS := $(wildcard notebooks/*.ipynb)
 # Newer than the notebooks and the code with which they ran.
 RAN := _build/ran
@@ -72,10 +81,10 @@ bench: ## time the lab's matcher beside others and write the book's page on it (
 mutants: $(TESTS) ## plant sixty faults, one at a time, and list those that no test notices
 	$(BIN)/python tests/mutants.py $(MUTANTS_OPTIONS)
 
-lock: $(READY) ## resolve pyproject.toml into requirements.txt: every package, with its hashes
-	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
-	    --no-strip-extras --no-header pyproject.toml --all-extras --group build --group test \
-	    --output-file requirements.txt
+lock: $(READY) ## renew the pins of all packages, with their hashes: the lab's, and its authors'
+	$(COMPILE) --upgrade --all-extras --group authors --group test --output-file requirements-dev.txt
+	cp requirements-dev.txt requirements.txt
+	$(COMPILE) $(EXTRAS:%=--extra %) --output-file requirements.txt
 
 dist: $(READY) ## build the wheel and the sdist into dist/
 	rm -rf build dist
@@ -87,7 +96,7 @@ clean: ## remove all that these commands made, .venv included
 	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
-$(READY): requirements.txt pyproject.toml
+$(BIN)/uv:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 	    echo "The lab needs Python 3.11 or newer as '$(PYTHON)'."; \
 	    echo "Name another one like this: make PYTHON=python3.12 ..."; exit 1; }
@@ -96,8 +105,11 @@ $(READY): requirements.txt pyproject.toml
 	    echo "On Debian and Ubuntu: sudo apt install python3-venv"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(GET_UV)
-	{ $(UV) --group build && $(UV) --no-build-isolation --editable ".[$(EXTRAS)]"; } || \
-	    { $(PIP) --require-hashes --requirement requirements.txt && \
+
+$(READY): requirements.txt pyproject.toml | $(BIN)/uv
+	{ $(UV) --group build $(AUTHORS) && $(UV) --no-build-isolation --editable ".[$(subst $() ,$(COMMA),$(EXTRAS))]"; } || \
+	    { echo "uv does not reach the packages. pip tries now; it takes six times as long."; \
+	      $(PIP) --require-hashes --requirement requirements.txt && \
 	      $(PIP) --no-deps --no-build-isolation --editable .; }
 	@find $(VENV) -path '*/pip/*' -name __pycache__ -prune -exec rm -rf {} +  # 8 MB that only make needs
 	$(BIN)/python -c 'import matplotlib.font_manager'  # finds the fonts, once
@@ -110,5 +122,5 @@ $(RAN): $(NOTEBOOKS) $(shell find labkit -name '*.py')
 	@mv _build/began $@
 
 $(TESTS): $(READY)
-	$(UV) --group test || $(PIP) --require-hashes --requirement requirements.txt
+	$(UV) --group test || $(PIP) --require-hashes --requirement requirements-dev.txt
 	@touch $@

@@ -10,12 +10,13 @@ from packaging.version import Version
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
-LOCK = (ROOT / "requirements.txt").read_text("utf-8")
+LOCK = (ROOT / "requirements-dev.txt").read_text("utf-8")
+LAB = (ROOT / "requirements.txt").read_text("utf-8")  # the part that every reader needs
 
 
-def versions():
+def versions(lock=LOCK):
     """The locked version of each package, by its normalised name."""
-    found = re.findall(r"(?m)^([A-Za-z0-9._-]+)(?:\[[^]]*\])?==([^\s;]+)", LOCK)
+    found = re.findall(r"(?m)^([A-Za-z0-9._-]+)(?:\[[^]]*\])?==([^\s;]+)", lock)
     return {re.sub(r"[-_.]+", "-", name).lower(): Version(version) for name, version in found}
 
 
@@ -47,8 +48,14 @@ def test_the_lock_holds_what_pyproject_asks_for(requirement):
     assert versions()[name] in requirement.specifier, "run `make lock`"
 
 
-def test_the_lock_has_hashes_and_says_no_host():
-    entries = re.split(r"(?m)^(?=\w)", LOCK)
+def test_the_labs_own_list_has_the_same_versions_and_fewer():
+    lab, everything = versions(LAB), versions()
+    assert lab.items() < everything.items(), "run `make lock`"
+
+
+@pytest.mark.parametrize("lock", [LOCK, LAB], ids=["authors", "lab"])
+def test_a_lock_has_hashes_and_says_no_host(lock):
+    entries = re.split(r"(?m)^(?=\w)", lock)
     assert len(entries) > 100
     assert all("--hash=sha256:" in entry for entry in entries if entry)
-    assert not re.search(r"https?:|index-url|@ ", LOCK)
+    assert not re.search(r"https?:|index-url|@ ", lock)

@@ -1,13 +1,15 @@
-"""Notebooks whose text JupyterLab can draw: there is no glossary, and no list of works.
+"""Notebooks whose text any program draws: there is no MyST, no glossary, and no list of works.
 
 A term becomes a word that tells its meaning under the mouse, a citation becomes "[Huber, 1964]",
-a link names its file, and an equation has the number of the book alone. What a cell said before
-stays in its metadata: `restore` gives it back to the book, which does all this better.
+a link names its file, and boxes become plain Markdown. What a cell said before stays in its
+metadata: `restore` gives it back to the book, which does all this better.
 """
 
 from __future__ import annotations
 
 import hashlib
+import html
+import itertools
 import json
 import re
 from collections.abc import Mapping
@@ -15,34 +17,36 @@ from pathlib import Path
 
 import nbformat
 from excerpts import symbols
+from plain_markdown import plain
 from pybtex.database import parse_file
 from pybtex.richtext import Text
 from sphinx.application import Sphinx
 
 KEY = "labbook"
-ONE_NUMBER = "---\nnumbering:\n  equation: false\n---\n\n"  # JupyterLab would count on its own
 TERM = re.compile(r"\{term\}`([^`<]+?)(?:\s*<([^`>]+)>)?`")
 CITATION = re.compile(r"\{cite:([pt])\}`([^`]+)`")
 LINK = re.compile(r"(?<=\]\()(?!\w+:)([^)#\s]*)(#[^)\s]+)?(?=\))")
 LABEL = re.compile(r"(?m)^(?:\(|:label: )([\w-]+)(?:\)=)?$")
-SQUARE = str.maketrans("()|", "[]/")
 ENTRY = re.compile(r"(?m)^(\S.*)\n((?:  .*\n|\n(?=  ))+)")
 
 
-def resolve(notebook: nbformat.NotebookNode, folder: Path, words: Mapping[str, str]) -> None:
-    """Write what the book alone resolves as JupyterLab can draw it, in place.
+def resolve(notebook: nbformat.NotebookNode, path: Path, words: Mapping[str, str]) -> None:
+    """Write what the book alone resolves as any program can draw it, in place.
 
-    Links start in `folder`. `words`, which `words_of` reads, tells what to write for a term or a
-    work, and in which file a label is.
+    Links start in the folder of `path`, whose name begins with the number of the chapter.
+    `words`, which `words_of` reads, tells what to write for a term or a work, and in which file
+    a label is.
     """
     own = {label for cell in notebook.cells for label in LABEL.findall(cell.source)}
-    for number, cell in enumerate(notebook.cells):
+    chapter = path.stem.partition("_")[0].lstrip("0")
+    exercises = (f"{chapter}.{number}" for number in itertools.count(1))
+    for cell in notebook.cells:
         if cell.cell_type == "markdown":
             written = cell.source
             text = TERM.sub(lambda m: _explained(m[1], words[(m[2] or m[1]).lower()]), written)
             text = CITATION.sub(lambda m: _cited(m[1], m[2].split(","), words), text)
-            text = LINK.sub(lambda m: _address(m[1], m[2] or "", own, folder, words), text)
-            cell.source = text if number else ONE_NUMBER + text
+            text = LINK.sub(lambda m: _address(m[1], m[2] or "", own, path.parent, words), text)
+            cell.source = plain(text, exercises)
             if cell.source != written:
                 cell.metadata[KEY] = {"written": written, "mark": _mark(cell.source)}
 
@@ -83,7 +87,7 @@ def words_of(root: Path) -> dict[str, str]:
 
 
 def _explained(word: str, meaning: str) -> str:
-    return f"{{abbr}}`{word} ({meaning.translate(SQUARE)})`"  # in it stand no round brackets
+    return f'<abbr title="{html.escape(meaning)}">{word}</abbr>'
 
 
 def _cited(kind: str, keys: list[str], words: Mapping[str, str]) -> str:

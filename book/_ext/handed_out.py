@@ -35,6 +35,7 @@ KEPT_BACK = (
 )
 MADE_HERE = (  # by a run, so nobody misses them
     "book/_static/vendor/*",
+    "*/.*_cache/*",
     "*/.ipynb_checkpoints/*",
     "*/__pycache__/*",
     "*.pyc",

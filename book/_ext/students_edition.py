@@ -67,7 +67,7 @@ def write_source(root: Path, to: Path) -> tuple[int, frozenset[str]]:
             notebook = nbformat.read(path, as_version=4)
             original = "\n".join(cell.source for cell in notebook.cells)
             notebook, taken = strip_notebook(notebook, name)
-            for_lab.resolve(notebook, path.parent, words)
+            for_lab.resolve(notebook, path, words)
             if url:
                 launch.add_install_cell(notebook, url, branch)
             nbformat.write(notebook, target)

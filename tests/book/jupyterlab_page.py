@@ -68,6 +68,9 @@ def jupyterlab(root: Path, home: Path) -> Iterator[str]:
         file = home / "lab" / "user-settings" / "@jupyterlab" / f"{name}.jupyterlab-settings"
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(json.dumps(values), "utf-8")
+    off = home / "labconfig" / "page_config.json"  # students have no jupyterlab-myst
+    off.parent.mkdir(parents=True)
+    off.write_text('{"disabledExtensions": {"jupyterlab-myst": true}}', "utf-8")
     options = {
         "ServerApp.ip": "127.0.0.1",
         "ServerApp.port": 0,  # any that is free

@@ -8,6 +8,7 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -16,11 +17,15 @@ import for_lab
 import launch
 import leaks
 import nbformat
+import plain_markdown
 import pytest
 import solutions
 import students_edition as edition
+from bs4 import BeautifulSoup
 from leaks import find_leaks, only_secret
+from nbconvert import HTMLExporter
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
+from packaging.requirements import Requirement
 from solutions import SolutionMarkError, strip_notebook
 
 ROOT = Path(__file__).parents[2]
@@ -31,7 +36,7 @@ SECRET = "the derivative of the cost vanishes where the centroids coincide"
 PUBLIC = "the derivative of the cost is a vector"
 
 
-@pytest.mark.parametrize("module", [excerpts, solutions, leaks, launch])
+@pytest.mark.parametrize("module", [excerpts, solutions, leaks, launch, plain_markdown])
 def test_the_examples_in_the_docstrings(module):
     assert doctest.testmod(module).failed == 0
 
@@ -158,24 +163,80 @@ def test_another_folder_is_not_replaced(course, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "notebooks").glob("*.ipynb")), ids=lambda p: p.stem)
-def test_a_students_notebook_has_nothing_that_the_book_alone_resolves(lab, path):
-    """And the book gets back what its author wrote, but in cells that a student has changed."""
-    notebook = nbformat.read(lab / "notebooks" / path.name, as_version=4)
+EACH = pytest.mark.parametrize(
+    "name", [path.name for path in sorted(ROOT.glob("notebooks/*.ipynb"))]
+)
+# What no renderer may leave: fences, roles, labels, emphasis and links as they are typed.
+RAW = re.compile(
+    r".*(?::::|\{[\w:]+\}`|```|^\([\w-]+\)=|</?\w+>|\*\*|\]\(|numbering:).*", re.MULTILINE
+)
+
+
+def markdown(notebook):
+    return "\n".join(cell.source for cell in notebook.cells if cell.cell_type == "markdown")
+
+
+@EACH
+def test_a_notebook_is_drawn_without_the_book_and_its_answers_are_folded(course, lab, name):
+    """As by GitHub, VS Code and Colab: none of them knows MyST."""
+    notebook = nbformat.read(lab / "notebooks" / name, as_version=4)
     nbformat.validate(notebook)
-    text = "\n".join(cell.source for cell in notebook.cells if cell.cell_type == "markdown")
-    assert re.findall(r"\{(?:term|cite|ref|numref|doc|eq)\b[^`]*`[^`]*`", text) == []
+
+    html, _ = HTMLExporter().from_notebook_node(notebook)
+
+    page = BeautifulSoup(html, "html.parser")
+    for code in page.select("code, pre"):
+        code.decompose()
+    cells = page.select(".jp-RenderedMarkdown")
+    assert RAW.findall("\n".join(cell.get_text() for cell in cells)) == []
+    stripped, _ = strip_notebook(nbformat.read(course / "notebooks" / name, as_version=4), name)
+    assert len(page.select("details > summary")) == markdown(stripped).count("{dropdown}")
+
+
+@EACH
+def test_every_link_of_a_students_notebook_leads_somewhere(lab, name):
+    text = markdown(nbformat.read(lab / "notebooks" / name, as_version=4))
+
     links = re.findall(r"\]\((?!\w+:)([^)#\s]*)(?:#([^)\s]*))?\)", text)
+
     assert not [file for file, _ in links if file and not (lab / "notebooks" / file).is_file()]
-    places = set(re.findall(r"(?m)^\(([\w-]+)\)=$|^:label: ([\w-]+)$", text))
-    assert not {place for file, place in links if not file} - {"".join(each) for each in places}
+    anchors = set(re.findall(r'<a id="([\w-]+)">', text))
+    assert {place for file, place in links if not file} <= anchors
+
+
+@EACH
+def test_the_book_gets_back_what_its_author_wrote_but_in_changed_cells(lab, name):
+    notebook = nbformat.read(lab / "notebooks" / name, as_version=4)
     notebook.cells[-1].source = "My own words."
-    for_lab.restore(None, "", told := [nbformat.writes(notebook)])
-    again = nbformat.reads(told[0], as_version=4).cells
-    written, _ = strip_notebook(nbformat.read(path, as_version=4), path.name)
+
+    for_lab.restore(None, "", source := [nbformat.writes(notebook)])
+
+    cells = nbformat.reads(source[0], as_version=4).cells
+    written, _ = strip_notebook(nbformat.read(ROOT / "notebooks" / name, as_version=4), name)
     own = [cell.source for cell in written.cells]
-    kept = [cell.source for cell in again if cell.id != launch.CELL_ID]
+    kept = [cell.source for cell in cells if cell.id != launch.CELL_ID]
     assert kept == [*own[:-1], "My own words."]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (":::{tip} So\nDo.\n:::", "a box 'tip' has no form in plain Markdown"),
+        (":::{dropdown} Hint\nHalf.", "a box that ':::' has to close stays open"),
+    ],
+)
+def test_a_box_that_has_no_plain_form_is_refused(text, message):
+    with pytest.raises(plain_markdown.UnknownBoxError, match=message):
+        plain_markdown.plain(text, iter([]))
+
+
+def test_the_students_packages_have_no_tools_of_the_tests(lab):
+    pins = re.findall(r"(?m)^([\w.-]+)(?:\[.*\])?==", (lab / "requirements.txt").read_text("utf-8"))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+    tools = {Requirement(text).name for text in project["dependency-groups"]["test"]}
+
+    assert set(pins) & tools == {"websocket-client"}  # which JupyterLab's server needs, too
+    assert {"jupyterlab", "numba", "jupyter-book"} <= set(pins)
 
 
 def test_students_get_the_commands_that_work_for_them():
