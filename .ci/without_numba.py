@@ -14,3 +14,11 @@ class Finder:
 
 
 sys.meta_path.insert(0, Finder)
+
+
+def pytest_sessionstart():
+    """Fail where labkit finds one all the same; xdist's workers load this plugin, too."""
+    from labkit.support.compiled import load_numba  # noqa: PLC0415 (once numba is hidden)
+
+    assert load_numba() is None
+    print("numba raises on import here")

@@ -14,8 +14,8 @@ from typing import Any
 
 import pytest
 from installed import program
-from test_pages import UNDRAWN
 from websocket import create_connection
+from widget_page import UNDRAWN
 
 pytestmark = pytest.mark.others
 

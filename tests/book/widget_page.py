@@ -12,6 +12,26 @@ from ipywidgets.embed import embed_data
 from playwright.sync_api import Browser, Locator, Page, expect
 
 KEPT = 500  # ms in which the browser puts away what a page told it to keep
+# Formulas without a drawing, or with one of no size, letters without a shape, pictures that did
+# not come, widgets that drew nothing, and figures without a place, once all have been asked.
+UNDRAWN = """async () => {
+    window.drawWidgets?.();
+    const later = () => new Promise(r => setTimeout(r, 100));
+    const empty = ".widget-subarea:not(:has(canvas))";
+    for (let k = 0; k < 100 && document.querySelector(empty); k++) await later();
+    const isDrawn = each => each.querySelector(":scope > svg")
+        && (!each.checkVisibility() || each.firstElementChild.getBoundingClientRect().width > 0);
+    const lacking = (places, hasAll) => [...document.querySelectorAll(places)]
+        .filter(each => !hasAll(each)).map(each => each.outerHTML.slice(0, 400));
+    return [
+        ...lacking("article .math", isDrawn),
+        ...lacking("article .math use", each => document.querySelector(each.getAttribute("href"))),
+        ...lacking("main img", each => each.complete && each.naturalWidth),
+        ...lacking(".widget-subarea", each => each.querySelector("canvas")),
+        ...lacking("article :is(figure, .cell_output img, .icp-explorer)",
+            each => each.closest("details, .tag_on-paper") || each.offsetHeight >= 40),
+    ];
+}"""
 
 
 def written_page(widget: AnyWidget, folder: Path) -> str:
