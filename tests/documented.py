@@ -66,7 +66,7 @@ EXCUSED = {
 # Parts of make test; the names of commands that are run; what the workflow's Windows job runs.
 PARTS = re.compile(
     r"make quick|\.venv/bin/(pytest|python book/_ext/execution.py) |"
-    r"(labkit grade|python -m labkit.course.authoring)$|py -3|\.venv."
+    r"(labkit grade|python -m labkit.course.authoring)$|py(thon3)? -|\.venv."
 )
 
 
