@@ -7,9 +7,14 @@ from __future__ import annotations
 
 from numpy.typing import ArrayLike
 
-from labkit.evaluation.pose_errors import PoseErrors, as_trajectories, pose_differences
+from labkit.evaluation.pose_errors import (
+    PoseErrors,
+    as_increments,
+    check_lengths,
+    pose_differences,
+)
 from labkit.se2 import compose, from_xytheta, invert
-from labkit.support.arrays import as_pose, as_poses
+from labkit.support.arrays import as_pose
 
 
 def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
@@ -28,11 +33,13 @@ def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
     Examples
     --------
     >>> errors = forward_backward([[0.5, 0.0, 0.0]], [[-0.4, 0.0, 0.1]])
-    >>> [round(float(each[0]), 3) for each in (errors.translation_errors, errors.rotation_errors)]
-    [0.1, 0.1]
+    >>> round(errors.translation.max, 3), round(errors.rotation.max, 3)
+    (0.1, 0.1)
     """
-    there, back = map(from_xytheta, as_trajectories(forward=forward, backward=backward))
-    return PoseErrors(*pose_differences(invert(there), back))
+    there = as_increments(forward, "forward")
+    back = as_increments(backward, "backward")
+    check_lengths(there, back, "forward", "backward")
+    return PoseErrors(*pose_differences(invert(from_xytheta(there)), from_xytheta(back)))
 
 
 def disagreement(increments: ArrayLike, prior: ArrayLike) -> PoseErrors:
@@ -45,15 +52,17 @@ def disagreement(increments: ArrayLike, prior: ArrayLike) -> PoseErrors:
 
     Notes
     -----
-    Blind where the estimate took over the prior, as it does along a free direction.
+    Blind where the estimate was taken from the prior, as it is along a free direction.
 
     Examples
     --------
     >>> disagreement([[0.5, 0.0, 0.1]], [[0.5, 0.1, 0.0]]).translation.max
     0.1
     """
-    estimated, expected = map(from_xytheta, as_trajectories(increments=increments, prior=prior))
-    return PoseErrors(*pose_differences(expected, estimated))
+    estimated = as_increments(increments, "increments")
+    expected = as_increments(prior, "prior")
+    check_lengths(estimated, expected, "increments", "prior")
+    return PoseErrors(*pose_differences(from_xytheta(expected), from_xytheta(estimated)))
 
 
 def loop_closure(increments: ArrayLike, closing: ArrayLike = (0.0, 0.0, 0.0)) -> PoseErrors:
@@ -75,6 +84,6 @@ def loop_closure(increments: ArrayLike, closing: ArrayLike = (0.0, 0.0, 0.0)) ->
     >>> round(loop_closure([[1.0, 0.0, 1.5708]] * 4).translation.max, 4)  # a square
     0.0
     """
-    T_first_last = compose(*from_xytheta(as_poses(increments, "increments")))
-    expected = from_xytheta(as_pose(closing, "closing"))
-    return PoseErrors(*pose_differences(expected[None], T_first_last[None]))
+    T_first_last = compose(*from_xytheta(as_increments(increments, "increments")))
+    T_expected = from_xytheta(as_pose(closing, "closing"))
+    return PoseErrors(*pose_differences(T_expected[None], T_first_last[None]))

@@ -9,13 +9,23 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.se2 import relative, to_xytheta
-from labkit.support.arrays import FloatArray, IntArray, as_poses
+from labkit.support.arrays import (
+    FloatArray,
+    IntArray,
+    as_finite,
+    as_floats,
+    as_poses,
+    check_range,
+)
 from labkit.support.errors import InvalidPointsError
+
+MAX_ERROR = 1e100  # its square is finite
+USE_RADIANS = "are these degrees? use `np.radians`"
 
 
 @dataclass(frozen=True)
 class ErrorSummary:
-    """Statistics of errors, in their unit; NaN if there are none, for 0.0 would look perfect.
+    """Statistics of errors, in their unit; NaN if there are none, since 0.0 would look perfect.
 
     `std` is divided by `count`; `p95` is the 95th percentile, linear between two errors.
     """
@@ -39,11 +49,20 @@ class ErrorSummary:
         >>> ErrorSummary.of([]).rmse
         nan
         """
-        e = np.asarray(errors, dtype=np.float64)
+        e = as_finite(as_floats(errors, "errors", "give a list of errors", ("N",)), "errors")
         if e.size == 0:
-            return cls(0, *[math.nan] * 6)
-        p95, rmse = np.percentile(e, 95.0), np.sqrt(np.mean(e**2))
-        return cls(e.size, *map(float, (e.mean(), e.std(), np.median(e), p95, e.max(), rmse)))
+            nan = math.nan
+            return cls(count=0, mean=nan, std=nan, median=nan, p95=nan, max=nan, rmse=nan)
+        check_range(float(e.max()), "errors", at_most=MAX_ERROR)
+        return cls(
+            count=e.size,
+            mean=float(e.mean()),
+            std=float(e.std()),
+            median=float(np.median(e)),
+            p95=float(np.percentile(e, 95.0)),
+            max=float(e.max()),
+            rmse=float(np.sqrt(np.mean(e**2))),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +76,12 @@ class PoseErrors:
     rotation_errors: FloatArray
     pairs: IntArray | None = None
 
+    def __post_init__(self) -> None:
+        count = len(as_floats(self.translation_errors, "translation_errors", shape=("N",)))
+        as_floats(self.rotation_errors, "rotation_errors", shape=(count,))
+        if self.pairs is not None:
+            as_floats(self.pairs, "pairs", shape=(count, 2))
+
     @property
     def translation(self) -> ErrorSummary:
         """Statistics of the translation errors [m]."""
@@ -68,8 +93,9 @@ class PoseErrors:
         return ErrorSummary.of(self.rotation_errors)
 
     def __repr__(self) -> str:
-        count, moved, turned = len(self.rotation_errors), self.translation.rmse, self.rotation.rmse
-        return f"PoseErrors({count} errors: RMSE {moved:.3g} m, {turned:.3g} rad)"
+        metres, radians = self.translation.rmse, self.rotation.rmse
+        count = len(self.rotation_errors)
+        return f"PoseErrors({count} errors: RMSE {metres:.3g} m, {radians:.3g} rad)"
 
 
 def pose_differences(T_true: FloatArray, T_estimated: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -78,11 +104,47 @@ def pose_differences(T_true: FloatArray, T_estimated: FloatArray) -> tuple[Float
     return np.hypot(difference[:, 0], difference[:, 1]), np.abs(difference[:, 2])
 
 
-def as_trajectories(**named: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Check two trajectories, or lists of increments, whose rows k belong to one instant."""
-    a, b = (as_poses(poses, name) for name, poses in named.items())
+def as_trajectories(estimate: ArrayLike, reference: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Check two trajectories whose rows k belong to one instant; their headings are radians."""
+    rows = as_poses(estimate, "estimate")
+    rows_reference = as_poses(reference, "reference")
+    check_lengths(rows, rows_reference, "estimate", "reference")
+    check_headings(rows, "estimate")
+    check_headings(rows_reference, "reference")
+    return rows, rows_reference
+
+
+def as_increments(increments: ArrayLike, name: str) -> FloatArray:
+    """Check motions, rows (Δx [m], Δy [m], Δψ [rad]), none of which turns by more than 2π."""
+    rows = as_poses(increments, name)
+    turns = np.abs(rows[:, 2])
+    if turns.max() > 2.0 * math.pi:
+        row = int(turns.argmax())
+        raise InvalidPointsError(
+            f"`{name}` must turn by at most 2π [rad], got {rows[row, 2]:g} at index {row}; "
+            f"{USE_RADIANS}"
+        )
+    return rows
+
+
+def check_lengths(a: FloatArray, b: FloatArray, name_a: str, name_b: str) -> None:
+    """Raise `InvalidPointsError` unless both have as many rows."""
     if len(a) != len(b):
         raise InvalidPointsError(
-            f"`{'` and `'.join(named)}` must have the same length, got {len(a)} and {len(b)} rows"
+            f"`{name_a}` and `{name_b}` must have the same length, got {len(a)} and {len(b)} rows"
         )
-    return a, b
+
+
+def check_headings(rows: FloatArray, name: str) -> None:
+    """Raise `InvalidPointsError` where headings beyond 2π jump by more than π, as degrees do.
+
+    Headings in radians that count full turns go beyond 2π as well, but not by jumps.
+    """
+    theta = rows[:, 2]
+    jumps = np.abs(np.diff(theta))
+    if np.abs(theta).max() > 2.0 * math.pi and jumps.max(initial=0.0) > math.pi:
+        row = int(jumps.argmax())
+        raise InvalidPointsError(
+            f"`{name}` must have headings in radians, got {theta[row]:g} and {theta[row + 1]:g} "
+            f"one after the other, at index {row}; {USE_RADIANS}"
+        )

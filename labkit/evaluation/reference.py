@@ -15,11 +15,14 @@ from labkit.support.arrays import (
     FARTHEST,
     FloatArray,
     IntArray,
+    check_choice,
     check_count,
     check_kind,
     check_range,
 )
-from labkit.support.errors import DegenerateAlignmentError, InvalidParameterError
+from labkit.support.errors import DegenerateAlignmentError
+
+MAX_STEPS = 1_000_000_000  # in a stretch
 
 
 def ate(
@@ -54,25 +57,22 @@ def ate(
     >>> bool(errors.translation.max < 1e-12), round(errors.rotation.mean, 4)
     (True, 1.5708)
     """
-    x, x_reference = as_trajectories(estimate=estimate, reference=reference)
-    T, T_true = from_xytheta(x), from_xytheta(x_reference)
+    check_choice(align, "align", "rigid", "origin", None)
+    rows, rows_reference = as_trajectories(estimate, reference)
+    T_estimate = from_xytheta(rows)
+    T_reference = from_xytheta(rows_reference)
+    T_reference_estimate = np.eye(3)
     if align == "rigid":
         try:
-            T_reference_estimate = alignment.align(x[:, :2], x_reference[:, :2])
+            T_reference_estimate = alignment.align(rows[:, :2], rows_reference[:, :2])
         except DegenerateAlignmentError as error:
             raise DegenerateAlignmentError(
-                f"the {len(x)} positions leave the rotation undetermined (a trajectory that "
+                f"the {len(rows)} positions leave the rotation undetermined (a trajectory that "
                 f'stays in its place?); use align="origin"'
             ) from error
     elif align == "origin":
-        T_reference_estimate = T_true[0] @ invert(T[0])
-    elif align is None:
-        T_reference_estimate = np.eye(3)
-    else:
-        raise InvalidParameterError(
-            f'must be "rigid", "origin" or None, got {align!r}', parameter="align"
-        )
-    return PoseErrors(*pose_differences(T_true, T_reference_estimate @ T))
+        T_reference_estimate = T_reference[0] @ invert(T_estimate[0])
+    return PoseErrors(*pose_differences(T_reference, T_reference_estimate @ T_estimate))
 
 
 def rpe(
@@ -115,20 +115,21 @@ def rpe(
     >>> rpe(estimate, reference).translation_errors.tolist()
     [0.0, 0.5]
     """
-    x, x_reference = as_trajectories(estimate=estimate, reference=reference)
+    check_choice(unit, "unit", "steps", "metres")
+    rows, rows_reference = as_trajectories(estimate, reference)
     if unit == "steps":
-        check_count(delta, "delta", at_least=1)
-        start = np.arange(len(x) - int(delta))
+        check_count(delta, "delta", at_least=1, at_most=MAX_STEPS)
+        start = np.arange(len(rows) - int(delta))
         pairs = np.column_stack([start, start + int(delta)])
-    elif unit == "metres":
-        check_range(delta, "delta", above=0.0, at_most=FARTHEST, unit="m")
-        pairs = _pairs_by_path(x_reference, delta)
     else:
-        raise InvalidParameterError(f'must be "steps" or "metres", got {unit!r}', parameter="unit")
-    T, T_true = from_xytheta(x), from_xytheta(x_reference)
+        check_range(delta, "delta", above=0.0, at_most=FARTHEST, unit="m")
+        pairs = _pairs_by_path(rows_reference, float(delta))
+    T_estimate = from_xytheta(rows)
+    T_reference = from_xytheta(rows_reference)
     i, j = pairs.T
-    errors = pose_differences(relative(T_true[i], T_true[j]), relative(T[i], T[j]))
-    return PoseErrors(*errors, pairs)
+    true_motions = relative(T_reference[i], T_reference[j])
+    estimated_motions = relative(T_estimate[i], T_estimate[j])
+    return PoseErrors(*pose_differences(true_motions, estimated_motions), pairs)
 
 
 def compare(
@@ -154,25 +155,25 @@ def compare(
     """
     check_kind(trajectories, "trajectories", Mapping)
     check_range(stretch, "stretch", above=0.0, at_most=FARTHEST, unit="m")
-    steps, stretches, absolute = {}, {}, {}
+    over_steps, over_stretches, absolute = {}, {}, {}
     for name, poses in trajectories.items():
-        steps[f"{name}, RPE a step"] = rpe(poses, reference)
-        stretches[f"{name}, RPE over {stretch:g} m"] = rpe(poses, reference, stretch, "metres")
+        over_steps[f"{name}, RPE a step"] = rpe(poses, reference)
+        over_stretches[f"{name}, RPE over {stretch:g} m"] = rpe(poses, reference, stretch, "metres")
         try:
             absolute[f"{name}, ATE"] = ate(poses, reference)
         except DegenerateAlignmentError:  # the robot never moved
             absolute[f"{name}, ATE, first poses aligned"] = ate(poses, reference, align="origin")
-    return steps | stretches | absolute
+    return over_steps | over_stretches | absolute
 
 
 def _pairs_by_path(poses: FloatArray, delta: float) -> IntArray:
-    """For each i, the j > i that lies nearest to `delta` metres further on, within a tenth."""
+    """Pairs (i, j), `delta` metres of path apart within a tenth: for each i the nearest j > i."""
     steps = np.diff(poses[:, :2], axis=0)
     travelled = np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))])
     pairs = []
     for i in range(len(poses) - 1):
-        miss = np.abs(travelled[i + 1 :] - travelled[i] - delta)
-        nearest = int(np.argmin(miss))
-        if miss[nearest] <= 0.1 * delta:
+        difference = np.abs(travelled[i + 1 :] - travelled[i] - delta)
+        nearest = int(np.argmin(difference))
+        if difference[nearest] <= 0.1 * delta:
             pairs.append((i, i + 1 + nearest))
     return np.array(pairs, dtype=np.intp).reshape(-1, 2)

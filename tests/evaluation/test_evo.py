@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from labkit.evaluation import ate, rpe
-from labkit.se2 import from_xytheta, to_xytheta
+from labkit.odometry import integrate
+from labkit.se2 import from_xytheta
 
 pytest.importorskip("evo", reason="evo is the oracle of this module")
 
@@ -16,32 +17,33 @@ RELATIONS = {
     "translation_errors": PoseRelation.translation_part,
     "rotation_errors": PoseRelation.rotation_angle_rad,
 }
+UNITS = {"steps": Unit.frames, "metres": Unit.meters}
 STATISTICS = ["mean", "std", "median", "p95", "max", "rmse"]
 
 
 def trajectories(seed, length=120):
+    """An estimate and its reference, poses (length, 3), each in a world frame of its own."""
     rng = np.random.default_rng(seed)
-    steps = rng.normal([0.4, 0.0, 0.05], [0.2, 0.05, 0.3], (length, 3))
-    wrong = steps + rng.normal(0.0, 0.03, steps.shape)
-    T, T_wrong = [from_xytheta([-1.0, 4.0, 2.0])], [from_xytheta([3.0, -2.0, 1.0])]
-    for step, wrong_step in zip(from_xytheta(steps), from_xytheta(wrong), strict=True):
-        T.append(T[-1] @ step)
-        T_wrong.append(T_wrong[-1] @ wrong_step)
-    return to_xytheta(T_wrong), to_xytheta(T)
+    increments = rng.normal([0.4, 0.0, 0.05], [0.2, 0.05, 0.3], (length, 3))
+    noise = rng.normal(0.0, 0.03, increments.shape)
+    estimate = integrate(increments + noise, start=[3.0, -2.0, 1.0])
+    return estimate, integrate(increments, start=[-1.0, 4.0, 2.0])
 
 
 def as_path(poses):
     """The same poses in space: z = 0 and a turn about z."""
-    spatial = np.tile(np.eye(4), (len(poses), 1, 1))
     T = from_xytheta(poses)
-    spatial[:, :2, :2], spatial[:, :2, 3] = T[:, :2, :2], T[:, :2, 2]
-    return PosePath3D(poses_se3=list(spatial))
+    T_space = np.tile(np.eye(4), (len(poses), 1, 1))
+    T_space[:, :2, :2] = T[:, :2, :2]
+    T_space[:, :2, 3] = T[:, :2, 2]
+    return PosePath3D(poses_se3=list(T_space))
 
 
 def assert_same(errors, name, metric):
-    np.testing.assert_allclose(getattr(errors, name), metric.error, rtol=0, atol=1e-9)
     summary = errors.translation if name == "translation_errors" else errors.rotation
     expected = metric.get_all_statistics() | {"p95": np.percentile(metric.error, 95.0)}
+
+    np.testing.assert_allclose(getattr(errors, name), metric.error, rtol=0, atol=1e-9)
     for statistic in STATISTICS:
         assert getattr(summary, statistic) == pytest.approx(expected[statistic], abs=1e-9)
 
@@ -58,6 +60,7 @@ def test_absolute_errors(seed, align, name):
         path.align_origin(truth)
     metric = APE(RELATIONS[name])
     metric.process_data((truth, path))
+
     assert_same(ate(estimate, reference, align), name, metric)
 
 
@@ -68,9 +71,10 @@ def test_absolute_errors(seed, align, name):
 @pytest.mark.parametrize("seed", range(2))
 def test_relative_errors(seed, delta, unit, name):
     estimate, reference = trajectories(seed)
-    theirs = {"steps": Unit.frames, "metres": Unit.meters}[unit]
-    metric = RPE(RELATIONS[name], delta, theirs, all_pairs=True, pairs_from_reference=True)
+    metric = RPE(RELATIONS[name], delta, UNITS[unit], all_pairs=True, pairs_from_reference=True)
     metric.process_data((as_path(reference), as_path(estimate)))
+
     errors = rpe(estimate, reference, delta, unit)
+
     np.testing.assert_array_equal(errors.pairs[:, 1], metric.delta_ids)
     assert_same(errors, name, metric)
