@@ -18,8 +18,7 @@ from tqdm import tqdm
 
 from labkit.cli.outputs import write_map, write_quality, write_trajectory
 from labkit.evaluation import PoseErrors, compare
-from labkit.logs import Log, read_log, read_tum
-from labkit.logs.trajectories import odd_steps, scanner_track
+from labkit.logs import Log, read_log
 from labkit.odometry import (
     Decision,
     OdometryParameters,
@@ -37,8 +36,8 @@ from labkit.support.warm import warm
 
 DESCRIPTION = """\
 Estimate the motion of a robot from its laser scans, step by step, with sanity checks and
-fallbacks. LOG is a CARMEN or g2o log, a CSV of points or of ranges (the format is told from the
-content), a ROS bag (by its suffix), or `killian`: a real run of 1.9 km that comes with the lab.
+fallbacks. LOG is a CARMEN or g2o log, a ROS bag, a table of points or of ranges, an array of numpy
+(the format is told from the content), or `killian`: a real run of 1.9 km that comes with the lab.
 
 The prior is where a step's search begins, and what it falls back to: the log's own odometry or
 that of `--odometry`, else the motion of the step before. For `killian` it is wheel odometry
@@ -54,9 +53,11 @@ SHORT = {
 OPTIONS = {  # fields of `OdometryParameters`, and those of their fields that are options
     "icp": tuple(SHORT),
     "limits": ("max_translation",),
-    "preprocessing": ("range_min", "range_max"),
 }
-OF_READING = ("laser_offset", "angles", "no_return", "topic", "odometry_topic", "strict")
+OF_READING = (  # parameters of `read_log`
+    *("scans", "start", "angles", "range_min", "range_max", "mirrored", "no_return"),
+    *("laser_offset", "odometry", "topic", "odometry_topic", "strict"),
+)
 WRITERS = {"-odometry.tum": write_trajectory, "-quality.csv": write_quality, "-map.png": write_map}
 SHOWN_DAMAGE = 5  # damaged lines that are named one by one
 
@@ -74,7 +75,8 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     add("--prior", choices=("auto", "none"), default="auto", help="none: leave odometry aside")
     wheels = "wheel odometry of the robot, TUM, on the clock of the scans"
     add("--odometry", metavar="FILE", help=wheels)
-    add("--scans", type=int, metavar="N", help="use the first N scans only (default all)")
+    add("--scans", type=int, metavar="N", help="read N scans only (default all)")
+    add("--start", type=int, default=0, metavar="K", help="begin with scan K (default 0)")
     files = f"PREFIX of {', '.join(WRITERS)} (default the log's name); `none` writes nothing"
     add("--out", metavar="PREFIX", help=files)
     _add_log_options(parser)
@@ -85,10 +87,16 @@ def _add_log_options(parser: argparse.ArgumentParser) -> None:
     """Add the parameters of `labkit.logs.read_log`."""
     add, pose = parser.add_argument_group("log").add_argument, ("X", "Y", "THETA")
     place = "the scanner's place on the robot, where the log does not say it [m, m, rad]"
-    beams = "directions of the first and the last beam, for a CSV of ranges [rad]"
+    beams = "directions of the first and the last beam [rad], in place of what the log declares"
+    near = "ranges make points above this, in place of what the log declares [m]"
+    far = "ranges make points below this, likewise; inf for all [m]"
+    mirrored = "the scanner hangs upside down, or counts its angles clockwise"
     codes = "ranges that mean nothing came back [m], or none (default: the known codes)"
-    add("--laser-offset", nargs=3, type=float, default=(0.0,) * 3, metavar=pose, help=place)
+    add("--laser-offset", nargs=3, type=float, metavar=pose, help=place)
     add("--angles", nargs=2, type=float, metavar=("FIRST", "LAST"), help=beams)
+    add("--range-min", type=float, metavar="X", help=near)
+    add("--range-max", type=float, metavar="X", help=far)
+    add("--mirrored", action="store_true", help=mirrored)
     add("--no-return", nargs="*", type=float, metavar="X", help=codes)
     add("--topic", help="of the scans, in a bag with several")
     add("--odometry-topic", metavar="TOPIC", help="of the odometry, likewise")
@@ -120,8 +128,6 @@ def run(args: argparse.Namespace) -> int:
         for part, names in OPTIONS.items()
     }
     parameters = replace(defaults, **parts)
-    if args.scans is not None:
-        check_count(args.scans, "scans", at_least=2)
     log = _read(args)
     outputs = _outputs(args, log.name)
     prior, source = (None, "the last motion") if args.prior == "none" else choose_prior(log)
@@ -155,30 +161,18 @@ def _read(args: argparse.Namespace) -> Log:
     """Read the log, or its first scans; damage and oddities go to stderr."""
     if args.odometry is not None and args.prior == "none":
         raise InvalidParameterError("leaves `--odometry` aside: drop one", parameter="prior")
+    if args.scans is not None:
+        check_count(args.scans, "scans", at_least=2)
     log = read_log(args.log, **{name: getattr(args, name) for name in OF_READING})
     if len(log) < 2:
         raise InvalidPointsError(f"{log.name} holds a single scan; a motion needs two")
-    if args.odometry is not None:
-        log = _with_wheels(log, args)
     for line in log.skipped[:SHOWN_DAMAGE]:
         print(f"skipped {line}", file=sys.stderr)
     if (rest := len(log.skipped) - SHOWN_DAMAGE) > 0:
         print(f"... and {rest} more damaged lines", file=sys.stderr)
     for remark in log.remarks:
         print(f"note: {remark}", file=sys.stderr)
-    return log if args.scans is None else log.head(args.scans)
-
-
-def _with_wheels(log: Log, args: argparse.Namespace) -> Log:
-    """The log with the odometry of the file of `--odometry`."""
-    if np.isnan(log.stamps).any():
-        raise InvalidPointsError(
-            f"{log.name} holds no times, which `--odometry` "
-            f"needs; give its table a column `stamp` in seconds"
-        )
-    file = args.odometry
-    track, gaps = scanner_track(log.scans, file, *read_tum(file), args.laser_offset)
-    return replace(log, odometry=track, remarks=(*log.remarks, *gaps, *odd_steps(track, log.scans)))
+    return log
 
 
 def _outputs(args: argparse.Namespace, name: str) -> list[str]:

@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from functools import lru_cache
 
 import numpy as np
 
@@ -33,10 +32,11 @@ from labkit.logs.lines import (
     parse_numbers,
     parse_pose,
 )
+from labkit.logs.scanner import Scanner
 from labkit.logs.sweeps import Pose, Sweep
-from labkit.scan import Scan, scanner_poses
+from labkit.scan import scanner_poses
 from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
-from labkit.support.arrays import FloatArray, read_only
+from labkit.support.arrays import FloatArray
 from labkit.support.errors import LabkitError, LogError
 
 G2O_WORDS = frozenset({"VERTEX_SE2", "EDGE_SE2"})
@@ -48,7 +48,7 @@ PRINTED = 1e-4  # [m, rad]: difference of two poses by their printed decimals al
 
 
 def read_laser_lines(
-    lines: Iterable[tuple[int, str]], report: DamageReport, *, graph: bool
+    lines: Iterable[tuple[int, str]], report: DamageReport, scanner: Scanner, *, graph: bool
 ) -> Iterator[Sweep]:
     """Yield a sweep for each laser line; in a graph, only where a vertex stands above it."""
     vertex: Pose | None = None
@@ -61,12 +61,12 @@ def read_laser_lines(
                 expect_fields(fields, 5, "VERTEX_SE2")
                 vertex = parse_pose(fields[2:5], "the vertex")
             elif word == ["FLASER"] and not graph:
-                yield _parse_flaser(number, text.split())
+                yield _parse_flaser(number, text.split(), report, scanner)
             elif word == ["ROBOTLASER1"]:
                 if graph and vertex is None:
                     raise DamagedLine("a scan without a vertex, expected a VERTEX_SE2 above it")
                 above, vertex = vertex, None
-                yield _parse_robotlaser(number, text.split(), above)
+                yield _parse_robotlaser(number, text.split(), above, report, scanner)
         except LabkitError as damage:
             report.skip(number, damage)
 
@@ -109,21 +109,29 @@ def scanner_trajectories(
     return scanner_poses(robot, offset), None if rigid else laser
 
 
-def _parse_flaser(number: int, fields: Sequence[str]) -> Sweep:
+def _parse_flaser(
+    number: int, fields: Sequence[str], report: DamageReport, scanner: Scanner
+) -> Sweep:
     n = parse_count(fields, 1, "beams", at_least=2)
     expect_fields(fields, n + 11, f"FLASER with {n} beams")
     step = math.pi / (n if n % 2 == 0 else n - 1)
-    angles = beam_angles(-math.pi / 2, step, n)
+    angles = scanner.beams(n, -math.pi / 2, step, report)
     ranges, stamp = parse_numbers(fields[2 : n + 2], "range"), _parse_stamp(*fields[-3:])
     return Sweep(
         number,
-        Scan.from_ranges(ranges, angles, stamp=stamp, range_max=FLASER_MAXIMUM),
+        scanner.scan(ranges, angles, report, stamp=stamp, band=(0.0, FLASER_MAXIMUM)),
         laser=parse_pose(fields[n + 2 : n + 5], "the laser pose"),
         robot=parse_pose(fields[n + 5 : n + 8], "the robot pose"),
     )
 
 
-def _parse_robotlaser(number: int, fields: Sequence[str], vertex: Pose | None) -> Sweep:
+def _parse_robotlaser(
+    number: int,
+    fields: Sequence[str],
+    vertex: Pose | None,
+    report: DamageReport,
+    scanner: Scanner,
+) -> Sweep:
     n = parse_count(fields, 8, "beams", at_least=1)
     m = parse_count(fields, n + 9, "remissions", at_least=0)
     expect_fields(fields, n + m + 24, f"ROBOTLASER1 with {n} beams and {m} remissions")
@@ -133,22 +141,16 @@ def _parse_robotlaser(number: int, fields: Sequence[str], vertex: Pose | None) -
         raise DamagedLine(f"the angular step is {step:g}, expected a positive number")
     # 0.017453 is short of one degree by 3e-7 rad, which 179 steps make 5e-5 rad.
     exact = (each for each in (fov / n, fov / max(n - 1, 1)) if abs(each - step) <= 1e-6)
-    angles = beam_angles(start, next(exact, step), n)
+    angles = scanner.beams(n, start, next(exact, step), report)
     ranges, stamp = parse_numbers(fields[9 : n + 9], "range"), _parse_stamp(*fields[-3:])
     first = n + m + 10
     return Sweep(
         number,
-        Scan.from_ranges(ranges, angles, stamp=stamp, range_max=declared),
+        scanner.scan(ranges, angles, report, stamp=stamp, band=(0.0, declared)),
         laser=parse_pose(fields[first : first + 3], "the laser pose"),
         robot=parse_pose(fields[first + 3 : first + 6], "the robot pose"),
         vertex=vertex,
     )
-
-
-@lru_cache(maxsize=64)
-def beam_angles(start: float, step: float, n: int) -> FloatArray:
-    """Directions of n beams [rad], read-only: all scans of one scanner share them."""
-    return read_only(start + step * np.arange(n, dtype=np.float64))
 
 
 def _parse_stamp(ipc: str, host: str, logger: str) -> float:

@@ -1,18 +1,26 @@
-"""Lines of a text file, plain, in gzip or in zip; their fields; and the damage found in them."""
+"""Lines of a text file, plain or packed; their fields; and the damage found in them."""
 
 from __future__ import annotations
 
+import bz2
+import codecs
 import gzip
+import io
+import lzma
 import math
 import os
 import zipfile
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import cast
 
 from labkit.logs.log import SkippedLine
 from labkit.support.arrays import FARTHEST, check_kind
 from labkit.support.errors import LabkitError, LogError
 
 MAX_BYTES = 512 << 20  # of a file, unpacked: a small packed one must not fill the memory
+ZSTD = b"\x28\xb5\x2f\xfd"
+MUCH = 0.1  # share of damaged lines that is told
 MAX_REASON = 180  # characters: with the file's name it stays a message that a terminal shows
 
 
@@ -29,6 +37,8 @@ class DamageReport:
         self.strict = strict
         self.skipped: list[SkippedLine] = []
         self.remarks: list[str] = []
+        self.clock_is_named = False  # its unit, by a title
+        self._oddities: Counter[str] = Counter()
 
     def skip(self, line: int, reason: object) -> None:
         """Leave out a line for a reason, or raise `LogError` ``FILE:LINE: reason``."""
@@ -36,6 +46,21 @@ class DamageReport:
         if self.strict:
             raise LogError(str(skipped))
         self.skipped.append(skipped)
+
+    def count(self, oddity: str) -> None:
+        """Count one more scan with an oddity, a clause whose subject are scans."""
+        self._oddities[oddity] += 1
+
+    def all_remarks(self, scan_count: int) -> tuple[str, ...]:
+        """The remarks, and one for each oddity of scans and for many damaged lines."""
+        counted = [f"{count} scans {oddity}" for oddity, count in self._oddities.items()]
+        damaged = len(self.skipped)
+        if damaged > MUCH * (scan_count + damaged):
+            counted.append(
+                f"{damaged} damaged lines are left out, and {scan_count} scans are read: what is "
+                f"missing between two scans counts as one step"
+            )
+        return (*self.remarks, *counted)
 
     def summary(self) -> str:
         """Tail of the message about a file without any good line."""
@@ -51,33 +76,66 @@ def shorten(text: str, longest: int = MAX_REASON) -> str:
     return line if len(line) <= longest else line[: longest - 3] + "..."
 
 
-def read_lines(report: DamageReport) -> list[tuple[int, str]]:
-    """Read the lines of the report's file with their numbers from 1; `LogError` if there are none.
+def read_lines(report: DamageReport) -> Iterator[tuple[int, str]]:
+    """Yield the lines of the report's file with their numbers from 1; `LogError` if it is blank.
 
-    gzip and zip are recognised by their first bytes, never by the suffix. Bytes that are not UTF-8
-    become U+FFFD and harm their line only.
+    gzip, bzip2, xz and zip are recognised by their first bytes, never by the suffix, and so is
+    UTF-16. Bytes that are not of the encoding become U+FFFD and harm their line only. No more is
+    read than the caller takes.
     """
-    data = _unpacked(report.file)
-    if len(data) > MAX_BYTES:
-        raise LogError(f"{report.file}: more than {MAX_BYTES:,} bytes, unpacked; cut it in pieces")
-    if not data.strip():
+    is_blank, size = True, 0
+    for number, line in enumerate(_decoded(report.file), 1):
+        size += len(line)
+        if size > MAX_BYTES:
+            raise LogError(
+                f"{report.file}: more than {MAX_BYTES:,} bytes, unpacked; cut it in pieces, or "
+                f"read a part with `scans` and `start` (`--scans`, `--start`)"
+            )
+        is_blank = is_blank and not line.strip()
+        yield number, line.rstrip("\r\n")
+    if is_blank:
         raise LogError(f"{report.file}: the file is empty")
-    text = data.decode("utf-8", "replace").removeprefix("\ufeff")
-    return [(number, line.rstrip("\r")) for number, line in enumerate(text.split("\n"), 1)]
 
 
-def _unpacked(file: str) -> bytes:
-    """Read at most one byte more than a file may have; all that goes wrong is a `LogError`."""
+def _decoded(file: str) -> Iterator[str]:
+    """Lines with their ends; all that goes wrong is a `LogError`."""
     try:
-        with open(file, "rb") as raw:
-            magic = raw.peek(2)[:2]
-            if magic == b"PK":
-                with zipfile.ZipFile(raw) as archive, archive.open(_member(archive)) as unpacked:
-                    return unpacked.read(MAX_BYTES + 1)
-            return (gzip.open(raw) if magic == b"\x1f\x8b" else raw).read(MAX_BYTES + 1)
+        with open(file, "rb") as raw, _unpacked(raw) as stream:
+            head = stream.peek(4)
+            text = io.TextIOWrapper(stream, _encoding(head), errors="replace", newline="\n")
+            while line := text.readline(MAX_BYTES + 1):
+                yield line
     except Exception as error:  # a damaged archive raises errors of many kinds
         reason = shorten(getattr(error, "strerror", None) or str(error) or type(error).__name__)
         raise LogError(f"{file}: cannot be read: {reason}") from None
+
+
+def _unpacked(raw: io.BufferedReader) -> io.BufferedReader:
+    """The bytes of a file, or those in its packing."""
+    magic = raw.peek(4)[:4]
+    if magic == ZSTD:
+        raise LogError("it is packed by zstd; unpack it, or name the folder of the bag")
+    if magic.startswith(b"\x1f\x8b"):
+        return io.BufferedReader(gzip.open(raw))
+    if magic.startswith(b"BZh"):
+        return io.BufferedReader(bz2.open(raw))
+    if magic == b"\xfd7zX":
+        return io.BufferedReader(lzma.open(raw))
+    if magic.startswith(b"PK"):
+        archive = zipfile.ZipFile(raw)
+        return io.BufferedReader(cast("io.RawIOBase", archive.open(_member(archive))))
+    return raw
+
+
+def _encoding(head: bytes) -> str:
+    """The encoding by the mark at the beginning, or by the zeros of UTF-16 without one."""
+    if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16"
+    if len(head) == 4 and head[1] == head[3] == 0 and head[0] and head[2]:
+        return "utf-16-le"
+    if len(head) == 4 and head[0] == head[2] == 0 and head[1] and head[3]:
+        return "utf-16-be"
+    return "utf-8-sig"
 
 
 def _member(archive: zipfile.ZipFile) -> zipfile.ZipInfo:

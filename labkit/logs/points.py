@@ -1,168 +1,205 @@
-"""Tables: rows of points ``x,y`` or ``scan,x,y``, and rows of ranges, one scan a row.
+"""Tables of points, one a row: x and y, or angle and range, in columns with titles.
 
-Fields stand between commas, semicolons (then a comma may be the decimal point) or white
-space; ``#`` begins a comment. A header names the columns of points in any order; others are
-left out. In a table of ranges it may name a column ``stamp``, ``time`` or ``timestamp`` [s]; the
-others are beams by number, as ``r0,r1,r2``.
+Titles stand in any order, with units as ``range_mm``; columns of other names are left out. Without
+titles the columns are ``x,y`` or ``scan,x,y``. A scan is the rows of one number in a column
+``scan``, or else of one stamp. Without both, all rows are one scan; where the angles of a polar
+table start anew, so does a scan.
 """
 
 from __future__ import annotations
 
 import math
-import re
 from array import array
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from labkit.logs.clocks import parse_stamp
+from labkit.logs.columns import Column, parse_title, split_row
 from labkit.logs.lines import (
     DamagedLine,
     DamageReport,
     expect_fields,
     expect_near,
-    is_number,
     parse_finite,
     parse_numbers,
 )
+from labkit.logs.scanner import Scanner
 from labkit.logs.sweeps import MILLIMETRES, Sweep
-from labkit.scan import Scan
-from labkit.support.arrays import FloatArray
-from labkit.support.errors import LogError
+from labkit.scan import check_angles
+from labkit.support.arrays import FloatArray, IntArray
+from labkit.support.errors import InvalidParameterError, LogError
 
-CLOCKS = ("stamp", "time", "timestamp")
-POINT = ("x", "y")
-NUMBERED = re.compile(r"(.*?)[\[(]?[0-9]+[\])]?")  # r0, ranges[0]
-FEWEST_BEAMS = 4
-
-
-def split_row(line: str) -> list[str]:
-    """The fields of a row; none in a blank line or a comment."""
-    text = line.partition("#")[0].strip()
-    if ";" in text:
-        return [field.strip().replace(",", ".") for field in text.split(";")]
-    return [field.strip() for field in text.split(",")] if "," in text else text.split()
+XY, POLAR = ("x", "y"), ("angle", "range")
+UNTITLED = {count: [*map(parse_title, ("scan", *XY)[-count:])] for count in (2, 3)}
+MANY_ROWS = 20  # from here on it is no chance that a column rises in every row
 
 
-def table_kind(lines: Sequence[str]) -> str:
-    """``"points"``, ``"ranges"`` or ``""`` by the first five rows of a file."""
-    rows = [row for row in map(split_row, lines[:50]) if row][:5]
-    kinds = ("points" if _columns(row) else "ranges" * _is_row_of_ranges(row) for row in rows)
-    return next(filter(None, kinds), "")
+def coordinates_of(columns: Sequence[Column]) -> tuple[str, str] | None:
+    """The coordinates that the columns of a table name: x and y, or angle and range."""
+    named = {column.meaning for column in columns if column.number is None}
+    return next((pair for pair in (XY, POLAR) if named.issuperset(pair)), None)
 
 
-def read_points_table(lines: Iterable[tuple[int, str]], report: DamageReport) -> tuple[Scan, ...]:
-    """Read rows of points; scans come in the order in which their number is first met."""
-    names: list[str] = []
-    found: dict[float, array[float]] = {}
-    for number, text in lines:
-        row = split_row(text)
-        if not names:
-            names = _columns(row)
-            if names and not _is_number_row(row):
-                continue
-        try:
-            if row:
-                scan, x, y = _parse_point(names or POINT, row)
-                found.setdefault(scan, array("d")).extend((x, y))
-        except DamagedLine as damage:
-            report.skip(number, damage)
-    scans = tuple(Scan.from_points(np.array(points).reshape(-1, 2)) for points in found.values())
-    if scans:
-        first = scans[0].points
-        extent = float(np.median(np.hypot(*(first - np.median(first, axis=0)).T)))
-        if extent > MILLIMETRES:
-            report.remarks.append(
-                f"half of the points lie more than {extent:.4g} m from their middle: are they "
-                f"millimetres? labkit reads metres"
-            )
-    return scans
-
-
-def _parse_point(names: Sequence[str], row: Sequence[str]) -> tuple[float, float, float]:
-    """Number of the scan, x and y of one row."""
-    expect_fields(row, len(names), "a row of points")
-    named = {"scan": "0"} | dict(zip(names, row, strict=True))
-    scan, x, y = (parse_finite(named[name], name) for name in ("scan", *POINT))
-    expect_near(x, y, "the point")
-    if not scan.is_integer():
-        raise DamagedLine(
-            f"scan is {scan:g}, expected a whole number; if the columns mean something else, name "
-            f"them in a header, as `x,y,intensity`"
-        )
-    return scan, x, y
-
-
-def read_ranges_table(
-    lines: Iterable[tuple[int, str]], report: DamageReport, angles: FloatArray | None
+def read_points_table(
+    lines: Iterable[tuple[int, str]],
+    report: DamageReport,
+    columns: Sequence[Column],
+    scanner: Scanner,
 ) -> list[Sweep]:
-    """Read a sweep from each row of ranges; an empty field is no return."""
-    rows = [(number, row) for number, text in lines if (row := split_row(text))]
-    if not any(row[-1] for _, row in rows):  # each row ends in a comma
-        rows = [(number, row[:-1]) for number, row in rows]
-    is_numbered = _is_numbered(rows[0][1])  # as pandas does, and the rows where it says so
-    header = rows.pop(0)[1] if is_numbered or not _is_row_of_ranges(rows[0][1]) else []
-    if is_numbered and not header[0]:  # the number of a row is no beam
-        header, rows = header[1:], [(number, row[1:]) for number, row in rows]
-    clock = _clock_column(header, report.file) if header and not is_numbered else None
-    count = len(header or rows[0][1]) - (clock is not None)
-    if angles is None:
-        raise LogError(
-            f"{report.file}: rows of {count} numbers; if they are ranges, name the first and the "
-            f"last beam's direction [rad], as `angles=(-2.356, 2.356)`, for `labkit odometry` as "
-            f"`--angles -2.356 2.356`"
-        )
-    beams, sweeps = np.linspace(angles[0], angles[1], count), []
-    for number, row in rows:
-        try:
-            expect_fields(row, count + (clock is not None), f"{count} beams")
-            stamp = np.nan if clock is None else parse_finite(row.pop(clock), "the stamp")
-            ranges = parse_numbers([field or "nan" for field in row], "range")
-            sweeps.append(Sweep(number, Scan.from_ranges(ranges, beams, stamp=stamp)))
-        except DamagedLine as damage:
-            report.skip(number, damage)
-    firsts = np.array([np.asarray(sweep.scan.ranges)[0] for sweep in sweeps])
-    if not header and len(sweeps) > FEWEST_BEAMS and np.all(firsts[1:] > firsts[:-1]):
-        report.remarks.append(
-            "the first column rises in every row: if it is a clock and no beam, say so in a "
-            "header, as `stamp,r0,r1,r2`"
-        )
+    """Read rows of points; scans come in the order in which their number is first met."""
+    pair = coordinates_of(columns) or XY
+    numbers, rows, places = _read_rows(lines, report, columns, pair)
+    if not len(rows):
+        return []
+    if not columns:
+        _suspect_angles(rows[:, 2:], report)
+    if pair == POLAR:
+        _expect_radians(rows[:, 2], places["angle"], report.file)
+    sweeps = []
+    for group in _scans(rows, places, pair, report):
+        line, stamp = numbers[group[0]], float(rows[group[0], 1])
+        first, second = rows[group, 2], rows[group, 3]
+        if pair == XY:
+            scan = scanner.scan_of_points(np.column_stack([first, second]), stamp)
+        else:
+            angles = -first if scanner.mirrored else first
+            scan = scanner.scan(second, angles, report, stamp=stamp)
+        sweeps.append(Sweep(line, scan))
+    if pair == XY:
+        _suspect_millimetres(sweeps[0].scan.points, report)
     return sweeps
 
 
-def _clock_column(row: Sequence[str], file: str) -> int | None:
-    """The column of the clock by a header of ranges; all others must be beams of one name."""
-    names = [field.strip("\"' %").lower() for field in row]
-    stems = [found[1] if (found := NUMBERED.fullmatch(name)) else "" for name in names]
-    beam = max(stems, key=stems.count)
-    for name, stem in zip(names, stems, strict=True):
-        if name not in CLOCKS and (stem != beam or not beam):
+def _read_rows(
+    lines: Iterable[tuple[int, str]],
+    report: DamageReport,
+    columns: Sequence[Column],
+    pair: tuple[str, str],
+) -> tuple[array[int], FloatArray, dict[str, tuple[int, Column]]]:
+    """Lines of the good rows, the rows (scan, stamp, two coordinates), and the columns' places."""
+    numbers, table = array("q"), array("d")
+    places: dict[str, tuple[int, Column]] = {}
+    for number, text in lines:
+        row = split_row(text)
+        if not row:
+            continue
+        if not places:
+            columns = columns or UNTITLED.get(len(row), UNTITLED[2])
+            places = _places(columns, report.file)
+        try:
+            expect_fields(row, len(columns), "a row of points")
+            table.extend(_parse_point(places, pair, row))
+            numbers.append(number)
+        except DamagedLine as damage:
+            report.skip(number, damage)
+    return numbers, np.array(table).reshape(-1, 4), places
+
+
+def _places(columns: Sequence[Column], file: str) -> dict[str, tuple[int, Column]]:
+    """The column of each meaning; `LogError` where two columns claim one."""
+    places: dict[str, tuple[int, Column]] = {}
+    for k, column in enumerate(columns):
+        meaning = column.meaning if column.number is None else ""
+        if meaning in places and meaning != "clock":
             raise LogError(
-                f"{file}: the column {name!r} is neither a clock ({', '.join(CLOCKS)}) nor a "
-                f"numbered beam (r0, r1, ...); rename it, take it out, or begin a title with #"
+                f"{file}: the columns {places[meaning][1].title!r} and {column.title!r} are both "
+                f"taken for {meaning}; rename one of them, or take it out"
             )
-    return next((k for k, name in enumerate(names) if name in CLOCKS), None)
+        if meaning:
+            places.setdefault(meaning, (k, column))
+    return places
 
 
-def _columns(row: Sequence[str]) -> list[str]:
-    """Names of the columns by a header or a good row of points; none by any other row."""
-    names = [field.strip("\"' ").lower() for field in row]
-    if names.count("x") == names.count("y") == 1 and names.count("scan") <= 1:
-        return names
-    if len(row) in {2, 3} and _is_number_row(row):
-        return ["scan", *POINT][-len(row) :]
-    return []
+def _parse_point(
+    places: dict[str, tuple[int, Column]], pair: tuple[str, str], row: Sequence[str]
+) -> tuple[float, float, float, float]:
+    """Number of the scan, stamp [s] and the two coordinates [m, rad] of one row."""
+    scan, stamp = 0.0, math.nan
+    if "scan" in places:
+        scan = parse_finite(row[places["scan"][0]], "scan")
+        if not scan.is_integer():
+            raise DamagedLine(
+                f"scan is {scan:g}, expected a whole number; if the columns mean something else, "
+                f"name them in a header, as `x,y,intensity`"
+            )
+    if "clock" in places:
+        k, clock = places["clock"]
+        stamp = parse_stamp(row[k], clock.scale)
+    (k, first), (m, second) = (places[meaning] for meaning in pair)
+    if pair == POLAR:
+        angle = first.scale * parse_finite(row[k], "angle")
+        return scan, stamp, angle, second.scale * parse_numbers([row[m] or "nan"], "range")[0]
+    x, y = first.scale * parse_finite(row[k], "x"), second.scale * parse_finite(row[m], "y")
+    expect_near(x, y, "the point")
+    return scan, stamp, x, y
 
 
-def _is_number_row(row: Sequence[str]) -> bool:
-    return all(is_number(field) and math.isfinite(float(field)) for field in row)
+def _scans(
+    rows: FloatArray,
+    places: dict[str, tuple[int, Column]],
+    pair: tuple[str, str],
+    report: DamageReport,
+) -> list[IntArray]:
+    """Indices of the rows of each scan, in the order of their first rows."""
+    if "scan" in places:
+        numbers = rows[:, 0]
+    else:
+        numbers = rows[:, 1]  # the stamps
+        if "clock" in places and len(np.unique(numbers)) > 0.5 * len(rows):
+            rows[:, 1] = np.nan  # of single points
+            report.remarks.append(
+                f"the column {places['clock'][1].title!r} gives each point its own time, which "
+                f"tells no scan; a column `scan` would"
+            )
+        if np.isnan(numbers).all():
+            numbers = _turns(rows[:, 2], report) if pair == POLAR else np.zeros(len(rows))
+    order = np.argsort(numbers, kind="stable")
+    starts = np.flatnonzero(np.diff(numbers[order])) + 1
+    return sorted(np.split(order, starts), key=lambda group: int(group[0]))
 
 
-def _is_numbered(row: Sequence[str]) -> bool:
-    """Recognise a header that counts the columns from 0, but for one of row numbers before them."""
-    names = list(row if row[0] else row[1:])
-    return names == [str(number) for number in range(len(names))]
+def _turns(angles: FloatArray, report: DamageReport) -> FloatArray:
+    """Number of the turn of each row: one begins where the angles jump back to their start."""
+    steps, span = np.diff(angles), np.ptp(angles)
+    direction = np.sign(np.median(steps[steps != 0.0])) if steps.any() else 1.0
+    jumps = direction * steps < -0.5 * span
+    if jumps.any() and span > 0.0:
+        report.remarks.append(
+            f"no column numbers the scans: one begins where the angles start anew, "
+            f"{np.count_nonzero(jumps) + 1} in all"
+        )
+    return np.concatenate([[0.0], np.cumsum(jumps)])
 
 
-def _is_row_of_ranges(row: Sequence[str]) -> bool:
-    """Recognise a row of ranges: four numbers or more, some of which may be missing."""
-    return len(row) >= FEWEST_BEAMS and all(is_number(field) for field in row if field)
+def _expect_radians(angles: FloatArray, place: tuple[int, Column], file: str) -> None:
+    try:
+        check_angles(angles, "")
+    except InvalidParameterError as error:
+        title = place[1].title
+        raise LogError(
+            f"{file}: the column {title!r} {error.problem}; the title `angle_deg` says degrees"
+        ) from None
+
+
+def _suspect_angles(pairs: FloatArray, report: DamageReport) -> None:
+    """Remark on two columns without titles that look like angles and ranges."""
+    first, second = pairs.T
+    steps = np.diff(first)
+    is_sweep = len(first) >= MANY_ROWS and ((steps > 0.0).all() or (steps < 0.0).all())
+    if is_sweep and np.ptp(first) <= 360.0 and (second >= 0.0).all() and np.ptp(first) > 1.0:
+        report.remarks.append(
+            "the first column runs one way and the second is never negative: if they are angles "
+            "and ranges, say so in a header, as `angle,range` or `angle_deg,range_mm`"
+        )
+
+
+def _suspect_millimetres(points: FloatArray, report: DamageReport) -> None:
+    if not len(points):
+        return
+    extent = float(np.median(np.hypot(*(points - np.median(points, axis=0)).T)))
+    if extent > MILLIMETRES:
+        report.remarks.append(
+            f"half of the points lie more than {extent:.4g} m from their middle: are they "
+            f"millimetres? labkit reads metres"
+        )

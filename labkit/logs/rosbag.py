@@ -1,12 +1,13 @@
 """ROS 1 and ROS 2 bags: ``sensor_msgs/LaserScan`` with ``nav_msgs/Odometry``, without ROS.
 
-The package `rosbags` reads the bag; it is optional and imported only when a bag is read.
+Of a ``MultiEchoLaserScan`` the first echo of each beam counts. The package `rosbags` reads the
+bag; it is optional and imported only when a bag is read.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
 from itertools import count
 from pathlib import Path
@@ -14,50 +15,61 @@ from typing import Any
 
 import numpy as np
 
-from labkit.logs.laser_lines import beam_angles
 from labkit.logs.lines import DamagedLine, DamageReport, expect_near, shorten
+from labkit.logs.scanner import Scanner
 from labkit.logs.sweeps import Sweep
-from labkit.logs.trajectories import planar_heading, scanner_track
-from labkit.scan import Scan
+from labkit.logs.trajectories import planar_heading
 from labkit.support.arrays import FloatArray
 from labkit.support.errors import LabkitError, LogError
 from labkit.support.extras import need
 
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
+MULTI_ECHO = "sensor_msgs/msg/MultiEchoLaserScan"
 ODOMETRY = "nav_msgs/msg/Odometry"
-BAGS = (".bag", ".db3", ".mcap")  # the first is of ROS 1
+FIRST_BYTES = {  # of a bag, and the suffix that rosbags wants to see
+    b"#ROSBAG": ".bag",
+    b"SQLite format 3": ".db3",
+    b"\x89MCAP": ".mcap",
+}
 
+DIRECTORY = "directory"
+
+Topic = tuple[str, str]  # its name and the type of its messages
 Bag = tuple[Any, Callable[[bytes, str], Any]]  # the reader, and the decoder of its messages
 
 
-def is_bag(path: Path) -> bool:
-    """Recognise a bag by its suffix, a directory of ROS 2 by its metadata."""
-    return path.suffix in BAGS or os.path.isfile(path / "metadata.yaml")
+def bag_kind(path: Path) -> str:
+    """Usual suffix of a bag by its first bytes, a directory of ROS 2 by its metadata, or none."""
+    try:
+        if os.path.isfile(path / "metadata.yaml"):
+            return DIRECTORY
+        with open(path, "rb") as file:
+            head = file.read(16)
+    except (OSError, ValueError):  # no file, or no name of one: the reader says so
+        head = b""
+    named = path.suffix if path.suffix in FIRST_BYTES.values() else ""  # if its head is lost
+    return next((kind for first, kind in FIRST_BYTES.items() if head.startswith(first)), named)
 
 
 def read_bag(
     path: Path,
     report: DamageReport,
+    scanner: Scanner,
+    part: Callable[[Iterable[Sweep]], Iterable[Sweep]],
+    progress: Callable[[Iterable[Any]], Iterable[Any]],
     *,
-    laser_offset: FloatArray,
     topic: str | None,
     odometry_topic: str | None,
 ) -> tuple[list[Sweep], FloatArray | None]:
-    """Read the sweeps of a bag, and the scanner's odometry (K, 3) at their times."""
+    """Read the sweeps of a bag, and the robot's odometry, rows (t, x, y, θ) as they arrived."""
     bag = _open(path, report.file)
     with closing(bag[0]):
-        chosen = _choose(bag, LASER_SCAN, topic, "topic", report.file)
+        chosen = _choose(bag, (LASER_SCAN, MULTI_ECHO), topic, "topic", report.file)
         if chosen is None:
             raise LogError(f"{report.file}: a bag without any scan, expected {LASER_SCAN} messages")
-        wheel = _choose(bag, ODOMETRY, odometry_topic, "odometry_topic", report.file)
-        sweeps = list(_sweeps(bag, chosen, report))
-        if wheel is None or not sweeps:
-            return sweeps, None
-        track = _track(bag, wheel, report)
-    scans = [sweep.scan for sweep in sweeps]
-    odometry, gaps = scanner_track(scans, report.file, track[:, 0], track[:, 1:], laser_offset)
-    report.remarks.extend(gaps)
-    return sweeps, odometry
+        wheel = _choose(bag, (ODOMETRY,), odometry_topic, "odometry_topic", report.file)
+        sweeps = list(part(progress(_sweeps(bag, chosen, report, scanner))))
+        return sweeps, None if wheel is None or not sweeps else _track(bag, wheel, report)
 
 
 def _open(path: Path, file: str) -> Bag:
@@ -65,10 +77,15 @@ def _open(path: Path, file: str) -> Bag:
     from rosbags import rosbag1, rosbag2  # noqa: PLC0415
     from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
 
-    is_ros1 = path.suffix == BAGS[0]
+    kind = bag_kind(path)
+    is_ros1 = kind == ".bag"
     store = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_HUMBLE)
+    reader: Any = rosbag1.Reader if is_ros1 else rosbag2.Reader
     try:
-        opened = (rosbag1 if is_ros1 else rosbag2).Reader(path)
+        if kind not in {".bag", DIRECTORY}:  # rosbags goes by the suffix
+            storages = {path.suffix: reader.STORAGE_PLUGINS[kind]}
+            reader = type("Reader", (reader,), {"STORAGE_PLUGINS": storages})
+        opened = reader(path)
         opened.open()
     except Exception as error:  # a damaged bag makes rosbags raise errors of many kinds
         reason = shorten(str(error)) or type(error).__name__
@@ -76,9 +93,12 @@ def _open(path: Path, file: str) -> Bag:
     return opened, store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
 
 
-def _choose(bag: Bag, msgtype: str, wanted: str | None, parameter: str, file: str) -> str | None:
-    """The topic of a type that the caller wants, or the only one, or None."""
-    topics = sorted({each.topic for each in bag[0].connections if each.msgtype == msgtype})
+def _choose(
+    bag: Bag, msgtypes: Sequence[str], wanted: str | None, parameter: str, file: str
+) -> Topic | None:
+    """The topic of some types that the caller wants, or the only one, or None."""
+    found = {each.topic: each.msgtype for each in bag[0].connections if each.msgtype in msgtypes}
+    topics = sorted(found)
     listed = shorten(", ".join(topics), 100)
     if wanted is None and len(topics) > 1:
         raise LogError(
@@ -86,15 +106,15 @@ def _choose(bag: Bag, msgtype: str, wanted: str | None, parameter: str, file: st
         )
     if wanted is not None and wanted not in topics:
         raise LogError(f"{file}: `{parameter}` is {wanted!r}, the bag has {listed or None}")
-    return wanted or next(iter(topics), None)
+    name = wanted or next(iter(topics), None)
+    return None if name is None else (name, found[name])
 
 
-def _messages(
-    bag: Bag, topic: str, msgtype: str, report: DamageReport
-) -> Iterator[tuple[int, float, Any]]:
+def _messages(bag: Bag, topic: Topic, report: DamageReport) -> Iterator[tuple[int, float, Any]]:
     """Number, time of the header [s] (of the bag, if that is 0) and message of a topic."""
     reader, decode = bag
-    connections = [c for c in reader.connections if (c.topic, c.msgtype) == (topic, msgtype)]
+    msgtype = topic[1]
+    connections = [c for c in reader.connections if (c.topic, c.msgtype) == topic]
     stream = reader.messages(connections=connections)
     for number in count(1):
         try:
@@ -110,25 +130,29 @@ def _messages(
         yield number, stamp, message
 
 
-def _sweeps(bag: Bag, topic: str, report: DamageReport) -> Iterator[Sweep]:
+def _sweeps(bag: Bag, topic: Topic, report: DamageReport, scanner: Scanner) -> Iterator[Sweep]:
     """Yield the good scan messages, counter-clockwise from `angle_min`."""
-    for number, stamp, message in _messages(bag, topic, LASER_SCAN, report):
+    for number, stamp, message in _messages(bag, topic, report):
         start, step = float(message.angle_min), float(message.angle_increment)
-        band = {"range_min": float(message.range_min), "range_max": float(message.range_max)}
+        band = float(message.range_min), float(message.range_max)
+        ranges = message.ranges
+        if topic[1] == MULTI_ECHO:
+            ranges = [beam.echoes[0] if len(beam.echoes) else np.nan for beam in ranges]
         try:
             with np.errstate(invalid="ignore", over="ignore"):  # what is not finite makes no point
-                angles = beam_angles(start, step, len(message.ranges))
-                scan = Scan.from_ranges(message.ranges, angles, stamp=stamp, **band)
+                last = float(message.angle_max)
+                angles = scanner.beams(len(ranges), start, step, report, last)
+                scan = scanner.scan(ranges, angles, report, stamp=stamp, band=band)
         except LabkitError as damage:
-            report.skip(number, f"a damaged {LASER_SCAN} message: {damage}")
+            report.skip(number, f"a damaged {topic[1]} message: {damage}")
         else:
             yield Sweep(number, scan)
 
 
-def _track(bag: Bag, topic: str, report: DamageReport) -> FloatArray:
-    """The usable odometry messages as rows (t, x, y, θ) in the order of time."""
+def _track(bag: Bag, topic: Topic, report: DamageReport) -> FloatArray:
+    """The usable odometry messages as rows (t, x, y, θ)."""
     rows = []
-    for number, stamp, message in _messages(bag, topic, ODOMETRY, report):
+    for number, stamp, message in _messages(bag, topic, report):
         try:
             place, q = message.pose.pose.position, message.pose.pose.orientation
             expect_near(place.x, place.y, "the pose")
@@ -136,5 +160,7 @@ def _track(bag: Bag, topic: str, report: DamageReport) -> FloatArray:
         except DamagedLine as damage:
             report.skip(number, f"a damaged {ODOMETRY} message: {damage}")
     if not rows:
-        raise LogError(f"{report.file}: no usable {ODOMETRY} message on {topic}{report.summary()}")
-    return np.array(sorted(rows, key=lambda row: row[0]))
+        raise LogError(
+            f"{report.file}: no usable {ODOMETRY} message on {topic[0]}{report.summary()}"
+        )
+    return np.array(rows)

@@ -9,13 +9,14 @@ remark names a number that may be an unknown code.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from labkit.logs.clocks import UNITS, unit_of
 from labkit.logs.lines import DamageReport
 from labkit.scan import LONGEST_RANGE, Scan
 from labkit.support.arrays import BoolArray, FloatArray, as_floats
@@ -34,6 +35,8 @@ KNOWN: tuple[Band, ...] = (  # [m]
 )
 SAME = 0.0015  # [m]: difference of one number printed in two ways
 MANY, SOME = 0.01, 100  # share and number of ranges that end in one number, as a code would
+SCATTER, MANY_NEAR = 0.015, 0.2  # of the longest range, a code that scatters; its share
+BATCH = 512  # scans whose ranges are looked at together
 MILLIMETRES = 100.0  # [m]: hardly a range in metres is longer, and none in millimetres shorter
 
 
@@ -48,51 +51,103 @@ class Sweep(NamedTuple):
 
 
 def make_scans(
-    sweeps: Sequence[Sweep], report: DamageReport, no_return: ArrayLike | None
+    sweeps: list[Sweep], report: DamageReport, no_return: ArrayLike | None
 ) -> tuple[Scan, ...]:
-    """Scans of a log without the codes that `no_return` names or, by default, the known ones."""
-    scans = [sweep.scan for sweep in sweeps]
-    measured = [np.asarray(scan.ranges)[scan.beams] for scan in scans]
-    codes = _as_codes(no_return) if no_return is not None else _find_codes(measured, report)
-    ranges = np.concatenate([scan.ranges for scan in scans])
-    returned = ranges[(ranges > 0.0) & (ranges < LONGEST_RANGE)]
-    if returned.size and np.quantile(returned, 0.1) > MILLIMETRES:
+    """Scans of a log without the codes that `no_return` names or, by default, the known ones.
+
+    The list of sweeps is emptied: a long log is not held twice.
+    """
+    codes = _find_codes(sweeps, report) if no_return is None else _as_codes(no_return)
+    _suspect_millimetres(sweeps, report)
+    stamps = _settle_clock(sweeps, report)
+    scans = list[Scan]()
+    sweeps.reverse()
+    for stamp in stamps.tolist():
+        scan = sweeps.pop().scan
+        if codes and scan.ranges is not None:
+            coded = _within(scan.ranges[scan.beams], codes)
+            scan = scan.select(~coded) if coded.any() else scan
+        same_stamp = scan.stamp == stamp or math.isnan(scan.stamp)
+        scans.append(scan if same_stamp else replace(scan, stamp=stamp))
+    return tuple(scans)
+
+
+def _batches(sweeps: Sequence[Sweep], *, measured: bool) -> Iterator[FloatArray]:
+    """Ranges of the scans that have beams, or of their points alone, some hundred scans at once."""
+    scans = [sweep.scan for sweep in sweeps if sweep.scan.ranges is not None]
+    for k in range(0, len(scans), BATCH):
+        batch = scans[k : k + BATCH]
+        ranges = [np.asarray(scan.ranges) for scan in batch]
+        if measured:
+            ranges = [all_beams[scan.beams] for all_beams, scan in zip(ranges, batch, strict=True)]
+        yield np.concatenate(ranges)
+
+
+def _suspect_millimetres(sweeps: Sequence[Sweep], report: DamageReport) -> None:
+    returned = short = 0
+    for ranges in _batches(sweeps, measured=False):
+        positive = ranges[(ranges > 0.0) & (ranges < LONGEST_RANGE)]
+        returned += positive.size
+        short += int(np.count_nonzero(positive <= MILLIMETRES))
+    if returned and short < 0.1 * returned:
         report.remarks.append(
             f"nearly all ranges exceed {MILLIMETRES:g} m: are they millimetres? labkit reads metres"
         )
-    stamps = np.array([scan.stamp for scan in scans])
+
+
+def _settle_clock(sweeps: Sequence[Sweep], report: DamageReport) -> FloatArray:
+    """Stamps of the sweeps in seconds, NaN where the clock stands at zero; remarks on both."""
+    stamps = np.array([sweep.scan.stamp for sweep in sweeps])
     if not stamps.any():  # a clock that stands at zero is none
-        scans = [replace(scan, stamp=math.nan) for scan in scans]
-    elif (late := np.flatnonzero(np.diff(stamps) <= 0.0) + 1).size:
+        return np.full(len(stamps), np.nan)
+    unit = 1.0 if report.clock_is_named else unit_of(stamps)
+    if unit != 1.0:
+        step = np.median(np.abs(np.diff(stamps))) if len(stamps) > 1 else stamps[0]
+        report.remarks.append(
+            f"the clock of the scans steps by {step:.4g}, which are no seconds: it is read as "
+            f"{UNITS[unit]}; the title `stamp_s` of its column says seconds"
+        )
+        stamps = stamps * unit
+    if (late := np.flatnonzero(np.diff(stamps) <= 0.0) + 1).size:
         k = late[0]
         report.remarks.append(
             f"the clock of the scans stands still or runs backwards {late.size} times, first at "
             f"line {sweeps[k].line}: {stamps[k]:.10g} s after {stamps[k - 1]:.10g} s"
         )
-    coded = (_within(each, codes) for each in measured)
-    return tuple(
-        scan.select(~mask) if mask.any() else scan for scan, mask in zip(scans, coded, strict=True)
-    )
+    return stamps
 
 
-def _find_codes(measured: Sequence[FloatArray], report: DamageReport) -> tuple[Band, ...]:
+def _find_codes(sweeps: Sequence[Sweep], report: DamageReport) -> tuple[Band, ...]:
     """The known code with which the ranges of a log end; a remark on it, or on an unknown one."""
-    ranges = np.concatenate(measured)
-    size, top = ranges.size, ranges.max(initial=0.0)
+    top = max((ranges.max(initial=0.0) for ranges in _batches(sweeps, measured=True)), default=0.0)
     codes = tuple(band for band in KNOWN if band[0] <= top <= band[1])
-    coded = _within(ranges, codes)
-    at_top = np.count_nonzero(ranges > top - SAME)
+    size = coded = at_top = near_top = 0
+    lowest = top
+    for ranges in _batches(sweeps, measured=True):
+        size += ranges.size
+        within = ranges[_within(ranges, codes)]
+        coded += within.size
+        lowest = min(lowest, within.min(initial=top))
+        at_top += int(np.count_nonzero(ranges > top - SAME))
+        near_top += int(np.count_nonzero(ranges > (1.0 - SCATTER) * top))
     if codes:
-        ends = dict.fromkeys((ranges[coded].min(), top))  # one, if equal
+        ends = dict.fromkeys((lowest, top))  # one, if equal
         report.remarks.append(
-            f"{coded.sum()} of {size} ranges ({100.0 * coded.mean():.2g} %) read "
+            f"{coded} of {size} ranges ({100.0 * coded / size:.2g} %) read "
             f"{' to '.join(f'{end:g}' for end in ends)} m: codes for no return, they make no "
             f"point; `no_return` (`--no-return`) names others, or none"
+        )
+    elif near_top > MANY_NEAR * size and near_top > 2 * at_top:
+        report.remarks.append(
+            f"{near_top} of {size} ranges read {(1.0 - SCATTER) * top:.4g} to {top:g} m, the "
+            f"longest of all; if that means no return, end the ranges below by `range_max` "
+            f"(`--range-max {0.99 * (1.0 - SCATTER) * top:.4g}`)"
         )
     elif at_top > max(SOME, MANY * size):
         report.remarks.append(
             f"{at_top} of {size} ranges read {top:g} m, the longest of all; if that means no "
-            f"return, name it as `no_return` (`--no-return`)"
+            f"return, name it as `no_return` (`--no-return`), or where it scatters end the ranges "
+            f"below by `range_max` (`--range-max`)"
         )
     return codes
 

@@ -112,7 +112,10 @@ def test_the_head_of_killian_against_its_reference(run, files):
         (("gone.log",), "gone.log"),
         (("{log}", "--out", "no/such/t"), "cannot write no/such/t-odometry.tum"),
         (("{log}", "--odometry", "room-odometry.tum"), "room-odometry.tum: it is read from"),
-        (("{pair}", "--odometry", "{log}"), "pair holds no times, which `--odometry` needs"),
+        (
+            ("{pair}", "--odometry", "{log}"),
+            "pair.log: holds no times, which `odometry` (`--odometry`) needs",
+        ),
         (
             ("{log}", "--odometry", "wheels.tum", "--prior", "none"),
             "--prior leaves `--odometry` aside: drop one",

@@ -96,7 +96,7 @@ def test_a_table_of_ranges_needs_the_directions_of_its_beams(save):
 
 @pytest.mark.parametrize("clock", ["", "stamp,", "Time,"])
 @pytest.mark.parametrize("place", [0, 2, 6])
-@pytest.mark.parametrize("name", ["seq", "t", "angle_min", "intensity3"])
+@pytest.mark.parametrize("name", ["speed", "t", "class", "quality3"])
 def test_a_column_that_is_neither_a_clock_nor_a_beam_is_refused_by_its_name(
     save, clock, place, name
 ):

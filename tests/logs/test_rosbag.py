@@ -166,8 +166,7 @@ def test_bags_without_a_usable_scan_or_pose(bag, stamps, poses, message):
 
 
 @pytest.mark.parametrize("length", [2.828, math.nan])
-def test_a_pose_or_a_band_that_is_none_is_damage(bag, length):
-    bag.scan(10.0, range_max=0.05)
+def test_a_pose_that_is_none_is_damage(bag, length):
     bag.scan(10.0)
     bag.odometry(10.0, 1e300, 0.0, 0.0)
     bag.odometry(10.0, 5.0, 0.0, 0.0, orientation={"w": length})
@@ -175,7 +174,17 @@ def test_a_pose_or_a_band_that_is_none_is_damage(bag, length):
     bag.odometry(10.05, 1.0, 0.0, 0.0, orientation={"y": math.sin(0.1), "w": math.cos(0.1)})
     log = read_log(bag.close())
     assert log.odometry.tolist() == [[1.0, 0.0, 0.0]]
-    assert [skipped.line for skipped in log.skipped] == [1, 1, 2]
-    assert "LaserScan message: `range_max` must be in (0.1, inf] m" in log.skipped[0].reason
-    assert "the pose is (1e+300, 0), expected to lie within 1e+09 m" in log.skipped[1].reason
-    assert f"the quaternion has length {length}, expected 1" in log.skipped[2].reason
+    assert [skipped.line for skipped in log.skipped] == [1, 2]
+    assert "the pose is (1e+300, 0), expected to lie within 1e+09 m" in log.skipped[0].reason
+    assert f"the quaternion has length {length}, expected 1" in log.skipped[1].reason
+
+
+@pytest.mark.parametrize("maximum", [0.0, 0.05, -1.0, math.nan])
+def test_a_maximum_that_is_not_above_the_minimum_is_unknown(bag, maximum):
+    for stamp in (10.0, 11.0):
+        bag.scan(stamp, range_max=maximum)
+    log = read_log(path := bag.close(), strict=True)
+    assert [scan.beams.tolist() for scan in log.scans] == 2 * [[0, 1, 4]]
+    assert log.remarks[-1].startswith("2 scans declare a maximum range that is not above")
+    known = read_log(path, range_max=25.0, range_min=1.5)
+    assert ([scan.beams.tolist() for scan in known.scans], known.remarks) == (2 * [[1]], ())

@@ -1,0 +1,195 @@
+"""Tables of ranges, one scan a row, and numpy's arrays of them.
+
+The columns are beams by number, as ``r0,r1,r2``, or one list of them, ``ranges``. Beside them a
+clock may stand, and the other fields of ROS's ``LaserScan``: ``rostopic echo -p`` and its like
+write such tables.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain, islice
+
+import numpy as np
+
+from labkit.logs.clocks import parse_stamp
+from labkit.logs.columns import (
+    CLOCK,
+    SECONDS,
+    Column,
+    is_list,
+    list_fields,
+    split_row,
+)
+from labkit.logs.lines import (
+    DamagedLine,
+    DamageReport,
+    expect_fields,
+    parse_finite,
+    parse_numbers,
+)
+from labkit.logs.scanner import Scanner
+from labkit.logs.sweeps import Sweep
+from labkit.support.errors import InvalidParameterError, LogError
+
+FEWEST_BEAMS = 4
+FIRST_ROWS = 50  # tell whether rows end in a comma, and whether the first column rises
+GEOMETRY = ("angle_min", "angle_max", "angle_increment")
+DECLARED = (*GEOMETRY, "time_increment", "range_min", "range_max")
+LEFT_OUT = frozenset({"", "seq", "frame_id", "scan_time", "intensities", "intensity"})
+RISING = (
+    "the first column rises in every row: if it is a clock and no beam, say so in a header, as "
+    "`stamp,r0,r1,r2`"
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """The columns of a table of ranges by what they hold."""
+
+    width: int
+    beams: Sequence[int]  # their columns in the order of their numbers, or the one of a list
+    scale: float  # of the ranges, to metres
+    clocks: Sequence[tuple[int, float]]  # columns and units [s], which add up
+    declared: Mapping[str, tuple[int, float]]  # columns and units of the fields in `DECLARED`
+
+
+def layout_of(columns: Sequence[Column], file: str) -> Layout:
+    """Recognise each column of a table of ranges, or refuse it by its title."""
+    numbered = [column.name for column in columns if column.number is not None]
+    of_ranges = [name for name in numbered if name not in LEFT_OUT - {""}]
+    beam = max(of_ranges, key=of_ranges.count) if of_ranges else None
+    beams, clocks = list[Column](), list[Column]()
+    declared = dict[str, tuple[int, float]]()
+    for k, column in enumerate(columns):
+        is_beam = column.name == beam and column.number is not None
+        if is_beam or (beam is None and column.meaning == "range"):
+            beams.append(column)
+        elif column.meaning == "clock":
+            clocks.append(column)
+        elif column.name in DECLARED:
+            declared[column.name] = k, column.scale
+        elif column.name not in LEFT_OUT or (column.number is not None and not column.name):
+            raise LogError(
+                f"{file}: the column {column.title!r} is neither a clock ({', '.join(CLOCK[:3])}) "
+                f"nor a numbered beam (r0, r1, ...); rename it, take it out, or begin a title "
+                f"with #"
+            )
+    return Layout(
+        width=len(columns),
+        beams=_order_beams(beams, columns, file),
+        scale=beams[0].scale,
+        clocks=_choose_clocks(clocks, columns),
+        declared=declared,
+    )
+
+
+def _order_beams(beams: Sequence[Column], columns: Sequence[Column], file: str) -> list[int]:
+    """Columns of the beams in the order of their numbers, which must have no gap."""
+    ordered = sorted(beams, key=lambda column: column.number or 0)
+    numbers = [column.number or 0 for column in ordered]
+    for number, expected in zip(numbers, range(numbers[0], numbers[0] + len(numbers)), strict=True):
+        if number != expected:
+            trouble = "one number twice" if number < expected else "a gap"
+            raise LogError(
+                f"{file}: the beams {ordered[0].title!r} to {ordered[-1].title!r} are numbered "
+                f"with {trouble}, at {expected}"
+            )
+    units = {column.unit for column in ordered}
+    if len(units) > 1:
+        raise LogError(f"{file}: the beams have units of their own, {', '.join(sorted(units))}")
+    return [columns.index(column) for column in ordered]
+
+
+def _choose_clocks(clocks: Sequence[Column], columns: Sequence[Column]) -> list[tuple[int, float]]:
+    """The scanner's own clock before others; seconds and nanoseconds of one stamp together."""
+    own = sorted(clocks, key=lambda column: CLOCK.index(column.name))
+    chosen = own[:1]
+    if chosen and chosen[0].unit:
+        rest = (c for c in own[1:] if c.name == chosen[0].name and c.scale != chosen[0].scale)
+        chosen += [c for c in rest if {c.scale, chosen[0].scale} == {1.0, SECONDS["ns"]}][:1]
+    return [(columns.index(column), column.scale) for column in chosen]
+
+
+def read_ranges_table(
+    lines: Iterable[tuple[int, str]],
+    report: DamageReport,
+    columns: Sequence[Column],
+    scanner: Scanner,
+) -> Iterator[Sweep]:
+    """Yield a sweep of each row of ranges; an empty field is no return."""
+    rows = ((number, row) for number, text in lines if (row := split_row(text)))
+    first_rows = list(islice(rows, FIRST_ROWS))
+    if not first_rows:
+        return
+    if columns:
+        layout = layout_of(columns, report.file)
+    else:
+        ends_in_comma = not any(row[-1] for _, row in first_rows)
+        width = len(first_rows[0][1])
+        beams = range(width - ends_in_comma)
+        layout = Layout(width=width, beams=beams, scale=1.0, clocks=(), declared={})
+    report.clock_is_named = any(columns[k].unit for k, _ in layout.clocks)
+    _expect_directions(layout, first_rows[0][1], report, scanner)
+    firsts, row_count, rises = -math.inf, 0, not columns
+    for number, row in chain(first_rows, rows):
+        try:
+            expect_fields(row, layout.width, f"{len(layout.beams)} beams")
+            sweep = _parse_sweep(number, row, layout, report, scanner)
+        except (DamagedLine, InvalidParameterError) as damage:
+            report.skip(number, damage)
+            continue
+        first = float(np.asarray(sweep.scan.ranges)[0]) if rises else math.nan
+        rises = rises and first > firsts
+        firsts, row_count = first, row_count + 1
+        if rises and row_count == FIRST_ROWS:
+            report.remarks.append(RISING)
+        yield sweep
+    if rises and FEWEST_BEAMS < row_count < FIRST_ROWS:
+        report.remarks.append(RISING)
+
+
+def _expect_directions(
+    layout: Layout, row: Sequence[str], report: DamageReport, scanner: Scanner
+) -> None:
+    """Raise `LogError` unless the caller or the columns tell where the beams look."""
+    declared = set(GEOMETRY) & layout.declared.keys()
+    if scanner.angles is not None or ("angle_min" in declared and len(declared) > 1):
+        return
+    count = len(layout.beams)
+    if count == 1 and is_list(row[layout.beams[0]]):
+        count = len(list_fields(row[layout.beams[0]]))
+    raise LogError(
+        f"{report.file}: rows of {count} numbers; if they are ranges, name the first and the "
+        f"last beam's direction [rad], as `angles=(-2.356, 2.356)`, for `labkit odometry` as "
+        f"`--angles -2.356 2.356`, or in columns `angle_min` and `angle_increment`"
+    )
+
+
+def _parse_sweep(
+    number: int, row: Sequence[str], layout: Layout, report: DamageReport, scanner: Scanner
+) -> Sweep:
+    fields = [row[k] for k in layout.beams]
+    if len(fields) == 1 and is_list(fields[0]):
+        fields = list_fields(fields[0])
+    ranges = parse_numbers([field or "nan" for field in fields], "range")
+    stamps = [parse_stamp(row[k], unit) for k, unit in layout.clocks]
+    declared = {
+        name: unit * _parse_declared(row[k], name) for name, (k, unit) in layout.declared.items()
+    }
+    first, last = declared.get("angle_min", 0.0), declared.get("angle_max", math.nan)
+    step = declared.get("angle_increment", 0.0)
+    angles = scanner.beams(len(ranges), first, step, report, last)
+    band = declared.get("range_min", 0.0), declared.get("range_max", math.inf)
+    scaled = np.array(ranges) * layout.scale
+    stamp = sum(stamps) if stamps else math.nan
+    return Sweep(number, scanner.scan(scaled, angles, report, stamp=stamp, band=band))
+
+
+def _parse_declared(field: str, name: str) -> float:
+    """A field of the message; only a range may be infinite."""
+    if name.startswith("range"):
+        return parse_numbers([field], name)[0]
+    return parse_finite(field, name)
