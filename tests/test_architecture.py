@@ -22,7 +22,7 @@ ORDER = (
     *("schedule", "correspondences", "degeneracy", "result", "icp", "covariance", "odometry"),
     *("simulation", "evaluation", "logs", "", "support.warm", "plotting"),
     *("grading", "course", "course.assignment", "course.exercises", "course.authoring"),
-    *("course.report",),
+    *("course.report", "course.ladder"),
     *("interactive", "cli", "__main__"),
 )
 DATA = {"support.errors", "support.arrays", "support.compiled", "se2", "scan"}

@@ -16,43 +16,41 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import nbformat
 import pytest
+from matplotlib import pyplot as plt
 
 ROOT = Path(__file__).parents[2]
 CHANGING = "append|extend|setdefault|update"  # methods that change an object in place
-Edits = dict[str, str]  # of the chapter's source, an old text and a new one
 
 
-def claim(says: str, samples: list[Edits]) -> Callable[[Callable], Callable]:
-    """Make a test of a claim: the sentence, and the edits that give each other sample."""
-    chosen = samples if os.environ.get("LABKIT_EXAMPLES") == "nightly" else [of_today(samples)]
-    return pytest.mark.parametrize("sample", chosen, ids=lambda edits: ", ".join(edits.values()))
+def on_other_samples(samples: list[dict[str, str]]) -> Callable[[Callable], Callable]:
+    """Try a claim on samples: for each, edits of the chapter's source, by the old text."""
+    numbered = dict(enumerate(samples))
+    if os.environ.get("LABKIT_EXAMPLES") != "nightly":
+        today = zlib.crc32(commit()) % len(samples)
+        numbered = {today: samples[today]}
+    return pytest.mark.parametrize("sample", numbered.values(), ids=map(str, numbered))
 
 
-def of_today(samples: list[Edits]) -> Edits:
-    """One of the samples; which one changes with the commit."""
+def commit() -> bytes:
+    """The name of the commit that is tried; nothing where there is no repository."""
     asked = ["git", "-C", str(ROOT), "rev-parse", "HEAD"]
-    commit = subprocess.run(asked, capture_output=True, check=False).stdout
-    return samples[zlib.crc32(commit) % len(samples)]
+    return subprocess.run(asked, capture_output=True, check=False).stdout
 
 
-def cells_after(chapter: str, sample: Edits, *asked: str) -> dict[str, object]:
-    """The names that the asked cells of a chapter set, all run with the edits of a sample.
+def run_cells(chapter: str, sample: dict[str, str], *asked: str) -> dict[str, object]:
+    """The names that the asked cells of a chapter set, run with the edits of a sample.
 
-    The cells before them are run as far as the asked ones need what they set. Each edit has to
-    apply; where a stub stands, the solution runs.
+    Before them run the cells that set what they need. Each edit has to apply.
     """
-    cells, unused = code_of(chapter), set(sample)
-    for name, source in cells.items():
-        for old, new in sample.items():
-            if old in source:
-                unused.discard(old)
-                cells[name] = cells[name].replace(old, new)
-    assert not unused, f"no cell of chapter {chapter} holds {unused}"
+    cells = code_of(chapter)
+    for old, new in sample.items():
+        holding = [name for name, source in cells.items() if old in source]
+        assert holding, f"no cell of chapter {chapter} holds {old!r}"
+        cells |= {name: cells[name].replace(old, new) for name in holding}
     names: dict[str, object] = {}
-    for name in needed(cells, asked):
+    for name in needed(cells, set(asked)):
         exec(compile(cells[name], f"chapter {chapter}, cell {name}", "exec"), names)
     plt.close("all")
     return names
@@ -74,8 +72,9 @@ def code_of(chapter: str) -> dict[str, str]:
     return cells
 
 
-def needed(cells: Edits, asked: tuple[str, ...]) -> list[str]:
+def needed(cells: dict[str, str], asked: set[str]) -> list[str]:
     """The asked cells, and before them those that set or change what they read, in order."""
+    assert asked <= set(cells), asked - set(cells)
     wanted: set[str] = set()
     kept = []
     for name in reversed(cells):
@@ -83,7 +82,6 @@ def needed(cells: Edits, asked: tuple[str, ...]) -> list[str]:
         if name in asked or (sets | changes) & wanted:
             kept.append(name)
             wanted = wanted - sets | reads | changes
-    assert set(asked) <= set(kept), set(asked) - set(kept)
     return kept[::-1]
 
 

@@ -1,0 +1,169 @@
+"""What the chapters say of data in general, each sentence on samples that its author did not see.
+
+A sentence that holds on the chapter's own sample alone says "here", and is asserted beside it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from samples import on_other_samples, run_cells
+
+SEEDS = (101, 202, 303, 404)
+PLACES = ("-1.5, 0.8, 1.3", "1.2, 1.0, -0.6", "-0.5, -1.2, 2.5", "2.0, -0.5, 0.0")
+FIRSTS = (600, 1200, 1900, 2600, 3200)
+
+
+def edits(old: str, *new: object) -> list[dict[str, str]]:
+    """Samples that differ in one place of the chapter."""
+    return [{old: str(each)} for each in new]
+
+
+# Chapter 1
+
+
+@on_other_samples(edits("k = 2652", "k = 970", "k = 2650", "k = 2710", "k = 2860", "k = 3340"))
+def test_after_five_iterations_most_of_the_shift_is_missing(sample):
+    """Pairs between which the robot turned by 8° or more, and drove half a metre."""
+    run = run_cells("01", sample, "load-killian")["run"]
+    end = run.T_target_source[:2, 2]
+    missing = [np.hypot(*(each.T_target_source[:2, 2] - end)) for each in run.history]
+    assert missing[5] > 0.65 * missing[0]
+    assert missing[len(missing) // 2] < 0.2 * missing[0]
+
+
+@on_other_samples(
+    [{"labkit.transform(1.0, -0.5, 0.3)": f"labkit.transform({place})"} for place in PLACES]
+)
+def test_four_neighbours_in_five_are_wrong_and_the_shift_comes_before_the_turn(sample):
+    names = run_cells("01", sample, "count-wrong-pairs", "wrong-plot")
+    tenth = names["history"][10].T_target_source
+    x, y, turn = names["labkit"].to_xytheta(names["relative"](names["T_true"], tenth))
+    assert 0.45 < names["unaligned"] / len(names["newer"]) <= 1.0
+    assert np.hypot(x, y) / 0.364 < abs(np.degrees(turn)) / 6
+
+
+# Chapter 3
+
+PAIRS = edits(
+    "range(0, len(log) - 1, 36)", *(f"range({k}, len(log) - 1, 36)" for k in (11, 20, 29))
+)
+NOISE = edits("default_rng(0).normal", "default_rng(7).normal")
+
+
+@on_other_samples(PAIRS + NOISE)
+def test_from_afar_three_remedies_lose_most_and_near_they_equal_the_overlap(sample):
+    names = run_cells("03", sample, "three-table")
+    lost, near, first = names["lost"], names["near"], names["first"]
+    single = ("gate", "overlap", "Huber")
+    assert lost["all three"] >= max(lost[name] for name in single)
+    assert lost["Huber"] <= min(lost.values())
+    assert first["all three"] < 0.67 * min(first[name] for name in single)
+    ends = {name: np.median(each) for name, each in near.items()}
+    assert abs(ends["all three"] - ends["overlap"]) < 0.003
+    assert ends["gate"] > ends["all three"]
+
+
+# Chapter 6
+
+
+@on_other_samples(
+    edits("default_rng(3)", *(f"default_rng({seed})" for seed in SEEDS))
+    + edits(
+        "T_w_older = labkit.transform(0.5, -0.4, 0.3)",
+        *(f"T_w_older = labkit.transform({place})" for place in PLACES),
+    )
+)
+def test_lines_need_fewer_steps_and_have_the_heading_first(sample):
+    names = run_cells("06", sample, "race-run")
+    points, lines = (names["runs"][metric] for metric in names["metrics"])
+    off = names["relative"](names["T_true"], lines.history[3].T_target_source)
+    assert 2 * lines.iterations < points.iterations or not lines.converged
+    assert abs(np.degrees(names["labkit"].to_xytheta(off)[2])) < 0.2
+    assert names["paths"]["point_to_line"][-1] < names["paths"]["point_to_point"][-1] < 0.02
+
+
+@on_other_samples(
+    edits(
+        'default_rng(1), {"guess"', *(f'default_rng({seed}), {{"guess"' for seed in (*SEEDS, 1001))
+    )
+)
+def test_in_the_room_lines_halve_the_error_along_and_of_the_heading(sample):
+    in_room = run_cells("06", sample, "many-room")["in_room"]
+    along, _, heading = in_room["point_to_line"] / in_room["point_to_point"]
+    assert along < 0.6
+    assert heading < 0.5
+
+
+# Chapter 7
+
+
+@on_other_samples(edits("T_step, 4, lidar", *(f"T_step, {seed}, lidar" for seed in SEEDS)))
+def test_more_iterations_help_a_narrow_gate_a_little_and_a_wide_one_a_lot(sample):
+    shares = {
+        key: home.mean() for key, home in run_cells("07", sample, "basin-claims")["homes"].items()
+    }
+    assert 0.05 < shares[0.5, 300] - shares[0.5, 60] < 0.2
+    assert shares[2.0, 300] - shares[2.0, 60] > 0.5
+
+
+@on_other_samples(edits("enumerate(steps)", *(f"enumerate(steps, {seed})" for seed in SEEDS)))
+def test_in_a_bare_corridor_the_robot_stands_still_and_fits_better(sample):
+    names = run_cells("07", sample, "corridor-claims")
+    alone, with_wheels = names["alone"], names["with_wheels"]
+    assert np.abs(alone[:, 0]).max() < 0.1
+    assert (alone[6:, 2] < with_wheels[6:, 2]).all()
+
+
+@on_other_samples(edits("range(12)", *(f"range({seed}, {seed + 12})" for seed in SEEDS)))
+def test_the_answer_jumps_to_the_van_above_the_share_that_stands_still(sample):
+    names = run_cells("07", sample, "van-claims")
+    typical, rmse = names["typical"], names["van_rmse"]
+    assert typical[0.7] < 0.05
+    assert typical[0.8] > 0.25
+    assert rmse[0.8] < 1.5 * rmse[0.7]
+
+
+@on_other_samples(edits("T_step, 0, T_w_hall", *(f"T_step, {seed}, T_w_hall" for seed in SEEDS)))
+def test_among_doorways_the_robot_seems_to_drive_backwards(sample):
+    names = run_cells("07", sample, "doors-run")
+    slipped, right = names["slipped"], names["right"]
+    assert slipped.converged
+    assert abs(slipped.T_target_source[0, 2] + 0.6) < 0.02
+    assert slipped.inlier_rmse < 1.15 * right.inlier_rmse
+
+
+# Chapter 8
+
+DRIVE = 'log = labkit.read_log("killian")\nreference = log.reference'
+REST = """
+log = labkit.logs.Log(scans=log.scans[{0}:], name="", format="")
+reference = reference[{0}:]"""
+LATER = edits(DRIVE, *(DRIVE + REST.format(first) for first in (1000, 2000)))
+WHEELS = edits(
+    "reference, noise, rng=0)[:COUNT]",
+    *(f"reference, noise, rng={seed})[:COUNT]" for seed in (1, 2, 3)),
+)
+
+
+@on_other_samples(LATER + WHEELS)
+def test_which_figure_knows_a_bad_match(sample):
+    names = run_cells("08", sample, "ranks", "restart", "labels")
+    gross, fine = names["gross"], names["fine"]
+    assert 0.75 < gross["inlier RMSE"] < 0.95
+    assert gross["1 − fitness"] < 0.65
+    assert 0.5 < fine["inlier RMSE"] < 0.68
+    assert fine["− information"] > fine["inlier RMSE"] - 0.02
+    assert 0.3 < names["stayed"].mean() < 0.6
+    _, _, *mended = names["rows"][-1]
+    rmse, prior, information = map(float, mended)
+    assert information > max(rmse, prior)
+    assert prior < fine["distance from the prior"]
+
+
+@on_other_samples(LATER)
+def test_forward_and_backward_agree_on_half_of_the_gross_failures(sample):
+    names = run_cells("08", sample, "both-ways", "how-often")
+    alarm = names["blind"]["forward–backward gap"] > 0.05
+    bad = names["blind_errors"] > 0.10
+    assert 0.35 < alarm[bad].mean() < 0.65
+    assert 0.2 < alarm[~bad].mean() < 0.4
