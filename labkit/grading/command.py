@@ -14,7 +14,8 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from labkit.grading.box.outside import SECONDS, MachineError, Wall, open_wall
+from labkit.grading.box.outside import SECONDS, Wall, open_wall
+from labkit.grading.box.watch import MachineError
 from labkit.grading.classroom.gradebooks import read_canvas, read_moodle, write_scores
 from labkit.grading.classroom.gradescope import write_autograder
 from labkit.grading.classroom.handins import LAYOUTS, Submission, find_submissions
@@ -68,7 +69,7 @@ def add_grade(
     add("--moodle", metavar="FILE", help="Moodle's grading worksheet to be filled in")
     add = parser.add_argument_group("where the code runs").add_argument
     add("--no-isolation", action="store_true", help="NOT SAFE: only for code that you trust")
-    add("--seconds", type=float, default=SECONDS, help="of CPU per cell and question (%(default)s)")
+    add("--seconds", type=float, default=SECONDS, help="of CPU per cell and call (%(default)s)")
     add("--jobs", type=int, metavar="N", default=JOBS, help="how many at a time (%(default)s)")
     add("--cluster", metavar="ADDRESS", help="grade on a running Dask cluster")
 

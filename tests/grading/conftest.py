@@ -10,7 +10,8 @@ from labkit.cli import main
 from labkit.grading.box.inside.reading import read_program
 from labkit.grading.box.outside import Wall, open_wall, why_not
 from labkit.grading.classroom.handins import read_files
-from labkit.grading.grade import HANDED_OUT, grade_submission
+from labkit.grading.grade import grade_submission
+from labkit.grading.sitting import HANDED_OUT
 from labkit.support.errors import LabkitError
 
 

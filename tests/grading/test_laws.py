@@ -1,11 +1,12 @@
 """The promises of the grading as laws: each test makes its cases from the assignment."""
 
 import ast
-import contextlib
 import io
 import json
 import os
+import random
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -19,12 +20,14 @@ from small import RIGHT as RIGHT_NUMBERS
 
 from labkit.course.assignment import load_assignment
 from labkit.grading import grade as grading
+from labkit.grading import sitting
 from labkit.grading.box.inside import data
 from labkit.grading.box.inside.reading import read_program
-from labkit.grading.box.outside import BY_THE_CLOCK, SLEEP, Box, BoxError, MachineError, Wall
+from labkit.grading.box.outside import Box, Wall
+from labkit.grading.box.watch import MachineError
 from labkit.grading.command import JOBS
 from labkit.grading.questions import read_assignment
-from notebooks import answered
+from notebooks import RIGHT, answered
 
 ASSIGNMENT = load_assignment()
 ORDERS = []
@@ -88,7 +91,10 @@ class Liar:
         return self.said.pop(0)
 
     def used(self):
-        return 0.0, 0.0
+        return 0.0
+
+    def allow(self, seconds):
+        pass
 
     def close(self):
         pass
@@ -96,7 +102,7 @@ class Liar:
 
 def test_in_the_box_lies_nothing_that_is_still_to_be_asked(monkeypatch):
     """Law 3, on every order that the most that can be lent leads to."""
-    monkeypatch.setattr(grading, "Box", Liar)
+    monkeypatch.setattr(sitting, "Box", Liar)
     grading.grade_submission({"a.py": b"def rotation(): 0"}, Wall("none"), ASSIGNMENT, "ada")
     lent = [order for order in ORDERS if order.get("right")]
     assert {name for order in lent for name in order["right"]} == {*NAMES[:-1]} - {"wrap"}
@@ -133,6 +139,108 @@ def test_what_is_lent_answers_no_later_question(graded):
     assert lost == changed.keys()
 
 
+SLIPS = {  # of a function, and of a caller whose loop ends by a right one alone
+    "has_converged without return": (
+        "has_converged",
+        "def has_converged(*given):\n    given[0]\n",
+    ),
+    "has_converged always False": (
+        "has_converged",
+        "def has_converged(*given):\n    return False\n",
+    ),
+    "wrap that does not": ("wrap", "def wrap(angle):\n    return angle + 0.1\n"),
+    "huge weights": (
+        "huber_weights",
+        "def huber_weights(residuals, delta):\n    return np.ones((9000, 9000))\n",
+    ),
+    "slow neighbours": (
+        "nearest_neighbors",
+        "def nearest_neighbors(source, target):\n    for _ in range(10**8):\n        pass\n",
+    ),
+}
+LOOPING = {
+    "icp": """def icp(source, target, T_init, max_distance, overlap_ratio, delta, max_iterations):
+    T, k = T_init, 0
+    while True:
+        k += 1
+        T_before, T = T, icp_step(source, target, T, max_distance, overlap_ratio, delta)
+        if has_converged(T @ invert(T_before), 1.0, k, 1e-7, 1e-7, 0.0, max_iterations):
+            return T
+""",
+    "integrate": RIGHT["integrate"].replace(
+        "x + dx, y + dy, wrap(psi + increment[2])", "x + dx, y + dy, psi"
+    ).replace(
+        "        poses.append",
+        "        psi = psi + increment[2]\n        while not -np.pi < psi <= np.pi:\n"
+        "            psi = wrap(psi)\n        poses.append",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_who_hangs_on_another_s_mistake_keeps_the_points(slip, graded):
+    """Law 2, on callers that loop until a function says so."""
+    name, source = SLIPS[slip]
+
+    files = {"a.ipynb": answered(LOOPING | {name: source}, closing=False)}
+    verdict = graded(files, ASSIGNMENT, seconds=1.0)
+
+    lost = {one.question for one in verdict.questions if not one.passed}
+    assert lost == {name}, verdict.questions
+
+
+ENDINGS = {  # of a caller that got a wrong answer
+    "hangs": "while True:\n            pass",
+    "exhausts memory": "held = [bytes(2**27) for _ in range(99)]",
+    "dies": "__import__('os')._exit(1)",
+}
+CALLER = """{right}
+right_{name} = {name}
+def {name}(*given):
+    try:
+        is_wrong = {callee}(*{arguments}) is None
+    except Exception:
+        is_wrong = False
+    if is_wrong:
+        {ending}
+    return right_{name}(*given)
+"""
+
+
+def test_whatever_a_wrong_function_does_to_its_callers_they_keep_their_points(graded):
+    """Law 2: functions × callers × ways, half of the functions wrong at a time."""
+    pairs = set()
+
+    def grade_all(seed):
+        rng = random.Random(seed)
+        wrong = {name: f"def {name}(*given):\n    given\n" for name in rng.sample(NAMES, 9)}
+        callers = {}
+        for place, name in enumerate(NAMES):
+            later = ASSIGNMENT.questions[place:]
+            may_be_lent = [
+                one for one in NAMES[:place]
+                if one in wrong and not any(map(ASSIGNMENT.question(one).answers, later))
+            ]  # fmt: skip
+            if name not in wrong and may_be_lent:
+                callee = rng.choice(may_be_lent)
+                ending = rng.choice(list(ENDINGS))
+                count = len(ASSIGNMENT.visible[callee][0].arguments)
+                callers[name] = CALLER.format(
+                    name=name, callee=callee, right=RIGHT[name], ending=ENDINGS[ending],
+                    arguments=[1.0] * count,
+                )  # fmt: skip
+                pairs.add((callee, name, ending))
+        files = {"a.ipynb": answered(wrong | callers, closing=False)}
+        return wrong, graded(files, ASSIGNMENT, seconds=1.0)
+
+    with ThreadPoolExecutor(JOBS) as executor:
+        for wrong, verdict in executor.map(grade_all, range(4)):
+            lost = {one.question: one.score for one in verdict.questions if not one.passed}
+            assert lost == dict.fromkeys(wrong, 0.0)
+    assert len(pairs) > 20
+    assert {ending for _, _, ending in pairs} == ENDINGS.keys()
+
+
 WAITS = "import threading\ndef double(x):\n    threading.Event().wait(99)\nnegate = double\n"
 DRAWS = "import random\nimport numpy as np\ndef double(x):\n    return np.random.rand()\n"
 DRAWS += "def negate(x):\n    return random.random()\n"
@@ -158,21 +266,93 @@ def test_a_verdict_is_the_same_beside_a_load(graded, small):
             one.wait()
 
 
-@pytest.mark.parametrize("used", [0.0, 0.9, 1.1])
-@pytest.mark.parametrize("waited", [0.0, 0.6, 1.0])
-@pytest.mark.parametrize("clock", [0.5, 4.0, 40.0])
-def test_the_clock_decides_only_whether_to_try_again(used, waited, clock, monkeypatch):
-    """Law 2: one second is allowed; `waited` is the share of the clock without a processor."""
-    one = object.__new__(Box)
-    one._allowed, one._began, one._before = 1.0, time.monotonic() - clock, (0.0, 0.0)
-    monkeypatch.setattr(one, "used", lambda: (used, waited * clock))
-    expected = contextlib.nullcontext()
-    if used > 1.0 or (clock > SLEEP + 0.25 and used + waited * clock < clock / 2.0):
-        expected = pytest.raises(BoxError, match="it took too long")  # by its own fault
-    elif clock > BY_THE_CLOCK:
-        expected = pytest.raises(MachineError, match="this machine was too busy")
-    with expected:
-        one._look()
+SLOW = """import time
+def double(x):
+    end = time.process_time() + {seconds}
+    while x > 2.5 and time.process_time() < end:
+        pass
+    return 2 * x
+def negate(x):
+    return -x
+"""
+
+
+def test_what_is_slow_is_asked_again_with_more_time(graded, small):
+    """Law 1: visible cases pass, and a hidden one takes three times as long as a call may."""
+    source = SLOW.format(seconds=1.5)
+
+    verdict = graded({"a.py": source.encode()}, read_assignment(small), seconds=0.5)
+
+    assert verdict.score == 5.0, verdict.questions
+
+
+def test_what_takes_too_long_is_told_so_and_not_called_wrong(graded, small):
+    """Law 1."""
+    source = SLOW.format(seconds=99.0)
+
+    double, negate = graded(
+        {"a.py": source.encode()}, read_assignment(small), seconds=0.5
+    ).questions
+
+    slow = [case for case in double.cases if not case.passed]
+    assert {case.status for case in slow} == {"too long"}
+    assert all("it took too long" in case.reason for case in slow)
+    assert negate.passed
+
+
+LOOPS = {  # each answer right, and as slow as plain loops are
+    "nearest_neighbors": """def nearest_neighbors(source, target):
+    indices, distances = [], []
+    for p in source:
+        gaps = []
+        for q in target:
+            gaps.append(np.linalg.norm(np.array(p) - np.array(q)))
+        indices.append(int(np.argmin(gaps)))
+        distances.append(min(gaps))
+    return np.array(indices), np.array(distances)
+""",
+    "icp": """def icp(source, target, T_init, max_distance, overlap_ratio, delta, max_iterations):
+    T = T_init
+    for _ in range(max_iterations):
+        T = icp_step(source, target, T, max_distance, overlap_ratio, delta)
+    return T
+""",
+}  # fmt: skip
+
+
+def test_a_program_of_plain_loops_earns_all_points_each_time(graded):
+    """Law 1, idle and beside a load."""
+    files = {"a.ipynb": answered(LOOPS, closing=False)}
+
+    with ThreadPoolExecutor(8) as executor:
+        verdicts = list(executor.map(lambda _: graded(files, ASSIGNMENT), range(8)))
+
+    assert [one.score for one in verdicts] == [100.0] * 8
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="Windows knows no SIGSTOP")
+def test_a_grader_that_is_stopped_takes_no_points(options, tmp_path):
+    """Law 1: stopped twice, while boxes are at work, for longer than a box may sleep."""
+    hand_in(tmp_path / "class", 0)
+    for number in range(24):
+        (tmp_path / "class" / f"s{number}.py").write_text(SLOW.format(seconds=0.4))
+    start = (
+        f"import sys\nfrom labkit.cli import main\n"
+        f"sys.modules['labkit.cli.main'].FOLDER = {options[2] + '.cases'!r}\n"
+        f"main({[*options, 'class']})"
+    )
+
+    with subprocess.Popen([sys.executable, "-c", start], cwd=tmp_path) as run:
+        for count in (2, 12):
+            while len(list((tmp_path / "grades").glob("verdicts/*"))) < count:
+                assert run.poll() is None
+                time.sleep(0.02)
+            run.send_signal(signal.SIGSTOP)
+            time.sleep(8.0)
+            run.send_signal(signal.SIGCONT)
+
+    assert scores(tmp_path / "grades") == {f"s{number}": 5.0 for number in range(24)}
 
 
 def test_a_machine_s_failure_is_tried_again_told_and_not_stored(
@@ -207,7 +387,8 @@ AFTERWARDS = {  # what a function does in a hidden case, beside the `WAYS` to fa
 
 
 def test_no_word_counts_once_a_hidden_case_was_sent(graded, small, tmp_path):
-    """Law 4: whatever the code does in a hidden case, its page has the same bytes.
+    """Law 4: whatever the code does in a hidden case, its page has the same bytes; or, where it
+    takes too long, those that say so.
 
     The last one leaves a mark where a box without a wall can: the next box reads it, and says so.
     """
@@ -227,9 +408,9 @@ def test_no_word_counts_once_a_hidden_case_was_sent(graded, small, tmp_path):
         verdict = graded({"a.py": source.encode()}, assignment, seconds=0.5, behind=wall)
         pages.add(json.dumps(replace(verdict, seconds=0.0), default=vars))
     assert os.path.exists(place)
-    assert len(pages) == 1, pages
-    (page,) = pages
-    assert "The result is wrong" in page or "the result is wrong" in page
+    too_long, wrong = sorted(pages, key=lambda page: "it took too long" not in page)
+    assert "it took too long" in too_long
+    assert "the result is wrong" in wrong
 
 
 def zipped(name, data):

@@ -19,14 +19,14 @@ from labkit.grading.box.outside import (
     PACKAGE,
     SYSTEM,
     Box,
-    BoxError,
     Wall,
     open_wall,
     unused_user,
     why_not,
 )
-from labkit.grading.grade import outcome
+from labkit.grading.box.watch import BoxError
 from labkit.grading.questions import read_assignment
+from labkit.grading.sitting import outcome
 from labkit.support.errors import LabkitError
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no box")
@@ -256,10 +256,16 @@ def test_what_the_box_says_is_checked_word_by_word():
     array = {"dtype": "int64", "shape": [1], "data": [1]}
     values = ([1], 1 << 64, array | {"dtype": "object"}, array | {"shape": [9]},
               array | {"data": [1e99]}, array | {"shape": ["9"]})  # fmt: skip
-    for said in ({}, {"values": 3}, *({"value": value} for value in values)):
+    for said in (
+        {},
+        {"values": 3},
+        {"status": "killed"},
+        {"status": "x"},
+        *({"value": value} for value in values),
+    ):
         with pytest.raises(BoxError):
             outcome(said)
-    told = outcome({"error": "a b", "message": "\x1b[2J\u202e" * 999})
+    told = outcome({"status": "raised", "error": "a b", "message": "\x1b[2J\u202e" * 999})
     assert told.error == "Exception"
     assert told.message.isprintable()
     assert len(told.message) == 600

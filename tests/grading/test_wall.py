@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from labkit.grading.box import outside
-from labkit.grading.box.outside import Box, MachineError, Wall, why_not
+from labkit.grading.box.outside import Box, Wall, why_not
+from labkit.grading.box.watch import MachineError
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="walls are Linux's")
 

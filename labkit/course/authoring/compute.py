@@ -21,7 +21,7 @@ from labkit.course.exercises.families import Family
 from labkit.grading.box.inside.data import Value, plain
 from labkit.grading.judge.compare import assess, is_answer_of, is_right
 from labkit.grading.judge.kinds import read
-from labkit.grading.judge.verdict import Outcome
+from labkit.grading.judge.verdict import Outcome, Status
 from labkit.grading.questions import Case, Question
 from labkit.support.errors import LabkitError
 
@@ -164,7 +164,7 @@ def confusion(entry: question, cases: Sequence[Case]) -> str:
 def outcomes_of(id: str, cases: Sequence[Case]) -> list[list[Outcome]]:
     """Outcomes of a mistake, one for each way that it can come out."""
     ways = range(max(len(case.mistaken.get(id, ())) for case in cases))
-    failed = Outcome(error="ValueError")
+    failed = Outcome(status=Status.RAISED, error="ValueError")
     return [
         [Outcome(value=case.mistaken[id][way]) if id in case.mistaken else failed for case in cases]
         for way in ways

@@ -27,7 +27,7 @@ from labkit.course.assignment import load_assignment
 from labkit.course.exercises.entries import ENTRIES, exercise
 from labkit.grading.box.inside.data import NoAnswerError, plain, said_of
 from labkit.grading.judge.compare import assess
-from labkit.grading.judge.verdict import Outcome, QuestionVerdict, to_html
+from labkit.grading.judge.verdict import Outcome, QuestionVerdict, Status, to_html
 from labkit.grading.questions import Case, Question
 from labkit.support.errors import InvalidParameterError
 
@@ -74,8 +74,9 @@ class Feedback:
 
     @property
     def _mark(self) -> str:
-        unwritten = self.verdict.message.endswith("is not written yet.")
-        return "✓" if self.passed else "○" if unwritten else "✗"
+        if self.passed:
+            return "✓"
+        return "✗" if self.verdict.is_written else "○"
 
     @property
     def _reasons(self) -> list[str]:
@@ -174,7 +175,7 @@ def tried_exercise(entry: exercise, function: Callable[..., Any]) -> QuestionVer
     verdict = assess(question, cases, outcomes)
     if verdict.passed:
         return replace(verdict, message="right in every case.")
-    if verdict.misconception is None and any(not one.error for one in outcomes):
+    if verdict.misconception is None and any(one.status is Status.RETURNED for one in outcomes):
         verdict = assess(*entry.with_families, outcomes)
     return verdict
 
@@ -221,7 +222,7 @@ def _outcomes(
             for case in cases:
                 outcomes.append(_outcome(case, function, called, in_place))
     except OutOfTime:
-        late = Outcome(error="OutOfTime", message=f"it did not end within {SECONDS:g} seconds")
+        late = Outcome(status=Status.TOO_LONG, message=f"it did not end within {SECONDS:g} seconds")
         outcomes += [late] * (len(cases) - len(outcomes))
     return outcomes
 
@@ -281,16 +282,21 @@ def _outcome(
                 sys.setprofile(before)
         changed = "" if in_place else _changed(function, arguments, case.arguments)
         if changed:
-            return Outcome(error="ChangedError", message=changed)
+            return Outcome(status=Status.CHANGED, message=changed)
         return Outcome(value=plain(value))
     except NoAnswerError as error:
-        return Outcome(error=type(error).__name__, message=str(error))
+        return Outcome(status=Status.NO_ANSWER, message=str(error))
     except (Exception, SystemExit) as error:  # the student's own, whatever it is
         where = error.__traceback__ and error.__traceback__.tb_next
         line = f" (line {where.tb_lineno} of its cell)" if where else ""
         said = said_of(error)
         hint = next((f"; {text}" for sign, text in HINTS.items() if re.search(sign, said)), "")
-        return Outcome(error=type(error).__name__, message=said + line + hint)
+        unwritten = isinstance(error, NotImplementedError)
+        return Outcome(
+            status=Status.NOT_WRITTEN if unwritten else Status.RAISED,
+            error=type(error).__name__,
+            message=said + line + hint,
+        )
 
 
 def _changed(function: Callable[..., Any], now: Sequence[Any], given: Sequence[Any]) -> str:

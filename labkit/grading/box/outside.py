@@ -33,16 +33,15 @@ import numpy as np
 import scipy
 
 from labkit.grading.box.inside import data
+from labkit.grading.box.watch import LOOK, BoxError, MachineError, Watch, read_usage
 from labkit.support.errors import LabkitError
 
 T = TypeVar("T")
 DISK_BYTES, MAX_LINE = 64 << 20, 1 << 18
 SECONDS = 3.0
-IN_ALL, BY_THE_CLOCK = 60.0, 30.0  # of processor time for a submission; by the clock for an order
+IN_ALL = 60.0  # times the wall's seconds: processor time of a submission
 START = 120.0  # [s] until a box must be ready, on a machine at its limit
-SLEEP = 3.0  # [s] and a quarter of what is allowed: who waits for so long computes nothing
-LOOK = 0.25  # [s] between two looks at the time that a box has used
-TOO_LONG, ENDED = "it took too long", "the program ended"
+ENDED = "the program ended"
 PACKAGE = Path(__file__).resolve().parents[2]
 OWN = str(PACKAGE / "grading/box/inside")
 SYSTEM = ("/usr", "/lib", "/lib64", "/etc/ld.so.cache", "/etc/alternatives")
@@ -78,20 +77,12 @@ def holes(path):
 """
 
 
-class BoxError(Exception):
-    """The box ended, took too long or sent what it must not; nothing more comes from it."""
-
-
-class MachineError(LabkitError):
-    """The machine kept a box from its work: no fault of what ran in it."""
-
-
 class Wall(NamedTuple):
     """The wall around a box, and the time in it, from which all limits of time follow."""
 
     mode: str  # "bubblewrap", "user" or "none"
     hidden: tuple[str, ...] = ()  # paths that lie behind it
-    seconds: float = SECONDS  # of processor time, for a cell and for all calls of a question [s]
+    seconds: float = SECONDS  # of processor time, for a cell and for a call [s]
 
 
 @cache
@@ -164,7 +155,7 @@ class Box:
             self._channel.close()
             raise MachineError(f"the box did not start: {error}") from None
         self._pid = 0  # of the process in the box, once it is there
-        self._allow(START)
+        self.allow(START)
         try:
             self.receive()
         except (BoxError, MachineError) as error:
@@ -183,7 +174,7 @@ class Box:
         """Order what `main` in the box serves, with seconds of processor time for all answers."""
         line = json.dumps({"seconds": self.wall.seconds, **order})
         left = memoryview(line.encode() + b"\n" + attached)
-        self._allow(allowed)
+        self.allow(allowed)
         while left:
             left = left[self._moved(self._channel.send, left) :]
 
@@ -206,45 +197,27 @@ class Box:
             raise BoxError("the program sent an invalid answer")
         return answer
 
-    def used(self) -> tuple[float, float]:
-        """Seconds of processor time that the box has used, and that it waited for a processor."""
-        try:
-            fields = Path(f"/proc/{self._pid}/stat").read_text().rpartition(")")[2].split()
-            threads = Path(f"/proc/{self._pid}/task").glob("*/schedstat")
-            waited = sum(int(thread.read_text().split()[1]) for thread in threads)
-            return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK"), waited / 1e9
-        except (OSError, ValueError, IndexError):  # the system does not tell
-            return time.monotonic() - self._began, 0.0
+    def used(self) -> float:
+        """Seconds of processor time that the box has used."""
+        usage = read_usage(self._pid)
+        return usage.used if usage else self._watch.last.used
 
-    def _allow(self, seconds: float) -> None:
-        self._began = self._looked = time.monotonic()
-        self._allowed, self._before = seconds, self.used()
+    def allow(self, seconds: float) -> None:
+        """Allow the code so many seconds of processor time from now on."""
+        self._watch = Watch(seconds, read_usage(self._pid), time.monotonic())
 
     def _moved(self, move: Callable[[Any], T], what: Any) -> T:
         """Result of a step on the channel, with a look at the time from time to time."""
         while True:
-            if time.monotonic() > self._looked + LOOK:
-                self._look()
+            now = time.monotonic()
+            if now > self._watch.looked + LOOK:
+                self._watch.look(read_usage(self._pid), now)
             try:
                 return move(what)
             except TimeoutError:
                 continue
             except OSError:
                 raise BoxError(ENDED) from None
-
-    def _look(self) -> None:
-        """End the order when its time is over: the processor's for the code, else the machine's."""
-        self._looked = time.monotonic()
-        clock = self._looked - self._began
-        used, waited = (now - then for now, then in zip(self.used(), self._before, strict=True))
-        sleeps = clock > SLEEP + self._allowed / 4.0 and used + waited < clock / 2.0
-        if used > self._allowed or sleeps:
-            raise BoxError(TOO_LONG)
-        if clock > BY_THE_CLOCK * self._allowed:
-            raise MachineError(
-                f"this machine was too busy: of {clock:.0f} s the code got the processor for "
-                f"{used:.1f} s. Grade it again, with a smaller --jobs or on a quiet machine"
-            )
 
 
 def innermost(pid: int) -> int:

@@ -15,14 +15,7 @@ import numpy as np
 from labkit.grading.box.inside.data import Value
 from labkit.grading.judge.kinds import Unreadable, numbers, read, sentences
 from labkit.grading.judge.relations import relations
-from labkit.grading.judge.verdict import (
-    KILLED,
-    NO_RESULT,
-    NOT_DEFINED,
-    CaseVerdict,
-    Outcome,
-    QuestionVerdict,
-)
+from labkit.grading.judge.verdict import CaseVerdict, Outcome, QuestionVerdict, Status
 from labkit.grading.questions import Answer, Case, Misconception, Question
 from labkit.support.arrays import FloatArray
 
@@ -32,12 +25,13 @@ ADVICE_ON = {
     "EOFError": "nobody types while grading, so take `input` out",
 }
 ADVICE = {
-    NOT_DEFINED: "there is no function `{function}`: its cell did not run, or it has another name.",
-    "NotImplementedError": "it is not written yet.",
-    NO_RESULT: "the result is wrong.",
-    "OutOfTime": "it took too long; does a loop have no end?",
-    KILLED: "the program ended in it: too much memory, an exit, or a call without an end.",
-    "ChangedError": "it changed an argument in place{why}; work on a copy.",
+    Status.NOT_DEFINED: "there is no function `{function}`: its cell did not run, or it has "
+    "another name.",
+    Status.NOT_WRITTEN: "it is not written yet.",
+    Status.NO_RESULT: "the result is wrong.",
+    Status.TOO_LONG: "it took too long; does a loop have no end?",
+    Status.KILLED: "the program ended in it: too much memory, an exit, or a call without an end.",
+    Status.CHANGED: "it changed an argument in place{why}; work on a copy.",
 }
 
 ALL_VISIBLE = "All visible cases pass; grading tries others."
@@ -74,7 +68,7 @@ def judge(question: Question, case: Case, outcome: Outcome) -> CaseVerdict:
     Of a hidden case it says only that the result is wrong, or that there is none: whatever else it
     told could be made to spell out an input.
     """
-    if outcome.error:
+    if outcome.status is not Status.RETURNED:
         text = _no_value(question, case, outcome)
     elif is_right(question, case, outcome.value):
         text = ""
@@ -88,7 +82,12 @@ def judge(question: Question, case: Case, outcome: Outcome) -> CaseVerdict:
         first, *more = sentences(question, case, got, wanted)
         text = " ".join([first, *map(_capital, more)])
     reason = f"{_capital(case.about)}: {text}" if text else ""
-    return CaseVerdict(id=case.id, hidden=case.hidden, passed=not text, reason=reason)
+    status = outcome.status
+    if text and case.hidden and status is Status.RETURNED:
+        status = Status.NO_RESULT  # whatever it returned
+    return CaseVerdict(
+        id=case.id, hidden=case.hidden, passed=not text, reason=reason, status=status
+    )
 
 
 def recognise(
@@ -104,7 +103,7 @@ def recognise(
     given = [
         (case, outcome.value, is_right(question, case, outcome.value))
         for case, outcome in zip(cases, outcomes, strict=True)
-        if not outcome.error
+        if outcome.status is Status.RETURNED
     ]
     wrong = [case for case, _, passed in given if not passed]
     if not wrong:
@@ -231,11 +230,11 @@ def _allowed(question: Question, case: Case, answer: FloatArray) -> FloatArray |
 def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
     """Reason why there is nothing to compare; of a hidden case without the student's own words."""
     message = "" if case.hidden else outcome.message
-    if outcome.error == "NoAnswerError" and message:
+    if outcome.status is Status.NO_ANSWER and message:
         return f"it {message}" + ("" if message.endswith("?") else ".")
-    if outcome.error in ADVICE:
+    if outcome.status in ADVICE:
         why = f": {message}" if message else ""
-        return ADVICE[outcome.error].format(function=question.function, why=why)
+        return ADVICE[outcome.status].format(function=question.function, why=why)
     advice = f"; {ADVICE_ON[outcome.error]}" if message and outcome.error in ADVICE_ON else ""
     return f"it raised {message or 'an error'}{advice}."
 
@@ -253,7 +252,7 @@ def _message(
     always = {verdict.reason.partition(": ")[2] for verdict in shown}
     if passed == len(verdicts):
         return "All cases pass." if hidden else ALL_VISIBLE, True
-    if all(outcome.error == "NotImplementedError" for outcome in outcomes):
+    if all(outcome.status is Status.NOT_WRITTEN for outcome in outcomes):
         called = re.match(r"`\w+` is not written yet", outcomes[0].message)
         return f"{called[0] if called else f'`{question.function}` is not written yet'}.", True
     if known:

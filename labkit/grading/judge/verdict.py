@@ -8,12 +8,24 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from enum import StrEnum
 from html import escape
 
 from labkit.grading.box.inside.data import Value
 
-KILLED, NOT_DEFINED = "Killed", "NotDefined"
-NO_RESULT = "NoResult"  # of a hidden case, whatever ended the call
+
+class Status(StrEnum):
+    """How a call ended."""
+
+    RETURNED = "returned"
+    RAISED = "raised"
+    NOT_WRITTEN = "not written"  # it raised NotImplementedError, as its stub does
+    NO_ANSWER = "no answer"  # what it returned is no plain data
+    CHANGED = "changed"  # it wrote into its arguments
+    TOO_LONG = "too long"
+    KILLED = "killed"  # the program ended in it
+    NOT_DEFINED = "not defined"
+    NO_RESULT = "no result"  # of a hidden case that was not just too long; more is not told
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -25,7 +37,8 @@ class Outcome:
     """
 
     value: Value = None  # rebuilt outside, bounds checked; NaN is data
-    error: str = ""  # name of an exception, of the box's own among them, or one of those above
+    status: Status = Status.RETURNED
+    error: str = ""  # name of the exception, where it raised one
     message: str = ""  # as "IndexError: ... (line 3 of cell 7)"
 
 
@@ -37,6 +50,7 @@ class CaseVerdict:
     hidden: bool
     passed: bool
     reason: str  # a few sentences, or "" where it passes; that of a hidden case tells no number
+    status: Status = Status.RETURNED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,6 +70,11 @@ class QuestionVerdict:
     def passed(self) -> bool:
         """True if the question gave all its points."""
         return self.score >= self.points
+
+    @property
+    def is_written(self) -> bool:
+        """False where the function is still as it was handed out."""
+        return any(case.status != Status.NOT_WRITTEN for case in self.cases)
 
     @property
     def cases_passed(self) -> str:

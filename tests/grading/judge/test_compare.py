@@ -8,7 +8,7 @@ import pytest
 from labkit.course.assignment import load_assignment
 from labkit.grading.judge.compare import assess, is_right, judge, recognise
 from labkit.grading.judge.kinds import read
-from labkit.grading.judge.verdict import Outcome
+from labkit.grading.judge.verdict import Outcome, Status
 from labkit.grading.questions import Answer, Case
 
 ASSIGNMENT = load_assignment()
@@ -71,13 +71,13 @@ SECRET = "3.14159 is the first input"
 
 
 @pytest.mark.parametrize(
-    ("error", "of_hidden", "of_visible"),
+    ("status", "of_hidden", "of_visible"),
     [
-        ("OutOfTime", "took too long; does a loop have no end?", ""),
-        ("Killed", "the program ended in it", ""),
-        ("NoAnswerError", "it raised an error.", f"it {SECRET}."),
-        ("NotDefined", "there is no function `align`", ""),
-        ("NotImplementedError", "not written yet", ""),
+        (Status.TOO_LONG, "took too long; does a loop have no end?", ""),
+        (Status.KILLED, "the program ended in it", ""),
+        (Status.NO_ANSWER, "it raised an error.", f"it {SECRET}."),
+        (Status.NOT_DEFINED, "there is no function `align`", ""),
+        (Status.NOT_WRITTEN, "not written yet", ""),
         ("IndexError", "it raised an error.", f"it raised {SECRET}."),
         ("Own", "it raised an error.", f"it raised {SECRET}."),
         ("EOFError", "it raised an error.", "; nobody types while grading, so take"),
@@ -85,9 +85,11 @@ SECRET = "3.14159 is the first input"
         ("ModuleNotFoundError", "an error.", "; only numpy, scipy and the standard"),
     ],
 )
-def test_a_call_without_an_answer_is_explained(error, of_hidden, of_visible):
+def test_a_call_without_an_answer_is_explained(status, of_hidden, of_visible):
     """The student's own text is shown of a visible case alone: it may hold the arguments."""
-    outcome = Outcome(error=error, message=SECRET)
+    outcome = Outcome(status=Status.RAISED, error=status, message=SECRET)
+    if isinstance(status, Status):
+        outcome = Outcome(status=status, message=SECRET)
     for hidden, reason in ((True, of_hidden), (False, of_visible or of_hidden)):
         said = judge(ASSIGNMENT.question("align"), first("align", hidden), outcome).reason
         assert reason in said
@@ -162,7 +164,7 @@ def test_the_examples_learnt_by_heart_are_worth_nothing(question):
     by_constant = assess(question, cases, [returned(case, constant) for case in cases])
     for table in tables:
         raised = [
-            returned(case, table[case.id]) if case.id in table else Outcome(error="Exception")
+            returned(case, table[case.id]) if case.id in table else Outcome(status=Status.RAISED)
             for case in cases
         ]
         assert assess(question, cases, raised).score == 0.0
@@ -174,7 +176,7 @@ def test_the_examples_learnt_by_heart_are_worth_nothing(question):
 def test_a_stub_is_named_also_where_it_is_called(function, named):
     question, cases = ASSIGNMENT.question(function), ASSIGNMENT.cases(function)
     called = "" if function == named else f"`{named}` is not written yet (line 4 of cell 7)"
-    outcomes = [Outcome(error="NotImplementedError", message=called)] * len(cases)
+    outcomes = [Outcome(status=Status.NOT_WRITTEN, message=called)] * len(cases)
     assert assess(question, cases, outcomes).message == f"`{named}` is not written yet."
 
 

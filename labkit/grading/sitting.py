@@ -1,0 +1,198 @@
+"""One submission in its box: its files are read, its cells run, its functions called."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from labkit.grading.box.inside import data
+from labkit.grading.box.inside.reading import Program
+from labkit.grading.box.outside import IN_ALL, PACKAGE, Box, Wall
+from labkit.grading.box.watch import BoxError, BoxTimeout
+from labkit.grading.judge.compare import is_right
+from labkit.grading.judge.verdict import Outcome, Status
+from labkit.grading.questions import Case, Question
+
+MAX_PROGRAM = 1 << 27  # bytes of what was read, which are code and no answer
+READING = 10.0  # [s] of processor time for the files
+# Processor time for all cells, and for a call: the box's own limit as many times, and seconds more.
+CELLS, CALLS, MORE = 5.0, 1.5, 0.5
+PATIENCE = 5.0  # times as long for a call that ran out of time where others were right
+UNREADABLE = "the files cannot be read with little time and memory; hand in the notebook alone"
+HANDED_OUT = [path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py")]
+FROM_BOX = (Status.RAISED, Status.NOT_WRITTEN, Status.NO_ANSWER, Status.TOO_LONG)
+
+
+class Sitting:
+    """One submission in a box, which is started anew where the code ends it.
+
+    What the box says of the cells and of the answers counts until the first hidden case is sent to
+    it, and no longer.
+    """
+
+    def __init__(self, functions: Sequence[str], wall: Wall) -> None:
+        self.functions = functions
+        self.wall = wall
+        self.left = IN_ALL * wall.seconds  # of processor time
+        self.box: Box | None = None
+        self.program = Program([], {}, [], [])
+        self.notes = list[str]()
+        self.is_sealed = False
+        # How many states each answer has: after the cells that define it, and others.
+        self.states: dict[str, int] = {}
+        self.calls: dict[str, set[str]] = {}  # functions that an answer uses
+        # Calls that ended a box or took too long: a function, its state, what was lent to it.
+        self.hung: set[tuple[str, int, frozenset[str]]] = set()
+
+    def read(self, files: Mapping[str, bytes]) -> None:
+        """Have the files read, before any code of theirs is in the box, and then the cells run."""
+        self.box = Box(self.wall, self.left)
+        sizes = {name: len(data) for name, data in files.items()}
+        order = {"sizes": sizes, "functions": self.functions, "handed_out": HANDED_OUT}
+        try:
+            self.box.send(READING, b"".join(files.values()), **order)
+            self.program = Program(**self.box.receive(MAX_PROGRAM))
+        except BoxError:
+            self.close()
+            self.program.unread.append(UNREADABLE)
+        self.run()
+
+    def run(self) -> None:
+        """Have the cells run; one that ends the box is left out from then on."""
+        cells = self.program.cells
+        order = {"cells": cells, "scripts": self.program.scripts, "functions": self.functions}
+        while cells and self.left > 0.0:
+            cell = 0
+            self.box = self.box or Box(self.wall, self.left)
+            try:
+                self.box.send(CELLS * self.wall.seconds + MORE, **order)
+                said: dict[str, Any] = {}
+                for _ in range(len(cells) + 1):
+                    said = self.box.receive()
+                    cell = said.get("cell", cell)
+                if not self.is_sealed:
+                    self.notes = list(said["notes"])
+                    answers = said["answers"].items()
+                    self.calls = {name: set(each["calls"]) for name, each in answers}
+                    self.states = {name: max(1, len(each["states"][:3])) for name, each in answers}
+                return
+            except (BoxError, LookupError, TypeError, AttributeError):  # untrusted
+                self.close()
+                is_place = isinstance(cell, int) and 0 <= cell < len(cells)
+                _, label = cells.pop(cell if is_place else 0)
+                if not self.is_sealed:
+                    says = f"{label} ended the program or hung, so it is left out"
+                    self.program.notes.append(says)
+
+    def ask(
+        self,
+        question: Question,
+        cases: Sequence[Case],
+        state: int,
+        *,
+        right: Mapping[str, str] = {},
+        trusted: bool = False,
+    ) -> list[Outcome]:
+        """The outcomes of some cases of one question, all visible or all hidden.
+
+        A call that takes too long ends them. It is asked again, alone and with more time, where
+        the function is `trusted` or was right in all cases before it.
+        """
+        outcomes = self._call(question, cases, state, right, 1.0)
+        place = next((k for k, one in enumerate(outcomes) if one.status is Status.TOO_LONG), None)
+        if place is None:
+            return outcomes
+        before = zip(cases, outcomes[:place], strict=False)
+        are_right = all(is_right(question, case, one.value) for case, one in before)
+        if are_right and (trusted or place > 0):
+            self.hung.discard((question.function, state, frozenset(right)))
+            for k in range(place, len(cases)):
+                (outcomes[k],) = self._call(question, cases[k : k + 1], state, right, PATIENCE)
+                if outcomes[k].status is Status.TOO_LONG:
+                    break
+        return outcomes
+
+    def _call(
+        self,
+        question: Question,
+        cases: Sequence[Case],
+        state: int,
+        right: Mapping[str, str],
+        patience: float,
+    ) -> list[Outcome]:
+        """Send cases to the box; what hung before, by itself or in what it calls, is not called."""
+        name = question.function
+        if self.box is None:
+            self.run()
+        if self.box is None or name not in self.states:
+            status = Status.TOO_LONG if self.left <= 0.0 else Status.NOT_DEFINED
+            return [Outcome(status=status)] * len(cases)
+        if self._hangs(name, state, right):
+            return [Outcome(status=Status.TOO_LONG)] * len(cases)
+        is_hidden = any(case.hidden for case in cases)
+        self.is_sealed |= is_hidden
+        seconds = patience * self.wall.seconds
+        outcomes = list[Outcome]()
+        try:
+            calls = [[data.to_json(argument) for argument in case.arguments] for case in cases]
+            order = {"function": name, "state": state, "right": right, "calls": calls}
+            self.box.send(CALLS * seconds + MORE, seconds=seconds, **order)
+            while len(outcomes) < len(cases):
+                self.box.allow(CALLS * seconds + MORE)
+                outcomes.append(outcome(self.box.receive()))
+                if outcomes[-1].status is Status.TOO_LONG:
+                    break
+        except BoxError as error:
+            self.close()
+            is_timeout = isinstance(error, BoxTimeout)
+            outcomes.append(Outcome(status=Status.TOO_LONG if is_timeout else Status.KILLED))
+        outcomes += outcomes[-1:] * (len(cases) - len(outcomes))
+        if outcomes[-1].status in (Status.TOO_LONG, Status.KILLED):
+            self.hung.add((name, state, frozenset(right)))
+        return [withheld(one) if is_hidden else one for one in outcomes]
+
+    def _hangs(self, name: str, state: int, right: Mapping[str, str]) -> bool:
+        """True if such a call hung, or would call a function that hung and is not lent to it.
+
+        What hung may have done so for the fault of a function that is lent now: it is called.
+        """
+        if (name, state, frozenset(right)) in self.hung:
+            return True
+        lent = right.keys()
+        others = {one for one, _, _ in self.hung} - {name} - lent
+        return any(one in self.calls[name] and not self.calls.get(one, set()) & lent
+                   for one in others)  # fmt: skip
+
+    def close(self) -> None:
+        """End the box, and count its time."""
+        if self.box:
+            self.left -= self.box.used()
+            self.box.close()
+        self.box = None
+
+
+def withheld(outcome: Outcome) -> Outcome:
+    """An outcome of a hidden case, without what a student's code may say of its arguments."""
+    if outcome.status in (Status.RETURNED, Status.TOO_LONG, Status.NOT_DEFINED):
+        return outcome
+    return Outcome(status=Status.NO_RESULT)
+
+
+def outcome(said: Mapping[str, Any]) -> Outcome:
+    """Read what the box says of a call; `BoxError` where it is no answer."""
+    try:
+        if "status" not in said:
+            return Outcome(value=data.from_json(said["value"]))
+        status = Status(said["status"])
+        if status not in FROM_BOX:
+            raise ValueError
+    except (KeyError, ValueError, RecursionError):
+        raise BoxError("the program sent an invalid answer") from None
+    error = str(said.get("error", ""))
+    error = error if error.isidentifier() else "Exception"
+    return Outcome(status=status, error=error, message=shown(said.get("message") or ""))
+
+
+def shown(text: object) -> str:
+    """A student's text without what a terminal or a page would not print, and cut."""
+    return "".join(letter if letter.isprintable() else " " for letter in str(text)[:600])
