@@ -17,7 +17,14 @@ MAX_LINES = 400
 # labkit/__init__.py, what labkit exports to its users.
 ORDER = (
     *("support", "support.errors", "support.arrays", "support.code_cache", "support.records"),
-    *("support.compiled", "support.extras", "support.files", "support.interrupts", "se2", "scan"),
+    *(
+        "support.compiled",
+        "support.extras",
+        "support.files",
+        "support.interrupts",
+        "support.progress",
+    ),
+    *("se2", "scan"),
     *("filters", "parameters", "alignment", "line_alignment", "neighbors", "normals", "target"),
     *("schedule", "correspondences", "degeneracy", "result", "icp", "covariance", "odometry"),
     *("simulation", "evaluation", "logs", "", "support.warm", "plotting"),
@@ -31,7 +38,8 @@ LEANING_ON_LITTLE = {
     "evaluation": DATA | {"alignment"},
     "logs": DATA | {"support.files", "support.extras"},
     # It knows no ICP: a grader that imported what students write would grade it by itself.
-    "grading": {"support.errors", "support.arrays", "support.extras", "support.files"},
+    "grading": {"support.errors", "support.arrays", "support.extras", "support.files"}
+    | {"support.progress"},
 }
 
 

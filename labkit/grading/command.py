@@ -12,8 +12,6 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_complete
 from dataclasses import replace
 from pathlib import Path
 
-from tqdm import tqdm
-
 from labkit.grading.box.outside import SECONDS, Wall, open_wall
 from labkit.grading.box.watch import MachineError
 from labkit.grading.classroom.gradebooks import read_canvas, read_moodle, write_scores
@@ -33,6 +31,7 @@ from labkit.support.arrays import check_count, check_range
 from labkit.support.errors import LabkitError
 from labkit.support.extras import need
 from labkit.support.files import atomic_write
+from labkit.support.progress import show_progress
 
 SHOWN = 5  # names in a message
 JOBS = 2 * (os.cpu_count() or 1) + 4  # boxes at a time: some start, wait or take long
@@ -192,7 +191,7 @@ def _grade(
 
         graded = {begin(one): one for one in submissions}
         again = []  # each by itself, when all others are done
-        for future in tqdm(as_completed(graded), total=len(graded), disable=None):
+        for future in show_progress(as_completed(graded), "grading", total=len(graded)):
             if isinstance(future.exception(), MachineError):
                 again.append(graded[future])
             else:

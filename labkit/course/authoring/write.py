@@ -16,8 +16,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
 import labkit
 from labkit.course.authoring.compute import hidden_cases, steady_families, visible_cases
 from labkit.course.authoring.entries import question
@@ -27,6 +25,7 @@ from labkit.grading.box.inside.data import to_json
 from labkit.grading.questions import COURSE, FORMAT, Case, Question, salt_of
 from labkit.support.errors import LabkitError
 from labkit.support.files import atomic_write
+from labkit.support.progress import show_progress
 
 HANDED_OUT = Path(labkit.__file__).parents[1] / "notebooks/assignment.ipynb"  # of a checkout
 VARIANTS = 8  # sets of hidden cases, which students are spread over
@@ -72,7 +71,7 @@ def write_assignment(
         folder / "visible.json": cases_file(visible),
         hidden / COURSE: course_file(questions, secret),
     }
-    for variant in tqdm(range(variants), desc="variants", disable=None):
+    for variant in show_progress(range(variants), "drawing", unit="variant"):
         drawn = {
             id: hidden_cases(one, variant, visible[id], secret=secret, like=first.get(id, ()))
             for id, one in zip(visible, questions, strict=True)
