@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import argparse
 import math
+import shutil
 import sys
 import time
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
-from labkit.cli.outputs import write_map, write_quality, write_trajectory
+from labkit.cli.outputs import WRITERS, make_sure_of_room, output_paths, write_files
 from labkit.evaluation import PoseErrors, compare
 from labkit.logs import Log, read_log
 from labkit.odometry import (
@@ -29,15 +31,16 @@ from labkit.odometry import (
 )
 from labkit.simulation import WheelNoise, wheel_increments
 from labkit.support.arrays import FloatArray, check_count
-from labkit.support.errors import InvalidParameterError, InvalidPointsError, WriteError
-from labkit.support.files import refuse_unwritable
+from labkit.support.errors import InvalidParameterError, InvalidPointsError
 from labkit.support.interrupts import loading
+from labkit.support.progress import show_progress
 from labkit.support.warm import warm
 
 DESCRIPTION = """\
 Estimate the motion of a robot from its laser scans, step by step, with sanity checks and
 fallbacks. LOG is a CARMEN or g2o log, a ROS bag, a table of points or of ranges, an array of numpy
-(the format is told from the content), or `killian`: a real run of 1.9 km that comes with the lab.
+(the format is told from the content; `-` is standard input), or `killian`: a real run of 1.9 km
+that comes with the lab.
 
 The prior is where a step's search begins, and what it falls back to: the log's own odometry or
 that of `--odometry`, else the motion of the step before. For `killian` it is wheel odometry
@@ -58,7 +61,6 @@ OF_READING = (  # parameters of `read_log`
     *("scans", "start", "angles", "range_min", "range_max", "mirrored", "no_return"),
     *("laser_offset", "odometry", "topic", "odometry_topic", "strict"),
 )
-WRITERS = {"-odometry.tum": write_trajectory, "-quality.csv": write_quality, "-map.png": write_map}
 SHOWN_DAMAGE = 5  # damaged lines that are named one by one
 
 
@@ -71,14 +73,18 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     )
     parser.set_defaults(run=run)
     add = parser.add_argument
-    add("log", metavar="LOG", help="a log file, or `killian`")
+    add("log", metavar="LOG", help="a log file, `-`, or `killian`")
     add("--prior", choices=("auto", "none"), default="auto", help="none: leave odometry aside")
     wheels = "wheel odometry of the robot, TUM, on the clock of the scans"
     add("--odometry", metavar="FILE", help=wheels)
     add("--scans", type=int, metavar="N", help="read N scans only (default all)")
     add("--start", type=int, default=0, metavar="K", help="begin with scan K (default 0)")
-    files = f"PREFIX of {', '.join(WRITERS)} (default the log's name); `none` writes nothing"
+    files = (
+        f"PREFIX of {', '.join(WRITERS)} (default the log's name), or a folder for files of the "
+        f"log's name; `none` writes nothing"
+    )
     add("--out", metavar="PREFIX", help=files)
+    add("-q", "--quiet", action="store_true", help="show no progress and no summary")
     _add_log_options(parser)
     _add_parameters(parser)
 
@@ -121,49 +127,74 @@ def flag(name: str) -> str:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Estimate the motion, write what was asked for and print a summary."""
+    """Estimate the motion, print a summary and write the files; 1 where a file is not written."""
+    if args.odometry is not None and args.prior == "none":
+        raise InvalidParameterError("leaves `--odometry` aside: drop one", parameter="prior")
+    if args.scans is not None:
+        check_count(args.scans, "scans", at_least=2)
+    parameters = _parameters(args)
+    with _named_file(args.log) as file:
+        log = _read(file, args)
+    paths = output_paths(args.out, log.name, [args.log, args.odometry])
+    make_sure_of_room(paths, len(log))
+    prior, source = (None, "the last motion") if args.prior == "none" else choose_prior(log)
+    source = source if args.odometry is None else f"the odometry of {args.odometry}"
+    if not args.quiet:
+        print(f"{log.name}: {len(log)} scans, prior: {source}", flush=True)
+    start = np.zeros(3) if log.reference is None else log.reference[0]
+    with loading():
+        warm()  # compiling is no time of a step
+    began = time.process_time()
+    progress = _progress(args, "matching", "scan")
+    with warnings.catch_warnings(action="ignore"):  # the remarks are told below
+        result = estimate_odometry(log.scans, prior, parameters, start=start, progress=progress)
+    seconds = time.process_time() - began
+    wheels = None if prior is None or not np.isfinite(prior).all() else integrate(prior, start)
+    for remark in result.remarks:
+        print(f"note: {remark}", file=sys.stderr)
+    if not args.quiet:
+        print(_decisions(result, seconds))
+        _print_errors(log, result, wheels)
+    written, errors = write_files(paths, log, result, wheels)
+    if written and not args.quiet:
+        print("wrote " + ", ".join(written))
+    for error in errors:
+        print(f"labkit odometry: {error}", file=sys.stderr)
+    return 1 if errors else 0
+
+
+def _parameters(args: argparse.Namespace) -> OdometryParameters:
     defaults = OdometryParameters()
     parts = {
         part: replace(getattr(defaults, part), **{name: getattr(args, name) for name in names})
         for part, names in OPTIONS.items()
     }
-    parameters = replace(defaults, **parts)
-    log = _read(args)
-    outputs = _outputs(args, log.name)
-    prior, source = (None, "the last motion") if args.prior == "none" else choose_prior(log)
-    source = source if args.odometry is None else f"the odometry of {args.odometry}"
-    print(f"{log.name}: {len(log)} scans, prior: {source}")
-    start = np.zeros(3) if log.reference is None else log.reference[0]
-    with loading():
-        warm()  # compiling is no time of a step
-    began = time.perf_counter()
-    progress = partial(tqdm, unit="scan", desc="matching", disable=None)
-    with warnings.catch_warnings(action="ignore"):  # the remarks are told below
-        result = estimate_odometry(log.scans, prior, parameters, start=start, progress=progress)
-    seconds = time.perf_counter() - began
-    for path, write in zip(outputs, WRITERS.values(), strict=False):
-        write(path, log, result)
-    if outputs:
-        print("wrote " + ", ".join(outputs))
-    print(_decisions(result, seconds))
-    for remark in result.remarks:
-        print(f"note: {remark}", file=sys.stderr)
-    if log.reference is not None:
-        trajectories = {"odometry": result.poses}
-        if prior is not None and np.isfinite(prior).all():
-            trajectories["prior"] = integrate(prior, start)
-        errors = compare(trajectories, log.reference)
-        print(table(ERROR_HEADER, [error_row(name, each) for name, each in errors.items()]))
-    return 0
+    return replace(defaults, **parts)
 
 
-def _read(args: argparse.Namespace) -> Log:
-    """Read the log, or its first scans; damage and oddities go to stderr."""
-    if args.odometry is not None and args.prior == "none":
-        raise InvalidParameterError("leaves `--odometry` aside: drop one", parameter="prior")
-    if args.scans is not None:
-        check_count(args.scans, "scans", at_least=2)
-    log = read_log(args.log, **{name: getattr(args, name) for name in OF_READING})
+def _progress(
+    args: argparse.Namespace, doing: str, unit: str
+) -> Callable[[Iterable[Any]], Iterable[Any]]:
+    return iter if args.quiet else partial(show_progress, doing=doing, unit=unit)
+
+
+@contextmanager
+def _named_file(log: str) -> Iterator[str]:
+    """The log's file; of standard input, ``-``, a copy that is kept for the time of reading."""
+    if log != "-":
+        yield log
+        return
+    with TemporaryDirectory() as folder:
+        copy = Path(folder) / "stdin"
+        with copy.open("wb") as file:
+            shutil.copyfileobj(sys.stdin.buffer, file)
+        yield str(copy)
+
+
+def _read(file: str, args: argparse.Namespace) -> Log:
+    """Read the log; damage and oddities go to stderr."""
+    options = {name: getattr(args, name) for name in OF_READING}
+    log = read_log(file, progress=_progress(args, "reading", "line"), **options)
     if len(log) < 2:
         raise InvalidPointsError(f"{log.name} holds a single scan; a motion needs two")
     for line in log.skipped[:SHOWN_DAMAGE]:
@@ -175,17 +206,15 @@ def _read(args: argparse.Namespace) -> Log:
     return log
 
 
-def _outputs(args: argparse.Namespace, name: str) -> list[str]:
-    """Names of the files to write; raise before the work where one cannot be written."""
-    if args.out == "none":
-        return []
-    paths = [f"{args.out or name}{ending}" for ending in WRITERS]
-    inputs = [Path(file).resolve() for file in (args.log, args.odometry) if file]
-    for path in paths:
-        refuse_unwritable(path)
-        if Path(path).resolve() in inputs:
-            raise WriteError(f"cannot write {path}: it is read from; choose another --out")
-    return paths
+def _print_errors(log: Log, result: OdometryResult, wheels: FloatArray | None) -> None:
+    """Print the errors against the log's reference, if it has one."""
+    if log.reference is None:
+        return
+    trajectories = {"odometry": result.poses}
+    if wheels is not None:
+        trajectories["prior"] = wheels
+    errors = compare(trajectories, log.reference)
+    print(table(ERROR_HEADER, [error_row(name, each) for name, each in errors.items()]))
 
 
 def choose_prior(log: Log) -> tuple[FloatArray | None, str]:
@@ -207,9 +236,10 @@ def _decisions(result: OdometryResult, seconds: float) -> str:
     degenerate = sum(record.degenerate for record in result.records)
     doubtful = sum(record.is_doubtful for record in result.records)
     return (
-        f"{steps} steps in {seconds:.1f} s ({1e3 * seconds / steps:.2f} ms a step): {matched} from "
-        f"ICP ({search} after a search, {result.against_prior} against the prior), "
-        f"{prior} from the prior, {skipped} skipped; {degenerate} degenerate, {doubtful} doubtful"
+        f"{steps} steps in {seconds:.1f} s of processor time ({1e3 * seconds / steps:.2f} ms a "
+        f"step): {matched} from ICP ({search} after a search, {result.against_prior} against the "
+        f"prior), {prior} from the prior, {skipped} skipped; {degenerate} degenerate, "
+        f"{doubtful} doubtful"
     )
 
 

@@ -21,7 +21,7 @@ DATES_IN_SECONDS = (9e8, 5e9)  # 1998 to 2128
 def parse_stamp(field: str, scale: float) -> float:
     """Seconds of a number in a unit, or of a date in ISO 8601; `DamagedLine` names a bad one."""
     if is_number(field) and math.isfinite(float(field)):
-        return scale * float(field)
+        return float(field) / round(1.0 / scale)  # no rounding of a nanosecond to 1e-9
     try:
         date = datetime.fromisoformat(field)
     except ValueError:

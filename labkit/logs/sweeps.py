@@ -107,7 +107,7 @@ def _settle_clock(sweeps: Sequence[Sweep], report: DamageReport) -> FloatArray:
             f"the clock of the scans steps by {step:.4g}, which are no seconds: it is read as "
             f"{UNITS[unit]}; the title `stamp_s` of its column says seconds"
         )
-        stamps = stamps * unit
+        stamps = stamps / round(1.0 / unit)
     if (late := np.flatnonzero(np.diff(stamps) <= 0.0) + 1).size:
         k = late[0]
         report.remarks.append(

@@ -91,18 +91,19 @@ def test_a_reader_that_stops_early_is_no_error():
 def test_ctrl_c_ends_in_one_line_and_leaves_no_file_half_written(tmp_path, carmen_log, module):
     """While it loads, when `module` is about to be imported; at the fifth scan; before the map."""
     program = (  # a job in the background is born deaf to SIGINT, and so are its children
-        "import os, signal, sys, tqdm; from labkit.__main__ import main\n"
+        "import os, signal, sys; from labkit.__main__ import main\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "def interrupt(when):\n"
         "    if when: os.kill(os.getpid(), signal.SIGINT)\n"
         "class Finder:\n"
         "    def find_spec(self, name, path=None, target=None):\n"
         f"        interrupt(name == {module!r})\n"
-        "def progress(scans, **options):\n"
+        "def show_progress(scans, doing, unit):\n"
         "    for k, scan in enumerate(scans):\n"
-        f"        interrupt(k == 5 and {module is None})\n"
+        f"        interrupt(k == 5 and doing == 'matching' and {module is None})\n"
         "        yield scan\n"
-        "tqdm.tqdm = progress; sys.meta_path.insert(0, Finder()); sys.exit(main())"
+        "import labkit.support.progress as p; p.show_progress = show_progress\n"
+        "sys.meta_path.insert(0, Finder()); sys.exit(main())"
     )
     done = python("-c", program, "odometry", carmen_log[0], cwd=tmp_path)
     assert (done.returncode, done.stderr) == (130, LINE)

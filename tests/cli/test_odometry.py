@@ -1,11 +1,15 @@
 """``labkit odometry``: the main job, on a small log and on the head of the real one."""
 
 import csv
+import errno
+import io
 
 import numpy as np
 import pytest
 
+from labkit.cli import outputs
 from labkit.logs import read_log, read_tum, write_tum
+from labkit.support.errors import WriteError
 
 NOTHING = ("--out", "none")
 
@@ -39,6 +43,62 @@ def test_a_log_becomes_a_trajectory_a_table_and_a_map(run, carmen_log, files, tm
     assert 0.0 < float(rows[3]["cov_xx"]) < 1e-3
     assert (rows[3]["against_prior"], rows[3]["doubtful"]) == ("0", "0")
     assert (rows[0]["ambiguous"], rows[3]["ambiguous"], rows[3]["margin"]) == ("", "0", "")
+
+
+def test_a_folder_takes_files_of_the_log_s_name_and_quiet_is_quiet(
+    run, carmen_log, files, tmp_path
+):
+    (tmp_path / "runs").mkdir()
+    for folder in ("runs", "runs/"):
+        assert run("odometry", carmen_log[0], "-q", "--out", folder) == (0, "", "")
+    found = sorted(path.name for path in (tmp_path / "runs").iterdir())
+    assert found == ["room-map.png", "room-odometry.tum", "room-quality.csv"]
+
+
+def test_a_log_comes_through_standard_input(run, carmen_log, monkeypatch, files):
+    with carmen_log[0].open("rb") as log:
+        monkeypatch.setattr("sys.stdin", io.TextIOWrapper(log))
+        status, out, _ = run("odometry", "-")
+    assert (status, "stdin: 8 scans, prior: the log's odometry" in out) == (0, True)
+    assert files() == ["stdin-map.png", "stdin-odometry.tum", "stdin-quality.csv"]
+
+
+def test_a_part_of_a_log_is_that_part(run, carmen_log, tmp_path):
+    assert "3 scans" in run("odometry", carmen_log[0], "--start", 4, "--scans", 3)[1]
+    assert read_tum(tmp_path / "room-odometry.tum")[0].tolist() == [4.5, 5.5, 6.5]
+    status, _, err = run("odometry", carmen_log[0], "--start", 8)
+    assert (status, "of no more than 8 scans; choose a smaller `start`" in err) == (1, True)
+
+
+def test_a_full_disk_stops_a_run_before_the_matching(run, carmen_log, monkeypatch, files):
+    def full(**options):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("labkit.cli.outputs.TemporaryFile", full)
+    status, out, err = run("odometry", carmen_log[0])
+    assert (status, out, files()) == (1, "", [])
+    assert "cannot write room-odometry.tum: No space left on device; choose another --out" in err
+
+
+@pytest.mark.parametrize("failing", range(3))
+def test_a_file_that_fails_costs_neither_the_summary_nor_the_others(
+    run, carmen_log, monkeypatch, files, failing
+):
+    def fail(path, *given):
+        raise WriteError(f"cannot write {path}: no more room")
+
+    ending = list(outputs.WRITERS)[failing]
+    monkeypatch.setitem(outputs.WRITERS, ending, fail)
+    status, out, err = run("odometry", carmen_log[0])
+    assert (status, "7 from ICP" in out, len(files())) == (1, True, 2)
+    assert f"labkit odometry: cannot write room{ending}: no more room" in err
+
+
+def test_progress_is_told_where_there_is_no_terminal(run, carmen_log, monkeypatch):
+    monkeypatch.setattr("labkit.support.progress.PERIOD", 0.0)
+    _, _, err = run("odometry", carmen_log[0], *NOTHING)
+    assert "reading: 3 lines\n" in err
+    assert "matching: 5 of 8 scans\n" in err
 
 
 def test_what_is_odd_about_a_log_is_told_and_overridden(run, carmen_log):

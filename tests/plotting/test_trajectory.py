@@ -42,3 +42,18 @@ def test_far_points_are_left_out():
         [101.0, 0.0],
         [100.0, 3.0],
     ]
+
+
+def test_a_far_return_does_not_stretch_the_picture_and_all_paths_are_in_it(ax):
+    room = np.random.default_rng(0).uniform(-3.0, 3.0, (2000, 2))
+    scan = Scan.from_points(np.vstack([room, [[500.0, -400.0]]]))
+    plot_trajectory(ax, [[0.0, 0.0, 0.0]], [scan], wheels=[[0.0, 0.0, 0.0], [9.0, 0.0, 0.0]])
+    assert 9.0 < ax.get_xlim()[1] < 11.0
+    assert -5.0 < ax.get_ylim()[0] < -2.9
+
+
+@pytest.mark.parametrize(("length", "corners"), [(0.0, 0), (0.1, 1), (2.0, 0)])
+def test_a_path_that_its_marks_would_hide_is_enlarged(ax, length, corners):
+    scan = Scan.from_points([[-3.0, -3.0], [3.0, 3.0]])
+    plot_trajectory(ax, [[0.0, 0.0, 0.0], [length, 0.0, 0.0]], [scan, scan])
+    assert len(ax.child_axes) == corners
