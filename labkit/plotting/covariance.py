@@ -10,9 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Ellipse
 from numpy.typing import ArrayLike
 
-from labkit.support.arrays import as_covariance, as_numbers
+from labkit.support.arrays import as_covariance, as_numbers, check_kind
 
-SHARE = 0.95  # of the estimates, inside the ellipse
+PROBABILITY = 0.95  # that an estimate lies inside the ellipse
+RADIUS = math.sqrt(-2.0 * math.log(1.0 - PROBABILITY))  # of the ellipse, in standard deviations
 
 
 def plot_covariance(ax: Axes, mean: ArrayLike, covariance: ArrayLike, **style: Any) -> Axes:
@@ -23,12 +24,12 @@ def plot_covariance(ax: Axes, mean: ArrayLike, covariance: ArrayLike, **style: A
     mean, covariance : array_like, shapes (2,) and (2, 2)
         In the axes' units; the covariance is positive semi-definite.
     **style
-        Of the `matplotlib.patches.Ellipse`: ``edgecolor``, ``linestyle``, ``label``, ...
+        Properties of `matplotlib.patches.Ellipse`: ``edgecolor``, ``linestyle``, ``label``, ...
 
     Notes
     -----
-    In two dimensions the squared Mahalanobis distance is exponential with mean 2, so the
-    ellipse reaches out to −2 ln 0.05 of it.
+    In two dimensions the squared Mahalanobis distance is exponential with mean 2. On the
+    ellipse it is −2 ln 0.05.
 
     Examples
     --------
@@ -37,12 +38,12 @@ def plot_covariance(ax: Axes, mean: ArrayLike, covariance: ArrayLike, **style: A
     >>> round(ax.patches[0].width, 2), round(ax.patches[0].height, 2)
     (9.79, 4.9)
     """
-    center = as_numbers(mean, "mean", "x, y")
-    values, vectors = np.linalg.eigh(as_covariance(covariance, "covariance", 2))
-    reach = math.sqrt(-2.0 * math.log(1.0 - SHARE))
-    minor, major = (2.0 * reach * np.sqrt(np.maximum(values, 0.0))).tolist()
-    look = {"facecolor": "none", "edgecolor": "black", "linewidth": 1.4} | style
-    angle = math.degrees(math.atan2(vectors[1, 1], vectors[0, 1]))
-    ax.add_patch(Ellipse((center[0], center[1]), major, minor, angle=angle, **look))
+    check_kind(ax, "ax", Axes)
+    x, y = as_numbers(mean, "mean", "x, y").tolist()
+    variances, directions = np.linalg.eigh(as_covariance(covariance, "covariance", 2))
+    minor, major = (2.0 * RADIUS * np.sqrt(np.maximum(variances, 0.0))).tolist()
+    angle = math.degrees(math.atan2(directions[1, 1], directions[0, 1]))
+    properties = {"facecolor": "none", "edgecolor": "black", "linewidth": 1.4} | style
+    ax.add_patch(Ellipse((x, y), major, minor, angle=angle, **properties))
     ax.autoscale_view()
     return ax

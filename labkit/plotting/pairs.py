@@ -1,4 +1,4 @@
-"""Pairs: what became of each of them, and how that looks in a picture."""
+"""Pairs of points, each drawn in the look of its fate."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ from labkit.plotting.style import (
     style_plane,
 )
 from labkit.scan import Scan
+from labkit.support.arrays import check_kind
 
-FATES = {  # colour, marker with line, and the marker's size
+FATES = {  # colour, marker with line, size of the marker
     "gated": (GATED, "x:", 4.5),  # farther apart than d_max
     "trimmed": (TRIMMED, "s--", 4.0),  # not among the ⌊ρN⌋ closest
     "no line": (NO_LINE, "D-.", 3.5),  # point-to-line only: the target has no normal there
@@ -30,36 +31,48 @@ FATES = {  # colour, marker with line, and the marker's size
 
 def fates(pairs: Correspondences) -> NDArray[np.str_]:
     """Fate of each of N pairs, shape (N,); the first stage that rejects it counts."""
-    judged = [~pairs.within_gate, ~pairs.within_overlap, ~pairs.kept, pairs.weights < 1.0]
-    *rejected, kept = FATES
-    return np.select(judged, rejected, default=kept)
+    rejected_by = [~pairs.within_gate, ~pairs.within_overlap, ~pairs.kept, pairs.weights < 1.0]
+    *names, kept = FATES
+    return np.select(rejected_by, names, default=kept)
 
 
 def plot_correspondences(ax: Axes, target: Scan | ArrayLike, pairs: Correspondences) -> Axes:
     """Draw each pair as a line from the moved source point, which is marked, to its target point.
 
-    Line and marker tell the pair's fate: gated, trimmed, down-weighted or kept; the legend counts
-    each of them. "no line", where the target has no normal, appears only where it happened.
+    Line and marker show the fate of the pair: gated, trimmed, down-weighted or kept; the legend
+    counts each of them. "no line", where the target has no normal, appears only if it occurs.
 
     Parameters
     ----------
     target : Scan or array_like, shape (M, 2)
         The older scan [m].
     pairs : Correspondences
-        The association, with the source where it was matched.
+        The pairs, with the source points as moved when they were matched.
     """
+    check_kind(ax, "ax", Axes)
+    check_kind(pairs, "pairs", Correspondences)
     draw_target(ax, scan_points(target, "target"))
     gaps = np.full_like(pairs.source, np.nan)  # between one line and the next
     lines = np.stack([pairs.source, pairs.target, gaps], axis=1)
-    for fate, (color, look, size) in FATES.items():
-        chosen = fates(pairs) == fate
-        if fate == "no line" and not chosen.any():
+    fate_of_pair = fates(pairs)
+    for fate, (color, line_style, size) in FATES.items():
+        chosen = fate_of_pair == fate
+        count = np.count_nonzero(chosen)
+        if fate == "no line" and count == 0:
             continue
-        filled = fate in {"down-weighted", "kept"}
-        face, edge, layer = (color, 0.0, 2.6) if filled else ("none", 0.9, 2.4)
-        xy, label = lines[chosen].reshape(-1, 2).T, f"{fate}: {np.count_nonzero(chosen)}"
-        (line,) = ax.plot(*xy, look, color=color, lw=1.0, markevery=3, ms=size, label=label)
-        line.set(markerfacecolor=face, markeredgewidth=edge, zorder=layer)
+        (line,) = ax.plot(
+            *lines[chosen].reshape(-1, 2).T,
+            line_style,
+            color=color,
+            lw=1.0,
+            markevery=3,
+            ms=size,
+            label=f"{fate}: {count}",
+        )
+        if fate in {"down-weighted", "kept"}:
+            line.set(markerfacecolor=color, markeredgewidth=0.0, zorder=2.6)
+        else:
+            line.set(markerfacecolor="none", markeredgewidth=0.9, zorder=2.4)
     style_plane(ax)
     ax.set_title(f"{pairs.inlier_count} of {len(pairs.kept)} pairs are inliers")
     legend_below(ax)

@@ -12,7 +12,7 @@ from scipy.ndimage import median_filter
 from labkit.line_alignment import MIN_INFORMATION
 from labkit.odometry import Decision, SanityLimits, StepRecord
 from labkit.plotting.style import GREEN, GREY, ORANGE, PURPLE, SKY, SOURCE, VERMILLION, style_grid
-from labkit.support.arrays import FloatArray, check_kind
+from labkit.support.arrays import FloatArray, check_kind, check_kinds
 from labkit.support.errors import InvalidPointsError
 
 FALLBACKS = {  # decision: colour, marker
@@ -22,15 +22,15 @@ FALLBACKS = {  # decision: colour, marker
     Decision.HOLD: (PURPLE, "s"),
     Decision.STAND: (GREEN, "D"),
 }
-SIGNALS = {  # of a record: the label, and the field of the limits, if it is one
+SIGNALS = {  # field of a record: its label, and the field of its limit, if the limits have one
     "rmse": ("RMSE [m]", "max_rmse"),
     "inlier_ratio": ("inlier ratio [–]", "min_inlier_ratio"),
     "rotation": ("rotation [°]", "max_rotation"),
     "information": ("information [–]", ""),
 }
-_MARGIN = 0.06  # of the greatest value, below 0 and above it: a mark there stays whole
-_MEDIAN_SHARE = 80  # the running median looks at one part in so many of the run,
-_MEDIAN_STEPS = 15  # but at so many steps at least
+_MARGIN = 0.06  # below 0 and above the greatest value, relative to it: no mark is cut
+_MEDIAN_SHARE = 80  # the running median spans 1/80 of the run,
+_MIN_MEDIAN_STEPS = 15  # but no fewer steps than these
 
 
 def plot_quality(
@@ -51,58 +51,64 @@ def plot_quality(
     limits : SanityLimits
         The limits that the steps were held to: dashed lines.
     """
+    check_kind(figure, "figure", Figure, SubFigure)
     check_kind(limits, "limits", SanityLimits)
+    check_kinds(records, "records", StepRecord)
     if len(records) == 0:
         raise InvalidPointsError("`records` is empty, got 0 steps; it needs at least 1")
-    at = np.arange(len(records), dtype=np.float64)
+    steps = np.arange(len(records), dtype=np.float64)
     decisions = [record.decision for record in records]
     axes = tuple(figure.subplots(5, 1, sharex=True, height_ratios=[3, 3, 3, 3, 2]))
-    for ax, (name, (label, bound)) in zip(axes, SIGNALS.items(), strict=False):
+    for ax, (name, (label, limit_name)) in zip(axes, SIGNALS.items(), strict=False):
         values = np.array([getattr(record, name) for record in records], dtype=np.float64)
-        limit = getattr(limits, bound) if bound else MIN_INFORMATION
+        limit = getattr(limits, limit_name) if limit_name else MIN_INFORMATION
         scale = np.degrees(1.0) if name == "rotation" else 1.0
-        _draw_signal(ax, at, scale * values, decisions, scale * limit)
+        _draw_signal(ax, steps, scale * values, decisions, scale * limit)
         ax.set_ylabel(label)
-    _draw_decisions(axes[-1], at, decisions)
+    _draw_decisions(axes[-1], steps, decisions)
     axes[-1].set_xlabel("step")
-    steps = len(decisions) - decisions.count(Decision.START)
-    fell = sum(each in FALLBACKS for each in decisions)
-    axes[0].set_title(f"Quality of {steps:,} steps, {fell:,} of them fell back")
+    step_count = len(decisions) - decisions.count(Decision.START)
+    fallback_count = sum(decision in FALLBACKS for decision in decisions)
+    axes[0].set_title(f"Quality of {step_count:,} steps, {fallback_count:,} of them fell back")
     figure.align_ylabels(axes)
     return axes
 
 
 def _draw_signal(
-    ax: Axes, at: FloatArray, values: FloatArray, decisions: Sequence[Decision], limit: float
+    ax: Axes, steps: FloatArray, values: FloatArray, decisions: Sequence[Decision], limit: float
 ) -> None:
-    """Dots, running median, fallbacks and, dashed, the limit, in view if the data come near it."""
-    ax.plot(at, values, ".", color=GREY, markersize=2.6, markeredgewidth=0, rasterized=True)
-    known = np.isfinite(values)
-    window = max(_MEDIAN_STEPS, len(values) // _MEDIAN_SHARE)
-    if np.count_nonzero(known) > window:
-        median = median_filter(values[known], window, mode="nearest")
-        ax.plot(at[known], median, color=SOURCE, lw=1.2)
-    for decision, (color, marker) in FALLBACKS.items():
-        fell = np.array([each is decision for each in decisions]) & known
-        if fell.any():
-            ax.plot(at[fell], values[fell], marker, color=color, ms=7.0, mec="white", mew=0.5)
-    top = (1.0 + _MARGIN) * float(values[known].max(initial=0.0)) or 1.0
+    """Draw dots, running median and fallbacks, and the limit, in view if the data come near it."""
+    ax.plot(steps, values, ".", color=GREY, markersize=2.6, markeredgewidth=0, rasterized=True)
+    has_value = np.isfinite(values)
+    window = max(_MIN_MEDIAN_STEPS, len(values) // _MEDIAN_SHARE)
+    if np.count_nonzero(has_value) > window:
+        median = median_filter(values[has_value], window, mode="nearest")
+        ax.plot(steps[has_value], median, color=SOURCE, lw=1.2)
+    for fallback, (color, marker) in FALLBACKS.items():
+        chosen = has_value & [decision is fallback for decision in decisions]
+        if chosen.any():
+            (marks,) = ax.plot(steps[chosen], values[chosen], marker, color=color)
+            marks.set(markersize=7.0, markeredgecolor="white", markeredgewidth=0.5)
     ax.axhline(limit, color="black", linestyle="--", linewidth=0.9)
-    top = max(top, 1.08 * limit) if limit < 2.0 * top else top
+    top = (1.0 + _MARGIN) * float(values[has_value].max(initial=0.0)) or 1.0
+    if limit < 2.0 * top:
+        top = max(top, 1.08 * limit)
     ax.set_ylim(-_MARGIN * top, top)
     style_grid(ax)
 
 
-def _draw_decisions(ax: Axes, at: FloatArray, decisions: Sequence[Decision]) -> None:
-    """A row for ICP and for each fallback that occurred; a tick for each step in it."""
-    shown = [Decision.ICP, *(each for each in FALLBACKS if each in decisions)]
-    for row, decision in enumerate(shown):
-        here = at[[each is decision for each in decisions]]
-        color, marker = FALLBACKS.get(decision, (GREY, "|"))
-        dense = decision is Decision.ICP
-        ax.plot(here, np.full(len(here), row), marker, color=color, ms=6, rasterized=dense)
-        ax.text(1.01, row, f"{len(here):,}", transform=ax.get_yaxis_transform(), va="center")
-    ax.set_yticks(range(len(shown)), [decision.value for decision in shown])
-    ax.set_ylim(len(shown) - 0.4, -0.6)
+def _draw_decisions(ax: Axes, steps: FloatArray, decisions: Sequence[Decision]) -> None:
+    """Draw a row for ICP and for each fallback that occurred, with a tick for each of its steps."""
+    rows = [Decision.ICP, *(fallback for fallback in FALLBACKS if fallback in decisions)]
+    for row, row_decision in enumerate(rows):
+        row_steps = steps[[decision is row_decision for decision in decisions]]
+        color, marker = FALLBACKS.get(row_decision, (GREY, "|"))
+        are_many = row_decision is Decision.ICP
+        height = np.full(len(row_steps), row)
+        ax.plot(row_steps, height, marker, color=color, ms=6, rasterized=are_many)
+        count = f"{len(row_steps):,}"
+        ax.text(1.01, row, count, transform=ax.get_yaxis_transform(), va="center")
+    ax.set_yticks(range(len(rows)), [decision.value for decision in rows])
+    ax.set_ylim(len(rows) - 0.4, -0.6)
     ax.set_ylabel("decision")
     style_grid(ax)

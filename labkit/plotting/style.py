@@ -1,6 +1,6 @@
 """The look that all figures share: one colour language, the book's width, legends below the axes.
 
-What a colour means stands here alone. `css_variables` tells it to the pages and the widgets.
+The meaning of a colour is defined here alone. `css_variables` hands it to pages and widgets.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ VERMILLION = "#D55E00"
 PURPLE = "#CC79A7"
 GREY = "#8C8C8C"
 
-COLORS = {  # what it stands for: on a light ground, on a dark one
+COLORS = {  # by meaning: on a light ground, on a dark one
     "target": (BLACK, "#FFFFFF"),
     "source": (BLUE, SKY),
     "kept": (BLUE, SKY),  # the fates of a pair: the source's hue and its neighbours
@@ -43,31 +43,30 @@ COLORS = {  # what it stands for: on a light ground, on a dark one
 TARGET, SOURCE, KEPT, DOWN_WEIGHTED, TRIMMED, GATED, NO_LINE, REFERENCE, *METHODS = (
     light for light, _ in COLORS.values()
 )
-_GROUND = {  # of the widgets, which stand on either
+_GROUND = {  # of the widgets, by part: the light one, the dark one
     "ink": ("#12212e", "#e6edf3"),
     "soft": ("#55606b", "#a9b4bf"),
     "grid": ("#e4e8ec", "#33404c"),
     "paper": ("#ffffff", "#14181e"),
     "scheme": ("light", "dark"),
 }
-_DARK = (  # how pages, JupyterLab, Colab and VS Code mark it
+_DARK = (  # the marks of a dark theme in pages, JupyterLab, Colab and VS Code
     "html:is([data-theme=dark], [theme=dark]), body:is([data-jp-theme-light=false], .vscode-dark, "
     ".vscode-high-contrast:not(.vscode-high-contrast-light))"
 )
 
-BOOK_WIDTH = 7.0  # inches: 700 px at 100 dpi
+BOOK_WIDTH = 7.0  # [in]: 700 px at 100 dpi
 BOOK_DPI = 100
-_BELOW_LABEL = 34.0  # points from the axes to a legend that clears ticks and label
-_ENTRY, _LETTER = 0.5, 0.065  # inches that an entry takes in a legend, and a letter of it
+_LEGEND_DISTANCE = 34.0 / 72.0  # [in] below the axes: clears ticks and label
+_ENTRY_WIDTH = 0.5  # [in] of a legend's entry without its text
+_LETTER_WIDTH = 0.065  # [in]
 
 
 def css_variables() -> str:
-    """The colours as variables of a style sheet, ``--icp-source`` and so on, light and dark."""
-    told = COLORS | _GROUND
-    light, dark = (
-        " ".join(f"--icp-{name}: {pair[ground]};" for name, pair in told.items())
-        for ground in (0, 1)
-    )
+    """Colours as variables of a style sheet, ``--icp-source`` and so on, light and dark."""
+    colors = COLORS | _GROUND
+    light = " ".join(f"--icp-{name}: {color};" for name, (color, _) in colors.items())
+    dark = " ".join(f"--icp-{name}: {color};" for name, (_, color) in colors.items())
     return f":root {{ {light} }}\n{_DARK} {{ {dark} }}\n"
 
 
@@ -109,20 +108,20 @@ def style_grid(ax: Axes) -> None:
 
 
 def legend_below(ax: Axes, handles: Sequence[Artist] | None = None) -> Legend:
-    """A legend under the axes' label, where it hides no data, in as many columns as fit."""
+    """Put a legend under the label of the axes, where it hides no data, in columns that fit."""
     figure = ax.get_figure()
     assert figure is not None
-    below = ax.transAxes + ScaledTranslation(0.0, -_BELOW_LABEL / 72.0, figure.dpi_scale_trans)
-    found = ax.get_legend_handles_labels()[0] if handles is None else handles
-    longest = max((len(str(handle.get_label())) for handle in found), default=1)
+    below = ax.transAxes + ScaledTranslation(0.0, -_LEGEND_DISTANCE, figure.dpi_scale_trans)
+    entries = ax.get_legend_handles_labels()[0] if handles is None else handles
+    longest_label = max((len(str(entry.get_label())) for entry in entries), default=1)
     width = ax.get_position(original=True).width * figure.bbox.width / figure.dpi
-    columns = max(1, int(width / (_ENTRY + _LETTER * longest)))
+    columns = max(1, int(width / (_ENTRY_WIDTH + _LETTER_WIDTH * longest_label)))
     return ax.legend(
-        handles=found,
+        handles=entries,
         loc="upper center",
         bbox_to_anchor=(0.5, 0.0),
         bbox_transform=below,
-        ncols=min(columns, max(1, len(found))),
+        ncols=min(columns, max(1, len(entries))),
         edgecolor="none",
         framealpha=1.0,
         borderaxespad=0.0,

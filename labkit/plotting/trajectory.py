@@ -21,12 +21,13 @@ from labkit.plotting.style import (
 )
 from labkit.scan import Scan
 from labkit.se2 import rotation
-from labkit.support.arrays import FloatArray, as_poses, check_range
+from labkit.support.arrays import FloatArray, as_poses, check_kind, check_kinds, check_range
 from labkit.support.errors import InvalidPointsError
 
-FAR = 0.002  # share of the points, at each of the four sides, that need not be in the picture
-FEW_SCANS = 20  # of so many a map of single pixels is drawn in full
-SHORT = 0.05  # of the picture's width: a path shorter than this hides under its marks
+OUTSIDE_SHARE = 0.002  # of the map's points, beyond each of the four sides of the picture
+OPAQUE_SCANS = 20  # a map of at most so many scans is opaque,
+MIN_ALPHA = 0.2  # one of many scans nearly transparent
+SHORT_PATH = 0.05  # of the picture's width: a shorter path hides under its marks
 MAP_GREY = "0.55"  # lighter than any trajectory, in grey print too
 
 
@@ -49,7 +50,7 @@ def plot_trajectory(
     poses : array_like, shape (K, 3)
         The trajectory, rows (x [m], y [m], θ [rad]).
     scans : sequence of Scan, length K, optional
-        What was seen at each pose: grey points, one picture also in a PDF.
+        Scan at each pose: grey points, which are one picture even in a PDF.
     reference : array_like, shape (R, 3), optional
         Another trajectory in the same world: a dashed line.
     wheels : array_like, shape (W, 3), optional
@@ -57,77 +58,92 @@ def plot_trajectory(
     range_max : float
         The map leaves out points farther than this from their scanner [m].
     """
+    check_kind(ax, "ax", Axes)
+    check_range(range_max, "range_max", above=0.0, unit="m")
     rows = as_poses(poses, "poses")
-    dashed = None if reference is None else as_poses(reference, "reference")
-    dotted = None if wheels is None else as_poses(wheels, "wheels")
+    reference_rows = None if reference is None else as_poses(reference, "reference")
+    wheel_rows = None if wheels is None else as_poses(wheels, "wheels")
     if scans is not None:
-        # Nearly transparent pixels: what is seen often grows dark, a stray return stays faint.
+        # Nearly transparent pixels: a wall seen often grows dark, a stray return stays faint.
         world = map_points(rows, scans, range_max=range_max)
-        alpha = min(1.0, max(0.2, FEW_SCANS / max(len(scans), 1)))
+        alpha = min(1.0, max(MIN_ALPHA, OPAQUE_SCANS / max(len(scans), 1)))
         ax.plot(*world.T, ",", color=MAP_GREY, alpha=alpha, rasterized=True, zorder=1.5)
-        _frame(ax, world, [each for each in (rows, dashed, dotted) if each is not None])
-    if dashed is not None:
-        ax.plot(*dashed[:, :2].T, "--", color=REFERENCE, linewidth=1.2, label="reference")
-    if dotted is not None:
-        ax.plot(*dotted[:, :2].T, ":", color=METHODS[0], linewidth=1.2, label="wheels")
-    ax.plot(*rows[:, :2].T, "-", color=SOURCE, linewidth=1.0, label="estimate", zorder=2.1)
-    # A ring, seen round an end at the same place.
-    ax.plot(*rows[0, :2], "o", ms=11.0, mfc="none", mew=1.8, color=GREEN, label="start", zorder=4)
-    ax.plot(*rows[-1, :2], "s", color=BLACK, label="end", zorder=4, ms=6.0, mec="white")
-    metres = np.hypot(*np.diff(rows[:, :2], axis=0).T).sum()
-    length = f"{metres / 1000.0:.2f} km" if metres >= 1000.0 else f"{metres:.1f} m"
-    ax.set_title(f"Trajectory: {len(rows):,} pose{'' if len(rows) == 1 else 's'}, {length}")
+        _limit_view(ax, world, [rows, reference_rows, wheel_rows])
+    if reference_rows is not None:
+        x, y = reference_rows[:, :2].T
+        ax.plot(x, y, "--", color=REFERENCE, linewidth=1.2, label="reference")
+    if wheel_rows is not None:
+        x, y = wheel_rows[:, :2].T
+        ax.plot(x, y, ":", color=METHODS[0], linewidth=1.2, label="wheels")
+    x, y = rows[:, :2].T
+    ax.plot(x, y, "-", color=SOURCE, linewidth=1.0, label="estimate", zorder=2.1)
+    # The start is a ring, which is seen round an end at the same place.
+    ax.plot(x[0], y[0], "o", ms=11.0, mfc="none", mew=1.8, color=GREEN, label="start", zorder=4)
+    ax.plot(x[-1], y[-1], "s", color=BLACK, label="end", zorder=4, ms=6.0, mec="white")
+    ax.set_title(f"Trajectory: {_count(rows)}, {_length(rows)}")
     style_plane(ax)
     handles = ax.get_legend_handles_labels()[0]
     if scans is not None:  # a pixel would not show in a legend
         handles.append(Line2D([], [], linestyle="none", marker=".", color=MAP_GREY, label="map"))
     legend_below(ax, handles)
     width = max(np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim()))
-    if scans is not None and 0.0 < np.ptp(rows[:, :2], axis=0).max() < SHORT * width:
-        _enlarge(ax, rows)
+    if scans is not None and 0.0 < np.ptp(rows[:, :2], axis=0).max() < SHORT_PATH * width:
+        _enlarge_path(ax, rows)
     return ax
 
 
-def _frame(ax: Axes, world: FloatArray, paths: Sequence[FloatArray]) -> None:
+def _count(rows: FloatArray) -> str:
+    return "1 pose" if len(rows) == 1 else f"{len(rows):,} poses"
+
+
+def _length(rows: FloatArray) -> str:
+    steps = np.diff(rows[:, :2], axis=0)
+    metres = np.hypot(steps[:, 0], steps[:, 1]).sum()
+    return f"{metres / 1000.0:.2f} km" if metres >= 1000.0 else f"{metres:.1f} m"
+
+
+def _limit_view(ax: Axes, world: FloatArray, paths: Sequence[FloatArray | None]) -> None:
     """Show all paths and nearly all points: a few far returns do not shrink the rest."""
-    if not len(world):
+    if len(world) == 0:
         return
-    places = np.vstack([path[:, :2] for path in paths])
-    inner = np.quantile(world, (FAR, 1.0 - FAR), axis=0)
-    low, high = np.minimum(inner[0], places.min(axis=0)), np.maximum(inner[1], places.max(axis=0))
+    inner = np.quantile(world, (OUTSIDE_SHARE, 1.0 - OUTSIDE_SHARE), axis=0)
+    corners = np.vstack([inner, *(path[:, :2] for path in paths if path is not None)])
+    low, high = corners.min(axis=0), corners.max(axis=0)
     margin = 0.05 * (high - low).max()
     ax.set_xlim(low[0] - margin, high[0] + margin)
     ax.set_ylim(low[1] - margin, high[1] + margin)
 
 
-def _enlarge(ax: Axes, rows: FloatArray) -> None:
+def _enlarge_path(ax: Axes, rows: FloatArray) -> None:
     """Show a short path by itself, in the upper right corner."""
-    corner = ax.inset_axes((0.68, 0.64, 0.3, 0.3))
-    corner.plot(*rows[:, :2].T, "-", color=SOURCE, linewidth=1.0)
-    corner.plot(*rows[0, :2], "o", ms=7.0, mfc="none", color=GREEN)
-    corner.plot(*rows[-1, :2], "s", ms=4.0, mec="white", color=BLACK)
-    corner.set_aspect("equal", adjustable="datalim")
-    corner.tick_params(labelsize=7)
-    corner.set_title("the path, enlarged [m]", fontsize=8)
+    inset = ax.inset_axes((0.68, 0.64, 0.3, 0.3))
+    x, y = rows[:, :2].T
+    inset.plot(x, y, "-", color=SOURCE, linewidth=1.0)
+    inset.plot(x[0], y[0], "o", ms=7.0, mfc="none", color=GREEN)
+    inset.plot(x[-1], y[-1], "s", ms=4.0, mec="white", color=BLACK)
+    inset.set_aspect("equal", adjustable="datalim")
+    inset.tick_params(labelsize=7)
+    inset.set_title("the path, enlarged [m]", fontsize=8)
 
 
 def map_points(
     poses: ArrayLike, scans: Sequence[Scan], *, range_max: float = math.inf
 ) -> FloatArray:
-    """The points of all scans in the world's frame, shape (P, 2) [m], in the order of the scans.
+    """Points of all scans in the frame of the world, shape (P, 2) [m], in the order of the scans.
 
     Parameters are those of `plot_trajectory`.
     """
     rows = as_poses(poses, "poses")
+    check_kinds(scans, "scans", Scan)
     check_range(range_max, "range_max", above=0.0, unit="m")
     if len(scans) != len(rows):
         raise InvalidPointsError(
             f"`scans` and `poses` must be one to one, got {len(scans)} scans and {len(rows)} poses"
         )
-    # One long array instead of a loop over scans: p_w = R(θ_k) p + t_k, k by the point.
+    # One long array instead of a loop over scans: p_w = R(θ_k) p + t_k, with k for each point.
     points = np.vstack([scan.points.reshape(-1, 2) for scan in scans])
     k = np.repeat(np.arange(len(rows)), [len(scan) for scan in scans])
-    near = np.hypot(*points.T) <= range_max
-    points, k = points[near], k[near]
+    within_range = np.hypot(points[:, 0], points[:, 1]) <= range_max
+    points, k = points[within_range], k[within_range]
     R = rotation(rows[:, 2])
     return np.asarray(np.einsum("nij,nj->ni", R[k], points) + rows[k, :2])

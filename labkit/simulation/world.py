@@ -22,6 +22,7 @@ from labkit.support.arrays import (
     as_points,
     check_count,
     check_kind,
+    check_kinds,
     check_range,
 )
 
@@ -61,9 +62,7 @@ class World:
     moving: tuple[MovingObject, ...] = ()
 
     def __post_init__(self) -> None:
-        check_kind(self.moving, "moving", tuple, list)
-        for k, thing in enumerate(self.moving):
-            check_kind(thing, f"moving[{k}]", MovingObject)
+        check_kinds(self.moving, "moving", MovingObject)
         object.__setattr__(self, "segments", as_segments(self.segments, "segments"))
 
     def at(self, stamp: float) -> FloatArray:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from numbers import Real
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -293,6 +293,13 @@ def check_kind(value: object, name: str, *kinds: type) -> None:
         raise InvalidParameterError(
             f"must be of the class {classes}, got {value!r:.80}", parameter=name
         )
+
+
+def check_kinds(values: object, name: str, *kinds: type) -> None:
+    """Raise `InvalidParameterError` unless `values` are a list or tuple of such objects."""
+    check_kind(values, name, list, tuple)
+    for k, value in enumerate(cast(Sequence[object], values)):
+        check_kind(value, f"{name}[{k}]", *kinds)
 
 
 def check_choice(value: object, name: str, *choices: str | None) -> None:

@@ -11,49 +11,80 @@ POSES = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.5], [3.0, 4.0, 1.0]])
 SCANS = [Scan.from_points([[1.0, k], [2.0, k]]) for k in range(3)]
 
 
-@pytest.mark.parametrize("others", [(), (SCANS, POSES + 0.1)])
-def test_the_line_is_the_trajectory_and_the_map_is_pixels(ax, labels, others):
-    assert plot_trajectory(ax, POSES, *others) is ax
-    lines = {line.get_label(): line for line in ax.lines}
+def lines_by_label(ax):
+    return {line.get_label(): line for line in ax.lines}
+
+
+def test_a_trajectory_is_a_line_with_two_ends(ax, labels):
+    assert plot_trajectory(ax, POSES) is ax
+
+    lines = lines_by_label(ax)
     np.testing.assert_array_equal(lines["estimate"].get_xydata(), POSES[:, :2])
     np.testing.assert_array_equal(lines["start"].get_xydata(), POSES[:1, :2])
     np.testing.assert_array_equal(lines["end"].get_xydata(), POSES[-1:, :2])
-    found = labels(ax)
-    if others:
-        np.testing.assert_array_equal(ax.lines[0].get_xydata(), map_points(POSES, SCANS))
-        assert ax.lines[0].get_rasterized()
-        np.testing.assert_array_equal(lines["reference"].get_xydata(), POSES[:, :2] + 0.1)
-        assert (found.pop(0), found.pop()) == ("reference", "map")
-    assert found == ["estimate", "start", "end"]
+    assert labels(ax) == ["estimate", "start", "end"]
 
 
-EMPTY = Scan.from_ranges([np.inf], [0.0])
+def test_a_map_is_pixels_and_a_reference_a_line(ax, labels):
+    plot_trajectory(ax, POSES, SCANS, POSES + 0.1)
+
+    pixels = ax.lines[0]
+    np.testing.assert_array_equal(pixels.get_xydata(), map_points(POSES, SCANS))
+    assert pixels.get_rasterized()
+    reference = lines_by_label(ax)["reference"]
+    np.testing.assert_array_equal(reference.get_xydata(), POSES[:, :2] + 0.1)
+    assert labels(ax) == ["reference", "estimate", "start", "end", "map"]
+
+
+@pytest.mark.parametrize(
+    ("poses", "title"),
+    [
+        (POSES, "Trajectory: 3 poses, 7.0 m"),
+        (POSES[:1], "Trajectory: 1 pose, 0.0 m"),
+        (500.0 * POSES, "Trajectory: 3 poses, 3.50 km"),
+    ],
+)
+def test_the_title_tells_the_length(ax, poses, title):
+    plot_trajectory(ax, poses)
+    assert ax.get_title() == title
 
 
 def test_the_map_is_each_scan_at_its_pose():
-    scans = [SCANS[0], EMPTY, SCANS[2]]
+    without_points = Scan.from_ranges([np.inf], [0.0])
+    scans = [SCANS[0], without_points, SCANS[2]]
+
+    points = map_points(POSES, scans)
+
     expected = [apply(from_xytheta(POSES[k]), scans[k].points) for k in (0, 2)]
-    np.testing.assert_allclose(map_points(POSES, scans), np.vstack(expected), atol=1e-12)
+    np.testing.assert_allclose(points, np.vstack(expected), atol=1e-12)
 
 
 def test_far_points_are_left_out():
     scan = Scan.from_points([[1.0, 0.0], [0.0, 3.0], [9.0, 0.0]])
-    assert map_points([[100.0, 0.0, 0.0]], [scan], range_max=3.0).tolist() == [
-        [101.0, 0.0],
-        [100.0, 3.0],
-    ]
+    points = map_points([[100.0, 0.0, 0.0]], [scan], range_max=3.0)
+    assert points.tolist() == [[101.0, 0.0], [100.0, 3.0]]
 
 
-def test_a_far_return_does_not_stretch_the_picture_and_all_paths_are_in_it(ax):
+def test_a_far_return_does_not_stretch_the_picture(ax):
     room = np.random.default_rng(0).uniform(-3.0, 3.0, (2000, 2))
     scan = Scan.from_points(np.vstack([room, [[500.0, -400.0]]]))
-    plot_trajectory(ax, [[0.0, 0.0, 0.0]], [scan], wheels=[[0.0, 0.0, 0.0], [9.0, 0.0, 0.0]])
-    assert 9.0 < ax.get_xlim()[1] < 11.0
-    assert -5.0 < ax.get_ylim()[0] < -2.9
+
+    plot_trajectory(ax, POSES[:1], [scan])
+
+    assert 2.9 < ax.get_xlim()[1] < 4.0
+    assert -4.0 < ax.get_ylim()[0] < -2.9
 
 
-@pytest.mark.parametrize(("length", "corners"), [(0.0, 0), (0.1, 1), (2.0, 0)])
-def test_a_path_that_its_marks_would_hide_is_enlarged(ax, length, corners):
+def test_all_paths_are_in_the_picture(ax):
+    plot_trajectory(ax, POSES, SCANS, reference=POSES - [7.0, 0.0, 0.0], wheels=POSES + 9.0)
+
+    assert -9.0 < ax.get_xlim()[0] < -7.0
+    assert 12.0 < ax.get_xlim()[1] < 14.0
+    assert 13.0 < ax.get_ylim()[1] < 15.0
+
+
+@pytest.mark.parametrize(("length", "insets"), [(0.0, 0), (0.1, 1), (2.0, 0)])
+def test_a_path_that_its_marks_would_hide_is_enlarged(ax, length, insets):
     scan = Scan.from_points([[-3.0, -3.0], [3.0, 3.0]])
     plot_trajectory(ax, [[0.0, 0.0, 0.0], [length, 0.0, 0.0]], [scan, scan])
-    assert len(ax.child_axes) == corners
+    assert len(ax.child_axes) == insets
