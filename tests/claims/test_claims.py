@@ -63,6 +63,31 @@ def test_from_afar_three_remedies_lose_most_and_near_they_equal_the_overlap(samp
     assert ends["gate"] > ends["all three"]
 
 
+# Chapter 5
+
+
+@on_other_samples(edits("FIRST, COUNT = 0", *(f"FIRST, COUNT = {first}" for first in FIRSTS)))
+def test_a_gate_halves_the_drift_of_the_wheels(sample):
+    names = run_cells("05", sample, "ladder-judged", "ladder-drive-2")
+    rungs, truth = names["rungs"], names["drive"].truth
+    by_gate, by_wheels = (
+        names["judge_rung"](rungs[name], truth)[0] for name in ("2 gate", "1 wheels")
+    )
+    assert by_gate < 0.6 * by_wheels
+
+
+@on_other_samples(
+    [
+        {"FIRST, COUNT = 0": "FIRST, COUNT = 600", "noise, rng=0)": f"noise, rng={seed})"}
+        for seed in (1, 2, 3)
+    ]
+)
+def test_from_scan_600_the_lines_end_six_metres_off(sample):
+    names = run_cells("05", sample, "ladder-drive-5")
+    path, truth = names["rungs"]["5 lines"], names["drive"].truth
+    assert 5.0 < names["judge_rung"](path, truth)[1] < 7.5
+
+
 # Chapter 6
 
 
