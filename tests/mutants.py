@@ -122,7 +122,12 @@ def tests_of(file: str, part: str) -> list[str]:
 
 def red(lab: Path, tests: list[str], *options: str) -> str:
     """The first test that falls, or "" where none does."""
-    told = {"PYTHONPATH": str(lab), "LABKIT_CACHE": str(lab / "cache"), "LABKIT_EXAMPLES": "quick"}
+    told = {
+        "PYTHONPATH": str(lab),
+        "LABKIT_CACHE": str(lab / "cache"),
+        "LABKIT_EXAMPLES": "quick",
+        "LABKIT_PATIENCE": "30",
+    }
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-m", "not others", *options, *tests]
     try:
         done = subprocess.run(

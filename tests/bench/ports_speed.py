@@ -55,7 +55,7 @@ def port_stopwatch(port: Port, folder: Path, command: list[str]) -> Stopwatch:
         commands = folder / "commands.txt"
         commands.write_text(line * matches)
         began = _processor_time_of_children()
-        outcome = execute([*port.start(port.sources, folder), "batch", commands], port.time_limit)
+        outcome = execute([*port.start(port.sources, folder), "batch", commands])
         took = _processor_time_of_children() - began
         if outcome.returncode or len(outcome.stdout.splitlines()) != matches:
             raise RuntimeError(f"{port.language} did not answer: {outcome.stderr}")

@@ -15,11 +15,12 @@ import pytest
 import students_edition as edition
 from anywidget import AnyWidget
 from installed import program
-from playwright.sync_api import Browser, Page, sync_playwright
-from widget_page import opened, written_page
+from playwright.sync_api import Browser, Page, expect, sync_playwright
+from widget_page import PATIENCE, opened, written_page
 
 ROOT = Path(__file__).parents[2]
 REPOSITORY = "https://github.com/some-school/some-course"
+expect.set_options(timeout=PATIENCE)
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
 
 
@@ -71,7 +72,7 @@ def browser() -> Iterator[Browser]:
     """The machine's own Chromium."""
     path = program("chromium", "chromium", "chromium-browser", "google-chrome")
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=FLAGS)
+        browser = playwright.chromium.launch(executable_path=path, args=FLAGS, timeout=PATIENCE)
         yield browser
         browser.close()
 

@@ -78,7 +78,7 @@ def test_icp_never_lets_its_number_rise_and_ends_found(show, pair):
     settle(page)
     page.evaluate(WATCH)
     page.get_by_role("button", name="Let ICP finish").click()
-    expect(page.locator(".icp-verdict")).to_have_text(found, timeout=20_000)
+    expect(page.locator(".icp-verdict")).to_have_text(found)
     seen = page.evaluate("() => window.seen")
     assert len(seen) > 5
     assert seen == sorted(seen, reverse=True)

@@ -126,7 +126,7 @@ def test_steps_play_and_pause_and_are_told_in_one_sentence(page):
     page.emulate_media(reduced_motion="no-preference")
     shown, spoken = readout(page, "shown"), page.locator(".icp-spoken")
     expect(shown).to_have_text("the guess, iteration 0 of 28")
-    expect(spoken).to_contain_text("keep 143 of 180 pairs", timeout=3000)
+    expect(spoken).to_contain_text("keep 143 of 180 pairs")
     expect(page.get_by_role("button", name="Start")).to_be_disabled()
     press(page, "Step")
     expect(shown).to_have_text("iteration 1 of 28")
@@ -142,7 +142,7 @@ def test_steps_play_and_pause_and_are_told_in_one_sentence(page):
     press(page, "Play")
     expect(shown).to_have_text("iteration 28 of 28")
     expect(page.get_by_role("button", name="Step")).to_be_disabled()
-    expect(spoken).to_contain_text("28 iterations, converged", timeout=3000)
+    expect(spoken).to_contain_text("28 iterations, converged")
 
 
 def test_the_wheel_zooms_about_the_cursor_within_bounds(page):
@@ -190,11 +190,11 @@ def test_the_basin_is_labkit_s_and_the_page_listens_meanwhile(page, explorer):
     choose(page, "Two rooms")
     without, status = picture(page), page.locator(".icp-basin .icp-status")
     press(page, "Compute the basin", "Stop", "Compute again")
-    expect(status).to_contain_text("guesses end within 0.1 m of the truth", timeout=60000)
+    expect(status).to_contain_text("guesses end within 0.1 m of the truth")
     swarm = picture(page)
     assert swarm != without
-    page.wait_for_timeout(300)
-    assert picture(page) != swarm  # it walks
+    while picture(page) == swarm:
+        settle(page)  # until it walks
     scene = explorer.scenes["Two rooms"]
     target, found = labkit.Target(scene.target), 0
     x, y, _ = labkit.to_xytheta(scene.T_reference)

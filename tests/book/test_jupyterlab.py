@@ -12,6 +12,7 @@ import pytest
 from jupyterlab_page import ERRORS, READY, RUN_ALL, RUN_LAST, jupyterlab, notebook_read
 from nbformat.v4 import new_code_cell, new_notebook
 from playwright.sync_api import Browser, Locator, Page, expect
+from widget_page import PATIENCE, settle
 
 ROOT = Path(__file__).parents[2]
 READ = sorted(path.stem for path in (ROOT / "notebooks").glob("*.ipynb"))
@@ -54,8 +55,9 @@ def page(browser: Browser, lab: Path, tmp_path_factory: pytest.TempPathFactory) 
     nbformat.write(new_notebook(cells=cells, metadata=kernel), root / "widgets.ipynb")
     with jupyterlab(root, home) as address:
         page = browser.new_page(viewport={"width": 1300, "height": 1000})
+        page.set_default_timeout(PATIENCE)
         page.goto(f"{address}/lab?reset")
-        page.wait_for_function(READY, timeout=60_000)
+        page.wait_for_function(READY)
         yield page
         page.close()
 
@@ -92,7 +94,7 @@ def move_each_slider(page: Page, explorer: Locator) -> None:
     for slider in explorer.locator(".icp-sliders input[type=range]").all():
         for reset in explorer.get_by_role("button", name="Reset").all():
             reset.click()
-        page.wait_for_timeout(100)
+        settle(page)
         before = plane.evaluate("canvas => canvas.toDataURL()")
         is_high = 2 * float(slider.input_value()) > float(slider.get_attribute("max") or 1)
         size, share = slider.bounding_box(), 0.1 if is_high else 0.9
@@ -106,6 +108,5 @@ def play_with(page: Page, explorer: Locator) -> None:
     page.keyboard.press("ArrowRight")  # JupyterLab must not take it for a move between cells
     expect(explorer.locator("[data-readout='shown']")).to_contain_text("the guess")
     explorer.get_by_label("gate").press("Home")
-    page.wait_for_timeout(500)  # until the sliders have been at rest
-    page.evaluate(RUN_LAST)
-    expect(explorer.get_by_label("overlap ρ")).to_have_attribute("aria-valuetext", "0.50")
+    while explorer.get_by_label("overlap ρ").get_attribute("aria-valuetext") != "0.50":
+        page.evaluate(RUN_LAST)  # until the kernel knows of the gate, once the slider is at rest

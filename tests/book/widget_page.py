@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +12,7 @@ from anywidget import AnyWidget
 from ipywidgets.embed import embed_data
 from playwright.sync_api import Browser, Locator, Page, expect
 
+PATIENCE = 1000.0 * float(os.environ.get("LABKIT_PATIENCE", "86400"))  # of a wait [ms]
 KEPT = 500  # ms in which the browser puts away what a page told it to keep
 # Formulas without a drawing, or with one of no size, letters without a shape, pictures that did
 # not come, widgets that drew nothing, and figures without a place, once all have been asked.
@@ -18,7 +20,7 @@ UNDRAWN = """async () => {
     window.drawWidgets?.();
     const later = () => new Promise(r => setTimeout(r, 100));
     const empty = ".widget-subarea:not(:has(canvas))";
-    for (let k = 0; k < 100 && document.querySelector(empty); k++) await later();
+    while (document.querySelector(empty)) await later();
     const isDrawn = each => each.querySelector(":scope > svg")
         && (!each.checkVisibility() || each.firstElementChild.getBoundingClientRect().width > 0);
     const lacking = (places, hasAll) => [...document.querySelectorAll(places)]
@@ -95,6 +97,7 @@ def opened(
 ) -> Iterator[Page]:
     """A page, once the sign is there; on leaving, it asked for its own alone and nothing failed."""
     page = browser.new_page(**options)
+    page.set_default_timeout(PATIENCE)
     outside: list[str] = []
     complaints: list[str] = []
     known = (own, "data:", "blob:")

@@ -14,8 +14,6 @@ from labkit.interactive.explorer.scenes import Scene
 from labkit.interactive.explorer.widget import packed
 from labkit.interactive.front_end import bundle
 
-PATIENCE = 240  # seconds
-
 
 def answers(
     scenes: Sequence[Scene], runs: Sequence[dict[str, Any]], folder: Path
@@ -37,7 +35,6 @@ def told_by(program: str, module: str, job: object, folder: Path) -> Any:
         input=json.dumps(job),
         capture_output=True,
         encoding="utf-8",
-        timeout=PATIENCE,
         check=False,
     )
     assert done.returncode == 0, done.stderr[-2000:]

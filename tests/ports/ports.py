@@ -14,7 +14,6 @@ from pathlib import Path
 
 REPOSITORY = Path(__file__).parents[2]
 PORTS_FOLDER = REPOSITORY / "book" / "ports"
-TIME_LIMIT = 300.0  # s, for a build or a run that hangs
 
 Find = Callable[[], str | None]
 Build = Callable[[Path, Path], None]
@@ -45,8 +44,6 @@ class Port:
         The words that start what was built from (sources, out).
     most_distances : float
         Vectors whose runs take more distances than this are not asked of it.
-    time_limit : float
-        For one run, in seconds: above it, it hangs.
     demo : tuple of str
         The arguments of the demo that it is asked for.
     """
@@ -58,7 +55,6 @@ class Port:
     build: Build
     start: Start
     most_distances: float = math.inf
-    time_limit: float = TIME_LIMIT
     demo: tuple[str, ...] = ("7",)
 
     @property
@@ -73,7 +69,7 @@ class Port:
 
 
 def execute(
-    words: Sequence[str | Path], time_limit: float = TIME_LIMIT, cwd: str | Path | None = None
+    words: Sequence[str | Path], cwd: str | Path | None = None
 ) -> subprocess.CompletedProcess[str]:
     """Run a program to its end, its output as text."""
     return subprocess.run(
@@ -81,7 +77,6 @@ def execute(
         capture_output=True,
         text=True,
         encoding="utf-8",
-        timeout=time_limit,
         cwd=cwd,
         stdin=subprocess.DEVNULL,
         check=False,
@@ -207,7 +202,6 @@ PORTS = (
             *("--quiet", "-f", str(sources / "icp2d.wls")),
         ],
         most_distances=5_000,  # Mathics3 needs seconds for a thousand
-        time_limit=900.0,  # a minute of work; on a machine that others share, many minutes
         demo=("7", "6"),  # a smaller scene
     ),
 )

@@ -50,7 +50,7 @@ def reasons(
     commands = folder / "commands.txt"
     commands.write_text("".join(" ".join(vector["command"]) + "\n" for vector in asked))
     (folder / "data").symlink_to(CONFORMANCE / "data")
-    outcome = execute([*port.start(sources, folder), "batch", commands], port.time_limit)
+    outcome = execute([*port.start(sources, folder), "batch", commands])
     told = (outcome.stderr.strip() or "nothing on standard error").splitlines()[-1]
     ended = f"no answer: the batch ended with status {outcome.returncode}, {told}"
     found = {

@@ -31,5 +31,5 @@ def test_its_code_parses_and_its_checks_hold(tmp_path):
         (pytest.fail if os.environ.get("CI") else pytest.skip)(WOLFRAM.missing)
     script = tmp_path / "script.wl"
     script.write_text(SCRIPT.format(sources=WOLFRAM.sources.as_posix()))
-    outcome = execute([str(mathics()), "--quiet", "-f", script], WOLFRAM.time_limit)
+    outcome = execute([str(mathics()), "--quiet", "-f", script])
     assert outcome.stdout.split("\n") == ["Notebook", "8", "{}", "{True, True}", "True", ""]

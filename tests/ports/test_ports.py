@@ -117,7 +117,7 @@ def start(workshop, name, arguments, where):
     folder, promises = workshop
     promises[name].result()  # so that it is built
     words = [*port.start(port.sources, folder / name / "whole"), *arguments]
-    return execute(words, port.time_limit, cwd=where)
+    return execute(words, cwd=where)
 
 
 @EACH_PORT

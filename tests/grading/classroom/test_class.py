@@ -105,9 +105,7 @@ def test_killed_in_the_middle_it_goes_on_to_equal_verdicts(grade, options, tmp_p
     )
     command = [sys.executable, "-c", start]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as run:
-        end = time.monotonic() + 60
         while len(verdicts()) < 2:
-            assert time.monotonic() < end
             assert run.poll() is None
             time.sleep(0.02)
         run.send_signal(signal.SIGKILL)
