@@ -12,6 +12,7 @@ import ctypes
 import re
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from html import escape
@@ -32,7 +33,7 @@ from labkit.grading.questions import Case, Question
 from labkit.support.errors import InvalidParameterError
 
 Calls = set[tuple[str, str]]  # of functions, by name and module
-SECONDS = 10.0  # for all cases of a check
+SECONDS = 10.0  # of processor time for all cases of a check
 PATIENT = ("numba", "llvmlite", "pdb", "bdb")  # compiling and debugging are not counted
 HINTS = {  # what a message of numpy means here
     r"matmul: Input operand 1 has a mismatch": "a (3, 3) transform does not multiply (N, 2) "
@@ -231,14 +232,19 @@ def _outcomes(
 def limited(seconds: float) -> Iterator[None]:
     """Raise `OutOfTime` in this thread, on any system, where the block does not end in time.
 
-    The exception is raised between two steps of Python code, and again each second while something
-    catches it. A call into C, as of `time.sleep`, ends first.
+    The time is the processor's, so a busy machine stops nothing. The exception is raised between
+    two steps of Python code, and again each second while something catches it. A call into C, as
+    of `time.sleep`, ends first.
     """
     thread, lock, over = threading.get_ident(), threading.Lock(), threading.Event()
+    end = time.process_time() + seconds
 
     def watch() -> None:
         wait = seconds
         while not over.wait(wait):
+            wait = end - time.process_time()
+            if wait > 0.0:
+                continue
             wait = 1.0
             with lock:
                 if not over.is_set() and not _is_patient(sys._current_frames().get(thread)):
