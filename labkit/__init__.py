@@ -8,7 +8,7 @@ with loading():
     from labkit.alignment import align, align_svd
     from labkit.icp import icp
     from labkit.logs import read_log
-    from labkit.parameters import IcpParameters
+    from labkit.parameters import ACCURATE, IcpParameters
     from labkit.result import IcpResult, Termination
     from labkit.scan import Scan
     from labkit.se2 import apply, compose, from_xytheta, invert, to_xytheta, transform, wrap
@@ -16,6 +16,7 @@ with loading():
     from labkit.target import Target
 
 __all__ = [
+    "ACCURATE",
     "IcpParameters",
     "IcpResult",
     "LabkitError",
@@ -37,7 +38,7 @@ __all__ = [
 
 __version__ = "0.3.0"
 
-_LATER = ("covariance", "evaluation", "logs", "odometry", "plotting", "simulation")
+_LATER = ("evaluation", "logs", "odometry", "plotting", "simulation")
 
 
 def __getattr__(name: str) -> object:

@@ -35,6 +35,7 @@ from labkit.neighbors import (
     start_search,
 )
 from labkit.parameters import IcpParameters
+from labkit.scan import Scan
 from labkit.schedule import Stage, adapt_delta, stage_of
 from labkit.support.arrays import (
     BoolArray,
@@ -43,12 +44,13 @@ from labkit.support.arrays import (
     as_floats,
     as_points,
     as_transform,
+    check_kind,
     check_range,
     read_only,
 )
 from labkit.support.compiled import compiled
 from labkit.support.errors import InvalidPointsError
-from labkit.target import Target
+from labkit.target import Target, as_target
 
 MIN_PAIRS = 3  # the fewest pairs a step is computed from, as in the lesson
 
@@ -231,9 +233,10 @@ def loss_of(residual: float, huber_delta: float) -> float:
 
 def distance_gate(distances: ArrayLike, max_correspondence_distance: float) -> BoolArray:
     """(A) Mask of the pairs within the gate: ``d <= max_correspondence_distance`` [m]."""
-    check_range(max_correspondence_distance, "max_correspondence_distance", above=0.0, unit="m")
+    name = "max_correspondence_distance"
+    gate = check_range(max_correspondence_distance, name, above=0.0, unit="m")
     d = _as_distances(distances, "distances")
-    return gate_mask(d.ravel(), float(max_correspondence_distance)).reshape(d.shape)
+    return gate_mask(d.ravel(), gate).reshape(d.shape)
 
 
 def overlap(distances: ArrayLike, overlap_ratio: float) -> BoolArray:
@@ -242,22 +245,22 @@ def overlap(distances: ArrayLike, overlap_ratio: float) -> BoolArray:
     The distances [m], shape (N,), are those of *all* N source points, gated or not. So the order
     of gate and overlap does not matter, and ρ in (0, 1] stays a share of the source.
     """
-    check_range(overlap_ratio, "overlap_ratio", above=0.0, at_most=1.0)
-    return overlap_mask(_as_distances(distances, "distances").ravel(), float(overlap_ratio))
+    ratio = check_range(overlap_ratio, "overlap_ratio", above=0.0, at_most=1.0)
+    return overlap_mask(_as_distances(distances, "distances").ravel(), ratio)
 
 
 def huber_weights(residuals: ArrayLike, huber_delta: float) -> FloatArray:
     """(C) Huber's weights of residuals [m]: 1 up to δ, δ/r beyond; all 1 where δ is inf."""
-    check_range(huber_delta, "huber_delta", above=0.0, unit="m")
+    delta = check_range(huber_delta, "huber_delta", above=0.0, unit="m")
     r = _as_distances(residuals, "residuals")
-    return weights_of(r.ravel(), float(huber_delta)).reshape(r.shape)
+    return weights_of(r.ravel(), delta).reshape(r.shape)
 
 
 def huber_loss(residuals: ArrayLike, huber_delta: float) -> FloatArray:
     """Huber's loss [m²] whose weights those are: r² up to δ, 2δr − δ² beyond."""
-    check_range(huber_delta, "huber_delta", above=0.0, unit="m")
+    delta = check_range(huber_delta, "huber_delta", above=0.0, unit="m")
     r = _as_distances(residuals, "residuals")
-    return losses_of(r.ravel(), float(huber_delta)).reshape(r.shape)
+    return losses_of(r.ravel(), delta).reshape(r.shape)
 
 
 @compiled
@@ -283,8 +286,8 @@ def _as_distances(values: ArrayLike, name: str) -> FloatArray:
 
 
 def pairs_at(
-    source: ArrayLike,
-    target: Target,
+    source: Scan | ArrayLike,
+    target: Target | Scan | ArrayLike,
     T_target_source: ArrayLike,
     parameters: IcpParameters,
     *,
@@ -294,7 +297,10 @@ def pairs_at(
 
     All partners are looked for, however far; the arrays are read-only.
     """
+    check_kind(parameters, "parameters", IcpParameters)
+    check_kind(coarse, "coarse", bool)
     points = read_only(as_points(source, "source"))
+    target = as_target(target)
     T = as_transform(T_target_source, "T_target_source")
     normals = target.normals_for(parameters)
     pairs = Correspondences(*_pairs_at(points, target.search.grid, normals, T, parameters, coarse))

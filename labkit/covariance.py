@@ -30,29 +30,50 @@ References
 from __future__ import annotations
 
 import math
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.correspondences import associate, reject_and_weigh
+from labkit.correspondences import Correspondences, associate, reject_and_weigh
 from labkit.degeneracy import observability
 from labkit.line_alignment import MIN_INFORMATION, solve_constrained
 from labkit.neighbors import Grid, start_search
 from labkit.normals import estimate_normals
 from labkit.parameters import IcpParameters
-from labkit.result import IcpResult
+from labkit.scan import Scan
 from labkit.schedule import stage_of
 from labkit.se2 import to_xytheta
 from labkit.support.arrays import FloatArray, as_covariance, as_numbers, check_range
 from labkit.support.compiled import compiled
-from labkit.support.errors import DegenerateAlignmentError
+from labkit.support.errors import DegenerateAlignmentError, InvalidParameterError
+from labkit.target import Target
 
 ALONG_AN_AXIS = 0.02  # share of a free direction below which an axis is not part of it
 SLIDE, SLIDE_STEPS = 0.5, 6  # [m or rad] to either side along a free motion; steps back from there
+MAX_STD = 100.0  # [m], of a range: no scanner is worse
 LEAST_INFORMATION = 1e-12  # less information is rounding
 
 
-def censi_covariance(result: IcpResult, range_std: float) -> FloatArray:
+@runtime_checkable
+class _Result(Protocol):
+    """An `labkit.IcpResult`, which leans on this module: what the covariance reads from it."""
+
+    @property
+    def source(self) -> Scan: ...
+    @property
+    def target(self) -> Target: ...
+    @property
+    def parameters(self) -> IcpParameters: ...
+    @property
+    def correspondences(self) -> Correspondences: ...
+    @property
+    def T_target_source(self) -> FloatArray: ...
+    @property
+    def message(self) -> str: ...
+
+
+def censi_covariance(result: _Result, range_std: float) -> FloatArray:
     """Covariance of an estimated motion, from the noise of the ranges.
 
     Parameters
@@ -82,7 +103,7 @@ def censi_covariance(result: IcpResult, range_std: float) -> FloatArray:
     return covariance
 
 
-def censi_information(result: IcpResult, range_std: float) -> FloatArray:
+def censi_information(result: _Result, range_std: float) -> FloatArray:
     """Information Ω, the inverse of `censi_covariance`: a free direction v has ``Ω @ v == 0``."""
     covariance, seen, free = _measured(result, range_std)
     coordinates = np.linalg.inv(np.column_stack([seen, free]))[: seen.shape[1]]
@@ -91,7 +112,7 @@ def censi_information(result: IcpResult, range_std: float) -> FloatArray:
 
 
 def fuse(
-    result: IcpResult, range_std: float, prior: ArrayLike, prior_covariance: ArrayLike
+    result: _Result, range_std: float, prior: ArrayLike, prior_covariance: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
     """Fuse a match with the prior that it began from: the most likely motion, and its covariance.
 
@@ -108,10 +129,11 @@ def fuse(
     return believed + covariance @ information @ off, covariance
 
 
-def _measured(result: IcpResult, range_std: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _measured(result: _Result, range_std: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """(6.4) where the pairs see, and what `_seen_and_free` says."""
-    check_range(range_std, "range_std", above=0.0, unit="m")
-    if result.termination.failed:
+    _check_result(result)
+    range_std = check_range(range_std, "range_std", above=0.0, at_most=MAX_STD, unit="m")
+    if np.isnan(result.T_target_source[0, 0]):
         raise DegenerateAlignmentError(f"no covariance without an estimate: {result.message}")
     seen, free = _seen_and_free(result)
     T, pairs = result.T_target_source, result.correspondences
@@ -142,7 +164,13 @@ def _measured(result: IcpResult, range_std: float) -> tuple[FloatArray, FloatArr
     return gain @ noise @ gain.T, seen, free
 
 
-def _seen_and_free(result: IcpResult) -> tuple[FloatArray, FloatArray]:
+def _check_result(result: object) -> None:
+    if not isinstance(result, _Result):
+        problem = f"must be of the class IcpResult, got {result!r:.80}"
+        raise InvalidParameterError(problem, parameter="result")
+
+
+def _seen_and_free(result: _Result) -> tuple[FloatArray, FloatArray]:
     """Bases (3, ·) of the motions that the pairs see, and of those that they leave free.
 
     Structure below the mean sin² between the normals of the two scans is noise.
@@ -165,7 +193,7 @@ def _seen_and_free(result: IcpResult) -> tuple[FloatArray, FloatArray]:
     return seen, np.reshape(free, (-1, 3)).T
 
 
-def _along_surfaces(result: IcpResult, seen: FloatArray, v: FloatArray) -> FloatArray:
+def _along_surfaces(result: _Result, seen: FloatArray, v: FloatArray) -> FloatArray:
     """The free motion v, (3,), led to where the scan lies on the surfaces at `SLIDE` along it."""
     points, target, parameters = result.source.points, result.target, result.parameters
     normals = target.normals_for(parameters), target.normals

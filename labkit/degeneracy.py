@@ -15,15 +15,15 @@ from numpy.typing import ArrayLike
 from labkit.correspondences import Correspondences
 from labkit.line_alignment import Information, line_information
 from labkit.scan import Scan, as_scan
-from labkit.support.arrays import FloatArray, as_floats
-from labkit.support.errors import DegenerateAlignmentError
+from labkit.support.arrays import as_floats, check_kind
+from labkit.support.errors import DegenerateAlignmentError, InvalidPointsError
 from labkit.target import Target
 
 SHIFT = 0.1  # share of the turn in a motion (Δx, Δy, ℓΔψ) below which it is called a shift
 
 
 def observability(
-    pairs: Correspondences, target: Target, source_normals: FloatArray | None = None
+    pairs: Correspondences, target: Target, source_normals: ArrayLike | None = None
 ) -> Information | None:
     """Information of the kept pairs about each direction of the motion between two scans.
 
@@ -32,12 +32,19 @@ def observability(
     two scans, so `source_normals`, shape (N, 2), in the target's frame, NaN where there is none,
     tell structure from noise. Pairs without both normals are left out.
     """
+    check_kind(pairs, "pairs", Correspondences)
+    check_kind(target, "target", Target)
+    if pairs.target_index.max(initial=-1) >= len(target.normals):
+        raise InvalidPointsError(
+            f"`target` must be the target of `pairs`, got one of {len(target.normals)} points"
+        )
     normals = target.normals[pairs.target_index]
     used = pairs.kept & np.isfinite(normals[:, 0])
     others = None
     if source_normals is not None:
-        used &= np.isfinite(source_normals[:, 0])
-        others = source_normals[used]
+        others = as_floats(source_normals, "source_normals", shape=(len(used), 2))
+        used &= np.isfinite(others[:, 0])
+        others = others[used]
     if not used.any():
         return None
     try:
@@ -48,6 +55,7 @@ def observability(
 
 def free_motions(information: Information) -> tuple[str, ...]:
     """The motions that the points leave free, in words, in the target's frame [m]."""
+    check_kind(information, "information", Information)
     words = []
     for x, y, turn in information.free.T.tolist():
         if abs(turn) < SHIFT:

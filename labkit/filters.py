@@ -16,11 +16,13 @@ from numpy.typing import ArrayLike
 from labkit.scan import Scan, as_scan
 from labkit.support.arrays import check_range
 
+SMALLEST_CELL = 1e-100  # [m]: below it the numbers of the cells overflow
+
 
 def range_band(scan: Scan | ArrayLike, minimum: float = 0.0, maximum: float = math.inf) -> Scan:
     """Keep the points whose distance from the scanner lies in [minimum, maximum] metres."""
-    check_range(minimum, "minimum", at_least=0.0, unit="m")
-    check_range(maximum, "maximum", above=minimum, unit="m")
+    minimum = check_range(minimum, "minimum", at_least=0.0, unit="m")
+    maximum = check_range(maximum, "maximum", above=minimum, unit="m")
     scan = as_scan(scan)
     r = np.hypot(scan.points[:, 0], scan.points[:, 1])
     return scan.select((r >= minimum) & (r <= maximum))
@@ -32,7 +34,7 @@ def voxel_downsample(scan: Scan | ArrayLike, size: float) -> Scan:
     The grid is anchored at the scanner. Cells come in the order in which the scan
     first enters them, and a centroid takes over the beam of that first point.
     """
-    check_range(size, "size", above=0.0, unit="m")
+    size = check_range(size, "size", at_least=SMALLEST_CELL, unit="m")
     scan = as_scan(scan)
     cells = np.floor(scan.points / size)  # floats: integers end at 2**63
     _, first, member = np.unique(cells, axis=0, return_index=True, return_inverse=True)
@@ -49,7 +51,7 @@ def remove_isolated(scan: Scan | ArrayLike, radius: float) -> Scan:
 
     A lone return is mostly a mixed pixel at an edge, dust, or somebody's leg.
     """
-    check_range(radius, "radius", above=0.0, unit="m")
+    radius = check_range(radius, "radius", above=0.0, unit="m")
     scan = as_scan(scan)
     tree = scipy.spatial.cKDTree(scan.points)
     neighbors = tree.query_ball_point(scan.points, radius, return_length=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,11 +12,19 @@ from labkit.alignment import centroid, closed_form, turn_about
 from labkit.correspondences import MIN_PAIRS, Correspondences, associate, cost, reject_and_weigh
 from labkit.line_alignment import line_step
 from labkit.neighbors import Grid, start_search
-from labkit.parameters import IcpParameters
+from labkit.parameters import IcpParameters, adjust
 from labkit.result import IcpResult, Termination, step_length
 from labkit.scan import Scan, as_scan
 from labkit.schedule import Stage, schedule, stage_of
-from labkit.support.arrays import FloatArray, as_transform, check_kind, check_range, read_only
+from labkit.se2 import transform
+from labkit.support.arrays import (
+    FloatArray,
+    as_floats,
+    as_transform,
+    check_kind,
+    check_range,
+    read_only,
+)
 from labkit.support.compiled import compiled
 from labkit.target import Target, as_target
 
@@ -27,8 +36,13 @@ def icp(
     target: Target | Scan | ArrayLike,
     T_init: ArrayLike | None = None,
     parameters: IcpParameters = DEFAULTS,
+    **settings: Any,
 ) -> IcpResult:
     """Estimate the transform that maps the newer scan onto the older one.
+
+    The defaults are the lesson's: point to point, easy to follow, and as exact as the beams are
+    close. For your own scans of walls take ``parameters=labkit.ACCURATE``, which is the odometry's
+    matcher: a tenth of the error at 180 beams.
 
     Parameters
     ----------
@@ -36,10 +50,14 @@ def icp(
         The newer scan, k+1, in metres.
     target : Target, Scan or array_like, shape (M, 2)
         The older scan, k. Prepare a `Target` to match several sources against it.
-    T_init : array_like, shape (3, 3), optional
-        Initial guess of ``T_target_source`` (wheels, IMU); the identity by default.
+    T_init : array_like, shape (3, 3) or (3,), optional
+        Initial guess of ``T_target_source`` (wheels, IMU), a transform or x [m], y [m], θ [rad];
+        the identity by default.
     parameters : IcpParameters
         Gate, overlap, Huber delta, budget, tolerances and metric.
+    **settings
+        Single parameters by their names, such as ``metric="point_to_line"``; the others are those
+        of `parameters`.
 
     Returns
     -------
@@ -51,7 +69,7 @@ def icp(
     InvalidPointsError
         For an empty scan, a wrong shape, or points that are not finite.
     InvalidParameterError
-        For parameters of another type.
+        For parameters of another type, out of range, or of another name.
 
     Notes
     -----
@@ -73,10 +91,13 @@ def icp(
     >>> result = labkit.icp(source, target)
     >>> bool(np.allclose(result.T_target_source, T_target_source)), result.inlier_count
     (True, 85)
+    >>> labkit.icp(source, target, (0.05, -0.02, 0.01), overlap_ratio=1.0).inlier_count
+    100
     """
-    check_kind(parameters, "parameters", IcpParameters)
-    source, target = as_scan(source, "source", minimum=1), as_target(target)
-    T = np.eye(3) if T_init is None else as_transform(T_init, "T_init")
+    parameters = adjust(parameters, settings)
+    source = as_scan(source, "source", minimum=1)
+    target = as_target(target)
+    T = np.eye(3) if T_init is None else _as_guess(T_init)
     normals = target.normals_for(parameters)
     poses, coarse_poses, termination = run(
         source.points, target.search.grid, normals, T, parameters
@@ -89,6 +110,13 @@ def icp(
         target=target,
         parameters=parameters,
     )
+
+
+def _as_guess(T_init: ArrayLike) -> FloatArray:
+    """Check a guess, a transform or (x, y, θ): the transform (3, 3)."""
+    hint = "give a transform (3, 3), or x [m], y [m], theta [rad]"
+    guess = as_floats(T_init, "T_init", hint)
+    return transform(*guess) if guess.shape == (3,) else as_transform(guess, "T_init")
 
 
 @compiled
@@ -141,8 +169,8 @@ def minimise(
     below 1 shortens the step.
     """
     check_kind(pairs, "pairs", Correspondences)
-    check_range(step_fraction, "step_fraction", above=0.0, at_most=1.0)
-    return compute_step(pairs, float(step_fraction))
+    fraction = check_range(step_fraction, "step_fraction", above=0.0, at_most=1.0)
+    return compute_step(pairs, fraction)
 
 
 @compiled

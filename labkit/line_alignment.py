@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.alignment import centroid, turn_about
-from labkit.support.arrays import EPSILON, FloatArray, as_finite, as_floats, as_pairs, check_range
+from labkit.support.arrays import EPSILON, FloatArray, as_normals, as_pairs, check_range
 from labkit.support.compiled import compiled
 from labkit.support.errors import DegenerateAlignmentError
 
@@ -82,14 +82,10 @@ def line_information(
     noise averages out of J'ᵀWJ. Raises as `align_to_lines` does.
     """
     p, n, w = as_pairs(points, normals, weights)
-    other = n if other_normals is None else _as_normals(other_normals, "other_normals", len(p))
+    other = n if other_normals is None else as_normals(other_normals, "other_normals", len(p))
     center, length = _center_and_length(p, w)
     values, vectors = np.linalg.eigh(information_matrix(p, n, other, w, center, length))
     return Information(center=np.array(center), length=length, values=values, vectors=vectors)
-
-
-def _as_normals(normals: ArrayLike, name: str, count: int) -> FloatArray:
-    return as_finite(as_floats(normals, name, "give a unit vector per point", (count, 2)), name)
 
 
 def align_to_lines(
@@ -106,7 +102,7 @@ def align_to_lines(
     has weight, or all of them coincide.
     """
     p, q, w = as_pairs(source, target, weights)
-    n = _as_normals(normals, "normals", len(p))
+    n = as_normals(normals, "normals", len(p))
     check_range(share, "share", at_least=0.0, at_most=1.0)
     _center_and_length(p, w)
     return line_step(p, q, n, w, float(share))

@@ -23,9 +23,12 @@ CELL_TOLERANCE = 1e-6  # of a cell's side: rounding may place a point this far b
 MIN_SIDE = 1e-150  # [m]: narrower cells mean that all points coincide
 
 
-def nearest_by_brute_force(points: FloatArray, target: FloatArray) -> IntArray:
+def nearest_by_brute_force(points: ArrayLike, target: ArrayLike) -> IntArray:
     """Index of the nearest target point of each row, by all N·M distances: O(N M)."""
-    dx, dy = points[:, :1] - target[:, 0], points[:, 1:] - target[:, 1]
+    p = as_points(points, "points", minimum=0)
+    q = as_points(target, "target")
+    dx = p[:, :1] - q[:, 0]
+    dy = p[:, 1:] - q[:, 1]
     return np.asarray(np.argmin(dx * dx + dy * dy, axis=1))
 
 

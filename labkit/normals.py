@@ -15,9 +15,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from labkit.neighbors import Grid, NearestNeighbors, neighbors_of
-from labkit.scan import Scan
+from labkit.scan import Scan, as_scan
 from labkit.support.arrays import EPSILON, FloatArray, IntArray
 from labkit.support.compiled import compiled
 
@@ -35,7 +36,7 @@ Sums = tuple[float, float, float, float, float]  # of x, y, x², xy, y²
 EMPTY_SUMS = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def estimate_normals(scan: Scan, grid: Grid | None = None) -> FloatArray:
+def estimate_normals(scan: Scan | ArrayLike, grid: Grid | None = None) -> FloatArray:
     """Unit normals (N, 2) of the surface at the points of a scan, turned towards the scanner.
 
     They are NaN where the neighbourhood is no line: at a lone return, in scatter, at an edge
@@ -47,6 +48,7 @@ def estimate_normals(scan: Scan, grid: Grid | None = None) -> FloatArray:
     >>> np.round(estimate_normals(wall)[1], 12).tolist()
     [-1.0, 0.0]
     """
+    scan = as_scan(scan)
     if len(scan) < MIN_ON_LINE:
         return np.full((len(scan), 2), np.nan)
     if scan.beams is not None:

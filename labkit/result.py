@@ -11,10 +11,12 @@ from itertools import pairwise
 import numpy as np
 
 from labkit.correspondences import Correspondences, pairs_at
+from labkit.covariance import censi_covariance
 from labkit.degeneracy import free_motions, observability
 from labkit.line_alignment import Information
 from labkit.parameters import IcpParameters
 from labkit.scan import Scan
+from labkit.se2 import to_xytheta
 from labkit.support.arrays import FloatArray, read_only
 from labkit.support.compiled import compiled
 from labkit.target import Target
@@ -102,6 +104,18 @@ class IcpResult(_Quality):
     def T_target_source(self) -> FloatArray:
         """The estimate, (3, 3); NaN if the run failed (``poses[-1]`` holds the last pose)."""
         return FAILED if self.termination.failed else self.poses[-1]
+
+    @property
+    def xytheta(self) -> FloatArray:
+        """The estimate as x [m], y [m], θ [rad], shape (3,); NaN if the run failed."""
+        return to_xytheta(self.T_target_source)
+
+    def covariance(self, range_std: float) -> FloatArray:
+        """Covariance (3, 3) of `xytheta`; see `labkit.covariance.censi_covariance`.
+
+        `range_std` is the standard deviation of one range [m].
+        """
+        return censi_covariance(self, range_std)
 
     @cached_property
     def history(self) -> tuple[Iteration, ...]:

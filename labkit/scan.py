@@ -8,9 +8,9 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from labkit.se2 import from_xytheta, transform, wrap
+from labkit.se2 import matrices_of, transform, wrap
 from labkit.support.arrays import (
     BoolArray,
     FloatArray,
@@ -92,8 +92,8 @@ class Scan:
         """
         if np.ma.isMaskedArray(ranges):
             ranges = np.ma.filled(ranges.astype(float), np.nan)
-        check_range(range_min, "range_min", unit="m")
-        check_range(range_max, "range_max", above=range_min, unit="m")
+        range_min = check_range(range_min, "range_min", unit="m")
+        range_max = check_range(range_max, "range_max", above=range_min, unit="m")
         r, alpha = _as_beam_values(ranges, "ranges"), _as_beam_values(angles, "angles")
         _expect_alike(r, alpha)
         beams = np.flatnonzero((r > range_min) & (r < min(range_max, LONGEST_RANGE)))
@@ -120,8 +120,26 @@ class Scan:
 
     def select(self, kept: BoolArray | IntArray) -> Scan:
         """Scan of the points named by a mask or by indices, their beams included."""
+        kept = _as_selection(kept, len(self))
         beams = None if self.beams is None else self.beams[kept]
         return replace(self, points=self.points[kept], beams=beams)
+
+
+def _as_selection(kept: BoolArray | IntArray, count: int) -> BoolArray | IntArray:
+    """Check a mask of `count` points, or indices below it."""
+    try:
+        selection: NDArray[Any] = np.asarray(kept)
+    except ValueError:  # ragged
+        selection = np.array(None)
+    if selection.shape == (0,):
+        selection = selection.astype(np.intp)
+    is_mask = selection.dtype == np.bool_ and selection.shape == (count,)
+    is_index = selection.ndim == 1 and selection.dtype.kind in "iu"
+    if is_mask or (is_index and np.all((selection >= -count) & (selection < count))):
+        return selection
+    raise InvalidPointsError(
+        f"`kept` must be a mask of {count} points or their indices, got {kept!r:.80}"
+    )
 
 
 def _as_beam_values(values: ArrayLike, name: str) -> FloatArray:
@@ -172,11 +190,9 @@ def _as_beams(beams: IntArray, count: int) -> IntArray:
 
 def as_scan(scan: Scan | ArrayLike, name: str = "points", minimum: int = 0) -> Scan:
     """Return `scan` if it is one, else a scan of its points; of at least `minimum` points."""
-    if not isinstance(scan, Scan):
-        return Scan(points=as_points(scan, name, minimum))
-    if len(scan) < minimum:
-        as_points(scan.points, name, minimum)  # says so
-    return scan
+    if isinstance(scan, Scan) and len(scan) >= minimum:
+        return scan
+    return Scan(points=as_points(scan, name, minimum))
 
 
 def scanner_poses(poses: ArrayLike, laser_offset: ArrayLike) -> FloatArray:
@@ -189,5 +205,5 @@ def scanner_poses(poses: ArrayLike, laser_offset: ArrayLike) -> FloatArray:
     """
     rows = as_poses(poses, "poses")
     x, y, theta = as_numbers(laser_offset, "laser_offset")
-    T_w_laser = from_xytheta(rows) @ transform(x, y, 0.0)
+    T_w_laser = matrices_of(rows) @ transform(x, y, 0.0)
     return np.column_stack([T_w_laser[:, :2, 2], wrap(rows[:, 2] + theta)])

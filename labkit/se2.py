@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from labkit.support.arrays import (
     FloatArray,
+    PointSet,
     as_finite,
     as_floats,
     as_points,
@@ -36,16 +37,27 @@ def wrap(angle: ArrayLike) -> FloatArray:
     >>> float(wrap(-np.pi)) == np.pi
     True
     """
-    theta = as_floats(angle, "angle")
+    theta = _as_angles(angle, "angle")
     turned = np.pi - np.mod(np.pi - theta, 2.0 * np.pi)
     turned = np.where(turned == -np.pi, np.pi, turned)  # mod rounds up to 2π just above π
     return np.where((theta > -np.pi) & (theta <= np.pi), theta, turned)
 
 
+def _as_angles(angles: ArrayLike, name: str) -> FloatArray:
+    """Check angles [rad]: none is infinite; NaN passes."""
+    checked = as_floats(angles, name, hint="give radians")
+    if np.isinf(checked).any():
+        raise InvalidPointsError(
+            f"`{name}` must be angles in radians, got {checked.tolist()!s:.80}"
+        )
+    return checked
+
+
 def rotation(theta: ArrayLike) -> FloatArray:
     """Rotation matrices R(θ), counter-clockwise, shape (..., 2, 2), from angles [rad]."""
-    angle = as_floats(theta, "theta", hint="give radians")
-    c, s = np.cos(angle), np.sin(angle)
+    angle = _as_angles(theta, "theta")
+    c = np.cos(angle)
+    s = np.sin(angle)
     return np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
 
 
@@ -57,7 +69,7 @@ def transform(x: ArrayLike, y: ArrayLike, theta: ArrayLike) -> FloatArray:
     x, y : array_like, shape (...)
         Translation in metres.
     theta : array_like, shape (...)
-        Rotation in radians, counter-clockwise.
+        Rotation in radians, counter-clockwise, within one turn to either side.
 
     Returns
     -------
@@ -77,20 +89,43 @@ def transform(x: ArrayLike, y: ArrayLike, theta: ArrayLike) -> FloatArray:
             f"`x`, `y` and `theta` must be numbers or have one shape, got shapes {x.shape}, "
             f"{y.shape} and {theta.shape}"
         ) from None
-    return _from_rows(as_finite(rows, "x, y, theta"))
+    check_headings(theta, "theta")
+    return matrices_of(as_finite(rows, "x, y, theta"))
 
 
 def from_xytheta(poses: ArrayLike) -> FloatArray:
-    """Transforms of shape (..., 3, 3) from rows (x [m], y [m], θ [rad]) of shape (..., 3)."""
-    return _from_rows(as_pose_rows(poses, "poses"))
+    """Transforms of shape (..., 3, 3) from rows (x [m], y [m], θ [rad]) of shape (..., 3).
+
+    Headings beyond one turn are refused, for they mostly are degrees; `wrap` brings back those of
+    a robot that has turned several times.
+    """
+    rows = as_pose_rows(poses, "poses")
+    check_headings(rows[..., 2], "theta")
+    return matrices_of(rows)
 
 
-def _from_rows(rows: FloatArray) -> FloatArray:
+def matrices_of(rows: FloatArray) -> FloatArray:
+    """The same for checked rows, whose headings may exceed one turn."""
+    c = np.cos(rows[..., 2])
+    s = np.sin(rows[..., 2])
     T = np.zeros((*rows.shape, 3))
-    c, s = np.cos(rows[..., 2]), np.sin(rows[..., 2])
-    T[..., 0, 0], T[..., 0, 1], T[..., 1, 0], T[..., 1, 1] = c, -s, s, c
-    T[..., :2, 2], T[..., 2, 2] = rows[..., :2], 1.0
+    T[..., 0, 0] = c
+    T[..., 0, 1] = -s
+    T[..., 1, 0] = s
+    T[..., 1, 1] = c
+    T[..., :2, 2] = rows[..., :2]
+    T[..., 2, 2] = 1.0
     return T
+
+
+def check_headings(theta: FloatArray, name: str) -> None:
+    """Raise an error for an angle [rad] beyond one turn: it mostly is in degrees."""
+    largest = np.abs(theta).max(initial=0.0)
+    if np.isfinite(largest) and largest > 2.0 * np.pi:
+        raise InvalidPointsError(
+            f"`{name}` must be radians within one turn, got {largest:.6g}: are these degrees? use "
+            f"`np.radians`; `labkit.wrap` brings back the headings of several turns"
+        )
 
 
 def to_xytheta(T: ArrayLike) -> FloatArray:
@@ -136,8 +171,8 @@ def relative(T_w_a: ArrayLike, T_w_b: ArrayLike) -> FloatArray:
     return compose(invert(T_w_a), as_transforms(T_w_b, "T_w_b"))
 
 
-def apply(T_a_b: ArrayLike, points_b: ArrayLike) -> FloatArray:
-    """Move points of shape (N, 2) [m] from frame b to frame a: R p + t for each row."""
+def apply(T_a_b: ArrayLike, points_b: PointSet | ArrayLike) -> FloatArray:
+    """Move points (N, 2) [m], or those of a scan, from frame b to frame a: R p + t for each row."""
     T = as_transforms(T_a_b, "T_a_b")
     points = as_points(points_b, "points_b", minimum=0)
     moved: FloatArray = (T[..., :2, :2] @ points.mT + T[..., :2, 2:]).mT

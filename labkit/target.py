@@ -11,8 +11,7 @@ from labkit.neighbors import NearestNeighbors
 from labkit.normals import estimate_normals
 from labkit.parameters import IcpParameters
 from labkit.scan import Scan, as_scan
-from labkit.support.arrays import FloatArray, as_floats, read_only
-from labkit.support.errors import InvalidPointsError
+from labkit.support.arrays import FloatArray, as_normals, read_only
 
 NONE = read_only(np.empty((0, 2)))
 
@@ -36,7 +35,9 @@ class Target:
 
     def __init__(self, scan: Scan | ArrayLike, normals: ArrayLike | None = None) -> None:
         self.scan = as_scan(scan, "target", minimum=1)
-        self._given = None if normals is None else _as_normals(normals, len(self.scan))
+        self._given = None
+        if normals is not None:
+            self._given = read_only(as_normals(normals, "normals", len(self.scan), gaps=True))
 
     def __repr__(self) -> str:
         return f"<Target of {len(self.scan)} points>"
@@ -61,17 +62,6 @@ class Target:
     def normals_for(self, parameters: IcpParameters) -> FloatArray:
         """The normals that the loop needs: those of all points, or none under point-to-point."""
         return self.normals if parameters.metric == "point_to_line" else NONE
-
-
-def _as_normals(normals: ArrayLike, count: int) -> FloatArray:
-    given = as_floats(normals, "normals", "give a unit vector per point", (count, 2))
-    is_unit = abs(np.hypot(given[:, 0], given[:, 1]) - 1.0) <= 1e-6
-    if (wrong := ~(is_unit | np.isnan(given).all(axis=1))).any():
-        raise InvalidPointsError(
-            f"`normals` must be unit vectors, or NaN where there is none, "
-            f"got {given[wrong][0].tolist()} at index {wrong.argmax()}"
-        )
-    return read_only(given)
 
 
 def as_target(target: Target | Scan | ArrayLike) -> Target:

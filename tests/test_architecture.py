@@ -26,7 +26,7 @@ ORDER = (
     ),
     *("se2", "scan"),
     *("filters", "parameters", "alignment", "line_alignment", "neighbors", "normals", "target"),
-    *("schedule", "correspondences", "degeneracy", "result", "icp", "covariance", "odometry"),
+    *("schedule", "correspondences", "degeneracy", "covariance", "result", "icp", "odometry"),
     *("simulation", "evaluation", "logs", "", "support.warm", "plotting"),
     *("grading", "course", "course.assignment", "course.exercises", "course.authoring"),
     *("course.report", "course.ladder"),

@@ -1,244 +1,270 @@
-"""Doors: what a beginner calls first, with what it cannot mean.
+"""Doors: every public function, with every kind of value in every place of its call."""
 
-The law: whatever stands in any place of a call, the call takes it if it is what the place asks
-for, and else raises a `LabkitError` that names the argument and says what it got.
-"""
-
+import inspect
 import math
 from functools import partial
-from itertools import product
+from types import FunctionType
 
 import numpy as np
 import pytest
 
+import labkit
 from labkit import (
+    IcpParameters,
     LabkitError,
     Scan,
-    align,
-    align_svd,
+    Target,
     apply,
-    compose,
+    evaluation,
+    filters,
     from_xytheta,
     icp,
-    invert,
-    read_log,
-    to_xytheta,
+    logs,
+    odometry,
+    plotting,
+    simulation,
     transform,
-    wrap,
 )
-from labkit.evaluation import ate, compare, disagreement, forward_backward, rpe
-from labkit.logs import read_tum
-from labkit.plotting import book_figure, plot_scans, plot_trajectory
+from labkit.correspondences import distance_gate, huber_loss, huber_weights, overlap, pairs_at
+from labkit.covariance import censi_covariance, censi_information, fuse
+from labkit.degeneracy import free_motions, observability, spread_ratio
+from labkit.evaluation import ate, disagreement, forward_backward, rpe
+from labkit.icp import minimise
+from labkit.line_alignment import align_to_lines, line_information
+from labkit.neighbors import NearestNeighbors, nearest_by_brute_force
+from labkit.normals import estimate_normals
+from labkit.plotting import book_figure
+from labkit.scan import scanner_poses
 from labkit.se2 import relative, rotation
-from labkit.simulation import Lidar, WheelNoise, room, scan_along, wheel_increments
+from labkit.simulation import Lidar, WheelNoise, room
 
-NAN, INF = math.nan, math.inf
-T, POSE = transform(1.0, 2.0, 0.3), np.array([1.0, 2.0, 0.3])
-TWICE, FAILED = 2.0 * np.eye(3), np.full((3, 3), NAN)
+T = transform(0.1, 0.05, 0.03)
+POSE = np.array([0.1, 0.05, 0.03])
+POSES = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.05], [0.2, 0.01, 0.1]])
+LIDAR = Lidar(beam_count=61)
+OLDER, NEWER = simulation.scan_along(room(), POSES[:2], LIDAR, rng=0)
 POINTS = np.random.default_rng(0).uniform(-4.0, 4.0, (5, 2))
-POSES = np.random.default_rng(1).uniform(-1.0, 1.0, (5, 3))
-SCAN, ANGLES, TURN = Scan.from_points(POINTS), np.linspace(-1.0, 1.0, 5), np.linspace(0, 360, 5)
+NORMALS = np.tile([0.0, 1.0], (5, 1))
+TARGET = Target(OLDER)
+RESULT = icp(NEWER, TARGET, metric="point_to_line")
+PAIRS = RESULT.correspondences
+RUN = odometry.estimate_odometry([OLDER, NEWER])
+FIGURE = book_figure()
+AX = FIGURE.subplots()
+STAMPS = np.array([0.0, 1.0, 2.0])
+DEGREES = np.array([[0.0, 0.0, 90.0], [1.0, 0.0, 180.0]])
+FAILED = np.full((3, 3), math.nan)
 
-
-def everything():
-    """Arrays of every shape, sound and with each defect, and what is no array of numbers."""
-    for shape in (shape for axes in range(4) for shape in product((0, 2, 3, 5), repeat=axes)):
-        sound = np.random.default_rng(2).uniform(-1.0, 1.0, shape)
-        yield from (sound, sound * 1j, sound.astype(str), sound.astype(object))
-        for bad in (NAN, INF, 1e200) if sound.size else ():
-            broken = sound.copy()
-            broken.flat[0] = bad
-            yield broken
-        if sound.size:
-            yield np.ma.masked_values(sound, sound.flat[0])
-    yield from (
-        None,
-        "a",
-        "1.5",
-        ["1", "2", "3"],
-        {"x": 1.0},
-        invert,
-        SCAN,
-        [[1.0, 2.0], [3.0]],
-        [],
-    )
-    yield from (T, FAILED, TWICE, T + INF, np.diag([1.0, -1.0, 1.0]), T[:2, :2], T[:2], np.eye(4))
-    yield from (
-        np.stack([T, T]),
-        np.stack([T, FAILED]),
-        np.stack([T, TWICE]),
-        T + 1e-3,
-        invert(FAILED),
-        TURN,
-    )
-
-
-def numbers(value):
-    """The numbers of `value` as an array; None where it holds anything else."""
-    try:
-        array = np.asarray(value)
-    except ValueError:
-        return None
-    return array if array.dtype.kind in "biuf" and not np.ma.is_masked(value) else None
-
-
-def is_finite(value):
-    return (array := numbers(value)) is not None and np.isfinite(array).all()
-
-
-def are_transforms(value):
-    if np.shape(numbers(value))[-2:] != (3, 3):
-        return False
-    T = np.reshape(value, (-1, 3, 3))
-    T = T[~np.isnan(T[:, :2]).all(axis=(1, 2))]  # but those of a match that failed
-    R = T[:, :2, :2]
-    if not np.isfinite(T).all() or np.abs(R).max(initial=0.0) > 2.0:
-        return False
-    proper = np.allclose(R @ R.mT, np.eye(2), atol=1e-5) and (np.linalg.det(R) > 0.0).all()
-    return proper and (T[:, 2] == [0.0, 0.0, 1.0]).all()
-
-
-def are_poses(value):
-    are_rows = is_finite(value) and np.shape(value)[-1:] == (3,)
-    return are_rows and not (np.size(value) and are_transforms(value))
-
-
-def are_points(value):
-    if np.shape(numbers(value)) == (0,):  # as of an empty list
-        return True
-    is_table = is_finite(value) and np.ndim(value) == 2 and np.shape(value)[1] == 2
-    return is_table and np.abs(value).max(initial=0.0) <= 1e12
-
-
-def is_scan(value):
-    return isinstance(value, Scan) or is_cloud(value)
-
-
-def are_pairs(value):
-    return are_points(value) and len(value) == 5
-
-
-def are_ranges(value):
-    """A masked range is a no-return, as NaN is."""
-    given = value.data if isinstance(value, np.ma.MaskedArray) else value
-    return np.shape(numbers(given)) == (5,)
-
-
-def are_angles(value):
-    return is_finite(value) and np.shape(value) == (5,) and np.ptp(value) <= 2.0 * math.pi
-
-
-def is_one(value):
-    return are_transforms(value) and np.ndim(value) == 2 and is_finite(value)
-
-
-def is_one_or_none(value):
-    return value is None or is_one(value)
-
-
-def is_cloud(value):
-    return are_points(value) and len(value) > 0
-
-
-def are_poses_at(least, most=5):
-    """Tell trajectories of so many poses, rows or transforms."""
-    return lambda value: (
-        (are_rows(value) or (are_transforms(value) and np.ndim(value) == 3 and is_finite(value)))
-        and least <= len(value) <= most
-    )
-
-
-def are_rows(value):
-    return are_poses(value) and np.ndim(value) == 2 and np.abs(value).max(initial=0.0) <= 1e12
-
-
-AX = book_figure().subplots()
-SCANS, FIVE = (POINTS, POINTS), ([are_poses_at(5)] * 2, (POSES, POSES))
-ANY_NUMBERS = [lambda value: numbers(value) is not None]
-DOORS = {  # what each place of the call asks for, and an example of it
-    transform: ([is_finite] * 3, (1.0, 2.0, 0.3)),
-    from_xytheta: ([are_poses], (POSE,)),
-    to_xytheta: ([are_transforms], (T,)),
-    compose: ([are_transforms] * 2, (T, T)),
-    invert: ([are_transforms], (T,)),
-    relative: ([are_transforms] * 2, (T, T)),
-    apply: ([are_transforms, are_points], (T, POINTS)),
-    wrap: (ANY_NUMBERS, (0.3,)),
-    rotation: (ANY_NUMBERS, (0.3,)),
-    Scan.from_ranges: ([are_ranges, are_angles], (np.ones(5), ANGLES)),
-    Scan.from_points: ([are_points], (POINTS,)),
-    align: ([are_pairs] * 2, SCANS),
-    align_svd: ([are_pairs] * 2, SCANS),
-    icp: ([is_scan, is_scan, is_one_or_none], (*SCANS, np.eye(3))),
-    partial(scan_along, room(), lidar=Lidar(), rng=0): ([are_poses_at(1)], (POSES,)),
-    partial(wheel_increments, noise=WheelNoise(), rng=0): ([are_poses_at(2)], (POSES,)),
-    **dict.fromkeys((ate, rpe, forward_backward, disagreement), FIVE),
-    partial(plot_scans, AX): ([is_scan, is_scan, is_one_or_none], (*SCANS, T)),
-    partial(plot_trajectory, AX): ([are_poses_at(1)], (POSES,)),
+EXAMPLES = {  # an argument for each place, by its name
+    "T": T,
+    "T_a_b": T,
+    "T_init": POSE,
+    "T_target_source": T,
+    "T_w_a": T,
+    "T_w_b": T,
+    "T_world_scanner": T,
+    "align": "rigid",
+    "angle": 0.3,
+    "angles": [0.0, 0.1],
+    "ax": AX,
+    "backward": POSES,
+    "closing": POSE,
+    "coarse": False,
+    "count": 2,
+    "covariance": np.eye(3),
+    "delta": 1,
+    "depth": 6.0,
+    "distances": [0.1, 0.2, 0.4],
+    "doorway": 1.2,
+    "estimate": POSES,
+    "figure": FIGURE,
+    "forward": POSES,
+    "grid": None,
+    "height": 2.0,
+    "huber_delta": 0.2,
+    "increment": POSE,
+    "increments": POSES,
+    "information": RESULT.observability,
+    "kept": [0, 2],
+    "laser_offset": POSE,
+    "lidar": LIDAR,
+    "limits": odometry.SanityLimits(),
+    "max_correspondence_distance": 0.5,
+    "maximum": 5.0,
+    "mean": POSE,
+    "minimum": 0.1,
+    "motion": [1.0, 0.0],
+    "noise": WheelNoise(),
+    "normals": NORMALS,
+    "opening": 0.8,
+    "other_normals": NORMALS,
+    "overlap_ratio": 0.5,
+    "pairs": PAIRS,
+    "parameters": IcpParameters(),
+    "period": 2.0,
+    "points": POINTS,
+    "points_b": POINTS,
+    "pose": POSE,
+    "poses": POSES,
+    "prior": POSE,
+    "prior_covariance": np.eye(3),
+    "radius": 0.5,
+    "range_max": 10.0,
+    "range_min": 0.1,
+    "range_std": 0.01,
+    "ranges": [1.0, 2.0],
+    "records": RUN.records,
+    "reference": POSES,
+    "residuals": [0.1, 0.2, 0.4],
+    "result": RESULT,
+    "rng": 0,
+    "scan": NEWER,
+    "scans": [OLDER, NEWER, NEWER],
+    "share": 0.1,
+    "size": 0.1,
+    "source": POINTS,
+    "source_normals": None,
+    "speed": 1.0,
+    "stamp": 0.0,
+    "stamps": STAMPS,
+    "start": POSE,
+    "step_ax": AX,
+    "step_fraction": 0.5,
+    "stretch": 1.0,
+    "target": POINTS + 0.1,
+    "theta": 0.3,
+    "times": STAMPS,
+    "trajectories": {"odometry": POSES},
+    "unit": "steps",
+    "weights": np.ones(5),
+    "wheels": POSES,
+    "width": 5.0,
+    "world": room(),
+    "x": 1.0,
+    "y": 2.0,
 }
-PLACES = [(door, place) for door, (asks, _) in DOORS.items() for place in range(len(asks))]
+EXAMPLES_OF = {  # where a name has another meaning
+    disagreement: {"prior": POSES},
+    observability: {"target": TARGET},
+    plotting.plot_correspondences: {"target": TARGET},
+    plotting.plot_observability: {"target": TARGET},
+    Target: {"scan": POINTS},
+    plotting.plot_covariance: {"mean": [0.0, 1.0], "covariance": np.eye(2)},
+    pairs_at: {"source": NEWER, "target": TARGET},
+    odometry.estimate_odometry: {"priors": POSES, "parameters": None, "progress": iter},
+}
+FILES = {logs.read_log, logs.read_tum, logs.write_tum}  # tests/logs has doors for files
+FUNCTIONS_OF_THE_CALLER = {"progress"}  # their own errors come through
+STEPS = {odometry.estimate_step}  # its arguments come from `ScanMatchingOdometry` alone
+VALUES = [
+    *(
+        np.zeros(shape)
+        for shape in [(), (0,), (2,), (3,), (0, 2), (1, 2), (2, 5), (5, 3), (2, 2, 2)]
+    ),
+    *(np.full((5, 2), value) for value in (math.nan, math.inf, 1e200, 1j)),
+    np.random.default_rng(1).uniform(-1.0, 1.0, (5, 2)).astype(str),
+    np.ma.masked_less(POINTS, 0.0),
+    *(-1, 0, 7, 10**400, -0.5, 0.5, 90.0, 1e-320, 1e300, math.nan, math.inf, -math.inf, True),
+    *(np.uint8(3), np.float32(0.5), None, "text", b"bytes", [], {}, {"x": 1.0}, object(), Scan),
+    *([[1.0, 2.0], [3.0]], iter([1.0]), lambda: None, np.random.default_rng(2)),
+    *(FAILED, 2.0 * np.eye(3), np.eye(4), np.stack([T, T]), DEGREES),
+    *(
+        NEWER,
+        Scan.from_points(POINTS),
+        Scan.from_points([]),
+        TARGET,
+        RESULT,
+        PAIRS,
+        IcpParameters(),
+    ),
+    *(Lidar(beam_count=3), room(), RUN, RUN.records, AX, FIGURE, RESULT.observability),
+]
 
 
-@pytest.mark.parametrize(("door", "place"), PLACES)
-def test_a_door_takes_what_it_asks_for_and_says_what_else_it_got(door, place):
-    asks, example = DOORS[door]
-    for given in everything():
-        arguments = [*example[:place], given, *example[place + 1 :]]
-        if asks[place](given):
-            with np.errstate(invalid="ignore"):  # infinity is no angle: NaN
-                door(*arguments)
-            continue
-        print(f"{given!r:.99}")  # shown where it fails
-        with pytest.raises(LabkitError, match=r"(?s)^`[\w ,\[\]]+` .*\bgot "):
-            door(*arguments)
+def public_functions():
+    """The functions of book/api.md: what labkit and its packages export, and what it names."""
+    packages = (labkit, evaluation, logs, odometry, plotting, simulation)
+    exported = {getattr(each, name) for each in packages for name in each.__all__}
+    named = {
+        *(distance_gate, overlap, huber_weights, huber_loss, pairs_at),
+        *(censi_covariance, censi_information, fuse, free_motions, observability, spread_ratio),
+        *(minimise, align_to_lines, line_information, nearest_by_brute_force, NearestNeighbors),
+        *(estimate_normals, scanner_poses, relative, rotation, Target),
+        *(filters.range_band, filters.voxel_downsample, filters.remove_isolated),
+        *(Scan.from_ranges, Scan.from_points, NearestNeighbors(POINTS).query, NEWER.select),
+        RESULT.covariance,
+    }
+    functions = {each for each in exported if isinstance(each, FunctionType)}
+    return sorted((functions | named) - FILES - STEPS, key=lambda each: each.__qualname__)
+
+
+def example_of(function):
+    """Arguments for each place of a call, by name: of `EXAMPLES`, or its default."""
+    examples = EXAMPLES | EXAMPLES_OF.get(function, {})
+    places = inspect.signature(function).parameters.values()
+    named = [each for each in places if each.kind not in (each.VAR_POSITIONAL, each.VAR_KEYWORD)]
+    return {each.name: examples.get(each.name, each.default) for each in named}
+
+
+@pytest.mark.parametrize("function", public_functions(), ids=lambda each: each.__qualname__)
+def test_a_call_answers_or_raises_a_labkit_error(function):
+    """The law: every public function × every place × every kind of value, without a warning."""
+    AX.clear()
+    example = example_of(function)
+    function(**example)
+    failures = []
+
+    for name in example.keys() - FUNCTIONS_OF_THE_CALLER:
+        for value in VALUES:
+            try:
+                function(**example | {name: value})
+            except LabkitError:
+                pass
+            except Exception as error:
+                failures.append(f"{name}={value!r:.60}: {type(error).__name__}: {error!s:.90}")
+
+    assert not failures, "\n".join(failures)
 
 
 @pytest.mark.parametrize("door", [ate, rpe, forward_backward, disagreement])
 def test_rows_and_transforms_of_the_plane_and_of_space_are_the_same_poses(door):
-    plane = from_xytheta(POSES)
+    rows = np.random.default_rng(1).uniform(-1.0, 1.0, (5, 3))
+    plane = from_xytheta(rows)
     space = np.tile(np.eye(4), (5, 1, 1))
     space[np.ix_(range(5), [0, 1, 3], [0, 1, 3])] = plane
+    expected = door(rows, 2.0 * rows)
+
     for given in (plane, space):
-        moved, expected = door(given, 2.0 * POSES), door(POSES, 2.0 * POSES)
+        errors = door(given, 2.0 * rows)
         np.testing.assert_allclose(
-            moved.translation_errors, expected.translation_errors, atol=1e-12
+            errors.translation_errors, expected.translation_errors, atol=1e-12
         )
 
 
 @pytest.mark.parametrize(
-    ("call", "meant"),
+    ("call", "hint"),
     [
-        (partial(apply, POINTS, T), r"got shape \(5, 2\); .* `labkit\.apply\(T, points\)`"),
-        (partial(apply, POSE, POINTS), r"got shape \(3,\); poses .* `labkit\.from_xytheta`"),
-        (partial(apply, T, POINTS.T), r"got \(2, 5\); transpose it \(`\.T`\)"),
-        (partial(apply, T, POINTS[0]), r"got \(2,\); one point is `\[\[x, y\]\]`"),
-        (partial(apply, T, np.ones((5, 3))), r"got \(5, 3\); keep x and y"),
-        (partial(apply, T, SCAN), r"got Scan\(5 points\); .*`scan\.points` of a scan"),
-        (partial(apply, TWICE, POINTS), r"proper rigid .* got \[\[2\.0, 0\.0, 0\.0\]"),
-        (partial(icp, POINTS, POINTS, FAILED), r"NaN, .* failed; print `result\.message`"),
-        (partial(invert, np.stack([T, TWICE])), r"proper rigid transform, got \[\[2\.0"),
-        (partial(to_xytheta, T[:2, :2]), r"got shape \(2, 2\); build one with `labkit\.transform"),
-        (partial(to_xytheta, icp(POINTS, POINTS)), r"`result\.T_target_source` of a match"),
-        (partial(ate, "run", POSES), r"numbers, got 'run'; .* `result\.poses` of a run"),
-        (partial(compare, POSES, POSES), "`trajectories` must be of the class Mapping, got arr"),
-        (partial(read_log, POINTS), "`path` must be of the class str or PathLike, got array"),
-        (partial(read_tum, None), "`path` must be of the class str or PathLike, got None"),
-        (partial(compose, [T, T]), r"compose\(\*transforms\)"),
-        (partial(compose, np.stack([T, T]), np.stack([T] * 3)), "one leading shape, got"),
-        (partial(from_xytheta, T), "got transforms: .* `labkit.to_xytheta`"),
-        (partial(from_xytheta, [1.0, 2.0, 0.3, 4.0]), r"rows \(x, y, theta\), .* got \(4,\)"),
-        (partial(transform, [1.0, 2.0], [1.0, 2.0, 3.0], 0.0), r"\(2,\), \(3,\) and \(\)"),
-        (partial(Scan.from_points, np.ones(541)), r"got \(541,\); ranges go through `labkit\.Scan"),
-        (partial(Scan.from_ranges, POINTS, ANGLES), r"\(5, 2\); .*points .* `Scan\.from_points`"),
-        (partial(Scan.from_ranges, np.ones(5), [-1, 1]), r"\(5,\) and \(2,\); `np\.linspace\(fir"),
-        (partial(Scan.from_ranges, np.ones(5), TURN), r"0 to 360: are these degrees\? us"),
+        (partial(transform, 1.0, 2.0, 90), r"radians within one turn, got 90: are these degrees\?"),
+        (partial(from_xytheta, DEGREES), r"within one turn, got 180: are these degrees\?"),
+        (partial(icp, POINTS, POINTS, [0.1, 0.0, 30.0]), r"`theta` .* got 30: are these degrees\?"),
         (partial(Scan.from_ranges, [1.0], [90.0]), r"90: are these degrees\? use `np\.radians`"),
-        (partial(Scan.from_ranges, [1.0], [0.0], range_max="3"), r"`range_max` must be .* got '3'"),
-        (partial(align, POINTS, POINTS[:3]), "must be pairs, got 5 and 3 points; row i of one"),
-        (partial(align, POINTS, POINTS * 1e154), r"`target` must lie within 1e\+12 m, got .* inde"),
-        (partial(icp, POINTS, POINTS, POSE), r"`T_init` .* poses .* `labkit\.from_xytheta`"),
+        (partial(apply, T, POINTS.T), r"got \(2, 5\); transpose it \(`\.T`\)"),
+        (partial(Scan.from_points, np.ones(541)), r"ranges go through `labkit\.Scan\.from_ranges"),
+        (partial(apply, POSE, POINTS), r"poses .* go through `labkit\.from_xytheta`"),
+        (partial(from_xytheta, T), "got transforms: .* `labkit.to_xytheta`"),
+        (partial(icp, POINTS, POINTS, FAILED), r"NaN, .* failed; print `result\.message`"),
+        (
+            partial(icp, POINTS, POINTS, metrik="x"),
+            r"`settings` must be one of .* `metrik=",
+        ),
     ],
 )
-def test_a_slip_is_told_the_call_that_was_meant(call, meant):
-    with pytest.raises(LabkitError, match=meant):
+def test_a_slip_of_students_is_told_the_way_out(call, hint):
+    """Degrees, a transposed table, ranges for points, a pose for a transform, a failed match."""
+    with pytest.raises(LabkitError, match=hint):
         call()
+
+
+def test_a_length_of_any_number_type_is_that_length():
+    world = simulation.two_rooms(width=np.uint8(3))
+    np.testing.assert_array_equal(world.segments, simulation.two_rooms(width=3.0).segments)

@@ -20,8 +20,8 @@ BAD = {  # what each must be, and what it is not
     "cost_tolerance": ("in [0, inf] m²", [-1e-9]),
     "step_fraction": ("in (0, 1]", [0.0, np.array([0.5, 0.6])]),
     "max_iterations": ("a whole number of at least 1", [0, 60.0, "60", True]),
-    "metric": ("one of point_to_point, point_to_line", ["plane", ["point_to_line"]]),
-    "approach": ("True or False", [1]),
+    "metric": ('"point_to_point" or "point_to_line"', ["plane", ["point_to_line"]]),
+    "approach": ("of the class bool", [1]),
 }
 
 

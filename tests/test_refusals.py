@@ -88,7 +88,7 @@ def test_arrays(call, arguments, message):
     [
         (range_band, (POINTS, -1.0), r"`minimum` must be in \[0, inf\] m, got -1\.0"),
         (range_band, (POINTS, 2.0, 2.0), r"`maximum` must be in \(2, inf\] m, got 2\.0"),
-        (voxel_downsample, (POINTS, 0.0), r"`size` must be in \(0, inf\] m, got 0\.0"),
+        (voxel_downsample, (POINTS, 0.0), r"`size` must be in \[1e-100, inf\] m, got 0\.0"),
         (remove_isolated, (POINTS, -0.1), r"`radius` must be in \(0, inf\] m, got -0\.1"),
         (partial(Preprocessing, range_min=NAN), (), r"`range_min` must be in \[0, inf\] m"),
         (partial(Preprocessing, range_min=3, range_max=2), (), r"`range_max` must be in \(3, inf"),

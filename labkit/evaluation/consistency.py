@@ -13,7 +13,7 @@ from labkit.evaluation.pose_errors import (
     check_lengths,
     pose_differences,
 )
-from labkit.se2 import compose, from_xytheta, invert
+from labkit.se2 import compose, invert, matrices_of
 from labkit.support.arrays import as_pose
 
 
@@ -39,7 +39,7 @@ def forward_backward(forward: ArrayLike, backward: ArrayLike) -> PoseErrors:
     there = as_increments(forward, "forward")
     back = as_increments(backward, "backward")
     check_lengths(there, back, "forward", "backward")
-    return PoseErrors(*pose_differences(invert(from_xytheta(there)), from_xytheta(back)))
+    return PoseErrors(*pose_differences(invert(matrices_of(there)), matrices_of(back)))
 
 
 def disagreement(increments: ArrayLike, prior: ArrayLike) -> PoseErrors:
@@ -62,7 +62,7 @@ def disagreement(increments: ArrayLike, prior: ArrayLike) -> PoseErrors:
     estimated = as_increments(increments, "increments")
     expected = as_increments(prior, "prior")
     check_lengths(estimated, expected, "increments", "prior")
-    return PoseErrors(*pose_differences(from_xytheta(expected), from_xytheta(estimated)))
+    return PoseErrors(*pose_differences(matrices_of(expected), matrices_of(estimated)))
 
 
 def loop_closure(increments: ArrayLike, closing: ArrayLike = (0.0, 0.0, 0.0)) -> PoseErrors:
@@ -84,6 +84,6 @@ def loop_closure(increments: ArrayLike, closing: ArrayLike = (0.0, 0.0, 0.0)) ->
     >>> round(loop_closure([[1.0, 0.0, 1.5708]] * 4).translation.max, 4)  # a square
     0.0
     """
-    T_first_last = compose(*from_xytheta(as_increments(increments, "increments")))
-    T_expected = from_xytheta(as_pose(closing, "closing"))
+    T_first_last = compose(*matrices_of(as_increments(increments, "increments")))
+    T_expected = matrices_of(as_pose(closing, "closing"))
     return PoseErrors(*pose_differences(T_expected[None], T_first_last[None]))

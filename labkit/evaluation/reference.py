@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from labkit import alignment
 from labkit.evaluation.pose_errors import PoseErrors, as_trajectories, pose_differences
-from labkit.se2 import from_xytheta, invert, relative
+from labkit.se2 import invert, matrices_of, relative
 from labkit.support.arrays import (
     FARTHEST,
     FloatArray,
@@ -59,8 +59,8 @@ def ate(
     """
     check_choice(align, "align", "rigid", "origin", None)
     rows, rows_reference = as_trajectories(estimate, reference)
-    T_estimate = from_xytheta(rows)
-    T_reference = from_xytheta(rows_reference)
+    T_estimate = matrices_of(rows)
+    T_reference = matrices_of(rows_reference)
     T_reference_estimate = np.eye(3)
     if align == "rigid":
         try:
@@ -124,8 +124,8 @@ def rpe(
     else:
         check_range(delta, "delta", above=0.0, at_most=FARTHEST, unit="m")
         pairs = _pairs_by_path(rows_reference, float(delta))
-    T_estimate = from_xytheta(rows)
-    T_reference = from_xytheta(rows_reference)
+    T_estimate = matrices_of(rows)
+    T_reference = matrices_of(rows_reference)
     i, j = pairs.T
     true_motions = relative(T_reference[i], T_reference[j])
     estimated_motions = relative(T_estimate[i], T_estimate[j])

@@ -35,7 +35,7 @@ from labkit.logs.lines import (
 from labkit.logs.scanner import Scanner
 from labkit.logs.sweeps import Pose, Sweep
 from labkit.scan import scanner_poses
-from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
+from labkit.se2 import matrices_of, relative, to_xytheta, wrap
 from labkit.support.arrays import FloatArray
 from labkit.support.errors import LabkitError, LogError
 
@@ -85,11 +85,11 @@ def scanner_trajectories(
     """
     laser = np.array([sweep.laser for sweep in sweeps])
     robot = np.array([sweep.robot for sweep in sweeps])
-    mounts = to_xytheta(relative(from_xytheta(robot), from_xytheta(laser)))
+    mounts = to_xytheta(relative(matrices_of(robot), matrices_of(laser)))
     x, y, theta = mounts.T
     cosine, sine = np.median(np.cos(theta)), np.median(np.sin(theta))  # where ±π are one
     mount = np.array([np.median(x), np.median(y), np.arctan2(sine, cosine)])
-    off = np.abs(to_xytheta(relative(from_xytheta(mount), from_xytheta(mounts)))).max(axis=1)
+    off = np.abs(to_xytheta(relative(matrices_of(mount), matrices_of(mounts)))).max(axis=1)
     rigid = _most(off) <= SAME_PLACE
     declared = rigid and bool(np.abs(mount).max() > PRINTED)
     if declared and laser_offset.any():
@@ -100,7 +100,7 @@ def scanner_trajectories(
     offset = mount if declared else laser_offset
     vertices = np.array([sweep.vertex for sweep in sweeps if sweep.vertex is not None])
     if len(vertices):
-        gaps = np.abs(to_xytheta(relative(from_xytheta(vertices), from_xytheta(robot))))
+        gaps = np.abs(to_xytheta(relative(matrices_of(vertices), matrices_of(robot))))
         repeated = _most(gaps.max(axis=1)) <= PRINTED
         return None if repeated else scanner_poses(robot, offset), scanner_poses(vertices, offset)
     laser = np.column_stack([laser[:, :2], wrap(laser[:, 2])])

@@ -318,7 +318,8 @@ def estimate_odometry(
     OdometryResult(3 scans: start 1, icp 2)
     """
     sweeps = getattr(scans, "scans", scans)
-    if isinstance(sweeps, str | Scan) or not isinstance(sweeps, Iterable):
+    is_number = isinstance(sweeps, np.ndarray) and sweeps.ndim == 0
+    if is_number or isinstance(sweeps, str | Scan) or not isinstance(sweeps, Iterable):
         raise InvalidPointsError(
             f"`scans` must be a series of scans or a log, got {scans!r}; "
             f"`labkit.read_log` reads a file, one match is `labkit.icp`"

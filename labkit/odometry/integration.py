@@ -8,7 +8,7 @@ from itertools import accumulate
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
+from labkit.se2 import matrices_of, relative, to_xytheta, wrap
 from labkit.support.arrays import FloatArray, as_pose, as_poses
 
 
@@ -45,6 +45,6 @@ def increments_between(poses: ArrayLike) -> FloatArray:
     A pose of NaN is unknown, and so are the increments before it and after it.
     """
     rows = as_poses(poses, "poses", gaps=True)
-    T_world, unknown = from_xytheta(np.nan_to_num(rows)), np.isnan(rows)
+    T_world, unknown = matrices_of(np.nan_to_num(rows)), np.isnan(rows)
     steps = to_xytheta(relative(T_world[:-1], T_world[1:]))
     return np.where(unknown[:-1] | unknown[1:], np.nan, steps)

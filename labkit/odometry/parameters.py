@@ -7,21 +7,12 @@ from typing import Literal, get_args
 
 from labkit.filters import Preprocessing
 from labkit.odometry.sanity import SanityLimits
-from labkit.parameters import IcpParameters
+from labkit.parameters import ACCURATE, IcpParameters
 from labkit.support.arrays import check_kind
 from labkit.support.errors import InvalidParameterError
 
 Against = Literal["scan", "map"]
 RETRY = 0.5  # share of the gate and of each ICP step in the second attempt
-MATCHER = IcpParameters(
-    metric="point_to_line",
-    overlap_ratio=1.0,
-    huber_delta=0.02,
-    translation_tolerance=3e-3,
-    rotation_tolerance=7.5e-4,
-    cost_tolerance=0.0,
-    approach=True,
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +35,7 @@ class OdometryParameters:
         as they are, and nothing else is asked of wheels and scans.
     """
 
-    icp: IcpParameters = MATCHER
+    icp: IcpParameters = ACCURATE
     limits: SanityLimits = field(default_factory=SanityLimits)
     against: Against = "map"
     preprocessing: Preprocessing = field(default_factory=Preprocessing)

@@ -7,23 +7,24 @@ from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
 from labkit.plotting.style import SOURCE, TARGET, legend_below, style_plane
+from labkit.result import IcpResult
 from labkit.scan import Scan
 from labkit.se2 import apply
-from labkit.support.arrays import FloatArray, as_points, as_transform, check_kind
+from labkit.support.arrays import FloatArray, PointSet, as_points, as_transform, check_kind
 
 
 def plot_scans(
     ax: Axes,
-    source: Scan | ArrayLike,
-    target: Scan | ArrayLike,
+    source: IcpResult | Scan | ArrayLike,
+    target: PointSet | ArrayLike | None = None,
     T_target_source: ArrayLike | None = None,
 ) -> Axes:
     """Draw the target, and the source moved into its frame.
 
     Parameters
     ----------
-    source : Scan or array_like, shape (N, 2)
-        The newer scan [m]: open circles.
+    source : IcpResult, Scan or array_like, shape (N, 2)
+        The newer scan [m]: open circles. A result alone stands for its scans and its estimate.
     target : Scan or array_like, shape (M, 2)
         The older scan [m]: black dots.
     T_target_source : array_like, shape (3, 3), optional
@@ -35,6 +36,8 @@ def plot_scans(
     >>> from labkit.plotting import book_figure
     >>> ax = plot_scans(book_figure().subplots(), [[0.0, 1.0]], [[0.0, 0.9]])
     """
+    if isinstance(source, IcpResult):
+        return plot_scans(ax, source.source, source.target, source.T_target_source)
     check_kind(ax, "ax", Axes)
     p = scan_points(source, "source")
     q = scan_points(target, "target")
@@ -58,6 +61,6 @@ def draw_target(ax: Axes, points: FloatArray) -> Line2D:
     return line
 
 
-def scan_points(scan: Scan | ArrayLike, name: str) -> FloatArray:
+def scan_points(scan: PointSet | ArrayLike | None, name: str) -> FloatArray:
     """Points of a scan, or a checked array of them, shape (N, 2) [m]; not empty."""
-    return as_points(scan.points if isinstance(scan, Scan) else scan, name)
+    return as_points(scan, name)

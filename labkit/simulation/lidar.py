@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.scan import Scan
-from labkit.se2 import from_xytheta, to_xytheta
+from labkit.se2 import matrices_of, to_xytheta
 from labkit.simulation.world import World
 from labkit.support.arrays import (
     FARTHEST,
@@ -154,7 +154,7 @@ def scan_along(
     generator = as_generator(rng)
     return [
         cast(world, T_world_scanner, lidar, rng=generator, stamp=time)
-        for T_world_scanner, time in zip(from_xytheta(rows), times, strict=True)
+        for T_world_scanner, time in zip(matrices_of(rows), times, strict=True)
     ]
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.se2 import from_xytheta, relative, to_xytheta, wrap
+from labkit.se2 import matrices_of, relative, to_xytheta, wrap
 from labkit.support.arrays import FloatArray, as_generator, as_poses, check_kind, check_range
 
 
@@ -80,7 +80,7 @@ def wheel_increments(
     >>> wheel_increments([[0, 0, 0], [1, 0, 0], [1, 2, 0]], silent, rng=0).tolist()
     [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]]
     """
-    T = from_xytheta(as_poses(poses, "poses", minimum=2))
+    T = matrices_of(as_poses(poses, "poses", minimum=2))
     check_kind(noise, "noise", WheelNoise)
     steps = to_xytheta(relative(T[:-1], T[1:]))
     d, turn = steps[:, :2], steps[:, 2]

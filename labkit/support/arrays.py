@@ -6,10 +6,11 @@ mathematics can rely on clean float64 arrays.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Sequence
 from numbers import Real
-from typing import Any, TypeVar, cast
+from typing import Any, Protocol, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +24,14 @@ Values = TypeVar("Values", bound=NDArray[Any])
 EPSILON = 2.0**-52  # the spacing of doubles at 1
 FARTHEST = 1e9  # [m]: no robot drives or sees farther, so a number beyond it is damaged
 LARGEST = 1e12  # [m]: beyond it the squares of coordinates hold no centimetre
+
+
+class PointSet(Protocol):
+    """An object that has points [m], shape (N, 2): a scan, a target."""
+
+    @property
+    def points(self) -> FloatArray:
+        """The points [m], shape (N, 2)."""
 
 
 def as_floats(
@@ -65,13 +74,14 @@ def read_only(values: Values) -> Values:
     return values
 
 
-def as_points(points: ArrayLike, name: str, minimum: int = 1) -> FloatArray:
+def as_points(points: PointSet | ArrayLike | None, name: str, minimum: int = 1) -> FloatArray:
     """Check points (N, 2) [m], at least `minimum`, 0 or 1: finite and within `LARGEST`.
 
-    Every message begins with `name`, the caller's word, and names the first bad point by index.
+    An object with `points`, a scan or a target, stands for its points. Every message begins with
+    `name`, the caller's word, and names the first bad point by index.
     """
-    hint = "give an (N, 2) array of metres, `scan.points` of a scan"
-    checked = as_floats(points, name, hint)
+    values: Any = getattr(points, "points", points)
+    checked = as_floats(values, name, "give an (N, 2) array of metres, or a scan")
     if checked.shape == (0,):  # of an empty list
         checked = checked.reshape(0, 2)
     if checked.size == 0 and minimum > 0:
@@ -206,6 +216,22 @@ def as_pairs(
     return p, q, w
 
 
+def as_normals(normals: ArrayLike, name: str, count: int, *, gaps: bool = False) -> FloatArray:
+    """Check unit normals, shape (count, 2); with `gaps`, a row of NaN says that there is none."""
+    checked = as_floats(normals, name, "give a unit vector per point", (count, 2))
+    if not gaps:
+        as_finite(checked, name)
+    is_unit = abs(np.hypot(checked[:, 0], checked[:, 1]) - 1.0) <= 1e-6
+    wrong = ~(is_unit | np.isnan(checked).all(axis=1))
+    if wrong.any():
+        index = int(wrong.argmax())
+        raise InvalidPointsError(
+            f"`{name}` must be unit vectors{', or NaN where there is none' if gaps else ''}, "
+            f"got {checked[index].tolist()} at index {index}"
+        )
+    return checked
+
+
 def as_transform(T: ArrayLike, name: str) -> FloatArray:
     """Check a single rigid transform (3, 3) of finite numbers, as `as_transforms` does."""
     checked = as_transforms(T, name)
@@ -257,17 +283,19 @@ def check_range(
     at_least: float = -math.inf,
     at_most: float = math.inf,
     unit: str = "",
-) -> None:
-    """Raise `InvalidParameterError` unless it is one number, > above, ≥ at_least and ≤ at_most.
+) -> float:
+    """Return the number as a float if it is > above, ≥ at_least and ≤ at_most.
 
-    ``inf`` passes if there is no upper bound (it means "off"); NaN never passes.
+    ``inf`` passes if there is no upper bound (it means "off"). NaN never passes, nor does a whole
+    number that no float can hold. Everything else raises `InvalidParameterError`.
     """
     if is_number(value) and value > above and at_least <= value <= at_most:
-        return
+        with contextlib.suppress(OverflowError):
+            return float(value)
     low = f"({above:g}" if above > at_least else f"[{at_least:g}"
     high = f"{at_most:g}]" if math.isfinite(at_most) else "inf]"
     bounds = f"{low}, {high} {unit}".rstrip()
-    raise InvalidParameterError(f"must be in {bounds}, got {value!r}", parameter=name)
+    raise InvalidParameterError(f"must be in {bounds}, got {value!r:.80}", parameter=name)
 
 
 def is_number(value: object) -> bool:

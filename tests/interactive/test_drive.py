@@ -14,7 +14,7 @@ from in_node import told_by
 
 import labkit
 from labkit.interactive.driving import PLACES, WHEELS, Drive, drive
-from labkit.odometry.parameters import MATCHER
+from labkit.parameters import ACCURATE
 from labkit.simulation import Lidar, WheelNoise, cast, wheel_increments
 
 CLOSE = 1e-9  # m and rad
@@ -63,7 +63,7 @@ def test_rays_are_the_simulator_s_and_steps_are_labkit_s(tmp_path):
         ]
         T = labkit.from_xytheta(poses[0])
         for older, newer, believed in zip(scans, scans[1:], drifted["before"][1:], strict=False):
-            run = labkit.icp(newer, labkit.Target(older), parameters=MATCHER)
+            run = labkit.icp(newer, labkit.Target(older), parameters=ACCURATE)
             T = T if run.termination.failed else T @ run.T_target_source
             off = labkit.to_xytheta(labkit.se2.relative(T, labkit.from_xytheta(believed)))
             assert abs(off).max() < CLOSE * len(scans)

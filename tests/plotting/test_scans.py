@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from labkit.icp import icp
 from labkit.plotting import plot_scans
 from labkit.scan import Scan
 from labkit.se2 import apply, transform
@@ -26,3 +27,11 @@ def test_without_a_transform_the_source_stays(ax):
 
     np.testing.assert_array_equal(ax.lines[1].get_xydata(), SOURCE)
     assert ax.get_title() == "Scans as measured"
+
+
+def test_a_result_stands_for_its_scans_and_its_estimate(ax):
+    result = icp(SOURCE, TARGET, max_correspondence_distance=5.0)
+    plot_scans(ax, result)
+    target, source = ax.lines
+    np.testing.assert_allclose(source.get_xydata(), apply(result.T_target_source, SOURCE))
+    np.testing.assert_array_equal(target.get_xydata(), TARGET)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labkit.se2 import compose, from_xytheta, rotation
+from labkit.se2 import compose, matrices_of, rotation
 from labkit.simulation import WheelNoise, wheel_increments
 
 NO_NOISE = WheelNoise(along=0.0, across=0.0, turn=0.0, drift=0.0)
@@ -20,8 +20,8 @@ trajectories = st.lists(
 
 @given(trajectories)
 def test_without_noise_the_increments_lead_along_the_trajectory(poses):
-    T = from_xytheta(poses)
-    steps = from_xytheta(wheel_increments(poses, NO_NOISE, rng=0))
+    T = matrices_of(np.array(poses))
+    steps = matrices_of(wheel_increments(poses, NO_NOISE, rng=0))
 
     for k in range(len(poses)):
         np.testing.assert_allclose(compose(T[0], *steps[:k]), T[k], atol=1e-10)

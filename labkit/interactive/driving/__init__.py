@@ -10,7 +10,7 @@ import traitlets
 
 from labkit.interactive.explorer.widget import base64_of, told
 from labkit.interactive.front_end import bundle, style
-from labkit.odometry.parameters import MATCHER
+from labkit.parameters import ACCURATE
 from labkit.simulation import Lidar, WheelNoise, World, corridor, doorways, room, two_rooms
 
 LIDAR = Lidar(beam_count=181, noise_std=0.03)  # a cheap one: a round shows how errors add up
@@ -77,6 +77,6 @@ def drive() -> Drive:
         ],
         lidar=asdict(LIDAR) | {"angles": LIDAR.angles.tolist()},
         wheels={name: asdict(noise) for name, noise in WHEELS.items()},
-        parameters=told(MATCHER),
-        parameter_words={each.name: dict(each.metadata) for each in fields(MATCHER)},
+        parameters=told(ACCURATE),
+        parameter_words={each.name: dict(each.metadata) for each in fields(ACCURATE)},
     )
