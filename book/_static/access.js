@@ -25,7 +25,9 @@ const make = (tag, attributes = {}, ...children) => {
     const each = (selector, change) => document.querySelectorAll(selector).forEach(change);
 
     // Names that say something else than what is to be read, and names that are missing.
-    each(".search-button-field, details.hide > summary", (node) => node.removeAttribute("aria-label"));
+    each(".search-button-field, details.hide > summary", (node) =>
+      node.removeAttribute("aria-label"),
+    );
     each(".bd-links summary", (node) => node.setAttribute("aria-label", "Pages below this one"));
     each(".bd-sidebar-primary", (node) => {
       node.setAttribute("role", "navigation");
@@ -33,19 +35,26 @@ const make = (tag, attributes = {}, ...children) => {
     });
     each(".citation-list, [role=doc-biblioentry]", (node) => node.removeAttribute("role"));
     each('[id="exercise-content"]', (node) => node.removeAttribute("id"));
-    const fields = document.querySelectorAll('[id="search-input"]'); // two on the page of the search
+    // Two on the page of the search
+    const fields = document.querySelectorAll('[id="search-input"]');
     [...fields].slice(1).forEach((node) => node.removeAttribute("id"));
     each("th", (node) => node.textContent.trim() || node.replaceWith(make("td")));
 
     // Anchors for exercises and equations; figures and headings have theirs.
     each(".exercise.admonition[id] > .admonition-title, div.math[id] > .eqno", (node) => {
       if (node.querySelector(".headerlink")) return;
-      const link = make("a", { className: "headerlink", href: `#${node.parentElement.id}`, textContent: "#", title: "Link to this" });
+      const link = make("a", {
+        className: "headerlink",
+        href: `#${node.parentElement.id}`,
+        textContent: "#",
+        title: "Link to this",
+      });
       link.setAttribute("aria-label", "Link to this");
       node.append(link);
     });
 
-    // What a term means, beside it: under the mouse, the focus, or a finger, whose second tap leads on.
+    // What a term means, beside it: under the mouse, the focus, or a finger, whose second tap leads
+    // on.
     const note = make("div", { className: "term-note", hidden: true });
     const hide = () => (note.hidden = true);
     note.setAttribute("role", "tooltip");
@@ -56,40 +65,59 @@ const make = (tag, attributes = {}, ...children) => {
       const tell = () => {
         const { left, bottom } = link.getBoundingClientRect();
         Object.assign(note, { textContent: meaning, hidden: false });
-        note.style.left = `${scrollX + Math.max(8, Math.min(left, root.clientWidth - note.offsetWidth - 8))}px`;
+        const rightmost = root.clientWidth - note.offsetWidth - 8;
+        note.style.left = `${scrollX + Math.max(8, Math.min(left, rightmost))}px`;
         note.style.top = `${scrollY + bottom + 4}px`;
       };
       link.removeAttribute("title");
       link.setAttribute("aria-description", meaning);
       for (const type of ["mouseenter", "focus"]) link.addEventListener(type, tell);
       for (const type of ["mouseleave", "blur"]) link.addEventListener(type, hide);
-      link.addEventListener("pointerdown", (event) => (isFirstTap = event.pointerType === "touch" && note.hidden));
-      link.addEventListener("click", (event) => isFirstTap && (event.preventDefault(), tell()));
+      link.addEventListener(
+        "pointerdown",
+        (event) => (isFirstTap = event.pointerType === "touch" && note.hidden),
+      );
+      link.addEventListener("click", (event) => {
+        if (!isFirstTap) return;
+        event.preventDefault();
+        tell();
+      });
     });
     document.addEventListener("keydown", ({ key }) => key === "Escape" && hide());
 
     // Ways past all links to what moves under the hand, in the theme's bar of such ways.
     each('.cell_output:has(script[type*="widget-view"], .widget-subarea)', (node, k) => {
       Object.assign(node, { id: node.id || `widget-${k + 1}`, tabIndex: -1 });
-      document.getElementById("pst-skip-link").append(make("a", { href: `#${node.id}` }, `Skip to widget ${k + 1}`));
+      document
+        .getElementById("pst-skip-link")
+        .append(make("a", { href: `#${node.id}` }, `Skip to widget ${k + 1}`));
     });
 
-    // A table that a telephone would scroll: its rows stand below one another, each cell with its name.
+    // A table that a telephone would scroll: its rows stand below one another, each cell with its
+    // name.
     const stack = (node) => {
-      const names = [...node.querySelectorAll("thead th, thead td")].map((each) => each.textContent.trim());
-      for (const row of node.querySelectorAll("tbody tr")) [...row.cells].forEach((cell, k) => names[k] && k && (cell.dataset.name = names[k]));
+      const names = [...node.querySelectorAll("thead th, thead td")].map((each) =>
+        each.textContent.trim(),
+      );
+      for (const row of node.querySelectorAll("tbody tr"))
+        [...row.cells].forEach((cell, k) => names[k] && k && (cell.dataset.name = names[k]));
       node.classList.add("stacked");
     };
 
     // What scrolls sideways can be scrolled by keys. First all is read, then all is written: a
     // page is laid out once, not once for each. To measure what is folded would unfold it.
     const reach = () => {
-      const all = document.querySelectorAll(".pst-scrollable-table-container, div.math, .bd-article pre, .bd-article figure");
+      const all = document.querySelectorAll(
+        ".pst-scrollable-table-container, div.math, .bd-article pre, .bd-article figure",
+      );
       const nodes = [...all].filter((node) => !node.closest("details:not([open])"));
-      nodes.forEach((node) => node.removeAttribute("tabindex")); // its margin would make it scroll on
+      // Its margin would make it scroll on
+      nodes.forEach((node) => node.removeAttribute("tabindex"));
       nodes.forEach((node) => node.classList.remove("stacked"));
       const wide = nodes.filter((node) => node.scrollWidth > node.clientWidth);
-      wide.forEach((node) => (innerWidth <= 600 && node.querySelector("thead") ? stack(node) : (node.tabIndex = 0)));
+      wide.forEach((node) =>
+        innerWidth <= 600 && node.querySelector("thead") ? stack(node) : (node.tabIndex = 0),
+      );
       due = null;
     };
     let due = null;

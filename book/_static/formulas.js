@@ -2,10 +2,13 @@
 // text, and as MathML in formatted text.
 document.addEventListener("copy", (event) => {
   const selection = getSelection();
-  const copied = [...document.querySelectorAll("[data-tex]")].filter((node) => selection.containsNode(node, true));
+  const copied = [...document.querySelectorAll("[data-tex]")].filter((node) =>
+    selection.containsNode(node, true),
+  );
   if (!copied.length || event.target.closest?.("input, textarea")) return;
   const formatted = document.createElement("div");
-  for (let k = 0; k < selection.rangeCount; k++) formatted.append(selection.getRangeAt(k).cloneContents());
+  for (let k = 0; k < selection.rangeCount; k++)
+    formatted.append(selection.getRangeAt(k).cloneContents());
   formatted.querySelectorAll("[data-tex] > svg").forEach((node) => node.remove());
   const drawings = copied.map((node) => [...node.childNodes]);
   copied.forEach((node) => node.replaceChildren(`$${node.dataset.tex}$`));

@@ -1,8 +1,9 @@
 // Predictions: a question, the reader's answer, and only then what happens. What follows a question
-// keeps its place: a widget stands still, all else is blurred. book/_ext/predictions.py says how one
-// is written and gives the box its classes.
+// keeps its place: a widget stands still, all else is blurred. book/_ext/predictions.py says how
+// one is written and gives the box its classes.
 (() => {
-  const STORE = "labkit-predictions", SHOW = "labkit-answers";
+  const STORE = "labkit-predictions";
+  const SHOW = "labkit-answers";
 
   // Where storage is forbidden or damaged the page works; it only forgets.
   const attempt = (act) => {
@@ -13,20 +14,26 @@
     }
   };
   const recall = (where, key) => attempt(() => JSON.parse(window[where].getItem(key)));
-  const keep = (where, key, value) => attempt(() => window[where].setItem(key, JSON.stringify(value)));
+  const keep = (where, key, value) =>
+    attempt(() => window[where].setItem(key, JSON.stringify(value)));
   const stored = () => recall("localStorage", STORE) ?? {};
   const store = (key, answer) => {
     const { [key]: _, ...others } = stored();
     keep("localStorage", STORE, answer === null ? others : { ...others, [key]: answer });
   };
 
-  // Whether answers are shown: as the address says, for as long as the tab lives, or as the reader chose.
-  let all = new URLSearchParams(location.search).has("answers") || (recall("sessionStorage", SHOW) ?? recall("localStorage", SHOW)) === true;
+  // Whether answers are shown: as the address says, for as long as the tab lives, or as the reader
+  // chose.
+  let all =
+    new URLSearchParams(location.search).has("answers") ||
+    (recall("sessionStorage", SHOW) ?? recall("localStorage", SHOW)) === true;
   if (all) keep("sessionStorage", SHOW, true);
 
   // The question in words tells one prediction from another, also when boxes are moved.
   const keyOf = (box) => {
-    const words = [...box.children].filter((each) => each.matches("p, ol")).map((each) => each.textContent);
+    const words = [...box.children]
+      .filter((each) => each.matches("p, ol"))
+      .map((each) => each.textContent);
     let hash = 0;
     for (const letter of words.join(" ")) hash = (31 * hash + letter.codePointAt(0)) | 0;
     return `${location.pathname.split("/").pop()}#${hash}`;
@@ -36,7 +43,12 @@
   const heldBack = (box) => {
     const held = [];
     let next = box.nextElementSibling;
-    for (; next && !next.matches("section, .admonition, .prev-next-area, h1, h2, h3, h4"); next = next.nextElementSibling) held.push(next);
+    for (
+      ;
+      next && !next.matches("section, .admonition, .prev-next-area, h1, h2, h3, h4");
+      next = next.nextElementSibling
+    )
+      held.push(next);
     return held;
   };
 
@@ -54,7 +66,8 @@
     const inputs = [...list.children].map((item, i) => {
       const input = make("input", { type: "radio", name, value: String(i + 1) });
       const words = make("span");
-      for (const child of [...item.childNodes]) words.append(...(child.nodeName === "P" ? child.childNodes : [child]));
+      for (const child of [...item.childNodes])
+        words.append(...(child.nodeName === "P" ? child.childNodes : [child]));
       item.replaceChildren(make("label", {}, input, words));
       return input;
     });
@@ -67,15 +80,24 @@
       read: () => inputs.find((each) => each.checked)?.value ?? "",
       write: (answer) => inputs.forEach((each) => (each.checked = each.value === answer)),
       verdict: (answer) => {
-        inputs.forEach((each, i) => each.closest("li").classList.toggle("predict-right", answer !== "" && i + 1 === right));
-        return Number(answer) === right ? `You said ${answer}, and so it is.` : `You said ${answer}; it is ${right}.`;
+        inputs.forEach((each, i) =>
+          each.closest("li").classList.toggle("predict-right", answer !== "" && i + 1 === right),
+        );
+        return Number(answer) === right
+          ? `You said ${answer}, and so it is.`
+          : `You said ${answer}; it is ${right}.`;
       },
     };
   };
 
   const typed = (answer) => {
     const unit = answer.replace(/^[-+−\d.,\s]+/, "");
-    const input = make("input", { type: "text", inputMode: "decimal", autocomplete: "off", size: 8 });
+    const input = make("input", {
+      type: "text",
+      inputMode: "decimal",
+      autocomplete: "off",
+      size: 8,
+    });
     const read = () => {
       const text = input.value.trim();
       return Number.isFinite(Number(text.replace(",", ".").replace("−", "-"))) ? text : "";
@@ -91,12 +113,22 @@
 
   // A place in the picture above the box: clicked there, or typed as two numbers.
   const placed = (box) => {
-    const right = box.className.match(/predict-at-(\d+)-(\d+)/).slice(1).map(Number);
+    const right = box.className
+      .match(/predict-at-(\d+)-(\d+)/)
+      .slice(1)
+      .map(Number);
     const picture = pictureAbove(box);
-    const inputs = [0, 1].map(() => make("input", { type: "number", min: 0, max: 100, step: 1, required: true }));
-    const labels = ["from the left", "from the bottom"].map((words, i) => make("label", {}, inputs[i], ` % ${words}`));
-    const [flag, ring] = ["flag", "ring"].map((name) => make("span", { className: `predict-${name}`, hidden: true }));
-    const place = () => inputs.map((each) => (each.value !== "" && each.validity.valid ? Number(each.value) : NaN));
+    const inputs = [0, 1].map(() =>
+      make("input", { type: "number", min: 0, max: 100, step: 1, required: true }),
+    );
+    const labels = ["from the left", "from the bottom"].map((words, i) =>
+      make("label", {}, inputs[i], ` % ${words}`),
+    );
+    const [flag, ring] = ["flag", "ring"].map((name) =>
+      make("span", { className: `predict-${name}`, hidden: true }),
+    );
+    const place = () =>
+      inputs.map((each) => (each.value !== "" && each.validity.valid ? Number(each.value) : NaN));
     const put = (mark, [x, y]) => Object.assign(mark.style, { left: `${x}%`, bottom: `${y}%` });
     const draw = () => {
       flag.hidden = place().some(Number.isNaN);
@@ -128,8 +160,11 @@
       verdict: (text) => {
         ring.hidden = text === "";
         const { width, height } = picture?.getBoundingClientRect() ?? { width: 1, height: 1 };
-        const [dx, dy] = place().map((each, i) => (each - right[i]) * [1, height / (width || 1)][i]);
-        return `Your place is ${Math.round(Math.hypot(dx, dy))} % of the picture's width from the ring.`;
+        const [dx, dy] = place().map(
+          (each, i) => (each - right[i]) * [1, height / (width || 1)][i],
+        );
+        const share = Math.round(Math.hypot(dx, dy));
+        return `Your place is ${share} % of the picture's width from the ring.`;
       },
     };
   };
@@ -141,10 +176,13 @@
     const details = box.querySelector(":scope > details");
     if (!details) return;
     const answer = details.querySelector("strong")?.textContent.trim() ?? "";
-    const key = keyOf(box), held = heldBack(box);
+    const key = keyOf(box);
+    const held = heldBack(box);
     const { nodes, inputs, read, write, verdict } = list
       ? choice(box, list)
-      : box.matches(".predict-place") ? placed(box) : typed(answer);
+      : box.matches(".predict-place")
+        ? placed(box)
+        : typed(answer);
 
     const commit = make("button", { type: "submit", textContent: "Commit", disabled: true });
     const again = make("button", { type: "button", textContent: "Ask me again" });
@@ -153,11 +191,20 @@
     const form = make("form", { className: "predict-form" }, ...nodes, commit, again, said);
     if (list) form.prepend(list); // so that Enter commits a choice
     details.before(form);
-    held.forEach((each) => each.classList.toggle("predict-still", each.querySelector("script[type*=widget-view], .widget-subarea") !== null));
-    const waiting = make("p", { className: "predict-waiting", textContent: "What follows is held back until you have answered." });
+    held.forEach((each) =>
+      each.classList.toggle(
+        "predict-still",
+        each.querySelector("script[type*=widget-view], .widget-subarea") !== null,
+      ),
+    );
+    const waiting = make("p", {
+      className: "predict-waiting",
+      textContent: "What follows is held back until you have answered.",
+    });
     if (held.length) box.append(waiting);
 
-    let committed = stored()[key] ?? null, opened = false; // opened: without an answer
+    let committed = stored()[key] ?? null;
+    let opened = false; // opened: without an answer
     const show = () => {
       const open = all || opened || committed !== null;
       for (const input of inputs) input.disabled = committed !== null;
@@ -180,7 +227,12 @@
     };
     if (committed !== null) write(committed);
     show();
-    boxes.push({ held, show, isAnswered: () => committed !== null, open: (isOpen) => set(committed, isOpen) });
+    boxes.push({
+      held,
+      show,
+      isAnswered: () => committed !== null,
+      open: (isOpen) => set(committed, isOpen),
+    });
 
     form.addEventListener("input", () => (commit.disabled = read() === ""));
     form.addEventListener("submit", (event) => {
@@ -202,24 +254,36 @@
   // The switch at the chapter's head, and how many of its questions are answered.
   let count = () => {};
   const enlivenSwitch = (node) => {
-    const told = make("span"), buttons = ["held back", "shown"].map((textContent) => make("button", { type: "button", textContent }));
+    const told = make("span");
+    const buttons = ["held back", "shown"].map((textContent) =>
+      make("button", { type: "button", textContent }),
+    );
     node.replaceChildren(told, make("span", { textContent: "Answers:" }), ...buttons);
     count = () => {
-      told.textContent = `${boxes.length} prediction${boxes.length === 1 ? "" : "s"}, ${boxes.filter((each) => each.isAnswered()).length} answered.`;
-      buttons.forEach((button, i) => button.setAttribute("aria-pressed", String(all === (i === 1))));
+      const answered = boxes.filter((each) => each.isAnswered()).length;
+      const name = boxes.length === 1 ? "prediction" : "predictions";
+      told.textContent = `${boxes.length} ${name}, ${answered} answered.`;
+      buttons.forEach((button, i) =>
+        button.setAttribute("aria-pressed", String(all === (i === 1))),
+      );
     };
-    buttons.forEach((button, i) => button.addEventListener("click", () => {
-      all = i === 1;
-      for (const where of ["localStorage", "sessionStorage"]) keep(where, SHOW, all);
-      for (const each of boxes) each.open(false);
-    }));
+    buttons.forEach((button, i) =>
+      button.addEventListener("click", () => {
+        all = i === 1;
+        for (const where of ["localStorage", "sessionStorage"]) keep(where, SHOW, all);
+        for (const each of boxes) each.open(false);
+      }),
+    );
     count();
   };
 
   // A link into what is held back opens it; so does a link to a state of the explorer.
   const reveal = () => {
     const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
-    const wanted = (held) => held.matches(".predict-held") && (held.contains(target) || (location.hash.startsWith("#icp?") && held.matches(".predict-still")));
+    const wanted = (held) =>
+      held.matches(".predict-held") &&
+      (held.contains(target) ||
+        (location.hash.startsWith("#icp?") && held.matches(".predict-still")));
     const found = boxes.filter(({ held }) => held.some(wanted));
     for (const each of found) each.open(true);
     if (!found.length || !target) return;
@@ -232,6 +296,9 @@
     document.querySelectorAll(".predict-switch").forEach(enlivenSwitch);
     reveal();
     addEventListener("hashchange", reveal);
-    document.addEventListener("click", ({ target }) => target.closest?.("a[href*='#']") && setTimeout(reveal));
+    document.addEventListener(
+      "click",
+      ({ target }) => target.closest?.("a[href*='#']") && setTimeout(reveal),
+    );
   });
 })();

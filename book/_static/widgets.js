@@ -4,7 +4,8 @@
   // A widget's state as its module knows it.
   const modelOf = (state) => {
     const listeners = {};
-    const each = (names, act) => names.split(" ").forEach((name) => act((listeners[name] ??= new Set())));
+    const each = (names, act) =>
+      names.split(" ").forEach((name) => act((listeners[name] ??= new Set())));
     return {
       get: (name) => state[name],
       set: (name, value) => {
@@ -18,10 +19,12 @@
     };
   };
 
-  const modules = new Map(), models = new Map();
+  const modules = new Map();
+  const models = new Map();
   const moduleOf = ({ _esm, _css }) => {
     if (!modules.has(_esm)) {
-      if (_css) document.head.append(Object.assign(document.createElement("style"), { textContent: _css }));
+      if (_css)
+        document.head.append(Object.assign(document.createElement("style"), { textContent: _css }));
       modules.set(_esm, import(URL.createObjectURL(new Blob([_esm], { type: "text/javascript" }))));
     }
     return modules.get(_esm);
@@ -33,11 +36,16 @@
   };
 
   document.addEventListener("DOMContentLoaded", () => {
-    const kind = (name) => document.querySelectorAll(`script[type="application/vnd.jupyter.widget-${name}+json"]`);
-    const states = Object.assign({}, ...[...kind("state")].map((each) => JSON.parse(each.textContent).state));
+    const kind = (name) =>
+      document.querySelectorAll(`script[type="application/vnd.jupyter.widget-${name}+json"]`);
+    const states = Object.assign(
+      {},
+      ...[...kind("state")].map((each) => JSON.parse(each.textContent).state),
+    );
     const waiting = new Map();
     for (const view of kind("view")) {
-      const id = JSON.parse(view.textContent).model_id, state = states[id]?.state;
+      const id = JSON.parse(view.textContent).model_id;
+      const state = states[id]?.state;
       if (!state?._esm) continue;
       const area = Object.assign(document.createElement("div"), { className: "widget-subarea" });
       view.replaceWith(area);
@@ -49,12 +57,14 @@
       near.unobserve(node);
       return drawing;
     };
-    const near = new IntersectionObserver((entries) => entries.forEach((each) => each.isIntersecting && begin(each.target)), {
-      rootMargin: "1500px",
-    });
+    const near = new IntersectionObserver(
+      (entries) => entries.forEach((each) => each.isIntersecting && begin(each.target)),
+      { rootMargin: "1500px" },
+    );
     for (const node of waiting.keys()) near.observe(node);
     window.drawWidgets = () => Promise.all([...waiting.keys()].map(begin));
     addEventListener("beforeprint", window.drawWidgets);
-    if (location.hash.startsWith("#icp?")) window.drawWidgets(); // a link to a state of the explorer
+    // A link to a state of the explorer
+    if (location.hash.startsWith("#icp?")) window.drawWidgets();
   });
 })();

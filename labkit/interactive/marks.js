@@ -17,7 +17,8 @@ const segments = (context, frame, data) => {
 };
 const cells = (context, frame, data) => {
   for (let i = 0; i < data.length; i += 4) {
-    const [u, v] = frame.pixel(data[i], data[i + 1]), [right, top] = frame.pixel(data[i + 2], data[i + 3]);
+    const [u, v] = frame.pixel(data[i], data[i + 1]);
+    const [right, top] = frame.pixel(data[i + 2], data[i + 3]);
     context.rect(u, v, right - u, top - v);
   }
 };
@@ -26,12 +27,14 @@ const outline = (context, frame, data) => {
 };
 // A robot: a drop that points ahead.
 const drop = (context, frame, [x, y, theta]) => {
-  const [u, v] = frame.pixel(x, y), r = Math.max(7, RADIUS * frame.scale);
+  const [u, v] = frame.pixel(x, y);
+  const r = Math.max(7, RADIUS * frame.scale);
   context.arc(u, v, r, 0.8 - theta, 2 * Math.PI - 0.8 - theta);
   context.lineTo(u + 1.45 * r * Math.cos(theta), v - 1.45 * r * Math.sin(theta));
   context.closePath();
 };
-const circle = (context, frame, [x, y, radius]) => context.arc(...frame.pixel(x, y), radius * frame.scale, 0, 2 * Math.PI);
+const circle = (context, frame, [x, y, radius]) =>
+  context.arc(...frame.pixel(x, y), radius * frame.scale, 0, 2 * Math.PI);
 
 // How each kind is drawn, and its sign in the legend; `fill` is how opaque its inside is, and `end`
 // the marker at the first end of each segment.
@@ -39,7 +42,14 @@ const KINDS = {
   gated: { path: segments, color: "gated", sign: "··×", dash: [1.5, 2.5], end: cross },
   trimmed: { path: segments, color: "trimmed", sign: "--□", dash: [5, 3], end: square },
   "no line": { path: segments, color: "noline", sign: "-·◇", dash: [5, 2, 1, 2], end: diamond },
-  "down-weighted": { path: segments, color: "down", sign: "-·▲", dash: [6, 2, 1, 2], end: triangle, fill: 1 },
+  "down-weighted": {
+    path: segments,
+    color: "down",
+    sign: "-·▲",
+    dash: [6, 2, 1, 2],
+    end: triangle,
+    fill: 1,
+  },
   kept: { path: segments, color: "kept", sign: "—●", end: dot, fill: 1 },
   passed: { path: points(speck), color: "soft", sign: "·", fill: 1, width: 0.1 },
   scanner: { color: "ink", sign: "□" },
@@ -84,7 +94,8 @@ export function drawMark(context, frame, colors, [kind, data]) {
   path(context, frame, data);
   paint();
   if (fill) context.lineWidth = 0.1;
-  for (let i = 0; end && i < data.length; i += 4) end(context, ...frame.pixel(data[i], data[i + 1]));
+  for (let i = 0; end && i < data.length; i += 4)
+    end(context, ...frame.pixel(data[i], data[i + 1]));
   paint();
 }
 
@@ -92,7 +103,12 @@ export function drawMark(context, frame, colors, [kind, data]) {
 export function legendOf(entries) {
   const signs = entries.map(([kind, words]) => {
     const { sign, color } = KINDS[kind];
-    return element("span", {}, element("b", { style: `color: var(--icp-${color})`, "aria-hidden": "true" }, sign), ` ${words}`);
+    return element(
+      "span",
+      {},
+      element("b", { style: `color: var(--icp-${color})`, "aria-hidden": "true" }, sign),
+      ` ${words}`,
+    );
   });
   return element("p", { class: "icp-legend" }, ...signs);
 }

@@ -1,9 +1,9 @@
 // What the live figures compute: from the values of the sliders, panels of marks, and numbers.
 //
 // A model takes what Python gave and returns the function that its sliders ask. Points are flat
-// arrays x0, y0, x1, y1, ... in metres; the kinds of marks stand in marks.js. `drag(values, from, to)`
-// gives the values after a drag from one place to another, `curve` what is drawn beside the picture.
-// The tests hold all of it to labkit.
+// arrays x0, y0, x1, y1, ... in metres; the kinds of marks stand in marks.js. `drag(values, from,
+// to)` gives the values after a drag from one place to another, `curve` what is drawn beside the
+// picture. The tests hold all of it to labkit.
 
 import { align, centroid } from "./explorer/alignment.js";
 import { icp } from "./explorer/icp.js";
@@ -21,14 +21,29 @@ export const MODELS = {
       const moved = apply(transform(x, y, degrees * DEGREE), source);
       const partner = rows(moved).map((at, i) => (weights ? i : search.nearest(...at)));
       const distances = rows(moved).map(([x, y], i) => distanceTo(target, partner[i], x, y));
-      const found = weights ? distances.reduce((sum, each, i) => sum + weights[i] * each ** 2, 0) : median(distances);
-      const pairs = rows(moved).flatMap((at, i) => [...at, target[2 * partner[i]], target[2 * partner[i] + 1]]);
-      const [name, unit] = weights ? ["cost J", "m²"] : ["median distance", "m"], said = weights ? "pair" : "to the nearest point";
-      const marks = [["pair", pairs, said], ["older", target, "older scan"], ["newer", moved, "newer scan, moved"]];
+      const found = weights
+        ? distances.reduce((sum, each, i) => sum + weights[i] * each ** 2, 0)
+        : median(distances);
+      const pairs = rows(moved).flatMap((at, i) => [
+        ...at,
+        target[2 * partner[i]],
+        target[2 * partner[i] + 1],
+      ]);
+      const [name, unit] = weights ? ["cost J", "m²"] : ["median distance", "m"];
+      const said = weights ? "pair" : "to the nearest point";
+      const marks = [
+        ["pair", pairs, said],
+        ["older", target, "older scan"],
+        ["newer", moved, "newer scan, moved"],
+      ];
       const curve = { title: `${name} [${unit}], as you move`, trail: found };
       return { panels: [{ marks }], numbers: [[name, `${found.toFixed(3)} ${unit}`]], curve };
     };
-    answer.drag = ([degrees, x, y], from, to) => [degrees, x + to[0] - from[0], y + to[1] - from[1]];
+    answer.drag = ([degrees, x, y], from, to) => [
+      degrees,
+      x + to[0] - from[0],
+      y + to[1] - from[1],
+    ];
     return answer;
   },
 
@@ -36,9 +51,12 @@ export const MODELS = {
   outlier({ source, target, truth, row }) {
     const answer = (weight, metres) => {
       const spoilt = target.map((each, i) => (i === 2 * row ? each + metres : each));
-      const weights = Float64Array.from(target.subarray(target.length / 2), (_, i) => (i === row ? weight : 1));
+      const weights = Float64Array.from(target.subarray(target.length / 2), (_, i) =>
+        i === row ? weight : 1,
+      );
       const T = align(source, spoilt, weights);
-      const moved = apply(T, source), there = rows(spoilt);
+      const moved = apply(T, source);
+      const there = rows(spoilt);
       const pairs = rows(moved).map((point, i) => [...point, ...there[i]]);
       const [before, after] = [target, spoilt].map((points) => centroid(points, weights));
       const marks = [
@@ -46,15 +64,25 @@ export const MODELS = {
         ["stray", pairs[row], "pair of the outlier"],
         ["older", spoilt, "target"],
         ["newer", moved, "source, moved"],
-        ["pull", [...before, ...after.map((each, k) => before[k] + 5 * (each - before[k]))], "its pull on the centroid, 5 times"],
+        [
+          "pull",
+          [...before, ...after.map((each, k) => before[k] + 5 * (each - before[k]))],
+          "its pull on the centroid, 5 times",
+        ],
         ["after", after, "centroid of the target"],
         ["before", before, "where it was"],
       ];
       const numbers = [
-        ["centroid moves", `${Math.hypot(after[0] - before[0], after[1] - before[1]).toFixed(3)} m`],
+        [
+          "centroid moves",
+          `${Math.hypot(after[0] - before[0], after[1] - before[1]).toFixed(3)} m`,
+        ],
         ["error of the motion", sayDifference(poseDifference(transform(...truth), T))],
       ];
-      const curve = { title: "error of the motion [m], as you move", trail: poseDifference(transform(...truth), T)[0] };
+      const curve = {
+        title: "error of the motion [m], as you move",
+        trail: poseDifference(transform(...truth), T)[0],
+      };
       return { panels: [{ marks }], numbers, curve };
     };
     answer.drag = ([weight, metres], from, to) => [weight, metres + to[0] - from[0]];
@@ -63,7 +91,8 @@ export const MODELS = {
 
   // The cells of a KD-tree, and those that a query opens.
   cuts({ target }) {
-    const points = rows(target), search = new NearestNeighbors(target);
+    const points = rows(target);
+    const search = new NearestNeighbors(target);
     const answer = (depth, x, y) => {
       const radius = distanceTo(target, search.nearest(x, y), x, y);
       const cells = cut(points, box(points), depth);
@@ -80,9 +109,16 @@ export const MODELS = {
       const numbers = [
         ["cells", `${cells.length}`],
         ["to open", `${open.length}`],
-        ["points in them", `${looked} of ${points.length} (${Math.round((100 * looked) / points.length)} %)`],
+        [
+          "points in them",
+          `${looked} of ${points.length} (${Math.round((100 * looked) / points.length)} %)`,
+        ],
       ];
-      return { panels: [{ marks }], numbers, curve: { title: "points to look at, as you move", trail: looked } };
+      return {
+        panels: [{ marks }],
+        numbers,
+        curve: { title: "points to look at, as you move", trail: looked },
+      };
     };
     answer.drag = ([depth], _, to) => [depth, ...to];
     return answer;
@@ -93,18 +129,39 @@ export const MODELS = {
     const prepared = prepareTarget(target, normals);
     const runs = ["point_to_point", "point_to_line"].map((metric) => {
       const { history } = icp(source, prepared, transform(0, 0, 0), { ...parameters, metric });
-      return { name: metric.replaceAll("_", "-"), poses: history.map((each) => each.T_target_source) };
+      return {
+        name: metric.replaceAll("_", "-"),
+        poses: history.map((each) => each.T_target_source),
+      };
     });
-    const errors = runs.map(({ poses }) => poses.map((T) => poseDifference(transform(...truth), T)[0]));
+    const errors = runs.map(({ poses }) =>
+      poses.map((T) => poseDifference(transform(...truth), T)[0]),
+    );
     return (steps) => {
-      const shown = runs.map(({ name, poses }) => ({ name, T: poses[Math.min(steps, poses.length - 1)], last: poses.length - 1 }));
+      const shown = runs.map(({ name, poses }) => ({
+        name,
+        T: poses[Math.min(steps, poses.length - 1)],
+        last: poses.length - 1,
+      }));
       const panels = shown.map(({ name, T }) => ({
-        name, marks: [["older", target, "older scan"], ["newer", apply(T, source), "newer scan, moved"]],
+        name,
+        marks: [
+          ["older", target, "older scan"],
+          ["newer", apply(T, source), "newer scan, moved"],
+        ],
       }));
       const off = (T) => `${sayDifference(poseDifference(transform(...truth), T))} off the truth`;
       const after = (last) => (steps < last ? "" : `, the end after ${last} steps`);
       const numbers = shown.map(({ name, T, last }) => [name, off(T) + after(last)]);
-      return { panels, numbers, curve: { title: "error [m] over the steps: — point-to-point, - - point-to-line", series: errors, shown: steps } };
+      return {
+        panels,
+        numbers,
+        curve: {
+          title: "error [m] over the steps: — point-to-point, - - point-to-line",
+          series: errors,
+          shown: steps,
+        },
+      };
     };
   },
 };
@@ -118,7 +175,8 @@ function distanceTo(points, i, x, y) {
 }
 
 function median(values) {
-  const sorted = Float64Array.from(values).sort(), half = sorted.length / 2;
+  const sorted = Float64Array.from(values).sort();
+  const half = sorted.length / 2;
   return (sorted[Math.ceil(half) - 1] + sorted[Math.floor(half)]) / 2;
 }
 
@@ -126,25 +184,36 @@ function median(values) {
 
 // The corners about all points, with a margin.
 function box(points) {
-  const [low, high] = corners(points), margin = 0.02 * Math.max(high[0] - low[0], high[1] - low[1]) || 0.5;
+  const [low, high] = corners(points);
+  const margin = 0.02 * Math.max(high[0] - low[0], high[1] - low[1]) || 0.5;
   return { low: low.map((each) => each - margin), high: high.map((each) => each + margin) };
 }
 
 function corners(points) {
-  return [Math.min, Math.max].map((most) => [0, 1].map((axis) => most(...points.map((each) => each[axis]))));
+  return [Math.min, Math.max].map((most) =>
+    [0, 1].map((axis) => most(...points.map((each) => each[axis]))),
+  );
 }
 
-// The cells of the points after so many cuts, each at the median and across the points' longer extent.
+// The cells of the points after so many cuts, each at the median and across the points' longer
+// extent.
 function cut(points, { low, high }, depth) {
-  const [least, most] = corners(points), extents = [0, 1].map((axis) => most[axis] - least[axis]);
-  if (depth === 0 || points.length < 2 || Math.max(...extents) === 0) return [{ low, high, points }];
+  const [least, most] = corners(points);
+  const extents = [0, 1].map((axis) => most[axis] - least[axis]);
+  if (depth === 0 || points.length < 2 || Math.max(...extents) === 0)
+    return [{ low, high, points }];
   const axis = extents[1] > extents[0] ? 1 : 0;
   const split = points.map((each) => each[axis]).sort((a, b) => a - b)[points.length >> 1];
-  const isBelow = split > least[axis] ? (each) => each[axis] < split : (each) => each[axis] <= split;
+  const isBelow =
+    split > least[axis] ? (each) => each[axis] < split : (each) => each[axis] <= split;
   const at = (corner) => corner.map((each, k) => (k === axis ? split : each));
   return [
     ...cut(points.filter(isBelow), { low, high: at(high) }, depth - 1),
-    ...cut(points.filter((each) => !isBelow(each)), { low: at(low), high }, depth - 1),
+    ...cut(
+      points.filter((each) => !isBelow(each)),
+      { low: at(low), high },
+      depth - 1,
+    ),
   ];
 }
 

@@ -2,9 +2,16 @@
 import { readFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 
-const { icp, inlierCount, inlierRmse, freeMotions, observability, prepareTarget, toXYTheta, transform } = await import(
-  pathToFileURL(process.argv[2])
-);
+const {
+  icp,
+  inlierCount,
+  inlierRmse,
+  freeMotions,
+  observability,
+  prepareTarget,
+  toXYTheta,
+  transform,
+} = await import(pathToFileURL(process.argv[2]));
 const floats = (text) => new Float64Array(new Uint8Array(Buffer.from(text, "base64")).buffer);
 
 const { pairs, runs } = JSON.parse(readFileSync(0, "utf8"));

@@ -2,25 +2,52 @@
 import { readFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 
-const { Odometry, cast, compose, decoded, encoded, floats, generator, invert, toXYTheta, transform, wheelStep } = await import(
-  pathToFileURL(process.argv[2])
-);
+const {
+  Odometry,
+  cast,
+  compose,
+  decoded,
+  encoded,
+  floats,
+  generator,
+  invert,
+  toXYTheta,
+  transform,
+  wheelStep,
+} = await import(pathToFileURL(process.argv[2]));
 
 const { lidar, drives, steps } = JSON.parse(readFileSync(0, "utf8"));
 const answers = drives.map(({ segments, poses, parameters, noise }) => {
-  const odometry = new Odometry(poses[0]), walls = floats(segments);
+  const odometry = new Odometry(poses[0]);
+  const walls = floats(segments);
   let metres = 0;
   const ranges = poses.map((pose, k) => {
-    const T = transform(...pose), random = generator(k), step = k && compose(invert(transform(...poses[k - 1])), T);
+    const T = transform(...pose);
+    const random = generator(k);
+    const step = k && compose(invert(transform(...poses[k - 1])), T);
     const sweep = cast(walls, T, lidar, random);
     metres += k && Math.hypot(step.x, step.y);
-    odometry.add(sweep.points, k && noise ? wheelStep(step, noise, random) : null, metres, parameters);
+    odometry.add(
+      sweep.points,
+      k && noise ? wheelStep(step, noise, random) : null,
+      metres,
+      parameters,
+    );
     return Array.from(sweep.ranges, (range) => (Number.isFinite(range) ? range : null));
   });
   const believed = () => odometry.scans.map(({ T }) => toXYTheta(T));
-  const before = believed(), recognised = odometry.recognise(parameters);
-  return { ranges, before, recognised, after: believed(), again: decoded(encoded(poses), poses[0]) };
+  const before = believed();
+  const recognised = odometry.recognise(parameters);
+  return {
+    ranges,
+    before,
+    recognised,
+    after: believed(),
+    again: decoded(encoded(poses), poses[0]),
+  };
 });
 const random = generator(1);
-const told = steps.map(({ step, noise }) => Array.from({ length: 4000 }, () => toXYTheta(wheelStep(transform(...step), noise, random))));
+const told = steps.map(({ step, noise }) =>
+  Array.from({ length: 4000 }, () => toXYTheta(wheelStep(transform(...step), noise, random))),
+);
 process.stdout.write(JSON.stringify({ answers, told }));

@@ -9,7 +9,9 @@ const answers = figures.map(({ model, given, moves }) => {
   const answer = MODELS[model](unpackedArrays(given));
   return moves.map((values) => {
     const { panels, numbers } = answer(...values);
-    const marks = panels.map((each) => Object.fromEntries(each.marks.map(([kind, data]) => [kind, Array.from(data)])));
+    const marks = panels.map((each) =>
+      Object.fromEntries(each.marks.map(([kind, data]) => [kind, Array.from(data)])),
+    );
     return { panels: marks, numbers: Object.fromEntries(numbers) };
   });
 });

@@ -9,36 +9,48 @@ import { failed } from "../explorer/result.js";
 import { prepareTarget } from "../explorer/scene.js";
 import { compose, invert, poseDifference, toXYTheta, transform } from "../explorer/se2.js";
 
-const AWAY = 4, WITHIN = 2; // m driven between two visits of a place, and how far apart they may seem
+const AWAY = 4;
+const WITHIN = 2; // m driven between two visits of a place, and how far apart they may seem
 const APART = 0.9; // m driven between two scans that are looked at
 const SHARE = 0.55; // of the points, with a partner: the same place
 
-const targetOf = (scan) => (scan.target ??= prepareTarget(scan.points, normalsAlongSweep(scan.points)));
+const targetOf = (scan) =>
+  (scan.target ??= prepareTarget(scan.points, normalsAlongSweep(scan.points)));
 const renewed = (T) => transform(...toXYTheta(T)); // without the rounding that would grow
 
 export class Odometry {
   constructor(start) {
     this.start = transform(...start);
-    this.scans = []; // of each its points, its pose T, the step to it, and the metres driven until there
+    // Of each its points, its pose T, the step to it, and the metres driven until there
+    this.scans = [];
   }
 
-  // Take a scan; `wheels` is the step that they tell, or null. Without a match the robot believes the
-  // wheels, or that it stands.
+  // Take a scan; `wheels` is the step that they tell, or null. Without a match the robot believes
+  // the wheels, or that it stands.
   add(points, wheels, metres, parameters) {
-    const last = this.scans.at(-1), guess = wheels ?? transform(0, 0, 0);
+    const last = this.scans.at(-1);
+    const guess = wheels ?? transform(0, 0, 0);
     const step = (last && icp(points, targetOf(last), guess, parameters).T_target_source) ?? guess;
-    this.scans.push({ points, metres, step, T: last ? renewed(compose(last.T, step)) : this.start });
+    this.scans.push({
+      points,
+      metres,
+      step,
+      T: last ? renewed(compose(last.T, step)) : this.start,
+    });
   }
 
   // Match what was seen at two visits of a place, and let the drive close there, visit by visit.
   // Returns how many scans were recognised.
   recognise(parameters) {
     const { scans } = this;
-    let found = 0, fixed = 0, looked = 0;
+    let found = 0;
+    let fixed = 0;
+    let looked = 0;
     for (let i = 1; i < scans.length; i++) {
       if (scans[i].metres - scans[looked].metres < APART) continue;
       looked = i;
-      const j = this.visited(i), T = j === null ? null : match(scans[i], scans[j], parameters);
+      const j = this.visited(i);
+      const T = j === null ? null : match(scans[i], scans[j], parameters);
       if (!T) continue;
       this.bend(Math.max(fixed, j), i, compose(scans[j].T, T));
       fixed = i;
@@ -50,24 +62,31 @@ export class Odometry {
   // The scan taken nearest to the i-th one, of those long before; null where all are far.
   visited(i) {
     const { scans } = this;
-    let best = null, least = WITHIN;
+    let best = null;
+    let least = WITHIN;
     for (let k = 0; scans[i].metres - scans[k].metres > AWAY; k++) {
       const [metres, turn] = poseDifference(scans[k].T, scans[i].T);
-      if (metres + turn < least) (best = k), (least = metres + turn);
+      if (metres + turn < least) {
+        best = k;
+        least = metres + turn;
+      }
     }
     return best;
   }
 
   // Bend the drive from scan a to scan i so that it ends at T; what follows moves along.
   bend(a, i, { c, s, x, y }) {
-    const { scans } = this, turn = toXYTheta(compose(invert(scans[i].T), { c, s, x, y }))[2] / (i - a);
+    const { scans } = this;
+    const turn = toXYTheta(compose(invert(scans[i].T), { c, s, x, y }))[2] / (i - a);
     for (let k = a + 1; k < scans.length; k++) {
       const step = k > i ? scans[k].step : compose(scans[k].step, transform(0, 0, turn));
       scans[k].T = renewed(compose(scans[k - 1].T, step));
     }
-    const dx = (x - scans[i].T.x) / (i - a), dy = (y - scans[i].T.y) / (i - a);
+    const dx = (x - scans[i].T.x) / (i - a);
+    const dy = (y - scans[i].T.y) / (i - a);
     for (let k = a + 1; k < scans.length; k++) {
-      const { T } = scans[k], passed = Math.min(k, i) - a;
+      const { T } = scans[k];
+      const passed = Math.min(k, i) - a;
       scans[k].T = { ...T, x: T.x + passed * dx, y: T.y + passed * dy };
       scans[k].step = renewed(compose(invert(scans[k - 1].T), scans[k].T));
     }
@@ -76,8 +95,14 @@ export class Odometry {
 
 // The motion between two scans of one place; null where the match is in doubt.
 function match(scan, older, parameters) {
-  const wide = { ...parameters, max_correspondence_distance: 1, overlap_ratio: 0.8, approach: true };
-  const run = icp(scan.points, targetOf(older), compose(invert(older.T), scan.T), wide), { pairs } = run.history.at(-1);
+  const wide = {
+    ...parameters,
+    max_correspondence_distance: 1,
+    overlap_ratio: 0.8,
+    approach: true,
+  };
+  const run = icp(scan.points, targetOf(older), compose(invert(older.T), scan.T), wide);
+  const { pairs } = run.history.at(-1);
   const seen = failed(run.termination) ? null : observability(pairs, older.target);
   const sure = seen && !freeMotions(seen).length && inlierCount(pairs) > SHARE * pairs.kept.length;
   return sure ? run.T_target_source : null;

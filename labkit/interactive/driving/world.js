@@ -3,7 +3,8 @@
 
 import { toXYTheta, transform } from "../explorer/se2.js";
 
-const SPEED = 2.5, TURN = 1.7; // m/s and rad/s at most
+const SPEED = 2.5;
+const TURN = 1.7; // m/s and rad/s at most
 const HASTE = 4; // m/s² and, three times it, rad/s²
 export const RADIUS = 0.28; // m
 
@@ -11,7 +12,9 @@ export const RADIUS = 0.28; // m
 export function cast(segments, T, { angles, range_min, range_max, noise_std }, random) {
   const noisy = firstHits(segments, T, angles).map((range) => range + noise_std * random());
   const ranges = noisy.map((range) => (range > range_min && range < range_max ? range : Infinity));
-  const points = angles.flatMap((angle, k) => (ranges[k] < Infinity ? [ranges[k] * Math.cos(angle), ranges[k] * Math.sin(angle)] : []));
+  const points = angles.flatMap((angle, k) =>
+    ranges[k] < Infinity ? [ranges[k] * Math.cos(angle), ranges[k] * Math.sin(angle)] : [],
+  );
   return { ranges, points: Float64Array.from(points) };
 }
 
@@ -19,13 +22,19 @@ export function cast(segments, T, { angles, range_min, range_max, noise_std }, r
 // at how far ahead it lies, and how far to the left.
 export function firstHits(segments, { c, s, x, y }, angles) {
   return Float64Array.from(angles, (angle) => {
-    const bx = c * Math.cos(angle) - s * Math.sin(angle), by = s * Math.cos(angle) + c * Math.sin(angle);
+    const bx = c * Math.cos(angle) - s * Math.sin(angle);
+    const by = s * Math.cos(angle) + c * Math.sin(angle);
     let nearest = Infinity;
     for (let i = 0; i < segments.length; i += 4) {
-      const ax = segments[i] - x, ay = segments[i + 1] - y, ex = segments[i + 2] - x, ey = segments[i + 3] - y;
-      const acrossA = bx * ay - by * ax, acrossB = bx * ey - by * ex;
+      const ax = segments[i] - x;
+      const ay = segments[i + 1] - y;
+      const ex = segments[i + 2] - x;
+      const ey = segments[i + 3] - y;
+      const acrossA = bx * ay - by * ax;
+      const acrossB = bx * ey - by * ex;
       if (acrossA < 0 === acrossB < 0) continue;
-      const aheadA = bx * ax + by * ay, aheadB = bx * ex + by * ey;
+      const aheadA = bx * ax + by * ay;
+      const aheadB = bx * ex + by * ey;
       const distance = aheadA + (acrossA / (acrossA - acrossB)) * (aheadB - aheadA);
       if (distance >= 0 && distance < nearest) nearest = distance;
     }
@@ -46,7 +55,8 @@ export const generator = (seed) => {
 
 // What the wheels tell about a step, as wheel_increments of labkit.simulation does.
 export const wheelStep = (T_step, { along, across, turn, drift }, random) => {
-  const [x, y, theta] = toXYTheta(T_step), [a, b, c] = [along * random(), across * random(), random()];
+  const [x, y, theta] = toXYTheta(T_step);
+  const [a, b, c] = [along * random(), across * random(), random()];
   const spread = Math.hypot(turn * theta, drift * Math.hypot(x, y));
   return transform(x + a * x - b * y, y + a * y + b * x, theta + spread * c);
 };
@@ -61,18 +71,33 @@ export class Robot {
     const toward = (now, wanted, most) => now + Math.max(-most, Math.min(most, wanted - now));
     this.speed = toward(this.speed, SPEED * ahead, HASTE * dt);
     this.turning = toward(this.turning, TURN * left, 3 * HASTE * dt);
-    const [x, y, was] = this.pose, theta = was + this.turning * dt, length = this.speed * dt;
-    this.pose = [...offWalls(x + length * Math.cos(theta), y + length * Math.sin(theta), segments), theta];
+    const [x, y, was] = this.pose;
+    const theta = was + this.turning * dt;
+    const length = this.speed * dt;
+    this.pose = [
+      ...offWalls(x + length * Math.cos(theta), y + length * Math.sin(theta), segments),
+      theta,
+    ];
   }
 }
 
 // The nearest place at which the robot touches no wall.
 function offWalls(x, y, segments) {
   for (let i = 0; i < segments.length; i += 4) {
-    const [ax, ay, bx, by] = segments.subarray(i, i + 4), dx = bx - ax, dy = by - ay;
-    const along = Math.max(0, Math.min(1, ((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1)));
-    const outX = x - ax - along * dx, outY = y - ay - along * dy, distance = Math.hypot(outX, outY);
-    if (distance > 0 && distance < RADIUS) (x += outX * (RADIUS / distance - 1)), (y += outY * (RADIUS / distance - 1));
+    const [ax, ay, bx, by] = segments.subarray(i, i + 4);
+    const dx = bx - ax;
+    const dy = by - ay;
+    const along = Math.max(
+      0,
+      Math.min(1, ((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1)),
+    );
+    const outX = x - ax - along * dx;
+    const outY = y - ay - along * dy;
+    const distance = Math.hypot(outX, outY);
+    if (distance > 0 && distance < RADIUS) {
+      x += outX * (RADIUS / distance - 1);
+      y += outY * (RADIUS / distance - 1);
+    }
   }
   return [x, y];
 }

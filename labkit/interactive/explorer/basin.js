@@ -21,17 +21,26 @@ export function outcomeOf(result, answer) {
   return distance <= FOUND[0] && angle <= FOUND[1] ? 0 : 1;
 }
 
-// The part of the explorer that computes it. `job` gives {source, target, parameters, answer, guess,
-// from, key} as things stand; `changed` is called when there is more to see.
+// The part of the explorer that computes it. `job` gives {source, target, parameters, answer,
+// guess, from, key} as things stand; `changed` is called when there is more to see.
 export class Basin {
   constructor({ job, changed, signal }) {
     Object.assign(this, { job, changed, signal });
     this.reach = 1;
     this.status = element("p", { class: "icp-status", role: "status" });
-    this.start = button("Compute the basin", "Run the loop from a grid of guesses around the answer", () => this.toggle());
+    this.start = button(
+      "Compute the basin",
+      "Run the loop from a grid of guesses around the answer",
+      () => this.toggle(),
+    );
     const reach = choice({
-      name: "reach", label: "up to", options: REACHES.map((each) => [each, `${each} m`]),
-      onValue: (value) => ((this.reach = Number(value)), this.forget()),
+      name: "reach",
+      label: "up to",
+      options: REACHES.map((each) => [each, `${each} m`]),
+      onValue: (value) => {
+        this.reach = Number(value);
+        return this.forget();
+      },
     });
     reach.set(this.reach);
     this.node = element("div", { class: "icp-row icp-basin" }, this.start, reach.node, this.status);
@@ -58,7 +67,8 @@ export class Basin {
     return this.run && !this.run.stopped && !this.run.complete;
   }
 
-  // How far the basin reaches that is shown whole and still belongs to the sliders; null without one.
+  // How far the basin reaches that is shown whole and still belongs to the sliders; null without
+  // one.
   completed() {
     return this.run?.complete && !this.run.stale ? this.reach : null;
   }
@@ -73,7 +83,11 @@ export class Basin {
       said = `${found} of ${outcomes.length} guesses end within ${FOUND[0]} m of the ${job.from}.`;
     }
     if (this.status.textContent !== said) this.status.textContent = said;
-    this.start.textContent = this.running() ? "Stop" : this.run ? "Compute again" : "Compute the basin";
+    this.start.textContent = this.running()
+      ? "Stop"
+      : this.run
+        ? "Compute again"
+        : "Compute the basin";
   }
 
   // Run the loop from every start, a slice of time after the other, so that the page stays awake.
@@ -82,14 +96,25 @@ export class Basin {
       this.run.stopped = true;
       return this.tell();
     }
-    const job = this.job(), theta = toXYTheta(job.guess)[2], step = (2 * this.reach) / (SIZE - 1);
-    const run = { job, key: job.key, step, outcomes: new Uint8Array(SIZE * SIZE), paths: [], done: 0, at: 0 };
+    const job = this.job();
+    const theta = toXYTheta(job.guess)[2];
+    const step = (2 * this.reach) / (SIZE - 1);
+    const run = {
+      job,
+      key: job.key,
+      step,
+      outcomes: new Uint8Array(SIZE * SIZE),
+      paths: [],
+      done: 0,
+      at: 0,
+    };
     this.run = run;
     this.tell();
     while (run.done < run.outcomes.length) {
       const until = performance.now() + SLICE;
       do {
-        const [x, y] = placeOf(run, run.done), start = transform(x, y, theta);
+        const [x, y] = placeOf(run, run.done);
+        const start = transform(x, y, theta);
         const result = icp(job.source, job.target, start, job.parameters);
         run.paths.push(result.history.map((each) => each.T_target_source));
         run.outcomes[run.done++] = outcomeOf(result, job.answer);
@@ -101,25 +126,44 @@ export class Basin {
     run.complete = true;
     this.tell();
     const longest = Math.max(...run.paths.map((path) => path.length - 1));
-    this.walking = tween(longest, (at) => ((run.at = Math.floor(at)), this.changed()), { pace: BEAT });
+    this.walking = tween(
+      longest,
+      (at) => {
+        run.at = Math.floor(at);
+        return this.changed();
+      },
+      { pace: BEAT },
+    );
   }
 
   // What becomes of the guess, in words; empty where that is not known.
   of(x, y) {
     if (!this.completed()) return "";
-    const { job, step, outcomes } = this.run, half = (SIZE - 1) / 2;
-    const [column, row] = [x - job.answer.x, y - job.answer.y].map((each) => Math.round(each / step) + half);
-    return Math.min(column, row) < 0 || Math.max(column, row) >= SIZE ? "" : OUTCOMES[outcomes[row * SIZE + column]];
+    const { job, step, outcomes } = this.run;
+    const half = (SIZE - 1) / 2;
+    const [column, row] = [x - job.answer.x, y - job.answer.y].map(
+      (each) => Math.round(each / step) + half,
+    );
+    return Math.min(column, row) < 0 || Math.max(column, row) >= SIZE
+      ? ""
+      : OUTCOMES[outcomes[row * SIZE + column]];
   }
 
   // The swarm; and where a run has ended, its start: a tile for the answer, one with a cross for
   // elsewhere, a bar for none.
   draw(context, frame, colors) {
     if (!this.run) return;
-    const { step, outcomes, paths, at, done, stale } = this.run, side = step * frame.scale, r = Math.min(4, 0.25 * side);
+    const { step, outcomes, paths, at, done, stale } = this.run;
+    const side = step * frame.scale;
+    const r = Math.min(4, 0.25 * side);
     for (let k = 0; k < done; k++) {
-      const [u, v] = frame.pixel(...placeOf(this.run, k)), outcome = outcomes[k], path = paths[k], ended = at >= path.length - 1;
-      const color = ended ? [colors["method-2"], colors["method-1"], colors.soft][outcome] : colors.source;
+      const [u, v] = frame.pixel(...placeOf(this.run, k));
+      const outcome = outcomes[k];
+      const path = paths[k];
+      const ended = at >= path.length - 1;
+      const color = ended
+        ? [colors["method-2"], colors["method-1"], colors.soft][outcome]
+        : colors.source;
       const { x, y } = path[ended ? path.length - 1 : at];
       context.fillStyle = color;
       context.globalAlpha = stale ? 0.15 : 0.6;
@@ -128,7 +172,15 @@ export class Basin {
       context.globalAlpha = stale ? 0.05 : [0.3, 0.18, 0.12][outcome];
       context.fillRect(u - side / 2, v - side / 2, side, side);
       context.globalAlpha = stale ? 0.15 : 0.7;
-      if (outcome) rule(context, u - r, v - (outcome === 1 ? r : 0), u + r, v + (outcome === 1 ? r : 0), color);
+      if (outcome)
+        rule(
+          context,
+          u - r,
+          v - (outcome === 1 ? r : 0),
+          u + r,
+          v + (outcome === 1 ? r : 0),
+          color,
+        );
       if (outcome === 1) rule(context, u - r, v + r, u + r, v - r, color);
     }
     context.globalAlpha = 1;

@@ -16,18 +16,23 @@ import { View } from "./view.js";
 const CLOSE = [0.35, 6 * DEGREE]; // from which the answer is close: m, rad
 const BY_TOUCH = "Drag the newer scan, blue, onto the older one; turn it by its knob.";
 const LEGEND = [
-  ["older", "older scan"], ["kept", "newer scan, and its nearest points"], ["down-weighted", "farther off, weighs less"],
-  ["trimmed", "left out: the farthest fifth"], ["gated", "left out: beyond the gate"],
+  ["older", "older scan"],
+  ["kept", "newer scan, and its nearest points"],
+  ["down-weighted", "farther off, weighs less"],
+  ["trimmed", "left out: the farthest fifth"],
+  ["gated", "left out: beyond the gate"],
 ];
 const FEWER = 0.004; // share of the number from which it is warmer or colder
-const BY_KEYS = "Arrow keys move it by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
+const BY_KEYS =
+  "Arrow keys move it by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
 
 export class HandView extends View {
   constructor(model, signal) {
     super(model, signal);
     this.build();
     this.live();
-    this.follow(["guess"], () => { // moved by the reader's hand, or by a loop in Python
+    this.follow(["guess"], () => {
+      // moved by the reader's hand, or by a loop in Python
       this.stop();
       this.path = null;
       this.request();
@@ -43,23 +48,39 @@ export class HandView extends View {
 
   // Once, when it is first seen: the scan is drawn a little towards the other, and back.
   beckon() {
-    this.seen = new IntersectionObserver(([{ isIntersecting }]) => {
-      if (!isIntersecting) return;
-      this.seen.disconnect();
-      if (this.path || this.trail.length > 1 || !this.known || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
-      const from = transform(...this.model.get("guess"));
-      this.playing = tween(1, (at) => {
-        this.ghost = at < 1 ? between(from, this.known, 0.4 * Math.sin(Math.PI * at)) : null;
-        this.request();
-      }, { pace: 1200 });
-    }, { threshold: 0.6 });
+    this.seen = new IntersectionObserver(
+      ([{ isIntersecting }]) => {
+        if (!isIntersecting) return;
+        this.seen.disconnect();
+        if (
+          this.path ||
+          this.trail.length > 1 ||
+          !this.known ||
+          matchMedia("(prefers-reduced-motion: reduce)").matches
+        )
+          return;
+        const from = transform(...this.model.get("guess"));
+        this.playing = tween(
+          1,
+          (at) => {
+            this.ghost = at < 1 ? between(from, this.known, 0.4 * Math.sin(Math.PI * at)) : null;
+            this.request();
+          },
+          { pace: 1200 },
+        );
+      },
+      { threshold: 0.6 },
+    );
     this.seen.observe(this.root);
   }
 
   build() {
     this.plane = new Plane({
-      label: `Map of both scans. ${BY_KEYS}`, signal: this.signal, pose: () => this.pose(),
-      onPose: ({ x, y, theta }) => this.move([...this.plane.onMap(x, y), theta]), onView: () => this.request(),
+      label: `Map of both scans. ${BY_KEYS}`,
+      signal: this.signal,
+      pose: () => this.pose(),
+      onPose: ({ x, y, theta }) => this.move([...this.plane.onMap(x, y), theta]),
+      onView: () => this.request(),
     });
     this.distance = element("span", { class: "icp-distance" });
     this.verdict = element("p", { class: "icp-verdict" });
@@ -67,14 +88,31 @@ export class HandView extends View {
     this.curve = element("canvas", { class: "icp-cost", role: "img" });
     const run = button("Let ICP finish", "Run the loop from where the scan lies", () => this.run());
     const again = button("Start again", "Put the scan back", () => this.start());
-    const misfit = element("p", { class: "icp-misfit" }, this.distance, " between the scans, where they overlap");
+    const misfit = element(
+      "p",
+      { class: "icp-misfit" },
+      this.distance,
+      " between the scans, where they overlap",
+    );
     const help = element("p", { class: "icp-status icp-keys" }, BY_KEYS);
-    const side = part("right", misfit, this.verdict, part("row", run, again), this.curve, help, this.spoken);
+    const side = part(
+      "right",
+      misfit,
+      this.verdict,
+      part("row", run, again),
+      this.curve,
+      help,
+      this.spoken,
+    );
     this.root = element(
-      "div", { class: "icp-explorer icp-by-hand", role: "group", "aria-label": this.model.get("label") },
+      "div",
+      { class: "icp-explorer icp-by-hand", role: "group", "aria-label": this.model.get("label") },
       part("frame", part("left", this.plane.canvas, legendOf(LEGEND)), side),
     );
-    const take = ({ detail }) => (this.model.set("scene_data", [detail]), this.start()); // from the first page's map
+    const take = ({ detail }) => {
+      this.model.set("scene_data", [detail]);
+      return this.start();
+    }; // from the first page's map
     this.root.addEventListener("icp-scene", take, { signal: this.signal });
   }
 
@@ -84,7 +122,14 @@ export class HandView extends View {
     this.parameters = this.model.get("first_parameters");
     this.trail = [];
     this.hint = scene.hint ?? BY_TOUCH;
-    this.plane.frame(Float64Array.of(0, 0, ...this.target.points, ...apply(transform(...scene.guess), this.source)));
+    this.plane.frame(
+      Float64Array.of(
+        0,
+        0,
+        ...this.target.points,
+        ...apply(transform(...scene.guess), this.source),
+      ),
+    );
     this.move(scene.guess);
   }
 
@@ -124,17 +169,42 @@ export class HandView extends View {
   }
 
   update() {
-    const at = this.pose(), path = this.path?.slice(0, this.shown + 1) ?? [transform(at.x, at.y, at.theta)];
-    const T = this.ghost ?? this.part ? this.ghost ?? between(path.at(-1), this.path[this.shown + 1], this.part) : path.at(-1);
-    const [x, y, theta] = toXYTheta(T), pose = { x, y, theta };
+    const at = this.pose();
+    const path = this.path?.slice(0, this.shown + 1) ?? [transform(at.x, at.y, at.theta)];
+    const T =
+      (this.ghost ?? this.part)
+        ? (this.ghost ?? between(path.at(-1), this.path[this.shown + 1], this.part))
+        : path.at(-1);
+    const [x, y, theta] = toXYTheta(T);
+    const pose = { x, y, theta };
     const { pairs, cost } = pairsAt(this.source, this.target, T, this.parameters);
-    const misfit = Math.sqrt((cost * pairs.kept.length) / Math.max(1, pairs.kept.reduce((sum, each) => sum + each, 0)));
-    if (misfit !== this.trail.at(-1) && !this.ghost) this.trail = [...this.trail, misfit].slice(-TRAIL);
+    const misfit = Math.sqrt(
+      (cost * pairs.kept.length) /
+        Math.max(
+          1,
+          pairs.kept.reduce((sum, each) => sum + each, 0),
+        ),
+    );
+    if (misfit !== this.trail.at(-1) && !this.ghost)
+      this.trail = [...this.trail, misfit].slice(-TRAIL);
     this.distance.textContent = `${misfit.toFixed(3)} m`;
     this.judge(T);
     const colors = palette(this.root);
-    const names = ["before", this.ghost ? "drag me" : "now", ...(this.trail.length > 1 ? [] : ["turn"])];
-    this.plane.draw({ target: this.target.points, source: apply(T, this.source), pairs, path, answer: null, pose, colors, names });
+    const names = [
+      "before",
+      this.ghost ? "drag me" : "now",
+      ...(this.trail.length > 1 ? [] : ["turn"]),
+    ];
+    this.plane.draw({
+      target: this.target.points,
+      source: apply(T, this.source),
+      pairs,
+      path,
+      answer: null,
+      pose,
+      colors,
+      names,
+    });
     const title = "that distance [m], as you move";
     drawCost(this.curve, { series: [this.trail], shown: this.trail.length - 1, colors, title });
     this.curve.setAttribute("aria-label", `${title}: now ${misfit.toFixed(3)} m`);
@@ -142,18 +212,31 @@ export class HandView extends View {
 
   // Found, or stuck, and how far from the answer; on the way, whether the number falls.
   judge(T) {
-    const running = this.path && this.shown < this.path.length - 1, by = this.ended ? "ICP" : "you";
-    const outcome = outcomeOf(this.ended ?? { T_target_source: T, termination: "CONVERGED_POSE" }, this.known);
-    const off = poseDifference(this.known, T), far = off[0] < 0.1 ? sayDifference(off) : `${off[0].toFixed(2)} m`;
-    const [x, y, theta] = toXYTheta(T), turn = (Math.abs(theta) / DEGREE).toFixed(1);
-    const [before, now] = [this.trail.at(-4) ?? this.trail[0], this.trail.at(-1)], change = now / before - 1;
+    const running = this.path && this.shown < this.path.length - 1;
+    const by = this.ended ? "ICP" : "you";
+    const outcome = outcomeOf(
+      this.ended ?? { T_target_source: T, termination: "CONVERGED_POSE" },
+      this.known,
+    );
+    const off = poseDifference(this.known, T);
+    const far = off[0] < 0.1 ? sayDifference(off) : `${off[0].toFixed(2)} m`;
+    const [x, y, theta] = toXYTheta(T);
+    const turn = (Math.abs(theta) / DEGREE).toFixed(1);
+    const [before, now] = [this.trail.at(-4) ?? this.trail[0], this.trail.at(-1)];
+    const change = now / before - 1;
     let said = this.ended ? "" : this.trail.length < 2 ? this.hint : this.verdict.textContent;
-    if (!this.ended && this.trail.length > 1 && Math.abs(change) > FEWER) said = change < 0 ? "Warmer." : "Colder.";
-    if (!this.ended && off[0] < CLOSE[0] && off[1] < CLOSE[1]) said = `Near: ${far} to go. ICP can finish.`;
-    if (!running && outcome === 0) said = `Found${by === "you" ? " by hand" : ""}: the robot moved ${Math.hypot(x, y).toFixed(2)} m and turned ${turn}°.`;
-    else if (!running && this.ended) said = `${outcome === 2 ? "ICP gives up" : "Stuck"}, ${far} away: help it, drag the scan nearer.`;
+    if (!this.ended && this.trail.length > 1 && Math.abs(change) > FEWER)
+      said = change < 0 ? "Warmer." : "Colder.";
+    if (!this.ended && off[0] < CLOSE[0] && off[1] < CLOSE[1])
+      said = `Near: ${far} to go. ICP can finish.`;
+    const moved = Math.hypot(x, y).toFixed(2);
+    const found = by === "you" ? "Found by hand" : "Found";
+    const ended = outcome === 2 ? "ICP gives up" : "Stuck";
+    if (!running && outcome === 0) said = `${found}: the robot moved ${moved} m and turned ${turn}°.`;
+    else if (!running && this.ended) said = `${ended}, ${far} away: help it, drag the scan nearer.`;
     const isFound = !running && outcome === 0;
-    if (isFound && !this.root.matches(".icp-found")) this.root.dispatchEvent(new Event("icp-found", { bubbles: true }));
+    if (isFound && !this.root.matches(".icp-found"))
+      this.root.dispatchEvent(new Event("icp-found", { bubbles: true }));
     this.root.classList.toggle("icp-found", isFound);
     if (said === this.verdict.textContent) return;
     this.verdict.textContent = said;

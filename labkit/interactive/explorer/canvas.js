@@ -1,17 +1,40 @@
 // Canvases that are as sharp as the screen, in colours from the style sheet, light or dark.
 
-const NAMES = ["ink", "soft", "grid", "paper", "target", "gated", "trimmed", "noline", "down", "kept", "source", "reference", "method-1", "method-2"];
+const NAMES = [
+  "ink",
+  "soft",
+  "grid",
+  "paper",
+  "target",
+  "gated",
+  "trimmed",
+  "noline",
+  "down",
+  "kept",
+  "source",
+  "reference",
+  "method-1",
+  "method-2",
+];
 
 export function palette(root) {
   const style = getComputedStyle(root);
-  return Object.fromEntries(NAMES.map((name) => [name, style.getPropertyValue(`--icp-${name}`).trim()]));
+  return Object.fromEntries(
+    NAMES.map((name) => [name, style.getPropertyValue(`--icp-${name}`).trim()]),
+  );
 }
 
 // Call back when the page changes its theme: books, JupyterLab, VS Code and Colab mark it
 // by an attribute of html or body.
 export function watchTheme(callback, signal) {
   const observer = new MutationObserver(callback);
-  const attributeFilter = ["class", "data-theme", "data-jp-theme-light", "data-vscode-theme-kind", "theme"];
+  const attributeFilter = [
+    "class",
+    "data-theme",
+    "data-jp-theme-light",
+    "data-vscode-theme-kind",
+    "theme",
+  ];
   for (const node of [document.documentElement, document.body])
     observer.observe(node, { attributes: true, attributeFilter });
   signal.addEventListener("abort", () => observer.disconnect());
@@ -60,17 +83,24 @@ export function square(context, u, v) {
 }
 
 export function cross(context, u, v) {
-  context.moveTo(u - 3, v - 3), context.lineTo(u + 3, v + 3);
-  context.moveTo(u - 3, v + 3), context.lineTo(u + 3, v - 3);
+  context.moveTo(u - 3, v - 3);
+  context.lineTo(u + 3, v + 3);
+  context.moveTo(u - 3, v + 3);
+  context.lineTo(u + 3, v - 3);
 }
 
 export function triangle(context, u, v) {
-  context.moveTo(u, v - 3.5), context.lineTo(u + 3.3, v + 2.5), context.lineTo(u - 3.3, v + 2.5);
+  context.moveTo(u, v - 3.5);
+  context.lineTo(u + 3.3, v + 2.5);
+  context.lineTo(u - 3.3, v + 2.5);
   context.closePath();
 }
 
 export function diamond(context, u, v) {
-  context.moveTo(u, v - 3), context.lineTo(u + 3, v), context.lineTo(u, v + 3), context.lineTo(u - 3, v);
+  context.moveTo(u, v - 3);
+  context.lineTo(u + 3, v);
+  context.lineTo(u, v + 3);
+  context.lineTo(u - 3, v);
   context.closePath();
 }
 
@@ -84,15 +114,21 @@ export function speck(context, u, v) {
 }
 
 export function plus(context, u, v) {
-  context.moveTo(u - 7, v), context.lineTo(u + 7, v);
-  context.moveTo(u, v - 7), context.lineTo(u, v + 7);
+  context.moveTo(u - 7, v);
+  context.lineTo(u + 7, v);
+  context.moveTo(u, v - 7);
+  context.lineTo(u, v + 7);
 }
 
 // Call `show` with how many of `count` steps are over, `pace` milliseconds each, frame by frame:
 // with whole numbers and the last one alone where the reader wants no motion.
 export function tween(count, show, { pace = 100, first = 0 } = {}) {
-  if (matchMedia("(prefers-reduced-motion: reduce)").matches || count <= first) return show(count), { stop() {} };
-  let begun = null, frame = requestAnimationFrame(function go(now) {
+  if (matchMedia("(prefers-reduced-motion: reduce)").matches || count <= first) {
+    show(count);
+    return { stop() {} };
+  }
+  let begun = null;
+  let frame = requestAnimationFrame(function go(now) {
     const at = Math.min(count, first + (now - (begun ??= now)) / pace);
     frame = at < count ? requestAnimationFrame(go) : null;
     show(at);

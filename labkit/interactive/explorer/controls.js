@@ -28,9 +28,15 @@ export function part(name, ...children) {
 // A slider over `values`, the last of which may be null: off.
 export function slider({ name, label, title = null, values, read, onValue }) {
   const id = freshId(name);
-  const output = element("span", { class: "icp-value", "aria-hidden": "true" }); // the slider itself says it
+  // The slider itself says it
+  const output = element("span", { class: "icp-value", "aria-hidden": "true" });
   const input = element("input", {
-    id, type: "range", name, min: 0, max: values.length - 1, step: 1,
+    id,
+    type: "range",
+    name,
+    min: 0,
+    max: values.length - 1,
+    step: 1,
     oninput: () => onValue(values[input.valueAsNumber]),
   });
   const set = (value) => {
@@ -45,7 +51,13 @@ export function slider({ name, label, title = null, values, read, onValue }) {
     values = others;
     input.max = values.length - 1;
   };
-  const node = element("div", { class: "icp-slider", title }, element("label", { for: id, class: `icp-word-${name}` }, label), input, output);
+  const node = element(
+    "div",
+    { class: "icp-slider", title },
+    element("label", { for: id, class: `icp-word-${name}` }, label),
+    input,
+    output,
+  );
   return { node, set, resize };
 }
 
@@ -65,14 +77,29 @@ export function choice({ name, label, title = null, options, onValue }) {
   const id = freshId(name);
   const select = element("select", { id, name, onchange: () => onValue(select.value) });
   for (const [value, text] of options) select.append(element("option", { value }, text));
-  const node = element("div", { class: "icp-field", title }, element("label", { for: id }, label), select);
+  const node = element(
+    "div",
+    { class: "icp-field", title },
+    element("label", { for: id }, label),
+    select,
+  );
   return { node, set: (value) => (select.value = value) };
 }
 
 export function checkbox({ name, label, title = null, onValue }) {
   const id = freshId(name);
-  const input = element("input", { id, type: "checkbox", name, onchange: () => onValue(input.checked) });
-  const node = element("div", { class: "icp-check", title }, input, element("label", { for: id }, label));
+  const input = element("input", {
+    id,
+    type: "checkbox",
+    name,
+    onchange: () => onValue(input.checked),
+  });
+  const node = element(
+    "div",
+    { class: "icp-check", title },
+    input,
+    element("label", { for: id }, label),
+  );
   return { node, set: (value) => (input.checked = value) };
 }
 
@@ -93,11 +120,23 @@ export function keepToItself(root, signal) {
 }
 
 // Names as in labkit's IcpParameters.
-export const SLIDERS = ["metric", "max_correspondence_distance", "overlap_ratio", "huber_delta", "approach"];
+export const SLIDERS = [
+  "metric",
+  "max_correspondence_distance",
+  "overlap_ratio",
+  "huber_delta",
+  "approach",
+];
 
-export const METRICS = [["point_to_point", "point to point"], ["point_to_line", "point to line"]];
+export const METRICS = [
+  ["point_to_point", "point to point"],
+  ["point_to_line", "point to line"],
+];
 // Equal steps change equally much: distances are as on a log scale.
-const round = [0.01, 0.015, 0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.12, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1, 1.2, 1.5, 2];
+const round = [
+  0.01, 0.015, 0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.12, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1, 1.2,
+  1.5, 2,
+];
 const VALUES = {
   max_correspondence_distance: [...round.filter((each) => each >= 0.05), null],
   overlap_ratio: steps(0.2, 1, 0.01),
@@ -105,22 +144,38 @@ const VALUES = {
 };
 
 // So many digits after the point, a true minus, and no negative zero.
-export const fixed = (value, count) => (Math.round(value * 10 ** count) / 10 ** count || 0).toFixed(count).replace("-", "−");
+export const fixed = (value, count) =>
+  (Math.round(value * 10 ** count) / 10 ** count || 0).toFixed(count).replace("-", "−");
 
 // Two digits after the point where they tell all of it, else three.
-export const digits = (value) => fixed(value, Math.abs(100 * value - Math.round(100 * value)) < 1e-6 ? 2 : 3);
+export const digits = (value) =>
+  fixed(value, Math.abs(100 * value - Math.round(100 * value)) < 1e-6 ? 2 : 3);
 
 // One control for each slider's name, and "scene"; `tell(name)` makes what takes its value, `words`
 // are the labels, units and explanations of labkit's IcpParameters, and `values` what a slider can
 // be set to where it is not the usual.
 export function parameterControls({ scenes, words, choose, tell, values }) {
-  const told = (name) => ({ name, label: words[name].label, title: words[name].help, onValue: tell(name) });
-  const read = ({ unit }) => (value) => (value === null ? "off" : [digits(value), unit].filter(Boolean).join(" "));
+  const told = (name) => ({
+    name,
+    label: words[name].label,
+    title: words[name].help,
+    onValue: tell(name),
+  });
+  const read =
+    ({ unit }) =>
+    (value) =>
+      value === null ? "off" : [digits(value), unit].filter(Boolean).join(" ");
   const sliders = Object.entries(VALUES).map(([name, usual]) => [
-    name, slider({ ...told(name), values: values?.[name] ?? usual, read: read(words[name]) }),
+    name,
+    slider({ ...told(name), values: values?.[name] ?? usual, read: read(words[name]) }),
   ]);
   return {
-    scene: choice({ name: "scene", label: "scans", onValue: choose, options: scenes.map((name) => [name, name]) }),
+    scene: choice({
+      name: "scene",
+      label: "scans",
+      onValue: choose,
+      options: scenes.map((name) => [name, name]),
+    }),
     metric: choice({ ...told("metric"), options: METRICS }),
     ...Object.fromEntries(sliders),
     approach: checkbox(told("approach")),
@@ -133,13 +188,22 @@ const GUESS = [
   { name: "turn", unit: "°", factor: 180 / Math.PI, usual: steps(-180, 180, 1) },
 ];
 
-// Sliders of the guess: of x, y and turn those for which there are `values`; all where there are none.
+// Sliders of the guess: of x, y and turn those for which there are `values`; all where there are
+// none.
 export function guessSliders({ values, guess, move }) {
-  const nodes = {}, all = GUESS.map(({ name, unit, factor, usual }, k) => {
+  const nodes = {};
+  const all = GUESS.map(({ name, unit, factor, usual }, k) => {
     if (values && !(name in values)) return { set() {} };
     const onValue = (value) => move(guess().map((old, i) => (i === k ? value / factor : old)));
-    const read = (value) => (unit === "°" ? `${fixed(value, value % 1 ? 1 : 0)}°` : `${digits(value)} ${unit}`);
-    const made = slider({ name, label: `guess ${name}`, values: values?.[name] ?? usual, read, onValue });
+    const read = (value) =>
+      unit === "°" ? `${fixed(value, value % 1 ? 1 : 0)}°` : `${digits(value)} ${unit}`;
+    const made = slider({
+      name,
+      label: `guess ${name}`,
+      values: values?.[name] ?? usual,
+      read,
+      onValue,
+    });
     nodes[name] = made.node;
     return made;
   });

@@ -8,15 +8,19 @@ import { apply } from "./se2.js";
 // (D) Pair each source point, moved by T, with its nearest target point.
 export function associate(source, target, T, { stride, onLines }) {
   const moved = apply(T, stride === 1 ? source : source.filter((_, i) => (i >> 1) % stride === 0));
-  const count = moved.length / 2, targetIndex = new Int32Array(count), partners = new Float64Array(2 * count);
-  const distances = new Float64Array(count), residuals = onLines ? new Float64Array(count) : distances;
+  const count = moved.length / 2;
+  const targetIndex = new Int32Array(count);
+  const partners = new Float64Array(2 * count);
+  const distances = new Float64Array(count);
+  const residuals = onLines ? new Float64Array(count) : distances;
   const normals = onLines ? new Float64Array(2 * count) : null;
   for (let i = 0; i < count; i++) {
     const j = target.search.nearest(moved[2 * i], moved[2 * i + 1]);
     targetIndex[i] = j;
     partners[2 * i] = target.points[2 * j];
     partners[2 * i + 1] = target.points[2 * j + 1];
-    const dx = moved[2 * i] - partners[2 * i], dy = moved[2 * i + 1] - partners[2 * i + 1];
+    const dx = moved[2 * i] - partners[2 * i];
+    const dy = moved[2 * i + 1] - partners[2 * i + 1];
     distances[i] = Math.sqrt(dx * dx + dy * dy);
     if (!onLines) continue;
     normals[2 * i] = target.normals[2 * j];
@@ -28,11 +32,17 @@ export function associate(source, target, T, { stride, onLines }) {
 
 // (E) The same pairs, weighted: 0 beyond the gate or the overlap, else Huber's weight.
 export function rejectAndWeigh(pairs, stage) {
-  const { distances, residuals } = pairs, { gate } = stage;
-  const withinGate = distanceGate(distances, gate), withinOverlap = overlap(distances, stage.overlapRatio);
-  const kept = Uint8Array.from(residuals, (r, i) => withinGate[i] && withinOverlap[i] && Number.isFinite(r));
+  const { distances, residuals } = pairs;
+  const { gate } = stage;
+  const withinGate = distanceGate(distances, gate);
+  const withinOverlap = overlap(distances, stage.overlapRatio);
+  const kept = Uint8Array.from(
+    residuals,
+    (r, i) => withinGate[i] && withinOverlap[i] && Number.isFinite(r),
+  );
   const huberDelta = adaptDelta(residuals, kept, stage);
-  const pointShare = stage.pointShare && Math.min(1, stage.pointShare * (huberDelta / stage.huberDelta) ** 2);
+  const pointShare =
+    stage.pointShare && Math.min(1, stage.pointShare * (huberDelta / stage.huberDelta) ** 2);
   const weights = huberWeights(residuals, huberDelta).map((w, i) => (kept[i] ? w : 0));
   return { ...pairs, withinGate, withinOverlap, kept, weights, gate, huberDelta, pointShare };
 }
@@ -44,10 +54,15 @@ export function distanceGate(distances, gate) {
 
 // (B) Which pairs are among the ⌊ρN⌋ closest; of equal ones the first.
 export function overlap(distances, ratio) {
-  const count = overlapCount(distances.length, ratio), largest = Float64Array.from(distances).sort()[count - 1];
+  const count = overlapCount(distances.length, ratio);
+  const largest = Float64Array.from(distances).sort()[count - 1];
   const kept = Uint8Array.from(distances, (d) => d < largest);
   let left = count - total(kept);
-  for (let i = 0; left > 0; i++) if (distances[i] === largest) (kept[i] = 1), left--;
+  for (let i = 0; left > 0; i++)
+    if (distances[i] === largest) {
+      kept[i] = 1;
+      left--;
+    }
   return kept;
 }
 
@@ -65,7 +80,8 @@ export function cost({ distances, residuals, withinOverlap, huberDelta }, { gate
   let loss = 0;
   for (let i = 0; i < distances.length; i++) {
     const usable = distances[i] <= gate && Number.isFinite(residuals[i]);
-    if (withinOverlap[i]) loss += huberLoss(usable ? residuals[i] : Math.min(distances[i], gate), huberDelta);
+    if (withinOverlap[i])
+      loss += huberLoss(usable ? residuals[i] : Math.min(distances[i], gate), huberDelta);
   }
   return loss / distances.length;
 }

@@ -3,20 +3,31 @@
 import { disc, freshContext, rule } from "./canvas.js";
 
 export const TRAIL = 150; // numbers that a curve remembers of what was done by hand
-const RIGHT = 12, TOP = 24, BOTTOM = 22, INSIDE = 9; // px; so much lie the curves within the frame
+const RIGHT = 12;
+const TOP = 24;
+const BOTTOM = 22;
+const INSIDE = 9; // px; so much lie the curves within the frame
 
 // The costs on a log scale, with a ring at the one that is shown. More than one series are two
 // methods'; `last` is the number at the right end.
-export function drawCost(canvas, { series, shown, colors, last = series[0].length - 1, title = "cost J [m²] over the iterations" }) {
+export function drawCost(
+  canvas,
+  { series, shown, colors, last = series[0].length - 1, title = "cost J [m²] over the iterations" },
+) {
   const fresh = freshContext(canvas, (width) => Math.min(130, 0.42 * width));
   if (!fresh) return;
   const { context, width, height } = fresh;
-  const positive = series.flat().filter((each) => each > 0).map(Math.log10);
-  let low = Math.min(...positive), high = Math.max(...positive);
+  const positive = series
+    .flat()
+    .filter((each) => each > 0)
+    .map(Math.log10);
+  let low = Math.min(...positive);
+  let high = Math.max(...positive);
   if (!positive.length) [low, high] = [-1, 0];
   if (high - low < 0.3) [low, high] = [(low + high) / 2 - 0.15, (low + high) / 2 + 0.15];
   const room = Math.max(2, Math.floor((height - TOP - BOTTOM) / (1.6 * parseFloat(context.font))));
-  const ticks = logTicks(low, high, room), name = nameFor(ticks);
+  const ticks = logTicks(low, high, room);
+  const name = nameFor(ticks);
   const left = 10 + Math.max(...ticks.map((tick) => context.measureText(name(tick)).width));
   const u = (k) => left + INSIDE + (k / Math.max(1, last)) * (width - left - RIGHT - 2 * INSIDE);
   const v = (cost) => {
@@ -40,7 +51,8 @@ export function drawCost(canvas, { series, shown, colors, last = series[0].lengt
   context.fillText(title, 3, 2, width - 6);
 
   series.forEach((costs, i) => {
-    context.strokeStyle = context.fillStyle = series.length > 1 ? colors[`method-${i + 1}`] : colors.source;
+    context.strokeStyle = context.fillStyle =
+      series.length > 1 ? colors[`method-${i + 1}`] : colors.source;
     context.lineWidth = 1.5;
     context.setLineDash(i ? [5, 3] : []);
     context.beginPath();

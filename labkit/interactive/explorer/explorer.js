@@ -6,7 +6,15 @@ import { Basin } from "./basin.js";
 import { HandView } from "./by_hand.js";
 import { palette, tween } from "./canvas.js";
 import {
-  SLIDERS, button, element, guessSliders, parameterControls, part, slider, steps, toggle,
+  SLIDERS,
+  button,
+  element,
+  guessSliders,
+  parameterControls,
+  part,
+  slider,
+  steps,
+  toggle,
 } from "./controls.js";
 import { drawCost } from "./cost.js";
 import { pairsAt } from "./correspondences.js";
@@ -15,13 +23,23 @@ import { MAX_ZOOM, Plane } from "./plane.js";
 import { Readouts, outcome } from "./readouts.js";
 import { unpacked } from "./scene.js";
 import { apply, between, toXYTheta, transform } from "./se2.js";
-import { copyState, isPage, keepState, keptState, stateFromAddress, storeBet, storedBet } from "./state.js";
+import {
+  copyState,
+  isPage,
+  keepState,
+  keptState,
+  stateFromAddress,
+  storeBet,
+  storedBet,
+} from "./state.js";
 import { View, widgetOf } from "./view.js";
 
-const PLAY = 350, LONGEST = 6000; // ms that an iteration takes, and a run
+const PLAY = 350;
+const LONGEST = 6000; // ms that an iteration takes, and a run
 const MOVE = 100; // ms of an iteration in which the scan moves
 const REST = 120; // ms after which the browser keeps the state
-const KEYS = "Arrow keys move the guess by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
+const KEYS =
+  "Arrow keys move the guess by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
 const HINT = "Drag the scan, or its knob to turn it.";
 const BET = "Where will the run end? Click on the map, or move the flag by arrow keys; then play.";
 
@@ -51,24 +69,37 @@ class ExplorerView extends View {
     const values = this.model.get("sliders");
     this.controls = parameterControls({
       values,
-      scenes: this.names(), words: this.model.get("parameter_words"),
+      scenes: this.names(),
+      words: this.model.get("parameter_words"),
       choose: (name) => this.choose(name),
       tell: (name) => (value) => this.set({ [name]: value }),
     });
-    const place = (guess) => (this.stop(), this.set({ guess }), this.request());
+    const place = (guess) => {
+      this.stop();
+      this.set({ guess });
+      return this.request();
+    };
     const move = this.compact ? place : (guess) => this.move(guess);
     this.guess = guessSliders({ values, guess: () => this.model.get("guess"), move });
     this.plane = new Plane({
-      label: `Map of both scans. ${KEYS}`, signal: this.signal, pose: () => this.pose(),
-      onPose: ({ x, y, theta }) => this.move([x, y, theta]), onBet: (place) => this.bet(place),
+      label: `Map of both scans. ${KEYS}`,
+      signal: this.signal,
+      pose: () => this.pose(),
+      onPose: ({ x, y, theta }) => this.move([x, y, theta]),
+      onBet: (place) => this.bet(place),
       onView: () => this.request(),
     });
     this.play = button("Play", "Show one iteration after the other", () => this.togglePlay());
-    const read = (k) => `${k} of ${this.last()}`, onValue = (k) => this.show(k);
+    const read = (k) => `${k} of ${this.last()}`;
+    const onValue = (k) => this.show(k);
     this.scrubber = slider({ name: "iteration", label: "iteration", values: [0], read, onValue });
     this.cost = element("canvas", { class: "icp-cost", role: "img" });
     this.readouts = new Readouts(this.signal);
-    this.basin = new Basin({ job: () => this.basinJob(), signal: this.signal, changed: () => this.request() });
+    this.basin = new Basin({
+      job: () => this.basinJob(),
+      signal: this.signal,
+      changed: () => this.request(),
+    });
     this.said = element("p", { class: "icp-status", role: "status" });
     this.assemble();
   }
@@ -90,13 +121,19 @@ class ExplorerView extends View {
     this.end = button("End", "Show the result", () => this.show(this.last()));
     this.nearer = button("+", "Zoom in", () => this.plane.zoomBy(1.6));
     this.farther = button("−", "Zoom out", () => this.plane.zoomBy(1 / 1.6));
-    const mode = (name, text, title) => toggle(text, title, () => this.setMode(this.plane.mode === name ? "move" : name));
-    this.modes = { pan: mode("pan", "Pan", "Drag the view, not the scan"), bet: mode("bet", "Bet", BET) };
+    const mode = (name, text, title) =>
+      toggle(text, title, () => this.setMode(this.plane.mode === name ? "move" : name));
+    this.modes = {
+      pan: mode("pan", "Pan", "Drag the view, not the scan"),
+      bet: mode("bet", "Bet", BET),
+    };
     const reset = button("Reset", "Guess, parameters and view as at first", () => this.reset());
     const copy = button("Copy state", "Copy a link to what is shown", () =>
-      copyState(this.model, this.number()).then((said) => (this.said.textContent = said)));
+      copyState(this.model, this.number()).then((said) => (this.said.textContent = said)),
+    );
     const shown = Object.keys(this.model.get("sliders") ?? sliders);
-    const { set, ...guess } = this.guess, rows = shown.map((name) => sliders[name]?.node ?? guess[name]);
+    const { set, ...guess } = this.guess;
+    const rows = shown.map((name) => sliders[name]?.node ?? guess[name]);
     const full = button("Full screen", "Larger, for a lecture", () => this.enlarge());
     const { sentence, numbers, legend, ending, spoken } = this.readouts;
     const tools = [this.nearer, this.farther, this.modes.pan.node];
@@ -106,12 +143,27 @@ class ExplorerView extends View {
     const playing = part("row", this.start, this.step, this.play, this.end);
     const run = this.model.get("runs") ? [playing, this.scrubber.node] : [];
     const more = this.compact ? [] : [approach.node, ...Object.values(guess)];
-    const side = part("right", part("sliders", ...rows, ...more), part("run", ...run), sentence, numbers, spoken);
-    if (!this.compact) side.append(this.cost), map.append(this.basin.node);
+    const side = part(
+      "right",
+      part("sliders", ...rows, ...more),
+      part("run", ...run),
+      sentence,
+      numbers,
+      spoken,
+    );
+    if (!this.compact) {
+      side.append(this.cost);
+      map.append(this.basin.node);
+    }
     const top = this.compact ? [] : [part("top", scene.node, metric.node, full)];
     this.root = element(
-      "div", { class: `icp-explorer${this.compact ? " icp-compact" : ""}`, role: "group", "aria-label": this.model.get("label") },
-      part("frame", ...top, map, side, ending)
+      "div",
+      {
+        class: `icp-explorer${this.compact ? " icp-compact" : ""}`,
+        role: "group",
+        "aria-label": this.model.get("label"),
+      },
+      part("frame", ...top, map, side, ending),
     );
   }
 
@@ -177,12 +229,16 @@ class ExplorerView extends View {
     this.setMode("move");
     const first = this.number();
     this.shown = first;
-    this.playing = tween(end, (at) => {
-      if (at >= end) return this.show(end);
-      this.shown = Math.floor(at);
-      this.part = Math.min(1, ((at - this.shown) * pace) / MOVE);
-      this.request();
-    }, { pace, first });
+    this.playing = tween(
+      end,
+      (at) => {
+        if (at >= end) return this.show(end);
+        this.shown = Math.floor(at);
+        this.part = Math.min(1, ((at - this.shown) * pace) / MOVE);
+        this.request();
+      },
+      { pace, first },
+    );
     if (this.shown !== null && this.shown < end) this.play.textContent = "Pause";
     else this.playing = null;
   }
@@ -213,7 +269,9 @@ class ExplorerView extends View {
 
   pose() {
     const k = this.number(); // a guess may be newer than the run
-    const [x, y, theta] = k ? toXYTheta(this.result.history[k].T_target_source) : this.model.get("guess");
+    const [x, y, theta] = k
+      ? toXYTheta(this.result.history[k].T_target_source)
+      : this.model.get("guess");
     return { x, y, theta };
   }
 
@@ -223,7 +281,12 @@ class ExplorerView extends View {
   }
 
   reference() {
-    return { known: this.known, reference: this.scene.reference, source: this.source, target: this.target };
+    return {
+      known: this.known,
+      reference: this.scene.reference,
+      source: this.source,
+      target: this.target,
+    };
   }
 
   parameters() {
@@ -232,9 +295,14 @@ class ExplorerView extends View {
   }
 
   basinJob() {
-    const parameters = this.parameters(), guess = this.model.get("guess");
+    const parameters = this.parameters();
+    const guess = this.model.get("guess");
     return {
-      source: this.source, target: this.target, parameters, answer: this.answer(), guess: transform(...guess),
+      source: this.source,
+      target: this.target,
+      parameters,
+      answer: this.answer(),
+      guess: transform(...guess),
       from: this.known ? this.scene.reference : "estimate",
       key: JSON.stringify([this.scene.name, parameters, guess[2]]),
     };
@@ -246,12 +314,15 @@ class ExplorerView extends View {
     const name = this.model.get("scene");
     this.scene = this.model.get("scene_data").find((each) => each.name === name);
     Object.assign(this, unpacked(this.scene));
-    const [there, here] = [this.known, transform(...this.scene.guess)].map((T) => (T ? apply(T, this.source) : []));
+    const [there, here] = [this.known, transform(...this.scene.guess)].map((T) =>
+      T ? apply(T, this.source) : [],
+    );
     this.stop();
     this.plane.bet = this.compact ? null : storedBet(this.scene);
     this.setMode("move");
     this.plane.frame(Float64Array.of(0, 0, ...this.target.points, ...there, ...here));
-    const isRun = this.compact && Object.keys(this.model.get("sliders") ?? SLIDERS).length; // else it is watched
+    // Else it is watched
+    const isRun = this.compact && Object.keys(this.model.get("sliders") ?? SLIDERS).length;
     this.shown = isRun ? null : 0;
     this.told = this.compact; // the end of a run is told once it was seen
     this.basin.forget();
@@ -261,11 +332,16 @@ class ExplorerView extends View {
   // The run; or, where none runs, the pairs at the guess.
   compute(T, parameters) {
     if (this.model.get("runs")) return icp(this.source, this.target, T, parameters);
-    return { T_target_source: T, termination: null, history: [pairsAt(this.source, this.target, T, parameters)] };
+    return {
+      T_target_source: T,
+      termination: null,
+      history: [pairsAt(this.source, this.target, T, parameters)],
+    };
   }
 
   update() {
-    const parameters = this.parameters(), guess = this.model.get("guess");
+    const parameters = this.parameters();
+    const guess = this.model.get("guess");
     const key = JSON.stringify([this.scene.name, parameters, guess]);
     if (key !== this.computed) {
       this.computed = key;
@@ -288,23 +364,47 @@ class ExplorerView extends View {
   }
 
   draw() {
-    const colors = palette(this.root), k = this.number(), { history } = this.result, parameters = this.parameters();
+    const colors = palette(this.root);
+    const k = this.number();
+    const { history } = this.result;
+    const parameters = this.parameters();
     const path = history.slice(0, k + 1).map((each) => each.T_target_source);
-    let { pairs } = history[k], T = path[k];
+    let { pairs } = history[k];
+    let T = path[k];
     if (this.part && k < this.last()) {
       T = between(T, history[k + 1].T_target_source, this.part); // on the way to the next iteration
       pairs = pairsAt(this.source, this.target, T, parameters).pairs;
       path.push(T);
     }
-    const [x, y, theta] = this.part ? toXYTheta(T) : Object.values(this.pose()), answer = this.told ? this.known : null;
+    const [x, y, theta] = this.part ? toXYTheta(T) : Object.values(this.pose());
+    const answer = this.told ? this.known : null;
     const below = (...where) => this.basin.draw(...where);
-    this.plane.draw({ target: this.target.points, source: apply(T, this.source), pairs, path, answer, pose: { x, y, theta }, colors, below });
-    this.readouts.write({ result: this.result, shown: k, told: this.told, bet: this.plane.bet, parameters, ...this.reference() });
+    this.plane.draw({
+      target: this.target.points,
+      source: apply(T, this.source),
+      pairs,
+      path,
+      answer,
+      pose: { x, y, theta },
+      colors,
+      below,
+    });
+    this.readouts.write({
+      result: this.result,
+      shown: k,
+      told: this.told,
+      bet: this.plane.bet,
+      parameters,
+      ...this.reference(),
+    });
     if (this.compact) return;
     const costs = history.slice(0, this.told ? undefined : k + 1).map((each) => each.cost);
     drawCost(this.cost, { series: [costs], shown: k, last: this.last(), colors });
     const [first, end] = [costs[0], costs.at(-1)].map((each) => each.toPrecision(3));
-    this.cost.setAttribute("aria-label", `Cost over ${costs.length - 1} iterations: from ${first} to ${end} m²`);
+    this.cost.setAttribute(
+      "aria-label",
+      `Cost over ${costs.length - 1} iterations: from ${first} to ${end} m²`,
+    );
     const fate = k === 0 && this.basin.of(x, y);
     if (fate) this.said.textContent = `A run from this guess ${fate}.`;
   }

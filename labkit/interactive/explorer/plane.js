@@ -19,7 +19,12 @@ export class Plane extends Frame {
   // `onBet` gets [x, y] when the bet is placed; `onView` is called when the view has changed.
   constructor({ label, pose, onPose, onBet, onView, signal }) {
     super();
-    this.canvas = element("canvas", { class: "icp-plane", tabindex: 0, role: "application", "aria-label": label });
+    this.canvas = element("canvas", {
+      class: "icp-plane",
+      tabindex: 0,
+      role: "application",
+      "aria-label": label,
+    });
     this.pose = pose;
     this.onPose = onPose;
     this.onBet = onBet;
@@ -27,7 +32,8 @@ export class Plane extends Frame {
     this.mode = "move"; // or "pan", or "bet"
     this.bet = null;
     this.fingers = new Map();
-    const listen = (type, listener) => this.canvas.addEventListener(type, listener, { signal, passive: false });
+    const listen = (type, listener) =>
+      this.canvas.addEventListener(type, listener, { signal, passive: false });
     listen("pointerdown", (event) => this.grasp(event));
     listen("pointermove", (event) => this.pull(event));
     for (const type of ["pointerup", "pointercancel"]) listen(type, (event) => this.release(event));
@@ -40,7 +46,8 @@ export class Plane extends Frame {
   frame(points) {
     const range = (axis) => {
       const sorted = points.filter((_, i) => i % 2 === axis).sort();
-      const low = sorted[Math.floor(0.02 * sorted.length)], high = sorted[Math.ceil(0.98 * sorted.length) - 1];
+      const low = sorted[Math.floor(0.02 * sorted.length)];
+      const high = sorted[Math.ceil(0.98 * sorted.length) - 1];
       const more = 0.25 * (high - low) || 1;
       return [Math.max(sorted[0], low - more), Math.min(sorted.at(-1), high + more)];
     };
@@ -58,7 +65,9 @@ export class Plane extends Frame {
   // Closer or farther, within bounds, about a pixel; the middle by default.
   zoomBy(factor, u = this.width / 2, v = this.height / 2) {
     if (factor * this.zoom <= 1) return this.showAll();
-    const [x, y] = this.place(u, v), zoom = Math.min(MAX_ZOOM, factor * this.zoom), change = zoom / this.zoom;
+    const [x, y] = this.place(u, v);
+    const zoom = Math.min(MAX_ZOOM, factor * this.zoom);
+    const change = zoom / this.zoom;
     this.center = [x + (this.center[0] - x) / change, y + (this.center[1] - y) / change];
     this.zoom = zoom;
     this.onView();
@@ -73,14 +82,25 @@ export class Plane extends Frame {
 
   // A finger far from the scan scrolls the page; two zoom.
   touch(event) {
-    const { left, top } = this.canvas.getBoundingClientRect(), [{ clientX, clientY }] = event.touches;
-    if (event.touches.length > 1 || this.mode !== "move" || this.isNear(clientX - left, clientY - top)) event.preventDefault();
+    const { left, top } = this.canvas.getBoundingClientRect();
+    const [{ clientX, clientY }] = event.touches;
+    if (
+      event.touches.length > 1 ||
+      this.mode !== "move" ||
+      this.isNear(clientX - left, clientY - top)
+    )
+      event.preventDefault();
   }
 
   isNear(u, v) {
-    const { x, y, theta } = this.pose(), [u0, v0] = this.pixel(x, y);
-    const spots = [[u0, v0], [u0 + HANDLE * Math.cos(theta), v0 - HANDLE * Math.sin(theta)]];
-    for (let i = 0; i < this.source.length; i += 2) spots.push(this.pixel(this.source[i], this.source[i + 1]));
+    const { x, y, theta } = this.pose();
+    const [u0, v0] = this.pixel(x, y);
+    const spots = [
+      [u0, v0],
+      [u0 + HANDLE * Math.cos(theta), v0 - HANDLE * Math.sin(theta)],
+    ];
+    for (let i = 0; i < this.source.length; i += 2)
+      spots.push(this.pixel(this.source[i], this.source[i + 1]));
     return spots.some(([a, b]) => Math.hypot(a - u, b - v) < NEAR);
   }
 
@@ -109,7 +129,12 @@ export class Plane extends Frame {
     const { x, y, theta } = this.pose();
     this.fingers.set(event.pointerId, [event.offsetX, event.offsetY]);
     if (this.fingers.size > 1) return (this.grip = null);
-    if (event.pointerType === "touch" && this.mode === "move" && !this.isNear(event.offsetX, event.offsetY)) return;
+    if (
+      event.pointerType === "touch" &&
+      this.mode === "move" &&
+      !this.isNear(event.offsetX, event.offsetY)
+    )
+      return;
     if (this.mode === "bet") {
       event.preventDefault();
       return this.onBet(this.place(event.offsetX, event.offsetY));
@@ -128,7 +153,8 @@ export class Plane extends Frame {
     if (this.fingers.size === 2 && this.fingers.has(event.pointerId)) return this.pinch(event);
     if (!this.grip) return;
     const { panning, turning, u, v, x, y, theta } = this.grip;
-    const du = event.offsetX - u, dv = event.offsetY - v;
+    const du = event.offsetX - u;
+    const dv = event.offsetY - v;
     if (du === 0 && dv === 0) return;
     if (panning) {
       Object.assign(this.grip, { u: event.offsetX, v: event.offsetY });
@@ -136,13 +162,17 @@ export class Plane extends Frame {
     }
     if (!turning) return this.onPose({ x: x + du / this.scale, y: y - dv / this.scale, theta });
     const [u0, v0] = this.pixel(x, y);
-    const before = Math.atan2(v0 - v, u - u0), now = Math.atan2(v0 - event.offsetY, event.offsetX - u0);
+    const before = Math.atan2(v0 - v, u - u0);
+    const now = Math.atan2(v0 - event.offsetY, event.offsetX - u0);
     this.onPose({ x, y, theta: theta + now - before });
   }
 
   // Two fingers: as much closer as they part, about their middle.
   pinch({ pointerId, offsetX, offsetY }) {
-    const apart = () => { const [[a, b], [c, d]] = this.fingers.values(); return [Math.hypot(a - c, b - d), (a + c) / 2, (b + d) / 2]; };
+    const apart = () => {
+      const [[a, b], [c, d]] = this.fingers.values();
+      return [Math.hypot(a - c, b - d), (a + c) / 2, (b + d) / 2];
+    };
     const [before] = apart();
     this.fingers.set(pointerId, [offsetX, offsetY]);
     const [now, u, v] = apart();
@@ -154,24 +184,31 @@ export class Plane extends Frame {
     this.fingers.delete(pointerId);
     const dragged = this.grip && !this.grip.panning;
     this.grip = null;
-    const { x, y } = this.pose(), [u, v] = this.pixel(x, y);
+    const { x, y } = this.pose();
+    const [u, v] = this.pixel(x, y);
     if (!dragged || (u > 0 && u < this.width && v > 0 && v < this.height)) return;
     this.center = [x, y];
     this.onView();
   }
 
   press(event) {
-    const metres = event.shiftKey ? 0.01 : 0.05, turn = (event.shiftKey ? 0.2 : 1) * DEGREE;
+    const metres = event.shiftKey ? 0.01 : 0.05;
+    const turn = (event.shiftKey ? 0.2 : 1) * DEGREE;
     const moves = {
-      ArrowLeft: [-metres, 0, 0], ArrowRight: [metres, 0, 0], ArrowDown: [0, -metres, 0], ArrowUp: [0, metres, 0],
-      PageUp: [0, 0, turn], PageDown: [0, 0, -turn],
+      ArrowLeft: [-metres, 0, 0],
+      ArrowRight: [metres, 0, 0],
+      ArrowDown: [0, -metres, 0],
+      ArrowUp: [0, metres, 0],
+      PageUp: [0, 0, turn],
+      PageDown: [0, 0, -turn],
     };
     const move = moves[event.key];
     if (!move || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
     const { x, y, theta } = this.pose();
     if (this.mode === "pan") return this.panBy(-600 * move[0], 600 * move[1]);
-    if (this.mode === "bet") return this.onBet((this.bet ?? [x, y]).map((each, k) => each + move[k]));
+    if (this.mode === "bet")
+      return this.onBet((this.bet ?? [x, y]).map((each, k) => each + move[k]));
     this.onPose({ x: x + move[0], y: y + move[1], theta: theta + move[2] });
   }
 
@@ -179,22 +216,35 @@ export class Plane extends Frame {
   draw({ target, source, pairs, path, answer, pose, colors, names = [], below = () => {} }) {
     const [[left, right], [bottom, top]] = this.bounds;
     const full = document.fullscreenElement?.contains(this.canvas);
-    const fresh = freshContext(this.canvas, (width) => (full ? 0.64 * innerHeight : Math.min(370, (width < 365 ? 0.72 : 0.9) * width)));
+    const fresh = freshContext(this.canvas, (width) =>
+      full ? 0.64 * innerHeight : Math.min(370, (width < 365 ? 0.72 : 0.9) * width),
+    );
     if (!fresh) return;
     this.source = source;
     const { context } = fresh;
-    this.whole = (1 - 2 * MARGIN) * Math.min(fresh.width / (right - left), fresh.height / (top - bottom));
+    this.whole =
+      (1 - 2 * MARGIN) * Math.min(fresh.width / (right - left), fresh.height / (top - bottom));
     this.look({ ...fresh, center: this.center, scale: this.zoom * this.whole });
     this.drawGrid(context, colors);
     below(context, this, colors);
 
     const mark = (kind, data) => drawMark(context, this, colors, [kind, data]);
     mark("older", target);
-    mark("passed", source.filter((_, i) => (i >> 1) % pairs.stride)); // from afar not all are looked at
-    const fate = fates(pairs), ends = (i) => [...pairs.source.subarray(2 * i, 2 * i + 2), ...pairs.target.subarray(2 * i, 2 * i + 2)];
-    FATES.forEach((name, f) => mark(name, Array.from(fate, (each, i) => (each === f ? ends(i) : [])).flat()));
+    mark(
+      "passed",
+      source.filter((_, i) => (i >> 1) % pairs.stride),
+    ); // from afar not all are looked at
+    const fate = fates(pairs);
+    const ends = (i) => [
+      ...pairs.source.subarray(2 * i, 2 * i + 2),
+      ...pairs.target.subarray(2 * i, 2 * i + 2),
+    ];
+    FATES.forEach((name, f) =>
+      mark(name, Array.from(fate, (each, i) => (each === f ? ends(i) : [])).flat()),
+    );
     if (answer) mark("answer", [answer.x, answer.y]);
-    const tip = this.drawScanners(context, path, pose, colors), here = this.pixel(pose.x, pose.y);
+    const tip = this.drawScanners(context, path, pose, colors);
+    const here = this.pixel(pose.x, pose.y);
     context.textAlign = "center";
     [this.pixel(0, 0), here, tip].slice(0, names.length).forEach(([u, v], i) => {
       context.fillStyle = i ? colors.source : colors.ink;
@@ -215,7 +265,8 @@ export class Plane extends Frame {
     path.forEach(({ x, y }) => context.lineTo(...this.pixel(x, y)));
     const [u, v] = this.pixel(pose.x, pose.y);
     const tip = [u + HANDLE * Math.cos(pose.theta), v - HANDLE * Math.sin(pose.theta)];
-    context.moveTo(u, v), context.lineTo(...tip);
+    context.moveTo(u, v);
+    context.lineTo(...tip);
     context.stroke();
     const ring = (center, radius, filling) => {
       context.fillStyle = filling;
@@ -235,7 +286,9 @@ export class Plane extends Frame {
     rule(context, u, v, u, v - 22, colors.ink);
     context.fillStyle = colors.ink;
     context.beginPath();
-    context.moveTo(u, v - 22), context.lineTo(u + 13, v - 17), context.lineTo(u, v - 12);
+    context.moveTo(u, v - 22);
+    context.lineTo(u + 13, v - 17);
+    context.lineTo(u, v - 12);
     context.fill();
   }
 }

@@ -20,34 +20,64 @@ export class Readouts {
     signal.addEventListener("abort", () => clearTimeout(this.speaking));
   }
 
-  // What is shown; how the run ends is `told` once the reader has seen it. `known` is the answer, or
-  // null; `reference` says what that answer is; `bet` is a place [x, y] or null.
+  // What is shown; how the run ends is `told` once the reader has seen it. `known` is the answer,
+  // or null; `reference` says what that answer is; `bet` is a place [x, y] or null.
   write({ result, shown, told, parameters, known, reference, source, target, bet }) {
-    const { history } = result, last = history.length - 1;
+    const { history } = result;
+    const last = history.length - 1;
     const { pairs, cost, T_target_source: T } = history[shown];
-    const count = inlierCount(pairs), rows = [];
-    if (result.termination) rows.push(["shown", `${shown === 0 ? "the guess, " : ""}iteration ${shown} of ${last}`]);
-    rows.push(["RMSE", count ? `${inlierRmse(pairs).toFixed(4)} m over ${count} inliers` : "none: no inliers"]);
+    const count = inlierCount(pairs);
+    const rows = [];
+    if (result.termination)
+      rows.push(["shown", `${shown === 0 ? "the guess, " : ""}iteration ${shown} of ${last}`]);
+    rows.push([
+      "RMSE",
+      count ? `${inlierRmse(pairs).toFixed(4)} m over ${count} inliers` : "none: no inliers",
+    ]);
     rows.push(["cost J", `${cost.toPrecision(4)} m²`], ["pose", sayPose(T)]);
     if (known && told) rows.push(["error", sayDifference(poseDifference(known, T))]);
-    this.ending.textContent = result.termination && told ? `The run: ${ending({ result, target })}.` : "";
+    this.ending.textContent =
+      result.termination && told ? `The run: ${ending({ result, target })}.` : "";
     if (bet && shown === last && result.T_target_source)
-      rows.push(["your bet", `${Math.hypot(bet[0] - T.x, bet[1] - T.y).toFixed(2)} m from the end`]);
+      rows.push([
+        "your bet",
+        `${Math.hypot(bet[0] - T.x, bet[1] - T.y).toFixed(2)} m from the end`,
+      ]);
     writeRows(this.numbers, rows);
     this.judge(pairs, parameters);
-    this.explain({ pairs, known: told && known, reference, bet, sourcePoints: source.length / 2, targetPoints: target.points.length / 2 });
+    this.explain({
+      pairs,
+      known: told && known,
+      reference,
+      bet,
+      sourcePoints: source.length / 2,
+      targetPoints: target.points.length / 2,
+    });
   }
 
   // One sentence on what the stages keep, its words in their colours.
   judge(pairs, { max_correspondence_distance: gate, overlap_ratio: overlap, huber_delta: delta }) {
     const word = (name, text) => element("b", { class: `icp-word-${name}` }, text);
     const down = fates(pairs).filter((each) => each === 3).length;
-    const gated = gate === null ? [word("max_correspondence_distance", "No gate")] : ["A ", word("max_correspondence_distance", `gate of ${digits(gate)} m`)];
-    const softened = delta === null ? word("huber_delta", "no δ") : word("huber_delta", `δ = ${digits(delta)} m`);
-    const weighed = delta === null ? " weighs any down." : down ? ` weighs ${down} of them down.` : " weighs none down.";
+    const gated =
+      gate === null
+        ? [word("max_correspondence_distance", "No gate")]
+        : ["A ", word("max_correspondence_distance", `gate of ${digits(gate)} m`)];
+    const softened =
+      delta === null ? word("huber_delta", "no δ") : word("huber_delta", `δ = ${digits(delta)} m`);
+    const weighed =
+      delta === null
+        ? " weighs any down."
+        : down
+          ? ` weighs ${down} of them down.`
+          : " weighs none down.";
     const parts = [
-      ...gated, " and an ", word("overlap_ratio", `overlap of ${digits(overlap)}`),
-      ` keep ${inlierCount(pairs)} of ${pairs.kept.length} pairs; `, softened, weighed,
+      ...gated,
+      " and an ",
+      word("overlap_ratio", `overlap of ${digits(overlap)}`),
+      ` keep ${inlierCount(pairs)} of ${pairs.kept.length} pairs; `,
+      softened,
+      weighed,
     ];
     renew(this.sentence, parts);
   }
@@ -58,7 +88,8 @@ export class Readouts {
     for (const fate of fates(pairs)) counts[fate]++;
     const passed = sourcePoints - pairs.kept.length; // from afar not all are looked at
     const marks = [["older", `target: ${targetPoints}`]];
-    for (const f of [4, 3, 2, 1, 0]) if (counts[f]) marks.push([FATES[f], `${FATES[f]}: ${counts[f]}`]);
+    for (const f of [4, 3, 2, 1, 0])
+      if (counts[f]) marks.push([FATES[f], `${FATES[f]}: ${counts[f]}`]);
     if (passed) marks.push(["passed", `not looked at: ${passed}`]);
     marks.push(["scanner", "older scanner"], ["now", "newer scanner, its way and knob"]);
     if (known) marks.push(["answer", reference]);
@@ -71,7 +102,8 @@ export class Readouts {
     clearTimeout(this.speaking);
     this.speaking = setTimeout(() => {
       const { T_target_source: T, termination, history } = result;
-      const off = T && known ? `; ends ${sayDifference(poseDifference(known, T))} off the ${reference}` : "";
+      const off =
+        T && known ? `; ends ${sayDifference(poseDifference(known, T))} off the ${reference}` : "";
       const end = termination && told ? `${ending({ result, target })}${off}. ` : "";
       this.spoken.textContent = `${end}${this.sentence.textContent}`;
     }, PATIENCE);
@@ -80,7 +112,13 @@ export class Readouts {
 
 // Put terms and what they stand for into a list.
 export function writeRows(list, rows) {
-  renew(list, rows.flatMap(([term, text]) => [element("dt", {}, term), element("dd", { "data-readout": term }, text)]));
+  renew(
+    list,
+    rows.flatMap(([term, text]) => [
+      element("dt", {}, term),
+      element("dd", { "data-readout": term }, text),
+    ]),
+  );
 }
 
 // Put these parts into a node, unless it says the same.
@@ -91,10 +129,15 @@ function renew(node, parts) {
 
 // How a run ended, for Python.
 export function outcome({ T_target_source: T, termination, history }) {
-  const { pairs, cost } = history.at(-1), count = inlierCount(pairs);
+  const { pairs, cost } = history.at(-1);
+  const count = inlierCount(pairs);
   return {
-    termination, iterations: history.length - 1, pose: T && toXYTheta(T),
-    inlier_count: count, inlier_rmse: count ? inlierRmse(pairs) : null, cost,
+    termination,
+    iterations: history.length - 1,
+    pose: T && toXYTheta(T),
+    inlier_count: count,
+    inlier_rmse: count ? inlierRmse(pairs) : null,
+    cost,
   };
 }
 

@@ -1,10 +1,17 @@
 // What an iteration works with, in coarse and in fine iterations; mirrors labkit/schedule.py.
 
-import { COARSE_POINTS, DELTA_PER_MEDIAN, GATE_PER_DELTA, LONG_STEP, POINT_SHARE } from "./constants.js";
+import {
+  COARSE_POINTS,
+  DELTA_PER_MEDIAN,
+  GATE_PER_DELTA,
+  LONG_STEP,
+  POINT_SHARE,
+} from "./constants.js";
 
 // The settings of an iteration for `count` source points, coarse or fine.
 export function stageOf(parameters, count, coarse, mayConverge) {
-  const gate = parameters.max_correspondence_distance ?? Infinity, huberDelta = parameters.huber_delta ?? Infinity;
+  const gate = parameters.max_correspondence_distance ?? Infinity;
+  const huberDelta = parameters.huber_delta ?? Infinity;
   return {
     onLines: parameters.metric === "point_to_line",
     stride: coarse ? Math.max(1, Math.floor(count / COARSE_POINTS)) : 1,
@@ -21,11 +28,13 @@ export function stageOf(parameters, count, coarse, mayConverge) {
 // Delta [m] of this iteration: a coarse one is as wide as the median of the kept residuals asks.
 export function adaptDelta(residuals, kept, { huberDelta, widening }) {
   const some = residuals.filter((_, i) => kept[i]).sort();
-  return widening && some.length ? Math.max(huberDelta, widening * some[some.length >> 1]) : huberDelta;
+  return widening && some.length
+    ? Math.max(huberDelta, widening * some[some.length >> 1])
+    : huberDelta;
 }
 
-// The next stage, after the step to the last pose. It is coarse if it was, and if the next motion, which
-// is expected to shrink as the last one did, is longer than LONG_STEP delta.
+// The next stage, after the step to the last pose. It is coarse if it was, and if the next motion,
+// which is expected to shrink as the last one did, is longer than LONG_STEP delta.
 export function schedule(before, poses, source, parameters) {
   let coarse = before.coarse;
   if (coarse) {
@@ -39,9 +48,13 @@ export function schedule(before, poses, source, parameters) {
 
 // Root mean square distance [m] by which a step moved the points.
 export function displacement(points, T_before, T) {
-  const c = T.c - T_before.c, s = T.s - T_before.s, x = T.x - T_before.x, y = T.y - T_before.y;
+  const c = T.c - T_before.c;
+  const s = T.s - T_before.s;
+  const x = T.x - T_before.x;
+  const y = T.y - T_before.y;
   let total = 0;
   for (let i = 0; i < points.length; i += 2)
-    total += (c * points[i] - s * points[i + 1] + x) ** 2 + (s * points[i] + c * points[i + 1] + y) ** 2;
+    total +=
+      (c * points[i] - s * points[i + 1] + x) ** 2 + (s * points[i] + c * points[i + 1] + y) ** 2;
   return Math.sqrt(total / (points.length / 2));
 }

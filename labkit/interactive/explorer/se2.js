@@ -46,6 +46,7 @@ export const poseDifference = (A, B) => {
 
 // The pose on the way from one to the next.
 export const between = (A, B, share) => {
-  const [a, b] = [toXYTheta(A), toXYTheta(B)], turn = Math.atan2(Math.sin(b[2] - a[2]), Math.cos(b[2] - a[2]));
+  const [a, b] = [toXYTheta(A), toXYTheta(B)];
+  const turn = Math.atan2(Math.sin(b[2] - a[2]), Math.cos(b[2] - a[2]));
   return transform(a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * turn);
 };

@@ -36,7 +36,10 @@ export function storedBet(scene) {
 
 export function copyState(model, shown) {
   const told = new URLSearchParams({ state: JSON.stringify({ ...stateOf(model), shown }) });
-  return toClipboard(location.href.split("#")[0] + HASH + told, "A link to this state is on the clipboard.");
+  return toClipboard(
+    location.href.split("#")[0] + HASH + told,
+    "A link to this state is on the clipboard.",
+  );
 }
 
 // Put the text on the clipboard; resolves to what to tell the reader.
@@ -56,7 +59,9 @@ export function keepState(model) {
 // The state that the page's address asks for.
 export function stateFromAddress(scenes) {
   if (!location.hash.startsWith(HASH)) return null;
-  return sensible(scenes, () => JSON.parse(new URLSearchParams(location.hash.slice(HASH.length)).get("state")));
+  return sensible(scenes, () =>
+    JSON.parse(new URLSearchParams(location.hash.slice(HASH.length)).get("state")),
+  );
 }
 
 // The state that the reader left.
@@ -70,7 +75,11 @@ function sensible(scenes, read) {
     const { shown, ...values } = read();
     if (!TOLD.every((name) => name in values) || !scenes.includes(values.scene)) return null;
     const distances = [values.max_correspondence_distance, values.huber_delta];
-    const numbers = [...values.guess, values.overlap_ratio, ...distances.filter((each) => each !== null)];
+    const numbers = [
+      ...values.guess,
+      values.overlap_ratio,
+      ...distances.filter((each) => each !== null),
+    ];
     if (values.guess.length !== 3 || !numbers.every(Number.isFinite)) return null;
     if (!METRICS.some(([name]) => name === values.metric)) return null;
     return { shown, values: Object.fromEntries(TOLD.map((name) => [name, values[name]])) };

@@ -13,7 +13,8 @@ export class View {
 
   // Draw anew when the theme or the size changes.
   live() {
-    const changed = () => this.request(), resized = new ResizeObserver(changed);
+    const changed = () => this.request();
+    const resized = new ResizeObserver(changed);
     keepToItself(this.root, this.signal);
     watchTheme(changed, this.signal);
     resized.observe(this.root);
