@@ -11,6 +11,8 @@ from labkit.plotting.style import css_variables
 from labkit.result import Termination
 
 FOLDER = Path(__file__).resolve().parent
+# What a slider can move of a run, by its name in `IcpParameters`.
+SLIDERS = ("metric", "max_correspondence_distance", "overlap_ratio", "huber_delta", "approach")
 IMPORT = re.compile(r"^import\s[^;]*?\sfrom \"(\.\.?/[\w/]+\.js)\";\n", re.MULTILINE)
 CONSTANTS = {
     alignment: "RELATIVE_RESOLUTION",
@@ -27,7 +29,7 @@ def constants() -> str:
     """The module ``constants.js``: what labkit and the page share stands in labkit alone."""
     told: dict[str, object] = {each.name: each.value for each in Termination}
     shared = {name: getattr(m, name) for m, names in CONSTANTS.items() for name in names.split()}
-    values = {"TERMINATIONS": told, **shared}
+    values = {"TERMINATIONS": told, "SLIDERS": SLIDERS, **shared}
     return "".join(f"export const {k} = {json.dumps(v)};\n" for k, v in values.items())
 
 

@@ -12,6 +12,21 @@ from widget_page import copied_link, enter, settle
 
 from labkit.interactive import drive
 
+# Whether a disc of a robot's size is filled there with the colour of the robot.
+FILLED = """part => {
+    const canvas = document.querySelector(".icp-stage canvas");
+    const share = canvas.width / canvas.clientWidth;
+    const [x, y, width, height] = part.map(each => Math.round(share * each));
+    const { data } = canvas.getContext("2d").getImageData(x, y, width, height);
+    const isBlue = k => data[k + 3] > 200 && data[k] < 60 && data[k + 2] > 130;
+    const side = Math.floor(8 * share);
+    const isRow = k => Array.from({ length: side }, (_, i) => k + 4 * i).every(isBlue);
+    const isDisc = k => Array.from({ length: side }, (_, j) => k + 4 * j * width).every(isRow);
+    for (let v = 0; v + side < height; v++)
+        for (let u = 0; u + side < width; u++) if (isDisc(4 * (v * width + u))) return true;
+    return false;
+}"""
+
 
 @pytest.fixture(params=[{"width": 1366, "height": 768}, {"width": 390, "height": 844}], ids=str)
 def page(request, show) -> Page:
@@ -22,7 +37,8 @@ def page(request, show) -> Page:
 
 def score(page: Page) -> tuple[float, float]:
     said = page.locator(".icp-score").inner_text()
-    metres, off = re.fullmatch(r"(\d+) m driven, (\d+\.\d\d) m off", said).groups()
+    words = r"(\d+) m driven, (\d+\.\d\d) m off, \d+ of \d+ wrong"
+    metres, off = re.fullmatch(words, said).groups()
     return float(metres), float(off)
 
 
@@ -38,21 +54,83 @@ def drive_on(page: Page, least: float) -> None:
     settle(page)
 
 
+def blue_within(page: Page, box: dict, stage: dict) -> bool:
+    """Whether the robot, the one large blue thing, is drawn in a part of the picture."""
+    part = [box["x"] - stage["x"], box["y"] - stage["y"], box["width"], box["height"]]
+    return page.evaluate(FILLED, part)
+
+
 def test_in_a_corridor_only_wheels_tell_and_a_link_holds_the_drive(page):
     address = page.url.split("#")[0]
     drive_on(page, 4)
     metres, off = score(page)
     assert off == pytest.approx(metres, abs=0.6)  # the blue robot never left
-    expect(page.locator(".icp-advice")).to_contain_text("looks the same everywhere")
+    advice = page.locator(".icp-advice")
+    expect(advice).to_contain_text(re.compile(r"Scan \d+: the robot drove 0\.\d\d m and turned 0°"))
+    expect(advice).to_contain_text("does not see a shift along (1.00, ")
     link = copied_link(page, "Copy link", ".icp-advice")
     page.get_by_label("wheels").select_option("good")
     page.get_by_role("button", name="Start again").click()
     enter(page, link)
     expect(page.get_by_label("world")).to_have_value("Corridor")
-    expect(page.locator(".icp-advice")).to_contain_text(f"To beat, in orange: {metres:.0f} m")
-    for nonsense in ("drive=%00.zz.-", "world=moon&drive=1", "metres=x&drive=1.1.1"):  # is ignored
+    beaten = re.compile(rf"To beat, in orange: {metres:.0f} m in \d+ s, {off:.2f} m off")
+    expect(advice).to_contain_text(beaten)  # by a replay: the link does not say it
+    for nonsense in (
+        "drive=%00.zz.-",
+        "world=moon&drive=1",
+        "world=Room&drive=rs.0.0",
+    ):  # is ignored
         enter(page, f"{address}#drive?{nonsense}")
         expect(page.locator(".icp-advice")).to_contain_text(re.compile("^Drive"))
+
+
+def test_a_link_sets_dials_to_what_a_slider_can(page):
+    address = page.url.split("#")[0]
+
+    enter(page, f"{address}#drive?world=Room&overlap_ratio=7&max_correspondence_distance=0.1")
+
+    expect(page.get_by_label("overlap ρ")).to_have_attribute("aria-valuetext", "1.00")
+    expect(page.get_by_label("gate")).to_have_attribute("aria-valuetext", "0.10 m")
+
+
+def test_world_and_wheels_are_there_after_a_reload(page):
+    address = page.url.split("#")[0]
+    page.get_by_label("world").select_option("Doorways")
+    page.get_by_label("wheels").select_option("noisy")
+
+    enter(page, address)
+
+    expect(page.get_by_label("world")).to_have_value("Doorways")
+    expect(page.get_by_label("wheels")).to_have_value("noisy")
+
+
+def test_with_shift_the_robot_drives_slowly(page):
+    def metres_in_two_seconds(keys: str) -> float:
+        page.get_by_role("button", name="Start again").click()
+        page.locator(".icp-stage canvas").focus()
+        page.keyboard.down(keys)
+        page.wait_for_function(
+            "() => / of (?:[89]|1\\d) /.test(document.querySelector('.icp-score').textContent)"
+        )
+        page.keyboard.up(keys)
+        return score(page)[0]
+
+    fast = metres_in_two_seconds("ArrowUp")
+    page.keyboard.down("Shift")
+    slow = metres_in_two_seconds("ArrowUp")
+    page.keyboard.up("Shift")
+
+    assert slow < 0.75 * fast
+
+
+def test_the_prompt_lies_on_no_robot(page):
+    for world in ("Room", "Corridor", "Doorways", "Two rooms"):
+        page.get_by_label("world").select_option(world)
+        settle(page)
+        prompt, stage = (
+            page.locator(each).bounding_box() for each in (".icp-prompt", ".icp-stage")
+        )
+        assert not blue_within(page, prompt, stage)
 
 
 def test_a_hand_drives_and_places_are_recognised(page):

@@ -5,12 +5,12 @@ import { pathToFileURL } from "node:url";
 const {
   Odometry,
   cast,
-  compose,
   decoded,
   encoded,
   floats,
   generator,
-  invert,
+  isDriven,
+  takeScan,
   toXYTheta,
   transform,
   wheelStep,
@@ -19,20 +19,10 @@ const {
 const { lidar, drives, steps } = JSON.parse(readFileSync(0, "utf8"));
 const answers = drives.map(({ segments, poses, parameters, noise }) => {
   const odometry = new Odometry(poses[0]);
-  const walls = floats(segments);
-  let metres = 0;
+  const setting = { segments: floats(segments), lidar, noise, parameters };
   const ranges = poses.map((pose, k) => {
-    const T = transform(...pose);
-    const random = generator(k);
-    const step = k && compose(invert(transform(...poses[k - 1])), T);
-    const sweep = cast(walls, T, lidar, random);
-    metres += k && Math.hypot(step.x, step.y);
-    odometry.add(
-      sweep.points,
-      k && noise ? wheelStep(step, noise, random) : null,
-      metres,
-      parameters,
-    );
+    takeScan(odometry, poses, setting);
+    const sweep = cast(setting.segments, transform(...pose), lidar, generator(k));
     return Array.from(sweep.ranges, (range) => (Number.isFinite(range) ? range : null));
   });
   const believed = () => odometry.scans.map(({ T }) => toXYTheta(T));
@@ -44,6 +34,7 @@ const answers = drives.map(({ segments, poses, parameters, noise }) => {
     recognised,
     after: believed(),
     again: decoded(encoded(poses), poses[0]),
+    isDriven: isDriven(poses, 0.2),
   };
 });
 const random = generator(1);

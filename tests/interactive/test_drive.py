@@ -82,6 +82,18 @@ def test_a_recognised_place_takes_most_of_the_error_away(tmp_path):
     assert np.allclose(told["again"], poses, rtol=0, atol=1e-9)  # what a link holds is the drive
 
 
+def test_a_link_can_only_hold_what_the_robot_can_drive(tmp_path):
+    step, turn = 2.5 * 0.2, 1.7 * 0.2  # at full speed, from one scan to the next
+    tracks = [[step, 0.0, 0.0], [0.0, 0.0, turn], [1.5 * step, 0.0, 0.0], [0.0, 0.0, 1.5 * turn]]
+
+    told = [
+        driven(tmp_path, QUIET, {"Corridor": [[0.0, 0.0, 0.0], pose]})["answers"][0]["isDriven"]
+        for pose in tracks
+    ]
+
+    assert told == [True, True, False, False]
+
+
 def test_wheels_err_as_the_simulator_s_do(tmp_path):
     steps = [[0.3, -0.1, 0.2], [0.0, 0.0, 0.4], [0.5, 0.0, 0.0]]
     noises = [*WHEELS.values(), WheelNoise(along=0.0, across=0.0, turn=0.0, drift=0.0)]

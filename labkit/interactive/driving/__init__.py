@@ -19,33 +19,27 @@ WHEELS = {
     "noisy": WheelNoise(along=0.2, across=0.1, turn=0.2, drift=0.1),
 }
 
-PLACES: dict[str, tuple[World, tuple[float, float, float], str, str]] = {
-    # where the drive starts, what to try, and what a failure there shows
+PLACES: dict[str, tuple[World, tuple[float, float, float], str]] = {
+    # where the drive starts, and what to try
     "Room": (
         room(),
         (2.0, -1.5, 1.6),
-        "Drive a few rounds about the pillar.",
-        "Small errors add up, and a later round draws the walls a second time. Recognise places.",
+        "Drive a few rounds about the pillar, with Shift slowly.",
     ),
     "Corridor": (
         corridor(),
         (0.0, 0.0, 0.0),
         "Drive along the corridor, and watch the blue robot.",
-        "The corridor looks the same everywhere, so the scans say: you stand still. "
-        "Only wheels can tell.",
     ),
     "Doorways": (
         doorways(period=0.8, opening=0.35),
         (0.1, 0.0, 0.0),
-        "Drive slowly first, then at full speed.",
-        "More than half a doorway between two scans: the nearest one that fits is one back. "
-        "Drive slowly, or believe the wheels.",
+        "Drive straight on: with Shift slowly first, then at full speed.",
     ),
     "Two rooms": (
         two_rooms(),
         (-3.0, 0.5, 0.0),
         "Go through the door, round the other room, and back.",
-        "What one room shows, the other does not: errors at the door stay. Recognise places.",
     ),
 }
 
@@ -71,9 +65,9 @@ def drive() -> Drive:
     """
     return Drive(
         places=[
-            {"name": name, "start": start, "hint": hint, "lesson": lesson}
+            {"name": name, "start": start, "hint": hint}
             | {"segments": base64_of(world.segments.reshape(-1, 4))}
-            for name, (world, start, hint, lesson) in PLACES.items()
+            for name, (world, start, hint) in PLACES.items()
         ],
         lidar=asdict(LIDAR) | {"angles": LIDAR.angles.tolist()},
         wheels={name: asdict(noise) for name, noise in WHEELS.items()},

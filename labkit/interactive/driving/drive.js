@@ -2,25 +2,46 @@
 // behind.
 
 import { freshContext, palette, tween } from "../explorer/canvas.js";
-import { button, choice, element, parameterControls, part } from "../explorer/controls.js";
+import { TERMINATIONS } from "../explorer/constants.js";
+import {
+  button,
+  choice,
+  element,
+  isValueOf,
+  parameterControls,
+  part,
+} from "../explorer/controls.js";
 import { Frame } from "../explorer/frame.js";
 import { floats } from "../explorer/scene.js";
-import { apply, between, compose, invert, toXYTheta, transform } from "../explorer/se2.js";
-import { isPage, toClipboard } from "../explorer/state.js";
+import {
+  DEGREE,
+  apply,
+  between,
+  compose,
+  invert,
+  poseDifference,
+  toXYTheta,
+  transform,
+} from "../explorer/se2.js";
+import { DIALS, isPage, keepHere, keptHere, toClipboard } from "../explorer/state.js";
 import { View, widgetOf } from "../explorer/view.js";
 import { drawMark, legendOf } from "../marks.js";
-import { Odometry } from "./odometry.js";
-import { Robot, cast, generator, wheelStep } from "./world.js";
+import { Odometry, distanceOff, takeScan } from "./odometry.js";
+import { Robot, isDriven } from "./world.js";
 
-const TICK = 1 / 60;
-const SCAN = 12; // s, and ticks from one scan to the next
+const TICK = 1 / 60; // s
+const SCAN = 12; // ticks from one scan to the next
 const LONGEST = 900; // scans that a link holds: three minutes
 const ACROSS = 12; // m that are seen of a longer world
-const INK = 40;
-const MARGIN = 3; // px of the map for a metre, and m about the walls
-const LOST = 0.1; // m off, from which the lesson is told
+const ABOUT = 1; // m about a robot that are seen at least
+const TALLEST = 340; // px of the picture: what is told and turned below it stays in view
+const INK = 40; // px of the map for a metre
+const MARGIN = 3; // m of the map about the walls
+const SLIP = [0.1, 5 * DEGREE]; // m and rad from which a step counts as wrong
+const DRIFT = 0.1; // m off without a wrong step, from which it is told
+const SLOW = 0.4; // share of the full speed, with Shift
+const REPLAY = 8; // ms of a frame for a drive of a link
 const RACE = "#drive?";
-const DIALS = ["max_correspondence_distance", "overlap_ratio", "huber_delta"];
 const KEYS = {
   ArrowUp: [1, 0],
   w: [1, 0],
@@ -32,6 +53,8 @@ const KEYS = {
   d: [0, -1],
 };
 const rounded = (pose) => pose.map((each) => Math.round(1000 * each) / 1000); // as a link holds it
+// A letter is the same key with Shift.
+const keyOf = ({ key }) => (key.length === 1 ? key.toLowerCase() : key);
 const clamp = (value) => Math.max(-1, Math.min(1, value));
 
 // The changes from one pose to the next, in thousandths, in the base of 36.
@@ -59,7 +82,9 @@ class DriveView extends View {
     this.build();
     this.live();
     addEventListener("hashchange", () => this.open(), { signal });
-    this.enter();
+    const { world, wheels } = keptHere("drive") ?? {};
+    this.choose(wheels);
+    this.enter(world);
     this.open();
   }
 
@@ -73,7 +98,10 @@ class DriveView extends View {
     const select = (name, values, onValue) =>
       choice({ name, label: name, options: values.map((each) => [each, each]), onValue });
     this.world = select("world", names, (name) => this.enter(name));
-    this.dial = select("wheels", wheels, (name) => (this.wheels = name));
+    this.dial = select("wheels", wheels, (name) => {
+      this.wheels = name;
+      this.keep();
+    });
     this.controls = parameterControls({
       scenes: [],
       words: this.model.get("parameter_words"),
@@ -86,15 +114,16 @@ class DriveView extends View {
     this.canvas = element("canvas", {
       tabindex: 0,
       role: "application",
-      "aria-label": "Map. Arrow keys or W, A, S, D drive the robot.",
+      "aria-label": "Map. Arrow keys or W, A, S, D drive the robot, with Shift slowly.",
     });
     const how = matchMedia("(pointer: coarse)").matches
       ? "Drag here to drive"
-      : "Drag, or click and use the arrow keys: drive!";
+      : "Drag, or click and use the arrow keys; with Shift slowly";
     this.prompt = element("p", { class: "icp-prompt", "aria-hidden": "true" }, how);
     const legend = legendOf([
       ["robot", "where its scans say that it is"],
       ["ghost", "where it is"],
+      ["wall", "wall"],
     ]);
     this.score = element("p", { class: "icp-score" });
     this.said = element("p", { class: "icp-advice", role: "status" });
@@ -133,17 +162,24 @@ class DriveView extends View {
   listen() {
     const on = (type, act) => this.canvas.addEventListener(type, act, { signal: this.signal });
     on("keydown", (event) => {
-      if (!KEYS[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
+      this.isSlow = event.shiftKey;
+      const key = keyOf(event);
+      if (!KEYS[key] || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault();
-      this.held.add(event.key);
+      this.held.add(key);
       this.go();
     });
-    on("keyup", ({ key }) => this.held.delete(key));
+    on("keyup", (event) => {
+      this.isSlow = event.shiftKey;
+      this.held.delete(keyOf(event));
+    });
     on("blur", () => this.held.clear());
     const point = ({ offsetX, offsetY }) => (this.pointer = [offsetX, offsetY]);
-    on("pointerdown", (event) =>
-      this.go(point(event), this.canvas.setPointerCapture(event.pointerId)),
-    );
+    on("pointerdown", (event) => {
+      point(event);
+      this.canvas.setPointerCapture(event.pointerId);
+      this.go();
+    });
     on("pointermove", (event) => this.pointer && point(event));
     on("lostpointercapture", () => (this.pointer = null));
   }
@@ -151,7 +187,8 @@ class DriveView extends View {
   // What the driver wants: by keys, or towards the pointer, as fast as it is far.
   wanted() {
     const sum = (k) => clamp([...this.held].reduce((total, key) => total + KEYS[key][k], 0));
-    if (!this.pointer) return { ahead: sum(0), left: sum(1) };
+    const share = this.isSlow ? SLOW : 1;
+    if (!this.pointer) return { ahead: share * sum(0), left: share * sum(1) };
     const [x, y, theta] = this.robot.pose;
     const [px, py] = this.view.place(...this.pointer);
     const off = Math.atan2(py - y, px - x) - theta;
@@ -168,42 +205,44 @@ class DriveView extends View {
     this.request();
   }
 
+  // Set the wheels by their name; there are none of another name.
+  choose(wheels) {
+    this.wheels = wheels in this.model.get("wheels") ? wheels : "none";
+    this.dial.set(this.wheels);
+  }
+
+  keep() {
+    keepHere("drive", { world: this.at.name, wheels: this.wheels });
+  }
+
+  // Go to the start of a world, with an empty map.
   enter(name, rival = null) {
     this.at = this.places.get(name) ?? [...this.places.values()][0];
     this.world.set(this.at.name);
+    this.keep();
     this.segments = floats(this.at.segments);
-    const ends = (axis) => this.segments.filter((_, i) => i % 2 === axis);
-    const [[left, right], [bottom, top]] = [0, 1].map((axis) => [
-      Math.min(...ends(axis)),
-      Math.max(...ends(axis)),
-    ]);
-    Object.assign(this, {
-      left,
-      top,
-      across: right - left,
-      down: top - bottom,
-      center: [(left + right) / 2, (bottom + top) / 2],
-    });
+    const [x, y] = [0, 1].map((axis) => this.segments.filter((_, i) => i % 2 === axis));
+    this.box = { left: Math.min(...x), right: Math.max(...x) };
+    Object.assign(this.box, { bottom: Math.min(...y), top: Math.max(...y) });
     this.sliding?.stop();
-    const fresh = {
-      poses: [],
-      metres: 0,
-      ticks: 0,
-      behind: 0,
-      now: null,
-      pointer: null,
-      shown: null,
-      sliding: null,
-      inked: null,
-    };
-    Object.assign(this, fresh, {
-      rival,
-      robot: new Robot(this.at.start),
-      odometry: new Odometry(this.at.start),
-    });
-    const [width, height] = [this.across, this.down].map((each) => INK * (each + 2 * MARGIN));
+    this.rival = rival;
+    this.robot = new Robot(this.at.start);
+    this.odometry = new Odometry(this.at.start);
+    this.poses = [];
+    this.wrong = []; // numbers of the steps whose match is wrong
+    this.worst = null; // the step that is told
+    Object.assign(this, { ticks: 0, behind: 0 });
+    Object.assign(this, { now: null, pointer: null, shown: null, sliding: null, inked: null });
+    const { left, right, bottom, top } = this.box;
+    const width = INK * (right - left + 2 * MARGIN);
+    const height = INK * (top - bottom + 2 * MARGIN);
     this.map = Object.assign(document.createElement("canvas"), { width, height });
-    this.sheet.look({ width, height, center: this.center, scale: INK });
+    this.sheet.look({
+      width,
+      height,
+      center: [(left + right) / 2, (bottom + top) / 2],
+      scale: INK,
+    });
     this.prompt.hidden = false;
     this.scan();
     this.request();
@@ -217,28 +256,29 @@ class DriveView extends View {
     );
     if (named) this.enter(named);
     if (!hash.startsWith(RACE)) return;
-    const told = Object.fromEntries(new URLSearchParams(hash.slice(RACE.length)));
-    if (told.wheels in this.model.get("wheels")) this.dial.set((this.wheels = told.wheels));
-    for (const name of DIALS)
-      if (Number(told[name]) > 0) this.parameters[name] = Number(told[name]);
-    this.enter(told.world);
-    const poses = decoded(told.drive ?? "", this.at.start);
-    const [metres, off] = [Number(told.metres), Number(told.off)];
-    if (poses.length > 1 && [metres, off, ...poses.flat()].every(Number.isFinite))
-      this.enter(told.world, { poses, metres, off });
+    const link = Object.fromEntries(new URLSearchParams(hash.slice(RACE.length)));
+    this.choose(link.wheels);
+    for (const name of DIALS) {
+      const value = link[name] === "null" ? null : Number(link[name]);
+      if (name in link && isValueOf(name, value)) this.parameters[name] = value;
+    }
+    this.enter(link.world);
+    const poses = decoded(link.drive ?? "", this.at.start).slice(0, LONGEST);
+    if (poses.length > 1 && poses.flat().every(Number.isFinite) && isDriven(poses, SCAN * TICK))
+      this.enter(link.world, { poses, odometry: new Odometry(poses[0]), setting: this.setting() });
+  }
+
+  // What a scan depends on beside the drive.
+  setting() {
+    const noise = this.model.get("wheels")[this.wheels];
+    const { segments, parameters } = this;
+    return { segments, lidar: this.model.get("lidar"), noise, parameters: { ...parameters } };
   }
 
   copy() {
     const set = Object.fromEntries(DIALS.map((name) => [name, this.parameters[name]]));
     const drive = encoded(this.poses.slice(0, LONGEST));
-    const told = {
-      world: this.at.name,
-      wheels: this.wheels,
-      ...set,
-      metres: this.metres.toFixed(1),
-      off: this.off().toFixed(3),
-      drive,
-    };
+    const told = { world: this.at.name, wheels: this.wheels, ...set, drive };
     const link = location.href.split("#")[0] + RACE + new URLSearchParams(told);
     toClipboard(link, "A link to this drive is on the clipboard: who beats it?").then(
       (said) => (this.said.textContent = said),
@@ -285,6 +325,7 @@ class DriveView extends View {
     if (rests && this.now !== null) this.spoken.textContent = this.sum();
     this.now = rests || this.now === null ? null : now;
     for (const name of DIALS) this.controls[name].set(this.parameters[name]);
+    if (this.rival && this.rival.odometry.scans.length < this.rival.poses.length) this.replay();
     this.draw();
     if (this.now !== null || this.sliding) this.request();
   }
@@ -299,42 +340,80 @@ class DriveView extends View {
     return rounded(this.robot.pose).some((each, i) => each !== this.poses.at(-1)[i]);
   }
 
-  // Chance is the same for the same scan of a drive, so that a link repeats it.
   scan() {
-    const pose = rounded(this.robot.pose);
-    const last = this.poses.at(-1);
-    const T = transform(...pose);
-    const random = generator(this.poses.length);
-    const step = last && compose(invert(transform(...last)), T);
-    const noise = this.model.get("wheels")[this.wheels];
-    if (last) this.metres += Math.hypot(step.x, step.y);
-    const { points } = cast(this.segments, T, this.model.get("lidar"), random);
-    this.odometry.add(
-      points,
-      step && noise ? wheelStep(step, noise, random) : null,
-      this.metres,
-      this.parameters,
-    );
-    this.poses.push(pose);
+    this.poses.push(rounded(this.robot.pose));
+    takeScan(this.odometry, this.poses, this.setting());
+    this.judge(this.poses.length - 1);
     this.ink(this.poses.length - 1, palette(this.root));
     this.score.textContent = this.sum();
-    const { poses, metres, off } = this.rival ?? {};
-    const lesson = this.off() > LOST ? this.at.lesson : this.at.hint;
-    const beat = poses
-      ? `To beat, in orange: ${metres.toFixed(0)} m in ${Math.round(poses.length * SCAN * TICK)} s, ${off.toFixed(2)} m off. `
-      : "";
-    // Read aloud, so once
-    if (beat + lesson !== this.advised) this.said.textContent = this.advised = beat + lesson;
+    this.advise();
+  }
+
+  // Whether the match of the last step is wrong, by what the robot did.
+  judge(k) {
+    if (k === 0) return;
+    const scan = this.odometry.scans[k];
+    const [before, now] = this.poses.slice(k - 1).map((pose) => transform(...pose));
+    const step = compose(invert(before), now);
+    const error = poseDifference(step, scan.step);
+    const isWrong = error[0] > SLIP[0] || error[1] > SLIP[1];
+    if (!isWrong) return;
+    this.wrong.push(k);
+    const size = error[0] / SLIP[0] + error[1] / SLIP[1];
+    if (this.worst && size < 1.2 * this.worst.size) return; // it is read aloud, so not each of them
+    this.worst = { k, size, step, error, scan };
+  }
+
+  // Tell the worst step, and how its match ended; or what to try.
+  advise() {
+    const text = this.beat() + (this.worst ? this.slip() : this.hint());
+    if (text !== this.advised) this.said.textContent = this.advised = text;
+  }
+
+  slip() {
+    const { k, step, error, scan } = this.worst;
+    const driven = Math.hypot(step.x, step.y).toFixed(2);
+    const turned = Math.abs(Math.round(toXYTheta(step)[2] / DEGREE));
+    const off = `${error[0].toFixed(2)} m and ${Math.round(error[1] / DEGREE)}°`;
+    const did = `the robot drove ${driven} m and turned ${turned}° since the scan before`;
+    const unseen = scan.unseen.length ? ` It does not see a ${scan.unseen.join(" or a ")}.` : "";
+    return `Scan ${k}: ${did}. The match is ${off} off; ${TERMINATIONS[scan.ending]}.${unseen}`;
+  }
+
+  hint() {
+    if (this.off() < DRIFT) return this.at.hint;
+    return "No match is more than 10 cm or 5° off: small errors add up. Recognise places.";
+  }
+
+  beat() {
+    if (!this.rival) return "";
+    const { poses, odometry } = this.rival;
+    const seconds = Math.round(poses.length * SCAN * TICK);
+    if (odometry.scans.length < poses.length) return "Replaying the drive of the link … ";
+    const { metres } = odometry.scans.at(-1);
+    const off = distanceOff(odometry, poses.at(-1)).toFixed(2);
+    return `To beat, in orange: ${metres.toFixed(0)} m in ${seconds} s, ${off} m off. `;
+  }
+
+  // Match the scans of the link's drive anew, for some milliseconds: its score is not believed.
+  replay() {
+    const { poses, odometry, setting } = this.rival;
+    const end = performance.now() + REPLAY;
+    while (odometry.scans.length < poses.length && performance.now() < end)
+      takeScan(odometry, poses, setting);
+    this.advise();
+    if (odometry.scans.length < poses.length) this.request();
   }
 
   off() {
-    const { T } = this.odometry.scans.at(-1);
-    const [x, y] = this.poses.at(-1);
-    return Math.hypot(T.x - x, T.y - y);
+    return distanceOff(this.odometry, this.poses.at(-1));
   }
 
   sum() {
-    return `${this.metres.toFixed(0)} m driven, ${this.off().toFixed(2)} m off`;
+    const { metres } = this.odometry.scans.at(-1);
+    const steps = this.poses.length - 1;
+    const wrong = `${this.wrong.length} of ${steps} wrong`;
+    return `${metres.toFixed(0)} m driven, ${this.off().toFixed(2)} m off, ${wrong}`;
   }
 
   // ---- how it is shown
@@ -354,53 +433,63 @@ class DriveView extends View {
       drawMark(context, this.sheet, colors, mark);
   }
 
+  // The part of the world that is shown: a small world whole, of a long one what is about the robots;
+  // both robots in any case.
+  look(width, height) {
+    const { left, right, bottom, top } = this.box;
+    const [x, y] = [
+      [this.shown.x, this.robot.pose[0]],
+      [this.shown.y, this.robot.pose[1]],
+    ];
+    const isLong = right - left > 2 * ACROSS;
+    const middle = (x[0] + x[1]) / 2;
+    const ends = isLong ? [middle - ACROSS / 2, middle + ACROSS / 2] : [left, right];
+    const [low, high] = [Math.min(ends[0], ...x) - ABOUT / 2, Math.max(ends[1], ...x) + ABOUT / 2];
+    const [under, over] = [Math.min(bottom, ...y) - ABOUT / 2, Math.max(top, ...y) + ABOUT / 2];
+    const scale = Math.min(width / (high - low), height / (over - under));
+    this.view.look({ width, height, center: [(low + high) / 2, (under + over) / 2], scale });
+  }
+
+  // Put the prompt where the robot is not.
+  placePrompt(height) {
+    const [, v] = this.view.pixel(...this.robot.pose);
+    this.prompt.classList.toggle("icp-above", v > height / 2);
+  }
+
   draw() {
-    const long = this.across > 2 * ACROSS;
+    const isLong = this.box.right - this.box.left > 2 * ACROSS;
     const { scans } = this.odometry;
     const last = scans.at(-1);
     const colors = palette(this.root);
-    const fresh = freshContext(this.canvas, (width) => Math.min(460, (long ? 0.4 : 0.7) * width));
+    const share = isLong ? 0.4 : 0.7;
+    const fresh = freshContext(this.canvas, (width) => Math.min(TALLEST, share * width));
     if (!fresh) return;
+    // Another theme, or a drive that slides: all of it anew.
     if (this.inked !== colors.target) {
-      // another theme, or a drive that slides
       this.map.getContext("2d").clearRect(0, 0, this.map.width, this.map.height);
-      for (
-        let k = 0, every = this.sliding ? Math.ceil(scans.length / 100) : 1;
-        k < scans.length;
-        k += every
-      )
-        this.ink(k, colors);
+      const every = this.sliding ? Math.ceil(scans.length / 100) : 1;
+      for (let k = 0; k < scans.length; k += every) this.ink(k, colors);
       this.inked = colors.target;
     }
-    // It goes on as it last went
-    const share = this.now === null || this.sliding ? 0 : (this.ticks % SCAN) / SCAN;
-    const ahead = compose(last.T, between(transform(0, 0, 0), last.step, share));
+    // It goes on as it last went.
+    const part = this.now === null || this.sliding ? 0 : (this.ticks % SCAN) / SCAN;
+    const ahead = compose(last.T, between(transform(0, 0, 0), last.step, part));
     this.shown = this.shown && this.now !== null ? between(this.shown, ahead, 0.4) : ahead;
-    // A small world is seen whole; in a long one both robots are kept in view.
     const { context, width, height } = fresh;
-    const [ghost] = this.robot.pose;
-    const { x, y } = this.shown;
-    const across = long ? Math.max(ACROSS, 1.3 * Math.abs(x - ghost) + 4) : this.across + 1;
-    const scale = Math.min(width / across, height / (this.down + 1));
-    const center = long ? [(x + ghost) / 2, this.center[1]] : this.center;
-    this.view.look({ width, height, center, scale });
+    this.look(width, height);
+    this.placePrompt(height);
     const mark = (kind, data) => drawMark(context, this.view, colors, [kind, data]);
     const seen = apply(last.T, last.points);
     mark("wall", this.segments);
-    const corner = this.view.pixel(this.left - MARGIN, this.top + MARGIN);
-    context.drawImage(
-      this.map,
-      ...corner,
-      (this.map.width * scale) / INK,
-      (this.map.height * scale) / INK,
-    );
+    const corner = this.view.pixel(this.box.left - MARGIN, this.box.top + MARGIN);
+    const size = [this.map.width, this.map.height].map((each) => (each * this.view.scale) / INK);
+    context.drawImage(this.map, ...corner, ...size);
     mark("view", [last.T.x, last.T.y, ...seen]);
     mark("seen", seen);
-    if (this.rival)
-      mark(
-        "rival",
-        this.rival.poses[Math.min(Math.floor(this.ticks / SCAN), this.rival.poses.length - 1)],
-      );
+    if (this.rival) {
+      const { poses } = this.rival;
+      mark("rival", poses[Math.min(Math.floor(this.ticks / SCAN), poses.length - 1)]);
+    }
     mark("ghost", this.robot.pose);
     mark("robot", toXYTheta(this.shown));
   }

@@ -8,6 +8,7 @@ import { normalsAlongSweep } from "../explorer/normals.js";
 import { failed } from "../explorer/result.js";
 import { prepareTarget } from "../explorer/scene.js";
 import { compose, invert, poseDifference, toXYTheta, transform } from "../explorer/se2.js";
+import { cast, generator, wheelStep } from "./world.js";
 
 const AWAY = 4;
 const WITHIN = 2; // m driven between two visits of a place, and how far apart they may seem
@@ -21,7 +22,8 @@ const renewed = (T) => transform(...toXYTheta(T)); // without the rounding that 
 export class Odometry {
   constructor(start) {
     this.start = transform(...start);
-    // Of each its points, its pose T, the step to it, and the metres driven until there
+    // Of each its points, its pose T, the step to it and how the match of that ended, the motions
+    // that its pairs do not show, and the metres driven until there
     this.scans = [];
   }
 
@@ -29,13 +31,21 @@ export class Odometry {
   // the wheels, or that it stands.
   add(points, wheels, metres, parameters) {
     const last = this.scans.at(-1);
+    if (!last) {
+      this.scans.push({ points, metres, step: transform(0, 0, 0), T: this.start, ending: null });
+      return;
+    }
     const guess = wheels ?? transform(0, 0, 0);
-    const step = (last && icp(points, targetOf(last), guess, parameters).T_target_source) ?? guess;
+    const run = icp(points, targetOf(last), guess, parameters);
+    const step = run.T_target_source ?? guess;
+    const T = renewed(compose(last.T, step));
     this.scans.push({
       points,
       metres,
       step,
-      T: last ? renewed(compose(last.T, step)) : this.start,
+      T,
+      ending: run.termination,
+      unseen: unseenBy(run, last),
     });
   }
 
@@ -91,6 +101,31 @@ export class Odometry {
       scans[k].step = renewed(compose(invert(scans[k - 1].T), scans[k].T));
     }
   }
+}
+
+// The motions that the last pairs of a run do not show, in words.
+function unseenBy({ history, termination }, older) {
+  const seen = failed(termination) ? null : observability(history.at(-1).pairs, older.target);
+  return seen ? freeMotions(seen) : [];
+}
+
+// Take the next scan of a drive, from the world as its scanner and its wheels see it. Chance is the
+// same for the same scan of a drive, so that a link repeats it.
+export function takeScan(odometry, poses, { segments, lidar, noise, parameters }) {
+  const k = odometry.scans.length;
+  const T = transform(...poses[k]);
+  const random = generator(k);
+  const { points } = cast(segments, T, lidar, random);
+  if (!k) return odometry.add(points, null, 0, parameters);
+  const step = compose(invert(transform(...poses[k - 1])), T);
+  const metres = odometry.scans.at(-1).metres + Math.hypot(step.x, step.y);
+  return odometry.add(points, noise ? wheelStep(step, noise, random) : null, metres, parameters);
+}
+
+// How far off the robot believes to be [m], of the pose where it is.
+export function distanceOff(odometry, [x, y]) {
+  const { T } = odometry.scans.at(-1);
+  return Math.hypot(T.x - x, T.y - y);
 }
 
 // The motion between two scans of one place; null where the match is in doubt.

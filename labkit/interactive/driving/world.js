@@ -42,6 +42,15 @@ export function firstHits(segments, { c, s, x, y }, angles) {
   });
 }
 
+// Whether a robot can have driven so, with a scan each `seconds`; a link may tell anything.
+export function isDriven(poses, seconds) {
+  return poses.slice(1).every(([x, y, theta], k) => {
+    const [before, beside, was] = poses[k];
+    const isNear = Math.hypot(x - before, y - beside) < 1.1 * SPEED * seconds;
+    return isNear && Math.abs(theta - was) < 1.1 * TURN * seconds;
+  });
+}
+
 // Normal numbers by chance, the same ones for the same seed.
 export const generator = (seed) => {
   const uniform = () => {

@@ -232,7 +232,8 @@ export class HandView extends View {
     const moved = Math.hypot(x, y).toFixed(2);
     const found = by === "you" ? "Found by hand" : "Found";
     const ended = outcome === 2 ? "ICP gives up" : "Stuck";
-    if (!running && outcome === 0) said = `${found}: the robot moved ${moved} m and turned ${turn}°.`;
+    if (!running && outcome === 0)
+      said = `${found}: the robot moved ${moved} m and turned ${turn}°.`;
     else if (!running && this.ended) said = `${ended}, ${far} away: help it, drag the scan nearer.`;
     const isFound = !running && outcome === 0;
     if (isFound && !this.root.matches(".icp-found"))

@@ -67,6 +67,12 @@ export function nearestIndex(values, wanted) {
   return values.reduce((best, value, i) => (apart(value) < apart(values[best]) ? i : best), 0);
 }
 
+// Whether a slider can be set to it.
+export function isValueOf(name, value) {
+  if (value === null) return VALUES[name].includes(null);
+  return VALUES[name].some((each) => each !== null && Math.abs(each - value) < 1e-9);
+}
+
 // Numbers from `first` to `last` in equal steps, without the dust of adding them up.
 export function steps(first, last, step) {
   const count = Math.round((last - first) / step);
@@ -119,15 +125,6 @@ export function keepToItself(root, signal) {
     root.addEventListener(type, (event) => event.stopPropagation(), { signal });
 }
 
-// Names as in labkit's IcpParameters.
-export const SLIDERS = [
-  "metric",
-  "max_correspondence_distance",
-  "overlap_ratio",
-  "huber_delta",
-  "approach",
-];
-
 export const METRICS = [
   ["point_to_point", "point to point"],
   ["point_to_line", "point to line"],
@@ -137,7 +134,8 @@ const round = [
   0.01, 0.015, 0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.12, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1, 1.2,
   1.5, 2,
 ];
-const VALUES = {
+// What a slider can be set to, where nothing else is told.
+export const VALUES = {
   max_correspondence_distance: [...round.filter((each) => each >= 0.05), null],
   overlap_ratio: steps(0.2, 1, 0.01),
   huber_delta: [...round.filter((each) => each <= 0.5), null],

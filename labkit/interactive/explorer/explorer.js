@@ -6,7 +6,6 @@ import { Basin } from "./basin.js";
 import { HandView } from "./by_hand.js";
 import { palette, tween } from "./canvas.js";
 import {
-  SLIDERS,
   button,
   element,
   guessSliders,
@@ -16,6 +15,7 @@ import {
   steps,
   toggle,
 } from "./controls.js";
+import { SLIDERS } from "./constants.js";
 import { drawCost } from "./cost.js";
 import { pairsAt } from "./correspondences.js";
 import { icp } from "./icp.js";

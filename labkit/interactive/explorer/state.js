@@ -1,15 +1,16 @@
 // A state of the explorer as a link to it. A page has its last state again when it is reloaded; in
 // JupyterLab Python has it.
 
-import { METRICS, SLIDERS } from "./controls.js";
+import { SLIDERS } from "./constants.js";
+import { METRICS, isValueOf } from "./controls.js";
 
 const STORE = "labkit-explorer";
 const HASH = "#icp?";
+export const DIALS = ["max_correspondence_distance", "overlap_ratio", "huber_delta"];
 const TOLD = ["scene", ...SLIDERS, "guess"];
 
 export const isPage = () => document.documentElement.hasAttribute("data-content_root");
 const stateOf = (model) => Object.fromEntries(TOLD.map((name) => [name, model.get(name)]));
-const stateKey = () => `state of ${location.pathname}`;
 
 const kept = () => {
   try {
@@ -52,8 +53,13 @@ export async function toClipboard(text, said) {
   }
 }
 
+// What a page keeps of a widget's own until it is loaded again.
+export const keepHere = (name, value) =>
+  isPage() && remember(`${name} of ${location.pathname}`, value);
+export const keptHere = (name) => (isPage() ? kept()[`${name} of ${location.pathname}`] : null);
+
 export function keepState(model) {
-  if (isPage()) remember(stateKey(), { ...stateOf(model), shown: 0 });
+  keepHere("state", { ...stateOf(model), shown: 0 });
 }
 
 // The state that the page's address asks for.
@@ -66,7 +72,7 @@ export function stateFromAddress(scenes) {
 
 // The state that the reader left.
 export function keptState(scenes) {
-  return isPage() ? sensible(scenes, () => kept()[stateKey()]) : null;
+  return sensible(scenes, () => keptHere("state"));
 }
 
 // Null without a state, or where it makes no sense.
@@ -74,13 +80,8 @@ function sensible(scenes, read) {
   try {
     const { shown, ...values } = read();
     if (!TOLD.every((name) => name in values) || !scenes.includes(values.scene)) return null;
-    const distances = [values.max_correspondence_distance, values.huber_delta];
-    const numbers = [
-      ...values.guess,
-      values.overlap_ratio,
-      ...distances.filter((each) => each !== null),
-    ];
-    if (values.guess.length !== 3 || !numbers.every(Number.isFinite)) return null;
+    if (values.guess.length !== 3 || !values.guess.every(Number.isFinite)) return null;
+    if (!DIALS.every((name) => isValueOf(name, values[name]))) return null;
     if (!METRICS.some(([name]) => name === values.metric)) return null;
     return { shown, values: Object.fromEntries(TOLD.map((name) => [name, values[name]])) };
   } catch {

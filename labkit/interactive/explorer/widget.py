@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from labkit.icp import DEFAULTS, icp
 from labkit.interactive.explorer.scenes import Scene, default_scenes
-from labkit.interactive.front_end import bundle, style
+from labkit.interactive.front_end import SLIDERS, bundle, style
 from labkit.parameters import IcpParameters, Metric
 from labkit.result import IcpResult
 from labkit.scan import Scan, as_scan
@@ -23,8 +23,6 @@ from labkit.se2 import from_xytheta, to_xytheta
 from labkit.support.arrays import FloatArray, as_transform
 from labkit.support.errors import InvalidParameterError
 from labkit.target import Target, as_target
-
-_SLIDERS = ("metric", "max_correspondence_distance", "overlap_ratio", "huber_delta", "approach")
 
 
 class Explorer(anywidget.AnyWidget):
@@ -68,14 +66,14 @@ class Explorer(anywidget.AnyWidget):
             parameter_words={each.name: dict(each.metadata) for each in fields(parameters)},
             scene=scenes[0].name,
             guess=_row(scenes[0].T_init),
-            **{name: first[name] for name in _SLIDERS},
+            **{name: first[name] for name in SLIDERS},
             **layout,
         )
 
     @property
     def parameters(self) -> IcpParameters:
         """The parameters that the sliders stand at."""
-        moved = {name: getattr(self, name) for name in _SLIDERS}
+        moved = {name: getattr(self, name) for name in SLIDERS}
         return _parameters(self.first_parameters | moved)
 
     @property
