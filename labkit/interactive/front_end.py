@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import fields
 from pathlib import Path
 
 from labkit import alignment, correspondences, degeneracy, line_alignment, normals, schedule
+from labkit.parameters import IcpParameters
 from labkit.plotting.style import css_variables
 from labkit.result import Termination
 
 FOLDER = Path(__file__).resolve().parent
-# What a slider can move of a run, by its name in `IcpParameters`.
-SLIDERS = ("metric", "max_correspondence_distance", "overlap_ratio", "huber_delta", "approach")
+SLIDERS = tuple(  # parameters of `IcpParameters` that a slider moves: those with a label
+    field.name for field in fields(IcpParameters) if "label" in field.metadata
+)
 IMPORT = re.compile(r"^import\s[^;]*?\sfrom \"(\.\.?/[\w/]+\.js)\";\n", re.MULTILINE)
-CONSTANTS = {
+CONSTANTS = {  # by the module that defines them
     alignment: "RELATIVE_RESOLUTION",
     correspondences: "MIN_PAIRS",
     line_alignment: "MIN_INFORMATION STEADY_SHARE STEADY_INFORMATION BUT_FOR_ROUNDING",
@@ -26,22 +29,28 @@ CONSTANTS = {
 
 
 def constants() -> str:
-    """The module ``constants.js``: what labkit and the page share stands in labkit alone."""
-    told: dict[str, object] = {each.name: each.value for each in Termination}
-    shared = {name: getattr(m, name) for m, names in CONSTANTS.items() for name in names.split()}
-    values = {"TERMINATIONS": told, "SLIDERS": SLIDERS, **shared}
-    return "".join(f"export const {k} = {json.dumps(v)};\n" for k, v in values.items())
+    """Text of the module ``constants.js``: values that labkit defines and the page shares."""
+    values: dict[str, object] = {
+        "TERMINATIONS": {ending.name: ending.value for ending in Termination},
+        "SLIDERS": SLIDERS,
+    }
+    for module, names in CONSTANTS.items():
+        values |= {name: getattr(module, name) for name in names.split()}
+    return "".join(
+        f"export const {name} = {json.dumps(value)};\n" for name, value in values.items()
+    )
 
 
 def bundle(entry: str) -> str:
-    """A JavaScript module and all that it imports, as the one that a widget may have."""
+    """Text of a JavaScript module and all that it imports: a widget may have one module only."""
     texts = {FOLDER / "explorer" / "constants.js": constants()}
 
     def add(path: Path) -> None:
         text = path.read_text("utf-8")
         for name in IMPORT.findall(text):
-            if (wanted := (path.parent / name).resolve()) not in texts:
-                add(wanted)
+            imported = (path.parent / name).resolve()
+            if imported not in texts:
+                add(imported)
         texts[path] = IMPORT.sub("", text)
 
     add(FOLDER / entry)
@@ -49,6 +58,6 @@ def bundle(entry: str) -> str:
 
 
 def style(*names: str) -> str:
-    """Style sheets, below the colours; the explorer's is the first of all widgets."""
+    """Text of the colours and style sheets; every widget begins with the explorer's."""
     sheets = ("explorer/explorer.css", *names)
     return css_variables() + "\n".join((FOLDER / name).read_text("utf-8") for name in sheets)

@@ -1,21 +1,21 @@
 """Figures that the page computes anew at each move of a slider, with a kernel or without one.
 
-What a figure computes is written in ``models.js``; the tests hold it to labkit.
+A figure's computation is written in ``models.js``; the tests hold it to labkit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import anywidget
 import traitlets
 from numpy.typing import ArrayLike
 
-from labkit.interactive.explorer.widget import base64_of, slider_values, told
+from labkit.interactive.explorer.widget import parameters_to_json, to_base64, values_of_sliders
 from labkit.interactive.front_end import bundle, style
 from labkit.parameters import IcpParameters
-from labkit.support.arrays import as_floats
+from labkit.support.arrays import as_floats, check_choice
 
 MODELS = ("turn", "outlier", "cuts", "race")
 
@@ -39,7 +39,7 @@ class LiveFigure(anywidget.AnyWidget):
 
 def live_figure(
     model: str,
-    sliders: Mapping[str, Iterable[float]],
+    sliders: Mapping[str, ArrayLike],
     *,
     label: str,
     start: Sequence[float],
@@ -49,24 +49,38 @@ def live_figure(
 ) -> LiveFigure:
     """A picture that is computed where it is read, each time that a slider moves.
 
-    `model` is one of ``models.js``, and `given` what it is about, by the names that it knows. Each
-    slider, in the order of the model's arguments, has a name with its unit and its values; `label`
-    says what the picture shows, for those who cannot see it, and (`xlim`, `ylim`) [m] how much of
-    the plane is seen.
+    Parameters
+    ----------
+    model : {"turn", "outlier", "cuts", "race"}
+        What the page computes; see ``models.js``.
+    sliders : mapping of str to array_like, shape (N,)
+        Values of each slider, by its name with its unit, in the order of the model's arguments.
+    label : str
+        What the picture shows, for those who cannot see it.
+    start : sequence of float
+        Where each slider stands at first.
+    xlim, ylim : (float, float)
+        Part of the plane that is shown [m].
+    **given
+        Numbers, arrays and parameters of the model, by the names that it knows.
     """
+    check_choice(model, "model", *MODELS)
+    window = as_floats([*xlim, *ylim], "xlim, ylim", "give (left, right), (bottom, top)", (4,))
+    values_by_name = values_of_sliders(sliders)
+    values = as_floats(start, "start", "give one number per slider", (len(values_by_name),))
     return LiveFigure(
         model_name=model,
         label=label,
-        sliders=[{"label": k, "values": slider_values(k, v)} for k, v in sliders.items()],
-        values=[float(each) for each in start],
-        window=[*map(float, (*xlim, *ylim))],
-        given={name: packed_given(name, value) for name, value in given.items()},
+        sliders=[{"label": name, "values": values} for name, values in values_by_name.items()],
+        values=values.tolist(),
+        window=window.tolist(),
+        given={name: argument_to_json(name, value) for name, value in given.items()},
     )
 
 
-def packed_given(name: str, value: ArrayLike | IcpParameters) -> Any:
-    """Arguments of a model as JSON: parameters by name, numbers, arrays as base64."""
+def argument_to_json(name: str, value: ArrayLike | IcpParameters) -> Any:
+    """Encode an argument of a model: parameters by name, a number, or an array as base64."""
     if isinstance(value, IcpParameters):
-        return told(value)
-    rows = as_floats(value, name)
-    return base64_of(rows) if rows.ndim else float(rows)
+        return parameters_to_json(value)
+    array = as_floats(value, name)
+    return to_base64(array) if array.ndim else float(array)

@@ -11,7 +11,7 @@ from typing import Any
 import installed
 
 from labkit.interactive.explorer.scenes import Scene
-from labkit.interactive.explorer.widget import packed
+from labkit.interactive.explorer.widget import scene_to_json
 from labkit.interactive.front_end import bundle
 
 
@@ -19,7 +19,7 @@ def answers(
     scenes: Sequence[Scene], runs: Sequence[dict[str, Any]], folder: Path
 ) -> list[dict[str, Any]]:
     """What the front end, as the widget ships it, makes of each run."""
-    job = {"pairs": [packed(scene) for scene in scenes], "runs": list(runs)}
+    job = {"pairs": [scene_to_json(scene) for scene in scenes], "runs": list(runs)}
     found: list[dict[str, Any]] = told_by("agree.mjs", bundle("explorer/explorer.js"), job, folder)
     return found
 

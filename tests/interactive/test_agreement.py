@@ -16,7 +16,7 @@ from in_node import answers
 import labkit
 from labkit import IcpParameters, IcpResult, Target, Termination
 from labkit.interactive import Scene, default_scenes
-from labkit.interactive.explorer.widget import told
+from labkit.interactive.explorer.widget import parameters_to_json
 from labkit.interactive.front_end import FOLDER
 from labkit.neighbors import nearest_by_brute_force
 from labkit.scan import as_scan
@@ -62,7 +62,7 @@ def parameter_sets():
 
 
 def as_json(scene: int, guess: list[float], parameters: IcpParameters) -> dict[str, Any]:
-    return {"pair": scene, "guess": guess, "parameters": told(parameters)}
+    return {"pair": scene, "guess": guess, "parameters": parameters_to_json(parameters)}
 
 
 def difference(expected: IcpResult, answer: dict[str, Any], whole: bool) -> str | None:

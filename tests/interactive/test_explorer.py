@@ -1,9 +1,10 @@
-"""The explorer on the Python side: scenes, state, what it refuses, and its one module."""
+"""The explorer on the Python side: scenes, state, and what it refuses."""
 
 from __future__ import annotations
 
 import math
 import re
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,20 +14,20 @@ pytest.importorskip("anywidget")
 
 import labkit
 from labkit import IcpParameters, LabkitError, Scan
-from labkit.interactive import Scene, icp_explorer, icp_sliders, killian_scene
+from labkit.interactive import Scene, icp_explorer, icp_sliders, killian_scene, live_figure
 
-ONE = Scan.from_points([[1.0, 0.0]])
+ONE_POINT = Scan.from_points([[1.0, 0.0]])
 CORNER = Scan.from_points([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [0.0, 3.0]])
+T_INIT = labkit.transform(0.1, 0.0, 0.05)
 
 
-def scene(name="corner", **changes):
-    known = {"source": CORNER, "target": CORNER, "T_init": labkit.transform(0.1, 0.0, 0.05)}
-    return Scene(name=name, **known | changes)
+def make_scene(name="corner", **changes):
+    return Scene(**{"name": name, "source": CORNER, "target": CORNER, "T_init": T_INIT} | changes)
 
 
 @pytest.fixture
 def explorer():
-    return icp_explorer([scene(), scene("again", T_init=np.eye(3))])
+    return icp_explorer([make_scene(), make_scene("again", T_init=np.eye(3))])
 
 
 @pytest.mark.parametrize(
@@ -37,20 +38,41 @@ def explorer():
     ],
 )
 def test_what_cannot_be_meant_is_refused_and_changes_nothing(explorer, name, value, message):
-    before = getattr(explorer, name)
+    value_before = getattr(explorer, name)
+
     with pytest.raises(LabkitError, match=message):
         setattr(explorer, name, value)
-    assert getattr(explorer, name) == before
-    explorer.scene = "again"  # which brings its guess
+
+    assert getattr(explorer, name) == value_before
+
+
+def test_a_scene_brings_its_guess(explorer):
+    explorer.scene = "again"
     assert explorer.guess == [0.0, 0.0, 0.0]
 
 
+def test_infinity_turns_a_parameter_off(explorer):
+    explorer.huber_delta = math.inf
+    assert (explorer.huber_delta, explorer.parameters.huber_delta) == (None, math.inf)
+
+
+SLIDERS = partial(icp_sliders, CORNER, CORNER)
+FIGURE = partial(live_figure, "cuts", {"cuts": range(8)}, label="", xlim=(0, 1), ylim=(0, 1))
 REFUSED = {
-    "at least one, no two of one name, got []": lambda: icp_explorer([]),
-    "at least one, no two of one name, got ['a', 'a']": lambda: icp_explorer([scene("a")] * 2),
-    "each scan of scene 'few' needs 3 points, got 1": lambda: scene("few", source=ONE),
-    "`scan` must be in [1, 3872], got 0": lambda: killian_scene(0),
-    "two values to each, got 'x': [0.0]": lambda: icp_sliders(CORNER, CORNER, sliders={"x": [0.0]}),
+    "at least one, no two of one name, got []": partial(icp_explorer, []),
+    "no two of one name, got ['a', 'a']": partial(icp_explorer, [make_scene("a")] * 2),
+    "`scenes[0]` must be of the class Scene": partial(icp_explorer, [CORNER]),
+    "`parameters` must be of the class IcpParameters": partial(icp_explorer, parameters=0.5),
+    "each scan of scene 'few' needs 3 points, got 1": partial(make_scene, "few", source=ONE_POINT),
+    "`source` must be of the class Scan": partial(make_scene, source=CORNER.points),
+    "`scan` must be a whole number of at least 1 and at most 3,872": partial(killian_scene, 0),
+    "two values to each, got 'x': [0.0]": partial(SLIDERS, sliders={"x": [0.0]}),
+    "`sliders['x']` must hold numbers, got ['a', 'b']": partial(SLIDERS, sliders={"x": ["a", "b"]}),
+    "`sliders` must be of the class Mapping": partial(SLIDERS, sliders=["x"]),
+    '`model` must be "turn", "outlier", "cuts" or "race", got': partial(
+        live_figure, "tree", {}, label="", start=[], xlim=(0, 1), ylim=(0, 1)
+    ),
+    "`start` must have shape (1,), got (2,)": partial(FIGURE, start=[1, 2]),
 }
 
 
@@ -61,18 +83,25 @@ def test_what_makes_no_widget_is_refused(killian, message):
 
 
 def test_a_recorded_scene_carries_the_reference(killian):
-    recorded = killian_scene(101, "a room")
-    before, now = labkit.from_xytheta(killian.reference[100:102])
-    assert recorded.name == "Killian Court 101: a room"
-    assert np.allclose(before @ recorded.T_reference, now, rtol=0, atol=1e-12)
+    scene = killian_scene(101, "a room")
+
+    T_world_target, T_world_source = labkit.from_xytheta(killian.reference[100:102])
+    assert scene.name == "Killian Court 101: a room"
+    np.testing.assert_allclose(T_world_target @ scene.T_reference, T_world_source, atol=1e-12)
 
 
 def test_guess_parameters_and_truth_reach_the_page():
-    told = IcpParameters(math.inf, 0.6, 0.025, metric="point_to_line", max_iterations=7)
-    T_init, truth = labkit.transform(0.1, 0.0, 0.05), labkit.transform(0.2, 0.0, 0.0)
-    prepared = labkit.Target(CORNER)
-    sliders = icp_sliders(CORNER, prepared, T_init, told, T_reference=truth, runs=False)
-    assert (sliders.parameters, sliders.runs) == (told, False)
-    assert sliders.max_correspondence_distance is None
-    assert sliders.guess == pytest.approx([0.1, 0.0, 0.05])
-    assert sliders.scene_data[0]["answer"] == pytest.approx([0.2, 0.0, 0.0])
+    parameters = IcpParameters(math.inf, 0.6, 0.025, metric="point_to_line", max_iterations=7)
+    truth = labkit.transform(0.2, 0.0, 0.0)
+
+    widget = icp_sliders(CORNER, labkit.Target(CORNER), T_INIT, parameters, T_reference=truth)
+
+    assert widget.parameters == parameters
+    assert widget.max_correspondence_distance is None
+    assert widget.guess == pytest.approx([0.1, 0.0, 0.05])
+    assert widget.scene_data[0]["answer"] == pytest.approx([0.2, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("runs", [True, False])
+def test_the_page_runs_the_loop_at_once_or_waits(runs):
+    assert SLIDERS(runs=runs).runs is runs

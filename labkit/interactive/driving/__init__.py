@@ -8,7 +8,7 @@ from typing import Any
 import anywidget
 import traitlets
 
-from labkit.interactive.explorer.widget import base64_of, told
+from labkit.interactive.explorer.widget import parameters_to_json, to_base64
 from labkit.interactive.front_end import bundle, style
 from labkit.parameters import ACCURATE
 from labkit.simulation import Lidar, WheelNoise, World, corridor, doorways, room, two_rooms
@@ -66,11 +66,11 @@ def drive() -> Drive:
     return Drive(
         places=[
             {"name": name, "start": start, "hint": hint}
-            | {"segments": base64_of(world.segments.reshape(-1, 4))}
+            | {"segments": to_base64(world.segments.reshape(-1, 4))}
             for name, (world, start, hint) in PLACES.items()
         ],
         lidar=asdict(LIDAR) | {"angles": LIDAR.angles.tolist()},
         wheels={name: asdict(noise) for name, noise in WHEELS.items()},
-        parameters=told(ACCURATE),
-        parameter_words={each.name: dict(each.metadata) for each in fields(ACCURATE)},
+        parameters=parameters_to_json(ACCURATE),
+        parameter_words={field.name: dict(field.metadata) for field in fields(ACCURATE)},
     )

@@ -22,7 +22,7 @@ from labkit.simulation import (
     room,
     two_rooms,
 )
-from labkit.support.arrays import FloatArray, check_count, check_range
+from labkit.support.arrays import FloatArray, as_transform, check_count, check_kind
 from labkit.support.errors import InvalidPointsError
 
 LIDAR = Lidar(beam_count=361, field_of_view=2.0 * math.pi)
@@ -43,9 +43,18 @@ class Scene:
     reference: str = "truth"
 
     def __post_init__(self) -> None:
-        if (fewest := min(len(self.source), len(self.target))) < MIN_PAIRS:
-            told = f"each scan of scene {self.name!r} needs {MIN_PAIRS} points, got {fewest}"
-            raise InvalidPointsError(told)
+        check_kind(self.name, "name", str)
+        check_kind(self.source, "source", Scan)
+        check_kind(self.target, "target", Scan)
+        object.__setattr__(self, "T_init", as_transform(self.T_init, "T_init"))
+        if self.T_reference is not None:
+            T_reference = as_transform(self.T_reference, "T_reference")
+            object.__setattr__(self, "T_reference", T_reference)
+        fewest = min(len(self.source), len(self.target))
+        if fewest < MIN_PAIRS:
+            raise InvalidPointsError(
+                f"each scan of scene {self.name!r} needs {MIN_PAIRS} points, got {fewest}"
+            )
 
 
 def default_scenes() -> list[Scene]:
@@ -60,11 +69,13 @@ def default_scenes() -> list[Scene]:
             T_init=lesson.T_init,
             T_reference=lesson.T_target_source,
         ),
-        _simulated("Room", room(), (0.30, 0.10, 8.0)),
-        _simulated("Turn on the spot", room(), (0.0, 0.0, 20.0)),
-        _simulated("Corridor", corridor(), (0.50, 0.05, 2.0), (0.0, 0.0, 0.0)),
-        _simulated("A truck drives ahead", _with_truck(), (0.20, 0.05, 3.0)),
-        _simulated("Two rooms", two_rooms(), (2.0, 0.1, 4.0), (1.8, 0.0, 0.0), (-1.5, 0.0, 0.0)),
+        _simulate_scene("Room", room(), (0.30, 0.10, 8.0)),
+        _simulate_scene("Turn on the spot", room(), (0.0, 0.0, 20.0)),
+        _simulate_scene("Corridor", corridor(), (0.50, 0.05, 2.0), (0.0, 0.0, 0.0)),
+        _simulate_scene("A truck drives ahead", _room_with_truck(), (0.20, 0.05, 3.0)),
+        _simulate_scene(
+            "Two rooms", two_rooms(), (2.0, 0.1, 4.0), (1.8, 0.0, 0.0), (-1.5, 0.0, 0.0)
+        ),
         killian_scene(2600, "a corridor"),
         killian_scene(3244, "a turn of 30°"),
     ]
@@ -73,16 +84,15 @@ def default_scenes() -> list[Scene]:
 def killian_scene(scan: int, note: str = "") -> Scene:
     """Scans `scan` − 1 and `scan` of Killian Court, from no guess."""
     log = _killian()
-    check_range(scan, "scan", at_least=1, at_most=len(log) - 1)
-    check_count(scan, "scan", at_least=1)
+    check_count(scan, "scan", at_least=1, at_most=len(log) - 1)
     assert log.reference is not None
-    before, now = from_xytheta(log.reference[scan - 1 : scan + 1])
+    T_world_target, T_world_source = from_xytheta(log.reference[scan - 1 : scan + 1])
     return Scene(
         name=f"Killian Court {scan}" + (f": {note}" if note else ""),
         source=log.scans[scan],
         target=log.scans[scan - 1],
         T_init=np.eye(3),
-        T_reference=relative(before, now),
+        T_reference=relative(T_world_target, T_world_source),
         reference="reference",
     )
 
@@ -92,27 +102,34 @@ def _killian() -> Log:
     return read_log("killian")
 
 
-Motion = tuple[float, float, float]  # metres, metres, degrees
-STAY: Motion = (0.0, 0.0, 0.0)
+Motion = tuple[float, float, float]  # [m], [m], [°]
+NO_MOTION: Motion = (0.0, 0.0, 0.0)
 
 
-def _simulated(
-    name: str, world: World, motion: Motion, guess: Motion = STAY, start: Motion = STAY
+def _simulate_scene(
+    name: str, world: World, motion: Motion, guess: Motion = NO_MOTION, start: Motion = NO_MOTION
 ) -> Scene:
-    """Two looks into a world, half a second apart, by a scanner that sees all round."""
+    """Take two scans of a world, half a second apart, with a scanner that sees all round."""
     rng = np.random.default_rng(4)
-    T_world_target, T = _transform(start), _transform(motion)
+    T_world_target = _to_transform(start)
+    T_target_source = _to_transform(motion)
     target = cast(world, T_world_target, LIDAR, rng=rng, stamp=0.0)
-    source = cast(world, T_world_target @ T, LIDAR, rng=rng, stamp=0.5)
-    return Scene(name=name, source=source, target=target, T_init=_transform(guess), T_reference=T)
+    source = cast(world, T_world_target @ T_target_source, LIDAR, rng=rng, stamp=0.5)
+    return Scene(
+        name=name,
+        source=source,
+        target=target,
+        T_init=_to_transform(guess),
+        T_reference=T_target_source,
+    )
 
 
-def _transform(motion: Motion) -> FloatArray:
+def _to_transform(motion: Motion) -> FloatArray:
     x, y, degrees = motion
     return transform(x, y, math.radians(degrees))
 
 
-def _with_truck() -> World:
+def _room_with_truck() -> World:
     """The room, and in it the back of a truck that drives on: 29 % of what is seen."""
     back = np.array([[[1.2, -1.6], [1.2, 1.6]]])
     truck = MovingObject(segments=back, velocity=np.array([1.2, 0.0]))

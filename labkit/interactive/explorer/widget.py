@@ -1,10 +1,10 @@
-"""The explorer on the Python side, whole or as three sliders alone."""
+"""The explorer on the Python side: whole, as sliders, or to align two scans by hand."""
 
 from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
 from typing import Any, get_args
 
@@ -20,7 +20,7 @@ from labkit.parameters import IcpParameters, Metric
 from labkit.result import IcpResult
 from labkit.scan import Scan, as_scan
 from labkit.se2 import from_xytheta, to_xytheta
-from labkit.support.arrays import FloatArray, as_transform
+from labkit.support.arrays import FloatArray, as_floats, as_transform, check_kind, check_kinds
 from labkit.support.errors import InvalidParameterError
 from labkit.target import Target, as_target
 
@@ -53,32 +53,34 @@ class Explorer(anywidget.AnyWidget):
     outcome = traitlets.Dict().tag(sync=True)
 
     def __init__(self, scenes: Sequence[Scene], parameters: IcpParameters, **layout: Any) -> None:
-        self.scenes = {each.name: each for each in scenes}
+        check_kinds(scenes, "scenes", Scene)
+        check_kind(parameters, "parameters", IcpParameters)
+        self.scenes = {scene.name: scene for scene in scenes}
         if not scenes or len(self.scenes) < len(scenes):
-            names = [each.name for each in scenes]
+            names = [scene.name for scene in scenes]
             raise InvalidParameterError(
                 f"must be at least one, no two of one name, got {names}", parameter="scenes"
             )
-        first = told(parameters)
+        first = parameters_to_json(parameters)
         super().__init__(
-            scene_data=[packed(each) for each in scenes],
+            scene_data=[scene_to_json(scene) for scene in scenes],
             first_parameters=first,
-            parameter_words={each.name: dict(each.metadata) for each in fields(parameters)},
+            parameter_words={field.name: dict(field.metadata) for field in fields(parameters)},
             scene=scenes[0].name,
-            guess=_row(scenes[0].T_init),
+            guess=_to_row(scenes[0].T_init),
             **{name: first[name] for name in SLIDERS},
             **layout,
         )
 
     @property
     def parameters(self) -> IcpParameters:
-        """The parameters that the sliders stand at."""
+        """Parameters as the sliders stand."""
         moved = {name: getattr(self, name) for name in SLIDERS}
-        return _parameters(self.first_parameters | moved)
+        return parameters_from_json(self.first_parameters | moved)
 
     @property
     def T_init(self) -> FloatArray:
-        """The guess as a transform, shape (3, 3)."""
+        """Guess as a transform, shape (3, 3)."""
         return from_xytheta(self.guess)
 
     def run(self) -> IcpResult:
@@ -87,21 +89,22 @@ class Explorer(anywidget.AnyWidget):
         return icp(scene.source, scene.target, self.T_init, self.parameters)
 
     @traitlets.validate("scene")
-    def _known(self, proposal: dict[str, Any]) -> Any:
-        if (name := proposal["value"]) not in self.scenes:
-            known = ", ".join(self.scenes)
-            raise InvalidParameterError(f"must be one of {known}, got {name!r}", parameter="scene")
+    def _check_scene(self, proposal: dict[str, Any]) -> Any:
+        name = proposal["value"]
+        if name not in self.scenes:
+            names = ", ".join(self.scenes)
+            raise InvalidParameterError(f"must be one of {names}, got {name!r}", parameter="scene")
         return name
 
     @traitlets.validate("max_correspondence_distance", "overlap_ratio", "huber_delta")
-    def _in_range(self, proposal: dict[str, Any]) -> Any:
-        value = None if proposal["value"] == math.inf else proposal["value"]  # as in JSON
-        _parameters({proposal["trait"].name: value})
+    def _check_parameter(self, proposal: dict[str, Any]) -> Any:
+        value = none_if_off(proposal["value"])
+        parameters_from_json({proposal["trait"].name: value})
         return value
 
     @traitlets.observe("scene")
     def _start_over(self, change: dict[str, Any]) -> None:
-        self.guess = _row(self.scenes[change["new"]].T_init)
+        self.guess = _to_row(self.scenes[change["new"]].T_init)
 
 
 def icp_explorer(
@@ -112,8 +115,8 @@ def icp_explorer(
     The page computes all that it shows; in JupyterLab its values also reach Python. Google Colab
     shows it after ``google.colab.output.enable_custom_widget_manager()``.
 
-    `scenes` are pairs of scans to choose from, `default_scenes` by default; `parameters` say where
-    the sliders stand at first, and what they do not change.
+    `scenes` are pairs of scans to choose from, `default_scenes` by default. `parameters` set the
+    sliders at first; what has no slider stays as it is there.
 
     Examples
     --------
@@ -134,7 +137,7 @@ def icp_sliders(
     T_reference: ArrayLike | None = None,
     reference: str = "truth",
     runs: bool = True,
-    sliders: Mapping[str, Iterable[float]] | None = None,
+    sliders: Mapping[str, ArrayLike] | None = None,
 ) -> Explorer:
     """The lesson's three sliders, gate, overlap and Huber's delta, beside one pair of scans.
 
@@ -153,60 +156,77 @@ def icp_sliders(
         T_reference=None if T_reference is None else as_transform(T_reference, "T_reference"),
         reference=reference,
     )
-    label = "Gate, overlap and Huber's δ" if sliders is None else "Two scans and their match"
-    chosen = None if sliders is None else {k: slider_values(k, v) for k, v in sliders.items()}
-    return Explorer([scene], parameters, label=label, form="sliders", runs=runs, sliders=chosen)
+    check_kind(runs, "runs", bool)
+    label, values_by_name = "Gate, overlap and Huber's δ", None
+    if sliders is not None:
+        label, values_by_name = "Two scans and their match", values_of_sliders(sliders)
+    return Explorer(
+        [scene], parameters, label=label, form="sliders", runs=runs, sliders=values_by_name
+    )
 
 
 def align_by_hand(scene: Scene, parameters: IcpParameters = DEFAULTS) -> Explorer:
     """Two scans to lay over one another by mouse or keys; ICP goes on from there.
 
-    The newer one lies first at the scene's `T_init`, and a verdict says whether ICP found
-    the answer.
+    The newer one lies at the scene's `T_init` at first. A verdict says whether ICP found the
+    answer.
     """
     return Explorer([scene], parameters, label="Two scans, to align by hand", form="by hand")
 
 
-def slider_values(name: str, values: Iterable[float]) -> list[float | None]:
-    """Values that a slider can be set to; None is off."""
-    chosen = [None if value == math.inf else round(float(value), 9) for value in values]
-    if len(chosen) < 2:
+def values_of_sliders(sliders: Mapping[str, ArrayLike]) -> dict[str, list[float | None]]:
+    """Check the values that each slider can be set to: two or more numbers; None is off."""
+    check_kind(sliders, "sliders", Mapping)
+    return {name: _slider_values(name, values) for name, values in sliders.items()}
+
+
+def _slider_values(name: str, values: ArrayLike) -> list[float | None]:
+    numbers = as_floats(values, f"sliders[{name!r}]", "give the values of the slider", ("N",))
+    if len(numbers) < 2 or np.isnan(numbers).any():
         raise InvalidParameterError(
-            f"must give at least two values to each, got {name!r}: {chosen}", parameter="sliders"
+            f"must give at least two values to each, got {name!r}: {numbers.tolist()}",
+            parameter="sliders",
         )
-    return chosen
+    return [none_if_off(round(value, 9)) for value in numbers.tolist()]
 
 
-def _parameters(by_name: dict[str, Any]) -> IcpParameters:
+def none_if_off(value: Any) -> Any:
+    """Return the value, or None for infinity, which JSON does not have: that parameter is off."""
+    return None if value == math.inf else value
+
+
+def parameters_to_json(parameters: IcpParameters) -> dict[str, Any]:
     """Parameters by name, None for one that is off."""
-    off_is_infinite: dict[str, Any] = {k: math.inf if v is None else v for k, v in by_name.items()}
-    return IcpParameters(**off_is_infinite)
+    return {name: none_if_off(value) for name, value in asdict(parameters).items()}
 
 
-def told(parameters: IcpParameters) -> dict[str, Any]:
-    """Parameters by name as JSON, which has no infinity: None for one that is off."""
-    return {k: None if v == math.inf else v for k, v in asdict(parameters).items()}
+def parameters_from_json(by_name: dict[str, Any]) -> IcpParameters:
+    """Parameters from their values by name, None for one that is off."""
+    values: dict[str, Any] = {
+        name: math.inf if value is None else value for name, value in by_name.items()
+    }
+    return IcpParameters(**values)
 
 
-def packed(scene: Scene) -> dict[str, Any]:
-    """A scene as JSON."""
+def scene_to_json(scene: Scene) -> dict[str, Any]:
+    """Scans, guess and answer of a scene, by name."""
     target = Target(scene.target)
     return {
         "name": scene.name,
-        "source": base64_of(scene.source.points),
-        "target": base64_of(target.points),
-        "normals": base64_of(target.normals),
-        "guess": _row(scene.T_init),
-        "answer": None if scene.T_reference is None else _row(scene.T_reference),
+        "source": to_base64(scene.source.points),
+        "target": to_base64(target.points),
+        "normals": to_base64(target.normals),
+        "guess": _to_row(scene.T_init),
+        "answer": None if scene.T_reference is None else _to_row(scene.T_reference),
         "reference": scene.reference,
     }
 
 
-def base64_of(rows: FloatArray) -> str:
-    """An array as base64 of its little-endian float64, no digit lost."""
+def to_base64(rows: FloatArray) -> str:
+    """Encode an array as base64 of its little-endian float64, no digit lost."""
     return base64.b64encode(np.ascontiguousarray(rows, dtype="<f8").tobytes()).decode("ascii")
 
 
-def _row(T: ArrayLike) -> list[float]:
+def _to_row(T: ArrayLike) -> list[float]:
     """(x, y, θ) as plain floats."""
-    return list(map(float, to_xytheta(T)))
+    return [float(number) for number in to_xytheta(T)]
