@@ -8,6 +8,8 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.version import Version
 
+from labkit.support.extras import DISTRIBUTION
+
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 LOCK = (ROOT / "requirements-dev.txt").read_text("utf-8")
@@ -26,7 +28,11 @@ def requirements():
     named = [project["dependencies"], *project["optional-dependencies"].values()]
     named += PROJECT["dependency-groups"].values()
     each = {Requirement(text) for texts in named for text in texts}
-    return sorted((one for one in each if one.name != "labkit"), key=str)
+    return sorted((one for one in each if one.name != DISTRIBUTION), key=str)
+
+
+def test_messages_name_the_distribution_that_pip_knows():
+    assert PROJECT["project"]["name"] == DISTRIBUTION
 
 
 def test_every_data_file_is_in_the_wheel():
@@ -37,7 +43,7 @@ def test_every_data_file_is_in_the_wheel():
         for path in ROOT.joinpath(*package.split(".")).glob(pattern)
     }
     files = (path for path in (ROOT / "labkit").rglob("*") if path.is_file())
-    data = {path for path in files if path.suffix not in {".py", ".pyc", ".nbi", ".nbc"}}
+    data = {path for path in files if path.suffix not in {".py", ".pyc", ".nbi", ".nbc", ".md"}}
     assert len(data) > 20
     assert data - packed == set()
 

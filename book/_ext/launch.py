@@ -23,7 +23,7 @@ _CELL = """\
 import importlib.util
 
 if importlib.util.find_spec("labkit") is None:
-    %pip install --quiet "labkit[{extras}] @ git+{url}@{branch}"
+    %pip install --quiet "icp-course-lab[{extras}] @ git+{url}@{branch}"
 """
 
 

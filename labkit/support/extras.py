@@ -7,6 +7,8 @@ from typing import Any
 
 from labkit.support.errors import LabkitError
 
+DISTRIBUTION = "icp-course-lab"  # the name by which pip knows labkit
+
 
 class MissingExtraError(LabkitError, ImportError):
     """A package that one of labkit's extras brings is not installed."""
@@ -14,7 +16,7 @@ class MissingExtraError(LabkitError, ImportError):
     def __init__(self, purpose: str, package: str, extra: str) -> None:
         super().__init__(
             f"{purpose} needs {package}, which is not installed: "
-            f'python -m pip install "labkit[{extra}]"'
+            f'python -m pip install "{DISTRIBUTION}[{extra}]"'
         )
 
 

@@ -9,6 +9,8 @@ from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+import labkit
+
 PACKAGES = ("numpy", "scipy", "open3d", "small-gicp", "kiss-icp", "fricp-cpp", "simpleicp")
 CPU_INFO = Path("/proc/cpuinfo")
 
@@ -49,7 +51,7 @@ def _cpu_model() -> str:
 
 def _labkit_version() -> str:
     commit = _output("git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty")
-    return f"{version('labkit')} ({commit})" if commit else version("labkit")
+    return f"{labkit.__version__} ({commit})" if commit else labkit.__version__
 
 
 def _output(*command: str) -> str:

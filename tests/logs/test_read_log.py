@@ -102,5 +102,7 @@ def test_a_file_that_is_too_large_is_refused_with_the_way_out(save, run, packing
 )
 def test_a_missing_package_is_named_with_its_remedy(monkeypatch, log, module, package, extra):
     monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(MissingExtraError, match=rf'{package}, .* install "labkit\[{extra}\]"$'):
+    with pytest.raises(
+        MissingExtraError, match=rf'{package}, .* install "icp-course-lab\[{extra}\]"$'
+    ):
         read_log(log)

@@ -13,7 +13,7 @@ import re
 import sys
 import zipfile
 from collections.abc import Iterable
-from importlib.metadata import requires
+from importlib.metadata import packages_distributions, requires
 from pathlib import Path
 from typing import Any
 
@@ -91,7 +91,7 @@ def write_autograder(path: str | os.PathLike[str], assignment: str | os.PathLike
             info = zipfile.ZipInfo(script)
             info.external_attr = 0o100755 << 16  # Gradescope runs it
             archive.writestr(info, (HERE / script).read_bytes())
-        own = filter(needed.match, requires("labkit") or [])
+        own = filter(needed.match, requires(packages_distributions()["labkit"][0]) or [])
         archive.writestr("requirements.txt", "\n".join([*own, ""]))
         for source in sorted(PACKAGE.rglob("*")):
             place = str(source.relative_to(PACKAGE.parent))
