@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from labkit.support.compiled import load_numba
+from labkit.support.warm import warm
 
 NEEDS_NUMBA = pytest.mark.skipif(load_numba() is None, reason="numba is not to be had")
 ASKED = "from labkit.neighbors import cell_index; print(cell_index(8.5, 10))"
@@ -100,3 +101,8 @@ def test_without_numba_python_runs_the_same_function(tmp_path, how):
     said = answer(tmp_path, broken + match)
     assert said.startswith("Python runs the matcher, slowly: ")
     assert said.count("\n") == 1
+
+
+def test_all_stages_can_be_compiled_ahead():
+    """As each `make` does, once an environment is set up."""
+    warm()
