@@ -43,7 +43,10 @@ class Scan:
     ranges, angles : ndarray, shape (B,), or None
         All B beams as measured [m] and their directions [rad], no-returns included.
     stamp : float
-        Time in seconds; NaN where the file has none.
+        Time in seconds of the first beam; NaN where the file has none.
+    time_increment : float
+        Time in seconds from one beam to the next; 0 where it is unknown, or where all beams count
+        as measured at once.
 
     Notes
     -----
@@ -55,6 +58,7 @@ class Scan:
     ranges: FloatArray | None = None
     angles: FloatArray | None = None
     stamp: float = math.nan
+    time_increment: float = 0.0
 
     def __post_init__(self) -> None:
         points = as_points(self.points, "points", minimum=0)
@@ -69,6 +73,7 @@ class Scan:
         if not is_number(self.stamp):
             message = f"must be a time in seconds, or NaN, got {self.stamp!r:.80}"
             raise InvalidParameterError(message, parameter="stamp")
+        check_range(self.time_increment, "time_increment", at_least=0.0, at_most=1.0, unit="s")
 
     @classmethod
     def from_ranges(
@@ -77,6 +82,7 @@ class Scan:
         angles: ArrayLike,
         *,
         stamp: float = math.nan,
+        time_increment: float = 0.0,
         range_min: float = 0.0,
         range_max: float = math.inf,
     ) -> Scan:
@@ -99,7 +105,14 @@ class Scan:
         beams = np.flatnonzero((r > range_min) & (r < min(range_max, LONGEST_RANGE)))
         direction = np.column_stack([np.cos(alpha[beams]), np.sin(alpha[beams])])
         points = r[beams, None] * direction
-        return cls(points=points, beams=beams, ranges=r, angles=alpha, stamp=stamp)
+        return cls(
+            points=points,
+            beams=beams,
+            ranges=r,
+            angles=alpha,
+            stamp=stamp,
+            time_increment=time_increment,
+        )
 
     @classmethod
     def from_points(cls, points: ArrayLike) -> Scan:

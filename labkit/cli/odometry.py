@@ -58,8 +58,8 @@ OPTIONS = {  # fields of `OdometryParameters`, and those of their fields that ar
     "limits": ("max_translation",),
 }
 OF_READING = (  # parameters of `read_log`
-    *("scans", "start", "angles", "range_min", "range_max", "mirrored", "no_return"),
-    *("laser_offset", "odometry", "topic", "odometry_topic", "strict"),
+    *("scans", "start", "angles", "range_min", "range_max", "mirrored", "time_increment"),
+    *("no_return", "laser_offset", "odometry", "topic", "odometry_topic", "strict"),
 )
 SHOWN_DAMAGE = 5  # damaged lines that are named one by one
 
@@ -75,6 +75,8 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     add = parser.add_argument
     add("log", metavar="LOG", help="a log file, `-`, or `killian`")
     add("--prior", choices=("auto", "none"), default="auto", help="none: leave odometry aside")
+    skew = "none: leave the motion within a sweep aside, where the log tells the time of its beams"
+    add("--deskew", choices=("auto", "none"), default="auto", help=skew)
     wheels = "wheel odometry of the robot, TUM, on the clock of the scans"
     add("--odometry", metavar="FILE", help=wheels)
     add("--scans", type=int, metavar="N", help="read N scans only (default all)")
@@ -96,6 +98,7 @@ def _add_log_options(parser: argparse.ArgumentParser) -> None:
     beams = "directions of the first and the last beam [rad], in place of what the log declares"
     near = "ranges make points above this, in place of what the log declares [m]"
     far = "ranges make points below this, likewise; inf for all [m]"
+    beam_time = "time from one beam to the next [s], in place of what the log declares"
     mirrored = "the scanner hangs upside down, or counts its angles clockwise"
     codes = "ranges that mean nothing came back [m], or none (default: the known codes)"
     add("--laser-offset", nargs=3, type=float, metavar=pose, help=place)
@@ -103,6 +106,7 @@ def _add_log_options(parser: argparse.ArgumentParser) -> None:
     add("--range-min", type=float, metavar="X", help=near)
     add("--range-max", type=float, metavar="X", help=far)
     add("--mirrored", action="store_true", help=mirrored)
+    add("--time-increment", type=float, metavar="X", help=beam_time)
     add("--no-return", nargs="*", type=float, metavar="X", help=codes)
     add("--topic", help="of the scans, in a bag with several")
     add("--odometry-topic", metavar="TOPIC", help="of the odometry, likewise")
@@ -145,9 +149,12 @@ def run(args: argparse.Namespace) -> int:
     with loading():
         warm()  # compiling is no time of a step
     began = time.process_time()
+    deskew = args.deskew == "auto"
     progress = _progress(args, "matching", "scan")
     with warnings.catch_warnings(action="ignore"):  # the remarks are told below
-        result = estimate_odometry(log.scans, prior, parameters, start=start, progress=progress)
+        result = estimate_odometry(
+            log.scans, prior, parameters, start=start, deskew=deskew, progress=progress
+        )
     seconds = time.process_time() - began
     wheels = None if prior is None or not np.isfinite(prior).all() else integrate(prior, start)
     for remark in result.remarks:

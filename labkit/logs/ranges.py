@@ -185,7 +185,9 @@ def _parse_sweep(
     band = declared.get("range_min", 0.0), declared.get("range_max", math.inf)
     scaled = np.array(ranges) * layout.scale
     stamp = sum(stamps) if stamps else math.nan
-    return Sweep(number, scanner.scan(scaled, angles, report, stamp=stamp, band=band))
+    beam_time = declared.get("time_increment", 0.0)
+    scan = scanner.scan(scaled, angles, report, stamp=stamp, band=band, time_increment=beam_time)
+    return Sweep(number, scan)
 
 
 def _parse_declared(field: str, name: str) -> float:

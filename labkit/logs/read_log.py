@@ -35,13 +35,13 @@ FORMATS = (
 )
 KILLIAN = "killian"  # the built-in run: MIT Killian Court, 3,873 scans over 1.9 km
 HEAD = 1000  # lines that tell the format
-OF_TEXT = ("angles", "no_return", "laser_offset")
+OF_TEXT = ("angles", "no_return", "laser_offset", "time_increment")
 USABLE = {  # arguments that not every format can use
     "ros": (*OF_TEXT, "topic", "odometry_topic"),
     "carmen": OF_TEXT,
     "g2o": OF_TEXT,
-    "ranges": ("angles", "no_return"),
-    "polar": ("no_return",),
+    "ranges": ("angles", "no_return", "time_increment"),
+    "polar": ("no_return", "time_increment"),
     "points": (),
 }
 
@@ -64,6 +64,7 @@ def read_log(
     range_min: float | None = None,
     range_max: float | None = None,
     mirrored: bool = False,
+    time_increment: float | None = None,
     no_return: ArrayLike | None = None,
     laser_offset: ArrayLike | None = None,
     odometry: Odometry | None = None,
@@ -93,6 +94,8 @@ def read_log(
         The band in which a range makes a point [m].
     mirrored : bool
         The scanner hangs upside down, or counts its angles clockwise: they change their sign.
+    time_increment : float, optional
+        Time from one beam to the next [s]; 0 if all beams count as measured at once.
     no_return : array_like, optional
         Ranges [m] that mean "nothing came back", to 1.5 mm; ``()`` for none. By default the
         known code with which a log's ranges end, named in `Log.remarks`.
@@ -133,7 +136,11 @@ def read_log(
     check_angles(offset[2:], "laser_offset")
     directions = _as_directions(angles)
     scanner = Scanner(
-        angles=directions, range_min=range_min, range_max=range_max, mirrored=mirrored
+        angles=directions,
+        range_min=range_min,
+        range_max=range_max,
+        time_increment=time_increment,
+        mirrored=mirrored,
     )
     part = _part(start, scans)
     is_killian = isinstance(path, str) and path == KILLIAN
@@ -146,6 +153,7 @@ def read_log(
         sweeps, track = read_bag(file, report, scanner, part, progress, **topics)
     else:
         given = {"angles": angles, "no_return": no_return, "laser_offset": laser_offset}
+        given |= {"time_increment": time_increment}
         if odometry is not None:  # has a use for the place of the scanner
             del given["laser_offset"]
         given |= {"topic": topic, "odometry_topic": odometry_topic}

@@ -142,7 +142,10 @@ def _sweeps(bag: Bag, topic: Topic, report: DamageReport, scanner: Scanner) -> I
             with np.errstate(invalid="ignore", over="ignore"):  # what is not finite makes no point
                 last = float(message.angle_max)
                 angles = scanner.beams(len(ranges), start, step, report, last)
-                scan = scanner.scan(ranges, angles, report, stamp=stamp, band=band)
+                beam_time = float(message.time_increment)
+                scan = scanner.scan(
+                    ranges, angles, report, stamp=stamp, band=band, time_increment=beam_time
+                )
         except LabkitError as damage:
             report.skip(number, f"a damaged {topic[1]} message: {damage}")
         else:

@@ -34,6 +34,8 @@ class Scanner:
         Directions of the first and the last beam [rad].
     range_min, range_max : float or None
         The band in which a range makes a point [m].
+    time_increment : float or None
+        Time from one beam to the next [s]; 0 where all beams count as measured at once.
     mirrored : bool
         The scanner hangs upside down, or counts its angles clockwise: they change their sign.
     """
@@ -41,6 +43,7 @@ class Scanner:
     angles: tuple[float, float] | None = None
     range_min: float | None = None
     range_max: float | None = None
+    time_increment: float | None = None
     mirrored: bool = False
 
     def __post_init__(self) -> None:
@@ -48,6 +51,8 @@ class Scanner:
         check_range(low, "range_min", at_least=0.0, unit="m")
         if self.range_max is not None:
             check_range(self.range_max, "range_max", above=low, unit="m")
+        if self.time_increment is not None:
+            check_range(self.time_increment, "time_increment", at_least=0.0, at_most=1.0, unit="s")
 
     def beams(
         self, count: int, first: float, step: float, report: DamageReport, last: float = math.nan
@@ -83,7 +88,18 @@ class Scanner:
         elif not high > low:
             report.count(NO_MAXIMUM)
             high = math.inf
-        return Scan.from_ranges(ranges, angles, stamp=stamp, range_min=low, range_max=high)
+        if self.time_increment is not None:
+            time_increment = self.time_increment
+        elif not 0.0 <= time_increment <= 1.0:  # some drivers leave it unset
+            time_increment = 0.0
+        return Scan.from_ranges(
+            ranges,
+            angles,
+            stamp=stamp,
+            time_increment=time_increment,
+            range_min=low,
+            range_max=high,
+        )
 
     def scan_of_points(self, points: FloatArray, stamp: float) -> Scan:
         """A scan of bare points (N, 2) within the caller's band."""

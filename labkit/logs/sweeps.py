@@ -36,6 +36,7 @@ KNOWN: tuple[Band, ...] = (  # [m]
 SAME = 0.0015  # [m]: difference of one number printed in two ways
 MANY, SOME = 0.01, 100  # share and number of ranges that end in one number, as a code would
 SCATTER, MANY_NEAR = 0.015, 0.2  # of the longest range, a code that scatters; its share
+LONGEST_SWEEP = 1.5  # steps of the clock: a scanner begins no sweep before it ends the last
 BATCH = 512  # scans whose ranges are looked at together
 MILLIMETRES = 100.0  # [m]: hardly a range in metres is longer, and none in millimetres shorter
 
@@ -60,6 +61,7 @@ def make_scans(
     codes = _find_codes(sweeps, report) if no_return is None else _as_codes(no_return)
     _suspect_millimetres(sweeps, report)
     stamps = _settle_clock(sweeps, report)
+    is_slow = _sweeps_outlast_steps(sweeps, stamps, report)
     scans = list[Scan]()
     sweeps.reverse()
     for stamp in stamps.tolist():
@@ -67,8 +69,10 @@ def make_scans(
         if codes and scan.ranges is not None:
             coded = _within(scan.ranges[scan.beams], codes)
             scan = scan.select(~coded) if coded.any() else scan
-        same_stamp = scan.stamp == stamp or math.isnan(scan.stamp)
-        scans.append(scan if same_stamp else replace(scan, stamp=stamp))
+        time_increment = 0.0 if is_slow else scan.time_increment
+        if (scan.stamp != stamp and not math.isnan(scan.stamp)) or is_slow:
+            scan = replace(scan, stamp=stamp, time_increment=time_increment)
+        scans.append(scan)
     return tuple(scans)
 
 
@@ -115,6 +119,23 @@ def _settle_clock(sweeps: Sequence[Sweep], report: DamageReport) -> FloatArray:
             f"line {sweeps[k].line}: {stamps[k]:.10g} s after {stamps[k - 1]:.10g} s"
         )
     return stamps
+
+
+def _sweeps_outlast_steps(
+    sweeps: Sequence[Sweep], stamps: FloatArray, report: DamageReport
+) -> bool:
+    """Whether the declared times between beams cannot be true, and a remark on it."""
+    scans = [sweep.scan for sweep in sweeps if sweep.scan.ranges is not None]
+    longest = max((scan.time_increment * len(np.asarray(scan.ranges)) for scan in scans), default=0)
+    steps = np.abs(np.diff(stamps))
+    step = float(np.median(steps)) if steps.size else math.nan
+    if not longest > LONGEST_SWEEP * step > 0.0:
+        return False
+    report.remarks.append(
+        f"a sweep takes {longest:.3g} s by its time between beams, and {step:.3g} s pass from scan "
+        f"to scan: the time between beams counts as unknown"
+    )
+    return True
 
 
 def _find_codes(sweeps: Sequence[Sweep], report: DamageReport) -> tuple[Band, ...]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterable, Sized
+from collections.abc import Callable, Iterable, Sequence, Sized
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain, groupby, repeat
 from typing import Any, NamedTuple
 
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.correspondences import MIN_PAIRS
+from labkit.deskew import Skew
 from labkit.odometry.carried import NEAR
 from labkit.odometry.integration import increments_between, integrate_step
 from labkit.odometry.local_map import LocalMap
@@ -292,6 +294,7 @@ def estimate_odometry(
     parameters: OdometryParameters | None = None,
     *,
     start: ArrayLike = (0.0, 0.0, 0.0),
+    deskew: bool = True,
     progress: Callable[[Iterable[Any]], Iterable[Any]] = iter,
 ) -> OdometryResult:
     """Estimate the motion of a whole log.
@@ -307,6 +310,9 @@ def estimate_odometry(
         Matcher, limits and fallbacks.
     start : array_like, shape (3,) or (3, 3)
         Pose of the first scan.
+    deskew : bool
+        Undo the skew of sweeps that tell the time between their beams (`labkit.deskew`), by the
+        wheels, or else by the mean of the last two motions.
     progress : callable
         Wraps the scans while they are matched, e.g. ``tqdm.tqdm``.
 
@@ -327,13 +333,19 @@ def estimate_odometry(
     if priors is None:
         priors = getattr(scans, "odometry", None)
     odometry = ScanMatchingOdometry(parameters, start)
+    increments: FloatArray | None = None
     expected: Iterable[FloatArray | None] = repeat(None)
     if priors is not None:
         sweeps = sweeps if isinstance(sweeps, Sized) else list(sweeps)
-        expected = chain([None], _as_increments(priors, len(sweeps)))
+        increments = _as_increments(priors, len(sweeps))
+        expected = chain([None], increments)
+    match = partial(_match_pair, parameters=parameters)
+    skew = Skew(increments, sweeps, match) if deskew else None
     poses, records = list[FloatArray](), list[StepRecord]()
     for scan, prior in zip(progress(sweeps), expected, strict=False):
-        records.append(odometry.update(scan, prior))
+        last_motion = records[-1].increment if records else None
+        straight = scan if skew is None else skew.undo(scan, last_motion)
+        records.append(odometry.update(straight, prior))
         poses.append(odometry.pose)
     result = OdometryResult(poses=np.array(poses).reshape(-1, 3), records=tuple(records))
     for remark in result.remarks:
@@ -347,6 +359,11 @@ def _runs(odd: Iterable[bool], least: int) -> Iterable[tuple[int, int]]:
         scans = [k for k, _ in run]
         if is_odd and len(scans) >= least:
             yield scans[0], scans[-1]
+
+
+def _match_pair(pair: Sequence[Scan], parameters: OdometryParameters | None) -> FloatArray:
+    """The motion from the first scan to the second, both taken as they are."""
+    return estimate_odometry(pair, parameters=parameters, deskew=False).records[1].increment
 
 
 def _as_increments(priors: ArrayLike, scan_count: int) -> FloatArray:

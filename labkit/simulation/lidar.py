@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.scan import Scan
-from labkit.se2 import matrices_of, to_xytheta
+from labkit.se2 import matrices_of, relative, to_xytheta
 from labkit.simulation.world import World
 from labkit.support.arrays import (
     FARTHEST,
     FloatArray,
     as_generator,
+    as_numbers,
     as_poses,
     as_stamps,
     as_transform,
@@ -87,8 +88,10 @@ def cast(
     *,
     rng: np.random.Generator | int,
     stamp: float = 0.0,
+    motion: ArrayLike = (0.0, 0.0, 0.0),
+    sweep_time: float = 0.0,
 ) -> Scan:
-    """Take one scan in an instant: no beam is older than another.
+    """Take one scan, in an instant or while the scanner moves on.
 
     Parameters
     ----------
@@ -102,6 +105,11 @@ def cast(
         Source of noise and dropouts. The number of draws depends on the beams, not on the world.
     stamp : float
         Time of the scan [s], which says where moving objects are.
+    motion : array_like, shape (3,)
+        Motion of the scanner during the sweep (dx [m], dy [m], dθ [rad]): beam k of B looks from
+        k/B of it.
+    sweep_time : float
+        Time that the sweep takes [s]; it stands in the scan as `time_increment` alone.
 
     Returns
     -------
@@ -117,13 +125,18 @@ def cast(
     T = as_transform(T_world_scanner, "T_world_scanner")
     check_kind(world, "world", World)
     check_kind(lidar, "lidar", Lidar)
+    moved = as_numbers(motion, "motion", "dx, dy, dθ")
+    check_range(sweep_time, "sweep_time", at_least=0.0, unit="s")
     generator = as_generator(rng)
+    if moved.any():
+        T = T @ matrices_of(np.outer(np.arange(lidar.beam_count) / lidar.beam_count, moved))
     ranges = first_hits(world.at(stamp), T, lidar.angles)
     ranges += generator.normal(0.0, lidar.noise_std, size=lidar.beam_count)
     dropped_out = generator.random(lidar.beam_count) < lidar.dropout_ratio
     out_of_range = (ranges <= lidar.range_min) | (ranges >= lidar.range_max)
     ranges[dropped_out | out_of_range] = np.inf
-    return Scan.from_ranges(ranges, lidar.angles, stamp=stamp)
+    time_increment = sweep_time / lidar.beam_count
+    return Scan.from_ranges(ranges, lidar.angles, stamp=stamp, time_increment=time_increment)
 
 
 def scan_along(
@@ -133,6 +146,7 @@ def scan_along(
     *,
     rng: np.random.Generator | int,
     stamps: ArrayLike | None = None,
+    skewed: bool = False,
 ) -> list[Scan]:
     """Take one scan from each pose of a trajectory, while moving objects move on.
 
@@ -144,6 +158,9 @@ def scan_along(
         Rows (x [m], y [m], θ [rad]) of the scanner in the world frame.
     stamps : array_like, shape (K,), optional
         Times in seconds; ten scans per second from 0 on by default.
+    skewed : bool
+        The scanner moves on to the next pose while its beams turn, and each sweep lasts until
+        then.
     """
     rows = as_poses(poses, "poses")
     check_kind(world, "world", World)
@@ -152,9 +169,22 @@ def scan_along(
         stamps = SCAN_PERIOD * np.arange(len(rows))
     times = as_stamps(stamps, "stamps", len(rows)).tolist()
     generator = as_generator(rng)
+    T = matrices_of(rows)
+    motions, durations = np.zeros_like(rows), np.zeros(len(rows))
+    if skewed and len(rows) > 1:  # the last sweep moves on as the one before it
+        motions = to_xytheta(relative(T[:-1], T[1:]))[[*range(len(rows) - 1), -1]]
+        durations = np.diff(times)[[*range(len(rows) - 1), -1]]
     return [
-        cast(world, T_world_scanner, lidar, rng=generator, stamp=time)
-        for T_world_scanner, time in zip(matrices_of(rows), times, strict=True)
+        cast(
+            world,
+            T[k],
+            lidar,
+            rng=generator,
+            stamp=times[k],
+            motion=motions[k],
+            sweep_time=float(durations[k]),
+        )
+        for k in range(len(rows))
     ]
 
 
@@ -166,11 +196,12 @@ def first_hits(segments: FloatArray, T_world_scanner: FloatArray, angles: FloatA
     comparison per end point decides its side, so two segments that share an end leave no gap
     between them. A segment that is exactly edge-on is not hit.
     """
-    x, y, heading = to_xytheta(T_world_scanner)
+    x, y, heading = to_xytheta(T_world_scanner).T
     beam_x = np.cos(heading + angles)[:, None]
     beam_y = np.sin(heading + angles)[:, None]
-    ends_x = (segments[..., 0] - x).T[:, None, :]  # (2, 1, M): first ends, second ends
-    ends_y = (segments[..., 1] - y).T[:, None, :]
+    # (2, 1, M): first ends, second ends; (2, B, M) where each beam has a pose of its own
+    ends_x = segments[..., 0].T[:, None, :] - x[..., None]
+    ends_y = segments[..., 1].T[:, None, :] - y[..., None]
     along = beam_x * ends_x + beam_y * ends_y  # (2, B, M)
     across = beam_x * ends_y - beam_y * ends_x
     beam, segment = np.nonzero((across[0] < 0.0) != (across[1] < 0.0))

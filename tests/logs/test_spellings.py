@@ -223,13 +223,14 @@ OPTIONS = {
     "angles": (-1.0, 1.0),
     "no_return": 3.0,
     "laser_offset": (0.1, 0.0, 0.0),
+    "time_increment": 1e-4,
     "topic": "/scan",
     "odometry_topic": "/odom",
 }
 USELESS = {
     "carmen": {"topic", "odometry_topic"},
     "ranges": {"laser_offset", "topic", "odometry_topic"},
-    "polar": OPTIONS.keys() - {"no_return"},
+    "polar": OPTIONS.keys() - {"no_return", "time_increment"},
     "points": OPTIONS.keys(),
 }
 
