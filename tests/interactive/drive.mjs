@@ -16,7 +16,7 @@ const {
   wheelStep,
 } = await import(pathToFileURL(process.argv[2]));
 
-const { lidar, drives, steps } = JSON.parse(readFileSync(0, "utf8"));
+const { lidar, drives, steps, count } = JSON.parse(readFileSync(0, "utf8"));
 const answers = drives.map(({ segments, poses, parameters, noise }) => {
   const odometry = new Odometry(poses[0]);
   const setting = { segments: floats(segments), lidar, noise, parameters };
@@ -38,7 +38,7 @@ const answers = drives.map(({ segments, poses, parameters, noise }) => {
   };
 });
 const random = generator(1);
-const told = steps.map(({ step, noise }) =>
-  Array.from({ length: 4000 }, () => toXYTheta(wheelStep(transform(...step), noise, random))),
+const drawn = steps.map(({ step, noise }) =>
+  Array.from({ length: count }, () => toXYTheta(wheelStep(transform(...step), noise, random))),
 );
-process.stdout.write(JSON.stringify({ answers, told }));
+process.stdout.write(JSON.stringify({ answers, drawn }));

@@ -1,4 +1,4 @@
-"""The explorer's JavaScript in Node: what it answers to parameter sets given in Python."""
+"""JavaScript as a widget ships it, run in Node on jobs that Python makes."""
 
 from __future__ import annotations
 
@@ -14,28 +14,33 @@ from labkit.interactive.explorer.scenes import Scene
 from labkit.interactive.explorer.widget import scene_to_json
 from labkit.interactive.front_end import bundle
 
+PATIENCE = 240  # [s]
 
-def answers(
+
+def run_explorer(
     scenes: Sequence[Scene], runs: Sequence[dict[str, Any]], folder: Path
 ) -> list[dict[str, Any]]:
-    """What the front end, as the widget ships it, makes of each run."""
+    """Run the explorer's loop: one answer for each of the runs."""
     job = {"pairs": [scene_to_json(scene) for scene in scenes], "runs": list(runs)}
-    found: list[dict[str, Any]] = told_by("agree.mjs", bundle("explorer/explorer.js"), job, folder)
-    return found
+    answers: list[dict[str, Any]] = run_in_node(
+        "agree.mjs", bundle("explorer/explorer.js"), job, folder
+    )
+    return answers
 
 
-def told_by(program: str, module: str, job: object, folder: Path) -> Any:
-    """What a program beside this file tells about a job; it imports the module."""
-    written = folder / "front_end.mjs"
-    written.write_text(module, "utf-8")
+def run_in_node(program: str, module: str, job: object, folder: Path) -> Any:
+    """Run a program beside this file, which imports the module and answers the job."""
+    module_path = folder / "front_end.mjs"
+    module_path.write_text(module, "utf-8")
     node = installed.program("nodejs", "node")
-    command = [node, str(Path(__file__).with_name(program)), str(written)]
-    done = subprocess.run(
-        command,
+    program_path = Path(__file__).with_name(program)
+    process = subprocess.run(
+        [node, str(program_path), str(module_path)],
         input=json.dumps(job),
         capture_output=True,
         encoding="utf-8",
+        timeout=PATIENCE,
         check=False,
     )
-    assert done.returncode == 0, done.stderr[-2000:]
-    return json.loads(done.stdout)
+    assert process.returncode == 0, process.stderr[-2000:]
+    return json.loads(process.stdout)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from in_node import answers
+from in_node import run_explorer
 
 import labkit
 from labkit import IcpParameters, IcpResult, Target, Termination
@@ -21,12 +21,12 @@ from labkit.interactive.front_end import FOLDER
 from labkit.neighbors import nearest_by_brute_force
 from labkit.scan import as_scan
 
-COUNT = 300
+RUN_COUNT = 300
 SEED = 20
-POSE = 1e-9  # m and rad
-COST = 1e-12  # m², and relative
-OFF = 0.2  # how often a gate or a delta is off
-REPLAYED = 7  # one run in so many is compared iteration by iteration
+POSE_TOLERANCE = 1e-9  # [m] and [rad]
+COST_TOLERANCE = 1e-12  # [m²], and relative
+OFF_SHARE = 0.2  # of the gates and deltas
+HISTORY_STRIDE = 7  # every so many-th run is compared iteration by iteration
 
 
 @cache
@@ -40,9 +40,9 @@ def parameter_sets():
     rng = np.random.default_rng(SEED)
 
     def maybe_off(low, high):
-        return math.inf if rng.random() < OFF else float(rng.uniform(low, high))
+        return math.inf if rng.random() < OFF_SHARE else float(rng.uniform(low, high))
 
-    for number in range(COUNT):
+    for number in range(RUN_COUNT):
         scene = number % len(scenes())
         answer = labkit.to_xytheta(scenes()[scene].T_reference)
         guess = answer + rng.uniform(-1.0, 1.0, 3) * [0.6, 0.6, 0.4]
@@ -65,16 +65,16 @@ def as_json(scene: int, guess: list[float], parameters: IcpParameters) -> dict[s
     return {"pair": scene, "guess": guess, "parameters": parameters_to_json(parameters)}
 
 
-def difference(expected: IcpResult, answer: dict[str, Any], whole: bool) -> str | None:
-    """Where two runs part, in words; None where they agree.
+def difference(expected: IcpResult, answer: dict[str, Any], compare_history: bool) -> str | None:
+    """Describe the first difference of two runs; None if they agree.
 
-    Of the costs that led there only a `whole` comparison knows: labkit takes long to replay them.
+    Costs of all iterations are compared on demand: labkit takes long to replay them.
     """
-    pose = labkit.to_xytheta(expected.poses[-1]) - answer["pose"]
+    dx, dy, dtheta = labkit.to_xytheta(expected.poses[-1]) - answer["pose"]
     outcome = {
         "termination": expected.termination.name,
         "iterations": expected.iterations,
-        "kept": "".join("01"[int(each)] for each in expected.correspondences.kept),
+        "kept": "".join("01"[int(is_kept)] for is_kept in expected.correspondences.kept),
         "inlier_count": expected.inlier_count,
     }
     if not expected.termination.failed:
@@ -82,11 +82,15 @@ def difference(expected: IcpResult, answer: dict[str, Any], whole: bool) -> str 
     for name, value in outcome.items():
         if answer[name] != value:
             return f"{name}: {answer[name]}, not {value}"
-    costs = [each.cost for each in expected.history] if whole else [expected.cost]
-    if not max(*abs(pose[:2]), abs(labkit.wrap(pose[2]))) <= POSE:
-        return f"is off by {pose}"
-    if not np.allclose(costs, answer["costs"][-len(costs) :], rtol=COST, atol=COST):
-        return "has other costs"
+    if not max(abs(dx), abs(dy), abs(labkit.wrap(dtheta))) <= POSE_TOLERANCE:
+        return f"pose differs by {dx}, {dy}, {dtheta}"
+    costs = [expected.cost]
+    if compare_history:
+        costs = [iteration.cost for iteration in expected.history]
+    if not np.allclose(
+        costs, answer["costs"][-len(costs) :], rtol=COST_TOLERANCE, atol=COST_TOLERANCE
+    ):
+        return "costs differ"
     return None
 
 
@@ -94,14 +98,18 @@ def difference(expected: IcpResult, answer: dict[str, Any], whole: bool) -> str 
 def test_the_page_computes_what_labkit_computes(tmp_path):
     """Slow (300 runs in Node): buys that what a slider shows is what labkit would answer."""
     sets = list(parameter_sets())
-    found = answers(scenes(), [as_json(*each) for each in sets], tmp_path)
+    jobs = [as_json(*parameter_set) for parameter_set in sets]
     targets = [Target(scene.target) for scene in scenes()]
+
+    answers = run_explorer(scenes(), jobs, tmp_path)
+
     differences, endings = [], Counter()
-    for number, ((scene, guess, parameters), answer) in enumerate(zip(sets, found, strict=True)):
+    for number, ((scene, guess, parameters), answer) in enumerate(zip(sets, answers, strict=True)):
         T_init = labkit.from_xytheta(guess)
         expected = labkit.icp(scenes()[scene].source, targets[scene], T_init, parameters)
         endings[expected.termination] += 1
-        if reason := difference(expected, answer, whole=number % REPLAYED == 0):
+        reason = difference(expected, answer, compare_history=number % HISTORY_STRIDE == 0)
+        if reason:
             differences.append(f"{scenes()[scene].name} from {guess}, {parameters}: {reason}")
     assert not differences, "\n".join(differences[:5])
     assert len({scene for scene, _, _ in sets}) >= 3
@@ -113,15 +121,18 @@ def test_of_equally_near_points_the_first_is_taken(tmp_path):
     lattice = np.stack(np.meshgrid(np.arange(12.0), np.arange(12.0)), axis=-1).reshape(-1, 2)
     shuffled = np.random.default_rng(1).permutation(lattice)
     between = np.vstack([lattice + shift for shift in ([0.5, 0.5], [0.5, 0.0], [0.0, 0.5])])
-    scans = {"source": as_scan(between), "target": as_scan(shuffled)}
-    scene = Scene(name="lattice", T_init=np.eye(3), **scans)
-    run = as_json(0, [0.0, 0.0, 0.0], IcpParameters(max_iterations=1))
-    (answer,) = answers([scene], [run], tmp_path)
+    scene = Scene(
+        name="lattice", source=as_scan(between), target=as_scan(shuffled), T_init=np.eye(3)
+    )
+    job = as_json(0, [0.0, 0.0, 0.0], IcpParameters(max_iterations=1))
+
+    (answer,) = run_explorer([scene], [job], tmp_path)
+
     assert answer["first_index"] == nearest_by_brute_force(between, shuffled).tolist()
 
 
 def mirrors() -> Iterator[tuple[str, str, str]]:
-    """Modules of the page that mirror one of labkit's: their name, their text, and its text."""
+    """Name and text of each module of the page that mirrors one of labkit's, and labkit's text."""
     for path in sorted(FOLDER.glob("*/*.js")):
         text = path.read_text("utf-8")
         for module in re.findall(r"mirrors (labkit/[\w/]+\.py)", text):
