@@ -66,6 +66,7 @@ def add_grade(
     add("--out", metavar="FOLDER", default="grades", help="output folder (%(default)s)")
     add("--canvas", nargs=2, metavar=("FILE", "COLUMN"), help="Canvas's gradebook to be filled in")
     add("--moodle", metavar="FILE", help="Moodle's grading worksheet to be filled in")
+    add("--overwrite", action="store_true", help="replace grades and comments in the gradebook")
     add = parser.add_argument_group("where the code runs").add_argument
     add("--no-isolation", action="store_true", help="NOT SAFE: only for code that you trust")
     add("--seconds", type=float, default=SECONDS, help="of CPU per cell and call (%(default)s)")
@@ -106,9 +107,11 @@ def grade(args: argparse.Namespace) -> int:
     check_range(args.seconds, "seconds", above=0.0, at_most=600.0, unit="s")
     out = Path(args.out)
     templates()  # or say what they need, before the work
-    submissions, remarks = find_submissions(args.submissions, layout=args.layout, out=out)
+    submissions, lost, remarks = find_submissions(args.submissions, layout=args.layout, out=out)
     for remark in remarks[:SHOWN]:
         _say(remark)
+    if lost:
+        _say(f"{len(lost)} files with code belong to no student, and are not graded: {_some(lost)}")
     assignment = _load(args)
     books = {"canvas.csv": read_canvas(*args.canvas)} if args.canvas else {}
     books |= {"moodle.csv": read_moodle(args.moodle)} if args.moodle else {}
@@ -119,15 +122,17 @@ def grade(args: argparse.Namespace) -> int:
     submissions = [replace(one, late=late.get(one.student, one.late)) for one in submissions]
     names = {student: record.verdict.submission for student, record in records.items()}
     names |= {one.student: one.name for one in submissions}
-    roster = read_roster(out) | {student: one.name for student, one in people.items()}
+    roster, groups = read_roster(out)
+    roster |= {student: one.name for student, one in people.items()}
     adjustments = read_adjustments(out, assignment, roster | names)
-    closed = (Path(args.assignment, "hidden"), out / VERDICTS, submissions[0].files[0].path)
+    files = [file for one in submissions for file in one.files]
+    closed = (Path(args.assignment, "hidden"), out / VERDICTS, *(one.path for one in files[:1]))
     if args.cluster and not args.no_isolation:  # each worker tries its own
         wall = Wall("", tuple(map(os.path.realpath, closed)), args.seconds)
     else:
         wall = open_wall(closed, args.seconds, isolation=not args.no_isolation)
     failures = _grade(args, submissions, wall, records)
-    marks = make_marks(records, adjustments, assignment)
+    marks = make_marks(records, adjustments, assignment, groups)
     seen = {mark.student for mark in marks} | failures.keys()
     missing = {student: name for student, name in roster.items() if student not in seen}
     if missing:
@@ -138,16 +143,22 @@ def grade(args: argparse.Namespace) -> int:
     write_scores(marks, missing, out / "scores.csv")
     write_pages(out, marks, assignment, failures=failures, missing=missing)
     for name, book in books.items():
-        if unlisted := book.fill(marks, out / name):
+        unlisted, kept = book.fill(marks, out / name, overwrite=args.overwrite)
+        if unlisted:
             _say(f"{len(unlisted)} have no row in the gradebook, nor in {name}: {_some(unlisted)}")
+        if kept:
+            _say(
+                f"{len(kept)} have a grade or a comment in the gradebook, so they have no row in "
+                f"{name}: {_some(kept)}. --overwrite gives them one"
+            )
     _write_code(out, records, assignment)
-    _pack_feedback(out, submissions, records)
+    _pack_feedback(out, submissions, records, groups)
     found, modes = len(submissions), sorted({one.verdict.mode for one in records.values()})
     sys.stdout.write(
         f"Graded {found - len(failures)} of {found} submissions (isolation: "
         f"{', '.join(modes) or 'none needed'}). Results are in {out}\n"
     )
-    return 1 if failures else 0
+    return 1 if failures or lost else 0
 
 
 def _load(args: argparse.Namespace) -> Assignment:
@@ -235,13 +246,21 @@ def _write_code(out: Path, records: Mapping[str, Record], assignment: Assignment
 
 
 def _pack_feedback(
-    out: Path, submissions: Iterable[Submission], records: Mapping[str, Record]
+    out: Path,
+    submissions: Iterable[Submission],
+    records: Mapping[str, Record],
+    groups: Mapping[str, str],
 ) -> None:
-    """Pack the pages under the names by which Canvas and Moodle take files back."""
+    """Pack the pages under the names by which Canvas and Moodle take files back.
+
+    A group's is the page of one of its members.
+    """
+    members = {group: student for student, group in groups.items()}
     with atomic_write(out / "feedback.zip", "wb") as file, zipfile.ZipFile(file, "w") as archive:
         for one in submissions:
             if one.student in records:
-                page = out / "students" / f"{file_name(one.student)}.html"
+                student = members.get(one.student, one.student)
+                page = out / "students" / f"{file_name(student)}.html"
                 archive.write(page, one.feedback_name or page.name)
 
 

@@ -23,6 +23,7 @@ from labkit.grading.questions import Assignment, Question, read_assignment
 from labkit.grading.sitting import Sitting, shown
 
 MAX_NOTES = 20
+NO_FILES = "nothing was handed in but an empty folder, or one of hidden files"
 
 
 def grade_submission(
@@ -41,8 +42,6 @@ def grade_submission(
     finally:
         sitting.close()
     program = sitting.program
-    if not program.scripts:
-        verdicts = tuple(replace(one, message="Nothing was found to grade.") for one in verdicts)
     verdict = SubmissionVerdict(
         student=student,
         submission=student,
@@ -53,6 +52,7 @@ def grade_submission(
         notes=tuple(map(shown, [*program.notes, *sitting.notes][:MAX_NOTES])),
         unread=tuple(map(shown, program.unread)),
         seconds=time.perf_counter() - start,
+        is_graded=bool(program.scripts),
     )
     return verdict, "\n\n".join(program.scripts.values()).encode("utf-8", "replace").decode()
 
@@ -113,6 +113,8 @@ def grade_one(
     wall = wall if wall.mode else open_wall(wall.hidden, wall.seconds)  # each machine its own
     asked = read_assignment(assignment)
     files, unread = read_files(submission.files)
+    if not submission.files:
+        unread = (NO_FILES,)
     mark = fingerprint(files, asked, wall)
     late = submission.late
     if late is None:  # nobody says: what was said before holds

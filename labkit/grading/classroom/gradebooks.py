@@ -2,7 +2,8 @@
 
 Canvas takes the gradebook's CSV, ``Student,ID,SIS User ID,SIS Login ID,Section,<title> (<id>)``;
 Moodle the offline grading worksheet, ``Identifier,...,Grade,...,Feedback comments``. Who was not
-graded is left out: the platform keeps what it has. Any other platform gets ``scores.csv``.
+graded is left out, and so is a row whose grade or comment holds something: the platform keeps
+what a person wrote. Any other platform gets ``scores.csv``.
 """
 
 from __future__ import annotations
@@ -14,12 +15,20 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
-from labkit.grading.classroom.tables import Row, number, plain, read_rows, write_rows
+from labkit.grading.classroom.tables import (
+    MissingColumnError,
+    Row,
+    number,
+    plain,
+    read_rows,
+    write_rows,
+)
 from labkit.grading.judge.verdict import SubmissionVerdict, short
 from labkit.support.errors import LabkitError
 
 CANVAS = ("Student", "ID", "SIS User ID", "SIS Login ID", "Section")
 COMMENT = "Feedback comments"  # Moodle's, where the worksheet has them
+EMPTY = ("", "-")  # of a cell without a grade
 UNITS = {"week": 7.0, "day": 1.0, "hour": 1 / 24, "min": 1 / 1440, "sec": 1 / 86400}
 
 
@@ -40,13 +49,29 @@ class Gradebook(NamedTuple):
     head: Sequence[Row]  # rows that go back as they are
     people: Mapping[str, Person]  # by the platform's own number
 
-    def fill(self, marks: Iterable[SubmissionVerdict], out: str | os.PathLike[str]) -> list[str]:
-        """Write the rows of those who have a mark; return the students that have no row."""
-        filled, unlisted = [], []
+    def fill(
+        self,
+        marks: Iterable[SubmissionVerdict],
+        out: str | os.PathLike[str],
+        *,
+        overwrite: bool = False,
+    ) -> tuple[list[str], list[str]]:
+        """Write the rows of those who have a mark.
+
+        Returns the students without a row, and those whose row holds a grade or a comment: it is
+        left out unless `overwrite`.
+        """
+        filled, unlisted, kept = [], [], []
         for mark in marks:
+            if not mark.is_graded:
+                continue
             person = self.people.get(mark.student)
             if person is None:
                 unlisted.append(mark.student)
+                continue
+            written = [person.row.get(name, "") for name in (self.grade, COMMENT)]
+            if not overwrite and any(cell not in EMPTY for cell in written):
+                kept.append(mark.student)
                 continue
             worth = person.maximum if 0.0 < person.maximum < math.inf else mark.points
             score = short(mark.score * worth / mark.points)
@@ -54,7 +79,7 @@ class Gradebook(NamedTuple):
             comment = plain("<br>".join(map(html.escape, [*wrong, *mark.remarks])))
             filled.append(person.row | {self.grade: score, COMMENT: comment})
         write_rows(out, self.columns, [*self.head, *filled])
-        return unlisted
+        return unlisted, kept
 
 
 def read_canvas(path: str | os.PathLike[str], title: str) -> Gradebook:
@@ -78,7 +103,13 @@ def read_canvas(path: str | os.PathLike[str], title: str) -> Gradebook:
 
 def read_moodle(path: str | os.PathLike[str]) -> Gradebook:
     """Read Moodle's grading worksheet, in English, to fill in grades and comments."""
-    columns, rows = read_rows(path, ("Identifier", "Grade"))
+    try:
+        columns, rows = read_rows(path, ("Identifier", "Grade"))
+    except MissingColumnError as error:
+        raise LabkitError(
+            f"{error}. Moodle names the columns in your language: set it to English in your "
+            f"preferences, and download the worksheet again"
+        ) from None
     people = {}
     for _, row in rows:
         student = re.sub(r"\D", "", row["Identifier"])  # "Participant 4711"
@@ -102,12 +133,18 @@ def _days(status: str) -> float:
 def write_scores(
     marks: Iterable[SubmissionVerdict], missing: Iterable[str], out: str | os.PathLike[str]
 ) -> None:
-    """Write a row for each student, with each question's score; `missing` ones have none."""
+    """Write a row for each student, with each question's score.
+
+    Who is `missing` has none, and who handed in nothing that can be read has the reason alone.
+    """
     rows = [{"student": plain(student)} for student in missing]
     for mark in marks:
         who = {"student": plain(mark.student), "submission": plain(mark.submission)}
+        if not mark.is_graded:
+            rows.append(who | {"remark": plain(" ".join(mark.remarks))})
+            continue
         total = {"score": short(mark.score), "points": short(mark.points)}
         how = {"late": f"{mark.late:.3g}", "isolation": mark.mode}
         rows.append(who | total | how | {one.question: short(one.score) for one in mark.questions})
-    columns = dict.fromkeys(name for row in rows[::-1] for name in row)
-    write_rows(out, list(columns), rows)
+    columns = dict.fromkeys(name for row in rows[::-1] for name in row if name != "remark")
+    write_rows(out, [*columns, "remark"], rows)

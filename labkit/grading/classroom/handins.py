@@ -11,13 +11,14 @@ import re
 import time
 import zipfile
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
 from labkit.grading.box.inside.reading import (
     MAX_FILE,
+    SOURCES,
     TOO_LARGE,
     is_skipped,
     is_source,
@@ -28,6 +29,9 @@ from labkit.support.errors import LabkitError
 
 MAX_TOGETHER = 48 << 20  # bytes of all files of one student
 FOLDERS = "folders"
+METADATA = "submission_metadata.yml"  # of Gradescope's export: who handed in what
+# By its name such a file is somebody's work, though none of its kind is read but the first few.
+HANDED_IN = (*SOURCES, ".zip", ".rar", ".7z", ".tar", ".gz", ".pdf", ".html", ".docx")
 # Names on a platform: of a student's file, and of the page that goes back.
 LAYOUTS = {
     "canvas": (  # lovelaceada_LATE_4711_98765_answers.ipynb
@@ -36,8 +40,9 @@ LAYOUTS = {
         "{name}_{student}_{upload}_feedback.html",
     ),
     "moodle": (  # Ada Lovelace_4711_assignsubmission_file_/answers.ipynb
-        r"(?P<name>[^/_]+)_(?P<student>\d+)_assignsubmission_(?:file|onlinetext)(?:_?/|_)"
-        r"(?P<file>.+)$",
+        # A name may hold "_" where a folder follows: all up to its last number is the platform's.
+        r"(?P<name>[^/]+(?=_\d+_assignsubmission_(?:file|onlinetext)_?/)|[^/_]+)"
+        r"_(?P<student>\d+)_assignsubmission_(?:file|onlinetext)(?:_?/|_)(?P<file>.+)$",
         "{name}_{student}_assignsubmission_file_/feedback.html",
     ),
     "gradescope": (
@@ -87,10 +92,10 @@ class Submission:
 
 def find_submissions(
     path: str | os.PathLike[str], *, layout: str = "", out: Path | None = None
-) -> tuple[list[Submission], list[str]]:
-    """List the submissions of a class, by student, and remarks on the rest.
+) -> tuple[list[Submission], list[str], list[str]]:
+    """List the submissions of a class, by student, files with code of no student, and remarks.
 
-    Without a `layout` the one counts that fits all files. Nobody handed in what is in `out`.
+    Without a `layout` the one counts that fits all files. Files in `out` are skipped.
     """
     path = Path(path)
     if os.path.isdir(path / "submitted"):  # in a course of nbgrader
@@ -107,15 +112,15 @@ def find_submissions(
         )
     layout = layout or _fitting(path, files)
     pattern, feedback = LAYOUTS[layout]
-    folders = [one for one in path.iterdir() if one.is_dir()] if path.is_dir() else []
-    empty = sorted(printable(one.name) for one in folders if not is_skipped(one.name))
-    remarks = [f"{path}: {name} is an empty folder" for name in empty if name not in handed_in]
     named: dict[str, list[tuple[dict[str, str], Handed]]] = {}  # parts of a name, by student
+    lost, remarks = list[str](), list[str]()
     for file in files:
         found = re.match(pattern, file.name)
-        if found and (found["file"] or may_hold_source(file.name)):
+        if found and (found["file"] or file.name.lower().endswith(HANDED_IN)):
             own = file._replace(name=found["file"] or file.name)
             named.setdefault(found["student"], []).append((found.groupdict(), own))
+        elif may_hold_source(file.name):
+            lost.append(file.name)
         else:
             remarks.append(f"{path}: {file.name} belongs to no student; skipped")
     if not named:
@@ -123,7 +128,44 @@ def find_submissions(
             f"{path}: no file name fits the {layout} layout (for example {files[0].name}); "
             f"choose another --layout"
         )
-    return [_submission(one, feedback) for _, one in sorted(named.items())], remarks
+    submissions = [_submission(one, feedback) for one in named.values()]
+    folders = [one for one in path.iterdir() if one.is_dir()] if path.is_dir() else []
+    for folder in sorted(printable(one.name) for one in folders):
+        found = re.match(pattern, f"{folder}/nothing")
+        if found and folder not in handed_in and not is_skipped(folder):
+            nothing = Handed("", path)
+            empty = _submission([(found.groupdict(), nothing)], feedback)
+            submissions.append(replace(empty, files=()))
+            remarks.append(f"{path}: {folder} is an empty folder")
+    members = read_members(path) if layout == "gradescope" else {}
+    each = [
+        replace(one, student=student, name=name)
+        for one in submissions
+        for student, name in members.get(one.student, [(one.student, one.name)])
+    ]
+    return sorted(each, key=lambda one: one.student), lost, remarks
+
+
+def read_members(path: Path) -> dict[str, list[tuple[str, str]]]:
+    """Who handed in what, by Gradescope's numbers: an e-mail address or number, and a name."""
+    texts = []
+    if path.is_dir():
+        texts = [file.read_bytes() for file in path.rglob(METADATA)]
+    else:
+        archive = opened(path, path.stat().st_mtime_ns)
+        texts = [archive.read(name) for name in archive.namelist() if name.endswith(METADATA)]
+    members: dict[str, list[tuple[str, str]]] = {}
+    for block in re.split(r"(?m)^(?=\S)", b"\n".join(texts[:1]).decode("utf-8", "replace")):
+        number = re.match(r"submission_(\d+):", block)
+        _, _, people = block.partition(":submitters:")
+        people = re.split(r"(?m)^  :", people)[0]  # up to the submission's next field
+        for person in re.split(r"(?m)^ *- ", people)[1:]:
+            fields = dict(re.findall(r"(?m)^ *:(\w+): *['\"]?(.*?)['\"]? *$", person))
+            student = fields.get("email") or fields.get("sid")
+            if number and student:
+                name = printable(fields.get("name") or student)
+                members.setdefault(number[1], []).append((printable(student), name))
+    return members
 
 
 def _fitting(path: Path, files: list[Handed]) -> str:

@@ -35,9 +35,22 @@ Adjustments: TypeAlias = Mapping[tuple[str, str], tuple[float, str]]
 
 
 def make_marks(
-    records: Mapping[str, Record], adjustments: Adjustments, assignment: Assignment
+    records: Mapping[str, Record],
+    adjustments: Adjustments,
+    assignment: Assignment,
+    groups: Mapping[str, str] = {},
 ) -> list[SubmissionVerdict]:
-    """The marks of all who have a verdict or were given points."""
+    """The marks of all who have a verdict or were given points.
+
+    In `groups` stands whose hand-in holds for a student, too: one mark for all members.
+    """
+    records = dict(records)
+    for student, group in groups.items():
+        if record := records.get(group):
+            verdict = replace(record.verdict, student=student)
+            records[student] = replace(record, verdict=verdict)
+    for group in set(groups.values()) - groups.keys():
+        records.pop(group, None)
     given = {student for student, what in adjustments if what != "late"} - {CLASS}
     marks = []
     for student in sorted({*records, *given}):
@@ -70,6 +83,7 @@ def _adjusted(
         questions.append(replace(one, score=decided(one.question, one.score, *said)))
     score = sum(one.score for one in questions)
     score += decided("written", 0.0, "Written answers:", f"of {worth:g} points")
+    points_given = bool(told)
     days = decided("late", days, "Counted as", "days late")
     if share := min(days * late_percent, 100.0):
         unit = "day" if days == 1.0 else "days"
@@ -78,6 +92,7 @@ def _adjusted(
     return replace(
         verdict,
         questions=tuple(questions),
+        is_graded=verdict.is_graded or points_given,
         score=round(score, 2),
         points=verdict.points + worth,
         late=days,
@@ -135,8 +150,13 @@ def _hint(name: str, possible: Collection[str]) -> str:
     return f"did you mean {' or '.join(map(repr, near))}?" if near else f"there are {listed}"
 
 
-def read_roster(out: Path) -> dict[str, str]:
-    """The students of ``roster.csv``, where there is one, and their names for a person."""
+def read_roster(out: Path) -> tuple[dict[str, str], dict[str, str]]:
+    """The students of ``roster.csv``, where there is one: their names for a person, and groups.
+
+    A group is the name of the folder, file or student that handed in for all of its members.
+    """
     path = out / "roster.csv"
     _, rows = read_rows(path, ["student"]) if path.exists() else ([], [])
-    return {row["student"]: row.get("name") or row["student"] for _, row in rows if row["student"]}
+    listed = [row for _, row in rows if row["student"]]
+    names = {row["student"]: row.get("name") or row["student"] for row in listed}
+    return names, {row["student"]: row["group"] for row in listed if row.get("group")}

@@ -33,9 +33,10 @@ def write_pages(
     for mark in marks:
         page = out / "students" / f"{file_name(mark.student)}.html"
         _write("student.html", page, verdict=mark, assignment=assignment)
-    tenths = Counter(min(9, int(10.0 * mark.score / mark.points + 1e-9)) for mark in marks)
-    scores = [mark.score for mark in marks] or [0.0]
-    questions = [_summary(question, marks, assignment) for question in assignment.questions]
+    graded = [mark for mark in marks if mark.is_graded]
+    tenths = Counter(min(9, int(10.0 * mark.score / mark.points + 1e-9)) for mark in graded)
+    scores = [mark.score for mark in graded] or [0.0]
+    questions = [_summary(question, graded, assignment) for question in assignment.questions]
     _write(
         "class.html",
         out / "index.html",
@@ -43,6 +44,7 @@ def write_pages(
         failures=failures,
         histogram=[tenths[tenth] for tenth in range(10)],
         marks=marks,
+        graded=graded,
         mean=statistics.fmean(scores),
         median=statistics.median(scores),
         missing=missing,

@@ -16,6 +16,10 @@ Row: TypeAlias = dict[str, str]
 FORMULA = (*"=+-@", *"＝＋－＠", "\t", "\r", "\n")  # the wide ones where people type Chinese
 
 
+class MissingColumnError(LabkitError):
+    """A table lacks a column."""
+
+
 def read_rows(
     path: str | os.PathLike[str], needed: Sequence[str]
 ) -> tuple[Sequence[str], list[tuple[int, Row]]]:
@@ -46,7 +50,7 @@ def read_rows(
     for name in needed:
         if name not in columns:
             found = ", ".join(columns) or "none"
-            raise LabkitError(f"{path}: line 1: no column {name!r}; the columns are {found}")
+            raise MissingColumnError(f"{path}: line 1: no column {name!r}; the columns are {found}")
     return columns, rows
 
 

@@ -96,6 +96,7 @@ class SubmissionVerdict:
     seconds: float  # the only part that differs from run to run
     unread: tuple[str, ...] = ()  # what was not read, and why
     late: float = 0.0  # days
+    is_graded: bool = True  # False where no code could be read, and nobody gave points
     adjustments: tuple[str, ...] = ()  # what an instructor changed
 
     @property

@@ -82,7 +82,7 @@ def test_one_submission_that_cannot_be_read_costs_nobody_else(grade, tmp_path, m
     write(tmp_path / "class", ["ada/a.py", "zoe/a.py"], RIGHT)
     write(tmp_path / "class", ["mallory/a.zip"]).joinpath("mallory/a.zip").write_bytes(ZIP64)
     assert grade("class") == 0
-    assert scores() == {"ada": 5.0, "mallory": 0.0, "zoe": 5.0}
+    assert scores() == {"ada": 5.0, "mallory": -1, "zoe": 5.0}
     assert "a.zip cannot be read" in Path("grades/index.html").read_text(encoding="utf-8")
 
     def broken(one, *_):
@@ -92,7 +92,45 @@ def test_one_submission_that_cannot_be_read_costs_nobody_else(grade, tmp_path, m
     assert grade("class") == 1
     err = capsys.readouterr().err
     assert "zoe was not graded: OverflowError: beyond all" in err
-    assert scores() == {"ada": 5.0, "mallory": 0.0, "zoe": 5.0}
+    assert scores() == {"ada": 5.0, "mallory": -1, "zoe": 5.0}
+
+
+def test_a_group_has_one_mark_for_all_members(grade, tmp_path):
+    """Law 5."""
+    write(tmp_path / "class", ["red/a.py"], SQUARED)
+    write(tmp_path / "class", ["zoe/a.py"], RIGHT)
+    roster = "student,name,group\nada,Ada,red\nemmy,Emmy,red\nzoe,Zoe,\n"
+    write(tmp_path, ["grades/roster.csv"], roster)
+
+    assert grade("class") == 0
+
+    assert scores() == {"ada": 3.5, "emmy": 3.5, "zoe": 5.0}
+
+
+@pytest.mark.parametrize("name", ["ada.rar", "ada.7z", "ada.pdf", "ada/.hidden.py", "ada/a.rar"])
+def test_who_handed_in_nothing_that_can_be_read_has_a_row_with_the_reason(name, grade, tmp_path):
+    """Laws 4 and 5."""
+    write(tmp_path / "class", [name, "emmy/a.py", "zoe/a.py"], RIGHT)
+
+    assert grade("class") == 0
+
+    ada, _, zoe = Path("grades/scores.csv").read_text("utf-8").splitlines()[1:]
+    assert ada.startswith("ada,ada,,")
+    assert "handed in" in ada
+    assert zoe.startswith("zoe,zoe,5,5")
+
+
+def test_code_of_nobody_is_told_and_ends_in_status_1(grade, tmp_path, capsys):
+    """Law 5: never skipped with exit 0."""
+    names = ["Ada L_4711_assignsubmission_file_/a.py", "stray.py"]
+    write(tmp_path / "class", names, RIGHT)
+
+    assert grade("class", "--layout", "moodle") == 1
+
+    assert "1 files with code belong to no student, and are not graded: stray.py" in (
+        capsys.readouterr().err
+    )
+    assert scores() == {"4711": 5.0}
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows knows no SIGKILL")

@@ -46,7 +46,7 @@ def rows(path):
 
 def test_canvas_gets_the_scores_of_those_who_were_graded(verdicts, written, out):
     book = read_canvas(written(CANVAS), "Lab 1")
-    assert book.fill(verdicts, out) == ["=cmd|x"]
+    assert book.fill(verdicts, out, overwrite=True) == (["=cmd|x"], [])
     assert rows(out) == [
         ["Student", "ID", "SIS User ID", "SIS Login ID", "Section", "Lab 1 (77)"],
         ["Points Possible", "", "", "", "", "5.00"],
@@ -61,7 +61,7 @@ def test_canvas_gets_the_scores_of_those_who_were_graded(verdicts, written, out)
 )
 def test_canvas_gets_scores_of_its_own_scale(verdicts, written, out, possible, score):
     book = read_canvas(written(CANVAS.replace(",5.00,", f',"{possible}",')), "Lab 1")
-    book.fill(verdicts[1:2], out)
+    book.fill(verdicts[1:2], out, overwrite=True)
     assert [row[-1] for row in rows(out)[1:]] == [possible, score]
 
 
@@ -75,7 +75,7 @@ def test_canvas_names_a_column_that_is_not_there(written):
 def test_moodle_gets_grades_of_its_own_scale_and_keeps_its_times(verdicts, written, out):
     book = read_moodle(written(MOODLE))
     hostile = replace(verdicts[2], student="12", notes=("<b>",))
-    assert book.fill([*verdicts, hostile], out) == ["=cmd|x"]
+    assert book.fill([*verdicts, hostile], out) == (["=cmd|x"], [])
     header, ada, emmy, grace = rows(out)
     assert header == MOODLE.lstrip("\ufeff").splitlines()[0].split(",")
     assert ada[3:6] == ["100", "100.00", "Saturday, 21 November 2026"]
@@ -89,7 +89,7 @@ def test_moodle_gets_grades_of_its_own_scale_and_keeps_its_times(verdicts, writt
     ("text", "says"),
     [
         ("", "line 1: no column 'Identifier'; the columns are none"),
-        ("Name,Score\nAda,1\n", "line 1: no column 'Identifier'; the columns are Name, Score"),
+        ("ID,Bewertung\n1,1\n", "the columns are ID, Bewertung. Moodle names the columns in your"),
         ('Identifier,"Grade\na,b\n', "line 2: unexpected end of data; put text that"),
         ("Identifier,Grade\na,b\na,b,c\n", "line 3: it has more cells than line 1"),
     ],
@@ -100,12 +100,58 @@ def test_a_gradebook_that_cannot_be_filled(written, text, says):
     assert says in str(error.value)
 
 
+WRITTEN = {  # what a person may have written, in a row of each platform
+    "Canvas's grade": (CANVAS, ",Monday,,3,", ",Monday,88,3,"),
+    "excused in Canvas": (CANVAS, ",Monday,,3,", ",Monday,EX,3,"),
+    "a grade of 0 in Canvas": (CANVAS, ",Monday,,3,", ",Monday,0,3,"),
+    "Moodle's grade": (MOODLE, "Submitted,,", "Submitted,88.00,"),
+    "Moodle's comment": (MOODLE, '2026",\n', '2026",see me\n'),
+}
+
+
+@pytest.mark.parametrize("cell", WRITTEN)
+def test_what_a_person_wrote_stays(cell, verdicts, written, out):
+    """Law 5: the row is left out, so that the platform keeps it, unless it is asked for."""
+    text, before, after = WRITTEN[cell]
+    path = written(text.replace(before, after, 1))
+    book = read_canvas(path, "Lab 1") if text is CANVAS else read_moodle(path)
+
+    _, kept = book.fill(verdicts[:1], out)
+
+    assert kept == ["4711"]
+    assert "4711" not in out.read_text(encoding="utf-8")
+    assert book.fill(verdicts[:1], out, overwrite=True)[1] == []
+    assert "4711" in out.read_text(encoding="utf-8")
+
+
+def test_who_was_not_graded_has_no_row_and_keeps_the_reason(verdicts, written, out):
+    """Law 5."""
+    nothing = replace(verdicts[0], is_graded=False, unread=("report.pdf is no notebook",))
+
+    for book in (read_canvas(written(CANVAS), "Lab 1"), read_moodle(written(MOODLE))):
+        assert book.fill([nothing], out) == ([], [])
+        assert "4711" not in out.read_text(encoding="utf-8")
+    write_scores([nothing], {}, out)
+
+    assert rows(out)[1] == ["4711", "4711", "report.pdf is no notebook"]
+
+
 def test_the_plain_table_holds_no_formula(verdicts, out):
     write_scores(verdicts, {"absent": "Nobody"}, out)
     assert rows(out) == [
-        ["student", "submission", "score", "points", "late", "isolation", "gate", "huber"],
-        ["absent", *[""] * 7],
-        ["4711", "4711", "5", "5", "0", "bubblewrap", "2", "3"],
-        ["815", "815", "0.5", "5", "0", "bubblewrap", "0.5", "0"],
-        ["'=cmd|x", "'=cmd|x", "0", "2", "0", "bubblewrap", "0", ""],
+        [
+            "student",
+            "submission",
+            "score",
+            "points",
+            "late",
+            "isolation",
+            "gate",
+            "huber",
+            "remark",
+        ],
+        ["absent", *[""] * 8],
+        ["4711", "4711", "5", "5", "0", "bubblewrap", "2", "3", ""],
+        ["815", "815", "0.5", "5", "0", "bubblewrap", "0.5", "0", ""],
+        ["'=cmd|x", "'=cmd|x", "0", "2", "0", "bubblewrap", "0", "", ""],
     ]

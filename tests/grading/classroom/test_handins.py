@@ -60,8 +60,9 @@ def pack(path, names):
 
 def told(handed_in):
     """What is known of each student of a class in which all files are somebody's."""
-    found, remarks = find_submissions(handed_in)
+    found, lost, remarks = find_submissions(handed_in)
     assert not remarks
+    assert not lost
     assert all(file.name.isprintable() for one in found for file in one.files)
     return [(one.student, one.name, one.late, one.feedback_name, len(one.files)) for one in found]
 
@@ -85,7 +86,7 @@ def test_what_a_student_calls_a_file_chooses_nothing(platform, tmp_path):
 
 
 def test_the_archive_of_a_class_is_opened_once(tmp_path, monkeypatch):
-    found, _ = find_submissions(pack(tmp_path / "class.zip", ["ada.py", "emmy.py"]))
+    found, _, _ = find_submissions(pack(tmp_path / "class.zip", ["ada.py", "emmy.py"]))
     monkeypatch.setattr(zipfile, "ZipFile", None)
     assert [read_files(one.files)[1] for one in found] == [(), ()]
 
@@ -93,7 +94,7 @@ def test_the_archive_of_a_class_is_opened_once(tmp_path, monkeypatch):
 def test_of_two_uploads_with_one_name_the_newest_counts(read, tmp_path):
     folder = write(tmp_path / "class", ["ada_LATE_1_12_a.py", "emmy_2_13_a.py"], "new = 1\n")
     write(folder, ["ada_1_9_a.py", "zoe_LATE_3_14_a.py", "zoe_3_15_b.py"], "old = 1\n")
-    found, _ = find_submissions(folder)
+    found, _, _ = find_submissions(folder)
     assert read(found[0])[0] == {"a.py": "new = 1\n"}
     assert [one.late for one in found] == [1.0, 0.0, 1.0]
 
@@ -112,10 +113,10 @@ def test_a_class_of_two_layouts_is_refused_with_the_way_out(tmp_path):
     folder = write(tmp_path / "class", ["ada_4711_98765_a.py", "emmy.py"])
     with pytest.raises(LabkitError, match=r"emmy\.py is not; use --layout canvas or --layout fold"):
         find_submissions(folder)
-    found, remarks = find_submissions(folder, layout="canvas")
+    found, lost, _ = find_submissions(folder, layout="canvas")
     assert [one.student for one in found] == ["4711"]
-    assert remarks == [f"{folder}: emmy.py belongs to no student; skipped"]
-    found, _ = find_submissions(folder, layout="folders")
+    assert lost == ["emmy.py"]
+    found, _, _ = find_submissions(folder, layout="folders")
     assert [one.student for one in found] == ["ada_4711_98765_a", "emmy"]
     with pytest.raises(
         LabkitError, match=r"no file name fits the moodle layout \(for example ada_4711_98765_a\.py"
@@ -138,12 +139,68 @@ def test_marks_and_leftovers_are_nobodys_work(tmp_path):
     write(folder, ["notes.txt"])
     (folder / "link.py").symlink_to(folder / "ada.py")
     (folder / "zoe").mkdir()
-    found, remarks = find_submissions(folder, out=folder / "grades")
-    assert [one.student for one in found] == ["ada"]
+    found, lost, remarks = find_submissions(folder, out=folder / "grades")
+    assert [(one.student, len(one.files)) for one in found] == [("ada", 1), ("emmy", 0), ("zoe", 0)]
+    assert not lost
     assert f"{folder}: notes.txt belongs to no student; skipped" in remarks
     assert [one for one in remarks if "empty" in one] == [
         f"{folder}: {name} is an empty folder" for name in ("emmy", "zoe")
     ]
+
+
+@pytest.mark.parametrize("name", ["Ada_L", "_", "Lovelace_4712_Ada", "O'Neill_Ada-Maria"])
+def test_a_name_in_moodle_may_hold_what_stands_between_its_parts(name, tmp_path):
+    """Law 5: joined, and by the platform's own number."""
+    folder = write(
+        tmp_path, [f"{name}_4711_assignsubmission_file_/x_1_assignsubmission_file_/a.py"]
+    )
+
+    ((student, shown, *_),) = told(folder)
+
+    assert (student, shown) == ("4711", name)
+
+
+METADATA = """---
+submission_77:
+  :submitters:
+  - :name: Ada Lovelace
+    :sid: '4711'
+    :email: ada@x.org
+  - :name: "Emmy Noether"
+    :sid: '815'
+    :email:
+  :created_at: 2026-11-20 10:00:00.000000000 Z
+  :history:
+  - :id: 76
+    :email: not@x.org
+submission_78:
+  :submitters:
+  - :name: Grace Hopper
+    :email: grace@x.org
+"""
+
+
+@pytest.mark.parametrize("is_zipped", [False, True])
+def test_gradescope_s_export_is_joined_with_its_people_and_groups(is_zipped, tmp_path):
+    """Law 5: one hand-in is that of all its members."""
+    files = [f"assignment_7_export/submission_{number}/a.py" for number in (77, 78, 79)]
+    folder = write(tmp_path / "class", files)
+    write(folder, ["assignment_7_export/submission_metadata.yml"], METADATA)
+    if is_zipped:
+        with zipfile.ZipFile(tmp_path / "class.zip", "w") as archive:
+            for path in folder.rglob("*.*"):
+                archive.write(path, path.relative_to(folder))
+        folder = tmp_path / "class.zip"
+
+    found, _, _ = find_submissions(folder)
+
+    people = {one.student: one.name for one in found}
+    assert people == {
+        "79": "79",
+        "815": "Emmy Noether",
+        "ada@x.org": "Ada Lovelace",
+        "grace@x.org": "Grace Hopper",
+    }
 
 
 ZIP64 = base64.b64decode(  # a file that claims to lie beyond 2⁶³
@@ -156,7 +213,7 @@ ZIP64 = base64.b64decode(  # a file that claims to lie beyond 2⁶³
 def test_a_damaged_archive_costs_itself_alone(data, read, tmp_path):
     folder = write(tmp_path / "class", ["ada/a.py", "emmy/a.py"])
     (folder / "ada/work.zip").write_bytes(data)
-    (ada, _), _ = find_submissions(folder)
+    (ada, _), _, _ = find_submissions(folder)
     files, unread = read(ada)
     assert list(files) == ["a.py"]
     assert len(unread) == 1

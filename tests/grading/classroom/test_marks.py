@@ -98,7 +98,7 @@ def test_an_empty_table_is_made_and_what_excel_makes_of_it_is_read(small, tmp_pa
     path, assignment = tmp_path / "adjustments.csv", read_assignment(small)
     assert not read_adjustments(tmp_path, assignment, {})
     assert path.read_text() == "student,what,value,comment\n"
-    assert not read_roster(tmp_path)
+    assert read_roster(tmp_path) == ({}, {})
     path.write_text("\ufeffstudent;what;value;comment\nada;double;0,5;\n;;;\n", encoding="utf-8")
     assert read_adjustments(tmp_path, assignment, NAMES)["ada", "double"] == (0.5, "")
 
