@@ -16,7 +16,7 @@ from labkit.grading.questions import Case, Question
 MAX_PROGRAM = 1 << 27  # bytes of what was read, which are code and no answer
 READING = 10.0  # [s] of processor time for the files
 # Processor time for all cells, and for a call: the box's own limit as many times, and seconds more.
-CELLS, CALLS, MORE = 5.0, 1.5, 0.5
+CELLS, CALLS, MORE = 10.0, 1.5, 0.5
 PATIENCE = 5.0  # times as long for a call that ran out of time where others were right
 UNREADABLE = "the files cannot be read with little time and memory; hand in the notebook alone"
 HANDED_OUT = [path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py")]
@@ -41,6 +41,7 @@ class Sitting:
         # How many states each answer has: after the cells that define it, and others.
         self.states: dict[str, int] = {}
         self.calls: dict[str, set[str]] = {}  # functions that an answer uses
+        self.faults: dict[str, str] = {}  # why functions could not be parsed
         # Calls that ended a box or took too long: a function, its state, what was lent to it.
         self.hung: set[tuple[str, int, frozenset[str]]] = set()
 
@@ -72,11 +73,12 @@ class Sitting:
                     cell = said.get("cell", cell)
                 if not self.is_sealed:
                     self.notes = list(said["notes"])
+                    self.faults = {str(k): shown(v) for k, v in dict(said["faults"]).items()}
                     answers = said["answers"].items()
                     self.calls = {name: set(each["calls"]) for name, each in answers}
                     self.states = {name: max(1, len(each["states"][:3])) for name, each in answers}
                 return
-            except (BoxError, LookupError, TypeError, AttributeError):  # untrusted
+            except (BoxError, LookupError, TypeError, ValueError, AttributeError):  # untrusted
                 self.close()
                 is_place = isinstance(cell, int) and 0 <= cell < len(cells)
                 _, label = cells.pop(cell if is_place else 0)
@@ -126,7 +128,7 @@ class Sitting:
             self.run()
         if self.box is None or name not in self.states:
             status = Status.TOO_LONG if self.left <= 0.0 else Status.NOT_DEFINED
-            return [Outcome(status=status)] * len(cases)
+            return [Outcome(status=status, message=self.faults.get(name, ""))] * len(cases)
         if self._hangs(name, state, right):
             return [Outcome(status=Status.TOO_LONG)] * len(cases)
         is_hidden = any(case.hidden for case in cases)

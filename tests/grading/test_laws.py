@@ -82,7 +82,7 @@ class Liar:
         if "sizes" in order:
             self.said.append(read_program({"a.py": attached}, NAMES)._asdict())
         elif "cells" in order:
-            self.said += [{}, {"notes": [], "answers": dict.fromkeys(NAMES, told)}]
+            self.said += [{}, {"notes": [], "faults": {}, "answers": dict.fromkeys(NAMES, told)}]
         else:
             ORDERS.append(order)
             self.said += [{"value": None}] * len(order["calls"])

@@ -1,6 +1,8 @@
 """Honest ways to write and to hand in right answers: each earns all that it should."""
 
+import io
 import json
+import sys
 import zipfile
 from pathlib import Path
 
@@ -51,7 +53,7 @@ BARS = "from tqdm.auto import tqdm, trange\nimport matplotlib.pyplot as plt\n\n\
 DRAWN = (
     "    bar = tqdm(range(2))\n    for k in bar:\n        bar.set_postfix(k=k)\n"
     "        tqdm.write(f'{k} of {len(bar)}')\n    low, high = plt.xlim()\n"
-    "    print(f'{plt.gca().get_ylim()[1]:.2f} {plt.gca():>9}')\n"
+    "    print(f'{plt.gca().get_ylim()[1]:.2f}')\n"
     "    counts, edges, bars = plt.hist([1.0, 2.0])\n"
 )
 TIMED = {name: f"%%time\n{RIGHT[name]}" for name in ("rotation", "icp")} | {
@@ -124,7 +126,67 @@ SCRIPTS = {
     "utf-16": SCRIPT,  # as PowerShell writes it
 }
 ENCODINGS = "latin-1", "utf-16"
+DRAWING = """import matplotlib.pyplot as plt
+
+
+def fitness(kept):
+    fig, (left, right) = plt.subplots(1, 2)
+    line, = left.plot([1.0, 2.0])
+    r, g, b = plt.get_cmap("viridis")(0.5)[:3]
+    plt.show()
+    return kept.mean()
+"""
+PACKAGES = {
+    "axes and colours": ("matplotlib", answered({"fitness": DRAWING})),
+    "pandas": ("pandas", answered({
+        "overlap": "import pandas as pd\n\n\ndef overlap(distances, overlap_ratio):\n"
+        "    count = max(3, int(overlap_ratio * len(distances)))\n"
+        "    return pd.Series(distances).rank(method='first').to_numpy() <= count\n"})),
+    "numba.vectorize": ("numba", answered({
+        "huber_weights": "import numba\n\n\n@numba.vectorize\ndef weight(r, delta):\n"
+        "    return 1.0 if r <= delta else delta / r\n\n\n"
+        "def huber_weights(residuals, delta):\n    return weight(residuals * 1.0, delta)\n"})),
+}  # fmt: skip
+SECOND = "def helper(x):\n    return 2 * x\n\n\nclass Point:\n    pass\n"
+OWN_HELPER = "def helper(x):\n    return x\n\n\ndef share(kept):\n    return helper(kept.mean())\n"
+USES_HELPERS = "import first, second\n\n\ndef fitness(kept):\n    return first.share(kept)\n"
+RELATIVE = {
+    "work/pkg/__init__.py": b"from .tools import share\n",
+    "work/pkg/tools.py": b"def share(kept):\n    return kept.mean()\n",
+    "work/a.ipynb": answered({
+        "fitness": "import pkg\n\n\ndef fitness(kept):\n    return pkg.share(kept)\n"}),
+}  # fmt: skip
+FROM_CELL = "from share import share\n\n\ndef fitness(kept):\n    return share(kept)\n"
+WRITES = "%%writefile share.py\ndef share(kept):\n    return kept.mean()\n"
+MODULES = {
+    "two modules with helpers of one name": {
+        "a.ipynb": answered({"fitness": USES_HELPERS}),
+        "first.py": OWN_HELPER.encode(),
+        "second.py": SECOND.encode(),
+    },
+    "a package with relative imports": RELATIVE,
+    "a cell that writes a module": {"a.ipynb": answered({"fitness": FROM_CELL}, before=[WRITES])},
+    "%run of a notebook": {
+        "a.ipynb": answered({"fitness": "%run helpers.ipynb\n\n\ndef fitness(kept):\n"
+                             "    return share(kept)\n"}),
+        "helpers.ipynb": notebook([cell("def share(kept):\n    return kept.mean()")]),
+    },
+}  # fmt: skip
+
+
+def zipped(name, data):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        archive.writestr(name, data)
+    return buffer.getvalue()
+
+
 FILES = {
+    **MODULES,
+    "cp1252": {"a.py": f"# é ß €\n{SCRIPT}".encode("cp1252")},
+    "GBK": {"a.py": f"# 点云配准\n{SCRIPT}".encode("gbk")},
+    "a zip in a zip": {"a.zip": zipped("inner.zip", zipped("a.py", SCRIPT))},
+    "a lone surrogate": {"a.ipynb": answered({"wrap": "# \ud800\n" + RIGHT["wrap"]})},
     **{style: {"renamed (1).ipynb": notebook} for style, notebook in STYLES.items()},
     **{style: {"a.py": source.encode(style if style in ENCODINGS else "utf-8")}
        for style, source in SCRIPTS.items()},
@@ -149,6 +211,19 @@ def test_an_honest_style_costs_nothing(style, graded):
     assert not lost, verdict.notes
     assert NOTES.get(style, "") in str(verdict.notes)
     assert not (style == "the handed-out notebook" and verdict.notes)
+
+
+@pytest.mark.parametrize("style", PACKAGES)
+def test_packages_that_are_installed_work_in_the_box(style, graded, wall):
+    """Law 4: behind bubblewrap, which shows what is installed but for labkit."""
+    package, notebook = PACKAGES[style]
+    pytest.importorskip(package)
+    if wall.mode != "bubblewrap":
+        pytest.skip("bubblewrap is not installed")
+
+    verdict = graded({"a.ipynb": notebook}, ASSIGNMENT, seconds=5.0)
+
+    assert verdict.score == 100.0, verdict.notes
 
 
 GUARDED = "if __name__ == '__main__':\n    np.loadtxt('scan.csv')\n"
@@ -190,13 +265,42 @@ def test_a_whole_repository_is_graded_by_what_is_ones_own(graded, read, tmp_path
 
 
 def test_a_package_that_is_not_there_is_named(graded):
-    """Law 7."""
-    start = "import pandas as pd\ndef "
-    changed = {
-        "fitness": f"{start}fitness(kept):\n    return pd.Series(kept).mean()\n",
-        "wrap": f"{start}wrap(angle):\n    return float(pd.Series([angle]))\n",
-    }
+    """Law 4."""
+    changed = {"wrap": "def wrap(angle):\n    import nothing_of_this_name\n    return angle\n"}
+
     verdict = graded({"a.ipynb": answered(changed)}, ASSIGNMENT)
-    lost = {one.question: one.message for one in verdict.questions if not one.passed}
-    assert lost.keys() == changed.keys()
-    assert all("pandas is not available while grading" in why for why in lost.values())
+
+    ((message),) = [one.message for one in verdict.questions if not one.passed]
+    assert "that package is not installed where the grading runs" in message
+
+
+PICTURE = {"output_type": "display_data", "data": {"image/png": "iVBOR" * (8 << 20)}}
+PRINTS = {"output_type": "stream", "text": ["[[1, 2], [3, 4]], {\n" * 300_000]}
+PLOTLY = {"output_type": "display_data", "data": {"plotly": [[{"x": [k]}] for k in range(200_000)]}}
+OUTPUTS = {"pictures": [PICTURE], "prints of lists": [PRINTS], "figures of plotly": [PLOTLY]}
+
+
+@pytest.mark.parametrize("kind", OUTPUTS)
+def test_outputs_of_any_size_are_not_parsed(kind, read, tmp_path):
+    """Law 4; the text of a cell may speak of outputs."""
+    speaks = cell('says = "\\"outputs\\": [{"\nk = 1')
+    shows = cell("k = 2") | {"outputs": OUTPUTS[kind]}
+    (tmp_path / "a.ipynb").write_bytes(notebook([speaks, shows, cell("k = 3")]))
+
+    files, unread = read(one_submission(tmp_path, "ada"))
+
+    assert not unread
+    assert files["a.ipynb"].split("\n\n") == [speaks["source"], "k = 2", "k = 3"]
+
+
+def test_what_is_no_python_here_is_not_defined_and_says_so(graded):
+    """Law 4: as where the student's Python is newer than the grader's."""
+    body = RIGHT["icp"].replace("    T = T_init", "    T = T_init\n    print(f'{'a' b}')", 1)
+
+    verdict = graded({"a.ipynb": answered({"icp": body})}, ASSIGNMENT)
+
+    (icp,) = [one for one in verdict.questions if not one.passed]
+    version = ".".join(map(str, sys.version_info[:2]))
+    assert icp.score == 0.0
+    assert "there is no function `icp`: line " in icp.message
+    assert f"is no Python {version} (" in icp.message

@@ -1,7 +1,8 @@
 """The box: one throw-away process for each submission, and what stands around it.
 
 bubblewrap
-    an empty file system with Python, numpy and scipy in it; no network, no other process.
+    an empty file system with Python and the installed packages in it, without labkit; no network,
+    no other process.
 user
     for root in a container that allows no namespaces: an unused user, who can read what all can.
 none
@@ -49,7 +50,8 @@ SYSTEM = ("/usr", "/lib", "/lib64", "/etc/ld.so.cache", "/etc/alternatives")
 USERS = itertools.cycle(random.sample(range(50_000, 60_000), 10_000))
 ENVIRONMENT = {
     "PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "HOME": "/box", "OPENBLAS_NUM_THREADS": "1",
-    "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "MPLBACKEND": "Agg",
+    "MPLCONFIGDIR": "/box/matplotlib", "NUMBA_DISABLE_JIT": "1",
 }  # fmt: skip
 COMMAND = """
 import sys, types
@@ -133,9 +135,8 @@ class Box:
         user = unused_user() if os.geteuid() == 0 and wall.mode != "none" else 0
         settings = {"seconds": seconds, "user": user, "wall": wall.mode}
         command = [os.path.realpath(sys.executable), "-I", "-S", "-B", "-X", "utf8", "-c"]
-        paths = sorted({os.path.dirname(path) for path in libraries()[1:]})
-        above = os.path.dirname(OWN)
-        command += [COMMAND.format(above=above, paths=paths), json.dumps(settings)]
+        above = os.path.dirname(compiled_folder())
+        command += [COMMAND.format(above=above, paths=packages()), json.dumps(settings)]
         if wall.mode == "bubblewrap":
             command = [*bubblewrap(wall), *command]
         self._channel, theirs = socket.socketpair()
@@ -236,26 +237,34 @@ def bubblewrap(wall: Wall) -> list[str]:
         command += ["--cap-drop", "ALL", "--cap-add", "CAP_SETUID", "--cap-add", "CAP_SETGID"]
     else:
         command += ["--unshare-user"]
-    roots = [path for path in (*SYSTEM, sys.base_prefix) if os.path.exists(path)]
+    roots = [path for path in (*SYSTEM, sys.base_prefix, *packages()) if os.path.exists(path)]
     hidden = [path for path in (str(PACKAGE), *wall.hidden) if os.path.isdir(path)]
     hidden = [path for path in hidden if any(map(Path(path).is_relative_to, roots))]
     steps = [("--ro-bind", path, path) for path in roots] + [("--tmpfs", path) for path in hidden]
-    for step in steps + [("--ro-bind", path, path) for path in libraries()]:
+    for step in [*steps, ("--ro-bind", OWN, OWN)]:
         for above in list(Path(step[1]).parents)[-2::-1]:
             command += ["--perms", "0755", "--dir", str(above)]
         command += step
     command += [part for path in hidden for part in ("--remount-ro", path)]
     command += ["--dev", "/dev", "--size", str(DISK_BYTES), "--perms", "1777", "--tmpfs", "/box"]
+    for fonts in Path.home().glob(".cache/matplotlib/fontlist-*.json"):  # which take long to list
+        command += ["--perms", "0777", "--dir", "/box/matplotlib"]
+        command += ["--ro-bind", str(fonts), f"/box/matplotlib/{fonts.name}"]
     return [*command, "--remount-ro", "/dev", "--remount-ro", "/", "--chdir", "/box", "--"]
 
 
 @cache
-def libraries() -> tuple[str, ...]:
-    """The folders of what a box can import besides Python's own library, and of its own code."""
-    compileall.compile_dir(OWN, quiet=2)  # once here, and not in each box
-    packages = [path for package in (np, scipy) for path in package.__path__]
-    places = (OWN, *packages, *(f"{path}.libs" for path in packages))
-    return tuple(os.path.realpath(path) for path in places if os.path.isdir(path))
+def compiled_folder() -> str:
+    """The folder of what runs in the box, compiled once here, and not in each box."""
+    compileall.compile_dir(OWN, quiet=2)
+    return OWN
+
+
+@cache
+def packages() -> list[str]:
+    """The folders of the installed packages, which code in the box may import."""
+    places = [path for package in (np, scipy) for path in package.__path__]
+    return sorted({os.path.dirname(os.path.realpath(path)) for path in places})
 
 
 def unused_user() -> int:

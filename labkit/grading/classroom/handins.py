@@ -27,7 +27,7 @@ from labkit.grading.box.inside.reading import (
 )
 from labkit.support.errors import LabkitError
 
-MAX_TOGETHER = 48 << 20  # bytes of all files of one student
+MAX_TOGETHER = 96 << 20  # bytes of all files of one student
 FOLDERS = "folders"
 METADATA = "submission_metadata.yml"  # of Gradescope's export: who handed in what
 # By its name such a file is somebody's work, though none of its kind is read but the first few.

@@ -20,13 +20,12 @@ from labkit.grading.questions import Answer, Case, Misconception, Question
 from labkit.support.arrays import FloatArray
 
 ADVICE_ON = {
-    "ModuleNotFoundError": "only numpy, scipy and the standard library are there while grading",
+    "ModuleNotFoundError": "that package is not installed where the grading runs",
     "FileNotFoundError": "no file is there while grading, so keep the answers free of files",
     "EOFError": "nobody types while grading, so take `input` out",
 }
 ADVICE = {
-    Status.NOT_DEFINED: "there is no function `{function}`: its cell did not run, or it has "
-    "another name.",
+    Status.NOT_DEFINED: "there is no function `{function}`{why}.",
     Status.NOT_WRITTEN: "it is not written yet.",
     Status.NO_RESULT: "the result is wrong.",
     Status.TOO_LONG: "it took too long; does a loop have no end?",
@@ -232,6 +231,8 @@ def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
     message = "" if case.hidden else outcome.message
     if outcome.status is Status.NO_ANSWER and message:
         return f"it {message}" + ("" if message.endswith("?") else ".")
+    if outcome.status is Status.NOT_DEFINED and not message:
+        message = "its cell did not run, or it has another name"
     if outcome.status in ADVICE:
         why = f": {message}" if message else ""
         return ADVICE[outcome.status].format(function=question.function, why=why)

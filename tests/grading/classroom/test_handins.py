@@ -229,18 +229,18 @@ def test_a_hand_in_without_code_is_told_by_its_files(read, tmp_path):
 def test_what_is_too_large_is_named_and_the_rest_is_read(read, tmp_path):
     folder = write(tmp_path / "class", ["ada/a.py"])
     with (folder / "ada/large.ipynb").open("wb") as file:
-        file.truncate(33 << 20)
+        file.truncate(65 << 20)
     with zipfile.ZipFile(folder / "ada/bomb.zip", "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("b.py", b" " * (64 << 20))
+        archive.writestr("b.py", b" " * (65 << 20))
     for name in "edc":
         with zipfile.ZipFile(folder / f"ada/{name}.zip", "w", zipfile.ZIP_DEFLATED) as archive:
-            archive.writestr("x.ipynb", b'{"cells": []}' + b" " * (20 << 20))
+            archive.writestr("x.ipynb", b'{"cells": []}' + b" " * (40 << 20))
     files, unread = read(one_submission(folder, "ada"))
     assert set(files) == {"ada/a.py", *(f"ada/{name}.zip/x.ipynb" for name in "cde")}
     lost = {"ada/large.ipynb", "ada/bomb.zip/b.py"}
     assert {line.partition(" ")[0] for line in unread} == lost
     for name in ("bomb", "c", "d"):  # the grader holds no more than is read
-        os.truncate(folder / f"ada/{name}.zip", 20 << 20)
+        os.truncate(folder / f"ada/{name}.zip", 40 << 20)
     found, unread = read_files(list_files(folder / "ada"))
     assert (len(found), len(unread)) == (4, 2)
 

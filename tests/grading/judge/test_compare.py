@@ -82,7 +82,7 @@ SECRET = "3.14159 is the first input"
         ("Own", "it raised an error.", f"it raised {SECRET}."),
         ("EOFError", "it raised an error.", "; nobody types while grading, so take"),
         ("FileNotFoundError", "an error.", "; no file is there while grading"),
-        ("ModuleNotFoundError", "an error.", "; only numpy, scipy and the standard"),
+        ("ModuleNotFoundError", "an error.", "; that package is not installed"),
     ],
 )
 def test_a_call_without_an_answer_is_explained(status, of_hidden, of_visible):

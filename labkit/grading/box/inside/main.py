@@ -45,7 +45,11 @@ class Session:
         self.uses: dict[str, set[str]] = defaultdict(set)  # what a definition mentions, by its name
         self.finder = standins.Finder(self.run_script)
         self.compile = codeop.Compile()  # it remembers imports of __future__
-        self.left, self.armed = 0.0, False
+        self.modules: list[types.ModuleType] = []  # scripts that were imported
+        self.faults: dict[str, str] = {}  # why functions could not be parsed, by their names
+        self.own: list[tuple[types.ModuleType, str, Any]] = []  # what is lent in place of
+        self.left = 0.0
+        self.armed = False
         signal.signal(signal.SIGPROF, self.cut)
 
     def tell(self, **answer: Any) -> None:
@@ -92,7 +96,8 @@ class Session:
                         first[name] = last[name]
         end = self.space | self.answers
         told = {name: self.described(name, last[name], first[name], end) for name in self.answers}
-        self.tell(notes=notes[:60], answers=told)
+        faults = {name: self.faults[name] for name in self.functions if name in self.faults}
+        self.tell(notes=notes[:60], answers=told, faults=faults)
 
     def run_cell(self, source: str, label: str, seconds: float) -> str:
         """Run the statements of a cell one by one; why it was not run to its end.
@@ -101,11 +106,15 @@ class Session:
         """
         try:
             with self.within(seconds):
-                nodes, fault = parsing.statements(source, label)
+                nodes, faults = parsing.statements(source, label)
         except BaseException as error:
             return f"{label} cannot be parsed, so nothing in it counts: {self.text(error)}"
+        self.faults |= faults
+        fault = f"{next(iter(faults.values()))}: it is left out" if faults else ""
         for node in nodes:
             start, limit, defines = time.process_time(), seconds, parsing.is_definition(node)
+            if isinstance(node, ast.Import | ast.ImportFrom):  # of a large package
+                limit = 3.0 * seconds
             if not defines:
                 if self.left <= -2.0 * seconds:
                     continue
@@ -120,30 +129,34 @@ class Session:
         return fault
 
     def run(self, node: ast.stmt, label: str) -> None:
-        """Run one statement; note what it defines. Neither stubs nor labkit's hide an answer."""
+        """Run one statement of a cell, and note what it defines.
+
+        Stubs and labkit's own functions never replace an answer.
+        """
+        for name, value in self.defined(node, label, self.space).items():
+            is_stub = name in self.answers and parsing.is_stub(value)
+            if name in self.functions and not is_stub and type(value) is not standins.StandIn:
+                self.answers[name] = value
+
+    def defined(self, node: ast.stmt, label: str, space: dict[str, Any]) -> dict[str, Any]:
+        """Run a statement in a space; the callables that it defines, whose names are noted."""
         code = self.compile(ast.Module([node], []), label, "exec")  # type: ignore[arg-type]
-        before = dict(self.space)
+        before = dict(space)
+        found = dict[str, Any]()
         try:
-            exec(code, self.space)
+            exec(code, space)
         finally:
-            for name, value in list(self.space.items()):
-                if not callable(value) or before.get(name) is value:
-                    continue
-                self.uses[name] |= parsing.names_in(code)
-                hides = name in self.answers and parsing.is_stub(value)
-                if name in self.functions and not hides and type(value) is not standins.StandIn:
-                    self.answers[name] = value
+            for name, value in list(space.items()):
+                if callable(value) and before.get(name) is not value:
+                    self.uses[name] |= parsing.names_in(code)
+                    found[name] = value
+        return found
 
     def run_script(self, source: str, name: str, module: types.ModuleType) -> None:
-        """Run a script among the cells; the module keeps what its names are now."""
-        importer = self.space["__name__"]
-        try:
-            self.space["__name__"] = module.__name__
-            for node in parsing.statements(source, name)[0]:
-                self.run(node, name)
-                vars(module).update((k, v) for k, v in self.space.items() if not k.startswith("__"))
-        finally:
-            self.space["__name__"] = importer
+        """Run a script as the module that imports it."""
+        self.modules.append(module)
+        for node in parsing.statements(source, name)[0]:
+            self.defined(node, name, vars(module))
 
     def described(self, name: str, *states: dict[str, Any]) -> dict[str, Any]:
         """Keep the states in which it or what it uses differs; name them, and what it calls."""
@@ -162,10 +175,11 @@ class Session:
         """Call a function in one of its states, with right functions in place of some others."""
         self.space.clear()
         self.space.update(self.states.get((function, state), {}))
+        self.take_back()
         for name, source in right.items():
             defined: dict[str, Any] = {}
             exec(source, defined)
-            self.space[name] = defined[name]
+            self.lend(name, defined[name])
         random.seed(0)
         np.random.seed(0)  # noqa: NPY002
         for arguments in calls:
@@ -173,6 +187,20 @@ class Session:
             self.tell(**answer)
             if answer.get("status") == "too long":  # the others would take as long
                 break
+
+    def lend(self, name: str, right: Any) -> None:
+        """Put a right function where the student's stands, in modules as well."""
+        self.space[name] = right
+        for module in self.modules:
+            if name in vars(module):
+                self.own.append((module, name, vars(module)[name]))
+                vars(module)[name] = right
+
+    def take_back(self) -> None:
+        """Give modules back what right functions stood in for."""
+        while self.own:
+            module, name, value = self.own.pop()
+            vars(module)[name] = value
 
     def call(self, function: str, arguments: list[Any], seconds: float) -> dict[str, Any]:
         """Call it once within the time for a call; its value, or how it ended."""
@@ -210,8 +238,9 @@ def main() -> None:
     # A box may make no file, so the null device, which `open(…, "w")` would make, is copied.
     vars(builtins)["open"] = lambda f, *a, **k: real(os.dup(1) if f == os.devnull else f, *a, **k)
     session = Session(writing)
-    sys.meta_path.insert(0, session.finder)
-    confine.confine(**json.loads(sys.argv[1]))
+    settings = json.loads(sys.argv[1])
+    session.finder.install(with_packages=settings["wall"] == "bubblewrap")
+    confine.confine(**settings)
     for name in [name for name in sys.modules if name.partition(".")[0] == "labkit"]:
         del sys.modules[name]  # out of reach of `import`
     with open(json.__file__, "rb"):

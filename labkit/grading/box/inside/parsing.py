@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import sys
 import types
 import warnings
 from typing import Any
@@ -17,12 +18,17 @@ MAGICS = {  # of IPython, in turn: those that run code leave it, others nothing
     rf"^([ \t]*)(?:{ESCAPED}.*|\?.*|[\w.]+\?+[ \t]*$)": r"\1pass",
 }
 PIECE = re.compile(r"^(?=@|(?:async +)?def\b|class\b)", re.MULTILINE)
+DEFINED = re.compile(r"(?:async +)?def +(\w+)")
+VERSION = f"{sys.version_info.major}.{sys.version_info.minor}"
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Import, ast.ImportFrom)
 
 
-def statements(source: str, label: str) -> tuple[list[ast.stmt], str]:
-    """The statements of a cell and what is wrong, which is left out up to the next definition."""
-    nodes, fault = list[ast.stmt](), ""
+def statements(source: str, label: str) -> tuple[list[ast.stmt], dict[str, str]]:
+    """The statements of a cell, and the faults of what is no Python and left out.
+
+    A fault stands under the name of the function that it leaves undefined, or under "".
+    """
+    nodes, faults = list[ast.stmt](), dict[str, str]()
     with warnings.catch_warnings(action="ignore"):
         try:
             nodes = ast.parse(source, label).body
@@ -41,11 +47,23 @@ def statements(source: str, label: str) -> tuple[list[ast.stmt], str]:
                         nodes += [ast.increment_lineno(node, line) for node in found]
                     except SyntaxError as error:
                         wrong = min(error.lineno or 1, count + 1)
-                        says = f"line {line + wrong} of {label} is no Python ({error.msg})"
-                        fault = fault or f"{says}: it is left out up to the next definition"
-                        part = "".join(part.splitlines(keepends=True)[: wrong - 1])
+                        lines = part.splitlines(keepends=True)
+                        place = beginning(lines, min(wrong, len(lines)) - 1)
+                        named = DEFINED.match(lines[place])
+                        says = (
+                            f"line {line + wrong} of {label} is no Python {VERSION} ({error.msg})"
+                        )
+                        faults.setdefault(named[1] if named else "", says)
+                        part = "".join(lines[:place])
                 line += count
-    return nodes, fault
+    return nodes, faults
+
+
+def beginning(lines: list[str], place: int) -> int:
+    """The line in which the statement at a line begins: one that is not indented."""
+    while place > 0 and (not lines[place].strip() or lines[place][0] in " \t)]}"):
+        place -= 1
+    return place
 
 
 def is_definition(node: ast.stmt) -> bool:

@@ -11,15 +11,19 @@ import io
 import json
 import re
 import zipfile
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from importlib.util import decode_source
 from pathlib import PurePosixPath
 from typing import Any, NamedTuple
 
-MAX_FILE = 32 << 20  # bytes of a notebook with its pictures
+MAX_FILE = 64 << 20  # bytes of a notebook with its pictures
 MAX_SOURCE = 2 << 20  # letters of code in all files
-MAX_CELLS = 1000
-MAX_BRACKETS = 300_000  # in a notebook: each takes memory and time, and deep ones the stack
+MAX_CELLS = 1000  # of code in all files
+MAX_BRACKETS = 300_000  # in a notebook but for its outputs: each takes memory and time
+MAX_DEPTH = 2  # archives in archives
+OUTPUTS = re.compile(r'(?<!\\)"outputs"\s*:\s*(?=\[)')  # in a text its quotes would be escaped
+TOKEN = re.compile(r'"(?:[^"\\]++|\\.)*+"|[\[\]{}]')
+WRITTEN = re.compile(r"\A\s*%%writefile\s+(?:-a\s+)?(\S+\.py)[ \t]*\n")  # by a cell
 TOO_LARGE = "the files are too large; clear the outputs, and hand in your own alone"
 SKIPPED = {
     "__MACOSX", "__pycache__", "node_modules", "Thumbs.db", "desktop.ini",
@@ -49,7 +53,7 @@ def read_program(
     """
     read: dict[str, list[tuple[str, str]]] = {}  # cells with their names in it, by file name
     unread: list[str] = []
-    left = MAX_SOURCE
+    left, cells_left = MAX_SOURCE, MAX_CELLS
     for name, data in unpacked(files, unread):
         _, is_inside, place = name.rpartition("labkit/")
         if is_inside and place in handed_out:
@@ -60,13 +64,12 @@ def read_program(
             is_notebook = name.lower().endswith(NOTEBOOK)
             found = notebook_cells(data) if is_notebook else [(text_of(data), "")]
             left -= sum(len(source) for source, _ in found)
-            if left < 0:
+            cells_left -= len(found)
+            if left < 0 or cells_left < 0:
                 raise ValueError("all files together hold too much code")
             read[name] = found
         except json.JSONDecodeError as error:
             unread.append(f"{name} cannot be read: it holds no notebook ({error})")
-        except (UnicodeDecodeError, SyntaxError):
-            unread.append(f"{name} cannot be read: it is not in UTF-8; save it as UTF-8")
         except Exception as error:  # untrusted
             unread.append(f"{name} cannot be read: {error or type(error).__name__}")
     if not read and not unread:
@@ -79,7 +82,8 @@ def read_program(
         name: "\n\n".join(source for source, _ in found).replace("\0", "")
         for name, found in read.items()
     }
-    answers = {name: set(map("".join, answer.findall(text))) for name, text in scripts.items()}
+    scripts |= written_scripts(source for found in read.values() for source, _ in found)
+    answers = {name: set(map("".join, answer.findall(scripts[name]))) for name in read}
     chosen = sorted(filter(answers.get, read), key=lambda name: len(answers[name]))
     cells: list[tuple[str, str]] = []
     notes: list[str] = []
@@ -96,49 +100,94 @@ def read_program(
     return Program(cells, scripts, notes, unread[:40])
 
 
+def written_scripts(sources: Iterable[str]) -> dict[str, str]:
+    """The scripts that cells write by ``%%writefile``."""
+    found = [(WRITTEN.match(source), source) for source in sources]
+    return {
+        head[1].removeprefix("./"): source[head.end() :].replace("\0", "")
+        for head, source in found
+        if head
+    }
+
+
 def unpacked(files: Mapping[str, bytes], unread: list[str]) -> Iterator[tuple[str, bytes]]:
-    """The notebooks and scripts from new to old, those in archives too; none in an inner archive.
+    """The notebooks and scripts from new to old, also those in archives.
 
     An archive that cannot be read is added to `unread`.
     """
+    for name in filter(may_hold_source, reversed([*files])):
+        yield from _unpacked(name, files[name], unread, MAX_DEPTH)
+
+
+def _unpacked(name: str, data: bytes, unread: list[str], depth: int) -> Iterator[tuple[str, bytes]]:
+    if is_source(name):
+        yield name, data
+        return
 
     def age(info: zipfile.ZipInfo) -> tuple[object, int]:
         return info.date_time, -len(info.filename)
 
-    for name in filter(may_hold_source, reversed([*files])):
-        if is_source(name):
-            yield name, files[name]
-            continue
-        try:
-            with zipfile.ZipFile(io.BytesIO(files[name])) as archive:
-                for info in sorted(archive.infolist(), key=age, reverse=True):
-                    inner = f"{name}/{printable(info.filename)}"
-                    if is_source(inner) and not is_skipped(info.filename):
-                        with archive.open(info) as packed:
-                            yield inner, packed.read(MAX_FILE + 1)
-        except Exception as error:  # untrusted: zipfile raises anything
-            unread.append(f"{name} cannot be read: {error}")
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            for info in sorted(archive.infolist(), key=age, reverse=True):
+                inner = f"{name}/{printable(info.filename)}"
+                is_wanted = is_source(inner) or (depth > 1 and may_hold_source(inner))
+                if is_wanted and not is_skipped(info.filename):
+                    with archive.open(info) as packed:
+                        content = packed.read(MAX_FILE + 1)
+                    yield from _unpacked(inner, content, unread, depth - 1)
+    except Exception as error:  # untrusted: zipfile raises anything
+        unread.append(f"{name} cannot be read: {error}")
 
 
 def text_of(data: bytes) -> str:
-    """The text of a script: in the encoding that it declares, or as PowerShell writes it."""
-    wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    return data.decode("utf-16") if wide else decode_source(data)
+    """The text of a script: in the encoding that it declares, or as PowerShell writes it.
+
+    Where it is in another one and does not say so (cp1252, GBK), each byte becomes a letter: code
+    is in ASCII, and what comments say is not run.
+    """
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return data.decode("utf-16")
+    try:
+        return decode_source(data)
+    except (UnicodeDecodeError, SyntaxError):
+        return data.decode("latin-1").replace("\r\n", "\n")
+
+
+def without_outputs(text: str) -> str:
+    """The text of a notebook without its outputs, which may be of any size and are not parsed."""
+    parts = []
+    end = 0
+    while found := OUTPUTS.search(text, end):
+        parts.append(text[end : found.end()] + "[]")
+        depth = 0
+        for token in TOKEN.finditer(text, found.end()):
+            depth += (token[0] in "[{") - (token[0] in "]}")
+            if depth == 0:
+                end = token.end()
+                break
+        else:
+            raise ValueError("an output in it has no end")
+    return "".join(parts) + text[end:]
 
 
 def notebook_cells(data: bytes) -> list[tuple[str, str]]:
     """The code cells of a notebook, with their numbers."""
-    if data.count(b"[") + data.count(b"{") > MAX_BRACKETS:
-        raise ValueError("it holds too many brackets for a notebook; clear the outputs")
-    content: Any = json.loads(data)  # in UTF-8, 16 or 32
+    text = without_outputs(data.decode(json.detect_encoding(data), "surrogatepass"))
+    if text.count("[") + text.count("{") > MAX_BRACKETS:
+        raise ValueError("it holds too many brackets for a notebook")
+    content: Any = json.loads(text)
     if not isinstance(content, dict) or not isinstance(content.get("cells"), list):
         raise ValueError("it is no notebook of nbformat 4")
     cells = [cell for cell in content["cells"] if isinstance(cell, dict)]
     codes = [cell for cell in cells if cell.get("cell_type") == "code"]
-    if len(codes) > MAX_CELLS:
-        raise ValueError(f"it has more than {MAX_CELLS} cells of code")
     sources = ("".join(cell.get("source") or "").replace("\r\n", "\n") for cell in codes)
-    return [(source, f"cell {number}") for number, source in enumerate(sources, start=1)]
+    return [(printed(source), f"cell {number}") for number, source in enumerate(sources, start=1)]
+
+
+def printed(source: str) -> str:
+    """Source without lone surrogates, which no parser takes."""
+    return source.encode("utf-8", "replace").decode()
 
 
 def is_source(name: str) -> bool:

@@ -1,7 +1,8 @@
-"""Imports in the box: the scripts that were handed in, and stand-ins for what draws and shows.
+"""Imports in the box: the scripts that were handed in, and stand-ins for what is not there.
 
-A submission that plots or moves a slider shall not fail for it. labkit itself is a stand-in, so
-that no answer can call the reference.
+A submission that moves a slider or draws shall not fail for it. labkit itself is a stand-in, so
+that no answer can call the reference, and so is what speaks to a notebook. Packages that compute or
+draw are the installed ones where a box may use them, and stand-ins elsewhere.
 """
 
 from __future__ import annotations
@@ -13,10 +14,12 @@ from collections.abc import Callable, Iterator
 from importlib.machinery import ModuleSpec
 from typing import Any
 
-NAMES = {
-    "anywidget", "google", "IPython", "ipympl", "ipywidgets", "jupyterquiz", "labkit",
-    "matplotlib", "mpl_toolkits", "nbgrader", "numba", "otter", "pandas", "PIL", "plotly",
-    "pylab", "seaborn", "tqdm", "traitlets",
+IN_NOTEBOOKS = {
+    "anywidget", "google", "IPython", "ipympl", "ipywidgets", "jupyterquiz", "labkit", "nbgrader",
+    "otter", "traitlets",
+}  # fmt: skip
+INSTALLED = {
+    "matplotlib", "mpl_toolkits", "numba", "pandas", "PIL", "plotly", "pylab", "seaborn", "tqdm",
 }  # fmt: skip
 
 
@@ -94,26 +97,39 @@ WORKING = {
 
 
 class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Imports handed-in scripts, from whatever folder, and stand-ins; asked before all others."""
+    """Imports handed-in scripts, from whatever folder, and stand-ins.
+
+    It is asked before all others, and once more after them, for what they did not find.
+    """
 
     def __init__(self, run: Callable[[str, str, types.ModuleType], None]) -> None:
         self.run = run  # a script, by its source and name
         self.scripts: dict[str, str] = {}  # sources by file name
+        self.standing_in = IN_NOTEBOOKS | INSTALLED
+
+    def install(self, *, with_packages: bool) -> None:
+        """Be asked for imports from now on; `with_packages` installed ones come first."""
+        sys.meta_path.insert(0, self)
+        if with_packages:
+            self.standing_in = IN_NOTEBOOKS
+            last = Finder(self.run)
+            last.standing_in = INSTALLED
+            sys.meta_path.append(last)
 
     def find_spec(self, name: str, path: Any, target: Any = None) -> ModuleSpec | None:
         """A spec for a script, a folder of scripts or a stand-in."""
         place = name.replace(".", "/")
-        wanted = tuple(f"/{place}{end}" for end in (".py", ".py.txt", "/__init__.py"))
+        wanted = tuple(f"/{place}{end}" for end in (".py", ".py.txt", "/__init__.py", ".ipynb"))
         file = next((file for file in self.scripts if f"/{file}".endswith(wanted)), "")
         folder = any(f"/{place}/" in f"/{file}" for file in self.scripts)
         own = bool(file or folder) and name not in sys.stdlib_module_names
-        if own or name.partition(".")[0] in NAMES:
+        if own or name.partition(".")[0] in self.standing_in:
             return ModuleSpec(name, self, origin=file or None, is_package=folder or not file)
         return None
 
-    def create_module(self, spec: ModuleSpec) -> types.ModuleType:
-        """A stand-in; a script fills it with its own names."""
-        return StandIn(spec.name)
+    def create_module(self, spec: ModuleSpec) -> types.ModuleType | None:
+        """A stand-in, or for a script a module as any other."""
+        return None if spec.origin else StandIn(spec.name)
 
     def exec_module(self, module: types.ModuleType) -> None:
         """Run a script; a stand-in has nothing to run."""
