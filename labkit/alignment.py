@@ -133,6 +133,17 @@ def turn_about(center: tuple[float, float], theta: float, dx: float, dy: float) 
     )
 
 
+@compiled
+def product(A: FloatArray, B: FloatArray) -> FloatArray:
+    """A B of two (3, 3): numba's own ``@`` would load `scipy.linalg` at the first match."""
+    C = np.zeros((3, 3))
+    for row in range(3):
+        for column in range(3):
+            for k in range(3):
+                C[row, column] += A[row, k] * B[k, column]
+    return C
+
+
 def _determined(T: FloatArray, p: FloatArray, q: FloatArray, w: FloatArray) -> FloatArray:
     if not math.isnan(T[0, 0]):
         return T

@@ -8,9 +8,9 @@ gradient ∂J/∂x vanishes, the implicit function theorem tells how x follows z
 J is the point-to-line cost Σ wᵢ rᵢ², rᵢ = nᵢ·(R pᵢ + t − qᵢ), with the correspondences,
 normals and weights of the last association held fixed. Three things are added to [1]:
 
-- A free direction of the motion carries no information. It is taken from the normals, which
-  stagger with the noise: they show it 3° off at 541 beams with 30 mm. So the scan is moved along it
-  to either side, and back onto the surfaces; the free direction joins the two places.
+- A free direction of the motion carries no information. The noisy normals show it 3° off at
+  541 beams with 30 mm of noise. So the scan is moved along it to either side, and back onto the
+  surfaces; the free direction joins the two places.
 - Where the residuals are larger than cov(z) explains, cov(z) grows with them.
 - The point-to-point metric pulls along the surfaces as well. These pulls do not hold the
   scan, because the pairs change when it slides: their sum counts as noise.
@@ -37,7 +37,13 @@ from numpy.typing import ArrayLike
 
 from labkit.correspondences import Correspondences, associate, reject_and_weigh
 from labkit.degeneracy import observability
-from labkit.line_alignment import MIN_INFORMATION, solve_constrained
+from labkit.line_alignment import (
+    MIN_INFORMATION,
+    line_residuals,
+    line_rows,
+    normal_equations,
+    solve_constrained,
+)
 from labkit.neighbors import Grid, start_search
 from labkit.normals import estimate_normals
 from labkit.parameters import IcpParameters
@@ -50,7 +56,8 @@ from labkit.support.errors import DegenerateAlignmentError, InvalidParameterErro
 from labkit.target import Target
 
 ALONG_AN_AXIS = 0.02  # share of a free direction below which an axis is not part of it
-SLIDE, SLIDE_STEPS = 0.5, 6  # [m or rad] to either side along a free motion; steps back from there
+SLIDE = 0.5  # [m or rad]: how far to slide along a free motion, to either side
+RETURN_STEPS = 6  # Gauss-Newton steps from there back onto the surfaces
 MAX_STD = 100.0  # [m], of a range: no scanner is worse
 LEAST_INFORMATION = 1e-12  # less information is rounding
 
@@ -194,53 +201,55 @@ def _seen_and_free(result: _Result) -> tuple[FloatArray, FloatArray]:
 
 
 def _along_surfaces(result: _Result, seen: FloatArray, v: FloatArray) -> FloatArray:
-    """The free motion v, (3,), led to where the scan lies on the surfaces at `SLIDE` along it."""
+    """The free motion v, (3,), between the two places on the surfaces at `SLIDE` along it."""
     points, target, parameters = result.source.points, result.target, result.parameters
     normals = target.normals_for(parameters), target.normals
     x, onto = to_xytheta(result.T_target_source), seen @ np.linalg.pinv(seen)
     ends = [
-        led_back(x + slide * v, onto, points, target.search.grid, *normals, parameters)
+        return_to_surfaces(x + slide * v, onto, points, target.search.grid, *normals, parameters)
         for slide in (SLIDE, -SLIDE)
     ]
     return (ends[0] - ends[1]) / (2.0 * SLIDE)
 
 
 @compiled
-def led_back(
+def return_to_surfaces(
     x: FloatArray,
     onto: FloatArray,
     source: FloatArray,
     target: Grid,
-    lines: FloatArray,
+    metric_normals: FloatArray,
     normals: FloatArray,
     parameters: IcpParameters,
 ) -> FloatArray:
-    """The motion x, (3,), led back onto the surfaces within the space that `onto` projects on.
+    """The motion x, (3,), moved back onto the surfaces in the directions that `onto` projects on.
 
-    `lines` are the normals that the metric uses.
+    `metric_normals` are those of the metric: (0, 2) under point-to-point.
     """
     x = x.copy()
     stage = stage_of(parameters, len(source), False, 0)
-    for _ in range(SLIDE_STEPS):
+    for _ in range(RETURN_STEPS):
         c, s = math.cos(x[2]), math.sin(x[2])
         T = np.array([[c, -s, x[0]], [s, c, x[1]], [0.0, 0.0, 1.0]])
-        search = start_search(target, len(source))
-        p, index, distances = associate(source, search, T, math.inf)
-        pairs = reject_and_weigh(p, index, distances, target.points, lines, stage)
-        A, g, J = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
-        for i in range(len(p)):
-            w, nx, ny = pairs.weights[i], normals[index[i], 0], normals[index[i], 1]
-            if w > 0.0 and math.isfinite(nx):
-                r = nx * (p[i, 0] - pairs.target[i, 0]) + ny * (p[i, 1] - pairs.target[i, 1])
-                turn = ny * (p[i, 0] - x[0]) - nx * (p[i, 1] - x[1])
-                for row in range(3):
-                    J[row] = onto[row, 0] * nx + onto[row, 1] * ny + onto[row, 2] * turn
-                    g[row] += w * J[row] * r
-                for row in range(3):
-                    for column in range(3):
-                        A[row, column] += w * J[row] * J[column]
+        p, index, distances = associate(source, start_search(target, len(source)), T, math.inf)
+        pairs = reject_and_weigh(p, index, distances, target.points, metric_normals, stage)
+        n = normals[index]
+        J = project_rows(line_rows(p, n, (x[0], x[1]), 1.0), onto)
+        weights = np.where(np.isfinite(n[:, 0]), pairs.weights, 0.0)
+        A, g = normal_equations(J, J, line_residuals(p, pairs.target, n), weights)
         x += solve_constrained(A, g, LEAST_INFORMATION * (1.0 + A[0, 0] + A[1, 1] + A[2, 2]))
     return x
+
+
+@compiled
+def project_rows(J: FloatArray, onto: FloatArray) -> FloatArray:
+    """The rows of J (N, 3) in the directions that the projection `onto` (3, 3) keeps."""
+    projected = np.zeros(J.shape)
+    for i in range(len(J)):
+        for row in range(3):
+            for column in range(3):
+                projected[i, row] += onto[row, column] * J[i, column]
+    return projected
 
 
 def _slope(direction: FloatArray, turned: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.alignment import centroid, closed_form, turn_about
+from labkit.alignment import centroid, closed_form, product, turn_about
 from labkit.correspondences import MIN_PAIRS, Correspondences, associate, cost, reject_and_weigh
 from labkit.line_alignment import line_step
 from labkit.neighbors import Grid, start_search
@@ -142,7 +142,7 @@ def run(
             dT, termination = compute_step(pairs, parameters.step_fraction)  # F
         if termination is not None:
             return as_array(poses), stage.coarse_poses, termination  # I
-        poses.append(dT @ poses[-1])  # G: the update composes on the left
+        poses.append(product(dT, poses[-1]))  # G: dT @ T, the update composes on the left
         stage = schedule(stage, poses, source, parameters)
 
 

@@ -20,6 +20,7 @@ References
 .. [2] Censi, "An ICP variant using a point-to-line metric", ICRA 2008.
 .. [3] Zhang, Kaess, Singh, "On degeneracy of optimization-based state estimation
        problems", ICRA 2016 (solving in the constrained directions alone).
+.. [4] Golub, Van Loan, "Matrix Computations", 4th ed., 2013, section 8.5.
 """
 
 from __future__ import annotations
@@ -40,7 +41,9 @@ from labkit.support.errors import DegenerateAlignmentError
 # the direction, about the noise of a normal.
 MIN_INFORMATION = 0.02
 # A quarter is enough if the point-to-point share is at least STEADY_SHARE.
-STEADY_SHARE, STEADY_INFORMATION = 0.03, 0.25 * MIN_INFORMATION
+STEADY_SHARE = 0.03
+STEADY_INFORMATION = 0.25 * MIN_INFORMATION
+MAX_SWEEPS = 12  # of Jacobi's rotations; five are enough for doubles
 BUT_FOR_ROUNDING = 1.0 - 1e-12  # as τ → 1 eigenvalues and threshold both approach 1
 
 
@@ -82,9 +85,10 @@ def line_information(
     noise averages out of J'ᵀWJ. Raises as `align_to_lines` does.
     """
     p, n, w = as_pairs(points, normals, weights)
+    as_normals(n, "normals", len(p))
     other = n if other_normals is None else as_normals(other_normals, "other_normals", len(p))
-    center, length = _center_and_length(p, w)
-    values, vectors = np.linalg.eigh(information_matrix(p, n, other, w, center, length))
+    _check_spread(p, w)
+    center, length, values, vectors = eigen_information(p, n, other, w)
     return Information(center=np.array(center), length=length, values=values, vectors=vectors)
 
 
@@ -104,7 +108,7 @@ def align_to_lines(
     p, q, w = as_pairs(source, target, weights)
     n = as_normals(normals, "normals", len(p))
     check_range(share, "share", at_least=0.0, at_most=1.0)
-    _center_and_length(p, w)
+    _check_spread(p, w)
     return line_step(p, q, n, w, float(share))
 
 
@@ -113,31 +117,92 @@ def line_step(
     p: FloatArray, q: FloatArray, n: FloatArray, w: FloatArray, share: float
 ) -> FloatArray:
     """The step (3, 3) for pairs p, q (N, 2) [m], normals n and weights w; NaN if all coincide."""
-    c, length = center_and_length(p, w)
+    center, length = center_and_length(p, w)
     if not length > 0.0:
-        return turn_about(c, math.nan, math.nan, math.nan)
-    total, A, g = w.sum(), np.zeros((3, 3)), np.zeros(3)
+        return turn_about(center, math.nan, math.nan, math.nan)
+    J = line_rows(p, n, center, length)
+    A, g = normal_equations(J, J, line_residuals(p, q, n), w)
+    if share > 0.0:
+        A, g = add_point_share(A, g, p, q, w, center, length, share)
+    x = solve_constrained(A, g, w.sum() * least_information(share))
+    return turn_about(center, x[2] / length, x[0], x[1])
+
+
+@compiled
+def line_rows(
+    p: FloatArray, n: FloatArray, center: tuple[float, float], length: float
+) -> FloatArray:
+    """The rows J (6.1): change of each residual with the motion (Δx, Δy, ℓΔψ), shape (N, 3)."""
+    J = np.empty((len(p), 3))
     for i in range(len(p)):
+        ax = (p[i, 0] - center[0]) / length
+        ay = (p[i, 1] - center[1]) / length
+        J[i, 0] = n[i, 0]
+        J[i, 1] = n[i, 1]
+        J[i, 2] = n[i, 1] * ax - n[i, 0] * ay
+    return J
+
+
+@compiled
+def line_residuals(p: FloatArray, q: FloatArray, n: FloatArray) -> FloatArray:
+    """Signed distances e = n·(p − q) [m] of points p from the lines through q, shape (N,)."""
+    e = np.empty(len(p))
+    for i in range(len(p)):
+        e[i] = n[i, 0] * (p[i, 0] - q[i, 0]) + n[i, 1] * (p[i, 1] - q[i, 1])
+    return e
+
+
+@compiled
+def normal_equations(
+    J: FloatArray, K: FloatArray, e: FloatArray, w: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """A = ½ Σ w (JᵀK + KᵀJ), shape (3, 3), and g = Σ w Jᵀe, shape (3,), over pairs with weight.
+
+    K is J, or the rows of the same pairs with other normals.
+    """
+    A = np.zeros((3, 3))
+    g = np.zeros(3)
+    for i in range(len(w)):
         if w[i] > 0.0:
-            ax, ay = (p[i, 0] - c[0]) / length, (p[i, 1] - c[1]) / length
-            dx, dy = p[i, 0] - q[i, 0], p[i, 1] - q[i, 1]
-            J = (n[i, 0], n[i, 1], n[i, 1] * ax - n[i, 0] * ay)  # (6.1)
-            e = n[i, 0] * dx + n[i, 1] * dy
-            pull = (dx, dy, ax * dy - ay * dx)  # of the point-to-point metric
             for row in range(3):
-                g[row] += w[i] * ((1.0 - share) * J[row] * e + share * pull[row])
-                for column in range(row + 1):  # A is symmetric, `eigh` reads this half of it
-                    A[row, column] += w[i] * (1.0 - share) * J[row] * J[column]
+                g[row] += w[i] * J[i, row] * e[i]
+                for column in range(3):
+                    both = J[i, row] * K[i, column] + K[i, row] * J[i, column]
+                    A[row, column] += 0.5 * w[i] * both
+    return A, g
+
+
+@compiled
+def add_point_share(
+    A: FloatArray,
+    g: FloatArray,
+    p: FloatArray,
+    q: FloatArray,
+    w: FloatArray,
+    center: tuple[float, float],
+    length: float,
+    share: float,
+) -> tuple[FloatArray, FloatArray]:
+    """(1 − τ) A + τ W I, and (1 − τ) g + τ times the g of the point-to-point metric."""
+    A = (1.0 - share) * A
+    g = (1.0 - share) * g
+    for i in range(len(w)):
+        if w[i] > 0.0:
+            ax = (p[i, 0] - center[0]) / length
+            ay = (p[i, 1] - center[1]) / length
+            dx, dy = p[i, 0] - q[i, 0], p[i, 1] - q[i, 1]
+            g[0] += share * w[i] * dx
+            g[1] += share * w[i] * dy
+            g[2] += share * w[i] * (ax * dy - ay * dx)
     for k in range(3):
-        A[k, k] += share * total
-    x = solve_constrained(A, g, total * least_information(share))
-    return turn_about(c, x[2] / length, x[0], x[1])
+        A[k, k] += share * w.sum()
+    return A, g
 
 
 @compiled
 def solve_constrained(A: FloatArray, g: FloatArray, minimum: float) -> FloatArray:
     """Solve A x = −g, in the directions alone whose eigenvalue reaches `minimum`."""
-    eigenvalues, eigenvectors = np.linalg.eigh(A)
+    eigenvalues, eigenvectors = eigen_symmetric(A)
     x = np.zeros(3)
     for k in range(3):
         if eigenvalues[k] >= minimum:
@@ -149,6 +214,48 @@ def solve_constrained(A: FloatArray, g: FloatArray, minimum: float) -> FloatArra
 
 
 @compiled
+def eigen_symmetric(A: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Eigenvalues, ascending, and eigenvectors, as columns, of a symmetric (3, 3).
+
+    Jacobi's rotations [4]_ make one entry beside the diagonal zero after the other. numba's `eigh`
+    would load `scipy.linalg`, which takes a third of the first match.
+    """
+    D = A.copy()
+    V = np.eye(3)
+    for _ in range(MAX_SWEEPS):
+        if D[1, 0] == 0.0 and D[2, 0] == 0.0 and D[2, 1] == 0.0:
+            break
+        for p, q in ((0, 1), (0, 2), (1, 2)):
+            if D[q, p] != 0.0:
+                rotate_to_zero(D, V, p, q)
+    order = np.argsort(np.diag(D))
+    return np.diag(D)[order], V[:, order]
+
+
+@compiled
+def rotate_to_zero(D: FloatArray, V: FloatArray, p: int, q: int) -> None:
+    """One of Jacobi's rotations, in place: D[q, p] becomes 0, and V turns along."""
+    half = 0.5 * (D[q, q] - D[p, p]) / D[q, p]
+    t = math.copysign(1.0, half) / (abs(half) + math.hypot(half, 1.0))  # tan of the angle
+    c = 1.0 / math.hypot(t, 1.0)
+    s = t * c
+    for row in range(3):
+        a, b = D[row, p], D[row, q]
+        D[row, p] = c * a - s * b
+        D[row, q] = s * a + c * b
+    for column in range(3):
+        a, b = D[p, column], D[q, column]
+        D[p, column] = c * a - s * b
+        D[q, column] = s * a + c * b
+    D[p, q] = 0.0
+    D[q, p] = 0.0
+    for row in range(3):
+        a, b = V[row, p], V[row, q]
+        V[row, p] = c * a - s * b
+        V[row, q] = s * a + c * b
+
+
+@compiled
 def least_information(point_share: float) -> float:
     """The eigenvalue, per unit of weight, from which on a direction is solved for."""
     least = MIN_INFORMATION if point_share < STEADY_SHARE else STEADY_INFORMATION
@@ -156,26 +263,24 @@ def least_information(point_share: float) -> float:
 
 
 @compiled
-def information_matrix(
-    p: FloatArray,
-    n: FloatArray,
-    other: FloatArray,
-    w: FloatArray,
-    center: tuple[float, float],
-    length: float,
-) -> FloatArray:
-    """J'ᵀWJ per unit of weight, (3, 3), symmetric; J' is made of the other normals."""
-    A, total = np.zeros((3, 3)), w.sum()
+def eigen_information(
+    p: FloatArray, n: FloatArray, other: FloatArray, w: FloatArray
+) -> tuple[tuple[float, float], float, FloatArray, FloatArray]:
+    """Centre and length, and the eigenvalues and vectors of JᵀWJ per unit of weight.
+
+    The rows K of the other normals take the place of one J; their noise averages out.
+    """
+    center, length = center_and_length(p, w)
+    same_side = other.copy()
     for i in range(len(p)):
-        ax, ay = (p[i, 0] - center[0]) / length, (p[i, 1] - center[1]) / length
-        ux, uy, vx, vy = n[i, 0], n[i, 1], other[i, 0], other[i, 1]
-        if ux * vx + uy * vy < 0.0:
-            vx, vy = -vx, -vy  # the same side of the surface
-        J, K = (ux, uy, uy * ax - ux * ay), (vx, vy, vy * ax - vx * ay)
-        for row in range(3):
-            for column in range(3):
-                A[row, column] += 0.5 * w[i] * (J[row] * K[column] + K[row] * J[column]) / total
-    return A
+        if n[i, 0] * other[i, 0] + n[i, 1] * other[i, 1] < 0.0:
+            same_side[i, 0] = -other[i, 0]
+            same_side[i, 1] = -other[i, 1]
+    J = line_rows(p, n, center, length)
+    K = line_rows(p, same_side, center, length)
+    A, _ = normal_equations(J, K, np.zeros(len(p)), w)
+    values, vectors = eigen_symmetric(A / w.sum())
+    return center, length, values, vectors
 
 
 @compiled
@@ -184,22 +289,25 @@ def center_and_length(points: FloatArray, weights: FloatArray) -> tuple[tuple[fl
 
     ℓ is 0 where no point has weight, or where all of them coincide.
     """
-    center, square, total, most = centroid(points, weights), 0.0, 0.0, 0.0
+    center = centroid(points, weights)
+    squares = 0.0
+    total = 0.0
+    largest = 0.0  # coordinate [m]: rounding is relative to it
     for i in range(len(points)):
         if weights[i] > 0.0:
             x, y = points[i, 0] - center[0], points[i, 1] - center[1]
-            square, total = square + weights[i] * (x * x + y * y), total + weights[i]
-            most = max(most, abs(points[i, 0]), abs(points[i, 1]))
-    length = math.sqrt(square / total) if total > 0.0 else 0.0
-    return center, length if length > 64.0 * EPSILON * most else 0.0
+            squares += weights[i] * (x * x + y * y)
+            total += weights[i]
+            largest = max(largest, abs(points[i, 0]), abs(points[i, 1]))
+    length = math.sqrt(squares / total) if total > 0.0 else 0.0
+    return center, length if length > 64.0 * EPSILON * largest else 0.0
 
 
-def _center_and_length(p: FloatArray, w: FloatArray) -> tuple[tuple[float, float], float]:
-    """The same; raise an error where ℓ is 0."""
-    center, length = center_and_length(p, w)
+def _check_spread(p: FloatArray, w: FloatArray) -> None:
+    """Raise an error unless two points with weight lie apart."""
+    _, length = center_and_length(p, w)
     if not length > 0.0:
         raise DegenerateAlignmentError(
             f"{np.count_nonzero(w)} surface points with weight lie in one place or are none; "
             f"a line needs two that lie apart"
         )
-    return center, length

@@ -6,7 +6,9 @@ and an interrupt there ends the process. Python runs the same functions a hundre
 """
 
 import functools
+import importlib
 import logging
+import sys
 from collections.abc import Callable
 from types import FunctionType
 from typing import Any, TypeVar
@@ -66,6 +68,8 @@ def load_numba() -> Any:
     try:
         import numba  # noqa: PLC0415 (nobody else waits for it)
         from numba.extending import typeof_impl  # noqa: PLC0415
+
+        _load_without_blas()
     except ImportError as error:
         logging.getLogger("labkit").warning("Python runs the matcher, slowly: %s", error)
         return None
@@ -82,3 +86,18 @@ def load_numba() -> Any:
     for class_ in _records:
         register(class_)
     return numba
+
+
+def _load_without_blas() -> None:
+    """Import numba's array functions without `scipy.linalg`, a third of the first match.
+
+    numba loads it to ask for a BLAS, which no compiled function here needs; where other code
+    compiles a matrix product, numba asks again.
+    """
+    if "scipy.linalg" in sys.modules:
+        return
+    sys.modules["scipy.linalg"] = None  # type: ignore[assignment]  # an import of it fails
+    try:
+        importlib.import_module("numba.np.arraymath")
+    finally:
+        del sys.modules["scipy.linalg"]

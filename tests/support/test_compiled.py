@@ -106,3 +106,14 @@ def test_without_numba_python_runs_the_same_function(tmp_path, how):
 def test_all_stages_can_be_compiled_ahead():
     """As each `make` does, once an environment is set up."""
     warm()
+
+
+@NEEDS_NUMBA
+def test_a_match_loads_no_scipy_linalg():
+    """numba's own arrays ask for a BLAS, which takes a third of the first match."""
+    program = (
+        "import sys, labkit; p = [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [0.0, 3.0]]; "
+        "labkit.icp(p, p, metric='point_to_line'); labkit.align(p, p); "
+        "assert 'scipy.linalg' not in sys.modules; import scipy.linalg; print(8)"
+    )
+    answer(os.environ.get("LABKIT_CACHE", ""), program)
