@@ -47,7 +47,7 @@ test: $(TESTS) ## check style and types, then test code, widgets and what is new
 	$(BIN)/mypy
 	@$(WARM)
 	@$(MAKE) --no-print-directory $(RAN)
-	$(BIN)/pytest tests labkit -m "not others and not pages" \
+	$(BIN)/pytest tests labkit -m "not others and not pages and not nightly" \
 	    --numprocesses 3 --dist loadfile --no-loadscope-reorder
 
 pages: $(TESTS) ## open each page of the book, which `make book` built, in a browser
@@ -55,11 +55,12 @@ pages: $(TESTS) ## open each page of the book, which `make book` built, in a bro
 	BOOK_HTML=_build/html $(BIN)/pytest tests/book -m pages --numprocesses 2
 
 others: $(TESTS) ## test the ports in their languages, the pages in Firefox, the exports in other graders
-	$(BIN)/pytest tests -m others --numprocesses 2 --dist loadfile
+	@test -d _build/html || { echo "There is no book yet: make book"; exit 1; }
+	BOOK_HTML=_build/html $(BIN)/pytest tests -m others --numprocesses 2 --dist loadfile
 
 quick: $(TESTS) ## the tests of the core, logs and odometry, with few examples: a minute
 	$(BIN)/ruff check .
-	LABKIT_EXAMPLES=quick $(BIN)/pytest -q -m "not slow" --numprocesses 2 --dist loadfile \
+	LABKIT_EXAMPLES=quick $(BIN)/pytest -q -m "not slow and not nightly" --numprocesses 2 --dist loadfile \
 	    $(wildcard tests/test_*.py) tests/odometry tests/logs tests/simulation tests/evaluation
 
 fix: $(TESTS) ## format the code and mend what ruff can

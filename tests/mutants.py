@@ -128,7 +128,17 @@ def red(lab: Path, tests: list[str], *options: str) -> str:
         "LABKIT_EXAMPLES": "quick",
         "LABKIT_PATIENCE": "30",
     }
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-m", "not others", *options, *tests]
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-x",
+        "-q",
+        "-m",
+        "not others and not pages and not nightly",
+        *options,
+        *tests,
+    ]
     try:
         done = subprocess.run(
             command, cwd=lab, env=os.environ | told, capture_output=True, text=True, check=False,

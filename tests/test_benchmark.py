@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.nightly]
 ROOT = Path(__file__).parents[1]
 BENCH, BOOK = ROOT / "tests" / "bench", ROOT / "book"
 NIGHTLY = ROOT / ".github/workflows/nightly.yml"

@@ -50,7 +50,10 @@ print("interrupted", count + 1)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no timer that interrupts")
-@pytest.mark.parametrize("what", ["icp", "odometry", "windows"])
+@pytest.mark.parametrize(
+    "what",
+    ["icp", *(pytest.param(name, marks=pytest.mark.nightly) for name in ("odometry", "windows"))],
+)
 def test_an_interrupt_is_a_keyboard_interrupt(what):
     """The law: every function that is compiled × every moment of it."""
     program = CHILD.format(what, 40)

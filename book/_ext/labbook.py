@@ -21,17 +21,25 @@ from launch import settle_buttons
 from lighter import ICONS, lighten
 from predictions import mark_all
 from sphinx.application import Sphinx
+from sphinx.environment import BuildEnvironment
 from terms import explain_terms, link_chapters
 
 from labkit.plotting.style import css_variables
 from labkit.support.warm import warm
 
+MAP_PAGE = "book/intro"
 UNUSED = re.compile("mathjax|thebe", re.IGNORECASE)
 
 
 def compile_stages(*_: object) -> None:
     """Compile what is new before a notebook runs, which would show the line that says so."""
     warm()
+
+
+def provide_map(app: Sphinx, env: BuildEnvironment, pages: list[str]) -> None:
+    """Write what the map on the first page shows, where that page is built."""
+    if MAP_PAGE in pages:
+        killian_map.provide()
 
 
 def write_colors(app: Sphinx, error: Exception | None) -> None:
@@ -65,8 +73,8 @@ def describe(
 
 
 STEPS = {
-    "config-inited": (compile_stages, killian_map.provide, settle_buttons),
-    "env-before-read-docs": (start_notebooks,),
+    "config-inited": (compile_stages, settle_buttons),
+    "env-before-read-docs": (start_notebooks, provide_map),
     "source-read": (for_lab.restore,),
     "autodoc-process-signature": (api.hide_signature,),
     "doctree-read": (mark_all, make_figures, tidy_cells),

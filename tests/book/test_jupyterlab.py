@@ -14,6 +14,8 @@ from nbformat.v4 import new_code_cell, new_notebook
 from playwright.sync_api import Browser, Locator, Page, expect
 from widget_page import PATIENCE, settle
 
+pytestmark = pytest.mark.pages
+
 ROOT = Path(__file__).parents[2]
 READ = sorted(path.stem for path in (ROOT / "notebooks").glob("*.ipynb"))
 WIDGETS = """\

@@ -136,6 +136,7 @@ QUESTIONS = {
 }
 
 
+@pytest.mark.pages
 def test_the_search_finds_the_place_that_answers(browser, html):
     """From a folder, where no page may read another one."""
     with visit(browser, html.as_uri(), "search") as page:
@@ -154,6 +155,7 @@ def test_the_search_finds_the_place_that_answers(browser, html):
         assert found.first.bounding_box()["height"] > 10
 
 
+@pytest.mark.pages
 def test_a_term_tells_its_meaning_under_the_focus(browser, html):
     with visit(browser, html.as_uri(), "notebooks/03_correspondences") as page:
         note = page.locator(".term-note")
@@ -174,6 +176,7 @@ SHIFT = """() => {
 }"""
 
 
+@pytest.mark.pages
 @pytest.mark.parametrize(("width", "height"), SIZES)
 def test_the_first_page_stands_still_and_its_first_screen_holds_the_toy(
     browser, html, width, height
@@ -188,6 +191,7 @@ def test_the_first_page_stands_still_and_its_first_screen_holds_the_toy(
         assert page.evaluate("() => window.shift") < 0.02
 
 
+@pytest.mark.pages
 def test_a_step_of_the_map_comes_into_the_toy_and_what_is_found_plays_the_map(browser, html):
     with visit(browser, html.as_uri(), NAMES[0]) as page:
         verdict, canvas = page.locator(".icp-verdict"), page.locator(".map-live canvas")
@@ -208,6 +212,7 @@ def test_a_step_of_the_map_comes_into_the_toy_and_what_is_found_plays_the_map(br
         expect(verdict).to_contain_text(re.compile(r"Step \d+: drag"))
 
 
+@pytest.mark.pages
 def test_the_map_unfolds_from_the_wheels_to_the_places_recognised(browser, html):
     with visit(browser, html.as_uri(), NAMES[0]) as page:
         slider = page.get_by_role("slider", name="Poses from")
@@ -341,6 +346,7 @@ def test_one_line_of_the_configuration_brings_the_launch_buttons(html):
     assert "install-labkit" not in page
 
 
+@pytest.mark.pages
 def test_all_that_labkit_exports_is_on_the_api_page_to_which_chapters_lead(html: Path):
     page = (html / "book/api.html").read_text("utf-8")
     told = set(re.findall(r'id="labkit\.(?:\w+\.)*(\w+)"', page))

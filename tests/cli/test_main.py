@@ -84,9 +84,18 @@ def test_a_reader_that_stops_early_is_no_error():
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def nightly(case):
+    return pytest.param(case, marks=pytest.mark.nightly)
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for a child alone")
 @pytest.mark.parametrize(
-    "module", ["labkit.cli.main", "scipy", "labkit.odometry.step", "matplotlib.figure", None]
+    "module",
+    [
+        None,
+        "scipy",
+        *map(nightly, ("labkit.cli.main", "labkit.odometry.step", "matplotlib.figure")),
+    ],
 )
 def test_ctrl_c_ends_in_one_line_and_leaves_no_file_half_written(tmp_path, carmen_log, module):
     """While it loads, when `module` is about to be imported; at the fifth scan; before the map."""
@@ -114,7 +123,9 @@ def test_ctrl_c_ends_in_one_line_and_leaves_no_file_half_written(tmp_path, carme
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for a child alone")
 @pytest.mark.parametrize("module", ["labkit.alignment", "numpy", "scipy", "labkit.cli.main"])
-@pytest.mark.parametrize("start", [MODULE, ["labkit"], ["-c", "import labkit.cli"]])
+@pytest.mark.parametrize(
+    "start", [MODULE, *map(nightly, (["labkit"], ["-c", "import labkit.cli"]))]
+)
 def test_ctrl_c_while_a_command_loads_ends_it_and_is_an_error_where_labkit_is_imported(
     tmp_path, start, module
 ):

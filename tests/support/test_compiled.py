@@ -44,7 +44,7 @@ DAMAGES = {  # to the index, and to the code that a whole index leads to
 
 
 @NEEDS_NUMBA
-@pytest.mark.parametrize("kind", DAMAGES)
+@pytest.mark.parametrize("kind", [".nbc", pytest.param(".nbi", marks=pytest.mark.nightly)])
 def test_a_damaged_file_is_compiled_anew(cache, kind):
     (file,) = (file for file in cache.rglob("*.nb?") if file.suffix == kind)
     whole = file.read_bytes()
@@ -55,6 +55,7 @@ def test_a_damaged_file_is_compiled_anew(cache, kind):
 
 
 @NEEDS_NUMBA
+@pytest.mark.nightly
 def test_where_nothing_can_be_kept_each_process_compiles(tmp_path):
     (tmp_path / "file").write_text("no folder")
     said = answer(tmp_path / "file")
@@ -63,6 +64,7 @@ def test_where_nothing_can_be_kept_each_process_compiles(tmp_path):
 
 
 @NEEDS_NUMBA
+@pytest.mark.nightly
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no limit on the size of files")
 def test_a_full_disk_is_told_and_stops_nobody(tmp_path):
     said = answer(tmp_path, NO_FILES + ASKED)

@@ -39,7 +39,13 @@ def committed(name):
     return json.loads((FOLDER / name).read_text("utf-8"))
 
 
-@pytest.mark.parametrize("entry", QUESTIONS, ids=IDS)
+@pytest.mark.parametrize(
+    "entry",
+    [
+        pytest.param(entry, id=name, marks=[pytest.mark.nightly] * (name == "icp"))
+        for entry, name in zip(QUESTIONS, IDS, strict=True)
+    ],
+)
 def test_what_is_committed_is_what_would_be_written(entry):
     """Of each question the text, the visible cases and the solution."""
     asked, visible = posed_with_cases(entry)
