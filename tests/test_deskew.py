@@ -24,7 +24,7 @@ speeds = st.floats(-0.15, 0.15)
 def test_a_straightened_sweep_lies_on_the_walls(motion):
     """The oracle looks from the pose of the first beam along each straightened point."""
     pose = from_xytheta([0.3, -0.2, 0.5])
-    skewed = cast(room(), pose, ROUND, rng=0, motion=motion, sweep_time=SWEEP)
+    skewed = cast(room(), pose, ROUND, rng=0, increment=motion, sweep_time=SWEEP)
 
     x, y = deskew(skewed, np.divide(motion, SWEEP)).points.T
 

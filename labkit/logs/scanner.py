@@ -11,7 +11,7 @@ import numpy as np
 
 from labkit.logs.lines import DamageReport
 from labkit.scan import Scan
-from labkit.support.arrays import FloatArray, check_range, read_only
+from labkit.support.arrays import FloatArray, check_kind, check_range, read_only
 
 NO_MAXIMUM = (
     "declare a maximum range that is not above their minimum: it counts as unknown; "
@@ -47,6 +47,7 @@ class Scanner:
     mirrored: bool = False
 
     def __post_init__(self) -> None:
+        check_kind(self.mirrored, "mirrored", bool)
         low = 0.0 if self.range_min is None else self.range_min
         check_range(low, "range_min", at_least=0.0, unit="m")
         if self.range_max is not None:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from labkit.logs.columns import split_row
 from labkit.logs.lines import (
     DamagedLine,
     DamageReport,
@@ -72,8 +74,8 @@ def read_tum(path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
     report = DamageReport(path, strict=True)
     rows = []
     for number, line in read_lines(report):
-        fields = line.split()
-        if not fields or fields[0].startswith("#"):
+        fields = split_row(line)
+        if not fields:
             continue
         try:
             rows.append(_parse_tum(fields))
@@ -147,14 +149,32 @@ def scanner_track(
         track = interpolate_poses(stamps, times, poses)
     except InvalidPointsError as error:
         raise LogError(f"{file}: {error}") from None
+    remarks = list[str]()
+    for low, high in _overlaps(times):
+        track[(stamps >= low) & (stamps <= high)] = np.nan
+        remarks.append(
+            f"the clock of the odometry jumps back: {low:.10g} to {high:.10g} s come twice, and "
+            f"scans in between have no odometry"
+        )
     told = np.isfinite(track[:, 0])
+    if not told.any():
+        raise LogError(f"{file}: {'; '.join(remarks)}, that is all of them")
     track[told] = scanner_poses(track[told], offset)
-    if told.all():
-        return track, []
+    if told.all() or remarks:
+        return track, remarks
     return track, [
         f"{np.count_nonzero(~told)} of {len(told)} scans have no odometry, the first at "
         f"{stamps[~told][0]:.10g} s: it is silent there for longer than {SILENCE:g} s"
     ]
+
+
+def _overlaps(times: FloatArray) -> list[tuple[float, float]]:
+    """Stretches of time that come twice, where a clock jumps back; a swap of two rows is none."""
+    jumps = np.flatnonzero(np.diff(times) < -BESIDE) + 1
+    epochs = [(float(epoch.min()), float(epoch.max())) for epoch in np.split(times, jumps)]
+    pairs = combinations(epochs, 2)
+    shared = ((max(a[0], b[0]), min(a[1], b[1])) for a, b in pairs)
+    return [(low, high) for low, high in shared if low <= high]
 
 
 def odd_steps(odometry: FloatArray, scans: Sequence[Scan]) -> list[str]:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from labkit.correspondences import MIN_PAIRS
 from labkit.deskew import Skew
 from labkit.odometry.carried import NEAR
-from labkit.odometry.integration import increments_between, integrate_step
+from labkit.odometry.integration import increments_between, increments_of_scanner, integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.sanity import LED, Trust, grown
@@ -27,7 +27,7 @@ from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, relative, to_xytheta
 from labkit.support.arrays import FloatArray, as_pose, as_poses, check_kind
-from labkit.support.errors import InvalidPointsError
+from labkit.support.errors import InvalidParameterError, InvalidPointsError
 from labkit.target import Target
 
 NOTHING = Scan(points=np.empty((0, 2)))
@@ -293,6 +293,7 @@ def estimate_odometry(
     priors: ArrayLike | None = None,
     parameters: OdometryParameters | None = None,
     *,
+    laser_offset: ArrayLike | None = None,
     start: ArrayLike = (0.0, 0.0, 0.0),
     deskew: bool = True,
     progress: Callable[[Iterable[Any]], Iterable[Any]] = iter,
@@ -308,6 +309,8 @@ def estimate_odometry(
         (3, 3) or (4, 4) each. A row of NaN says that there are no wheels here.
     parameters : OdometryParameters, optional
         Matcher, limits and fallbacks.
+    laser_offset : array_like, shape (3,), optional
+        Pose of the scanner on the robot (x [m], y [m], θ [rad]), where `priors` are the robot's.
     start : array_like, shape (3,) or (3, 3)
         Pose of the first scan.
     deskew : bool
@@ -330,14 +333,22 @@ def estimate_odometry(
             f"`scans` must be a series of scans or a log, got {scans!r}; "
             f"`labkit.read_log` reads a file, one match is `labkit.icp`"
         )
+    if laser_offset is not None and priors is None:
+        raise InvalidParameterError(
+            "moves `priors`, and there are none; for the odometry of a log give it to `read_log`",
+            parameter="laser_offset",
+        )
     if priors is None:
         priors = getattr(scans, "odometry", None)
+    check_kind(deskew, "deskew", bool)
     odometry = ScanMatchingOdometry(parameters, start)
     increments: FloatArray | None = None
     expected: Iterable[FloatArray | None] = repeat(None)
     if priors is not None:
         sweeps = sweeps if isinstance(sweeps, Sized) else list(sweeps)
         increments = _as_increments(priors, len(sweeps))
+        if laser_offset is not None:
+            increments = increments_of_scanner(increments, laser_offset)
         expected = chain([None], increments)
     match = partial(_match_pair, parameters=parameters)
     skew = Skew(increments, sweeps, match) if deskew else None

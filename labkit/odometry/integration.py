@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.se2 import matrices_of, relative, to_xytheta, wrap
-from labkit.support.arrays import FloatArray, as_pose, as_poses
+from labkit.support.arrays import FloatArray, as_numbers, as_pose, as_poses
 
 
 def integrate_step(pose: ArrayLike, increment: ArrayLike) -> FloatArray:
@@ -48,3 +48,17 @@ def increments_between(poses: ArrayLike) -> FloatArray:
     T_world, unknown = matrices_of(np.nan_to_num(rows)), np.isnan(rows)
     steps = to_xytheta(relative(T_world[:-1], T_world[1:]))
     return np.where(unknown[:-1] | unknown[1:], np.nan, steps)
+
+
+def increments_of_scanner(increments: FloatArray, laser_offset: ArrayLike) -> FloatArray:
+    """Motions of a scanner that sits at `laser_offset` on the robot, by the robot's, (K, 3).
+
+    ``T_laser = T_robot_laser⁻¹ @ T_robot @ T_robot_laser``; a row of NaN stays one.
+    """
+    T_robot_laser = matrices_of(as_numbers(laser_offset, "laser_offset", "x, y, θ"))
+    moved = np.full_like(increments, np.nan)
+    told = np.isfinite(increments).all(axis=1)
+    if told.any():
+        T_robot = matrices_of(increments[told])
+        moved[told] = to_xytheta(relative(T_robot_laser, T_robot @ T_robot_laser))
+    return moved

@@ -88,7 +88,7 @@ def cast(
     *,
     rng: np.random.Generator | int,
     stamp: float = 0.0,
-    motion: ArrayLike = (0.0, 0.0, 0.0),
+    increment: ArrayLike = (0.0, 0.0, 0.0),
     sweep_time: float = 0.0,
 ) -> Scan:
     """Take one scan, in an instant or while the scanner moves on.
@@ -105,7 +105,7 @@ def cast(
         Source of noise and dropouts. The number of draws depends on the beams, not on the world.
     stamp : float
         Time of the scan [s], which says where moving objects are.
-    motion : array_like, shape (3,)
+    increment : array_like, shape (3,)
         Motion of the scanner during the sweep (dx [m], dy [m], dθ [rad]): beam k of B looks from
         k/B of it.
     sweep_time : float
@@ -125,7 +125,7 @@ def cast(
     T = as_transform(T_world_scanner, "T_world_scanner")
     check_kind(world, "world", World)
     check_kind(lidar, "lidar", Lidar)
-    moved = as_numbers(motion, "motion", "dx, dy, dθ")
+    moved = as_numbers(increment, "increment", "dx, dy, dθ")
     check_range(sweep_time, "sweep_time", at_least=0.0, unit="s")
     generator = as_generator(rng)
     if moved.any():
@@ -163,6 +163,7 @@ def scan_along(
         then.
     """
     rows = as_poses(poses, "poses")
+    check_kind(skewed, "skewed", bool)
     check_kind(world, "world", World)
     check_kind(lidar, "lidar", Lidar)
     if stamps is None:
@@ -181,7 +182,7 @@ def scan_along(
             lidar,
             rng=generator,
             stamp=times[k],
-            motion=motions[k],
+            increment=motions[k],
             sweep_time=float(durations[k]),
         )
         for k in range(len(rows))

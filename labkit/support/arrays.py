@@ -80,7 +80,7 @@ def as_points(points: PointSet | ArrayLike | None, name: str, minimum: int = 1) 
     An object with `points`, a scan or a target, stands for its points. Every message begins with
     `name`, the caller's word, and names the first bad point by index.
     """
-    values: Any = getattr(points, "points", points)
+    values: Any = by_titles(getattr(points, "points", points), ("x", "y"))
     checked = as_floats(values, name, "give an (N, 2) array of metres, or a scan")
     if checked.shape == (0,):  # of an empty list
         checked = checked.reshape(0, 2)
@@ -125,6 +125,12 @@ def as_pose_rows(poses: ArrayLike, name: str, advice: str = "") -> FloatArray:
     return as_finite(rows, name, advice)
 
 
+def by_titles(values: Any, titles: Sequence[str]) -> Any:
+    """The columns of a table by their titles, as of a DataFrame that has them in any order."""
+    columns = list(getattr(values, "columns", ()))
+    return values[list(titles)] if set(titles) <= set(columns) else values
+
+
 def as_poses(poses: ArrayLike, name: str, minimum: int = 1, *, gaps: bool = False) -> FloatArray:
     """Check poses, rows (K, 3) or transforms (K, 3, 3) or (K, 4, 4): the rows (K, 3).
 
@@ -132,7 +138,7 @@ def as_poses(poses: ArrayLike, name: str, minimum: int = 1, *, gaps: bool = Fals
     row of NaN is allowed, and so are no rows at all.
     """
     hint = "give rows x [m], y [m], theta [rad], `result.poses` of a run"
-    given = as_floats(poses, name, hint)
+    given = as_floats(by_titles(poses, ("x", "y", "theta")), name, hint)
     if given.ndim == 3 and given.shape[1:] == (4, 4):
         given = as_transforms(
             given[:, [0, 1, 3]][:, :, [0, 1, 3]], name, "drop roll and pitch first"

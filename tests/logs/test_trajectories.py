@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from labkit.logs import interpolate_poses, read_tum, write_tum
+from labkit.logs import interpolate_poses, read_log, read_tum, write_tum
 from labkit.logs.trajectories import odd_steps, scanner_track
 from labkit.scan import Scan
 from labkit.support.errors import InvalidPointsError, LogError
@@ -149,3 +149,28 @@ def test_what_does_not_belong_together(tmp_path, monkeypatch, function, argument
     with pytest.raises(InvalidPointsError, match=message):
         function(*arguments)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("separator", [" ", ",", "; "])
+def test_a_trajectory_may_stand_between_commas(save, separator):
+    rows = [[k, 0.5 * k, 0, 0, 0, 0, 0, 1] for k in range(3)]
+    text = "# a path\n" + "".join(separator.join(map(str, row)) + "\n" for row in rows)
+    stamps, poses = read_tum(save(text))
+    assert (stamps.tolist(), poses[:, 0].tolist()) == ([0.0, 1.0, 2.0], [0.0, 0.5, 1.0])
+
+
+@pytest.mark.parametrize("back", [0.05, 3.0, 60.0])
+def test_wheels_whose_clock_jumps_back_tell_nothing_of_what_comes_twice(save, back):
+    """Rows from 0 to 10 s, and on from there with a clock that is set back."""
+    times = np.concatenate([np.arange(0.0, 10.0, 0.1), np.arange(10.0 - back, 15.0 - back, 0.1)])
+    poses = np.column_stack([0.2 * np.arange(len(times)), np.zeros((len(times), 2))])
+    rows = "".join(f"{t},{','.join(9 * ['2.5'])}\n" for t in (1.0, 6.5, 7.5, 9.0, 11.0))
+    table = save(f"stamp,{','.join(f'r{k}' for k in range(9))}\n{rows}")
+    log = read_log(table, angles=(-1.0, 1.0), odometry=(times, poses))
+    silent = np.isnan(log.odometry[:, 0]).tolist()
+    if back == 3.0:
+        assert silent == [False, False, True, True, False]
+        assert log.remarks[0].startswith("the clock of the odometry jumps back: 7 to 9.9 s come tw")
+    else:
+        assert silent[:4] == 4 * [False]
+        assert not any("jumps back" in remark for remark in log.remarks)
