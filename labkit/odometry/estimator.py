@@ -18,11 +18,13 @@ from labkit.correspondences import MIN_PAIRS
 from labkit.deskew import Skew
 from labkit.odometry.carried import NEAR
 from labkit.odometry.integration import increments_between, increments_of_scanner, integrate_step
+from labkit.odometry.lesson import LessonOdometry
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.parameters import OdometryParameters
+from labkit.odometry.record import STILL, Decision, StepRecord
 from labkit.odometry.sanity import LED, Trust, grown
 from labkit.odometry.search import REMEMBERED
-from labkit.odometry.step import ALIKE, STILL, Decision, StepRecord, estimate_step, unmatched
+from labkit.odometry.step import ALIKE, estimate_step, unmatched
 from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, relative, to_xytheta
@@ -294,6 +296,7 @@ def estimate_odometry(
     parameters: OdometryParameters | None = None,
     *,
     laser_offset: ArrayLike | None = None,
+    estimator: type[ScanMatchingOdometry | LessonOdometry] | None = None,
     start: ArrayLike = (0.0, 0.0, 0.0),
     deskew: bool = True,
     progress: Callable[[Iterable[Any]], Iterable[Any]] = iter,
@@ -311,6 +314,8 @@ def estimate_odometry(
         Matcher, limits and fallbacks.
     laser_offset : array_like, shape (3,), optional
         Pose of the scanner on the robot (x [m], y [m], θ [rad]), where `priors` are the robot's.
+    estimator : type, optional
+        `ScanMatchingOdometry` by default, or `LessonOdometry`.
     start : array_like, shape (3,) or (3, 3)
         Pose of the first scan.
     deskew : bool
@@ -342,6 +347,7 @@ def estimate_odometry(
         priors = getattr(scans, "odometry", None)
     check_kind(deskew, "deskew", bool)
     odometry = ScanMatchingOdometry(parameters, start)
+    odometry = (estimator or ScanMatchingOdometry)(parameters, start)
     increments: FloatArray | None = None
     expected: Iterable[FloatArray | None] = repeat(None)
     if priors is not None:

@@ -8,7 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+from labkit.odometry.record import rmse_of
 from labkit.odometry.search import USUAL
+from labkit.result import IcpResult
+from labkit.se2 import wrap
 from labkit.support.arrays import FloatArray, check_range
 from labkit.support.errors import InvalidParameterError
 
@@ -72,7 +75,7 @@ class SanityLimits:
         return self.max_prior_translation, self.max_prior_rotation
 
 
-def beyond(motion: FloatArray, window: tuple[float, float], where: str = "") -> list[str]:
+def limit_failures(motion: FloatArray, window: tuple[float, float], where: str = "") -> list[str]:
     """Reasons why a motion leads out of a window, [m] and [rad]. NaN never passes."""
     (x, y, turn), (most, most_turn), found = motion.tolist(), window, []
     if not (moved := math.hypot(x, y)) <= most:
@@ -83,7 +86,7 @@ def beyond(motion: FloatArray, window: tuple[float, float], where: str = "") -> 
     return found
 
 
-def poor(inlier_ratio: float, rmse: float, limits: SanityLimits) -> list[str]:
+def fit_failures(inlier_ratio: float, rmse: float, limits: SanityLimits) -> list[str]:
     """Reasons why a match fits too poorly. NaN never passes."""
     found = []
     if not inlier_ratio >= limits.min_inlier_ratio:
@@ -91,6 +94,30 @@ def poor(inlier_ratio: float, rmse: float, limits: SanityLimits) -> list[str]:
     if not rmse <= limits.max_rmse:
         found.append(f"RMSE {rmse:.3f} m > {limits.max_rmse:.3f} m")
     return found
+
+
+def failed_checks(
+    result: IcpResult, increment: FloatArray, prior: FloatArray | None, limits: SanityLimits
+) -> list[str]:
+    """Reasons why a match must not be believed (D); empty if it may be.
+
+    A direction that the match leaves free stays where it was guessed. That is a measurement only
+    if a prior told it, and if the metric leaves it alone, as lines do.
+    """
+    if result.termination.failed:
+        return [result.message]
+    reasons = fit_failures(result.fitness, rmse_of(result), limits)
+    reasons += limit_failures(increment, limits.window)
+    seen = result.observability
+    keeps_prior = prior is not None and result.parameters.metric == "point_to_line"
+    if not keeps_prior and (seen is None or seen.degenerate):
+        information = 0.0 if seen is None else seen.values[0]
+        reasons.append(f"degenerate: information {information:.3f}")
+    if prior is not None:
+        from_prior = increment - prior
+        from_prior[2] = wrap(from_prior[2])
+        reasons += limit_failures(from_prior, limits.prior_window, " from the prior")
+    return reasons
 
 
 def grown(limits: SanityLimits, motions: Sequence[FloatArray], lost: int) -> SanityLimits:

@@ -24,8 +24,7 @@ from there.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
-from enum import Enum
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -38,103 +37,25 @@ from labkit.odometry.agreement import agreement_of
 from labkit.odometry.carried import carried, stands
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.parameters import OdometryParameters
-from labkit.odometry.sanity import SanityLimits, Trust, beyond, poor
+from labkit.odometry.record import STILL, SUPPORTED, Decision, StepRecord
+from labkit.odometry.sanity import SanityLimits, Trust, fit_failures, limit_failures
 from labkit.odometry.search import STARTS, alike, apart, completed, search, surprise
-from labkit.result import IcpResult, Termination
+from labkit.result import IcpResult
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, invert, rotation, to_xytheta, wrap
 from labkit.support.arrays import FloatArray, as_pose, as_poses
 from labkit.support.errors import DegenerateAlignmentError
 from labkit.target import Target
 
-STILL = np.zeros(3)
 RANGE_STD = 0.01  # [m] of a range, at least
 NO_LIMIT = 1e3  # [m] or [rad]: a motion without limit counts as one of this length
-SUPPORTED, SURE = 0.5, 0.8  # agreement that asks for no search: with a usual prior, and else
+SURE = 0.8  # agreement that asks for no search without a usual prior
 SURPRISE = 0.1  # of agreement, that a motion costs which is unlike any that was expected
 ODD, CLEARLY = 4.0, 2.0  # surprise: too much for a match; by which a prior exceeds a match's
 UNUSUAL = 1.0  # surprise of a prior whose match must be sure, or a search is asked for
 NEW = Trust()  # of a run that begins
 SAME = 0.01  # scores closer than this tie; the first tried wins
 ALIKE = 0.05  # agreements that differ by less do not tell which of two matches is right
-
-
-class Decision(Enum):
-    """Source of a step's motion; STAND holds no motion at all."""
-
-    START = "start"
-    ICP = "icp"
-    RETRY = "retry"
-    SEARCH = "search"
-    PRIOR = "prior"
-    HOLD = "hold"
-    STAND = "stand"
-
-    @property
-    def matched(self) -> bool:
-        """True if the motion came from matching the scans."""
-        return self in (Decision.ICP, Decision.RETRY, Decision.SEARCH)
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class StepRecord:
-    """Record of one step: its decision and reason, the numbers of its best match (NaN without one).
-
-    Attributes
-    ----------
-    increment, decision : ndarray, shape (3,), and Decision
-        (Δx, Δy, Δψ) taken, in the frame of scan k, [m, m, rad], and where it came from.
-    covariance : ndarray, shape (3, 3)
-        Covariance of the increment: Censi's, with a third of the limits as the standard
-        deviation along what the match does not see, and of a motion that was not matched.
-    reason : str
-        The checks that failed on the way, and whether the wheels lead; often empty.
-    inlier_count, inlier_ratio, rmse, rotation : float
-        Kept pairs, their share of the source, the root mean square of their residuals [m], and
-        |Δψ| [rad].
-    seen_through, agreement, margin, ambiguous : float, float, float, bool
-        Share of the target's visible points that beams pass through; 1 where all of the scan lies
-        on the target, 0 where none does, less where beams pass through, −∞ of a failed match; by
-        how much it exceeds that of the best match elsewhere; whether that is too little to tell.
-    against_prior : bool
-        Whether the match was believed although it lies beyond the limits around the prior.
-    refused : ndarray, shape (3,), or None
-        The increment of a match that was not believed, if it is like the prior or a last motion.
-    information, degenerate, spread : float, bool, float
-        Smallest eigenvalue of the information, whether a direction is free, and the lesson's
-        cheap corridor test; see `labkit.degeneracy.spread_ratio`.
-    iterations, termination : int, Termination or None
-        ICP steps of the match, and how it ended.
-    """
-
-    increment: FloatArray
-    decision: Decision
-    covariance: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
-    reason: str = ""
-    inlier_count: int = 0
-    inlier_ratio: float = math.nan
-    rmse: float = math.nan
-    rotation: float = math.nan
-    seen_through: float = math.nan
-    agreement: float = math.nan
-    margin: float = math.nan
-    ambiguous: bool = False
-    against_prior: bool = False
-    refused: FloatArray | None = None
-    information: float = math.nan
-    degenerate: bool = False
-    spread: float = math.nan
-    iterations: int = 0
-    termination: Termination | None = None
-
-    @property
-    def is_doubtful(self) -> bool:
-        """True if the step was not matched, or its match has little support or a rival.
-
-        `degenerate` tells of a direction that the match did not see.
-        """
-        unsure = self.ambiguous or self.against_prior or self.agreement < SUPPORTED
-        return self.decision is not Decision.START and (unsure or not self.decision.matched)
 
 
 def estimate_step(
@@ -291,11 +212,11 @@ class _Step:
             window = self.trust.window(limits, self.prior) if doubtful else limits.prior_window
             off = increment - self.prior
             off[2] = wrap(off[2])
-            against = beyond(off, window, " from the prior")
+            against = limit_failures(off, window, " from the prior")
         overrides = bool(against and search and agreement >= SUPPORTED) and self.yields(T)
-        found = poor(result.fitness, rmse, limits)
+        found = fit_failures(result.fitness, rmse, limits)
         if self.prior is None or against or not search:
-            found += beyond(increment, limits.window)
+            found += limit_failures(increment, limits.window)
         free, information = seen is None or seen.degenerate, 0.0 if seen is None else seen.values[0]
         is_told = self.prior is not None or search
         if free and not (is_told and result.parameters.metric == "point_to_line"):
