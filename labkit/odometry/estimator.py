@@ -346,7 +346,6 @@ def estimate_odometry(
     if priors is None:
         priors = getattr(scans, "odometry", None)
     check_kind(deskew, "deskew", bool)
-    odometry = ScanMatchingOdometry(parameters, start)
     odometry = (estimator or ScanMatchingOdometry)(parameters, start)
     increments: FloatArray | None = None
     expected: Iterable[FloatArray | None] = repeat(None)

@@ -80,7 +80,7 @@ def lesson_step(
     if state.target is None or len(scan) < MIN_PAIRS:
         return skip(no_match(which="older" if state.target is None else "newer"), state, prior)
     T_guess = state.T_target_last @ from_xytheta(state.last_motion if prior is None else prior)
-    reasons = []
+    reasons: list[str] = []
     for decision, matcher in (
         (Decision.ICP, parameters.icp),
         (Decision.RETRY, parameters.retry),  # F: half the gate, half of each step

@@ -15,10 +15,10 @@ from labkit.odometry.sanity import (
     MISSED,
     WATCHED,
     Trust,
-    limit_failures,
-    grown,
-    pace,
     fit_failures,
+    grown,
+    limit_failures,
+    pace,
 )
 from labkit.support.errors import InvalidParameterError
 
@@ -49,8 +49,15 @@ def test_no_number_passes_no_limit():
     nan = np.array([math.nan, 0.0, 0.0])
     assert limit_failures(nan, LIMITS.window) == ["translation nan m > 1.00 m"]
     assert limit_failures(nan[[1, 2, 0]], LIMITS.prior_window) == ["rotation nan° > 10.0°"]
-    assert fit_failures(math.nan, math.nan, LIMITS) == ["inlier ratio nan < 0.500", "RMSE nan m > 0.100 m"]
-    assert fit_failures(0.5, 0.1, LIMITS) == limit_failures(np.array([1.0, 0.0, -HALF / 4]), LIMITS.window) == []
+    assert fit_failures(math.nan, math.nan, LIMITS) == [
+        "inlier ratio nan < 0.500",
+        "RMSE nan m > 0.100 m",
+    ]
+    assert (
+        fit_failures(0.5, 0.1, LIMITS)
+        == limit_failures(np.array([1.0, 0.0, -HALF / 4]), LIMITS.window)
+        == []
+    )
 
 
 def test_the_limits_follow_the_longest_of_the_last_motions_and_the_steps_that_were_lost():
@@ -84,7 +91,7 @@ def test_the_wheels_lead_from_many_misses_until_a_long_row_of_matches(matches):
     st.tuples(*[st.floats(-1.0, 1.0)] * 3),
 )
 def test_a_doubtful_match_lies_as_near_to_the_wheels_as_sure_ones_do(offsets, prior):
-    """Within `FAR` times their median, over the pace of the steps; never limit_failures the limits."""
+    """Within `FAR` times their median, over the pace of the steps; never beyond the limits."""
     trust = Trust()
     for k, off in enumerate(offsets):
         told = np.array([0.1, 0.0, 0.02]) * (k % 3)  # errors grow with the way

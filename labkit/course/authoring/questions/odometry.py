@@ -11,7 +11,7 @@ from labkit.course.authoring.questions.se2 import rotation, wrap
 from labkit.course.exercises.entries import Arguments
 from labkit.grading.questions import Answer
 from labkit.odometry import integrate as labkits_integrate
-from labkit.odometry.sanity import SanityLimits, beyond, poor
+from labkit.odometry.sanity import SanityLimits, fit_failures, limit_failures
 from labkit.support.arrays import FloatArray
 
 LIMITS = (0.5, 0.75, 0.375, 0.125)  # m, rad, ratio, m; exact in single precision
@@ -64,7 +64,8 @@ def _is_plausible(
     limits = SanityLimits(
         max_translation=shift, max_rotation=turn, min_inlier_ratio=least[0], max_rmse=least[1]
     )
-    return not beyond(increment, limits.window) + poor(ratio, rmse, limits)
+    failures = limit_failures(increment, limits.window) + fit_failures(ratio, rmse, limits)
+    return not failures
 
 
 # fmt: off
