@@ -80,7 +80,7 @@ bench: ## time the lab's matcher beside others and write the book's page on it (
 	@echo "The page is book/benchmark.md; make book shows it."
 
 mutants: $(TESTS) ## plant sixty faults, one at a time, and list those that no test notices
-	$(BIN)/python tests/mutants.py $(MUTANTS_OPTIONS)
+	$(BIN)/python tests/tools/mutants.py $(MUTANTS_OPTIONS)
 
 lock: $(READY) ## renew the pins of all packages, with their hashes: the lab's, and its authors'
 	$(COMPILE) --upgrade --all-extras --group authors --group test --output-file requirements-dev.txt

@@ -15,7 +15,7 @@ def test_every_command_of_a_page_is_run_or_excused(page):
     commands = documented.commands(page)
     assert commands
     unknown = [each for each in commands if each not in KNOWN and not documented.PARTS.match(each)]
-    assert not unknown, "run it in tests/documented.py, or say there why not"
+    assert not unknown, "run it in tests/tools/documented.py, or say there why not"
 
 
 def test_what_is_run_or_excused_is_still_told_and_the_walk_holds_it():

@@ -1,6 +1,6 @@
 """The commands that the pages name, and where each of them is run.
 
-``python tests/documented.py`` runs those that need the installed package alone, as they are
+``python tests/tools/documented.py`` runs those that need the installed package alone, as they are
 written and in their order, in the folder it stands in; `.ci/wheel` calls it with the wheel.
 """
 
@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PAGES = ("README.md", "CONTRIBUTING.md", "book/students.md", "book/instructors.md")
 FENCE = re.compile(r"(?ms)^```(\w*)\n(.*?)^```$")
 SPAN = re.compile(r"`([^`]+)`")

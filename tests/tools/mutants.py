@@ -1,8 +1,8 @@
 """Change the lab in random places, one at a time, and list what its tests do not notice.
 
-``python tests/mutants.py [--part core|course|book] [--count 60] [--seed 0] [FILE ...]`` works in a
-copy. A change takes some fifteen seconds, one that nothing notices a few minutes: it means the same
-in other words, tunes what no test measures, or names a test that is missing.
+``python tests/tools/mutants.py [--part core|course|book] [--count 60] [--seed 0] [FILE ...]`` works
+in a copy. A change takes some fifteen seconds, one that nothing notices a few minutes: it means the
+same in other words, tunes what no test measures, or names a test that is missing.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 TRACKED = subprocess.run(
     ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
 ).stdout.split("\n")
