@@ -11,14 +11,15 @@ from labkit.line_alignment import align_to_lines
 LEFT = "The step is put on the right of `T`; it acts after `T`, so it belongs on the left."
 
 
-def _spoiled(*options):
+def _spoiled(**options):
+    """Two pairs of scans; of each option one value for the first pair and one for the second."""
     cases = {}
-    for turn in (0.4, -1.3):
+    for turn, *given in zip((0.4, -1.3), *options.values(), strict=True):
         T, older = transform(0.4, 0.2, turn), look(np.eye(3))
         newer = look(T, 181).copy()
         newer[::5] += (0.5, 0.4)  # what has moved between the scans
         guess = T @ transform(-0.1, 0.05, 0.04)
-        cases[f"a robot that turned by {turn:g} rad"] = (newer, older, guess, *options)
+        cases[f"a robot that turned by {turn:g} rad"] = (newer, older, guess, *given)
     return cases
 
 
@@ -33,7 +34,7 @@ def _beyond_the_end():
 
 
 # fmt: off
-@exercise("A gate for your loop", lambda: _spoiled(0.4, 6), {
+@exercise("A gate for your loop", lambda: _spoiled(gate=(0.4, 0.25), rounds=(6, 4)), {
     LEFT: {"align(p[near], q[near]) @ T": "T @ align(p[near], q[near])"},
     "This is the last step alone; the answer is the product of all.": {"q[near]) @ T": "q[near])"},
     "The source is not moved before its neighbours are searched: apply `T` first.":
@@ -51,7 +52,10 @@ def gated_icp(source, target, T_init, gate=0.3, rounds=15):
     return T
 
 
-@exercise("Huber's weight for your loop", lambda: _spoiled(0.4, 0.05, 6), {
+@exercise("Huber's weight for your loop", lambda: _spoiled(
+    gate=(0.4, 0.25), delta=(0.08, 0.03), rounds=(6, 4)), {
+    "δ stays what it is by default; weigh with the `delta` that is given.":
+        {"huber_weights(d[near], delta)": "huber_weights(d[near], 0.05)"},
     "The weight is δ/r beyond δ only; up to δ it is 1.":
         {"huber_weights(d[near], delta)": "delta / np.maximum(d[near], 1e-12)"},
     "The weight falls with the square of the distance; it is δ/r.":
@@ -73,10 +77,13 @@ def robust_icp(source, target, T_init, gate=0.3, delta=0.05, rounds=15):
 
 
 @exercise("A step to lines", lambda: {
-    **_spoiled(0.4, 0.02, 6), "points beyond the end of a wall": _beyond_the_end(),
+    **_spoiled(gate=(0.4, 0.25), delta=(0.03, 0.01), rounds=(6, 4)),
+    "points beyond the end of a wall": _beyond_the_end(),
 }, {
     "The weights are those of the distances d; the residual of a line is e, across the wall.":
         {"abs(e[on])": "d[on]"},
+    "δ stays what it is by default; weigh with the `delta` that is given.":
+        {"abs(e[on]), delta": "abs(e[on]), 0.02"},
     "This still aligns points with points.": {"align_to_lines(p[on], q[on], n[on], w)":
                                              "align(p[on], q[on], w)"},
     LEFT: {"T = align_to_lines(p[on], q[on], n[on], w) @ T":

@@ -77,7 +77,7 @@ def _two_gates():
     far = T @ transform(-0.3, -0.2, -0.1)
     return {
         f"gates of {a:g} m and {b:g} m": (newer, older, far, (a, b))
-        for a, b in ((1.0, 0.1), (0.8, 0.15))
+        for a, b in ((1.0, 0.1), (0.8, 0.15), (0.15, 0.8))
     }
 
 
@@ -89,6 +89,8 @@ def _end(p, q, T, gate):
     "Each run starts from the first guess again; start it from where the last one ended.":
         {"target, T, gate": "target, T_init, gate"},
     "Only the first gate: is `return` in the loop?": {"T = _end": "return _end"},
+    "The gates are sorted; take them in the order in which they are given.":
+        {"in gates": "in sorted(gates, reverse=True)"},
     "The gates do not reach the runs: pass `IcpParameters(max_correspondence_distance=gate)`.":
         {"_end(source, target, T, gate)": "icp(source, target, T).T_target_source"},
     "The ends are multiplied; a run returns the whole motion, guess included.":

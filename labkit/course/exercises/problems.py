@@ -63,13 +63,16 @@ def _van():
     p = rng.uniform([-5.0, -4.0], [5.0, 4.0], (40, 2))
     q = p + rng.normal(0.0, 0.01, p.shape)
     q[:12] += (0.8, 0.0)
-    return {f"{share:.0%} of 40 pairs, 12 on a van": (p, q, share) for share in (0.7, 0.95)}
+    return {f"{share:.0%} of 40 pairs, 12 on a van": (p, q, share) for share in (0.7, 0.95, 0.64)}
 
 
 @exercise("Trimmed alignment", _van, {
     "The worst pairs are kept: sort from small to large.": {"argsort(r)": "argsort(-r)"},
     "This is the alignment of all pairs: trim by its residuals, and align again.":
         {"int(ratio * len(p))": "len(p)"},
+    "ρN is rounded; round it down.": [
+        {"int(ratio * len(p))": "round(ratio * len(p))"},
+        {"int(ratio * len(p))": "math.ceil(ratio * len(p))"}],
     "The pairs are sorted by their distance before the motion: move the points first.":
         {"apply(T, p)": "p"},
 })
@@ -88,12 +91,14 @@ def _avenue():
     trees = World(segments=np.concatenate([circle(spot, 0.2) for spot in spots]))
     lidar, T = Lidar(field_of_view=2 * np.pi, beam_count=720), transform(0.4, 0.0, 0.0)
     older, newer = cast(trees, np.eye(3), lidar, rng=1), cast(trees, T, lidar, rng=2)
-    return {f"a guess {far:g} m off": (newer, older, 0.4, far) for far in (0.3, 1.5)}
+    return {f"a guess {far:g} m off": (newer, older, 0.4, far) for far in (0.9, 1.5, -1.5)}
 
 
 @exercise("Along the avenue", _avenue, {
     "This is where the run ends; asked for is how far that is from the truth.":
         {"T_target_source[0, 2] - x_true": "T_target_source[0, 2]"},
+    "The gate is the usual one; give `icp` the gate of 1 m.":
+        {"max_correspondence_distance=1.0": ""},
 })
 def along_the_avenue(source, target, x_true, offset):
     """Error and RMSE from a guess that is off."""
@@ -139,7 +144,8 @@ R = np.linspace(0.0, 1.0, 21)
     "it touches at 0.9 m": (R, 0.9, 0.2),
 }, {
     "It does not touch: at r0 it has to have the loss's value there.": {"+ loss": ""},
-    "This is r²: below the loss's slope beyond δ the weight is δ/r0.": lambda r, r0, d: r**2,
+    "This is r². Beyond δ the parabola is flatter than that: its factor is the weight δ/r0.":
+        lambda r, r0, d: r**2,
     "This is the tangent in r, a line that lies below the loss; it is a parabola in r.":
         lambda r, r0, d: parabola_above(r0, r0, d) + 2 * min(r0, d) * (r - r0),
 })

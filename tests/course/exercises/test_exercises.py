@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import inspect
 from contextlib import suppress
 from copy import deepcopy
 from pathlib import Path
@@ -105,6 +106,19 @@ def test_wrong_answers_get_the_name_that_is_theirs_and_do_not_pass():
     named = [(name, word, one) for name, word, one in told if word]
     assert [(name, word) for name, word, one in named if not one.misconception] == []
     assert [(name, word) for name, word, one in named if word not in one.message] == []
+
+
+@pytest.mark.parametrize("name", EXERCISES)
+def test_a_function_that_keeps_its_defaults_does_not_pass(name):
+    """Each argument with a default takes two values, or nobody would notice one left unused."""
+    entry = EXERCISES[name]
+    given = entry.visible() if callable(entry.visible) else entry.visible
+    signature = inspect.signature(entry.right)
+    calls = [signature.bind(*arguments).arguments for arguments in given.values()]
+    for parameter in signature.parameters.values():
+        if parameter.default is not parameter.empty:
+            values = {call.get(parameter.name, parameter.default) for call in calls}
+            assert len(values) >= 2, parameter
 
 
 @pytest.mark.parametrize("name", ["lever_error", "edge_error", "guess_from_key", "line_matrix"])
