@@ -23,6 +23,9 @@ from pybtex.richtext import Text
 from sphinx.application import Sphinx
 
 KEY = "labbook"
+CELL_BY_CELL = (
+    "\n\n*Go cell by cell, with Shift+Enter: Run All answers the questions before you do.*"
+)
 TERM = re.compile(r"\{term\}`([^`<]+?)(?:\s*<([^`>]+)>)?`")
 CITATION = re.compile(r"\{cite:([pt])\}`([^`]+)`")
 LINK = re.compile(r"(?<=\]\()(?!\w+:)([^)#\s]*)(#[^)\s]+)?(?=\))")
@@ -40,13 +43,14 @@ def resolve(notebook: nbformat.NotebookNode, path: Path, words: Mapping[str, str
     own = {label for cell in notebook.cells for label in LABEL.findall(cell.source)}
     chapter = path.stem.partition("_")[0].lstrip("0")
     exercises = (f"{chapter}.{number}" for number in itertools.count(1))
-    for cell in notebook.cells:
+    asks = any(":class: predict" in cell.source for cell in notebook.cells)
+    for number, cell in enumerate(notebook.cells):
         if cell.cell_type == "markdown":
             written = cell.source
             text = TERM.sub(lambda m: _explained(m[1], words[(m[2] or m[1]).lower()]), written)
             text = CITATION.sub(lambda m: _cited(m[1], m[2].split(","), words), text)
             text = LINK.sub(lambda m: _address(m[1], m[2] or "", own, path.parent, words), text)
-            cell.source = plain(text, exercises)
+            cell.source = plain(text, exercises) + CELL_BY_CELL * (asks and number == 0)
             if cell.source != written:
                 cell.metadata[KEY] = {"written": written, "mark": _mark(cell.source)}
 

@@ -10,6 +10,7 @@ import ast
 import re
 import symtable
 from collections import Counter
+from copy import deepcopy
 from itertools import pairwise, takewhile
 from pathlib import Path
 
@@ -17,6 +18,7 @@ import nbformat
 import pytest
 from IPython.core.inputtransformer2 import TransformerManager
 from nbformat import NotebookNode
+from solutions import strip_notebook
 
 FOLDER = Path(__file__).parents[2] / "notebooks"
 NOTEBOOKS = {
@@ -135,6 +137,30 @@ def test_the_reader_predicts_before_each_slider(name):
     first = next((k for k, source in enumerate(sources) if ":class: predict" in source), 0)
     moving = re.search(rf"{widget}|killian-map", "\n".join(sources[:first]))
     assert moving or name not in CHAPTERS or not first
+
+
+@each_notebook
+def test_every_name_that_students_see_has_a_reader(name):
+    """What is set and never read shows nothing. An import may wait for what students write."""
+    handed_out, _ = strip_notebook(deepcopy(NOTEBOOKS[name]), name)
+    solved = [cell for cell in code_cells(NOTEBOOKS[name]) if "remove-cell" not in tags(cell)]
+    trees = [parse(cell.source) for cell in solved]
+    loaded = {
+        node.id
+        for tree in trees
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)
+    }
+    seen = [(cell.id, names(cell)[1]) for cell in code_cells(handed_out)]
+    assert [(cell, sets - loaded - {"_"}) for cell, sets in seen if sets - loaded - {"_"}] == []
+
+
+@pytest.mark.parametrize("name", [name for name in CHAPTERS if name[:2] not in ("01", "02", "09")])
+def test_a_chapter_begins_with_two_questions_on_the_one_before_the_last(name):
+    (recall,) = [cell.source for cell in NOTEBOOKS[name].cells if cell.id == "recall"]
+    before_last = CHAPTERS[CHAPTERS.index(name) - 2]
+    assert f"]({before_last})" in recall
+    assert recall.count("{dropdown} Answer") == 2
 
 
 @each_notebook
