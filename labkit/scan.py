@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -103,6 +103,8 @@ class Scan:
         r, alpha = _as_beam_values(ranges, "ranges"), _as_beam_values(angles, "angles")
         _expect_alike(r, alpha)
         beams = np.flatnonzero((r > range_min) & (r < min(range_max, LONGEST_RANGE)))
+        if len(beams) == len(r):
+            beams = _all_beams(len(r))
         direction = np.column_stack([np.cos(alpha[beams]), np.sin(alpha[beams])])
         points = r[beams, None] * direction
         return cls(
@@ -185,8 +187,17 @@ def _expect_alike(ranges: FloatArray, angles: FloatArray) -> None:
         )
 
 
+@lru_cache(maxsize=64)
+def _all_beams(count: int) -> IntArray:
+    """Indices of all beams, read-only: scans in which each beam returned share them."""
+    return read_only(np.arange(count))
+
+
 def _as_beams(beams: IntArray, count: int) -> IntArray:
-    checked = np.array(beams)
+    if isinstance(beams, np.ndarray) and not beams.flags.writeable and beams.base is None:
+        checked = beams  # nobody can write into it
+    else:
+        checked = np.array(beams)
     if checked.shape != (count,) or not (count == 0 or np.issubdtype(checked.dtype, np.integer)):
         raise InvalidPointsError(
             f"`beams` must be {count} whole numbers, one per point, got shape {checked.shape} "
