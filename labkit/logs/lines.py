@@ -101,7 +101,7 @@ def _decoded(file: str) -> Iterator[str]:
     """Lines with their ends; all that goes wrong is a `LogError`."""
     try:
         with open(file, "rb") as raw, _unpacked(raw) as stream:
-            head = stream.peek(4)
+            head = stream.peek(4)[:4]
             text = io.TextIOWrapper(stream, _encoding(head), errors="replace", newline="\n")
             while line := text.readline(MAX_BYTES + 1):
                 yield line
