@@ -13,6 +13,8 @@ from collections.abc import Iterator
 from docutils import nodes
 from sphinx.application import Sphinx
 
+LIVE = "killian-map"  # above this picture stands the map that `map.js` draws: its room is kept
+
 
 def make_figures(app: Sphinx, doctree: nodes.document) -> None:
     """Turn every picture with words under it into a figure with a caption."""
@@ -24,6 +26,9 @@ def make_figures(app: Sphinx, doctree: nodes.document) -> None:
         figure += [picture, nodes.caption("", "", *italic.children)]
         if not words.astext().strip():
             words.parent.remove(words)
+        if any(LIVE in image["uri"] for image in picture.findall(nodes.image)):
+            room = nodes.raw("", '<div class="map-live"></div>', format="html")
+            figure.parent.insert(figure.parent.index(figure), room)
 
 
 def _captioned(doctree: nodes.document) -> Iterator[tuple[nodes.Element, nodes.paragraph]]:

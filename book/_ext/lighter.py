@@ -1,9 +1,11 @@
-"""Lighter pages: only the icons that are used, and pictures as WebP."""
+"""Lighter pages: the icons that are used, pictures as WebP, a widget's module once a page."""
 
 from __future__ import annotations
 
 import base64
+import hashlib
 import io
+import json
 import re
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -14,6 +16,9 @@ from PIL import Image
 from sphinx.application import Sphinx
 
 ICONS = "icons.css"
+STATE = re.compile(
+    r'(<script type="application/vnd.jupyter.widget-state\+json">)(.*?)(?=</script>)', re.S
+)
 FONTS = {"solid-900": ("Font Awesome 6 Free", 900), "brands-400": ("Font Awesome 6 Brands", 400)}
 BASE = """:root { --fa-font-solid: normal 900 1em/1 "Font Awesome 6 Free"; } /* of titles */
 .fa-solid, .fas, .fa-brands, .fab { display: inline-block; line-height: 1; text-rendering: auto; }
@@ -63,11 +68,24 @@ def write_icons(static: Path, html: str) -> None:
 
 
 def change_pictures(folder: Path, pages: dict[Path, str]) -> None:
-    """Turn each PNG that pages show into a WebP without loss."""
+    """Turn each PNG that pages show into a WebP without loss, and say a module once."""
     with ThreadPoolExecutor() as pool:
         list(pool.map(_as_webp, folder.glob("*.png")))
     for path, html in pages.items():
-        path.write_text(re.sub(rf"({folder.name}/[\w.-]+)\.png", r"\1.webp", html), "utf-8")
+        shown = re.sub(rf"({folder.name}/[\w.-]+)\.png", r"\1.webp", html)
+        path.write_text(STATE.sub(lambda m: m[1] + say_once(m[2]), shown), "utf-8")
+
+
+def say_once(written: str) -> str:
+    """The state of a page's widgets with each text of a module once, by a name (`widgets.js`)."""
+    told = json.loads(written)
+    texts = {}
+    for widget in told["state"].values():
+        for key in {"_esm", "_css"} & widget["state"].keys():
+            text = widget["state"][key]
+            name = hashlib.sha256(text.encode()).hexdigest()[:12]
+            texts[name], widget["state"][key] = text, name
+    return json.dumps(told | {"texts": texts}, separators=(",", ":")).replace("</", "<\\/")
 
 
 def _as_webp(picture: Path) -> None:

@@ -132,9 +132,10 @@
       slider,
       make("span", {}, ENDS[last]),
     );
-    const live = make("div", { className: "map-live" }, make("p", {}, name, off), canvas, bar);
+    // Above the figure of a chapter, which compares with the reference, room is kept for it.
+    const live = document.querySelector(".map-live") ?? make("div", { className: "map-live" });
+    live.append(make("p", {}, name, off), canvas, bar);
     if (isFirst) figure.prepend(live);
-    else figure.before(live); // the figure compares with the reference
     const give = (i) => intoToy(sceneOf(tries, i));
     const spots = [];
     if (isFirst) {
@@ -177,7 +178,7 @@
       const w = at - i;
       const [a, b] = [steps[i], steps[i + 1]];
       let [x, y] = a;
-      let turn = a[2] + along;
+      let turn = a[2] + (isFirst ? along : -Math.PI / 2);
       let low = [x, y];
       let high = [x, y];
       for (let k = 0; k < 3 * count; k += 3) {
@@ -319,7 +320,7 @@
   document.addEventListener("DOMContentLoaded", () => {
     const figure =
       document.querySelector("figure.killian-map") ??
-      document.querySelector("img[src*='killian-map']")?.closest("figure, p");
+      document.querySelector("img[src*='killian-map']")?.closest("figure");
     if (!figure) return;
     window.killianMap = (data) => enliven(figure, data);
     document.head.append(make("script", { src: vendor }));

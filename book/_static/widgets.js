@@ -38,15 +38,20 @@
   document.addEventListener("DOMContentLoaded", () => {
     const kind = (name) =>
       document.querySelectorAll(`script[type="application/vnd.jupyter.widget-${name}+json"]`);
-    const states = Object.assign(
-      {},
-      ...[...kind("state")].map((each) => JSON.parse(each.textContent).state),
-    );
+    // Lighter pages hold each text of a module once, and its name in the states.
+    const states = {};
+    const texts = {};
+    for (const each of kind("state")) {
+      const told = JSON.parse(each.textContent);
+      Object.assign(states, told.state);
+      Object.assign(texts, told.texts);
+    }
     const waiting = new Map();
     for (const view of kind("view")) {
       const id = JSON.parse(view.textContent).model_id;
       const state = states[id]?.state;
       if (!state?._esm) continue;
+      for (const name of ["_esm", "_css"]) state[name] = texts[state[name]] ?? state[name];
       const area = Object.assign(document.createElement("div"), { className: "widget-subarea" });
       view.replaceWith(area);
       waiting.set(area, () => draw(area, id, state));

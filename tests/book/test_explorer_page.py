@@ -98,6 +98,15 @@ def test_a_run_tells_its_end_only_once_it_was_played(page):
     expect(readout(page, "your bet")).to_have_count(0)
 
 
+def test_a_run_that_fails_at_once_says_so(page):
+    for slider in ("gate", "guess x", "guess y"):
+        page.get_by_label(slider).press("Home")
+
+    expect(readout(page, "the run")).to_contain_text("failed: fewer than 3 correspondences")
+    expect(readout(page, "shown")).to_contain_text("0 of 0")
+    expect(page.get_by_role("button", name="End")).to_be_disabled()
+
+
 def test_the_scan_is_dragged_turned_and_slid(page):
     plane = page.locator(".icp-plane")
     x, y, turn = guess(page)

@@ -68,6 +68,15 @@ CUT_FORMULAS = """all => all
 """
 
 
+STILL = 0.02  # share of the screen times share of its height that may jump
+SHIFT = """() => {
+    window.shift = 0;
+    const add = entry => { if (!entry.hadRecentInput) window.shift += entry.value; };
+    new PerformanceObserver(list => list.getEntries().forEach(add))
+        .observe({ type: "layout-shift", buffered: true });
+}"""
+
+
 def visit(browser: Browser, base: str, name: str) -> AbstractContextManager[Page]:
     """A page of the book, at rest."""
     at_rest = {"color_scheme": "light", "reduced_motion": "reduce"}
@@ -89,6 +98,7 @@ def page(browser: Browser, html: Path) -> Iterator[Page]:
 def test_a_page_needs_no_network_draws_all_it_holds_and_has_no_barrier(browser, html, name):
     """Buys what only a browser tells; each page is opened once, from a folder."""
     with visit(browser, html.as_uri(), name) as page:
+        page.evaluate(SHIFT)
         assert page.evaluate(UNDRAWN) == []
         page.evaluate(ONE_OF_A_COLOUR)
         page.evaluate(AXE)
@@ -98,6 +108,7 @@ def test_a_page_needs_no_network_draws_all_it_holds_and_has_no_barrier(browser, 
             expect(page.locator("html")).to_have_attribute("data-theme", "dark")
             assert page.evaluate(BARRIERS, OF_A_THEME) == []
         draws_all_it_holds(page)
+        assert page.evaluate("() => window.shift") < STILL
         fits_a_telephone(page)
 
 
@@ -168,14 +179,6 @@ def test_a_term_tells_its_meaning_under_the_focus(browser, html):
 SIZES = [(1366, 768), (1920, 1080), (390, 844)]
 
 
-SHIFT = """() => {
-    window.shift = 0;
-    const add = entry => { if (!entry.hadRecentInput) window.shift += entry.value; };
-    new PerformanceObserver(list => list.getEntries().forEach(add))
-        .observe({ type: "layout-shift", buffered: true });
-}"""
-
-
 @pytest.mark.pages
 @pytest.mark.parametrize(("width", "height"), SIZES)
 def test_the_first_page_stands_still_and_its_first_screen_holds_the_toy(
@@ -188,7 +191,7 @@ def test_the_first_page_stands_still_and_its_first_screen_holds_the_toy(
             assert box["y"] + box["height"] < height, part
         page.evaluate(SHIFT)
         page.wait_for_timeout(1500)  # the map is drawn, and the scan has beckoned
-        assert page.evaluate("() => window.shift") < 0.02
+        assert page.evaluate("() => window.shift") < STILL
 
 
 @pytest.mark.pages
@@ -227,6 +230,26 @@ def test_the_map_unfolds_from_the_wheels_to_the_places_recognised(browser, html)
         page.emulate_media(media="print")
         expect(page.locator(".killian-map img")).to_be_visible()
         expect(canvas).to_be_hidden()
+
+
+@pytest.mark.pages
+def test_what_a_copy_button_copies_runs(browser, html):
+    """No prompt and no result is in it."""
+    with visit(browser, html.as_uri(), "book/api") as page:
+        page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        example = page.locator(".highlight", has_text=">>> ").first
+        example.hover()
+        example.locator("button.copybtn").click()
+        copied = page.evaluate("() => navigator.clipboard.readText()")
+    compile(copied, "copied", "exec")
+    assert ">>>" not in copied
+
+
+def test_a_page_holds_the_module_of_its_widgets_once(page, html):
+    written = (html / "widgets.html").read_text("utf-8")
+
+    assert page.locator(".icp-explorer").count() > 1
+    assert written.count("class ExplorerView") == 1
 
 
 def test_a_formula_is_copied_and_tab_leads_to_the_widgets(page):

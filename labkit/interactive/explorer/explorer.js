@@ -220,7 +220,7 @@ class ExplorerView extends View {
     if (k >= this.last()) this.told = true;
     if (k > 0) this.setMode("move");
     this.request();
-    this.readouts.speak({ result: this.result, told: this.told, ...this.reference() });
+    this.readouts.speak({ result: this.result, told: this.isTold(), ...this.reference() });
   }
 
   // Go on to an iteration, each in a short motion.
@@ -261,6 +261,11 @@ class ExplorerView extends View {
 
   last() {
     return this.result.history.length - 1;
+  }
+
+  // The end of a run is told once it was seen; a run that fails at once has been.
+  isTold() {
+    return this.told || this.last() === 0;
   }
 
   number() {
@@ -324,7 +329,7 @@ class ExplorerView extends View {
     // Else it is watched
     const isRun = this.compact && Object.keys(this.model.get("sliders") ?? SLIDERS).length;
     this.shown = isRun ? null : 0;
-    this.told = this.compact; // the end of a run is told once it was seen
+    this.told = this.compact;
     this.basin.forget();
     this.request();
   }
@@ -349,7 +354,7 @@ class ExplorerView extends View {
       this.basin.outdate(this.basinJob().key);
       this.model.set("outcome", outcome(this.result));
       this.sync();
-      this.readouts.speak({ result: this.result, told: this.told, ...this.reference() });
+      this.readouts.speak({ result: this.result, told: this.isTold(), ...this.reference() });
     }
     for (const name of [...SLIDERS, "scene"]) this.controls[name].set(this.model.get(name));
     this.guess.set(guess);
@@ -377,7 +382,7 @@ class ExplorerView extends View {
       path.push(T);
     }
     const [x, y, theta] = this.part ? toXYTheta(T) : Object.values(this.pose());
-    const answer = this.told ? this.known : null;
+    const answer = this.isTold() ? this.known : null;
     const below = (...where) => this.basin.draw(...where);
     this.plane.draw({
       target: this.target.points,
@@ -392,13 +397,13 @@ class ExplorerView extends View {
     this.readouts.write({
       result: this.result,
       shown: k,
-      told: this.told,
+      told: this.isTold(),
       bet: this.plane.bet,
       parameters,
       ...this.reference(),
     });
     if (this.compact) return;
-    const costs = history.slice(0, this.told ? undefined : k + 1).map((each) => each.cost);
+    const costs = history.slice(0, this.isTold() ? undefined : k + 1).map((each) => each.cost);
     drawCost(this.cost, { series: [costs], shown: k, last: this.last(), colors });
     const [first, end] = [costs[0], costs.at(-1)].map((each) => each.toPrecision(3));
     this.cost.setAttribute(

@@ -12,6 +12,7 @@ const HANDLE = 50; // px from the scanner to the knob that turns it
 const GRASP = 18; // px within which the knob is grasped
 const MARGIN = 0.06;
 const EDGE = 14; // px that the scanner stays within the map
+const OUTSIDE = 0.05; // of the points, on each side of the picture: what is far tells little
 export const MAX_ZOOM = 10;
 
 export class Plane extends Frame {
@@ -46,9 +47,9 @@ export class Plane extends Frame {
   frame(points) {
     const range = (axis) => {
       const sorted = points.filter((_, i) => i % 2 === axis).sort();
-      const low = sorted[Math.floor(0.02 * sorted.length)];
-      const high = sorted[Math.ceil(0.98 * sorted.length) - 1];
-      const more = 0.25 * (high - low) || 1;
+      const low = sorted[Math.floor(OUTSIDE * sorted.length)];
+      const high = sorted[Math.ceil((1 - OUTSIDE) * sorted.length) - 1];
+      const more = 0.1 * (high - low) || 1;
       return [Math.max(sorted[0], low - more), Math.min(sorted.at(-1), high + more)];
     };
     this.bounds = [range(0), range(1)];
