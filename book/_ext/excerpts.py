@@ -1,4 +1,4 @@
-"""What the search looks in: the sections of all pages, terms of the glossary, exercises.
+"""What the search looks in: the sections of all pages, terms, exercises, and messages of errors.
 
 They stand in one script, which only the search loads (`search.js`), so that it finds the same
 where the book is a folder: there no page may read another.
@@ -17,6 +17,7 @@ from sphinx import addnodes
 from sphinx.application import Sphinx
 
 FILE = "excerpts.js"
+MESSAGES = "what you see"  # the head of a table whose rows begin with a message
 UNREAD = (nodes.comment, nodes.raw, nodes.target, nodes.substitution_definition)
 UNREAD += (nodes.literal_block, nodes.math_block)
 Entry = tuple[str, str, str]  # anchor, title, text
@@ -44,6 +45,9 @@ def entries(tree: nodes.Element) -> Iterator[Entry]:
     [('s', 'Scans', 'Many.')]
     """
     for node in tree.findall(_is_entry):
+        if isinstance(node, nodes.row):
+            yield _section_of(node)["ids"][-1], node[0].astext(), node[1].astext()
+            continue
         target = next((each for each in node.findall(nodes.term)), node)
         ids = target["ids"] or node["ids"] or [""]
         name = _text(node[0]).strip() if len(node) else ""
@@ -58,7 +62,14 @@ def _is_entry(node: nodes.Node) -> bool:
         return "exercise-content" not in node["ids"]
     if isinstance(node, nodes.definition_list_item):
         return bool(node[0].get("ids"))
+    if isinstance(node, nodes.row):
+        head = next(iter(node.parent.parent.findall(nodes.entry)))
+        return isinstance(node.parent, nodes.tbody) and head.astext() == MESSAGES
     return isinstance(node, nodes.Admonition) and "exercise" in node.get("classes", ())
+
+
+def _section_of(node: nodes.Element) -> nodes.Element:
+    return node if isinstance(node, nodes.section) else _section_of(node.parent)
 
 
 def _text(node: nodes.Node) -> str:
