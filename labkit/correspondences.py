@@ -75,6 +75,10 @@ class Correspondences(NamedTuple):
     point_share: float  #: Share of the point-to-point metric in the step of line pairs.
     stride: int  #: Only the points ``source[::stride]`` were matched.
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Make the pairs anew where they are unpickled: their arrays are read-only there, too."""
+        return _read_only_pairs, tuple(self)
+
     @property
     def kept(self) -> BoolArray:
         """Mask of the pairs that passed the gate, are among the ⌊ρN⌋ closest, have a residual."""
@@ -303,10 +307,14 @@ def pairs_at(
     target = as_target(target)
     T = as_transform(T_target_source, "T_target_source")
     normals = target.normals_for(parameters)
-    pairs = Correspondences(*_pairs_at(points, target.search.grid, normals, T, parameters, coarse))
-    for array in pairs[:8]:
-        read_only(array)
-    return pairs
+    return _read_only_pairs(*_pairs_at(points, target.search.grid, normals, T, parameters, coarse))
+
+
+def _read_only_pairs(*values: Any) -> Correspondences:
+    for value in values:
+        if isinstance(value, np.ndarray):
+            read_only(value)
+    return Correspondences(*values)
 
 
 @compiled

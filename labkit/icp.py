@@ -23,7 +23,6 @@ from labkit.support.arrays import (
     as_transform,
     check_kind,
     check_range,
-    read_only,
 )
 from labkit.support.compiled import compiled
 from labkit.target import Target, as_target
@@ -103,7 +102,7 @@ def icp(
         source.points, target.search.grid, normals, T, parameters
     )
     return IcpResult(
-        poses=read_only(poses),
+        poses=poses,
         coarse_poses=coarse_poses,
         termination=termination,
         source=source,

@@ -8,7 +8,7 @@ Both give the same answers, bit for bit; of equally near points both take the fi
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -46,6 +46,10 @@ class NearestNeighbors:
     def __init__(self, target: ArrayLike) -> None:
         self.target = read_only(as_points(target, "target"))
         self.grid = Grid(self.target, *sort_into_cells(self.target))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Build the grid anew where it is unpickled: its arrays are read-only there, too."""
+        return NearestNeighbors, (self.target,)
 
     def query(self, points: ArrayLike) -> tuple[IntArray, FloatArray]:
         """Row and distance [m] of the target point nearest to each of the points (N, 2) [m]."""

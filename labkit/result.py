@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import Enum
-from functools import cached_property
-from itertools import pairwise
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -94,6 +94,14 @@ class IcpResult(_Quality):
     poses: FloatArray  #: ``T_target_source`` from the guess (number 0) on, shape (K+1, 3, 3).
     coarse_poses: int  #: Number of coarse iterations, the first ones; see `labkit.schedule`.
 
+    def __post_init__(self) -> None:
+        read_only(self.poses)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Make the result anew where it is unpickled: its arrays are read-only there, too."""
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        return partial(type(self), **values), ()
+
     def __repr__(self) -> str:
         return (
             f"<IcpResult: {self.termination.value}; {self.iterations} iterations, "
@@ -120,7 +128,7 @@ class IcpResult(_Quality):
     @cached_property
     def history(self) -> tuple[Iteration, ...]:
         """Every iteration, from the initial guess (number 0) to the last step."""
-        steps = [(math.nan, math.nan), *(step_length(*each) for each in pairwise(self.poses))]
+        steps = step_lengths(self.poses).tolist()
         return tuple(
             Iteration(
                 T_target_source=self.poses[k],
@@ -177,6 +185,15 @@ class IcpResult(_Quality):
     def iterations(self) -> int:
         """Number of steps."""
         return len(self.poses) - 1
+
+
+@compiled
+def step_lengths(poses: FloatArray) -> FloatArray:
+    """Length [m] and turn [rad] of the step to each pose, shape (K+1, 2); NaN for the first."""
+    lengths = np.full((len(poses), 2), math.nan)
+    for k in range(1, len(poses)):
+        lengths[k, 0], lengths[k, 1] = step_length(poses[k - 1], poses[k])
+    return lengths
 
 
 @compiled

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,6 +39,10 @@ class Target:
         self._given = None
         if normals is not None:
             self._given = read_only(as_normals(normals, "normals", len(self.scan), gaps=True))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Prepare the target anew where it is unpickled: its arrays are read-only there, too."""
+        return Target, (self.scan, self._given)
 
     def __repr__(self) -> str:
         return f"<Target of {len(self.scan)} points>"

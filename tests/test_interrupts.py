@@ -1,5 +1,6 @@
 """An interrupt at any moment ends as KeyboardInterrupt, and in nothing else."""
 
+import os
 import subprocess
 import sys
 
@@ -62,3 +63,41 @@ def test_an_interrupt_is_a_keyboard_interrupt(what):
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == "interrupted 40\n"
+
+
+# The child interrupts its first call ever later, until that call is done: at each moment numba is
+# imported, compiles, or keeps what it compiled.
+COMPILING = """
+import logging, signal
+logging.disable()
+import numpy as np
+from labkit.neighbors import NearestNeighbors
+
+points = np.random.default_rng(0).uniform(0.0, 5.0, (50, 2))
+signal.signal(signal.SIGALRM, signal.default_int_handler)
+count, done = 0, False
+while not done:
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.1 + 0.05 * count)
+        index, _ = NearestNeighbors(points).query(points)
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        done = True
+    except KeyboardInterrupt:
+        count += 1
+assert (index == np.arange(50)).all()
+print("interrupted", count > 0)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no timer that interrupts")
+def test_an_interrupt_while_compiling_spoils_no_function(tmp_path):
+    """The law: interrupted at every moment of compiling, the same call works later."""
+    done = subprocess.run(
+        [sys.executable, "-c", COMPILING],
+        env=os.environ | {"LABKIT_CACHE": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == "interrupted True\n"

@@ -1,7 +1,8 @@
 """Compiled code on disk; recompiled when the source changes or a file is damaged.
 
 numba looks at each source file alone, and misses a change in a file that a stage calls into. So
-all code stands in one folder of the user's cache, named by a hash of all files with stages.
+all code stands in one folder of the user's cache, named by a hash of all files with compiled
+functions. The variable ``LABKIT_CACHE`` names another place for that folder.
 """
 
 import functools
@@ -20,7 +21,7 @@ from numba.core import caching
 from numba.misc import appdirs
 
 PACKAGE = Path(__file__).parents[1]
-STATES = 8  # of the source whose code is kept: several copies of the lab share a cache
+KEPT_STATES = 8  # versions of the source whose code is kept: copies of the lab share a cache
 tell = functools.cache(logging.getLogger("labkit").warning)  # once
 
 
@@ -38,31 +39,29 @@ def keep(dispatcher: Any) -> Any:
 def cache_folder() -> Path | None:
     """The folder of the machine code; None, with one line of warning, where none can be made."""
     place = Path(os.environ.get("LABKIT_CACHE") or appdirs.user_cache_dir("labkit", False))
+    place = place.expanduser()
     folder = place / f"stages-{fingerprint()}"
     try:
-        is_new = not folder.exists()
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):  # it can be written to, and is in use
             states = sorted(place.glob("stages-*"), key=os.path.getmtime, reverse=True)
     except OSError as error:  # read-only, full, or a user without a home
         tell("compiling the matcher in every process, 10 s or more: %s", error)
         return None
-    if is_new:
-        tell("compiling the matcher for this computer, once: 10 to 30 s")
-    for outdated in states[STATES:]:
+    for outdated in states[KEPT_STATES:]:
         shutil.rmtree(outdated, ignore_errors=True)
     return folder
 
 
 def fingerprint() -> str:
-    """A hash of all files that hold stages, and of the versions of numba and Python."""
+    """A hash of all files with compiled functions, and of the versions of numba and Python."""
     sources = map(Path.read_bytes, sorted(PACKAGE.rglob("*.py")))
     seen = b"".join(source for source in sources if b"\n@compiled" in source)
     return sha256(seen + f"{numba.__version__} {sys.version_info[:3]}".encode()).hexdigest()[:16]
 
 
 class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]
-    """numba's index and code of a function, each with a digest, which unpickling passes over."""
+    """numba's index and code of a function, each followed by its SHA-256 digest."""
 
     def load(self, key: Any) -> Any:
         index = Path(self._index_path)
@@ -70,7 +69,10 @@ class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]
             content = file.read_bytes().removeprefix(pickle.dumps(self._version, -1))
             if content[-32:] != sha256(content[:-32]).digest():
                 file.unlink(missing_ok=True)  # numba compiles anew
-        return super().load(key)
+        code = super().load(key)
+        if code is None:
+            tell("compiling the matcher for this computer, once: 10 to 30 s")
+        return code
 
     def save(self, key: Any, data: Any) -> None:
         try:

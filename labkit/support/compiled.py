@@ -9,6 +9,7 @@ import functools
 import importlib
 import logging
 import sys
+import threading
 from collections.abc import Callable
 from types import FunctionType
 from typing import Any, TypeVar
@@ -18,6 +19,8 @@ C = TypeVar("C", bound=type)
 OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}  # 1/0 is inf
 INNER = OPTIONS | {"no_cpython_wrapper": True}
 _records: list[type] = []
+_entries: list[Any] = []  # of each compiled function: what Python calls
+_one_compilation = threading.Lock()
 
 
 def record(class_: C) -> C:
@@ -38,6 +41,9 @@ def compiled(function: F) -> F:
         return keep(numba.njit(**OPTIONS)(function))
 
     def call(*arguments: Any) -> Any:
+        is_ready = entry.cache_info().currsize and getattr(entry(), "signatures", True)
+        if not is_ready:
+            return _call_in_thread(lambda: entry()(*arguments))
         try:
             return entry()(*arguments)
         except SystemError as error:  # an interrupt, met while numba made the result
@@ -50,7 +56,39 @@ def compiled(function: F) -> F:
     wrapper: Any = functools.wraps(function)(call)
     # The same function as other compiled functions call it.
     wrapper.dispatcher = functools.cache(lambda: load_numba().njit(**INNER)(function))
+    _entries.append(entry)
     return wrapper  # type: ignore[no-any-return]
+
+
+def _call_in_thread(call: Callable[[], Any]) -> Any:
+    """Return what `call` returns, or raise what it raises; an interrupt does not reach it.
+
+    numba cannot be interrupted: a compilation that ends halfway spoils the functions for the rest
+    of the process. Ctrl-C is raised in the main thread alone. So the caller sees the interrupt at
+    once, the compilation goes on behind, and the next call waits for it.
+    """
+    outcome: list[Any] = []
+    errors: list[BaseException] = []
+
+    def work() -> None:
+        with _one_compilation:
+            try:
+                outcome.append(call())
+            except BaseException as error:  # for the caller
+                errors.append(error)
+
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    thread.join()
+    if errors:
+        raise errors[0]
+    return outcome[0]
+
+
+def compiled_signatures() -> dict[str, list[Any]]:
+    """The argument types for which each function was compiled or loaded, in this process."""
+    ready = [entry() for entry in _entries if entry.cache_info().currsize]
+    return {each.__name__: each.signatures for each in ready if hasattr(each, "signatures")}
 
 
 def _in_python(function: Any) -> Any:

@@ -1,12 +1,15 @@
 """Compiled stages: kept on disk, healed where the disk lied, and run by Python without numba."""
 
 import os
+import pickle
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
-from labkit.support.compiled import load_numba
+from labkit.icp import icp, minimise
+from labkit.support.compiled import compiled_signatures, load_numba
 from labkit.support.warm import warm
 
 NEEDS_NUMBA = pytest.mark.skipif(load_numba() is None, reason="numba is not to be had")
@@ -35,6 +38,29 @@ def cache(tmp_path_factory):
     assert "compiling the matcher for this computer, once" in answer(folder)
     assert answer(folder) == ""
     return folder
+
+
+@NEEDS_NUMBA
+@pytest.mark.parametrize("change", [{"NUMBA_CPU_NAME": "generic"}, None], ids=["CPU", "interrupt"])
+def test_the_line_stands_wherever_numba_compiles(cache, change, monkeypatch):
+    """On another processor, and after a first run that was interrupted; once a process."""
+    if change is None:
+        for file in cache.rglob("*.nb?"):
+            file.unlink()
+    for name, value in (change or {}).items():
+        monkeypatch.setenv(name, value)
+
+    said = answer(cache)
+
+    assert said.count("compiling the matcher for this computer, once") == 1
+    assert answer(cache) == ""
+
+
+@NEEDS_NUMBA
+def test_the_cache_may_lie_at_home(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    answer("~/stages")
+    assert list((tmp_path / "stages").rglob("*.nbi"))
 
 
 DAMAGES = {  # to the index, and to the code that a whole index leads to
@@ -106,8 +132,10 @@ def test_without_numba_python_runs_the_same_function(tmp_path, how):
 
 
 def test_all_stages_can_be_compiled_ahead():
-    """As each `make` does, once an environment is set up."""
+    """As each `make` does, once an environment is set up: each for one kind of arguments."""
     warm()
+    several = {name: each for name, each in compiled_signatures().items() if len(each) > 1}
+    assert not several
 
 
 @NEEDS_NUMBA
@@ -119,3 +147,20 @@ def test_a_match_loads_no_scipy_linalg():
         "assert 'scipy.linalg' not in sys.modules; import scipy.linalg; print(8)"
     )
     answer(os.environ.get("LABKIT_CACHE", ""), program)
+
+
+def test_what_is_unpickled_compiles_nothing_anew(in_the_room):
+    """A worker process gets a target, a result and pairs whose arrays are read-only, as here."""
+    result = icp(in_the_room.source, in_the_room.target, metric="point_to_line")
+    minimise(result.correspondences)
+    before = compiled_signatures()
+
+    sent = pickle.loads(pickle.dumps(result))
+    again = icp(sent.source, sent.target, metric="point_to_line")
+    minimise(pickle.loads(pickle.dumps(result.correspondences)))
+
+    np.testing.assert_array_equal(again.poses, sent.poses)
+    assert len(sent.history) == len(result.history)
+    assert sent.cost == result.cost
+    signatures = compiled_signatures()
+    assert {name: signatures[name] for name in before} == before
