@@ -29,16 +29,13 @@ NO_FILES = "nothing was handed in but an empty folder, or one of hidden files"
 def grade_submission(
     files: Mapping[str, bytes], wall: Wall, assignment: Assignment, student: str
 ) -> tuple[SubmissionVerdict, str]:
-    """Grade files behind a wall: the verdict, always the same but for `seconds`, and all code.
-
-    `student` chooses the variant of the hidden cases.
-    """
+    """Grade files behind a wall: the verdict, always the same but for `seconds`, and all code."""
     start = time.perf_counter()
     sitting = Sitting([one.function for one in assignment.questions], wall)
     try:
         if files:
             sitting.read(files)
-        verdicts = tuple(_verdicts(sitting, assignment, student))
+        verdicts = tuple(_verdicts(sitting, assignment))
     finally:
         sitting.close()
     program = sitting.program
@@ -57,7 +54,7 @@ def grade_submission(
     return verdict, "\n\n".join(program.scripts.values()).encode("utf-8", "replace").decode()
 
 
-def _verdicts(sitting: Sitting, assignment: Assignment, student: str) -> Iterator[QuestionVerdict]:
+def _verdicts(sitting: Sitting, assignment: Assignment) -> Iterator[QuestionVerdict]:
     """Each question by the student's functions, then with right ones for wrong ones that it calls.
 
     No right function is lent to an earlier question than its own, nor before a question that it
@@ -72,7 +69,7 @@ def _verdicts(sitting: Sitting, assignment: Assignment, student: str) -> Iterato
     ]
     wrong: list[Question] = []
     for place, question in enumerate(assignment.questions):
-        cases = assignment.cases(question.id, student)
+        cases = assignment.cases(question.id)
         hidden = [case for case in cases if case.hidden]
         tried = list[QuestionVerdict]()
         for state, outcomes in enumerate(seen[place]):

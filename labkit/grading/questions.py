@@ -22,8 +22,9 @@ from typing import Any
 from labkit.grading.box.inside.data import Value, from_json
 from labkit.support.errors import LabkitError
 
-FORMAT = 3
-COURSE = "course.json"  # in `hidden/`: right functions, the salt, whether a secret went in
+FORMAT = 4
+COURSE = "course.json"  # in `hidden/`: right functions, and whether a secret went in
+CASES = "cases.json"  # in `hidden/`
 WRITE = "write the assignment with `python -m labkit.course.authoring [--secret FILE]`"
 LEAST = 16  # bytes of a secret
 
@@ -49,7 +50,6 @@ class Misconception:
     id: str  # unique within its question
     says: str  # what the student did, and why it is wrong
     chapter: str = ""  # where the book explains it
-    family: bool = False  # whether it holds for all questions; visible cases alone tell of it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,10 +116,9 @@ class Assignment:
     title: str
     questions: tuple[Question, ...]  # in the order of the notebook
     visible: Cases  # the examples of each question, the same for everybody
-    variants: tuple[Cases, ...]  # the hidden cases, equally hard; a student gets one of them
+    hidden: Cases  # those that grade; none in the students' edition
     digest: str = ""  # of the files that it was read from: another digest, other verdicts
     right: Mapping[str, str] = field(default_factory=dict)  # the source of each right function
-    salt: str = ""  # on which the choice of variants hangs
     public: bool = False  # whether anybody can compute the hidden cases
 
     @property
@@ -140,16 +139,9 @@ class Assignment:
                 found.insert(1, self.right[one])
         return "\n\n".join(found)
 
-    def variant(self, student: str) -> int:
-        """The variant of a student: always the same one for the same name."""
-        digest = hashlib.sha256((self.salt + student).encode("utf-8", "surrogatepass")).digest()
-        return int.from_bytes(digest[:8], "big") % max(1, len(self.variants))
-
-    def cases(self, question: str, student: str | None = None) -> tuple[Case, ...]:
-        """The visible cases of a question, and a student's hidden ones where one is named."""
-        is_graded = student is not None and self.variants
-        hidden = self.variants[self.variant(student or "")][question] if is_graded else ()
-        return self.visible[question] + hidden
+    def cases(self, question: str) -> tuple[Case, ...]:
+        """The visible cases of a question, and the hidden ones where there are any."""
+        return self.visible[question] + self.hidden.get(question, ())
 
 
 @cache
@@ -162,18 +154,23 @@ def read_assignment(folder: str | os.PathLike[str], *, hidden: bool = True) -> A
     digest = hashlib.sha256()
     head = _read(folder / "questions.json", digest)
     visible = _cases(_read(folder / "visible.json", digest), False)
-    files = sorted((folder / "hidden").glob("variant_*.json")) if hidden else []
-    if hidden and not files:
-        raise LabkitError(f"{folder} holds no hidden cases: this is the students' edition; {WRITE}")
-    course = folder / "hidden" / COURSE
-    kept = _read(course, digest) if hidden and course.exists() else {}
+    drawn: Cases = {}
+    kept: dict[str, Any] = {}
+    if hidden:
+        if not (folder / "hidden" / CASES).exists():
+            raise LabkitError(
+                f"{folder} holds no hidden cases: this is the students' edition; {WRITE}"
+            )
+        drawn = _cases(_read(folder / "hidden" / CASES, digest), True)
+        if (folder / "hidden" / COURSE).exists():
+            kept = _read(folder / "hidden" / COURSE, digest)
     return Assignment(
         title=head["title"],
         questions=tuple(map(_question, head["questions"])),
         visible=visible,
-        variants=tuple(_cases(_read(file, digest), True) for file in files),
+        hidden=drawn,
         digest=digest.hexdigest(),
-        **{name: kept[name] for name in ("right", "salt", "public") if kept},
+        **{name: kept[name] for name in ("right", "public") if kept},
     )
 
 
@@ -241,8 +238,3 @@ def read_secret(path: Path) -> bytes:
         says = f"{path} holds {len(secret)} bytes, a secret needs {LEAST}"
         raise LabkitError(f"{says}: remove it, and the same command makes one")
     return secret
-
-
-def salt_of(secret: bytes) -> str:
-    """The salt beside the cases; it chooses the variants."""
-    return hashlib.sha256(b"salt" + secret).hexdigest() if secret else ""

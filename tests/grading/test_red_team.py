@@ -166,11 +166,12 @@ def test_nothing_is_gained_by_forging(name, graded, safe_wall, small):
 
 
 def test_a_value_guessed_right_is_all_that_forging_can_send(graded, small):
-    """It sends 6.0, the answer of one case in one variant: a fourth of the points, there alone."""
-    files, asked = {"a.py": forged("answers for itself, as it likes")}, read_assignment(small)
-    for student in ("ada", "emmy", "grace", "alan"):
-        score = graded(files, asked, student=student).questions[0].score
-        assert score == 0.5 * (asked.variant(student) == 0)
+    """It sends 6.0, the answer of one case of four."""
+    files = {"a.py": forged("answers for itself, as it likes")}
+
+    verdict = graded(files, read_assignment(small))
+
+    assert verdict.questions[0].score == 0.5
 
 
 def test_each_wall_holds_what_is_said_of_it(safe_wall, small, tmp_path):

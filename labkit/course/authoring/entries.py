@@ -47,7 +47,7 @@ Draw = Callable[[Rng], Arguments]
 
 @dataclass(frozen=True)
 class Exact:
-    """Arguments on a limit, in numbers that single precision holds; they are not perturbed."""
+    """Arguments on a limit, in numbers that single precision holds; which are not rounded."""
 
     drawn: Arguments | Draw
 
@@ -72,13 +72,12 @@ class question(exercise):
     task: str
     oracle: Function | Sequence[Function]  # other right functions, of the first readings
     visible: Recipes
-    hidden: Recipes  # of which each variant draws its own
+    hidden: Recipes
     unit: str = ""
     low: float | None = None
     high: float | None = None
     chance: float = 0.0
     tolerance: float = 2e-5  # of an entry, relative to the largest of its answer or to 1
-    alike: Callable[[Rng, Arguments], Arguments] | None = None  # as hard as another variant's case
 
     @cached_property
     def asked_for(self) -> Question:

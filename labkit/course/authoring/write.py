@@ -17,18 +17,17 @@ from pathlib import Path
 from typing import Any
 
 import labkit
-from labkit.course.authoring.compute import hidden_cases, steady_families, visible_cases
+from labkit.course.authoring.compute import hidden_cases, visible_cases
 from labkit.course.authoring.entries import question
+from labkit.course.authoring.fairness import refuse_slow_cases, refuse_unseen_mistakes
 from labkit.course.authoring.questions import QUESTIONS, TITLE
-from labkit.course.exercises.entries import with_families
 from labkit.grading.box.inside.data import to_json
-from labkit.grading.questions import COURSE, FORMAT, Case, Question, salt_of
+from labkit.grading.questions import CASES, COURSE, FORMAT, Case, Question
 from labkit.support.errors import LabkitError
 from labkit.support.files import atomic_write
 from labkit.support.progress import show_progress
 
 HANDED_OUT = Path(labkit.__file__).parents[1] / "notebooks/assignment.ipynb"  # of a checkout
-VARIANTS = 8  # sets of hidden cases, which students are spread over
 IMPORTS = "import numpy as np\n\nfrom labkit.course.exercises import check"
 METADATA = {
     "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
@@ -50,7 +49,6 @@ def write_assignment(
     notebooks: Mapping[Path, bool],
     *,
     questions: Sequence[question] = QUESTIONS,
-    variants: int = VARIANTS,
 ) -> list[Path]:
     """Compute the assignment, write its files into an existing folder, and list them.
 
@@ -60,24 +58,23 @@ def write_assignment(
     Raises
     ------
     LabkitError
-        If a file cannot be written, if no cases tell the mistakes apart or none is steady, or if a
-        solution and its oracle disagree.
+        If a file cannot be written, if no cases tell the mistakes apart, if a solution and its
+        oracle disagree, or if the cases are not fair: see `fairness`.
     """
-    posed = [posed_with_cases(one) for one in questions]
-    visible = {asked.id: cases for asked, cases in posed}
-    hidden, first = folder / "hidden", dict[str, tuple[Case, ...]]()
+    visible, drawn = dict[str, Sequence[Case]](), dict[str, Sequence[Case]]()
+    for one in show_progress(questions, "drawing", unit="question"):
+        id = one.right.__name__
+        visible[id] = visible_cases(one)
+        drawn[id] = hidden_cases(one, visible[id], secret=secret)
+        refuse_unseen_mistakes(one, visible[id], drawn[id])
+        refuse_slow_cases(one, (*visible[id], *drawn[id]))
+    hidden = folder / "hidden"
     files = {
-        folder / "questions.json": questions_file(asked for asked, _ in posed),
+        folder / "questions.json": questions_file(one.asked_for for one in questions),
         folder / "visible.json": cases_file(visible),
         hidden / COURSE: course_file(questions, secret),
+        hidden / CASES: cases_file(drawn),
     }
-    for variant in show_progress(range(variants), "drawing", unit="variant"):
-        drawn = {
-            id: hidden_cases(one, variant, visible[id], secret=secret, like=first.get(id, ()))
-            for id, one in zip(visible, questions, strict=True)
-        }
-        first = first or drawn
-        files[hidden / f"variant_{variant}.json"] = cases_file(drawn)
     for path, solutions in notebooks.items():
         files[path] = notebook_text(path, solutions, questions)
     hidden.mkdir(exist_ok=True)
@@ -87,16 +84,10 @@ def write_assignment(
     return list(files)
 
 
-def posed_with_cases(entry: question) -> tuple[Question, list[Case]]:
-    """The question and its visible cases, with the families of mistakes in the arguments."""
-    cases = visible_cases(entry)
-    return with_families(entry.asked_for, cases, [steady_families(entry, one) for one in cases])
-
-
 def course_file(questions: Sequence[question], secret: bytes = b"") -> str:
     """The text of `course.json`: right functions, each once, and what the secret leads to."""
     right = {one.right.__name__: one.solution for one in questions}
-    return _text({"public": not secret, "salt": salt_of(secret), "right": right})
+    return _text({"public": not secret, "right": right})
 
 
 def questions_file(questions: Iterable[Question]) -> str:
@@ -106,7 +97,7 @@ def questions_file(questions: Iterable[Question]) -> str:
 
 
 def cases_file(cases: Mapping[str, Sequence[Case]]) -> str:
-    """The text of `visible.json`, or of one variant."""
+    """The text of `visible.json`, or of the hidden cases."""
     return _text({"cases": {id: list(map(_row, those)) for id, those in cases.items()}})
 
 

@@ -29,10 +29,8 @@ topic here, what it is tried on, and the mistakes that it knows (a new module is
 Each mistake is a wrong function, or the right one with some of its text replaced, by the sentence
 that is said of it. A name is said only where its function gives all of the answers that came, the
 right ones among them; so a mistake may be right in some cases, and no two may agree in all.
-Families of mistakes are known everywhere, and need no entry: relations to the right answer (the
-inverse, the sign, the square, degrees, the order of two results), changed arguments (exchanged,
-squared, in degrees, inverted, not used), and slips in the right function (`<` for `<=`, two factors
-exchanged, a term or a call left out). So list the mistakes whose sentence says more than that.
+Relations to the right answer (the inverse, the sign, the square, degrees, the order of two results)
+are known everywhere, and need no entry. So list the mistakes whose sentence says more than that.
 """
 
 from labkit.course.exercises.checking import check, exercises, score

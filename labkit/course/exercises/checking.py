@@ -132,8 +132,8 @@ def check(function: Callable[..., Any]) -> Feedback:
     return Feedback(verdict)
 
 
-def score(function: Callable[..., Any], student: str = "") -> float:
-    """The points of a function, by a student's hidden cases; for nbgrader's hidden tests.
+def score(function: Callable[..., Any]) -> float:
+    """The points of a function, by the hidden cases; for nbgrader's hidden tests.
 
     nbgrader runs a student's code in the process that grades it. This cannot mend that:
     marks that have to hold come from ``labkit grade``.
@@ -145,7 +145,7 @@ def score(function: Callable[..., Any], student: str = "") -> float:
     """
     assignment = load_assignment()
     asked = assignment.question(_name(function))
-    return _own(asked, assignment.cases(asked.id, student), function, Calls()).score
+    return _own(asked, assignment.cases(asked.id), function, Calls()).score
 
 
 def exercises() -> dict[str, exercise]:
@@ -170,14 +170,12 @@ def _name(function: Callable[..., Any]) -> str:
 
 
 def tried_exercise(entry: exercise, function: Callable[..., Any]) -> QuestionVerdict:
-    """The verdict on a function of a chapter; families are computed where nothing listed fits."""
+    """The verdict on a function of a chapter."""
     question, cases = entry.asked
     outcomes = _outcomes(cases, function, in_place=False)  # later cells read the arguments
     verdict = assess(question, cases, outcomes)
     if verdict.passed:
         return replace(verdict, message="right in every case.")
-    if verdict.misconception is None and any(one.status is Status.RETURNED for one in outcomes):
-        verdict = assess(*entry.with_families, outcomes)
     return verdict
 
 

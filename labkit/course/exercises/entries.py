@@ -6,22 +6,17 @@ exercise is written; a question of the assignment has more fields (`labkit.cours
 
 from __future__ import annotations
 
-import copy
 import inspect
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 
-from labkit.course.exercises.families import Family, families
-from labkit.course.exercises.slips import slips
 from labkit.grading.box.inside.data import Value, plain
-from labkit.grading.judge.kinds import numbers, read
-from labkit.grading.judge.relations import sentence
+from labkit.grading.judge.kinds import read
 from labkit.grading.questions import Answer, Case, Misconception, Question
 
 Function = Callable[..., Any]
@@ -80,25 +75,17 @@ class exercise:
         It is replaced wherever it stands, in a right function that is called as well. There is one
         for each reading in which all the texts stand.
         """
-        sources = [_replaced(_sources(self.right), reading) for reading in self.readings]
+        sources = [_replaced(sources_of(self.right), reading) for reading in self.readings]
         absent = [text for text in edits if not any(text in source for source in sources)]
         name = self.right.__name__
         assert not absent, f"{name} does not hold {absent}, which a mistake replaces"
         found = [_replaced(one, edits) for one in sources if all(text in one for text in edits)]
-        return [_defined(source, self.right)[name] for source in found]
+        return [defined(source, self.right)[name] for source in found]
 
     def mistaken(self, arguments: Arguments) -> dict[str, tuple[Value, ...]]:
         """The answers of all mistakes that do not fail on the arguments."""
         found = {one.id: answers(self.ways(one), arguments) for one in self.known}
         return {id: wrong for id, wrong in found.items() if wrong}
-
-    def families(self, arguments: Arguments) -> dict[Family, tuple[Value, ...]]:
-        """The right functions' answers to arguments that were changed, by what was done to them."""
-        names, found = list(inspect.signature(self.right).parameters), dict[Family, Any]()
-        for family, changed in families(names, arguments):
-            with suppress(TypeError):  # a budget of 2.5 steps
-                found[family] = answers(self.edited({}), changed)
-        return {family: wrong for family, wrong in found.items() if wrong}
 
     def posed(self, answer: Answer, **more: Any) -> Question:
         """The question as the judge knows it."""
@@ -127,23 +114,6 @@ class exercise:
         cases = [self._case(about, arguments) for about, arguments in given.items()]
         return self.posed(_kind(*cases[0].expected)), cases
 
-    @cached_property
-    def with_families(self) -> tuple[Question, list[Case]]:
-        """The question and its cases with the families of mistakes, and with slips."""
-        question, cases = self.asked
-        found = [self.families(case.arguments) | self._slips(case.arguments) for case in cases]
-        return with_families(question, cases, found)
-
-    def _slips(self, arguments: Arguments) -> dict[Family, tuple[Value, ...]]:
-        """The answers of the right function with one slip each."""
-        name, found = self.right.__name__, dict[Family, tuple[Value, ...]]()
-        for place, (says, source) in enumerate(slips(_sources(self.right))):
-            with suppress(Exception):  # a slip can end in any
-                wrong = _defined(source, self.right)[name]
-                (answer,) = answers([wrong], copy.deepcopy(arguments))
-                found[Family(f"slip-{place}", sentence(says))] = (answer,)
-        return found
-
     def _case(self, about: str, arguments: Arguments) -> Case:
         """A call with its right answer, and the answers of all mistakes that do not fail."""
         wanted = plain(self.right(*arguments))
@@ -159,35 +129,6 @@ class exercise:
             tolerance=allowed * sizes[np.isfinite(sizes)].max(initial=1.0),
             mistaken=self.mistaken(arguments),
         )
-
-
-def with_families(
-    question: Question, cases: Sequence[Case], found: Sequence[Mapping[Family, tuple[Value, ...]]]
-) -> tuple[Question, list[Case]]:
-    """The question and its cases with the families that give a wrong answer in one of these.
-
-    Of families that agree in all cases the first one is kept; where answers are whole numbers,
-    which agree by chance, none.
-    """
-    alike: dict[Any, list[Family]] = {tuple(_signs(question, case.expected) for case in cases): []}
-    for one in found[0] if found else ():
-        if all(one in each for each in found):
-            signs = tuple(_signs(question, each[one]) for each in found)
-            alike.setdefault(signs, []).append(one)
-    _, *groups = alike.values()
-    is_whole = question.answer in (Answer.FLAG, Answer.MASK)
-    kept = [group[0] for group in groups if len(group) == 1 or not is_whole]
-    known = (Misconception(id=one.id, says=one.says, family=True) for one in kept)
-    return replace(question, misconceptions=(*question.misconceptions, *known)), [
-        replace(case, mistaken={**case.mistaken, **{one.id: each[one] for one in kept}})
-        for case, each in zip(cases, found, strict=True)
-    ]
-
-
-def _signs(question: Question, values: Sequence[Value]) -> tuple[bytes | None, ...]:
-    """The numbers of each answer to six decimals."""
-    found = [numbers(question.answer, value) for value in values]
-    return tuple(None if isinstance(x, str) else (np.round(x, 6) + 0.0).tobytes() for x in found)
 
 
 def answers(ways: Sequence[Function], arguments: Arguments) -> tuple[Value, ...]:
@@ -209,7 +150,7 @@ def source_of(right: Function) -> str:
 _source = cache(inspect.getsource)
 
 
-def _sources(right: Function) -> str:
+def sources_of(right: Function) -> str:
     """The source of a right function, behind those of all right ones that it calls."""
     found, waiting = dict[str, Function](), [right]
     while waiting:
@@ -221,7 +162,7 @@ def _sources(right: Function) -> str:
 
 
 @cache
-def _defined(source: str, right: Function) -> dict[str, Any]:
+def defined(source: str, right: Function) -> dict[str, Any]:
     """The names that a source defines, which sees the same ones as the right function."""
     names = dict(right.__globals__)
     exec(source, names)

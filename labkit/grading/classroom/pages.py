@@ -67,9 +67,10 @@ def _summary(
     says = {one.id: one.says for one in question.misconceptions}  # a relation is its own sentence
     asked = Counter(case.id for one in verdicts for case in one.cases)
     right = Counter(case.id for one in verdicts for case in one.cases if case.passed)
-    sets = (assignment.visible, *assignment.variants[:1])
-    listed = [case for cases in sets for case in cases[question.id]]
-    about = {case.id: case.about + (" (hidden)" if case.hidden else "") for case in listed}
+    about = {
+        case.id: case.about + (" (hidden)" if case.hidden else "")
+        for case in assignment.cases(question.id)
+    }
     return {
         "asked": question,
         "counts": {"full": full, "some": len(verdicts) - full - none, "none": none},

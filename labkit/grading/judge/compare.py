@@ -95,9 +95,8 @@ def recognise(
     """The one known mistake that gives all these answers, right and wrong ones; or None.
 
     A call that brought no answer speaks neither for a mistake nor against it. Where a listed
-    mistake has no answer, any wrong one fits. Where none is listed, families are tried: relations
-    of the answers to the right ones; then, where these are no whole numbers, changes of the
-    arguments and slips, known in visible cases alone.
+    mistake has no answer, any wrong one fits. Where none is listed, relations of the answers to the
+    right ones are tried; answers in whole numbers agree by chance, so one relation alone counts.
     """
     given = [
         (case, outcome.value, is_right(question, case, outcome.value))
@@ -111,27 +110,22 @@ def recognise(
     def explains(known: Misconception) -> bool:
         return any(known.id in case.mistaken for case in wrong) and all(
             is_answer_of(known.id, question, case, value)
-            if passed or known.id in case.mistaken
-            else not known.family
             for case, value, passed in given
-            if not (known.family and case.hidden)
+            if passed or known.id in case.mistaken
         )
 
-    explaining = [known for known in question.misconceptions if explains(known)]
-    listed = [known for known in explaining if not known.family]
+    listed = [known for known in question.misconceptions if explains(known)]
     if listed:
         return listed[0] if len(listed) == 1 else None
     wrongs = [numbers(question.answer, value) for _, value, passed in given if not passed]
     if not any(isinstance(one, str) or np.isfinite(one).any() for one in wrongs):
-        return None  # a division by zero, and no family
-    found = [
-        Misconception(id=says, says=says, chapter=question.chapter)
-        for says in _relations(question, given)
-    ]
+        return None  # a division by zero
+    found = _relations(question, given)
     answers = [one for case in wrong for one in _accepted(question.answer, case)]
-    if all((one == np.round(one)).all() for one in answers):  # whole numbers agree by chance
-        return found[0] if len(found) == 1 else None
-    return next(iter(found + explaining), None)
+    is_whole = all((one == np.round(one)).all() for one in answers)
+    if not found or (is_whole and len(found) > 1):
+        return None
+    return Misconception(id=found[0], says=found[0], chapter=question.chapter)
 
 
 def _relations(question: Question, given: Sequence[tuple[Case, Value, bool]]) -> list[str]:

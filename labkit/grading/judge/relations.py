@@ -1,8 +1,7 @@
-"""Families of mistakes: what may be done to a number by mistake, wherever that number stands.
+"""Relations of a wrong answer to the right one, which hold for every question.
 
-They hold for every question. Done to the right answer each is a relation, which is looked for here;
-done to an argument it is told by the right function (`labkit.course.exercises.families`). Where all
-answers are these, the sentence is true, whatever the student's code looks like.
+An angle in degrees, a lost sign, an inverse: where all answers are so related to the right ones,
+the sentence is true, whatever the student's code looks like.
 """
 
 from __future__ import annotations
@@ -31,7 +30,6 @@ NUMBERS: dict[str, Change] = {
     "upside_down": ("one divided by {} stands where {} belongs", lambda x: 1.0 / x),
     "doubled": ("{} is twice as large as it should be", lambda x: 2 * x),
     "halved": ("{} is half as large as it should be", lambda x: 0.5 * x),
-    "complement": ("one minus {} stands where {} belongs", lambda x: 1 - x),
     "to_millimetres": ("{} is turned into millimetres; keep metres", lambda x: 1000.0 * x),
 }
 COUNTS: dict[str, Change] = {
@@ -85,7 +83,7 @@ BY_KIND: dict[Answer, list[Change]] = {
 
 
 def sentence(says: str, thing: str = "the answer") -> str:
-    """The sentence of a family, from the words for the change and for what is changed."""
+    """The sentence, from the words for the change and for what is changed."""
     return f"Your answers are those that come out when {says.replace('{}', thing)}."
 
 
@@ -123,7 +121,7 @@ def _related(answer: Answer, case: Case, value: Value) -> Iterator[tuple[str, An
         count = len(one) if isinstance(one, np.ndarray) and one.ndim else 0
         if answer in (Answer.NUMBER, Answer.VECTOR, Answer.MATRIX) and count > 1:
             yield "a sum stands where a mean belongs", wanted * count
-            yield "N − 1 stands where N belongs", wanted * count / (count - 1)
+            yield "a sum is divided by N − 1 in place of N", wanted * count / (count - 1)
 
 
 def _changed(right: Any, changes: Sequence[Change]) -> Iterator[tuple[str, Any]]:

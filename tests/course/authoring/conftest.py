@@ -1,7 +1,4 @@
-"""The assignment as it is committed; two of its variants, but at night."""
-
-import os
-from dataclasses import replace
+"""The assignment as it is committed."""
 
 import pytest
 
@@ -10,7 +7,4 @@ from labkit.course.assignment import load_assignment
 
 @pytest.fixture(scope="session")
 def assignment():
-    assignment = load_assignment()
-    if os.environ.get("LABKIT_EXAMPLES") == "nightly":
-        return assignment
-    return replace(assignment, variants=assignment.variants[:2])
+    return load_assignment()

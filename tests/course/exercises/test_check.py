@@ -230,7 +230,7 @@ def test_the_students_own_interrupt_ends_the_check():
 
 def test_the_score_asks_the_hidden_cases_too():
     assert score(named("rotation", right.rotation)) == 3.0
-    assert score(named("rotation", transposed), "ada") == 0.0
+    assert score(named("rotation", transposed)) == 0.0
 
     def by_heart(theta):
         known = {0.0, round(np.pi / 2, 12), -0.5}
@@ -243,7 +243,7 @@ def test_the_score_asks_the_hidden_cases_too():
 def test_the_students_edition_has_no_hidden_cases(tmp_path):
     for name in ("questions.json", "visible.json"):
         (tmp_path / name).write_bytes((FOLDER / name).read_bytes())
-    assert read_assignment(tmp_path, hidden=False).cases("rotation", "ada")
+    assert read_assignment(tmp_path, hidden=False).cases("rotation")
     with pytest.raises(LabkitError, match="holds no hidden cases: this is the students' edition"):
         read_assignment(tmp_path)
 
@@ -253,7 +253,7 @@ def test_the_students_edition_has_no_hidden_cases(tmp_path):
     [
         ("questions.json", None, "cannot read .*questions.json: No such file"),
         ("visible.json", "[1]", "visible.json: it has format None"),
-        ("questions.json", '{"format": 99}', "has format 99, this labkit reads 3"),
+        ("questions.json", '{"format": 99}', "has format 99, this labkit reads 4"),
     ],
 )
 def test_a_broken_assignment_is_named(tmp_path, file, content, message):

@@ -15,7 +15,7 @@ from small import HANGS, RIGHT, SQUARED, hand_in, scores
 from test_handins import ZIP64, write
 
 from labkit.cli import main
-from labkit.grading.questions import FORMAT, cases_beside, read_assignment, read_secret, salt_of
+from labkit.grading.questions import FORMAT, cases_beside, read_assignment, read_secret
 
 
 def verdicts(folder="grades"):
@@ -192,7 +192,7 @@ def test_cases_of_a_secret_grade_and_go_into_the_archive(grade, small, tmp_path,
     assert grade("class", "--secret", "course.secret") == 1
     assert "course.secret.cases/questions.json: No such file" in capsys.readouterr().err
     folder = shutil.copytree(small, cases_beside(tmp_path / "course.secret"))
-    course = {"format": FORMAT, "public": False, "salt": salt_of(secret), "right": {}}
+    course = {"format": FORMAT, "public": False, "right": {}}
     (folder / "hidden/course.json").write_text(json.dumps(course), encoding="utf-8")
     assert grade("class", "--secret", "course.secret") == 0
     text = (folder / "questions.json").read_text(encoding="utf-8")

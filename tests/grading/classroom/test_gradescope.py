@@ -81,8 +81,7 @@ def test_the_archive_holds_the_course_s_cases_what_its_image_needs_and_no_answer
     full = {path for path in root.glob("source/labkit/**/*.*") if path.stat().st_size}
     rooms = {path.relative_to(root / "source/labkit").parts[0] for path in full}
     assert rooms == {"grading", "support"}
-    held = {path.name for path in root.rglob("variant_*.json")}
-    assert held == {"variant_0.json", "variant_1.json"}
+    assert [path.name for path in root.glob("source/assignment/hidden/*")] == ["cases.json"]
     requirements = (root / "source/requirements.txt").read_text(encoding="utf-8")
     assert "numpy" in requirements
     assert "extra" not in requirements

@@ -21,13 +21,13 @@ def returned(case, value):
 
 
 def first(question, hidden):
-    cases = ASSIGNMENT.cases(question, "ada")
+    cases = ASSIGNMENT.cases(question)
     return next(case for case in cases if case.hidden is hidden)
 
 
 @pytest.mark.parametrize("question", MEASURED, ids=lambda one: one.id)
 def test_an_answer_passes_up_to_the_tolerance_and_no_farther(question):
-    for case in ASSIGNMENT.cases(question.id, "ada"):
+    for case in ASSIGNMENT.cases(question.id):
         right = case.expected[0]
         if isinstance(right, float) and np.isnan(right):
             continue
@@ -39,7 +39,7 @@ def test_an_answer_passes_up_to_the_tolerance_and_no_farther(question):
 @pytest.mark.parametrize("kind", YES_OR_NO)
 def test_yes_for_no_is_called_so(kind):
     for question in (one for one in ASSIGNMENT.questions if one.answer is kind):
-        cases = ASSIGNMENT.cases(question.id, "ada")
+        cases = ASSIGNMENT.cases(question.id)
         outcomes = [Outcome(value=case.expected[0] ^ True) for case in cases]
         assert "True and False are swapped" in assess(question, cases, outcomes).message
 
@@ -57,7 +57,7 @@ HUGE = [np.full((3, 3), np.inf), np.full((3, 3), 1.7e308), (np.eye(2), np.full(2
 @pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
 @pytest.mark.parametrize("value", [*ODD, *HUGE], ids=lambda value: repr(value).replace("\n", ""))
 def test_nonsense_is_wrong_and_never_a_traceback(question, value):
-    for case in ASSIGNMENT.cases(question.id, "ada"):
+    for case in ASSIGNMENT.cases(question.id):
         verdict = judge(question, case, returned(case, value))
         if repr(value) == repr(case.expected[0]) == "nan":
             assert verdict.passed  # the answer where no pair is kept
@@ -100,7 +100,7 @@ def test_a_call_without_an_answer_is_explained(status, of_hidden, of_visible):
 def test_of_a_hidden_case_only_that_it_is_wrong_is_told(question):
     """Who returns zeros would read the answer off a difference, who returns shapes off a length."""
     nonsense = [None, "text", 1234.0, np.zeros((3, 3)), np.ones((5, 6, 7)), np.full(77, np.nan)]
-    for case in ASSIGNMENT.cases(question.id, "ada"):
+    for case in ASSIGNMENT.cases(question.id):
         if case.hidden:
             told = {judge(question, case, returned(case, value)).reason for value in nonsense}
             assert {reason.partition(": ")[2] for reason in told} == {"the result is wrong."}
@@ -143,19 +143,19 @@ def test_a_number_where_nothing_is_left_is_told_that_there_is_none():
 
 def test_the_score_is_the_share_of_the_cases_beyond_chance():
     question = ASSIGNMENT.question("has_converged")
-    cases = ASSIGNMENT.cases(question.id, "ada")
+    cases = ASSIGNMENT.cases(question.id)
     hidden = [case for case in cases if case.hidden]
     wrong = hidden[:2]
     values = [case.expected[0] ^ (case in wrong) for case in cases]
     verdict = assess(question, cases, [returned(*pair) for pair in zip(cases, values, strict=True)])
     assert verdict.score == round(question.points * (1 - 4 / len(hidden)), 2)
-    assert "20 of 22 cases pass. Points are for the hidden ones: 12 of 14." in verdict.message
+    assert "34 of 36 cases pass. Points are for the hidden ones: 16 of 18." in verdict.message
 
 
 @pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
 def test_the_examples_learnt_by_heart_are_worth_nothing(question):
     """Their answers are handed out, right and wrong ones; beyond them, an error or a constant."""
-    cases = ASSIGNMENT.cases(question.id, "mallory")
+    cases = ASSIGNMENT.cases(question.id)
     tables = [{case.id: case.expected[0] for case in cases if not case.hidden}]
     for known in question.misconceptions:
         told = [case for case in cases if not case.hidden and known.id in case.mistaken]
@@ -174,7 +174,7 @@ def test_the_examples_learnt_by_heart_are_worth_nothing(question):
 
 @pytest.mark.parametrize(("function", "named"), [("align", "align"), ("icp", "nearest_neighbors")])
 def test_a_stub_is_named_also_where_it_is_called(function, named):
-    question, cases = ASSIGNMENT.question(function), ASSIGNMENT.cases(function)
+    question, cases = ASSIGNMENT.question(function), ASSIGNMENT.visible[function]
     called = "" if function == named else f"`{named}` is not written yet (line 4 of cell 7)"
     outcomes = [Outcome(status=Status.NOT_WRITTEN, message=called)] * len(cases)
     assert assess(question, cases, outcomes).message == f"`{named}` is not written yet."
@@ -182,7 +182,7 @@ def test_a_stub_is_named_also_where_it_is_called(function, named):
 
 def test_answers_of_two_mistakes_name_neither():
     question = ASSIGNMENT.question("rotation")
-    cases = ASSIGNMENT.cases("rotation", "ada")
+    cases = ASSIGNMENT.cases("rotation")
     mixed = [
         returned(case, case.mistaken["reflection" if number % 2 else "no_minus"][0])
         for number, case in enumerate(cases)

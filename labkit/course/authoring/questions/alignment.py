@@ -83,6 +83,7 @@ $\sum_i \lVert\mathbf{R}\,\mathbf{p}_i + \mathbf{t} - \mathbf{q}_i\rVert^2$.
 """, oracle=_by_least_squares, visible={
     "no turn": (np.eye(2), TRIANGLE, TRIANGLE + np.array([1.0, 2.0])),
     "a quarter turn": (rotation(math.pi / 2), TRIANGLE, _turned(math.pi / 2)),
+    "noisy pairs": _translation(6, LEFT),
 }, hidden={
     "a turn to the left": _translation(5, LEFT),
     "a turn to the right": _translation(8, RIGHT),
@@ -91,6 +92,8 @@ $\sum_i \lVert\mathbf{R}\,\mathbf{p}_i + \mathbf{t} - \mathbf{q}_i\rVert^2$.
 }, mistakes={
     "difference_turned": ("The difference of the centroids is turned as one; turn p̄ alone.",
         lambda R, p, q: R @ (q.mean(axis=0) - p.mean(axis=0))),
+    "median": ("This is the median of the differences; the sum of squares is least at their mean.",
+        lambda R, p, q: np.median(q - p @ R.T, axis=0)),
 })
 def best_translation(R, source, target):
     """Best translation for a fixed rotation.
@@ -224,6 +227,10 @@ The answer is to be a rotation all the same: the best one there is.
         {"svd(H)": "svd(H.T)"}),
     "v_transposed": ("`np.linalg.svd` returns V transposed; R = V diag(1, s) Uᵀ needs V.",
         [{"R = Vt.T @": "R = Vt @"}, {"R = Vt.T @": f"R = {CHANGED_SIGNS} @"}]),
+    "all_signs": ("Where the determinant is −1, −R has it, too, in the plane: change the sign of "
+        "V's last column alone.",
+        {PROPER: "np.linalg.det(Vt.T @ U.T) * Vt.T @ U.T"},
+        "chapter 2, “What the determinant is for”"),
     "not_centred": ("The points are not centred: H sums the points less their centroids.",
         {"(source - p_mean).T @ (target - q_mean)": "source.T @ target"}),
     "centroid_not_turned": (NOT_TURNED,

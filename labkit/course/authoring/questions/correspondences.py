@@ -213,7 +213,7 @@ def huber_weights(residuals, delta):
     return delta / np.maximum(residuals, delta)
 
 
-@question("The inlier RMSE", points=3, answer=Answer.NUMBER, unit="m", low=0.0,
+@question("The inlier RMSE", points=3, answer=Answer.NUMBER, unit="m", low=0.0, chance=0.25,
     chapter="the errata, “A cost that means something”",
     task=r"""
 Say how well the kept pairs agree: the root of their mean squared distance. Where no pair is kept
@@ -221,6 +221,8 @@ there is no such number; return `nan`, and not a 0 that looks like a perfect mat
 """, oracle=lambda d, kept: np.linalg.norm(d[kept]) / np.sqrt(kept.sum()), visible={
     "two of three pairs": (np.array([0.3, 5.0, 0.4]), np.array([True, False, True])),
     "no pair left": (np.array([0.3, 0.4]), np.array([False, False])),
+    "four of five pairs": (
+        np.array([0.1, 0.2, 0.25, 7.0, 0.6]), np.array([True, True, True, False, True])),
 }, hidden={
     "most pairs kept": _kept(10, 0.7),
     "few pairs kept": _kept(20, 0.2),

@@ -23,7 +23,6 @@ from labkit.course.authoring.questions.scenes import (
     on_the_spot,
     scans,
     straight_ahead,
-    turned,
     whole_loop,
 )
 from labkit.course.authoring.questions.se2 import invert
@@ -127,8 +126,22 @@ the cost stands still ($|\Delta J| < \varepsilon_J$); the budget is spent ($k \g
     "the last iteration of the budget": _ending(90.0, 90.0, iteration=50),
     "the last but one iteration": _ending(90.0, 90.0, iteration=49),
     "a cost that fell by next to nothing": _ending(60.0, 60.0, cost=-1e-7),
+    "a shift aslant": _ending(1.3, 0.2, heading=math.pi / 4),
+    "a shift to the left": _ending(1.4, 0.2, heading=math.pi / 2),
+    "half a turn on the spot": _ending(0.2, -0.4, half_turn=True),
+    "a shift exactly at its tolerance": _ending_at(1.0, 0.01),
+    "a cost exactly at its tolerance": _ending_at(80.0, EPS_COST),
+    "a turn of less than its tolerance": _ending(0.2, 0.9),
+    "a step just below both tolerances": _ending(0.8, -0.8),
+    "an iteration past the budget": _ending(80.0, -70.0, iteration=51),
+    "a cost just below its tolerance": _ending(70.0, 60.0, cost=8e-7),
+    "a small shift without a turn": _ending(0.5, 0.001),
 }, hidden={
     "a step just below both tolerances": _ending(0.8, 0.8),
+    "a step of half the tolerances": _ending(0.5, -0.5),
+    "a small shift without a turn": _ending(0.4, 0.001, cost=0.02),
+    "a shift without a turn": _ending(50.0, 0.1),
+    "a long step": _ending(90.0, -80.0, cost=0.02),
     "a cost that rose by next to nothing": _ending(80.0, 70.0, cost=2e-7),
     "a cost that fell by next to nothing": _ending(80.0, -70.0, cost=-2e-7),
     "the last iteration of the budget": _ending(80.0, 70.0, iteration=50),
@@ -166,6 +179,8 @@ the cost stands still ($|\Delta J| < \varepsilon_J$); the budget is spent ($k \g
         "loop, too.", {" or abs(cost_change) < eps_cost": ""}),
     "no_turn": ("The rotation is not looked at: a scan may turn on the spot.",
         {"small_shift and small_turn": "small_shift"}),
+    "no_step": ("The step is not looked at: one that is small in both ends the loop, too.",
+        {"(small_shift and small_turn) or ": ""}),
     "closed": ("A step or a change right at its tolerance is not small: it has to be below.",
         {"< eps_": "<= eps_"}),
 })
@@ -194,7 +209,7 @@ Put the stages together. Move the source points by the current transform, pair e
 target point, reject what the gate and the trimming reject, weigh the rest with Huber's weights,
 align, and update the transform. Whether $\rho$ counts all source points or those within the gate is
 left to you: the lesson does both.
-""", oracle=_by_labkit, readings=READINGS, alike=turned, visible={
+""", oracle=_by_labkit, readings=READINGS, visible={
     "all stages at work": scans(20, 0.8, 0.7, 0.12),
     "the gate alone": scans(20, 0.6, 1.0, OFF),
     "trimming alone": scans(20, OFF, 0.7, OFF),
@@ -251,9 +266,10 @@ def icp_step(source, target, T, max_distance, overlap_ratio, delta):
 Repeat the step from the initial guess until one step is small in *both* translation
 ($< 10^{-6}$ m) and rotation ($< 10^{-6}$ rad), or until the budget of steps is spent. The answer is
 the transform after the last step.
-""", oracle=[_by_labkit, _ending_early], readings=READINGS, alike=turned, tolerance=5e-5, visible={
+""", oracle=[_by_labkit, _ending_early], readings=READINGS, tolerance=5e-5, visible={
     "all stages at work": scans(20, 0.9, 0.8, 0.1, LOOP_BUDGET),
     "a guess far from no motion": whole_loop(20, 0.8, 0.8, 0.1),
+    "the gate alone": whole_loop(28, 0.45, 1.0, OFF),
     "a budget that ends the loop": scans(20, 1.5, 0.8, 0.1, 3, error=0.15),
     "a way straight ahead, without a turn": straight_ahead,
     "a turn on the spot, without a shift": on_the_spot,

@@ -133,6 +133,10 @@ single pair has the RMSE `nan`; nobody should believe it.
     "a large residual": _step(rmse=0.2),
     "a match without a pair": _step(rmse=math.nan),
     "a poor but sufficient match": _step(ratio=0.42, rmse=0.1),
+    "a step aslant, too far": _step(length=0.6, heading=DIAGONAL),
+    "an ordinary step aslant": _step(length=0.42, heading=DIAGONAL),
+    "a step straight ahead, too far": _step(length=0.7),
+    "an ordinary step back": _step(length=-0.3),
 }, hidden={
     "an ordinary step back": _step(length=-0.3),
     "an ordinary turn to the right": _step(turn=-0.5),

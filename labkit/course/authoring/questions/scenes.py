@@ -91,10 +91,3 @@ def about_the_gate(
     source[:5] += apart * np.array([[1, 0], [0, 1], [1, 1], [-1, 2], [2, 1]])
     source[5:, 1] -= gate + np.array(beyond)
     return source, target, np.eye(3), gate, *limits
-
-
-def turned(rng: Rng, scans: Arguments) -> Arguments:
-    """Two scans and a guess in frames turned alike: other numbers, as hard for any loop."""
-    source, target, T, *limits = scans
-    G = labkit.transform(0.0, 0.0, rng.number(0.3, 6.0))
-    return labkit.apply(G, source), labkit.apply(G, target), G @ T @ G.T, *limits

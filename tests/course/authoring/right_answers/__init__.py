@@ -7,9 +7,10 @@ leaves out is as in the solution.
 import inspect
 from types import ModuleType
 
+from labkit.course.authoring import plain_python
 from labkit.course.authoring.questions import SOLUTION
 
-from . import homogeneous, plain_python
+from . import homogeneous
 
 solution = ModuleType("solution")
 exec(SOLUTION, vars(solution))
