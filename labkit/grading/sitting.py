@@ -38,7 +38,7 @@ class Sitting:
         self.program = Program([], {}, [], [])
         self.notes = list[str]()
         self.is_sealed = False
-        # How many states each answer has: after the cells that define it, and others.
+        # How many states each answer has: after the last cell that defines it, and at the end.
         self.states: dict[str, int] = {}
         self.calls: dict[str, set[str]] = {}  # functions that an answer uses
         self.faults: dict[str, str] = {}  # why functions could not be parsed
@@ -76,7 +76,7 @@ class Sitting:
                     self.faults = {str(k): shown(v) for k, v in dict(said["faults"]).items()}
                     answers = said["answers"].items()
                     self.calls = {name: set(each["calls"]) for name, each in answers}
-                    self.states = {name: max(1, len(each["states"][:3])) for name, each in answers}
+                    self.states = {name: max(1, len(each["states"][:2])) for name, each in answers}
                 return
             except (BoxError, LookupError, TypeError, ValueError, AttributeError):  # untrusted
                 self.close()

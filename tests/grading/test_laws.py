@@ -78,7 +78,7 @@ class Liar:
 
     def send(self, allowed, attached=b"", **order):
         calls = [name for name in NAMES if name != "wrap"]
-        told = {"states": [0, 1, 2], "calls": calls}
+        told = {"states": [0, 1], "calls": calls}
         if "sizes" in order:
             self.said.append(read_program({"a.py": attached}, NAMES)._asdict())
         elif "cells" in order:
@@ -420,6 +420,19 @@ def zipped(name, data):
     return buffer.getvalue()
 
 
+def zipped_all(files):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in files:
+            archive.writestr(name, data)
+    return buffer.getvalue()
+
+
+CELL = {"cell_type": "code", "source": "def double(x): return 2 * x"}
+THREADS = (
+    "import threading\nthreading.stack_size(32768)\n"
+    "for _ in range(8000):\n    threading.Thread(target=threading.Event().wait).start()\n"
+)
 SPEAKING = (
     "import gc, os, threading\n"
     "own = next(one for one in gc.get_objects() if type(one).__name__ == 'Session')\n"
@@ -432,6 +445,10 @@ HOSTILE = {  # each once held up its neighbours
     "answers.py": SPEAKING.format(words="b'{\"answers\": {}}\\n'") + RIGHT_NUMBERS,
     "brackets.zip": zipped("a.ipynb", b'{"cells": [' + b"[[[[[1]]]]]," * (2 << 20) + b"1]}"),
     "deep.zip": zipped("a.ipynb", b"[" * (20 << 20)),
+    "notebooks.zip": zipped_all(
+        (f"{k}.ipynb", json.dumps({"cells": [CELL] * 999})) for k in range(300)
+    ),
+    "threads.py": THREADS + RIGHT_NUMBERS,
     "cells.zip": zipped("a.ipynb", json.dumps({"cells": [{"cell_type": "code"}] * 900_000})),
 }
 
@@ -445,4 +462,4 @@ def test_beside_hostile_hand_ins_honest_ones_keep_their_marks(grade, tmp_path):
     assert grade("class") == 0
     found = scores()
     assert {student: found[student] for student in expected} == expected
-    assert len(found) == 14
+    assert len(found) == 8 + len(HOSTILE)

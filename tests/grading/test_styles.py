@@ -99,7 +99,6 @@ STYLES = {
     "cKDTree": answered({"nearest_neighbors": "from scipy.spatial import cKDTree\n\n\n"
         "def nearest_neighbors(source, target):\n    d, i = cKDTree(target).query(source)\n"
         "    return i, d\n"}),
-    "redefined": answered(after=ZEROS),
     "mended below": answered(NOTHING, after=list(RIGHT.values())),
     "mended last": answered(NOTHING, after=[*ZEROS, *RIGHT.values()]),
     "slow": answered(

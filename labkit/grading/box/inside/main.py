@@ -38,7 +38,7 @@ class Session:
         self.writing = writing  # the file descriptor of the answers
         module = sys.modules["__main__"] = types.ModuleType("__main__")
         self.space: dict[str, Any] = module.__dict__
-        # By answer: after the last cell that defines it, and others where it differs.
+        # By answer: after the last cell that defines it, and after the whole where it differs.
         self.states: dict[tuple[str, int], dict[str, Any]] = {}
         self.functions: list[str] = []
         self.answers: dict[str, Any] = {}  # the last definition of each function
@@ -77,7 +77,7 @@ class Session:
     def run_cells(self, seconds: float, cells: list[tuple[str, str]], **given: Any) -> None:
         """Run cells (source, label) in turn, and say what they define of the given functions."""
         self.functions, self.finder.scripts = given["functions"], given["scripts"]
-        notes, first, last = list[str](), dict[str, Any](), dict[str, Any]()
+        notes, last = list[str](), dict[str, Any]()
         self.space.update({name: standins.StandIn(name) for name in ("display", "get_ipython")})
         self.space["np"] = np
         time.sleep = lambda _: None  # who draws step by step waits for nobody here
@@ -92,10 +92,8 @@ class Session:
             for name, value in self.answers.items():
                 if value is not before.get(name):
                     last[name] = self.space | self.answers
-                    if name not in before or parsing.is_stub(before[name]):
-                        first[name] = last[name]
         end = self.space | self.answers
-        told = {name: self.described(name, last[name], first[name], end) for name in self.answers}
+        told = {name: self.described(name, last[name], end) for name in self.answers}
         faults = {name: self.faults[name] for name in self.functions if name in self.faults}
         self.tell(notes=notes[:60], answers=told, faults=faults)
 
@@ -158,14 +156,18 @@ class Session:
         for node in parsing.statements(source, name)[0]:
             self.defined(node, name, vars(module))
 
-    def described(self, name: str, *states: dict[str, Any]) -> dict[str, Any]:
-        """Keep the states in which it or what it uses differs; name them, and what it calls."""
+    def described(self, name: str, last: dict[str, Any], end: dict[str, Any]) -> dict[str, Any]:
+        """Keep the state after its last cell, and that at the end if it or what it uses differs.
+
+        Returns the numbers of its states, and which of the given functions it calls.
+        """
         used = [name]
         for one in used:  # which grows meanwhile
             used += self.uses[one].difference(used)
-        last, *others = states
-        kept = [last] + [it for it in others if any(it.get(a) is not last.get(a) for a in used)]
-        self.states |= {(name, place): it for place, it in enumerate(kept)}
+        kept = [last]
+        if any(end.get(one) is not last.get(one) for one in used):
+            kept.append(end)
+        self.states |= {(name, place): state for place, state in enumerate(kept)}
         calls = [one for one in self.functions if one in used[1:]]
         return {"states": [*range(len(kept))], "calls": calls}
 
