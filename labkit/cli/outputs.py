@@ -20,14 +20,14 @@ from labkit.support.files import atomic_write, refuse_unwritable
 COLUMNS = (
     *("scan", "stamp", "decision", "doubtful", "dx_m", "dy_m", "dtheta_rad"),
     *("cov_xx", "cov_xy", "cov_xt", "cov_yy", "cov_yt", "cov_tt"),  # [m², m rad, rad²]
-    *("inliers", "inlier_ratio", "rmse_m", "agreement", "seen_through", "margin", "ambiguous"),
+    *("inliers", "inlier_ratio", "rmse_m", "agreement", "score", "margin", "ambiguous"),
     *("against_prior", "rotation_rad", "information", "degenerate", "iterations"),
     *("termination", "reason"),
 )
 DIGITS = 7  # of a number: micrometres of a step, and no digit that means nothing
 BYTES_OF_MAP, BYTES_A_SCAN = 1 << 20, 600  # about what the files of a run take
 OF_A_MATCH = (  # fields of the record, empty without a match
-    *("inlier_count", "inlier_ratio", "rmse", "agreement", "seen_through", "margin", "ambiguous"),
+    *("inlier_count", "inlier_ratio", "rmse", "agreement", "score", "margin", "ambiguous"),
     *("against_prior", "rotation", "information", "degenerate", "iterations"),
 )
 

@@ -8,6 +8,7 @@ taken as a whole or not at all, wherever an interrupt falls.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import replace
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -65,7 +66,7 @@ class Odometry(ABC, Generic[State]):
         expected = self._checked_prior(prior)
         filtered = self._filtered(scan)
         record, self._state = self.advance(self._state, filtered, expected)
-        return record
+        return replace(record, increment=record.increment.copy())  # the caller may change it
 
     @property
     def pose(self) -> FloatArray:

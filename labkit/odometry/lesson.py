@@ -88,7 +88,7 @@ def lesson_step(
         result = icp(scan, state.target, T_guess, matcher)  # A
         increment = to_xytheta(invert(state.T_target_last) @ result.T_target_source)  # B
         failures = failed_checks(result, increment, prior, parameters.limits)  # D
-        record = record_of_match(result, increment, decision)
+        record = record_of_match(result, increment, decision, state.T_target_last)
         if not failures:
             return replace(record, reason="; ".join(reasons))  # E
         reasons.append(f"{decision.value}: {', '.join(failures)}")

@@ -1,4 +1,4 @@
-"""Target of the next scan: a map of the last key scans, or of the last scan alone.
+"""Target of the next scan: a map of the last key scans.
 
 Against a map, errors add up from one key scan to the next, and not from one scan to the next.
 Each point of the map keeps the normal from its own scan: if two views of a wall lie a
@@ -29,11 +29,9 @@ AT_TARGET = np.eye(3)
 class LocalMap(NamedTuple):
     """The last key scans as one target, in the frame of the newest of them.
 
-    With `last_scan`, the target is the last scan alone, and all of its points.
     `T_target_last` is the pose of the scan before, from which the next one starts.
     """
 
-    last_scan: bool = False
     target: Target | None = None
     key: Target | None = None  # the newest key scan, as it was taken
     T_target_last: FloatArray = AT_TARGET
@@ -52,7 +50,7 @@ class LocalMap(NamedTuple):
         here = self._replace(T_target_last=T_last, T_target_told=T_told)
         moved, turned = step_length(AT_TARGET, T_last)
         is_near = moved <= KEY_DISTANCE and turned <= KEY_ROTATION
-        if len(scan) < MIN_PAIRS or (self.target and matched and is_near and not self.last_scan):
+        if len(scan) < MIN_PAIRS or (self.target and matched and is_near):
             return here
         key = fixed = Target(scan)
         if prior is not None and self.target and self.key:
@@ -65,15 +63,14 @@ class LocalMap(NamedTuple):
 
         The map moves into the frame of this scan, and loses the oldest one beyond `KEY_SCANS`.
         """
-        kept = np.arange(len(newest.points))
-        if not self.last_scan:
-            cells = np.floor(newest.points / MAP_CELL) @ [1.0, 1j]
-            kept = np.sort(np.unique(cells, return_index=True)[1])
-        most = 1 if self.last_scan else KEY_SCANS
-        points, normals, sizes = newest.points[kept], newest.normals[kept], (*self.sizes, len(kept))
+        cells = np.floor(newest.points / MAP_CELL) @ [1.0, 1j]
+        kept = np.sort(np.unique(cells, return_index=True)[1])
+        points, normals = newest.points[kept], newest.normals[kept]
+        sizes = (*self.sizes, len(kept))
         if self.target:
-            T, surplus = invert(self.T_target_last), sum(sizes[:-most])
+            T = invert(self.T_target_last)
+            surplus = sum(sizes[:-KEY_SCANS])
             points = np.vstack([apply(T, self.target.points[surplus:]), points])
             normals = np.vstack([self.target.normals[surplus:] @ T[:2, :2].T, normals])
         target = Target(Scan.from_points(points), normals)
-        return LocalMap(self.last_scan, target, key, sizes=sizes[-most:])
+        return LocalMap(target, key, sizes=sizes[-KEY_SCANS:])

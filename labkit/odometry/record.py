@@ -5,17 +5,25 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
+from labkit.covariance import fuse
 from labkit.degeneracy import spread_ratio
 from labkit.result import IcpResult, Termination
+from labkit.scan import Scan
 from labkit.se2 import rotation
 from labkit.support.arrays import FloatArray
+from labkit.support.errors import DegenerateAlignmentError
+from labkit.target import Target
 
 STILL = np.zeros(3)
-SUPPORTED = 0.5  # agreement below which a match is doubtful
+RANGE_STD = 0.01  # [m] of a range, at least
+MIN_AGREEMENT = 0.5  # a match that agrees less is doubtful
+MIN_MARGIN = 0.05  # of agreement: a match that exceeds another place by less is ambiguous
 
 
 class Decision(Enum):
@@ -35,68 +43,122 @@ class Decision(Enum):
         return self in (Decision.ICP, Decision.RETRY, Decision.SEARCH)
 
 
+class Evidence(NamedTuple):
+    """What the covariance of a step is computed from, when somebody asks for it."""
+
+    std: FloatArray  # (3,): standard deviation of what no match tells [m, m, rad]
+    result: IcpResult | None = None  # against the matched points of the target alone
+    T_target_last: FloatArray = np.eye(3)
+
+
+UNKNOWN = Evidence(STILL)
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StepRecord:
-    """Record of one step: its decision and reason, the numbers of its best match (NaN without one).
+    """Record of one step: its decision, and the numbers of its best match (NaN without one).
 
     Attributes
     ----------
-    increment, decision : ndarray, shape (3,), and Decision
-        (Δx, Δy, Δψ) taken, in the frame of scan k, [m, m, rad], and where it came from.
-    covariance : ndarray, shape (3, 3)
-        Covariance of the increment: Censi's, with a third of the limits as the standard
-        deviation along what the match does not see, and of a motion that was not matched.
+    increment : ndarray, shape (3,)
+        (Δx, Δy, Δψ) taken, in the frame of scan k [m, m, rad].
+    decision : Decision
+        Where the increment came from.
+    prior : ndarray, shape (3,), or None
+        What wheels or an IMU told of the step.
     reason : str
-        The checks that failed on the way, and whether the wheels lead; often empty.
-    inlier_count, inlier_ratio, rmse, rotation : float
-        Kept pairs, their share of the source, the root mean square of their residuals [m], and
-        |Δψ| [rad].
-    seen_through, agreement, margin, ambiguous : float, float, float, bool
-        Share of the target's visible points that beams pass through; 1 where all of the scan lies
-        on the target, 0 where none does, less where beams pass through, −∞ of a failed match; by
-        how much it exceeds that of the best match elsewhere; whether that is too little to tell.
+        The checks that failed on the way, for a person; often empty.
+    inlier_count : int
+        Kept pairs.
+    inlier_ratio : float
+        Kept pairs over source points.
+    rmse : float
+        Root mean square of the kept pairs' residuals [m].
+    rotation : float
+        |Δψ| of the match [rad].
+    information : float
+        Smallest eigenvalue of the information.
+    degenerate : bool
+        Whether the match leaves a direction free.
+    spread : float
+        The lesson's cheap corridor test; see `labkit.degeneracy.spread_ratio`.
+    iterations : int
+        ICP steps of the match.
+    termination : Termination or None
+        How the match ended.
+    agreement : float
+        1 where all of the scan lies on the map, 0 where none does, less where beams look through
+        its walls; of the lab's odometry alone, as the next three.
+    score : float
+        The agreement less the cost of an unexpected motion; see `labkit.odometry.score`.
+    margin : float
+        By how much the agreement exceeds that of the best match elsewhere; NaN if none was tried.
     against_prior : bool
-        Whether the match was believed although it lies beyond the limits around the prior.
-    refused : ndarray, shape (3,), or None
-        The increment of a match that was not believed, if it is like the prior or a last motion.
-    information, degenerate, spread : float, bool, float
-        Smallest eigenvalue of the information, whether a direction is free, and the lesson's
-        cheap corridor test; see `labkit.degeneracy.spread_ratio`.
-    iterations, termination : int, Termination or None
-        ICP steps of the match, and how it ended.
+        Whether the match lies beyond the limits around the prior, and was believed all the same.
+    led : bool
+        Whether the wheels lead: the last matches fit too little to be believed beside them.
     """
 
     increment: FloatArray
     decision: Decision
-    covariance: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
+    prior: FloatArray | None = None
     reason: str = ""
     inlier_count: int = 0
     inlier_ratio: float = math.nan
     rmse: float = math.nan
     rotation: float = math.nan
-    seen_through: float = math.nan
-    agreement: float = math.nan
-    margin: float = math.nan
-    ambiguous: bool = False
-    against_prior: bool = False
-    refused: FloatArray | None = None
     information: float = math.nan
     degenerate: bool = False
     spread: float = math.nan
     iterations: int = 0
     termination: Termination | None = None
+    agreement: float = math.nan
+    score: float = math.nan
+    margin: float = math.nan
+    against_prior: bool = False
+    led: bool = False
+    evidence: Evidence = field(default=UNKNOWN, repr=False)
+
+    @property
+    def ambiguous(self) -> bool:
+        """True if the scan fits elsewhere, too."""
+        return self.margin < MIN_MARGIN
 
     @property
     def is_doubtful(self) -> bool:
-        """True if the step was not matched, or its match has little support or a rival.
+        """True if the step may be wrong.
 
-        `degenerate` tells of a direction that the match did not see.
+        It was not matched, or its match is ambiguous, agrees too little, lies against the prior,
+        or leaves a direction free that no prior told.
         """
-        unsure = self.ambiguous or self.against_prior or self.agreement < SUPPORTED
-        return self.decision is not Decision.START and (unsure or not self.decision.matched)
+        if self.decision is Decision.START:
+            return False
+        untold = self.degenerate and self.prior is None
+        weak = self.agreement < MIN_AGREEMENT or self.ambiguous
+        return not self.decision.matched or weak or self.against_prior or untold
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Covariance (3, 3) of the increment, computed when it is first asked for.
+
+        Censi's in the directions that the match sees. In those that it leaves free, and where
+        nothing was matched, a third of the limits is the standard deviation.
+        """
+        wide = np.diag(self.evidence.std**2)
+        if self.evidence.result is None:
+            return wide
+        J = np.eye(3)  # from the target's axes to those of scan k
+        J[:2, :2] = self.evidence.T_target_last[:2, :2].T
+        try:
+            covariance = fuse(self.evidence.result, RANGE_STD, STILL, wide)[1]
+        except DegenerateAlignmentError:
+            return wide
+        return np.asarray(J @ covariance @ J.T)
 
 
-def record_of_match(result: IcpResult, increment: FloatArray, decision: Decision) -> StepRecord:
+def record_of_match(
+    result: IcpResult, increment: FloatArray, decision: Decision, T_target_last: FloatArray
+) -> StepRecord:
     """The record of a step by a match that ends at `increment`, (3,), in the frame of scan k."""
     x, y, heading = increment
     record = StepRecord(
@@ -117,6 +179,7 @@ def record_of_match(result: IcpResult, increment: FloatArray, decision: Decision
         rmse=rmse_of(result),
         information=0.0 if seen is None else float(seen.values[0]),
         degenerate=seen is None or seen.degenerate,
+        evidence=Evidence(STILL, with_matched_points(result), T_target_last),
     )
 
 
@@ -124,6 +187,16 @@ def rmse_of(result: IcpResult) -> float:
     """Root mean square [m] of the residuals of the kept pairs, which the metric minimises."""
     pairs = result.correspondences
     return math.sqrt(np.mean(pairs.residuals[pairs.kept] ** 2))
+
+
+def with_matched_points(result: IcpResult) -> IcpResult:
+    """The result against the matched points of its target alone: a record outlives the map."""
+    matched = np.unique(result.correspondences.target_index)
+    points, normals = result.target.points[matched], result.target.normals[matched]
+    target = Target(Scan.from_points(points), normals)
+    final = np.array(result.poses[-1:])
+    coarse = int(result.coarse_poses == len(result.poses))
+    return replace(result, poses=final, coarse_poses=coarse, target=target)
 
 
 def no_match(which: str) -> StepRecord:

@@ -3,25 +3,13 @@
 from __future__ import annotations
 
 import math
-import statistics
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from dataclasses import dataclass, field
 
 from labkit.odometry.record import rmse_of
-from labkit.odometry.search import USUAL
 from labkit.result import IcpResult
 from labkit.se2 import wrap
 from labkit.support.arrays import FloatArray, check_range
 from labkit.support.errors import InvalidParameterError
-
-MISSED, WATCHED = 8, 40  # steps without a match, of so many, after which the wheels lead
-LED = (
-    f"the wheels lead since {MISSED} of {WATCHED} steps did not match, until {WATCHED} in a row do"
-)
-COMPARED = 20  # sure matches that tell how far matches usually lie from the wheels
-FAR, LEAST = 5.0, 0.15  # times as far may a doubtful one lie, and so far [m] at least
-ROOM = 1.5  # times the longest of the last motions: a step that is no surprise
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,53 +102,12 @@ def failed_checks(
         information = 0.0 if seen is None else seen.values[0]
         reasons.append(f"degenerate: information {information:.3f}")
     if prior is not None:
-        from_prior = increment - prior
-        from_prior[2] = wrap(from_prior[2])
-        reasons += limit_failures(from_prior, limits.prior_window, " from the prior")
+        reasons += prior_failures(increment, prior, limits)
     return reasons
 
 
-def grown(limits: SanityLimits, motions: Sequence[FloatArray], lost: int) -> SanityLimits:
-    """The limits of a run that has seen longer motions (3,), or lost its last steps."""
-    moved = max([math.hypot(x, y) for x, y, _ in motions], default=0.0)
-    turned = max([abs(turn) for _, _, turn in motions], default=0.0)
-    shift = (1 + lost) * max(limits.max_translation, ROOM * moved)
-    turn = (1 + lost) * max(limits.max_rotation, ROOM * turned)
-    return replace(limits, max_translation=float(shift), max_rotation=float(min(math.pi, turn)))
-
-
-class Trust(NamedTuple):
-    """Trust in the matches and the wheels of a run, from its last steps with both.
-
-    Over many steps the errors of wheels cancel in part; if few of the steps come from wheels, and
-    the others from matches, they do not. So where many steps do not match, the wheels lead alone.
-    """
-
-    missed: tuple[bool, ...] = ()  # steps without a match, the newest first
-    wheels_lead: bool = False
-    apart: tuple[float, ...] = ()  # sure matches from their wheels [m], over `pace`
-
-    def after(
-        self, increment: FloatArray, prior: FloatArray, *, matched: bool, doubtful: bool
-    ) -> Trust:
-        """The trust after one more step."""
-        missed = (not matched, *self.missed)[:WATCHED]
-        lead = sum(missed) >= (1 if self.wheels_lead else MISSED)
-        apart = math.dist(increment[:2], prior[:2]) / pace(prior)
-        return Trust(missed, lead, (*(() if doubtful else (apart,)), *self.apart)[:COMPARED])
-
-    def window(self, limits: SanityLimits, prior: FloatArray) -> tuple[float, float]:
-        """How far from the wheels a doubtful match may lie, [m] and [rad].
-
-        The turn has no other limit than that of all matches: scans tell it better than wheels.
-        """
-        most, turn = limits.prior_window
-        if len(self.apart) < COMPARED // 4:
-            return most, turn
-        return min(most, max(LEAST, FAR * pace(prior) * statistics.median(self.apart))), turn
-
-
-def pace(motion: FloatArray) -> float:
-    """The factor by which the errors of wheels grow with a motion: 1 at rest."""
-    x, y, turn = motion.tolist()
-    return float(1.0 + math.hypot(x, y) / USUAL[0] + abs(turn) / USUAL[1])
+def prior_failures(increment: FloatArray, prior: FloatArray, limits: SanityLimits) -> list[str]:
+    """Reasons why a motion lies too far from the prior."""
+    from_prior = increment - prior
+    from_prior[2] = wrap(from_prior[2])
+    return limit_failures(from_prior, limits.prior_window, " from the prior")

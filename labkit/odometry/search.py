@@ -19,7 +19,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from labkit.line_alignment import Information
 from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import apply, from_xytheta
@@ -36,10 +35,6 @@ MOST_POINTS = 100  # of the source that are looked up
 PROMISING = 200  # coarse poses that are looked at finely
 STARTS = 8  # fine poses that are worth trying with ICP, and expected ones
 APART = 0.3, math.radians(6.0)  # starts nearer to each other than this are one
-REMEMBERED = 20  # motions
-USUAL = 0.5, math.radians(20.0)  # [m] and [rad]: motions that differ so much are unlike
-AGE = 0.05  # what each step since a motion adds to its surprise
-NONE_FREE = np.empty((0, 2))
 
 
 @compiled
@@ -143,29 +138,6 @@ def alike(T: FloatArray, other: FloatArray) -> bool:
     """True if two poses are so near to each other that they count as one."""
     moved, turned = step_length(np.array(other), np.array(T))
     return moved < APART[0] and turned < APART[1]
-
-
-def surprise(T: FloatArray, expected: FloatArray, free: FloatArray = NONE_FREE) -> FloatArray:
-    """Distance of T from each pose of `expected` (K, 3, 3), the likeliest first, shape (K,).
-
-    Squared, and 1 where T is unlike that pose; the directions `free`, shape (F, 2), do not count.
-    """
-    offset = expected[:, :2, 2] - T[:2, 2]
-    offset = offset - (offset @ free.T) @ free
-    turn = T[:2, :2].T @ expected[:, :2, :2]
-    turned = np.arctan2(turn[:, 1, 0], turn[:, 0, 0]) / USUAL[1]
-    moved = np.hypot(offset[:, 0], offset[:, 1]) / USUAL[0]
-    return np.asarray(moved**2 + turned**2 + AGE * np.arange(len(expected)))
-
-
-def completed(T: FloatArray, seen: Information, expected: FloatArray) -> FloatArray:
-    """The pose T, moved along what `seen` leaves free to the likeliest expected pose."""
-    shifts = [v[:2] / math.hypot(v[0], v[1]) for v in seen.free.T if math.hypot(*v[:2]) > abs(v[2])]
-    free = np.reshape(shifts, (-1, 2))
-    likeliest = expected[int(surprise(T, expected, free).argmin())]
-    moved = T.copy()
-    moved[:2, 2] += ((likeliest[:2, 2] - T[:2, 2]) @ free.T) @ free
-    return moved
 
 
 def _square(most: int) -> IntArray:

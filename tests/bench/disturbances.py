@@ -2,10 +2,9 @@
 
 ``nice python tests/bench/disturbances.py LOG... --out FILE`` disturbs each log (`odometry_logs`
 tells how references are found), or its first N scans by ``--scans N``, two runs at a time, and
-writes all results as JSON. ``disturbances.py --page FILE...`` writes ``book/disturbances.md`` from
-them: each ATE over that of the clean run, and over that of the wheels alone, which the disturbance
-may spoil. The scatter of one run is a factor of two: compare tables, not cells. ``--rules`` takes
-one rule of the odometry out at a time, in the cases that it was made for.
+writes all results as JSON. ``--repeats R`` makes R runs, which differ by a millimetre of noise: one
+run scatters by a factor of two, so compare medians. ``disturbances.py --page FILE...`` writes
+``book/disturbances.md`` from the results.
 """
 
 from __future__ import annotations
@@ -21,25 +20,24 @@ import math
 import sys
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import product
 from multiprocessing import Pool
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 
 from labkit import Scan, from_xytheta, to_xytheta
 from labkit.evaluation import ate
-from labkit.odometry import ScanMatchingOdometry, integrate
+from labkit.odometry import MapOdometry, integrate
 from labkit.se2 import relative
 from labkit.support.arrays import BoolArray, FloatArray
 from labkit.support.warm import warm
 from odometry_logs import LOST, WRONG, logs_in, wheels_of
 from tables import markdown
 
+JITTER = 0.001  # [m] of range noise, which makes another draw of the same run
 BOOK = Path(__file__).parents[2] / "book"
 
 
@@ -248,53 +246,6 @@ DISTURBANCES: dict[str, tuple[Change, str]] = {
 }
 
 
-RULES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
-    "wheels that surprise more than a match yield to it": (
-        {"labkit.odometry.step._Step.yields": lambda *_: False},
-        ("wheels jump 30–80°", "wheels slip 0.5–2 m"),
-    ),
-    "a match that was refused wins if the next scan fits from there": (
-        {"labkit.odometry.estimator.recovers": lambda *_: False},
-        ("wheels jump 30–80°", "wheels slip 0.5–2 m"),
-    ),
-    "unusual wheels ask for a search unless the match is sure": (
-        {"labkit.odometry.step.UNUSUAL": math.inf},
-        ("noise of 30 mm more", "wheels slip 0.5–2 m"),
-    ),
-    "doubtful matches lie as near to the wheels as sure ones did": (
-        {"labkit.odometry.sanity.Trust.window": lambda _, limits, prior: limits.prior_window},
-        ("a third moving", "noise of 60 mm more"),
-    ),
-    "where steps often do not match, the wheels lead alone": (
-        {"labkit.odometry.sanity.MISSED": math.inf},
-        ("a third carried along", "half moving", "every 5th scan"),
-    ),
-    "what is carried along is left out": (
-        {
-            f"labkit.odometry.{module}.carried": lambda scan, *_: np.zeros(len(scan), bool)
-            for module in ("step", "local_map")
-        },
-        ("a third carried along", "half moving"),
-    ),
-    "wheels that stand while scans move are none": (
-        {"labkit.odometry.estimator.SAME_VIEW": 0.0},
-        ("wheels stand for 30 steps",),
-    ),
-    "walls that beams look through cost agreement": (
-        {"labkit.odometry.agreement.THROUGH": 0.0},
-        ("clean", "a third moving"),
-    ),
-    "a search, where the first match is not believed": (
-        {"labkit.odometry.step.search": lambda *_: []},
-        ("every 2nd scan", "half moving"),
-    ),
-    "likely are the last 20 motions, not the last alone": (
-        {"labkit.odometry.estimator.REMEMBERED": 1},
-        ("every 2nd scan", "wheels jump 30–80°"),
-    ),
-}
-
-
 def drive_of(name: str, count: int | None) -> Drive:
     """The first scans of a log."""
     log, reference, _ = logs_in([name])[0]
@@ -311,20 +262,6 @@ def ate_of(poses: FloatArray, truth: FloatArray) -> float:
     return float(ate(poses[known], truth[known]).translation.rmse)
 
 
-def reordered(drive: Drive, orders: int = 200) -> float:
-    """The median ATE of the wheels alone, were the errors of their steps in another order."""
-    known = np.isfinite(drive.truth[:, 0])
-    steps, rng = np.flatnonzero(known[:-1] & known[1:]), np.random.default_rng(0)
-    T_true = from_xytheta(np.nan_to_num(drive.truth))
-    true_steps = relative(T_true[:-1], T_true[1:])
-    errors = relative(true_steps, from_xytheta(drive.wheels))
-    found = []
-    for _ in range(orders):
-        errors[steps] = errors[rng.permutation(steps)]
-        found.append(ate_of(integrate(to_xytheta(true_steps @ errors)), drive.truth))
-    return float(np.median(found))
-
-
 def off(poses: FloatArray, truth: FloatArray, limits: tuple[float, float]) -> BoolArray:
     """Which steps are off, shape (K−1,)."""
     T, T_true = from_xytheta(poses), from_xytheta(np.nan_to_num(truth))
@@ -335,19 +272,17 @@ def off(poses: FloatArray, truth: FloatArray, limits: tuple[float, float]) -> Bo
     )
 
 
-def measure(task: tuple[str, int | None, str, bool, int, str]) -> dict[str, Any]:
-    """One run, without one rule where that is named."""
-    path, count, name, with_wheels, seed, rule = task
-    with ExitStack() as stack:
-        for place, value in RULES[rule][0].items() if rule else ():
-            stack.enter_context(patch(place, value))
-        return {"without": rule, **run(path, count, name, with_wheels, seed)}
+def jittered(drive: Drive, seed: int) -> Drive:
+    """The same drive with a millimetre of range noise: another draw of a run that scatters."""
+    return noise(JITTER)(drive, np.random.default_rng(seed))
 
 
-def run(path: str, count: int | None, name: str, with_wheels: bool, seed: int) -> dict[str, Any]:
+def measure(task: tuple[str, int | None, str, bool, int]) -> dict[str, Any]:
+    """One run."""
+    path, count, name, with_wheels, seed = task
     rng = np.random.default_rng(seed)
-    drive = DISTURBANCES[name][0](drive_of(path, count), rng)
-    odometry = ScanMatchingOdometry()
+    drive = DISTURBANCES[name][0](jittered(drive_of(path, count), seed), rng)
+    odometry = MapOdometry()
     poses, records = [], []
     began = time.process_time()
     for k, scan in enumerate(drive.scans):
@@ -368,7 +303,6 @@ def run(path: str, count: int | None, name: str, with_wheels: bool, seed: int) -
         "seed": seed,
         "ate": ate_of(found, drive.truth),
         "alone": ate_of(alone, drive.truth),
-        "reordered": reordered(drive) if name == "clean" else None,
         "steps": len(wrong),
         "wrong": int(wrong.sum()),
         "lost": int(lost.sum()),
@@ -380,113 +314,52 @@ def run(path: str, count: int | None, name: str, with_wheels: bool, seed: int) -
     }
 
 
-def cells(runs: list[dict[str, Any]], *, wheels: bool) -> dict[str, str]:
-    """For each disturbance of one log, its two figures."""
-    first = next(each["ate"] for each in runs if each["disturbance"] == "clean")
-    found = {}
-    for each in runs:
-        over = f"{each['ate'] / first:.1f}"
-        if each["disturbance"] == "clean":
-            over = f"{each['ate']:.2f} m"
-        other = each["ate"] / each["alone"] if wheels else 100.0 * each["lost"] / each["steps"]
-        found[each["disturbance"]] = f"{over}, {other:.1f}"
-    return found
+def cell(runs: list[dict[str, Any]]) -> str:
+    """The median ATE of some runs [m], with their range, and that of the wheels alone."""
+    errors = [each["ate"] for each in runs]
+    spread = f" ({min(errors):.2f}–{max(errors):.2f})" if len(errors) > 1 else ""
+    wheels = f", wheels {np.median([each['alone'] for each in runs]):.2f}"
+    return f"{np.median(errors):.2f}{spread}{wheels if runs[0]['wheels'] else ''}"
 
 
 def page(results: list[dict[str, Any]]) -> str:
     """The page of the book: two tables, and a sentence on each disturbance."""
-    tried, results = results, [each for each in results if not each.get("without")]
     logs = list(dict.fromkeys(each["log"] for each in results))
-    led = [each for each in results if each["wheels"]]
-    worse = sum(each["ate"] > 1.05 * each["alone"] for each in led)
-    parts = [INTRO.format(worse, len(led))]
-    for wheels, title in ((True, "With wheels"), (False, "Without wheels")):
-        runs = [each for each in results if each["wheels"] == wheels]
-        if not runs:
-            continue
-        by_log = [[each for each in runs if each["log"] == log] for log in logs]
-        columns = [cells(each, wheels=wheels) for each in by_log]
-        names = dict.fromkeys(each["disturbance"] for each in runs)
-        rows = [[name, *(column[name] for column in columns)] for name in names]
-        heads = [f"{each[0]['log']}, {each[0]['steps'] + 1} scans" for each in by_log]
-        parts += [f"## {title}", markdown(["disturbance", *heads], rows)]
+    parts = [INTRO.format(1 + max(each["seed"] for each in results))]
+    for title, wheels in (("With wheels", True), ("Without wheels", False)):
+        rows = []
+        for name in DISTURBANCES:
+            of_name = [e for e in results if (e["disturbance"], e["wheels"]) == (name, wheels)]
+            if of_name:
+                by_log = ([e for e in of_name if e["log"] == log] for log in logs)
+                rows.append([name, *(cell(runs) if runs else "–" for runs in by_log)])
+        if rows:
+            parts += [f"## {title}", markdown(["disturbance", *logs], rows)]
     calm = [each for each in results if each["disturbance"] == "clean"]
     hurt = [each for each in results if each["wheels"] and each not in calm]
     wrong, seen = (sum(each[key] for each in hurt) for key in ("wrong", "flagged_wrong"))
     false = sum(each["flagged"] - each["flagged_wrong"] for each in calm)
-    alone = [each for each in calm if each["wheels"]]
-    parts.append(
-        ORDER.format(
-            *(", ".join(f"{each[key]:.1f}" for each in alone) for key in ("alone", "reordered"))
-        )
-    )
     parts.append(KNOWN.format(wrong, seen, false, sum(each["steps"] for each in calm)))
-    parts += [BUYS, bought(tried), LOSES]
-    why = [f"- **{name}**: {reason}" for name, (_, reason) in DISTURBANCES.items()]
+    shown = {each["disturbance"] for each in results}
+    why = [f"- **{name}**: {why}" for name, (_, why) in DISTURBANCES.items() if name in shown]
     return "\n\n".join([*parts, "## Why", "\n".join(why)]) + "\n"
-
-
-def bought(results: list[dict[str, Any]]) -> str:
-    """The table of rules: the ATE on each log without one of them, and with all."""
-    found: dict[tuple[str, str], list[str]] = {}
-    for each in results:
-        if each["wheels"] and each["seed"] == 0:
-            row = found.setdefault((each.get("without", ""), each["disturbance"]), [])
-            row.append(f"{each['ate']:.2f}")
-    rows = [
-        [rule, case, ", ".join(row), ", ".join(found["", case])]
-        for (rule, case), row in found.items()
-        if rule
-    ]
-    return markdown(["rule", "case", "without it", "with all"], rows)
 
 
 INTRO = """\
 # Disturbances
 
 What does one disturbance cost the odometry? Each row disturbs the scans or the wheels of recorded
-logs in one way, and runs the defaults on them. The first figure is the ATE over that of the clean
-run; the first row tells that one in metres. With wheels, the second is the ATE over that of the
-*wheels alone*, disturbed as they are: it should not exceed 1, and does by more than a twentieth in
-{0} of {1} runs. Without wheels, the second is the share of steps that are off by more than 0.5 m or
-10°, in percent. One run scatters by a factor of two, as it does with a millimetre of noise: read
-the column, not the cell. `tests/bench/disturbances.py` writes this page."""
-
-ORDER = """\
-## How good are the wheels alone?
-
-Better than their steps. On the three logs they are {0} m off. With the errors of the
-same steps in another order (median of 200) they would be {1} m off: in these logs errors
-undo one another later.
-Whoever takes some steps from the wheels and others from matches loses that, and can be farther off
-than the wheels alone."""
+logs in one way, and runs the [lab's odometry](odometry) on them. The figures are the median ATE in
+metres of {0} runs, whose ranges differ by a millimetre of noise, with the smallest and the largest
+in parentheses: one run scatters by a factor of two. With wheels, the ATE of the wheels alone stands
+beside it, disturbed as they are. `tests/bench/disturbances.py` writes this page."""
 
 KNOWN = """\
 ## Does it know?
 
 With wheels, {0:,} of the steps under a disturbance are off by more than 0.2 m or 5°. The record of
-{1:,} of them is doubtful (`StepRecord.is_doubtful`): the step was not matched, or its match has a
-rival or little support. On the clean logs, with wheels and without, {2:,} of {3:,} steps are
+{1:,} of them is doubtful (`StepRecord.is_doubtful`). On the clean logs {2:,} of {3:,} steps are
 doubtful and right."""
-
-BUYS = """\
-## What rules buy
-
-Wheels win by default. The ATE in metres with wheels on the three logs: with one rule taken out, in
-the cases that it was made for, and with all rules (`disturbances.py LOG... --rules`). Where both
-are equal, the rule bought nothing in these runs."""
-
-LOSES = """\
-## What it still loses
-
-- Where the wheels lead, the odometry is as good as they are, and no better: 5.7 m on csail with
-  half of the view hidden, 0.3 m without. A robot with poor wheels loses most. Until they lead,
-  some steps are wrong, and the run ends up to a twentieth worse than its wheels.
-- In one gap on csail the wheels are 2.3 m and 22° off, and no match beyond it is to be believed.
-  Wheels alone make the same error, and others undo it later.
-- On acapulco the wheels are good: 1.2 m off after 861 scans. With somebody moving in a third of
-  the view, matches that are 0.3 m off agree as well as right ones, and too few steps fail for the
-  wheels to lead."""
 
 
 def main() -> int:
@@ -496,7 +369,6 @@ def main() -> int:
     parser.add_argument("--scans", type=int, metavar="N", help="use the first N scans of each log")
     parser.add_argument("--only", nargs="+", default=[""], metavar="WORD", help="of their names")
     parser.add_argument("--wheels", choices=("with", "without", "both"), default="both")
-    parser.add_argument("--rules", action="store_true", help="take one rule out at a time")
     parser.add_argument("--repeats", type=int, default=1, metavar="R", help="with other seeds")
     parser.add_argument("--jobs", type=int, default=2, metavar="N")
     parser.add_argument("--out", type=Path, metavar="FILE", help="the results as JSON")
@@ -509,16 +381,10 @@ def main() -> int:
     ways = {"with": [True], "without": [False], "both": [True, False]}[args.wheels]
     names = [name for name in DISTURBANCES if any(word in name for word in args.only)]
     tasks = [
-        (path, args.scans, name, wheels, seed, "")
+        (path, args.scans, name, wheels, seed)
         for path, name, wheels, seed in product(args.logs, names, ways, range(args.repeats))
         if wheels or not name.startswith("wheels")
     ]
-    if args.rules:
-        tasks = [
-            (path, args.scans, name, True, 0, rule)
-            for rule, (_, cases) in RULES.items()
-            for name, path in product(cases, args.logs)
-        ]
     results = []
     with Pool(args.jobs, warm) as pool:
         for each in pool.imap(measure, tasks):

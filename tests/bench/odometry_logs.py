@@ -38,6 +38,8 @@ from labkit.evaluation import ate, rpe
 from labkit.logs import Log, read_tum
 from labkit.odometry import (
     Decision,
+    LessonOdometry,
+    MapOdometry,
     OdometryParameters,
     OdometryResult,
     estimate_odometry,
@@ -54,6 +56,7 @@ STRETCH = 10.0  # m
 SAME_MOMENT = 0.02  # s
 WRONG = 0.2, np.radians(5.0)
 LOST = 0.5, np.radians(10.0)
+ESTIMATORS = {"map": MapOdometry, "scan": LessonOdometry}
 PRIORS = ("log", "jumps", "none")
 JUMPS = np.radians([44.0, -70.0, 81.0] * 4)
 HEADER = (
@@ -186,7 +189,7 @@ def main() -> int:
             if prior == "jumps":
                 priors = with_jumps(priors)
             began = time.process_time()
-            result = estimate_odometry(log.scans, priors, replace(chosen, against=against))
+            result = estimate_odometry(log.scans, priors, chosen, estimator=ESTIMATORS[against])
             seconds = time.process_time() - began
             rows.append([log.name, against, prior])
             rows[-1] += row(log, result, reference, relations, seconds)

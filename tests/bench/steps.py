@@ -1,10 +1,10 @@
 """What a step of the odometry costs, and whether its memory stays, on a drive of any length.
 
 ``python tests/bench/steps.py [--steps K] [--beams N] [--wheels-only]`` drives a robot in rounds
-through the simulated room and hands its scans to `ScanMatchingOdometry` one by one: against the
-scan before and against the map, with wheels and without. Without wheels a search is part of every
-step. It prints the median processor time of a step (there is one thread, so that other programs
-hardly count), and the memory early in the drive and at its end.
+through the simulated room and hands its scans to `LessonOdometry` and `MapOdometry` one by one,
+with wheels and without. Without wheels a search is part of every step of the latter. It prints the
+median processor time of a step (there is one thread, so that other programs hardly count), and the
+memory early in the drive and at its end.
 """
 
 from __future__ import annotations
@@ -23,13 +23,14 @@ from itertools import cycle, islice, product
 import numpy as np
 from tqdm import tqdm
 
-from labkit.odometry import OdometryParameters, ScanMatchingOdometry
+from labkit.odometry import LessonOdometry, MapOdometry
 from labkit.scan import Scan
 from labkit.simulation import Lidar, WheelNoise, room, scan_along, wheel_increments
 from labkit.support.arrays import FloatArray
 
 ROUND = 120  # steps: 0.1 m and 3° each
-WAYS = tuple(product(("scan", "map"), (True, False)))
+ESTIMATORS = {"scan": LessonOdometry, "map": MapOdometry}
+WAYS = tuple(product(ESTIMATORS, (True, False)))
 SETTLED = 500  # steps after which the memory should grow no more
 
 
@@ -53,7 +54,7 @@ def measure(against: str, wheels: bool, steps: int, beams: int) -> str:
     """One line of the table."""
     scans, increments = drive(beams)
     priors = np.roll(increments, 1, axis=0) if wheels else [None] * ROUND
-    odometry = ScanMatchingOdometry(OdometryParameters(against=against))
+    odometry = ESTIMATORS[against]()
     times, early = [], math.nan
     pairs = islice(cycle(zip(scans, priors, strict=True)), steps)
     for k, (scan, prior) in enumerate(tqdm(pairs, against, steps, leave=False, disable=None)):

@@ -94,7 +94,7 @@ def nightly(case):
     [
         None,
         "scipy",
-        *map(nightly, ("labkit.cli.main", "labkit.odometry.step", "matplotlib.figure")),
+        *map(nightly, ("labkit.cli.main", "labkit.odometry.match", "matplotlib.figure")),
     ],
 )
 def test_ctrl_c_ends_in_one_line_and_leaves_no_file_half_written(tmp_path, carmen_log, module):

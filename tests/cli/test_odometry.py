@@ -38,8 +38,7 @@ def test_a_log_becomes_a_trajectory_a_table_and_a_map(run, carmen_log, files, tm
     assert 0.0 < float(rows[3]["rmse_m"]) < 0.1
     assert 0.4 < float(rows[3]["inlier_ratio"]) <= 1.0
     assert rows[3]["termination"].startswith("converged")
-    assert 0.0 <= float(rows[3]["seen_through"]) < 0.1
-    assert 0.8 < float(rows[3]["agreement"]) <= 1.0
+    assert 0.8 < float(rows[3]["score"]) <= float(rows[3]["agreement"]) <= 1.0
     assert 0.0 < float(rows[3]["cov_xx"]) < 1e-3
     assert (rows[3]["against_prior"], rows[3]["doubtful"]) == ("0", "0")
     assert (rows[0]["ambiguous"], rows[3]["ambiguous"], rows[3]["margin"]) == ("", "0", "")

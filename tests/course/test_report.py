@@ -7,6 +7,7 @@ import pytest
 
 import labkit
 from labkit.course.report import UNANSWERED, error_table, parameter_table, quality_table
+from labkit.filters import Preprocessing
 from labkit.odometry import Decision, OdometryParameters, SanityLimits, StepRecord
 from labkit.support.errors import InvalidParameterError
 
@@ -53,9 +54,11 @@ def test_a_number_of_any_kind_has_its_unit(name, value, shown):
 
 
 def test_parameters_within_parameters_are_listed():
-    chosen = OdometryParameters(limits=SanityLimits(max_rmse=0.3), search=False)
+    chosen = OdometryParameters(
+        limits=SanityLimits(max_rmse=0.3), preprocessing=Preprocessing(range_max=8.0)
+    )
     names = [row[0] for row in cells(parameter_table(chosen))[2:]]
-    assert names == ["`max_rmse`", "`search`"]
+    assert names == ["`max_rmse`", "`range_max`"]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from labkit.odometry import ScanMatchingOdometry, increments_between, integrate, integrate_step
+from labkit.odometry import MapOdometry, increments_between, integrate, integrate_step
 from labkit.se2 import from_xytheta, wrap
 from labkit.support.errors import InvalidPointsError
 
@@ -66,7 +66,7 @@ def test_rows_of_another_shape_are_refused_by_name(function, name, rows):
         ("start", lambda row: integrate([[0, 0, 0]], row)),
         ("pose", lambda row: integrate_step(row, [0, 0, 0])),
         ("increment", lambda row: integrate_step([0, 0, 0], row)),
-        ("prior", lambda row: ScanMatchingOdometry().update([[1.0, 0.0]] * 3, row)),
+        ("prior", lambda row: MapOdometry().update([[1.0, 0.0]] * 3, row)),
     ],
 )
 def test_a_row_of_another_shape_is_refused_by_name(function, name, row):

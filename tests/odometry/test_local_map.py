@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from labkit import Scan, Target
-from labkit.odometry import OdometryParameters, estimate_odometry, integrate
+from labkit.odometry import LessonOdometry, MapOdometry, estimate_odometry, integrate
 from labkit.odometry.local_map import LocalMap
 from labkit.se2 import apply, from_xytheta, invert
 from labkit.simulation import Lidar, WheelNoise, room, scan_along, wheel_increments
@@ -28,8 +28,8 @@ def limits(monkeypatch):
     return change
 
 
-def driven(scans=SCANS, *, matched=True, last_scan=False):
-    seen = LocalMap(last_scan=last_scan)
+def driven(scans=SCANS, *, matched=True):
+    seen = LocalMap()
     for k, scan in enumerate(scans):
         seen = seen.moved(scan, STEP * (k > 0), None, matched=matched)
     return seen
@@ -75,11 +75,9 @@ def test_a_scan_that_was_not_matched_is_a_key_scan(limits):
 
 def test_a_scan_without_points_moves_the_robot_and_leaves_the_map(limits):
     limits(KEY_DISTANCE=0.0)
-    for last_scan in (False, True):
-        seen = driven([*SCANS[:3], EMPTY], last_scan=last_scan)
-        assert len(seen.target.points) == sum(map(len, SCANS[2 * last_scan : 3]))
-        assert not last_scan or np.array_equal(seen.target.points, SCANS[2].points)
-        np.testing.assert_allclose(seen.T_target_last, from_xytheta(STEP), atol=1e-12)
+    seen = driven([*SCANS[:3], EMPTY])
+    assert len(seen.target.points) == sum(map(len, SCANS[:3]))
+    np.testing.assert_allclose(seen.T_target_last, from_xytheta(STEP), atol=1e-12)
     assert driven([EMPTY]).target is None
 
 
@@ -94,13 +92,8 @@ def test_a_map_drifts_less_than_scans():
     lidar, circle = Lidar(beam_count=181), integrate([[0.1, 0.0, 0.1]] * 60, start=[0.0, -1.0, 0.0])
     scans = scan_along(room(), circle, lidar, rng=1)
     wheels = wheel_increments(circle, WheelNoise(along=0.1, turn=0.1), rng=1)
-    errors = {
-        against: np.abs(
-            estimate_odometry(
-                scans, wheels, OdometryParameters(against=against), start=circle[0]
-            ).poses
-            - circle
-        )[-1, :2].max()
-        for against in ("scan", "map")
-    }
-    assert errors["map"] < 0.5 * errors["scan"]
+    errors = {}
+    for estimator in (LessonOdometry, MapOdometry):
+        run = estimate_odometry(scans, wheels, estimator=estimator, start=circle[0])
+        errors[estimator] = np.abs(run.poses - circle)[-1, :2].max()
+    assert errors[MapOdometry] < 0.5 * errors[LessonOdometry]

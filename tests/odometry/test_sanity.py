@@ -8,18 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit.odometry import SanityLimits
-from labkit.odometry.sanity import (
-    COMPARED,
-    FAR,
-    LEAST,
-    MISSED,
-    WATCHED,
-    Trust,
-    fit_failures,
-    grown,
-    limit_failures,
-    pace,
-)
+from labkit.odometry.sanity import fit_failures, limit_failures
 from labkit.support.errors import InvalidParameterError
 
 LIMITS = SanityLimits(
@@ -58,55 +47,6 @@ def test_no_number_passes_no_limit():
         == limit_failures(np.array([1.0, 0.0, -HALF / 4]), LIMITS.window)
         == []
     )
-
-
-def test_the_limits_follow_the_longest_of_the_last_motions_and_the_steps_that_were_lost():
-    seen = np.array([[0.1, 0.0, 0.0], [0.0, -2.0, math.radians(60.0)]])
-    for motions, lost, moved, turned in (
-        (seen[:1], 0, 1.0, 45.0),
-        (seen, 0, 3.0, 90.0),
-        (seen[:1], 2, 3.0, 135.0),
-        (seen, 5, 18.0, 180.0),
-    ):
-        limits = grown(LIMITS, motions, lost)
-        assert limits.max_translation == pytest.approx(moved)
-        assert limits.max_rotation == pytest.approx(math.radians(turned))
-
-
-@given(st.lists(st.sampled_from([True, True, True, False]), max_size=3 * WATCHED))
-def test_the_wheels_lead_from_many_misses_until_a_long_row_of_matches(matches):
-    """They lead if, since the last `WATCHED` matches in a row, `WATCHED` steps had `MISSED`."""
-    trust = Trust()
-    for matched in matches:
-        trust = trust.after(STILL, STILL, matched=matched, doubtful=True)
-    missed = [not each for each in matches]
-    ends = [k for k in range(WATCHED, len(missed) + 1) if not any(missed[k - WATCHED : k])]
-    since = missed[max(ends, default=0) :]
-    windows = [since[max(0, k - WATCHED) : k] for k in range(1, len(since) + 1)]
-    assert trust.wheels_lead == any(sum(each) >= MISSED for each in windows)
-
-
-@given(
-    st.lists(st.tuples(*[st.floats(-0.3, 0.3)] * 3), max_size=2 * COMPARED),
-    st.tuples(*[st.floats(-1.0, 1.0)] * 3),
-)
-def test_a_doubtful_match_lies_as_near_to_the_wheels_as_sure_ones_do(offsets, prior):
-    """Within `FAR` times their median, over the pace of the steps; never beyond the limits."""
-    trust = Trust()
-    for k, off in enumerate(offsets):
-        told = np.array([0.1, 0.0, 0.02]) * (k % 3)  # errors grow with the way
-        increment = told + np.array(off) * pace(told)
-        trust = trust.after(increment, told, matched=True, doubtful=False)
-        trust = trust.after(increment + 9.0, told, matched=True, doubtful=True)
-    far, (most, most_turn) = [math.hypot(x, y) for x, y, _ in offsets], LIMITS.prior_window
-    shift, turn = trust.window(LIMITS, np.array(prior))
-    assert turn == most_turn
-    if 4 * len(far) < COMPARED:
-        assert shift == most
-    else:
-        grown_by = 1.0 + math.hypot(*prior[:2]) / 0.5 + abs(prior[2]) / math.radians(20.0)
-        usual = grown_by * np.median(far[-COMPARED:])
-        assert shift == pytest.approx(np.clip(FAR * usual, LEAST, most))
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,188 @@
+"""The lab's own odometry: propose, match, score, choose, against a map of the last key scans.
+
+propose   where the robot may be: by the wheels or the last motions, and by a search
+match     ICP from each of these places
+score     how well the scan lies on the map there, and how unexpected the motion is  (5.3)
+choose    the highest score; below `MIN_SCORE` the wheels, or the last motion, tell more
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from labkit.correspondences import MIN_PAIRS
+from labkit.odometry.base import Odometry
+from labkit.odometry.choose import GOOD_MEAN_SCORE, MIN_SCORE, WATCHED, choose, min_score
+from labkit.odometry.integration import integrate_step
+from labkit.odometry.local_map import LocalMap
+from labkit.odometry.match import Match, match
+from labkit.odometry.propose import believable_wheels, expect, propose
+from labkit.odometry.record import STILL, Decision, Evidence, StepRecord, no_match, record_of_match
+from labkit.odometry.sanity import SanityLimits, prior_failures
+from labkit.scan import Scan
+from labkit.se2 import invert, to_xytheta
+from labkit.support.arrays import FloatArray
+from labkit.target import Target
+
+REMEMBERED = 20  # motions
+NO_LIMIT = 1e3  # [m] or [rad]: a motion without limit counts as one of this length
+
+
+class MapState(NamedTuple):
+    """State of the lab's odometry between two scans."""
+
+    pose: FloatArray
+    scans: int = 0
+    map: LocalMap = LocalMap()
+    last_scan: Target | None = None  # the last one with points
+    last_motion: FloatArray = STILL
+    motions: tuple[FloatArray, ...] = ()  # that matches measured, the newest first
+    lost: int = 0  # steps since the last match
+    scores: tuple[float, ...] = ()  # of the best matches beside wheels, the newest first
+
+    def after(self, record: StepRecord, scan: Scan) -> MapState:
+        """The state after a step."""
+        matched, increment = record.decision.matched, record.increment
+        held = record.decision in (Decision.HOLD, Decision.STAND)
+        measured = (increment,) if matched and not record.degenerate else ()
+        scored = record.prior is not None and record.termination is not None
+        scores = (max(0.0, record.score), *self.scores) if scored else self.scores
+        return MapState(
+            pose=integrate_step(self.pose, increment),
+            scans=self.scans + 1,
+            map=self.map.moved(scan, increment, record.prior, matched=matched),
+            last_scan=Target(scan) if len(scan) >= MIN_PAIRS else self.last_scan,
+            last_motion=STILL if held else increment,  # hold a motion only once
+            motions=(*measured, *self.motions)[:REMEMBERED],
+            lost=0 if matched else self.lost + 1,
+            scores=scores[:WATCHED],
+        )
+
+
+class MapOdometry(Odometry[MapState]):
+    """Odometry of the lab: against a map, with a search, for wheels and scans that may be wrong.
+
+    Between calls it holds the map, the pose and the last motions, as the lesson's Simulink block
+    does in persistent variables: never more, however long the drive.
+
+    Examples
+    --------
+    >>> import labkit
+    >>> from labkit.odometry import OdometryParameters
+    >>> walls = np.random.default_rng(0).uniform(-4, 4, (80, 2))
+    >>> T_old_new = labkit.transform(0.1, 0.05, 0.02)
+    >>> odometry = MapOdometry(OdometryParameters(icp=labkit.IcpParameters()))
+    >>> _ = odometry.update(walls)
+    >>> record = odometry.update(labkit.apply(labkit.invert(T_old_new), walls))
+    >>> np.round(odometry.pose, 6).tolist()
+    [0.1, 0.05, 0.02]
+    """
+
+    def begin(self, pose: FloatArray) -> MapState:
+        """The state before the first scan."""
+        return MapState(pose)
+
+    def advance(
+        self, state: MapState, scan: Scan, prior: FloatArray | None
+    ) -> tuple[StepRecord, MapState]:
+        """One step: its record, and the state after it."""
+        if state.scans == 0:
+            record = StepRecord(increment=STILL, decision=Decision.START)
+        else:
+            wheels = believable_wheels(prior, scan, state.last_scan)
+            record = replace(self.step(state, scan, wheels), prior=wheels)
+        return record, state.after(record, scan)
+
+    def step(self, state: MapState, scan: Scan, prior: FloatArray | None) -> StepRecord:
+        """Propose, match, score and choose."""
+        target, T_map_last = state.map.target, state.map.T_target_last
+        limits = widen(self.parameters.limits, state.lost if prior is None else 0)
+        if target is None or len(scan) < MIN_PAIRS:
+            record = no_match("older" if target is None else "newer")
+            return refuse(record, prior, state.last_motion, limits)
+        expected = expect(T_map_last, prior, np.array([state.last_motion, *state.motions]))
+        matches: list[Match] = []
+        for candidates in propose(scan, target, T_map_last, expected, limits):
+            for T_guess in candidates:
+                matches.append(match(scan, target, T_guess, expected, self.parameters.icp))
+            best, margin = choose(matches)
+            if best.score >= expected.sure and not (best.is_degenerate and prior is None):
+                break
+        decision = Decision.ICP if best is matches[0] else Decision.SEARCH
+        record = record_of_best(best, margin, T_map_last, decision)
+        least = MIN_SCORE if prior is None else min_score(state.scores)
+        if best.score > least:
+            return believe(record, prior, limits)
+        record = replace(record, led=best.score > MIN_SCORE)
+        return refuse(record, prior, state.last_motion, limits)
+
+
+def record_of_best(
+    best: Match, margin: float, T_map_last: FloatArray, decision: Decision
+) -> StepRecord:
+    """The record of a step that takes the best of its matches."""
+    increment = to_xytheta(invert(T_map_last) @ best.T)
+    record = record_of_match(best.result, increment, decision, T_map_last)
+    return replace(record, agreement=best.agreement, score=best.score, margin=margin)
+
+
+def believe(record: StepRecord, prior: FloatArray | None, limits: SanityLimits) -> StepRecord:
+    """The record of a match that is believed, also where it lies against the prior."""
+    reasons = [] if prior is None else prior_failures(record.increment, prior, limits)
+    against_prior = bool(reasons)
+    if record.ambiguous:
+        reasons.append(f"ambiguous: the scan fits elsewhere, too ({record.margin:+.3f})")
+    evidence = record.evidence._replace(std=unknown_std(prior, limits))
+    reason = ", ".join(reasons)
+    return replace(record, against_prior=against_prior, reason=reason, evidence=evidence)
+
+
+def refuse(
+    record: StepRecord, prior: FloatArray | None, last_motion: FloatArray, limits: SanityLimits
+) -> StepRecord:
+    """The same record, but with the prior; without one hold the last motion, or stand still."""
+    increment, decision = prior, Decision.PRIOR
+    if increment is None:
+        increment = last_motion
+        decision = Decision.HOLD if last_motion.any() else Decision.STAND
+    evidence = Evidence(unknown_std(prior, limits))
+    return replace(
+        record,
+        increment=increment,
+        decision=decision,
+        reason=record.reason or why_refused(record),
+        evidence=evidence,
+    )
+
+
+def why_refused(record: StepRecord) -> str:
+    """Why the best match of a step is not believed, for a person."""
+    if record.termination is not None and record.termination.failed:
+        return record.termination.value
+    if record.led:
+        return (
+            f"following the wheels: the best matches of the last {WATCHED} steps score less than "
+            f"{GOOD_MEAN_SCORE} on average, and this one {record.score:.2f}"
+        )
+    return f"the best match scores {record.score:.2f}, at most {MIN_SCORE}"
+
+
+def unknown_std(prior: FloatArray | None, limits: SanityLimits) -> FloatArray:
+    """Standard deviation (3,) of what no match tells: a third of the limits."""
+    shift, turn = limits.window if prior is None else limits.prior_window
+    return np.minimum([shift, shift, turn], NO_LIMIT) / 3.0
+
+
+def widen(limits: SanityLimits, lost: int) -> SanityLimits:
+    """The limits of a motion after so many lost steps, for the search."""
+    if lost == 0:
+        return limits
+    return replace(
+        limits,
+        max_translation=(1 + lost) * limits.max_translation,
+        max_rotation=min(math.pi, (1 + lost) * limits.max_rotation),
+    )

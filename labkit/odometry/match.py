@@ -1,0 +1,60 @@
+"""A candidate, matched: ICP from there, and the directions that it leaves free as expected."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from labkit.icp import icp
+from labkit.odometry.propose import Expectation
+from labkit.odometry.score import score
+from labkit.parameters import IcpParameters
+from labkit.result import IcpResult, step_length
+from labkit.scan import Scan
+from labkit.support.arrays import FloatArray
+from labkit.target import Target
+
+FITS_AS_WELL = 0.05  # of agreement: a match is moved along a free direction if it loses no more
+
+
+class Match(NamedTuple):
+    """A match with its score."""
+
+    result: IcpResult
+    score: float
+    agreement: float
+
+    @property
+    def T(self) -> FloatArray:
+        """The pose of the scan in the map's frame, (3, 3); NaN if the match failed."""
+        return self.result.T_target_source
+
+    @property
+    def is_degenerate(self) -> bool:
+        """True if the match leaves a direction free."""
+        seen = self.result.observability
+        return seen is None or seen.degenerate
+
+
+def match(
+    scan: Scan,
+    target: Target,
+    T_guess: FloatArray,
+    expected: Expectation,
+    parameters: IcpParameters,
+) -> Match:
+    """Match the scan from a guess.
+
+    ICP leaves a free direction, such as the way along a corridor, where the guess had it. There the
+    expected motion tells more, unless the scan fits clearly less well.
+    """
+    result = icp(scan, target, T_guess, parameters)
+    found = Match(result, *score(result, expected))
+    seen = result.observability
+    if seen is None or not seen.degenerate:
+        return found
+    T_filled = expected.fill_free(found.T, seen)
+    if step_length(found.T, T_filled)[0] < parameters.translation_tolerance:
+        return found
+    result = icp(scan, target, T_filled, parameters)
+    moved = Match(result, *score(result, expected))
+    return moved if moved.agreement > found.agreement - FITS_AS_WELL else found

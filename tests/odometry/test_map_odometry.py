@@ -1,0 +1,270 @@
+"""The lab's odometry: what is proposed, what is chosen, and what a drive makes of it."""
+
+import math
+import sys
+
+import numpy as np
+import pytest
+
+from labkit import IcpParameters, Scan, Target
+from labkit.covariance import fuse
+from labkit.evaluation import ate
+from labkit.icp import icp
+from labkit.odometry import (
+    Decision,
+    MapOdometry,
+    estimate_odometry,
+    increments_between,
+    integrate,
+)
+from labkit.odometry.choose import WATCHED
+from labkit.odometry.local_map import LocalMap
+from labkit.odometry.map_odometry import MapState
+from labkit.odometry.record import RANGE_STD, Evidence
+from labkit.parameters import ACCURATE
+from labkit.se2 import from_xytheta
+from labkit.simulation import (
+    Lidar,
+    WheelNoise,
+    cast,
+    corridor,
+    room,
+    scan_along,
+    wheel_increments,
+)
+from labkit.support.errors import InvalidParameterError
+
+STILL = np.zeros(3)
+EMPTY = Scan.from_ranges([math.inf], [0.0])
+MOTION = np.array([0.1, 0.05, math.radians(3.0)])
+PRIOR = MOTION + np.array([0.02, -0.01, 0.005])
+STEP = [0.12, 0.02, math.radians(4.0)]
+TRUTH = integrate([STEP] * 11, start=[-0.5, -0.3, 0.2])
+SCANS = scan_along(room(), TRUTH, Lidar(beam_count=271), rng=4)
+NOISE = np.random.default_rng(0).normal(0.0, [0.01, 0.01, 0.005], (11, 3))
+PRIORS = increments_between(TRUTH) + NOISE
+
+
+def degrees(motion):
+    return np.array(motion) * [1.0, 1.0, math.radians(1.0)]
+
+
+def two_scans(world, motion=MOTION, rng=0):
+    rng = np.random.default_rng(rng)
+    return [cast(world, from_xytheta(pose), Lidar(), rng=rng) for pose in (STILL, motion)]
+
+
+def step(older, newer, prior=None, motions=(STILL,)):
+    """One step, after motions of which the newest comes first."""
+    last_motion, *others = motions
+    state = MapState(
+        STILL, 1, LocalMap(Target(older)), Target(older), last_motion, motions=tuple(others)
+    )
+    return MapOdometry().advance(state, newer, prior)[0]
+
+
+def test_it_drives_the_true_way_better_than_its_wheels():
+    run = estimate_odometry(SCANS, PRIORS, start=TRUTH[0])
+
+    wheels = integrate(PRIORS, TRUTH[0])
+    error, wheel_error = (np.abs(poses - TRUTH).max() for poses in (run.poses, wheels))
+    assert error < min(0.03, wheel_error)
+    assert run.count(Decision.ICP) == 11
+
+
+@pytest.mark.parametrize("motion", [(0.9, 0.3, 60.0), (-0.8, 0.0, -60.0), (0.0, -1.5, 85.0)])
+def test_a_step_without_a_guess_is_found_by_the_search(motion):
+    older, newer = two_scans(room(), degrees(motion))
+
+    record = step(older, newer)
+
+    assert record.decision is Decision.SEARCH
+    np.testing.assert_allclose(record.increment, degrees(motion), atol=0.02)
+    assert not record.is_doubtful
+
+
+@pytest.mark.parametrize("off", [[0, 0, 70.0], [0, 0, 100.0], [1.5, 0, 0], [2.5, 0, 0]])
+def test_wheels_that_jump_are_overruled_and_the_record_says_so(off):
+    older, newer = two_scans(room())
+
+    record = step(older, newer, MOTION + degrees(off))
+
+    np.testing.assert_allclose(record.increment, MOTION, atol=0.01)
+    assert record.against_prior
+    assert record.is_doubtful
+    assert "from the prior" in record.reason
+
+
+def test_a_scan_that_fits_nowhere_leaves_the_step_to_the_wheels():
+    older, _ = two_scans(room())
+    scattered = np.random.default_rng(0).uniform(-9.0, 9.0, (181, 2))
+
+    record = step(older, Scan.from_points(scattered), PRIOR)
+
+    assert record.decision is Decision.PRIOR
+    assert record.is_doubtful
+    np.testing.assert_array_equal(record.increment, PRIOR)
+
+
+def test_where_the_last_scans_fitted_too_little_the_wheels_lead():
+    older, newer = two_scans(room())
+    state = MapState(STILL, 1, LocalMap(Target(older)), scores=(0.2,) * WATCHED)
+
+    record, after = MapOdometry().advance(state, newer, PRIOR)
+
+    assert record.led
+    assert record.decision is Decision.PRIOR
+    assert "following the wheels" in record.reason
+    np.testing.assert_array_equal(record.increment, PRIOR)
+    assert after.scores[0] == record.score > 0.8
+
+
+@pytest.mark.parametrize("newer", [EMPTY, Scan.from_points([[1.0, 0.0], [0.0, 1.0]])])
+def test_without_points_and_wheels_a_motion_is_held_once(newer):
+    older, _ = two_scans(room())
+
+    held = step(older, newer, None, [MOTION])
+    stood = step(older, newer, None, [STILL])
+
+    assert (held.decision, stood.decision) == (Decision.HOLD, Decision.STAND)
+    np.testing.assert_array_equal(held.increment, MOTION)
+    assert held.reason == "the newer scan has fewer than 3 points"
+
+
+def test_wheels_that_stand_while_the_scan_moves_are_none():
+    older, newer = two_scans(room(), degrees([0.4, 0.1, 10.0]))
+
+    moved = step(older, newer, STILL)
+    rests = step(older, two_scans(room(), STILL)[1], STILL)
+
+    assert moved.prior is None
+    np.testing.assert_allclose(moved.increment, degrees([0.4, 0.1, 10.0]), atol=0.01)
+    np.testing.assert_array_equal(rests.prior, STILL)
+
+
+def test_along_a_corridor_the_robot_goes_on_as_before_and_the_step_is_doubtful():
+    """What the walls tell is taken from them: the turn, and the way across."""
+    motion = degrees((0.9, 0.1, 10.0))
+    older, newer = two_scans(corridor(), motion, rng=1)
+
+    record = step(older, newer, None, [degrees((0.8, 0.0, 2.0)), degrees((0.05, 0.0, 30.0))])
+
+    assert record.decision.matched
+    assert record.degenerate
+    assert record.is_doubtful
+    np.testing.assert_allclose(record.increment[[1, 2]], motion[[1, 2]], atol=0.03)
+    assert record.increment[0] == pytest.approx(0.8, abs=0.05)
+
+
+def test_along_a_corridor_the_wheels_tell_the_way():
+    older, newer = two_scans(corridor(), rng=1)
+
+    record = step(older, newer, PRIOR)
+
+    assert record.degenerate
+    assert not record.is_doubtful
+    assert record.increment[0] == pytest.approx(PRIOR[0], abs=0.01)
+    np.testing.assert_allclose(record.increment[1:], MOTION[1:], atol=0.006)
+
+
+def test_the_covariance_is_that_of_the_match_and_wide_without_one():
+    older, newer = two_scans(room())
+
+    matched = step(older, newer, PRIOR)
+    unmatched = step(older, EMPTY, PRIOR)
+
+    result = icp(newer, older, from_xytheta(PRIOR), ACCURATE)
+    wide = np.diag(matched.evidence.std**2)
+    expected = fuse(result, RANGE_STD, STILL, wide)[1]
+    np.testing.assert_allclose(matched.covariance, expected, rtol=1e-9)
+    np.testing.assert_allclose(np.sqrt(unmatched.covariance[0, 0]), 0.75 / 3.0)
+
+
+def test_a_record_holds_no_more_points_than_its_scan_matched():
+    """A run of thousands of steps must not keep a map for each of them."""
+    run = estimate_odometry(SCANS, PRIORS)
+
+    results = [record.evidence.result for record in run.records[1:]]
+    assert all(len(each.target.points) <= len(each.source) for each in results)
+    assert run.records[0].evidence is Evidence(STILL) or run.records[0].evidence.result is None
+
+
+def test_an_interrupt_anywhere_leaves_the_scan_taken_or_not():
+    """Each line of an update is interrupted once; the drive goes on as if nothing had been."""
+    told = [None, *PRIORS]
+    odometry, taken, lines = MapOdometry(start=TRUTH[0]), 0, 0
+
+    def interrupt(frame, event, _):
+        nonlocal lines
+        if "odometry" not in frame.f_code.co_filename:
+            return None
+        lines += event == "line"
+        if lines == stop:
+            sys.settrace(None)
+            raise KeyboardInterrupt
+        return interrupt
+
+    before = sys.gettrace()
+    for stop in range(1, 400):
+        lines = 0
+        try:
+            sys.settrace(interrupt)
+            odometry.update(SCANS[taken], told[taken])
+            sys.settrace(before)
+            assert lines < stop
+            taken += 1
+        except KeyboardInterrupt:
+            sys.settrace(before)
+            taken = int(repr(odometry).split()[0].partition("(")[2])
+        if taken == 4:
+            break
+    while taken < len(SCANS):
+        odometry.update(SCANS[taken], told[taken])
+        taken += 1
+
+    expected = estimate_odometry(SCANS, PRIORS, start=TRUTH[0]).poses[-1]
+    np.testing.assert_array_equal(odometry.pose, expected)
+
+
+RANGES = {  # disturbances of the ranges (B,), at the angles, in scan k
+    "none": lambda r, a, k, rng: r,
+    "noise": lambda r, a, k, rng: r + rng.normal(0.0, 0.03, len(r)),
+    "ghosts": lambda r, a, k, rng: np.where(
+        rng.random(len(r)) < 0.1, rng.uniform(0.3, 9, len(r)), r
+    ),
+    "dropouts": lambda r, a, k, rng: np.where(rng.random(len(r)) < 0.5, math.nan, r),
+    "empty": lambda r, a, k, rng: r if k % 5 else np.full(len(r), math.nan),
+}
+WHEELS = {  # disturbances of the wheels (K, 3)
+    "jump": lambda w, rng: w + np.outer(np.arange(len(w)) % 9 == 5, [0, 0, rng.uniform(0.6, 1.4)]),
+    "slip": lambda w, rng: w + np.outer(np.arange(len(w)) % 9 == 5, [rng.uniform(0.6, 2), 0.3, 0]),
+    "stand": lambda w, rng: w * (abs(np.arange(len(w)) - 15) > 5)[:, None],
+    "longer": lambda w, rng: 1.1 * w,
+    "missing": lambda w, rng: np.where(np.arange(len(w))[:, None] % 4 == 3, math.nan, w),
+}
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("kind", [*RANGES, *WHEELS])
+def test_in_a_room_no_disturbance_of_sweeps_or_wheels_costs_the_way(kind, seed):
+    rng = np.random.default_rng(seed)
+    turns = np.repeat(rng.uniform(-0.3, 0.3, 10), 3)
+    truth = integrate(np.column_stack([np.full(30, 0.12), np.zeros(30), turns]))
+    wheels = wheel_increments(truth, WheelNoise(along=0.1, turn=0.1, drift=0.1), rng=rng)
+    wheels = WHEELS.get(kind, lambda w, _: w)(wheels, rng)
+    change = RANGES.get(kind, RANGES["none"])
+    scans = [
+        Scan.from_ranges(change(scan.ranges, scan.angles, k, rng), scan.angles)
+        for k, scan in enumerate(scan_along(room(), truth, Lidar(beam_count=271), rng=rng))
+    ]
+
+    found = estimate_odometry(scans, wheels).poses
+
+    assert ate(found, truth).translation.rmse < 0.1
+
+
+def test_parameters_of_another_kind_are_refused():
+    with pytest.raises(
+        InvalidParameterError, match=r"`parameters` must be .*OdometryParameters, got IcpPar"
+    ):
+        MapOdometry(IcpParameters())

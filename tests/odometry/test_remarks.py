@@ -1,0 +1,101 @@
+"""Remarks on whole runs: each oddity is told, and a right run has none."""
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+from labkit import Scan
+from labkit.odometry import (
+    Decision,
+    StepRecord,
+    estimate_odometry,
+    increments_between,
+    integrate,
+)
+from labkit.odometry.remarks import remarks_on
+from labkit.simulation import Lidar, corridor, room, scan_along
+
+EMPTY = Scan.from_ranges([math.inf], [0.0])
+PATH = integrate([[0.12, 0.02, math.radians(4.0)]] * 30, start=[-0.5, -0.3, 0.2])
+SCANS = scan_along(room(), PATH, Lidar(beam_count=181), rng=5)
+WHEELS = increments_between(PATH)
+
+
+def remarks_of(scans, priors):
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        run = estimate_odometry(scans, priors)
+    assert [str(each.message) for each in told] == list(run.remarks)
+    return run.remarks
+
+
+@pytest.mark.parametrize("priors", [WHEELS, None])
+def test_a_right_run_has_no_remark(priors):
+    assert remarks_of(SCANS, priors) == ()
+
+
+def test_a_scanner_that_is_upside_down_is_named():
+    mirrored = [Scan.from_ranges(scan.ranges[::-1], scan.angles) for scan in SCANS]
+
+    (remark,) = remarks_of(mirrored, WHEELS)
+
+    assert remark.startswith("the scans turn -1")
+    assert "upside down" in remark
+
+
+def test_wheels_in_another_unit_are_named():
+    (remark,) = remarks_of(SCANS, WHEELS * [2.0, 2.0, 1.0])
+
+    assert remark.startswith("the scans move 0.5 times as far as the wheels")
+    assert "another unit" in remark
+
+
+def test_a_way_along_walls_that_nothing_measured_is_told():
+    path = np.column_stack([np.linspace(-3.0, 3.0, 31), np.zeros((31, 2))])
+    scans = scan_along(corridor(), path, Lidar(beam_count=181, range_max=4.0), rng=1)
+
+    untold = remarks_of(scans, None)
+    told = remarks_of(scans, increments_between(path))
+
+    assert any("nothing measured how far" in remark for remark in untold)
+    assert told == ()
+
+
+def test_one_largest_range_that_many_beams_share_is_told():
+    farthest = 3.0
+    capped = [Scan.from_ranges(np.minimum(s.ranges, farthest), s.angles) for s in SCANS]
+
+    remarks = remarks_of(capped, WHEELS)
+
+    assert any("of the beams end at 3 m, the largest range" in remark for remark in remarks)
+
+
+def test_units_that_fit_nothing_are_named():
+    millimetres = [1e3 * scan.points for scan in SCANS]
+
+    remarks = remarks_of(millimetres, WHEELS)
+
+    assert "had no match that is believed" in remarks[0]
+    assert "are ranges and wheels in metres" in remarks[0]
+
+
+@pytest.mark.parametrize("priors", [WHEELS, None])
+@pytest.mark.parametrize("blocked", [9, 10, 14])
+def test_a_scanner_that_is_blocked_for_long_is_told(priors, blocked):
+    seen = [EMPTY if 8 <= k < 8 + blocked else scan for k, scan in enumerate(SCANS)]
+
+    remarks = remarks_of(seen, priors)
+
+    first = f"scans 8 to {7 + blocked} were not matched, the first because the newer scan has few"
+    assert [remark.startswith(first) for remark in remarks] == [True] * (blocked >= 10)
+
+
+def test_a_stretch_where_the_wheels_lead_is_told():
+    steps = [StepRecord(increment=np.zeros(3), decision=Decision.ICP)] * 30
+    led = [StepRecord(increment=np.zeros(3), decision=Decision.PRIOR, led=True)] * 12
+
+    (remark,) = remarks_on([*steps, *led], [])
+
+    assert remark.startswith("scans 30 to 41 follow the wheels")

@@ -1,0 +1,161 @@
+"""The score of a match, and the choice among several."""
+
+import math
+
+import numpy as np
+import pytest
+
+from labkit import IcpParameters, Scan, Target, icp
+from labkit.correspondences import huber_loss
+from labkit.odometry.choose import MIN_SCORE, TIE, WATCHED, choose, min_score
+from labkit.odometry.match import Match
+from labkit.odometry.propose import WHEEL_COST, expect, propose
+from labkit.odometry.sanity import SanityLimits
+from labkit.odometry.score import CLEARANCE, LOOKED_THROUGH_COST, beams_of, score, seen_through
+from labkit.parameters import ACCURATE
+from labkit.se2 import apply, from_xytheta, transform
+from labkit.simulation import Lidar, cast, room
+
+STILL = np.zeros(3)
+MOTION = np.array([0.1, 0.05, math.radians(3.0)])
+
+
+def two_scans():
+    rng = np.random.default_rng(0)
+    older, newer = (cast(room(), from_xytheta(x), Lidar(), rng=rng) for x in (STILL, MOTION))
+    return newer, Target(older)
+
+
+def test_beams_look_through_a_wall_that_is_not_there():
+    wall = np.column_stack([np.full(41, 4.0), np.linspace(-1.0, 1.0, 41)])
+    curtain = wall * [0.5, 0.4]
+    beams = beams_of(Scan.from_points(wall))
+
+    assert seen_through(*beams, wall, np.eye(3)) == 0.0
+    assert seen_through(*beams, curtain, np.eye(3)) == 1.0
+    both = np.vstack([wall, curtain])
+    assert seen_through(*beams, both, np.eye(3)) == pytest.approx(0.5, abs=0.02)
+
+
+def test_nobody_knows_what_is_hidden_or_out_of_view():
+    wall = np.column_stack([np.full(41, 4.0), np.linspace(-1.0, 1.0, 41)])
+    beams = beams_of(Scan.from_points(wall))
+    hidden = apply(from_xytheta([9.0, 0.0, 0.0]), wall)
+
+    assert math.isnan(seen_through(*beams, hidden, np.eye(3)))
+    assert math.isnan(seen_through(*beams, -wall, np.eye(3)))
+
+
+def test_beams_are_looked_along_from_the_pose():
+    wall = np.column_stack([np.full(41, 4.0), np.linspace(-1.0, 1.0, 41)])
+    beams = beams_of(Scan.from_points(wall))
+    back = from_xytheta([-2.0 * CLEARANCE, 0.0, 0.0])
+
+    assert seen_through(*beams, apply(back, wall), back) == 0.0  # the wall moved along
+    assert seen_through(*beams, apply(back, wall), np.eye(3)) > 0.9
+
+
+def test_the_score_is_the_formula():
+    """(5.3), each term by itself; beyond the gate of 8 δ a point costs as at the gate."""
+    newer, target = two_scans()
+    result = icp(newer, target, from_xytheta(MOTION), ACCURATE)
+    expected = expect(np.eye(3), MOTION + np.array([0.3, 0.0, 0.1]), np.zeros((1, 3)))
+
+    found = score(result, expected)
+
+    fit = 1.0 - result.cost / huber_loss(8 * ACCURATE.huber_delta, ACCURATE.huber_delta)
+    through = seen_through(*beams_of(newer), target.points, result.T_target_source)
+    u = expected.distance(result.T_target_source)[0]
+    assert found.agreement == pytest.approx(fit - LOOKED_THROUGH_COST * through, rel=1e-12)
+    assert found.score == pytest.approx(found.agreement - WHEEL_COST * u / (1.0 + u), rel=1e-12)
+
+
+@pytest.mark.parametrize("budget", [1, 2])
+def test_no_match_agrees_less_than_not_at_all_wherever_its_budget_ended(budget):
+    """Coarse pairs lie up to half a metre apart: they cost more than none near by."""
+    newer, target = two_scans()
+    told = IcpParameters(metric="point_to_line", huber_delta=0.02, max_iterations=budget)
+    result = icp(newer, target, from_xytheta([1.0, 0.0, 0.0]), told)
+
+    found = score(result, expect(np.eye(3), None, np.zeros((1, 3))))
+
+    assert found.agreement >= -LOOKED_THROUGH_COST
+
+
+def test_a_failed_match_has_no_score():
+    newer, target = two_scans()
+    result = icp(newer, target, from_xytheta([50.0, 0.0, 0.0]), ACCURATE)
+
+    assert score(result, expect(np.eye(3), MOTION, np.zeros((1, 3)))).score == -math.inf
+
+
+@pytest.mark.parametrize("prior", [MOTION, None])
+def test_an_expected_pose_costs_nothing_and_no_pose_costs_more_than_the_most(prior):
+    expected = expect(np.eye(3), prior, MOTION[None])
+
+    assert expected.cost(from_xytheta(MOTION)) == pytest.approx(0.0, abs=1e-12)
+    assert 0.9 * expected.most < expected.cost(transform(90.0, 0.0, 3.0)) < expected.most
+
+
+def test_wheels_are_the_less_sure_the_farther_they_drove():
+    off = transform(0.2, 0.0, 0.0)
+    near, far = (np.array([x, 0.0, 0.0]) for x in (0.1, 1.0))
+    costs = [
+        expect(np.eye(3), prior, np.zeros((1, 3))).cost(from_xytheta(prior) @ off)
+        for prior in (near, far)
+    ]
+
+    assert costs[0] > costs[1]
+
+
+def test_nothing_is_searched_for_unless_it_is_asked_for(monkeypatch):
+    def refuse(*_):
+        raise AssertionError("searched")
+
+    monkeypatch.setattr("labkit.odometry.propose.search", refuse)
+    newer, target = two_scans()
+    expected = expect(np.eye(3), MOTION, np.zeros((1, 3)))
+    rounds = propose(newer, target, np.eye(3), expected, SanityLimits())
+
+    np.testing.assert_allclose(next(rounds), [from_xytheta(MOTION)])
+    with pytest.raises(AssertionError, match="searched"):
+        next(rounds)
+
+
+def matches_of(*scores):
+    """Matches that end a metre apart, of these scores, which are their agreements."""
+    newer, target = two_scans()
+    result = icp(newer, target, from_xytheta(MOTION), ACCURATE)
+    found = []
+    for k, value in enumerate(scores):
+        moved = np.array([transform(float(k), 0.0, 0.0)])
+        fields = {name: getattr(result, name) for name in ("source", "target", "parameters")}
+        ended = type(result)(poses=moved, termination=result.termination, coarse_poses=0, **fields)
+        found.append(Match(ended, value, value))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("scores", "taken", "margin"),
+    [
+        ([0.5, 0.6, 0.4], 1, 0.1),
+        ([-math.inf, 0.6], 1, math.nan),
+        ([0.6, 0.6 + 0.9 * TIE], 0, -0.9 * TIE),
+        ([0.6, MIN_SCORE], 0, math.nan),
+    ],
+)
+def test_the_highest_score_is_chosen_and_the_first_of_equals(scores, taken, margin):
+    matches = matches_of(*scores)
+
+    best, found = choose(matches)
+
+    assert best is matches[taken]
+    assert found == pytest.approx(margin, nan_ok=True)
+
+
+def test_the_lower_the_last_scores_the_more_a_match_must_score():
+    means = (0.0, 0.3, 0.5, 0.7, 0.9)
+    least = [min_score([mean] * WATCHED) for mean in means]
+
+    assert least == sorted(least, reverse=True)
+    assert least[0] > 1.0 > least[2] > least[-1] == min_score([]) == MIN_SCORE
