@@ -24,7 +24,7 @@ from labkit.odometry.propose import believable_wheels, expect, propose
 from labkit.odometry.record import STILL, Decision, Evidence, StepRecord, no_match, record_of_match
 from labkit.odometry.sanity import SanityLimits, prior_failures
 from labkit.scan import Scan
-from labkit.se2 import invert, to_xytheta
+from labkit.se2 import from_xytheta, invert, relative, to_xytheta
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
@@ -42,6 +42,7 @@ class MapState(NamedTuple):
     last_motion: FloatArray = STILL
     motions: tuple[FloatArray, ...] = ()  # that matches measured, the newest first
     lost: int = 0  # steps since the last match
+    T_last_refused: FloatArray | None = None  # where the last match ended, if it was refused
     scores: tuple[float, ...] = ()  # of the best matches beside wheels, the newest first
 
     def after(self, record: StepRecord, scan: Scan) -> MapState:
@@ -59,6 +60,7 @@ class MapState(NamedTuple):
             last_motion=STILL if held else increment,  # hold a motion only once
             motions=(*measured, *self.motions)[:REMEMBERED],
             lost=0 if matched else self.lost + 1,
+            T_last_refused=record.T_taken_refused,
             scores=scores[:WATCHED],
         )
 
@@ -104,7 +106,9 @@ class MapOdometry(Odometry[MapState]):
         if target is None or len(scan) < MIN_PAIRS:
             record = no_match("older" if target is None else "newer")
             return refuse(record, prior, state.last_motion, limits)
-        expected = expect(T_map_last, prior, np.array([state.last_motion, *state.motions]))
+        expected = expect(
+            T_map_last, prior, np.array([state.last_motion, *state.motions]), state.T_last_refused
+        )
         matches: list[Match] = []
         for candidates in propose(scan, target, T_map_last, expected, limits):
             for T_guess in candidates:
@@ -150,8 +154,12 @@ def refuse(
         increment = last_motion
         decision = Decision.HOLD if last_motion.any() else Decision.STAND
     evidence = Evidence(unknown_std(prior, limits))
+    T_taken_refused = None
+    if prior is not None and record.agreement > MIN_SCORE:
+        T_taken_refused = relative(from_xytheta(prior), from_xytheta(record.increment))
     return replace(
         record,
+        T_taken_refused=T_taken_refused,
         increment=increment,
         decision=decision,
         reason=record.reason or why_refused(record),

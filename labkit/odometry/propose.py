@@ -34,6 +34,7 @@ WHEEL_TURN = math.radians(30.0)  # wheels tell a turn less well than a way
 WHEEL_COST = 0.4  # of agreement, at most, for a motion unlike that of the wheels
 MOTION_SHIFT, MOTION_TURN = 0.5, math.radians(20.0)  # from one motion to the next
 MOTION_COST = 0.1  # of agreement, at most, for a motion unlike the last ones
+RETURN = 0.3  # what going back to a refused match adds to its squared distance
 AGE = 0.05  # what each step since a motion adds to its squared distance
 SURE_WITH_WHEELS, SURE_ALONE = 0.6, 0.8  # a score above which nothing else is tried
 
@@ -42,7 +43,8 @@ class Expectation(NamedTuple):
     """Expected poses of the newest scan in the map's frame, and what another pose costs."""
 
     poses: FloatArray  # (K, 3, 3), the likeliest first
-    by_wheels: bool  # the first is; else all are by the last motions
+    handicap: FloatArray  # (J,): added to the squared distance from each of the first J poses,
+    # by which a pose is judged; the others are only tried
     shift: float  # usual error [m]
     turn: float  # usual error [rad]
     most: float  # cost of a pose that is unlike all
@@ -53,14 +55,14 @@ class Expectation(NamedTuple):
 
         The directions `free`, shape (F, 2), do not count.
         """
-        poses = self.poses[:1] if self.by_wheels else self.poses
+        poses = self.poses[: len(self.handicap)]
         offset = poses[:, :2, 2] - T[:2, 2]
         if free is not None:
             offset = offset - (offset @ free.T) @ free
         turn = T[:2, :2].T @ poses[:, :2, :2]
         turned = np.arctan2(turn[:, 1, 0], turn[:, 0, 0]) / self.turn
         moved = np.hypot(offset[:, 0], offset[:, 1]) / self.shift
-        return np.asarray(moved**2 + turned**2 + AGE * np.arange(len(poses)))
+        return np.asarray(moved**2 + turned**2 + self.handicap)
 
     def cost(self, T: FloatArray) -> float:
         """The last term of (5.3): c u / (1 + u), u to the nearest pose."""
@@ -71,26 +73,35 @@ class Expectation(NamedTuple):
         """The pose T, moved to the likeliest expected pose along the directions that are free."""
         shifts = seen.free.T[np.hypot(seen.free[0], seen.free[1]) > np.abs(seen.free[2])]
         free = shifts[:, :2] / np.hypot(shifts[:, :1], shifts[:, 1:2])
-        poses = self.poses[:1] if self.by_wheels else self.poses
-        likeliest = poses[int(self.distance(T, free).argmin())]
+        likeliest = self.poses[int(self.distance(T, free).argmin())]
         moved = T.copy()
         moved[:2, 2] += ((likeliest[:2, 2] - T[:2, 2]) @ free.T) @ free
         return moved
 
 
-def expect(T_map_last: FloatArray, prior: FloatArray | None, motions: FloatArray) -> Expectation:
+def expect(
+    T_map_last: FloatArray,
+    prior: FloatArray | None,
+    motions: FloatArray,
+    T_last_refused: FloatArray | None = None,
+) -> Expectation:
     """What is expected after the pose `T_map_last`.
 
-    By the wheels, (3,), or None; and by the last motions (K, 3), the newest first.
+    By the wheels, (3,), or None; and by the last motions (K, 3), the newest first. If the last
+    match was refused, the wheels may go on from `T_last_refused`, where it ended, too.
     """
     if prior is None:
         poses = T_map_last @ from_xytheta(motions)
-        return Expectation(poses, False, MOTION_SHIFT, MOTION_TURN, MOTION_COST, SURE_ALONE)
+        handicap = np.asarray(AGE * np.arange(len(poses)), np.float64)
+        return Expectation(poses, handicap, MOTION_SHIFT, MOTION_TURN, MOTION_COST, SURE_ALONE)
     x, y, turn = prior.tolist()
     growth = 1.0 + math.hypot(x, y) / DOUBLES_AFTER[0] + abs(turn) / DOUBLES_AFTER[1]
-    poses = T_map_last @ from_xytheta(np.vstack([prior, motions]))
+    T_wheels = from_xytheta(prior)
+    starts = [np.eye(3)] if T_last_refused is None else [np.eye(3), T_last_refused]
+    poses = T_map_last @ np.concatenate([np.array(starts) @ T_wheels, from_xytheta(motions)])
+    handicap = np.asarray(RETURN * np.arange(len(starts)), np.float64)
     shift = WHEEL_SHIFT * growth
-    return Expectation(poses, True, shift, WHEEL_TURN, WHEEL_COST, SURE_WITH_WHEELS)
+    return Expectation(poses, handicap, shift, WHEEL_TURN, WHEEL_COST, SURE_WITH_WHEELS)
 
 
 def believable_wheels(

@@ -97,6 +97,8 @@ class StepRecord:
         Whether the match lies beyond the limits around the prior, and was believed all the same.
     led : bool
         Whether the wheels lead: the last matches fit too little to be believed beside them.
+    T_taken_refused : ndarray, shape (3, 3), or None
+        Where a refused match ended, in the frame of the pose that was taken.
     """
 
     increment: FloatArray
@@ -117,6 +119,7 @@ class StepRecord:
     margin: float = math.nan
     against_prior: bool = False
     led: bool = False
+    T_taken_refused: FloatArray | None = field(default=None, repr=False)
     evidence: Evidence = field(default=UNKNOWN, repr=False)
 
     @property

@@ -97,6 +97,16 @@ def test_an_expected_pose_costs_nothing_and_no_pose_costs_more_than_the_most(pri
     assert 0.9 * expected.most < expected.cost(transform(90.0, 0.0, 3.0)) < expected.most
 
 
+def test_a_refused_match_is_gone_back_to_at_a_small_cost():
+    T_last_refused = transform(1.0, 0.0, 1.0)
+    expected = expect(np.eye(3), MOTION, np.zeros((1, 3)), T_last_refused)
+
+    back = expected.cost(T_last_refused @ from_xytheta(MOTION))
+
+    assert 0.0 < back < 0.3 * WHEEL_COST
+    np.testing.assert_allclose(expected.poses[1], T_last_refused @ from_xytheta(MOTION))
+
+
 def test_wheels_are_the_less_sure_the_farther_they_drove():
     off = transform(0.2, 0.0, 0.0)
     near, far = (np.array([x, 0.0, 0.0]) for x in (0.1, 1.0))
