@@ -293,7 +293,8 @@ class DriveView extends View {
     const off = this.off();
     const found = this.odometry.recognise(this.parameters);
     const after = scans.map(({ T }) => T);
-    const told = `${found} scans recognised: ${off.toFixed(2)} m off before, ${this.off().toFixed(2)} m now.`;
+    const change = `${off.toFixed(2)} m off before, ${this.off().toFixed(2)} m now`;
+    const told = `${found} scans recognised: ${change}.`;
     this.said.textContent = found
       ? told
       : "The scans recognise no place that the robot saw before.";
@@ -433,8 +434,8 @@ class DriveView extends View {
       drawMark(context, this.sheet, colors, mark);
   }
 
-  // The part of the world that is shown: a small world whole, of a long one what is about the robots;
-  // both robots in any case.
+  // The part of the world that is shown: a small world whole, of a long one what is about the
+  // robots; both robots in any case.
   look(width, height) {
     const { left, right, bottom, top } = this.box;
     const [x, y] = [
