@@ -89,28 +89,44 @@ def closed_form(p: FloatArray, q: FloatArray, w: FloatArray) -> FloatArray:
 
     Pairs of weight 0 say nothing, wherever they lie.
     """
-    p_mean, q_mean = centroid(p, w), centroid(q, w)  # (2.2)
-    a, b, p_spread, q_spread, p_arm, q_arm, p_far, q_far = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    p_mean = centroid(p, w)  # (2.2)
+    q_mean = centroid(q, w)
+    a = 0.0
+    b = 0.0
     for i in range(len(p)):
         if w[i] > 0.0:
             x, y = p[i, 0] - p_mean[0], p[i, 1] - p_mean[1]
             u, v = q[i, 0] - q_mean[0], q[i, 1] - q_mean[1]
             a += w[i] * (x * u + y * v)  # (2.5)
             b += w[i] * (x * v - y * u)  # (2.6)
-            p_spread, p_arm = p_spread + w[i] * (x * x + y * y), max(p_arm, abs(x), abs(y))
-            q_spread, q_arm = q_spread + w[i] * (u * u + v * v), max(q_arm, abs(u), abs(v))
-            p_far = max(p_far, abs(p[i, 0]), abs(p[i, 1]))
-            q_far = max(q_far, abs(q[i, 0]), abs(q[i, 1]))
-    total, solved = w.sum(), False
-    if total > 0.0:
-        p_spread, q_spread = math.sqrt(p_spread / total), math.sqrt(q_spread / total)
-        p_apart = p_spread > max(64.0 * EPSILON * p_far, RELATIVE_RESOLUTION * p_arm)
-        q_apart = q_spread > max(64.0 * EPSILON * q_far, RELATIVE_RESOLUTION * q_arm)
-        height = math.hypot(a, b)  # of the cosine that θ maximises; 0 if every rotation fits
-        high = height > RELATIVE_RESOLUTION * total * p_spread * q_spread
-        solved = p_apart and q_apart and high
-    theta = math.atan2(b, a) if solved else math.nan  # (2.7)
+    p_spread = spread(p, w, p_mean)
+    q_spread = spread(q, w, q_mean)
+    height = math.hypot(a, b)  # of the cosine that θ maximises; 0 if every rotation fits
+    is_high = height > RELATIVE_RESOLUTION * w.sum() * p_spread * q_spread
+    is_determined = p_spread > 0.0 and q_spread > 0.0 and is_high
+    theta = math.atan2(b, a) if is_determined else math.nan  # (2.7)
     return turn_about(p_mean, theta, q_mean[0] - p_mean[0], q_mean[1] - p_mean[1])  # (2.3)
+
+
+@compiled
+def spread(points: FloatArray, weights: FloatArray, mean: tuple[float, float]) -> float:
+    """Root mean square distance [m] of points (N, 2) from their mean; 0 where it is rounding."""
+    squares = 0.0
+    total = 0.0
+    longest = 0.0  # offset from the mean [m]
+    largest = 0.0  # coordinate [m]
+    for i in range(len(points)):
+        if weights[i] > 0.0:
+            x, y = points[i, 0] - mean[0], points[i, 1] - mean[1]
+            squares += weights[i] * (x * x + y * y)
+            total += weights[i]
+            longest = max(longest, abs(x), abs(y))
+            largest = max(largest, abs(points[i, 0]), abs(points[i, 1]))
+    if total > 0.0:
+        result = math.sqrt(squares / total)
+        if result > max(64.0 * EPSILON * largest, RELATIVE_RESOLUTION * longest):
+            return result
+    return 0.0
 
 
 @compiled

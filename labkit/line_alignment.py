@@ -99,7 +99,7 @@ def align_to_lines(
     weights: ArrayLike,
     share: float = 0.0,
 ) -> FloatArray:
-    """One Gauss-Newton step (3, 3) of the point-to-line metric: none in free directions.
+    """One Gauss-Newton step (3, 3) of the point-to-line metric: zero along free directions.
 
     Matched points [m] and unit normals of the target's surface, shape (N, 2), of weights ≥ 0,
     and the share τ of the point-to-point metric. Raises `DegenerateAlignmentError` where no pair

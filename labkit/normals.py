@@ -104,20 +104,23 @@ def add_point(sums: Sums, x: float, y: float) -> Sums:
 def normal_of(
     sums: Sums, count: int, rounding: float, point: tuple[float, float]
 ) -> tuple[float, float]:
-    """The normal at a point of the line through `count` points with these sums: to the scanner.
+    """Normal of the line fitted to `count` points (given their sums), turned towards the scanner.
 
     NaN where they lie on no line, or where their spread [m²] is `rounding` alone.
     """
     if count < MIN_ON_LINE:
         return math.nan, math.nan
     x, y = sums[0] / count, sums[1] / count
-    xx, xy, yy = sums[2] / count - x * x, sums[3] / count - x * y, sums[4] / count - y * y
+    xx = sums[2] / count - x * x  # the entries of M
+    xy = sums[3] / count - x * y
+    yy = sums[4] / count - y * y
     half = 0.5 * (xx - yy)
     root = math.sqrt(half * half + xy * xy)
-    least, most = 0.5 * (xx + yy) - root, 0.5 * (xx + yy) + root  # eigenvalues of M
-    if not least < LINEARITY**2 * most or most <= rounding:
+    smaller = 0.5 * (xx + yy) - root  # the eigenvalues of M
+    larger = 0.5 * (xx + yy) + root
+    if not smaller < LINEARITY**2 * larger or larger <= rounding:
         return math.nan, math.nan
-    u, v = (-xy, root + half) if half > 0.0 else (half - root, xy)  # eigenvector to the least
+    u, v = (-xy, root + half) if half > 0.0 else (half - root, xy)  # eigenvector to the smaller
     if u * point[0] + v * point[1] > 0.0:  # away from the scanner
         u, v = 0.0 - u, 0.0 - v
     length = math.sqrt(u * u + v * v)

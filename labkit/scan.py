@@ -158,7 +158,7 @@ def _as_selection(kept: BoolArray | IntArray, count: int) -> BoolArray | IntArra
 
 
 def _as_beam_values(values: ArrayLike, name: str) -> FloatArray:
-    """Check ranges or angles, shape (B,); a copy, unless nobody can write into the array."""
+    """Check ranges or angles, shape (B,); copied unless read-only."""
     hint = "give one per beam; points go through `Scan.from_points`"
     checked = read_only(as_floats(values, name, hint, ("B",)))
     if isinstance(values, np.ndarray) and values.base is None and not values.flags.writeable:

@@ -166,7 +166,7 @@ def as_pose(pose: ArrayLike, name: str, *, gaps: bool = False) -> FloatArray:
 
 
 def as_numbers(values: ArrayLike, name: str, what: str = "x, y, angle") -> FloatArray:
-    """Check a few finite numbers, as many as `what` names: a pose (3,), a point (2,)."""
+    """Check a pose (3,) or a point (2,): finite numbers, as many as `what` lists."""
     return as_finite(as_floats(values, name, f"give {what}", (what.count(",") + 1,)), name)
 
 
