@@ -1,4 +1,14 @@
-"""The promises of the grading as laws: each test makes its cases from the assignment."""
+"""The promises of the grading as laws: each test makes its cases from the assignment.
+
+1. No clock decides a mark.
+2. A mistake costs its own points, and none of its callers'.
+3. Whatever loses hidden points fails a visible case (`tests/course/authoring`).
+4. An honest style costs nothing (`test_styles.py`).
+5. What a person wrote stays (`classroom`).
+6. Hostile files cost nobody else time or points.
+
+And nothing that is still to be asked lies in a box, nor is its word taken once it was asked.
+"""
 
 import ast
 import io
@@ -55,7 +65,7 @@ def failing(name, way):
 
 
 def test_a_mistake_costs_its_own_points_and_no_others(graded):
-    """Law 1: each function fails once in each way, nine of 19 at a time, boxes side by side."""
+    """Law 2: each function fails once in each way, nine of 19 at a time, boxes side by side."""
 
     def grade_all(shift):
         ways = {NAMES[(shift + 2 * place) % len(NAMES)]: way for place, way in enumerate(WAYS)}
@@ -101,7 +111,7 @@ class Liar:
 
 
 def test_in_the_box_lies_nothing_that_is_still_to_be_asked(monkeypatch):
-    """Law 3, on every order that the most that can be lent leads to."""
+    """On every order that the most that can be lent leads to."""
     monkeypatch.setattr(sitting, "Box", Liar)
     grading.grade_submission({"a.py": b"def rotation(): 0"}, Wall("none"), ASSIGNMENT, "ada")
     lent = [order for order in ORDERS if order.get("right")]
@@ -125,7 +135,7 @@ def test_in_the_box_lies_nothing_that_is_still_to_be_asked(monkeypatch):
 
 
 def test_what_is_lent_answers_no_later_question(graded):
-    """Law 3: neither to who hands on to it, nor to who keeps it, be it lent to another."""
+    """Neither to who hands on to it, nor to who keeps it, be it lent to another."""
     changed = {
         "rotation": "def rotation(theta):\n    return np.eye(2)\n",
         "align": "def align(source, target):\n    return np.eye(3)\n",
@@ -248,7 +258,7 @@ WORKS = "def double(x):\n    return sum(2 * x for _ in range(300_000)) / 300_000
 
 
 def test_a_verdict_is_the_same_beside_a_load(graded, small):
-    """Law 2, on what never ends, what waits, and what takes some of its time."""
+    """Law 1, on what never ends, what waits, and what takes some of its time."""
     assignment = read_assignment(small)
     hands_in = [text.encode() for text in (SQUARED, HANGS, WAITS, WORKS, DRAWS)]
 
@@ -358,7 +368,7 @@ def test_a_grader_that_is_stopped_takes_no_points(options, tmp_path):
 def test_a_machine_s_failure_is_tried_again_told_and_not_stored(
     grade, tmp_path, monkeypatch, capsys
 ):
-    """Law 2."""
+    """Law 1."""
     hand_in(tmp_path / "class", 2)
     tries = []
 
@@ -387,7 +397,7 @@ AFTERWARDS = {  # what a function does in a hidden case, beside the `WAYS` to fa
 
 
 def test_no_word_counts_once_a_hidden_case_was_sent(graded, small, tmp_path):
-    """Law 4: whatever the code does in a hidden case, its page has the same bytes; or, where it
+    """Whatever the code does in a hidden case, its page has the same bytes; or, where it
     takes too long, those that say so.
 
     The last one leaves a mark where a box without a wall can: the next box reads it, and says so.
@@ -454,7 +464,7 @@ HOSTILE = {  # each once held up its neighbours
 
 
 def test_beside_hostile_hand_ins_honest_ones_keep_their_marks(grade, tmp_path):
-    """Law 5."""
+    """Law 6."""
     expected = hand_in(tmp_path / "class", 8)
     for name, content in HOSTILE.items():
         data = content if isinstance(content, bytes) else content.encode()

@@ -175,7 +175,7 @@ def test_a_value_guessed_right_is_all_that_forging_can_send(graded, small):
 
 
 def test_each_wall_holds_what_is_said_of_it(safe_wall, small, tmp_path):
-    """Law 6: every row of the table in SECURITY.md, attacked behind every wall."""
+    """Every row of the table in SECURITY.md, attacked behind every wall."""
     text = (Path(__file__).parents[2] / "SECURITY.md").read_text("utf-8")
     rows = {line.split("|")[1].strip() for line in text.splitlines() if line.startswith("| ")}
     assert rows - {"", "needs"} == set(PEEKING)
@@ -202,7 +202,7 @@ def test_each_wall_holds_what_is_said_of_it(safe_wall, small, tmp_path):
 
 @pytest.mark.parametrize("by_kill", [False, True], ids=["at its end", "after kill -9"])
 def test_nothing_is_left_of_a_box(by_kill, safe_wall, tmp_path):
-    """Law 6: no process runs on, and nothing lies in the temporary folder."""
+    """No process runs on, and nothing lies in the temporary folder."""
 
     def running():
         found = 0

@@ -203,7 +203,7 @@ NOTES = {
 
 @pytest.mark.parametrize("style", FILES)
 def test_an_honest_style_costs_nothing(style, graded):
-    """Law 7: what was wrong in one place, or shown for too long, hides no right answer."""
+    """Law 4: what was wrong in one place, or shown for too long, hides no right answer."""
     seconds = 1.0 if style == "slow" else 5.0  # a busy processor takes more to import scipy
     verdict = graded(FILES[style], ASSIGNMENT, seconds=seconds)
     lost = [(one.question, one.message) for one in verdict.questions if not one.passed]
