@@ -96,7 +96,7 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
 def free_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
     """A way along walls that nothing measured."""
     untold = sum(step.prior is None and step.degenerate for step in steps)
-    if untold > 0.5 * len(steps):
+    if untold > 0.5 * max(len(steps), ENOUGH_STEPS):
         yield (
             f"{untold} of {len(steps)} steps left a direction free, such as the way along a wall, "
             f"and no wheels told it: nothing measured how far the robot drove there; add wheel "
