@@ -121,7 +121,7 @@ class MapOdometry(Odometry[MapState]):
         least = MIN_SCORE if prior is None else min_score(state.scores)
         if best.score > least:
             return believe(record, prior, limits)
-        record = replace(record, led=best.score > MIN_SCORE)
+        record = replace(record, led=least > MIN_SCORE)
         return refuse(record, prior, state.last_motion, limits)
 
 
@@ -155,7 +155,7 @@ def refuse(
         decision = Decision.HOLD if last_motion.any() else Decision.STAND
     evidence = Evidence(unknown_std(prior, limits))
     T_taken_refused = None
-    if prior is not None and record.agreement > MIN_SCORE:
+    if prior is not None and record.agreement > MIN_SCORE and not record.led:
         T_taken_refused = relative(from_xytheta(prior), from_xytheta(record.increment))
     return replace(
         record,

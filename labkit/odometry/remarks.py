@@ -107,7 +107,7 @@ def free_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
 def range_remarks(largest: Sequence[FloatArray]) -> Iterator[str]:
     """One largest range that many beams share."""
     ranges, shares = np.reshape(largest, (-1, 2)).T
-    if len(ranges) == 0 or not np.isfinite(ranges).any():
+    if len(ranges) < ENOUGH_STEPS or not np.isfinite(ranges).any():
         return
     common = float(np.nanmedian(ranges))
     same = np.abs(ranges - common) < SAME_RANGE
