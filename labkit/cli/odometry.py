@@ -203,7 +203,8 @@ def _read(file: str, args: argparse.Namespace) -> Log:
     options = {name: getattr(args, name) for name in OF_READING}
     log = read_log(file, progress=_progress(args, "reading", "line"), **options)
     if len(log) < 2:
-        raise InvalidPointsError(f"{log.name} holds a single scan; a motion needs two")
+        way = "; a column `scan` tells scans apart" if log.format == "points" else ""
+        raise InvalidPointsError(f"{log.name} holds a single scan; a motion needs two{way}")
     for line in log.skipped[:SHOWN_DAMAGE]:
         print(f"skipped {line}", file=sys.stderr)
     if (rest := len(log.skipped) - SHOWN_DAMAGE) > 0:

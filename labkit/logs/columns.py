@@ -91,17 +91,19 @@ def split_row(line: str) -> list[str]:
     text = line.partition("#")[0].strip()
     if is_list(text):
         return list_fields(text)
-    separator = ";" if ";" in text else ","
-    if separator not in text:
+    is_grouped = '"' in text or "[" in text or "(" in text
+    outside = GROUPED.sub("", text) if is_grouped else text
+    separator = ";" if ";" in outside else ","
+    if separator not in outside:
         return text.split()
-    if '"' not in text and "[" not in text and "(" not in text:
+    if not is_grouped:
         fields = [field.strip() for field in text.split(separator)]
     else:
         masked = GROUPED.sub(lambda group: group[0].replace(separator, INSIDE), text)
         split = (field.replace(INSIDE, separator) for field in masked.split(separator))
         fields = [field.strip(" \t\"'") for field in split]
     if separator == ";":
-        return [field if is_list(field) else field.replace(",", ".") for field in fields]
+        return [field if " " in field else field.replace(",", ".") for field in fields]
     return fields
 
 
@@ -112,8 +114,8 @@ def is_list(field: str) -> bool:
 
 
 def list_fields(field: str) -> list[str]:
-    """The fields of a list in brackets, between commas, semicolons or white space."""
-    return re.split(r"[\s,;]+", field[1:-1].strip(" \t,;"))
+    """The fields of a list between commas, semicolons or white space, in brackets or bare."""
+    return re.split(r"[\s,;]+", field.strip(" \t,;[]()"))
 
 
 def read_header(head: Sequence[str]) -> tuple[list[Column], int]:

@@ -19,7 +19,6 @@ from labkit.logs.columns import (
     CLOCK,
     SECONDS,
     Column,
-    is_list,
     list_fields,
     split_row,
 )
@@ -159,7 +158,7 @@ def _expect_directions(
     if scanner.angles is not None or ("angle_min" in declared and len(declared) > 1):
         return
     count = len(layout.beams)
-    if count == 1 and is_list(row[layout.beams[0]]):
+    if count == 1:
         count = len(list_fields(row[layout.beams[0]]))
     raise LogError(
         f"{report.file}: rows of {count} numbers; if they are ranges, name the first and the "
@@ -172,7 +171,7 @@ def _parse_sweep(
     number: int, row: Sequence[str], layout: Layout, report: DamageReport, scanner: Scanner
 ) -> Sweep:
     fields = [row[k] for k in layout.beams]
-    if len(fields) == 1 and is_list(fields[0]):
+    if len(fields) == 1:
         fields = list_fields(fields[0])
     ranges = parse_numbers([field or "nan" for field in fields], "range")
     stamps = [parse_stamp(row[k], unit) for k, unit in layout.clocks]

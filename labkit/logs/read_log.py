@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.logs.array_files import is_array_file, read_array_file
-from labkit.logs.columns import Column, is_list, read_header, split_row
+from labkit.logs.columns import Column, is_list, list_fields, read_header, split_row
 from labkit.logs.laser_lines import CARMEN_WORDS, G2O_WORDS, read_laser_lines, scanner_trajectories
 from labkit.logs.lines import DamageReport, is_number, read_lines
 from labkit.logs.log import Log
@@ -246,7 +246,7 @@ def _format(head: Sequence[str], file: str) -> tuple[str, list[Column], int]:
     rows = [row for row in map(split_row, head[begin:]) if row][:5]
     if coordinates_of(columns):
         return "points", columns, begin
-    if _are_ranges(columns):
+    if _are_ranges(columns, rows):
         return "ranges", columns, begin
     if len(columns) > 1 and any(any(map(_is_value, row)) for row in rows):
         titles = ", ".join(column.title for column in columns[:12])
@@ -271,10 +271,12 @@ def _is_value(field: str) -> bool:
     return is_number(field) or is_list(field)
 
 
-def _are_ranges(columns: Sequence[Column]) -> bool:
-    """Recognise columns of ranges: numbered beams, or a list beside a clock or a geometry."""
+def _are_ranges(columns: Sequence[Column], rows: Sequence[Sequence[str]]) -> bool:
+    """Recognise columns of ranges: numbered beams, or one with a list of them."""
     numbered = sum(column.number is not None for column in columns)
-    return numbered >= FEWEST_BEAMS or any(column.meaning == "range" for column in columns)
+    lists = [k for k, column in enumerate(columns) if column.meaning == "range"]
+    counts = [len(list_fields(row[k])) for row in rows for k in lists if k < len(row)]
+    return numbered >= FEWEST_BEAMS or max(counts, default=0) >= FEWEST_BEAMS
 
 
 def _wheels(

@@ -116,7 +116,7 @@ def test_a_table_of_ranges_is_read_by_its_titles(
 MESSAGE = ["field.angle_min", "field.angle_max", "field.angle_increment", "field.range_max"]
 
 
-@pytest.mark.parametrize("listed", ["", "[{}]", '"({})"'])
+@pytest.mark.parametrize("listed", ["", "[{}]", '"({})"', '"{}"', "bare"])
 @pytest.mark.parametrize("clock", ["field.header.stamp", "header.stamp.secs,header.stamp.nsecs"])
 @pytest.mark.parametrize("maximum", ["30.0", "0.0", "inf"])
 def test_the_table_of_a_laser_scan_needs_nothing_else(save, listed, clock, maximum):
@@ -128,7 +128,8 @@ def test_the_table_of_a_laser_scan_needs_nothing_else(save, listed, clock, maxim
         nanoseconds = round(STAMPS[k] * 1e9)
         parts = divmod(nanoseconds, 10**9) if "secs" in clock else [nanoseconds]
         stamp = ",".join(map(str, parts))
-        row = (listed or "{}").format(",".join(map(str, ranges)))
+        join = " " if listed == "bare" else ","
+        row = (listed if "{" in listed else "{}").format(join.join(map(str, ranges)))
         told = f"{ENDS[0]},{ENDS[1]},{step},{maximum}"
         text += f"{nanoseconds + 10**8},{k},{stamp},laser,{told},{row}\n"
 
@@ -159,6 +160,7 @@ def test_a_clock_that_does_not_name_its_unit_is_read_and_told(save, unit, epoch)
     ("titles", "row", "message"),
     [
         ("a,b", "1,2", "the columns are a, b; points need columns `x` and `y`, or `angle` and"),
+        ("flag,raw_angle,distance", "1,2,3", "the columns are flag, raw_angle, distance; points"),
         ("scan,angle,speed", "1,2,3", "the columns are scan, angle, speed; points need"),
         ("angle,range", "1,2\n359,2", "'angle' must be radians within one turn, .* `angle_deg`"),
         ("theta,angle,range", "1,1,2", "'theta' and 'angle' are both taken for angle"),
