@@ -15,7 +15,7 @@ from labkit.support.arrays import (
     FARTHEST,
     FloatArray,
     as_generator,
-    as_numbers,
+    as_pose,
     as_poses,
     as_stamps,
     as_transform,
@@ -125,11 +125,13 @@ def cast(
     T = as_transform(T_world_scanner, "T_world_scanner")
     check_kind(world, "world", World)
     check_kind(lidar, "lidar", Lidar)
-    moved = as_numbers(increment, "increment", "dx, dy, dθ")
-    check_range(sweep_time, "sweep_time", at_least=0.0, unit="s")
+    sweep_motion = as_pose(increment, "increment")
+    check_range(abs(sweep_motion[2]), "increment", at_most=2.0 * math.pi, unit="rad")
+    check_range(sweep_time, "sweep_time", at_least=0.0, at_most=lidar.beam_count, unit="s")
     generator = as_generator(rng)
-    if moved.any():
-        T = T @ matrices_of(np.outer(np.arange(lidar.beam_count) / lidar.beam_count, moved))
+    if sweep_motion.any():
+        share_of_sweep = np.arange(lidar.beam_count) / lidar.beam_count
+        T = T @ matrices_of(np.outer(share_of_sweep, sweep_motion))
     ranges = first_hits(world.at(stamp), T, lidar.angles)
     ranges += generator.normal(0.0, lidar.noise_std, size=lidar.beam_count)
     dropped_out = generator.random(lidar.beam_count) < lidar.dropout_ratio

@@ -12,9 +12,11 @@ from labkit.simulation import (
     MovingObject,
     WheelNoise,
     World,
+    cast,
     crowd,
     doorways,
     room,
+    scan_along,
     two_rooms,
     wheel_increments,
 )
@@ -60,6 +62,25 @@ def test_a_number_out_of_its_range_is_refused_by_its_name(make, name, value):
 def test_a_world_that_cannot_stand_is_refused(call, message):
     with pytest.raises(LabkitError, match=message):
         call()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"increment": [1.0, 0.0, 90.0]}, r"`increment` must be in .* rad, got .*90"),
+        ({"increment": [1e300, 0.0, 0.0]}, r"`increment` must lie within 1e\+12 m, got"),
+        ({"sweep_time": 1e9}, r"`sweep_time` must be in \[0, 541\] s, got"),
+        ({"sweep_time": -1.0}, r"`sweep_time` must be in \[0, 541\] s, got -1"),
+    ],
+)
+def test_a_sweep_that_cannot_be_is_refused(change, message):
+    with pytest.raises(LabkitError, match=message):
+        cast(room(), np.eye(3), Lidar(), rng=0, **change)
+
+
+def test_skewed_is_true_or_false():
+    with pytest.raises(LabkitError, match="`skewed` must be of the class bool, got"):
+        scan_along(room(), POSES, Lidar(), rng=0, skewed=POSES)
 
 
 @pytest.mark.parametrize("rng", [0.5, -1, "seed", None, True, [1, 2]])
