@@ -2,9 +2,10 @@
 
 ``nice python tests/bench/disturbances.py LOG... --out FILE`` disturbs each log (`odometry_logs`
 tells how references are found), or its first N scans by ``--scans N``, two runs at a time, and
-writes all results as JSON. ``--repeats R`` makes R runs, which differ by a millimetre of noise: one
-run scatters by a factor of two, so compare medians. ``disturbances.py --page FILE...`` writes
-``book/disturbances.md`` from the results.
+writes each result as a line of JSON when it is known. ``--repeats R`` makes R runs, which differ by
+a millimetre of noise: one run scatters by a factor of two, so compare medians. All rows are run
+once before any is run again. ``disturbances.py --page FILE...`` writes ``book/disturbances.md``
+from the results.
 """
 
 from __future__ import annotations
@@ -314,27 +315,30 @@ def measure(task: tuple[str, int | None, str, bool, int]) -> dict[str, Any]:
     }
 
 
-def cell(runs: list[dict[str, Any]]) -> str:
-    """The median ATE of some runs [m], with their range, and that of the wheels alone."""
+COLUMNS = ("disturbance", "odometry", "smallest", "largest", "wheels alone", "runs")
+
+
+def row_of(name: str, runs: list[dict[str, Any]]) -> list[str]:
+    """The row of a disturbance: median ATE [m], its range, and that of the wheels alone."""
     errors = [each["ate"] for each in runs]
-    spread = f" ({min(errors):.2f}–{max(errors):.2f})" if len(errors) > 1 else ""
-    wheels = f", wheels {np.median([each['alone'] for each in runs]):.2f}"
-    return f"{np.median(errors):.2f}{spread}{wheels if runs[0]['wheels'] else ''}"
+    figures = [f"{each:.2f}" for each in (np.median(errors), min(errors), max(errors))]
+    if not runs[0]["wheels"]:
+        return [f"{name}, no wheels", *figures, "–", str(len(runs))]
+    alone = np.median([each["alone"] for each in runs])
+    return [name, *figures, f"{alone:.2f}", str(len(runs))]
 
 
 def page(results: list[dict[str, Any]]) -> str:
-    """The page of the book: two tables, and a sentence on each disturbance."""
-    logs = list(dict.fromkeys(each["log"] for each in results))
-    parts = [INTRO.format(1 + max(each["seed"] for each in results))]
-    for title, wheels in (("With wheels", True), ("Without wheels", False)):
+    """The page of the book: a table for each log, and a sentence on each disturbance."""
+    parts = [INTRO]
+    for log in dict.fromkeys(each["log"] for each in results):
         rows = []
-        for name in DISTURBANCES:
-            of_name = [e for e in results if (e["disturbance"], e["wheels"]) == (name, wheels)]
-            if of_name:
-                by_log = ([e for e in of_name if e["log"] == log] for log in logs)
-                rows.append([name, *(cell(runs) if runs else "–" for runs in by_log)])
-        if rows:
-            parts += [f"## {title}", markdown(["disturbance", *logs], rows)]
+        for name, wheels in product(DISTURBANCES, (True, False)):
+            of_row = log, name, wheels
+            runs = [e for e in results if (e["log"], e["disturbance"], e["wheels"]) == of_row]
+            if runs:
+                rows.append(row_of(name, runs))
+        parts += [f"## {log}", markdown(COLUMNS, rows)]
     calm = [each for each in results if each["disturbance"] == "clean"]
     hurt = [each for each in results if each["wheels"] and each not in calm]
     wrong, seen = (sum(each[key] for each in hurt) for key in ("wrong", "flagged_wrong"))
@@ -348,11 +352,11 @@ def page(results: list[dict[str, Any]]) -> str:
 INTRO = """\
 # Disturbances
 
-What does one disturbance cost the odometry? Each row disturbs the scans or the wheels of recorded
-logs in one way, and runs the [lab's odometry](odometry) on them. The figures are the median ATE in
-metres of {0} runs, whose ranges differ by a millimetre of noise, with the smallest and the largest
-in parentheses: one run scatters by a factor of two. With wheels, the ATE of the wheels alone stands
-beside it, disturbed as they are. `tests/bench/disturbances.py` writes this page."""
+What does one disturbance cost the odometry? Each row disturbs the scans or the wheels of a recorded
+log in one way, and runs the [lab's odometry](odometry) on it. The figures are ATE in metres: the
+median of some runs, whose ranges differ by a millimetre of noise, the smallest and the largest, and
+that of the wheels alone, disturbed as they are. One run scatters by a factor of two.
+`tests/bench/disturbances.py` writes this page."""
 
 KNOWN = """\
 ## Does it know?
@@ -371,27 +375,25 @@ def main() -> int:
     parser.add_argument("--wheels", choices=("with", "without", "both"), default="both")
     parser.add_argument("--repeats", type=int, default=1, metavar="R", help="with other seeds")
     parser.add_argument("--jobs", type=int, default=2, metavar="N")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="the results as JSON")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="the results, JSON lines")
     parser.add_argument("--page", nargs="+", type=Path, metavar="FILE", help="results to write up")
     args = parser.parse_args()
     if args.page:
-        results = [each for path in args.page for each in json.loads(path.read_text("utf-8"))]
+        lines = [line for path in args.page for line in path.read_text("utf-8").splitlines()]
+        results = [json.loads(line) for line in lines]
         (BOOK / "disturbances.md").write_text(page(results), encoding="utf-8")
         return 0
     ways = {"with": [True], "without": [False], "both": [True, False]}[args.wheels]
     names = [name for name in DISTURBANCES if any(word in name for word in args.only)]
     tasks = [
         (path, args.scans, name, wheels, seed)
-        for path, name, wheels, seed in product(args.logs, names, ways, range(args.repeats))
+        for seed, name, wheels, path in product(range(args.repeats), names, ways, args.logs)
         if wheels or not name.startswith("wheels")
     ]
-    results = []
-    with Pool(args.jobs, warm) as pool:
+    with Pool(args.jobs, warm) as pool, open(args.out or os.devnull, "w", encoding="utf-8") as out:
         for each in pool.imap(measure, tasks):
-            results.append(each)
             print(*(f"{n:.2f}" if isinstance(n, float) else n for n in each.values()), flush=True)
-    if args.out:
-        args.out.write_text(json.dumps(results, indent=1), encoding="utf-8")
+            print(json.dumps(each), file=out, flush=True)
     return 0
 
 
