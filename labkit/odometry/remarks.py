@@ -15,7 +15,8 @@ from labkit.support.arrays import FloatArray
 LONG_BLIND = 10  # steps without a match in a row
 LONG_AGAINST = 3  # matches against the prior in a row
 ENOUGH_STEPS = 10  # from which a ratio of matches and wheels is told
-CLEAR_TURN, CLEAR_WAY = math.radians(2.0), 0.05  # [rad] and [m]: shorter steps tell no ratio
+CLEAR_TURN = math.radians(2.0)  # [rad]: wheels and matches that turn less tell no ratio
+CLEAR_WAY = 0.05  # [m]: nor do those that drive less
 USUAL_RATIO = 0.5, 1.5  # of matched over told motions; 0.96 to 1.00 on right logs
 MANY_BEAMS = 0.05  # share of the beams, on average, that end at one largest range
 SAME_RANGE = 1e-6  # [m]
@@ -72,9 +73,10 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
     both = [step for step in steps if step.prior is not None and step.decision.matched]
     matched = np.reshape([step.increment for step in both], (-1, 3))
     told = np.reshape([step.prior for step in both], (-1, 3))
-    turned = np.abs(told[:, 2]) > CLEAR_TURN
     way = np.hypot(told[:, 0], told[:, 1])
-    moved = way > CLEAR_WAY
+    # Both must see a motion: what wheels alone tell may be their noise, as along a corridor.
+    turned = np.minimum(abs(told[:, 2]), abs(matched[:, 2])) > CLEAR_TURN
+    moved = np.minimum(way, np.hypot(matched[:, 0], matched[:, 1])) > CLEAR_WAY
     if turned.sum() >= ENOUGH_STEPS:
         ratio = float(np.median(matched[turned, 2] / told[turned, 2]))
         if not USUAL_RATIO[0] <= ratio <= USUAL_RATIO[1]:

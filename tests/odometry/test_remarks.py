@@ -45,6 +45,15 @@ def test_a_scanner_that_is_upside_down_is_named():
     assert "upside down" in remark
 
 
+def test_noise_of_wheels_along_a_straight_way_is_no_scanner_upside_down():
+    path = np.column_stack([np.linspace(-0.5, 0.5, 31), np.zeros((31, 2))])
+    scans = scan_along(room(), path, Lidar(beam_count=181), rng=5)
+    wheels = increments_between(path)
+    wheels[:, 2] += np.random.default_rng(0).normal(0.0, math.radians(4.0), len(wheels))
+
+    assert remarks_of(scans, wheels) == ()
+
+
 def test_wheels_in_another_unit_are_named():
     (remark,) = remarks_of(SCANS, WHEELS * [2.0, 2.0, 1.0])
 
