@@ -21,6 +21,7 @@ COMMA := ,
 NOTEBOOKS := $(wildcard notebooks/*.ipynb)
 # Newer than the notebooks and the code with which they ran.
 RAN := _build/ran
+NBVAL := $(BIN)/pytest -q -p patient_nbval --nbval-lax --nbval-current-env
 BENCH := .venv-bench
 WARM = $(BIN)/python -m labkit.support.warm  # compiles the stages where they are new
 
@@ -119,7 +120,7 @@ $(READY): requirements.txt pyproject.toml | $(BIN)/uv
 
 $(RAN): $(NOTEBOOKS) $(shell find labkit -name '*.py')
 	@mkdir -p _build && touch _build/began
-	$(BIN)/python book/_ext/execution.py $(if $(filter %.py,$?),,$?)
+	$(NBVAL) --numprocesses 2 --dist loadfile $(if $(filter %.py,$?),$(NOTEBOOKS),$?)
 	@mv _build/began $@
 
 $(TESTS): $(READY)
