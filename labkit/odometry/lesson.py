@@ -16,8 +16,8 @@ from labkit.icp import icp
 from labkit.odometry.base import Odometry
 from labkit.odometry.integration import integrate_step
 from labkit.odometry.parameters import OdometryParameters
-from labkit.odometry.record import STILL, Decision, StepRecord, no_match, record_of_match
-from labkit.odometry.sanity import failed_checks
+from labkit.odometry.record import STILL, Decision, Evidence, StepRecord, no_match, record_of_match
+from labkit.odometry.sanity import failed_checks, unknown_std
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, invert, to_xytheta
 from labkit.support.arrays import FloatArray
@@ -77,8 +77,10 @@ def lesson_step(
     scan: Scan, state: LessonState, prior: FloatArray | None, parameters: OdometryParameters
 ) -> StepRecord:
     """Match (A), read the increment (B), check it (D), publish it (E) or fall back (F)."""
+    std = unknown_std(prior, parameters.limits)
     if state.target is None or len(scan) < MIN_PAIRS:
-        return skip(no_match(which="older" if state.target is None else "newer"), state, prior)
+        record = no_match(which="older" if state.target is None else "newer")
+        return skip(replace(record, evidence=Evidence(std)), state, prior)
     T_guess = state.T_target_last @ from_xytheta(state.last_motion if prior is None else prior)
     reasons: list[str] = []
     for decision, matcher in (
@@ -90,9 +92,11 @@ def lesson_step(
         failures = failed_checks(result, increment, prior, parameters.limits)  # D
         record = record_of_match(result, increment, decision, state.T_target_last)
         if not failures:
-            return replace(record, reason="; ".join(reasons))  # E
+            evidence = record.evidence._replace(std=std)
+            return replace(record, reason="; ".join(reasons), evidence=evidence)  # E
         reasons.append(f"{decision.value}: {', '.join(failures)}")
-    return skip(replace(record, reason="; ".join(reasons)), state, prior)  # F
+    record = replace(record, reason="; ".join(reasons), evidence=Evidence(std))
+    return skip(record, state, prior)  # F
 
 
 def skip(record: StepRecord, state: LessonState, prior: FloatArray | None) -> StepRecord:

@@ -22,14 +22,13 @@ from labkit.odometry.local_map import LocalMap
 from labkit.odometry.match import Match, match
 from labkit.odometry.propose import believable_wheels, expect, propose
 from labkit.odometry.record import STILL, Decision, Evidence, StepRecord, no_match, record_of_match
-from labkit.odometry.sanity import SanityLimits, prior_failures
+from labkit.odometry.sanity import SanityLimits, prior_failures, unknown_std
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, invert, relative, to_xytheta
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
 REMEMBERED = 20  # motions
-NO_LIMIT = 1e3  # [m] or [rad]: a motion without limit counts as one of this length
 
 
 class MapState(NamedTuple):
@@ -177,12 +176,6 @@ def why_refused(record: StepRecord) -> str:
             f"{GOOD_MEAN_SCORE} on average, and this one {record.score:.2f}"
         )
     return f"the best match scores {record.score:.2f}, at most {MIN_SCORE}"
-
-
-def unknown_std(prior: FloatArray | None, limits: SanityLimits) -> FloatArray:
-    """Standard deviation (3,) of what no match tells: a third of the limits."""
-    shift, turn = limits.window if prior is None else limits.prior_window
-    return np.minimum([shift, shift, turn], NO_LIMIT) / 3.0
 
 
 def widen(limits: SanityLimits, lost: int) -> SanityLimits:

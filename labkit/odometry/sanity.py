@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from labkit.odometry.record import rmse_of
 from labkit.result import IcpResult
 from labkit.se2 import wrap
 from labkit.support.arrays import FloatArray, check_range
 from labkit.support.errors import InvalidParameterError
+
+NO_LIMIT = 1e3  # [m] or [rad]: a motion without limit counts as one of this length
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,3 +115,9 @@ def prior_failures(increment: FloatArray, prior: FloatArray, limits: SanityLimit
     from_prior = increment - prior
     from_prior[2] = wrap(from_prior[2])
     return limit_failures(from_prior, limits.prior_window, " from the prior")
+
+
+def unknown_std(prior: FloatArray | None, limits: SanityLimits) -> FloatArray:
+    """Standard deviation (3,) of what no match tells: a third of the limits."""
+    shift, turn = limits.window if prior is None else limits.prior_window
+    return np.minimum([shift, shift, turn], NO_LIMIT) / 3.0

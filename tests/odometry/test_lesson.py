@@ -205,3 +205,16 @@ def test_frames_do_not_matter_to_a_run():
     for record, record_turned in zip(plain.records, other.records, strict=True):
         expected = to_xytheta(A.T @ from_xytheta(record.increment) @ A)
         np.testing.assert_allclose(record_turned.increment, expected, atol=1e-8)
+
+
+@pytest.mark.parametrize("priors", [PRIORS[:3], None])
+def test_a_step_is_as_sure_as_the_lab_s_odometry_tells_of_the_same_match(priors):
+    with_gap = [*SCANS[:3], EMPTY]
+
+    lesson = estimate_odometry(with_gap, priors, estimator=LessonOdometry)
+    lab = estimate_odometry(with_gap, priors)
+
+    assert lesson.records[1].decision is lab.records[1].decision is Decision.ICP
+    np.testing.assert_allclose(lesson.records[1].covariance, lab.records[1].covariance, rtol=0.5)
+    np.testing.assert_array_equal(lesson.records[3].covariance, lab.records[3].covariance)
+    assert all(np.linalg.eigvalsh(each.covariance)[0] > 0.0 for each in lesson.records[1:])
