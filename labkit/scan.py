@@ -228,6 +228,7 @@ def scanner_poses(poses: ArrayLike, laser_offset: ArrayLike) -> FloatArray:
     [[0.25, 0.0, 0.0], [1.0, 0.25, 1.570796327]]
     """
     rows = as_poses(poses, "poses")
-    x, y, theta = as_numbers(laser_offset, "laser_offset")
+    x, y, theta = offset = as_numbers(laser_offset, "laser_offset")
+    check_angles(offset[2:], "laser_offset")
     T_w_laser = matrices_of(rows) @ transform(x, y, 0.0)
     return np.column_stack([T_w_laser[:, :2, 2], wrap(rows[:, 2] + theta)])

@@ -247,6 +247,15 @@ def test_rows_and_transforms_of_the_plane_and_of_space_are_the_same_poses(door):
         (partial(from_xytheta, DEGREES), r"within one turn, got 180: are these degrees\?"),
         (partial(icp, POINTS, POINTS, [0.1, 0.0, 30.0]), r"`theta` .* got 30: are these degrees\?"),
         (partial(Scan.from_ranges, [1.0], [90.0]), r"90: are these degrees\? use `np\.radians`"),
+        (
+            partial(scanner_poses, POSES, DEGREES[0]),
+            r"`laser_offset` .* got 0 to 90: are these deg",
+        ),
+        (
+            partial(odometry.estimate_odometry, [OLDER], POSES[:1], laser_offset=DEGREES[0]),
+            r"`laser_offset` .* got 0 to 90: are these degrees\?",
+        ),
+        (partial(odometry.MapOdometry, start=DEGREES[0]), r"`start` .* got 0 to 90: are these deg"),
         (partial(apply, T, POINTS.T), r"got \(2, 5\); transpose it \(`\.T`\)"),
         (partial(Scan.from_points, np.ones(541)), r"ranges go through `labkit\.Scan\.from_ranges"),
         (partial(apply, POSE, POINTS), r"poses .* go through `labkit\.from_xytheta`"),

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.record import StepRecord
-from labkit.scan import Scan
+from labkit.scan import Scan, check_angles
 from labkit.support.arrays import FloatArray, as_pose, check_kind
 from labkit.support.errors import InvalidPointsError
 
@@ -40,7 +40,9 @@ class Odometry(ABC, Generic[State]):
     ) -> None:
         self.parameters = OdometryParameters() if parameters is None else parameters
         check_kind(self.parameters, "parameters", OdometryParameters)
-        self._state = self.begin(as_pose(start, "start"))
+        pose = as_pose(start, "start")
+        check_angles(pose[2:], "start")
+        self._state = self.begin(pose)
 
     @abstractmethod
     def begin(self, pose: FloatArray) -> State:

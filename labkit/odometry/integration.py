@@ -8,6 +8,7 @@ from itertools import accumulate
 import numpy as np
 from numpy.typing import ArrayLike
 
+from labkit.scan import check_angles
 from labkit.se2 import matrices_of, relative, to_xytheta, wrap
 from labkit.support.arrays import FloatArray, as_numbers, as_pose, as_poses
 
@@ -55,7 +56,9 @@ def increments_of_scanner(increments: FloatArray, laser_offset: ArrayLike) -> Fl
 
     ``T_laser = T_robot_laser⁻¹ @ T_robot @ T_robot_laser``; a row of NaN stays one.
     """
-    T_robot_laser = matrices_of(as_numbers(laser_offset, "laser_offset", "x, y, θ"))
+    offset = as_numbers(laser_offset, "laser_offset", "x, y, θ")
+    check_angles(offset[2:], "laser_offset")
+    T_robot_laser = matrices_of(offset)
     moved = np.full_like(increments, np.nan)
     told = np.isfinite(increments).all(axis=1)
     if told.any():
