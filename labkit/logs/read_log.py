@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.util import find_spec
 from itertools import chain, islice
@@ -219,10 +220,10 @@ def _read_file(
 
 def _part(start: int, scans: int | None) -> Part:
     """Take the scans of a part of the log, and read no further."""
-    check_count(start, "start", at_least=0)
+    check_count(start, "start", at_least=0, at_most=sys.maxsize)
     if scans is not None:
-        check_count(scans, "scans", at_least=1)
-    end = None if scans is None else start + scans
+        check_count(scans, "scans", at_least=1, at_most=sys.maxsize)
+    end = None if scans is None else min(start + scans, sys.maxsize)
     return lambda sweeps: islice(sweeps, start, end)
 
 

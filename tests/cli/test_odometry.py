@@ -69,6 +69,13 @@ def test_a_part_of_a_log_is_that_part(run, carmen_log, tmp_path):
     assert (status, "of no more than 8 scans; choose a smaller `start`" in err) == (1, True)
 
 
+@pytest.mark.parametrize("option", ["--start", "--scans"])
+def test_a_number_beyond_all_counts_is_a_mistake_of_the_command_line(run, carmen_log, option):
+    status, _, err = run("odometry", carmen_log[0], option, 2**70)
+    assert status == 2
+    assert f"{option} must be a whole number of at least" in err
+
+
 def test_a_full_disk_stops_a_run_before_the_matching(run, carmen_log, monkeypatch, files):
     def full(**options):
         raise OSError(errno.ENOSPC, "No space left on device")
