@@ -72,7 +72,7 @@ class _Quality:
         return self.correspondences.inlier_rmse
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Iteration(_Quality):
     """The state after one iteration; number 0 is the initial guess, before any step."""
 
@@ -81,6 +81,12 @@ class Iteration(_Quality):
     translation_step: float  #: How far the pose moved to get here [m]; NaN at number 0.
     rotation_step: float  #: How far it turned [rad].
     coarse: bool  #: True for a coarse iteration; see `labkit.schedule`.
+
+    def __repr__(self) -> str:
+        return (
+            f"<Iteration: step {self.translation_step:.3g} m, {self.rotation_step:.3g} rad; "
+            f"{self.inlier_count} of {len(self.correspondences.kept)} pairs kept>"
+        )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

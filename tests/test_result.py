@@ -42,6 +42,13 @@ def test_a_result_is_told_in_one_line(in_the_room):
     )
 
 
+def test_each_iteration_is_told_in_one_line(in_the_room):
+    last = icp(in_the_room.source, in_the_room.target).history[-1]
+    told = repr(last)
+    assert told.startswith(f"<Iteration: step {last.translation_step:.3g} m, ")
+    assert told.endswith(f"; {last.inlier_count} of {len(in_the_room.source)} pairs kept>")
+
+
 def test_one_line_takes_parameters_by_name_and_a_guess_in_numbers(in_the_room):
     source, target = in_the_room.source, in_the_room.target
     guess = [0.1, -0.05, 0.02]
