@@ -109,7 +109,8 @@ def _settle_clock(sweeps: Sequence[Sweep], report: DamageReport) -> FloatArray:
         step = np.median(np.abs(np.diff(stamps))) if len(stamps) > 1 else stamps[0]
         report.remarks.append(
             f"the clock of the scans steps by {step:.4g}, which are no seconds: it is read as "
-            f"{UNITS[unit]}; the title `stamp_s` of its column says seconds"
+            f"{UNITS[unit]}, as the title `stamp_{UNITS[unit]}` of its column would say; the title "
+            f"`stamp_s` says seconds"
         )
         stamps = stamps / round(1.0 / unit)
     if (late := np.flatnonzero(np.diff(stamps) <= 0.0) + 1).size:

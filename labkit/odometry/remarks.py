@@ -82,8 +82,9 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
         if not USUAL_RATIO[0] <= ratio <= USUAL_RATIO[1]:
             yield (
                 f"the scans turn {ratio:.2f} times as far as the wheels: is the scanner upside "
-                f"down, or does it count its angles clockwise? If so, pass its angles in the "
-                f"other order; else ask whether the wheels' turns are in radians"
+                f"down, or does it count its angles clockwise? If so, read the log with "
+                f"`mirrored=True`, or `--mirrored`; else ask whether the wheels' turns are in "
+                f"radians"
             )
     if moved.sum() >= ENOUGH_STEPS:
         along = (matched[moved, :2] * told[moved, :2]).sum(axis=1)

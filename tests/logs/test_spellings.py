@@ -4,6 +4,7 @@ Each table is written from one set of sweeps, in a spelling that the test draws,
 back as these sweeps.
 """
 
+import re
 from datetime import UTC, datetime
 
 import numpy as np
@@ -146,7 +147,7 @@ def test_a_clock_that_does_not_name_its_unit_is_read_and_told(save, unit, epoch)
     fields = [f"{stamp / UNITS.get(unit, 1.0):.0f}" for stamp in stamps]
     if unit == "date":
         fields = [datetime.fromtimestamp(stamp, UTC).isoformat() for stamp in stamps]
-    rows = (",".join([field, *map(str, row)]) for field, row in zip(fields, RANGES, strict=True))
+    rows = [",".join([field, *map(str, row)]) for field, row in zip(fields, RANGES, strict=True)]
     titles = ",".join(["time", *(f"r{k}" for k in range(B))])
 
     log = read_log(save("\n".join([titles, *rows])), angles=ENDS, strict=True)
@@ -154,6 +155,11 @@ def test_a_clock_that_does_not_name_its_unit_is_read_and_told(save, unit, epoch)
     expect_scans(log, stamps)
     names = {"ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
     assert unit == "date" or f"no seconds: it is read as {names[unit]}" in log.remarks[0]
+    if unit != "date":
+        told = re.search("the title `(.*?)` of its column would say", log.remarks[0])[1]
+        said = read_log(save("\n".join([titles.replace("time", told), *rows])), angles=ENDS)
+        expect_scans(said, stamps)
+        assert said.remarks == ()
 
 
 @pytest.mark.parametrize(

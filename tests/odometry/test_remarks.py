@@ -43,6 +43,7 @@ def test_a_scanner_that_is_upside_down_is_named():
 
     assert remark.startswith("the scans turn -1")
     assert "upside down" in remark
+    assert "`mirrored=True`, or `--mirrored`" in remark
 
 
 def test_noise_of_wheels_along_a_straight_way_is_no_scanner_upside_down():
