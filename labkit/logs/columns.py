@@ -27,7 +27,12 @@ UNITS = METRES | RADIANS | SECONDS
 ANGLE = ("angle", "angles", "theta", "bearing", "azimuth", "alpha", "phi")
 RANGE = ("range", "ranges", "distance", "distances", "dist", "r", "rho", "l")
 CLOCK = ("stamp", "timestamp", "time", "rosbagtimestamp")  # the first is the scanner's own
-SCAN = ("scan", "scan_id", "scan_number", "scan_no", "sweep")
+NUMBERS_OF_SCANS = [
+    f"{name}{ending}"
+    for name in ("scan", "sweep", "frame")
+    for ending in ("", "_number", "_no", "_index", "_idx")
+]
+SCAN = (*NUMBERS_OF_SCANS, "scan_id", "sweep_id")  # `frame_id` is the name of an axes' frame
 MEANINGS = {  # by the name: what a column holds, and the units that it may have
     "x": ("x", METRES),
     "y": ("y", METRES),

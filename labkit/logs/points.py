@@ -2,8 +2,8 @@
 
 Titles stand in any order, with units as ``range_mm``; columns of other names are left out. Without
 titles the columns are ``x,y`` or ``scan,x,y``. A scan is the rows of one number in a column
-``scan``, or else of one stamp. Without both, all rows are one scan; where the angles of a polar
-table start anew, so does a scan.
+``scan``, ``sweep`` or ``frame``, or else of one stamp. Without both, all rows are one scan; where
+the angles of a polar table start anew, so does a scan.
 """
 
 from __future__ import annotations

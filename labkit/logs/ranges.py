@@ -26,6 +26,7 @@ from labkit.logs.lines import (
     DamagedLine,
     DamageReport,
     expect_fields,
+    is_number,
     parse_finite,
     parse_numbers,
 )
@@ -34,6 +35,7 @@ from labkit.logs.sweeps import Sweep
 from labkit.support.errors import InvalidParameterError, LogError
 
 FEWEST_BEAMS = 4
+UNEVEN = 0.1  # of a step: directions may be rounded
 FIRST_ROWS = 50  # tell whether rows end in a comma, and whether the first column rises
 GEOMETRY = ("angle_min", "angle_max", "angle_increment")
 DECLARED = (*GEOMETRY, "time_increment", "range_min", "range_max")
@@ -126,6 +128,7 @@ def read_ranges_table(
     if columns:
         layout = layout_of(columns, report.file)
     else:
+        _refuse_directions(*first_rows[0], report.file)
         ends_in_comma = not any(row[-1] for _, row in first_rows)
         width = len(first_rows[0][1])
         beams = range(width - ends_in_comma)
@@ -148,6 +151,22 @@ def read_ranges_table(
         yield sweep
     if rises and FEWEST_BEAMS < row_count < FIRST_ROWS:
         report.remarks.append(RISING)
+
+
+def _refuse_directions(line: int, row: Sequence[str], file: str) -> None:
+    """Raise `LogError` for a row that runs evenly through zero: no ranges do."""
+    numbers = np.array([float(field) for field in row if is_number(field)])
+    if len(numbers) < FEWEST_BEAMS or not np.isfinite(numbers).all():
+        return
+    if not numbers.min() < 0.0 < numbers.max():
+        return
+    steps = np.diff(numbers)
+    if (np.abs(steps - steps.mean()) <= UNEVEN * abs(steps.mean())).all():
+        raise LogError(
+            f"{file}:{line}: the numbers run evenly from {numbers[0]:g} to {numbers[-1]:g}, as "
+            f"directions of beams do, and ranges do not; take the row out, and pass its ends in "
+            f"radians as `angles` (`--angles`)"
+        )
 
 
 def _expect_directions(

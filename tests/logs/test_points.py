@@ -86,6 +86,21 @@ def test_a_comma_at_the_end_of_each_row_is_no_beam(save):
     np.testing.assert_allclose(np.degrees(scans[1].angles), [-90, -45, 0, 45, 90])
 
 
+@pytest.mark.parametrize("ends", [(-85.9, 80.2), (1.57, -1.57)])
+def test_a_first_row_of_directions_is_no_scan(save, ends):
+    directions = ",".join(f"{angle:.2f}" for angle in np.linspace(*ends, 9))
+    ranges = "1,2,3,4,5,4,3,2,1\n"
+    with pytest.raises(LogError, match=r"run\.log:1: the numbers run evenly .*; take the row out"):
+        read_log(save(f"{directions}\n{ranges}"), angles=HALF_CIRCLE)
+    assert len(read_log(save(ranges), angles=HALF_CIRCLE)) == 1
+
+
+@pytest.mark.parametrize("title", ["frame", "Frame_Index", "sweep_id", "scan_no"])
+def test_a_column_that_numbers_the_scans_has_many_names(save, title):
+    log = read_log(save(f"{title},x,y\n4,1,2\n4,3,4\n5,6,7\n"), strict=True)
+    assert [scan.points.tolist() for scan in log.scans] == [[[1, 2], [3, 4]], [[6, 7]]]
+
+
 def test_a_table_of_ranges_needs_the_directions_of_its_beams(save):
     path = save("1,2,3,4\n1,2,3,4\n")
     with pytest.raises(LogError, match=r"run\.log: rows of 4 numbers; .*angles=\(-2\.356, 2\.35"):
