@@ -10,6 +10,7 @@ import ast
 import builtins
 import codeop
 import contextlib
+import functools
 import json
 import os
 import random
@@ -19,7 +20,7 @@ import time
 import traceback
 import types
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,20 @@ from labkit.grading.box.inside import confine, data, parsing, reading, standins
 
 class OutOfTime(BaseException):
     """A cell or a call that is cut short."""
+
+
+def taking_lists(right: Callable[..., Any]) -> Callable[..., Any]:
+    """A function whose arguments may be lists of numbers, as those of a student's own may be."""
+
+    def as_array(given: Any) -> Any:
+        return np.array(given) if isinstance(given, list | tuple) else given
+
+    @functools.wraps(right)
+    def called(*given: Any, **named: Any) -> Any:
+        arrays = {name: as_array(value) for name, value in named.items()}
+        return right(*map(as_array, given), **arrays)
+
+    return called
 
 
 class Session:
@@ -181,7 +196,7 @@ class Session:
         for name, source in right.items():
             defined: dict[str, Any] = {}
             exec(source, defined)
-            self.lend(name, defined[name])
+            self.lend(name, taking_lists(defined[name]))
         random.seed(0)
         np.random.seed(0)  # noqa: NPY002
         for arguments in calls:
