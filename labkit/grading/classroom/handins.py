@@ -129,8 +129,7 @@ def find_submissions(
             f"choose another --layout"
         )
     submissions = [_submission(one, feedback) for one in named.values()]
-    folders = [one for one in path.iterdir() if one.is_dir()] if path.is_dir() else []
-    for folder in sorted(printable(one.name) for one in folders):
+    for folder in list_folders(path):
         found = re.match(pattern, f"{folder}/nothing")
         if found and folder not in handed_in and not is_skipped(folder):
             nothing = Handed("", path)
@@ -227,6 +226,18 @@ def list_files(path: Path) -> list[Handed]:
         for info in infos
         if not is_skipped(info.filename)
     )
+
+
+def list_folders(path: Path) -> list[str]:
+    """The folders at the top of a folder or zip archive, by name: those without a file, too."""
+    if path.is_dir():
+        names = [one.name for one in path.iterdir() if one.is_dir()]
+    elif is_source(path.name):
+        names = []
+    else:
+        infos = opened(path, path.stat().st_mtime_ns).infolist()
+        names = [info.filename.partition("/")[0] for info in infos if info.is_dir()]
+    return sorted({printable(name) for name in names})
 
 
 def _in_folder(folder: Path) -> Iterator[Handed]:

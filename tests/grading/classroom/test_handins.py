@@ -2,7 +2,9 @@
 
 import base64
 import os
+import shutil
 import zipfile
+from pathlib import Path
 
 import pytest
 
@@ -146,6 +148,21 @@ def test_marks_and_leftovers_are_nobodys_work(tmp_path):
     assert [one for one in remarks if "empty" in one] == [
         f"{folder}: {name} is an empty folder" for name in ("emmy", "zoe")
     ]
+
+
+@pytest.mark.parametrize("is_zipped", [False, True])
+def test_an_empty_folder_is_a_student_without_files(is_zipped, tmp_path):
+    """Law 5: in an archive it is a name alone."""
+    folder = write(tmp_path / "class", ["Ada L_4711_assignsubmission_file_/a.py"])
+    (folder / "Kim Li_4710_assignsubmission_file_").mkdir()
+    if is_zipped:
+        folder = Path(shutil.make_archive(str(folder), "zip", folder))
+
+    found, lost, remarks = find_submissions(folder)
+
+    assert [(one.name, len(one.files)) for one in found] == [("Kim Li", 0), ("Ada L", 1)]
+    assert not lost
+    assert remarks == [f"{folder}: Kim Li_4710_assignsubmission_file_ is an empty folder"]
 
 
 @pytest.mark.parametrize("name", ["Ada_L", "_", "Lovelace_4712_Ada", "O'Neill_Ada-Maria"])
