@@ -58,6 +58,12 @@ def test_a_student_reads_score_reason_and_chapter(pages):
     assert "Graded in isolation: bubblewrap." in words
 
 
+def test_who_was_not_graded_reads_no_score(pages):
+    page = pages(replace(verdict("ada", 0.0), is_graded=False))[1]
+    assert "Student ada : not graded" in page.text
+    assert "points" not in page.source
+
+
 def test_the_count_of_cases_is_said_once(pages):
     for message in ("", "0 of 1 cases pass."):
         asked = question(GATE.id, 4.0, 0.0, case("1", 0.0), message=message)
