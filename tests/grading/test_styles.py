@@ -6,11 +6,13 @@ import sys
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from right_answers import plain_python, source_of
 
 import labkit
 from labkit.course.assignment import load_assignment
+from labkit.grading.box.inside.standins import StandIn
 from labkit.grading.classroom.handins import one_submission, read_files
 from notebooks import RIGHT, answered, cell, notebook
 
@@ -225,6 +227,24 @@ def test_packages_that_are_installed_work_in_the_box(style, graded, wall):
     assert verdict.score == 100.0, verdict.notes
 
 
+OPERATORS = ["<", "<=", ">", ">=", "/", "//", "%", "**", "@", "&", "^", "<<", ">>", "+", "-", "*"]
+OPERATIONS = [
+    *(f"{left} {one} {right}" for one in OPERATORS for left, right in (("p", "2.0"), ("2.0", "p"))),
+    *("-p", "+p", "~p", "abs(p)", "round(p)", "float(p)", "open(p)", "np.sin(p)", "[0][p]"),
+]
+
+
+@pytest.mark.parametrize("operation", OPERATIONS)
+def test_an_operation_on_what_is_not_there_names_the_package(operation):
+    """Law 4: or it does nothing, as where a picture is drawn."""
+    try:
+        eval(operation, {"p": StandIn("pandas.Series"), "np": np})
+    except TypeError as error:
+        assert "pandas is not available" in str(error)  # noqa: PT017
+    else:
+        assert operation.split()[1] in {"+", "-", "*"}
+
+
 GUARDED = "if __name__ == '__main__':\n    np.loadtxt('scan.csv')\n"
 WRAPPED = "import helpers as h\n\n\ndef icp_step(*given):\n    return h.icp_step(*given)"
 
@@ -247,6 +267,29 @@ def test_a_slip_costs_its_own_points_alone(graded):
     assert {one.question for one in verdict.questions if not one.passed} == {"compose"}
     lent = next(one for one in verdict.questions if one.replaced)
     assert "in place of yours: with yours it would get" in lent.message
+
+
+HANDS_LISTS = {  # to a function of its own that has a slip
+    "nearest_neighbors": {"nearest_neighbors(moved,": "nearest_neighbors(moved.tolist(),"},
+    "distance_gate": {"distance_gate(d,": "distance_gate(list(d),"},
+    "overlap": {"overlap(d,": "overlap(distances=d.tolist(), overlap_ratio="},
+    "compose": {"dT @ T": "np.array(compose(dT.tolist(), T.tolist()))"},
+}
+SLIPPED = "def {name}(*given, **named):\n    return np.zeros(3)\n"
+
+
+@pytest.mark.parametrize("name", HANDS_LISTS)
+def test_a_slip_costs_no_caller_that_hands_on_lists(name, graded):
+    """Law 2: a right function that is lent takes lists, as one's own may."""
+    step = STEP
+    for text, other in HANDS_LISTS[name].items():
+        assert text in step
+        step = step.replace(text, other)
+    changed = {"icp_step": step, name: SLIPPED.format(name=name)}
+
+    verdict = graded({"a.ipynb": answered(changed)}, ASSIGNMENT)
+
+    assert {one.question for one in verdict.questions if not one.passed} == {name}
 
 
 def test_a_whole_repository_is_graded_by_what_is_ones_own(graded, read, tmp_path):

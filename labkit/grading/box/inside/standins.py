@@ -53,6 +53,11 @@ class StandIn(types.ModuleType):
         return ""
 
     __float__ = __int__ = __index__ = __len__ = __array__
+    __lt__ = __le__ = __gt__ = __ge__ = __neg__ = __pos__ = __abs__ = __invert__ = __array__
+    __truediv__ = __rtruediv__ = __floordiv__ = __rfloordiv__ = __mod__ = __rmod__ = __array__
+    __pow__ = __rpow__ = __matmul__ = __rmatmul__ = __and__ = __rand__ = __xor__ = __array__
+    __rxor__ = __lshift__ = __rlshift__ = __rshift__ = __rrshift__ = __ror__ = __array__
+    __round__ = __fspath__ = __array__
     __enter__ = __getitem__ = __call__
     __setitem__ = __exit__
     __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __or__ = __call__
