@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from labkit.odometry.match import Match
 from labkit.odometry.search import alike
 
-MIN_SCORE = 0.25  # a match that scores less tells less than the wheels, or than the last motion
+MIN_SCORE = 0.25  # a match that scores less tells less than the wheels
+MIN_SCORE_ALONE = 0.1  # without wheels: one that scores less tells less than the last motion
 WATCHED = 40  # steps whose best scores tell whether matches are to be believed beside wheels
 GOOD_MEAN_SCORE = 0.6  # of these steps: below it a match has to score more,
 STEEPNESS = 3.0  # by so much for each point that the mean is lower
@@ -20,7 +21,7 @@ def choose(matches: Sequence[Match]) -> tuple[Match, float]:
     """The match of the highest score, and its margin.
 
     The margin is by how much its agreement exceeds that of the best match that ended elsewhere;
-    NaN where none did. Whether the best is believed, `MIN_SCORE` says.
+    NaN where none did. Whether the best is believed, `MIN_SCORE` or `MIN_SCORE_ALONE` says.
     """
     highest = max(each.score for each in matches)
     best = next(each for each in matches if each.score >= highest - TIE)

@@ -3,7 +3,7 @@
 propose   where the robot may be: by the wheels or the last motions, and by a search
 match     ICP from each of these places
 score     how well the scan lies on the map there, and how unexpected the motion is  (5.3)
-choose    the highest score; below `MIN_SCORE` the wheels, or the last motion, tell more
+choose    the highest score; if it is low, the wheels, or the last motion, tell more
 """
 
 from __future__ import annotations
@@ -16,7 +16,14 @@ import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.base import Odometry
-from labkit.odometry.choose import GOOD_MEAN_SCORE, MIN_SCORE, WATCHED, choose, min_score
+from labkit.odometry.choose import (
+    GOOD_MEAN_SCORE,
+    MIN_SCORE,
+    MIN_SCORE_ALONE,
+    WATCHED,
+    choose,
+    min_score,
+)
 from labkit.odometry.integration import integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.match import Match, match
@@ -117,7 +124,7 @@ class MapOdometry(Odometry[MapState]):
                 break
         decision = Decision.ICP if best is matches[0] else Decision.SEARCH
         record = record_of_best(best, margin, T_map_last, decision)
-        least = MIN_SCORE if prior is None else min_score(state.scores)
+        least = MIN_SCORE_ALONE if prior is None else min_score(state.scores)
         if best.score > least:
             return believe(record, prior, limits)
         record = replace(record, led=least > MIN_SCORE)
@@ -175,7 +182,7 @@ def why_refused(record: StepRecord) -> str:
             f"following the wheels: the best matches of the last {WATCHED} steps score less than "
             f"{GOOD_MEAN_SCORE} on average, and this one {record.score:.2f}"
         )
-    return f"the best match scores {record.score:.2f}, at most {MIN_SCORE}"
+    return f"the best match scores only {record.score:.2f}"
 
 
 def widen(limits: SanityLimits, lost: int) -> SanityLimits:
