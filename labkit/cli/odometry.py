@@ -31,7 +31,7 @@ from labkit.odometry import (
 )
 from labkit.simulation import WheelNoise, wheel_increments
 from labkit.support.arrays import FloatArray, check_count
-from labkit.support.errors import InvalidParameterError, InvalidPointsError
+from labkit.support.errors import InvalidParameterError, InvalidPointsError, LogError
 from labkit.support.interrupts import loading
 from labkit.support.progress import show_progress
 from labkit.support.warm import warm
@@ -61,6 +61,7 @@ OF_READING = (  # parameters of `read_log`
     *("scans", "start", "angles", "range_min", "range_max", "mirrored", "time_increment"),
     *("no_return", "laser_offset", "odometry", "topic", "odometry_topic", "strict"),
 )
+STANDARD_INPUT = "standard input"  # in messages
 SHOWN_DAMAGE = 5  # damaged lines that are named one by one
 
 
@@ -195,7 +196,13 @@ def _named_file(log: str) -> Iterator[str]:
         copy = Path(folder) / "stdin"
         with copy.open("wb") as file:
             shutil.copyfileobj(sys.stdin.buffer, file)
-        yield str(copy)
+        try:
+            yield str(copy)
+        except LogError as error:  # nobody knows the copy
+            raise LogError(str(error).replace(str(copy), STANDARD_INPUT)) from None
+        except InvalidParameterError as error:
+            problem = error.problem.replace(str(copy), STANDARD_INPUT)
+            raise InvalidParameterError(problem, parameter=error.parameter) from None
 
 
 def _read(file: str, args: argparse.Namespace) -> Log:
@@ -206,7 +213,8 @@ def _read(file: str, args: argparse.Namespace) -> Log:
         way = "; a column `scan` tells scans apart" if log.format == "points" else ""
         raise InvalidPointsError(f"{log.name} holds a single scan; a motion needs two{way}")
     for line in log.skipped[:SHOWN_DAMAGE]:
-        print(f"skipped {line}", file=sys.stderr)
+        named = line if args.log != "-" else replace(line, file=STANDARD_INPUT)
+        print(f"skipped {named}", file=sys.stderr)
     if (rest := len(log.skipped) - SHOWN_DAMAGE) > 0:
         print(f"... and {rest} more damaged lines", file=sys.stderr)
     for remark in log.remarks:

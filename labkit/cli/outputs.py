@@ -14,7 +14,7 @@ import numpy as np
 from labkit.logs import Log, write_tum
 from labkit.odometry import OdometryResult, StepRecord
 from labkit.support.arrays import FloatArray
-from labkit.support.errors import WriteError
+from labkit.support.errors import InvalidParameterError, WriteError
 from labkit.support.files import atomic_write, refuse_unwritable
 
 COLUMNS = (
@@ -36,6 +36,8 @@ def output_paths(out: str | None, name: str, inputs: Sequence[str | None]) -> li
     """Names of the files to write; raise `WriteError` where one must or can not be written."""
     if out == "none":
         return []
+    if out == "":
+        raise InvalidParameterError("must name files, or be `none`, got ''", parameter="out")
     is_folder = out is not None and (out.endswith(("/", os.sep)) or os.path.isdir(out))
     prefix = name if out is None else os.path.join(out, name) if is_folder else out
     paths = [f"{prefix}{ending}" for ending in WRITERS]

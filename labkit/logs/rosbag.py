@@ -102,7 +102,8 @@ def _choose(
     listed = shorten(", ".join(topics), 100)
     if wanted is None and len(topics) > 1:
         raise LogError(
-            f"{file}: {len(topics)} topics of one type ({listed}); choose one by `{parameter}`"
+            f"{file}: {len(topics)} topics of one type ({listed}); choose one by `{parameter}` "
+            f"(`--{parameter.replace('_', '-')}`)"
         )
     if wanted is not None and wanted not in topics:
         raise LogError(f"{file}: `{parameter}` is {wanted!r}, the bag has {listed or None}")

@@ -62,11 +62,38 @@ def test_a_log_comes_through_standard_input(run, carmen_log, monkeypatch, files)
     assert files() == ["stdin-map.png", "stdin-odometry.tum", "stdin-quality.csv"]
 
 
+@pytest.mark.parametrize(
+    ("text", "options", "told"),
+    [
+        (b"", (), "standard input: the file is empty"),
+        (b"scan,x,y\n0,1,2\n1,1,2\nmud\n", NOTHING, "skipped standard input:4: "),
+        (
+            b"x,y\n1,2\n",
+            ("--topic", "/scan"),
+            "cannot be used for standard input, a log of the format",
+        ),
+    ],
+)
+def test_messages_name_standard_input_and_no_copy_of_it(run, monkeypatch, text, options, told):
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(text)))
+    _, _, err = run("odometry", "-", *options)
+    assert told in err
+
+
+def test_an_empty_prefix_is_a_mistake_of_the_command_line(run, carmen_log, files):
+    status, _, err = run("odometry", carmen_log[0], "--out", "")
+    assert (status, files()) == (2, [])
+    assert "--out must name files, or be `none`" in err
+
+
 def test_a_part_of_a_log_is_that_part(run, carmen_log, tmp_path):
     assert "3 scans" in run("odometry", carmen_log[0], "--start", 4, "--scans", 3)[1]
     assert read_tum(tmp_path / "room-odometry.tum")[0].tolist() == [4.5, 5.5, 6.5]
     status, _, err = run("odometry", carmen_log[0], "--start", 8)
-    assert (status, "of no more than 8 scans; choose a smaller `start`" in err) == (1, True)
+    assert (status, "of no more than 8 scans; choose a smaller `start` (`--start`)" in err) == (
+        1,
+        True,
+    )
 
 
 @pytest.mark.parametrize("option", ["--start", "--scans"])

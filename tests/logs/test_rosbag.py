@@ -128,7 +128,10 @@ def test_a_topic_is_chosen_where_there_are_several(any_bag):
     path = any_bag.close()
     with pytest.raises(LogError, match=r"2 topics of one type \(/front, /rear\); choose .*`topic`"):
         read_log(path)
-    with pytest.raises(LogError, match=r"\(/filtered, /wheels\); choose one by `odometry_topic`"):
+    with pytest.raises(
+        LogError,
+        match=r"\(/filtered, /wheels\); choose one by `odometry_topic` \(`--odometry-topic`\)",
+    ):
         read_log(path, topic="/rear")
     with pytest.raises(LogError, match="`topic` is '/top', the bag has /front, /rear"):
         read_log(path, topic="/top")
