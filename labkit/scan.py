@@ -174,7 +174,7 @@ def check_angles(angles: FloatArray, name: str) -> None:
     if max(high - low, -low, high) > MOST_TURN:
         raise InvalidParameterError(
             f"must be radians within one turn, got {low:.6g} to {high:.6g}: are these degrees? "
-            f"use `np.radians`: 90 degrees are 1.5708",
+            f"use `np.radians` in Python: 90 degrees are 1.5708",
             parameter=name,
         )
 
@@ -197,7 +197,10 @@ def _as_beams(beams: IntArray, count: int) -> IntArray:
     if isinstance(beams, np.ndarray) and not beams.flags.writeable and beams.base is None:
         checked = beams  # nobody can write into it
     else:
-        checked = np.array(beams)
+        try:
+            checked = np.array(beams)
+        except ValueError:  # rows of unequal lengths
+            checked = np.array(None)
     if checked.shape != (count,) or not (count == 0 or np.issubdtype(checked.dtype, np.integer)):
         raise InvalidPointsError(
             f"`beams` must be {count} whole numbers, one per point, got shape {checked.shape} "

@@ -246,7 +246,10 @@ def test_rows_and_transforms_of_the_plane_and_of_space_are_the_same_poses(door):
         (partial(transform, 1.0, 2.0, 90), r"radians within one turn, got 90: are these degrees\?"),
         (partial(from_xytheta, DEGREES), r"within one turn, got 180: are these degrees\?"),
         (partial(icp, POINTS, POINTS, [0.1, 0.0, 30.0]), r"`theta` .* got 30: are these degrees\?"),
-        (partial(Scan.from_ranges, [1.0], [90.0]), r"90: are these degrees\? use `np\.radians`"),
+        (
+            partial(Scan.from_ranges, [1.0], [90.0]),
+            r"90: are these degrees\? use `np\.radians` in P",
+        ),
         (
             partial(scanner_poses, POSES, DEGREES[0]),
             r"`laser_offset` .* got 0 to 90: are these deg",
@@ -270,6 +273,29 @@ def test_rows_and_transforms_of_the_plane_and_of_space_are_the_same_poses(door):
 def test_a_slip_of_students_is_told_the_way_out(call, hint):
     """Degrees, a transposed table, ranges for points, a pose for a transform, a failed match."""
     with pytest.raises(LabkitError, match=hint):
+        call()
+
+
+LOG = logs.Log(scans=(OLDER, NEWER), name="two", format="points")
+
+
+@pytest.mark.parametrize(
+    ("call", "place"),
+    [
+        (partial(logs.write_tum, None, STAMPS, POSES), "path"),
+        *[(partial(LOG.head, count), "count") for count in ("2", 2.0, -1)],
+        (partial(logs.read_log, "x.log", progress=None), "progress"),
+        (partial(odometry.estimate_odometry, [OLDER], progress=None), "progress"),
+        (partial(logs.read_log, "x.log", topic=POSE), "topic"),
+        (partial(logs.read_log, "x.log", odometry_topic=POSE), "odometry_topic"),
+        (partial(logs.read_log, "x.log", strict="no"), "strict"),
+        (partial(RUN.count, POSE), r"decisions\[0\]"),
+        (partial(RUN.count, "icp"), r"decisions\[0\]"),
+        (partial(Scan, points=POINTS[:2], beams=[[1, 2], [3]]), "beams"),
+    ],
+)
+def test_a_value_that_means_nothing_in_its_place_is_refused_by_the_place(call, place):
+    with pytest.raises(LabkitError, match=rf"`{place}` must be "):
         call()
 
 

@@ -33,6 +33,7 @@ class DamageReport:
 
     def __init__(self, file: str | os.PathLike[str], *, strict: bool) -> None:
         check_kind(file, "path", str, os.PathLike)
+        check_kind(strict, "strict", bool)
         self.file = os.fspath(file)
         self.strict = strict
         self.skipped: list[SkippedLine] = []

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from labkit.scan import Scan
-from labkit.support.arrays import FloatArray
+from labkit.support.arrays import FloatArray, check_count
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,6 +63,7 @@ class Log:
 
     def head(self, count: int) -> Log:
         """The first scans, and the poses that belong to them."""
+        check_count(count, "count", at_least=0)
         poses = (p if p is None else p[:count] for p in (self.odometry, self.reference))
         odometry, reference = poses
         return replace(self, scans=self.scans[:count], odometry=odometry, reference=reference)

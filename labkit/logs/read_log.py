@@ -25,7 +25,15 @@ from labkit.logs.scanner import Scanner
 from labkit.logs.sweeps import Sweep, make_scans
 from labkit.logs.trajectories import odd_steps, read_tum, scanner_track
 from labkit.scan import check_angles
-from labkit.support.arrays import FloatArray, as_numbers, as_poses, as_stamps, check_count
+from labkit.support.arrays import (
+    FloatArray,
+    as_numbers,
+    as_poses,
+    as_stamps,
+    check_count,
+    check_function,
+    check_kind,
+)
 from labkit.support.errors import InvalidParameterError, LogError
 from labkit.support.extras import MissingExtraError
 
@@ -133,6 +141,9 @@ def read_log(
     >>> log.format, log.scans[0].points.round(9).tolist(), log.skipped[0].line
     ('points', [[1.0, 0.0], [0.0, 2.0]], 4)
     """
+    for name, value in (("topic", topic), ("odometry_topic", odometry_topic)):
+        check_kind(value, name, str, type(None))
+    check_function(progress, "progress")
     offset = as_numbers(np.zeros(3) if laser_offset is None else laser_offset, "laser_offset")
     check_angles(offset[2:], "laser_offset")
     directions = _as_directions(angles)
@@ -166,7 +177,10 @@ def read_log(
     if not sweeps:
         lacking = f"a {format} log without any scan{report.summary()}; labkit reads {FORMATS}"
         if start and not report.skipped:
-            lacking = f"a {format} log of no more than {start} scans; choose a smaller `start`"
+            lacking = (
+                f"a {format} log of no more than {start} scans; choose a smaller `start` "
+                f"(`--start`)"
+            )
         raise LogError(f"{report.file}: {lacking}")
     all_scans = make_scans(sweeps, report, no_return)
     if odometry is not None or track is not None:

@@ -21,7 +21,7 @@ from labkit.logs.lines import (
 )
 from labkit.scan import Scan, scanner_poses
 from labkit.se2 import wrap
-from labkit.support.arrays import FloatArray, as_poses, as_stamps
+from labkit.support.arrays import FloatArray, as_poses, as_stamps, check_kind
 from labkit.support.errors import InvalidPointsError, LogError
 from labkit.support.files import atomic_write
 
@@ -44,6 +44,7 @@ def write_tum(path: str | os.PathLike[str], stamps: ArrayLike, poses: ArrayLike)
     poses : array_like, shape (K, 3)
         Rows (x [m], y [m], θ [rad]).
     """
+    check_kind(path, "path", str, os.PathLike)
     rows = as_poses(poses, "poses")
     times = as_stamps(stamps, "stamps", len(rows))
     half = wrap(rows[:, 2]) / 2.0

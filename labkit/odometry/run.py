@@ -21,7 +21,7 @@ from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.remarks import largest_range, remarks_on
 from labkit.scan import Scan
-from labkit.support.arrays import FloatArray, as_poses, check_kind
+from labkit.support.arrays import FloatArray, as_poses, check_function, check_kind, check_kinds
 from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 
@@ -45,6 +45,7 @@ class OdometryResult:
 
     def count(self, *decisions: Decision) -> int:
         """Number of steps that ended in one of `decisions`."""
+        check_kinds(decisions, "decisions", Decision)
         return sum(record.decision in decisions for record in self.records)
 
     @property
@@ -115,6 +116,7 @@ def estimate_odometry(
     if priors is None:
         priors = getattr(scans, "odometry", None)
     check_kind(deskew, "deskew", bool)
+    check_function(progress, "progress")
     if not (isinstance(estimator, type) and issubclass(estimator, Odometry)):
         raise InvalidParameterError(
             f"must be `MapOdometry` or `LessonOdometry`, the class itself, got {estimator!r}",

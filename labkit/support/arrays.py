@@ -329,6 +329,12 @@ def check_kind(value: object, name: str, *kinds: type) -> None:
         )
 
 
+def check_function(value: object, name: str) -> None:
+    """Raise `InvalidParameterError` unless `value` can be called."""
+    if not callable(value):
+        raise InvalidParameterError(f"must be a function, got {value!r:.80}", parameter=name)
+
+
 def check_kinds(values: object, name: str, *kinds: type) -> None:
     """Raise `InvalidParameterError` unless `values` are a list or tuple of such objects."""
     check_kind(values, name, list, tuple)
