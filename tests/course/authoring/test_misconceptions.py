@@ -129,6 +129,7 @@ UNNAMED = {  # wrong loops that no known mistake names
 WRONG = {  # full marks once
     ("icp", "without the rotation test"): {ENDS: f"{SHIFT} < 1e-6"},
     ("icp", "without the translation test"): {ENDS: f"{TURN} < 1e-6"},
+    ("icp", "a shift along x alone"): {ENDS: f"abs(dT[0, 2]) < 1e-6 and {TURN} < 1e-6"},
     ("icp", "a translation below 1e-2"): {ENDS: f"{SHIFT} < 1e-2 and {TURN} < 1e-6"},
     ("icp", "a translation below 1e-3"): {ENDS: f"{SHIFT} < 1e-3 and {TURN} < 1e-6"},
     ("icp", "a rotation below 1e-3"): {ENDS: f"{SHIFT} < 1e-6 and {TURN} < 1e-3"},

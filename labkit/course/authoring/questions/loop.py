@@ -23,6 +23,7 @@ from labkit.course.authoring.questions.scenes import (
     on_the_spot,
     scans,
     straight_ahead,
+    straight_to_the_left,
     whole_loop,
 )
 from labkit.course.authoring.questions.se2 import invert
@@ -167,6 +168,8 @@ the cost stands still ($|\Delta J| < \varepsilon_J$); the budget is spent ($k \g
         {"abs(cost_change)": "cost_change"}),
     "each_axis": ("Each axis is held against ε_t by itself; the test is on the length ‖Δt‖.",
         {"np.hypot(dT[0, 2], dT[1, 2])": "np.abs(dT[:2, 2]).max()"}),
+    "x_alone": ("Only Δx is held against ε_t; the test is on the length ‖Δt‖.",
+        {"np.hypot(dT[0, 2], dT[1, 2])": "abs(dT[0, 2])"}),
     "degrees": ("The angle is in degrees here; ε_ψ is in radians.",
         {" < eps_psi": " * 180 / np.pi < eps_psi"}),
     "one_more": ("The budget is overdrawn by one: at k = k_max the loop ends.",
@@ -274,6 +277,7 @@ the transform after the last step.
     "a way straight ahead, without a turn": straight_ahead,
     "a turn on the spot, without a shift": on_the_spot,
     "a pair a little beyond a wide gate": LOOP_AT_THE_GATE,
+    "a way straight to the left, without a turn": straight_to_the_left,
 }, hidden={
     "the gate alone": whole_loop(28, 0.45, 1.0, OFF),
     "trimming alone": whole_loop(24, OFF, 0.7, OFF),
@@ -284,6 +288,7 @@ the transform after the last step.
     "a way straight ahead, without a turn": straight_ahead,
     "a turn on the spot, without a shift": on_the_spot,
     "a pair a little beyond a wide gate": LOOP_AT_THE_GATE,
+    "a way straight to the left, without a turn": straight_to_the_left,
 }, mistakes={
     "update_on_the_right": (ON_THE_RIGHT, {UPDATE: "return T @ dT"}, "chapter 4, “Ten lines”"),
     "last_increment": ("This is the last increment alone; the steps have to be chained.",
@@ -301,6 +306,8 @@ the transform after the last step.
         {STOP: f"{SHIFT} < 1e-6"}, WHEN),
     "no_translation_test": ("Only the rotation is tested: a scan may still shift without it.",
         {STOP: f"{TURN} < 1e-6"}, WHEN),
+    "x_alone": ("Only Δx is held against the tolerance; the test is on the length ‖Δt‖.",
+        {STOP: f"abs(dT[0, 2]) < 1e-6 and {TURN} < 1e-6"}, WHEN),
     "rmse_change": ("The loop stops where the RMSE hardly changes; a scan may still slide.",
         [{"T = T_init": "T, rmse = T_init, np.inf",
           "dT = T @ invert(T_before)": f"last, rmse = rmse, {RMSE}",

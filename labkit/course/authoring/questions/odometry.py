@@ -87,7 +87,8 @@ Chain them to poses in the frame of the start. Headings are to lie in $(-\pi, \p
     "half a turn on the way": Exact(_half_turn),
 }, mistakes={
     "world_frame": ("The increments are added in the world's frame: turn each by R(ψ_k).",
-        {"rotation(psi) @ increment": "increment"}),
+        [{"rotation(psi) @ increment": "increment"},
+         {"rotation(psi) @ increment": "increment", HEADING: "psi + increment[2]"}]),
     "not_wrapped": ("The headings grow beyond (−π, π]: wrap them.",
         {HEADING: "psi + increment[2]"}),
     "wrapped_to_full_turn": ("The headings are wrapped to [0, 2π): the convention is (−π, π].",
@@ -137,6 +138,8 @@ single pair has the RMSE `nan`; nobody should believe it.
     "an ordinary step aslant": _step(length=0.42, heading=DIAGONAL),
     "a step straight ahead, too far": _step(length=0.7),
     "an ordinary step back": _step(length=-0.3),
+    "a step to the left, too far": _step(length=0.7, heading=math.pi / 2),
+    "an ordinary step to the left": _step(heading=math.pi / 2),
 }, hidden={
     "an ordinary step back": _step(length=-0.3),
     "an ordinary turn to the right": _step(turn=-0.5),
@@ -159,6 +162,8 @@ single pair has the RMSE `nan`; nobody should believe it.
         {"abs(increment[2])": "increment[2]"}),
     "each_axis": ("Each axis is held against the limit by itself; test the length ‖Δt‖.",
         {LENGTH: "np.abs(increment[:2]).max()"}),
+    "x_alone": ("Only Δx is held against the limit; test the length ‖Δt‖.",
+        {LENGTH: "abs(increment[0])"}),
     "nan_passes": ("A residual that is NaN passes: every comparison with NaN is False, so ask "
         "for `rmse <= max_rmse` rather than refuse `rmse > max_rmse`.",
         {"rmse <= max_rmse": "not rmse > max_rmse"}),

@@ -59,6 +59,14 @@ def straight_ahead(rng: Rng) -> Arguments:
     return source, posts, guess, 3.0, 1.0, 0.02, 2 * LOOP_BUDGET
 
 
+def straight_to_the_left(rng: Rng) -> Arguments:
+    """The scene that is off straight ahead, turned by a quarter: no step moves along x."""
+    source, posts, guess, *limits = straight_ahead(rng)
+    quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    turned = [labkit.apply(quarter, points) for points in (source, posts)]
+    return *turned, quarter @ guess @ quarter.T, *limits
+
+
 def on_the_spot(rng: Rng) -> Arguments:
     """A scene that looks the same from behind, and a guess that is turned: no step shifts.
 

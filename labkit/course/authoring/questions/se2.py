@@ -57,6 +57,10 @@ Write the matrix that turns points counter-clockwise by the angle $\theta$.
         {"[[c, -s], [s, c]]": "[[c, s], [s, c]]"}),
     "small_angle": ("This is the small-angle [[1, −θ], [θ, 1]]: it stretches what it turns.",
         {"np.cos(theta), np.sin(theta)": "1.0, theta"}),
+    "degrees": ("The angle is taken for degrees, or turned into them; θ is in radians, as `np.cos` "
+        "takes it.",
+        [{"np.cos(theta), np.sin(theta)": f"np.cos({unit}(theta)), np.sin({unit}(theta))"}
+         for unit in ("np.radians", "np.degrees")]),
 })
 def rotation(theta):
     """Rotation matrix of an angle.
@@ -88,6 +92,8 @@ Chain them to the one that goes from $c$ to $a$.
 }, mistakes={
     "elementwise": ("The matrices are multiplied entry by entry (`*`); the product is `@`.",
         lambda T, U: T * U),
+    "exchanged": ("The order is exchanged: equal letters meet, `T_a_b @ T_b_c`.",
+        lambda T, U: U @ T),
     "translations_added": ("The translations are added; turn the second by R_a_b first.",
         lambda T, U: np.block([[T[:2, :2] @ U[:2, :2], T[:2, 2:] + U[:2, 2:]], [T[2]]])),
 })
