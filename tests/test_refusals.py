@@ -24,6 +24,7 @@ NAN, INF = math.nan, math.inf
 POINTS = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [4.0, 1.0]])
 SPARSE = 3.0 * np.stack(np.meshgrid(np.arange(1.0, 6), np.arange(4.0)), axis=-1).reshape(-1, 2)
 ONES = np.ones(4)
+UNIT = np.tile([0.0, 1.0], (4, 1))
 NORMALS = np.array([[0.0, -1.0], [NAN, NAN], [0.0, -1.0], [0.0, -2.0]])
 
 
@@ -60,7 +61,7 @@ def result(in_the_room):
             (POINTS, POINTS, NORMALS, ONES),
             "`normals` must be finite, .* at index 1",
         ),
-        (line_information, (POINTS, POINTS, None, NORMALS[:2]), "`other_normals` must have shape"),
+        (line_information, (POINTS, UNIT, None, NORMALS[:2]), "`other_normals` must have shape"),
         (Target, (POINTS * NAN,), r"`target` must be finite, got \[nan, nan\]"),
         (
             align,
