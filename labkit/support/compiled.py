@@ -40,12 +40,19 @@ def compiled(function: F) -> F:
 
         return keep(numba.njit(**OPTIONS)(function))
 
+    ready: list[Any] = []  # what Python calls, once a first call has returned
+
+    def first_call(*arguments: Any) -> Any:
+        function_in_numba = entry()
+        outcome = function_in_numba(*arguments)
+        ready.append(function_in_numba)
+        return outcome
+
     def call(*arguments: Any) -> Any:
-        is_ready = entry.cache_info().currsize and getattr(entry(), "signatures", True)
-        if not is_ready:
-            return _call_in_thread(lambda: entry()(*arguments))
+        if not ready:
+            return _call_in_thread(lambda: first_call(*arguments))
         try:
-            return entry()(*arguments)
+            return ready[0](*arguments)
         except SystemError as error:  # an interrupt, met while numba made the result
             first: BaseException = error
             while first.__cause__ is not None:
