@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from labkit.icp import icp
 from labkit.odometry.propose import Expectation
 from labkit.odometry.score import score
@@ -53,7 +55,7 @@ def match(
     if seen is None or not seen.degenerate:
         return found
     T_filled = expected.fill_free(found.T, seen)
-    if step_length(found.T, T_filled)[0] < parameters.translation_tolerance:
+    if step_length(np.array(found.T), T_filled)[0] < parameters.translation_tolerance:
         return found
     result = icp(scan, target, T_filled, parameters)
     moved = Match(result, *score(result, expected))
