@@ -353,7 +353,7 @@ INTRO = """\
 # Disturbances
 
 What does one disturbance cost the odometry? Each row disturbs the scans or the wheels of a recorded
-log in one way, and runs the [lab's odometry](odometry) on it. The figures are ATE in metres: the
+log in one way, and runs the [lab's odometry](odometry.md) on it. The figures are ATE in metres: the
 median of some runs, whose ranges differ by a millimetre of noise, the smallest and the largest, and
 that of the wheels alone, disturbed as they are. One run scatters by a factor of two, and so may the
 median of few. `tests/bench/disturbances.py` writes this page, and knows more disturbances than were
