@@ -20,6 +20,7 @@ from labkit.support.arrays import (
 from labkit.support.errors import InvalidPointsError
 
 MAX_ERROR = 1e100  # its square is finite
+MAX_TURN = 2.0  # [rad]: a robot turns less from one scan to the next
 USE_RADIANS = "are these degrees? use `np.radians`"
 
 
@@ -136,14 +137,16 @@ def check_lengths(a: FloatArray, b: FloatArray, name_a: str, name_b: str) -> Non
 
 
 def check_headings(rows: FloatArray, name: str) -> None:
-    """Raise `InvalidPointsError` where headings beyond 2π jump by more than π, as degrees do.
+    """Raise `InvalidPointsError` where headings beyond 2π jump as degrees do.
 
-    Headings in radians that count full turns go beyond 2π as well, but not by jumps.
+    Headings in radians that count full turns go beyond 2π as well, and jump by nearly a full
+    turn where they are counted anew. Degrees jump by anything.
     """
     theta = rows[:, 2]
     jumps = np.abs(np.diff(theta))
-    if np.abs(theta).max() > 2.0 * math.pi and jumps.max(initial=0.0) > math.pi:
-        row = int(jumps.argmax())
+    turns = np.where(jumps > math.pi, np.abs(jumps - 2.0 * math.pi), 0.0)  # beside a full turn
+    if np.abs(theta).max() > 2.0 * math.pi and turns.max(initial=0.0) > MAX_TURN:
+        row = int(turns.argmax())
         raise InvalidPointsError(
             f"`{name}` must have headings in radians, got {theta[row]:g} and {theta[row + 1]:g} "
             f"one after the other, at index {row}; {USE_RADIANS}"

@@ -52,6 +52,13 @@ def test_headings_in_degrees_are_refused(error, arguments):
         error(*arguments)
 
 
+def test_headings_whose_full_turns_are_counted_anew_are_radians():
+    counted = ROUNDS.copy()
+    counted[40:, 2] -= 2.0 * math.pi  # beyond 2π before, and a jump back by nearly a full turn
+
+    assert ate(counted, ROUNDS).translation.max < 1e-9
+
+
 @pytest.mark.parametrize("check", [forward_backward, disagreement])
 def test_turns_in_degrees_are_refused(check):
     steps = np.array([[0.5, 0.0, 0.1], [0.5, 0.0, 20.0]])
