@@ -257,5 +257,5 @@ def test_on_a_telephone_a_finger_scrolls_but_for_one_on_the_scan(show, explorer)
 
     assert swipe(0.55, 0.93) > 30  # no point is near
     assert guess(page) == at
-    assert swipe(0.08, 0.41) < 5  # the scanner
+    assert swipe(0.06, 0.47) < 5  # the scanner
     assert guess(page) != at
