@@ -85,7 +85,7 @@ def expect(
     motions: FloatArray,
     T_last_refused: FloatArray | None = None,
 ) -> Expectation:
-    """What is expected after the pose `T_map_last`.
+    """Expected poses after the pose `T_map_last`, and what others cost.
 
     By the wheels, (3,), or None; and by the last motions (K, 3), the newest first. If the last
     match was refused, the wheels may go on from `T_last_refused`, where it ended, too.

@@ -44,7 +44,7 @@ class Decision(Enum):
 
 
 class Evidence(NamedTuple):
-    """What the covariance of a step is computed from, when somebody asks for it."""
+    """Ground on which the covariance of a step is computed, when somebody asks for it."""
 
     std: FloatArray  # (3,): standard deviation of what no match tells [m, m, rad]
     result: IcpResult | None = None  # against the matched points of the target alone

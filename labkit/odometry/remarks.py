@@ -1,4 +1,4 @@
-"""What is odd about a run as a whole, though no step shows it: a likely cause, and what to do."""
+"""Remarks on a run as a whole, where no step shows the oddity: a likely cause, and what to do."""
 
 from __future__ import annotations
 

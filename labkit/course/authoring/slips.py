@@ -36,7 +36,7 @@ def slips(source: str) -> Iterator[str]:
 
 
 def _slips_at(node: ast.expr) -> Iterator[str]:
-    """What may stand in place of a node."""
+    """Nodes that may stand in place of a node."""
     match node:
         case ast.BinOp(one, sign, other) | ast.Compare(one, [sign], [other]) if type(sign) in SIGNS:
             yield from _of_signs(node, SIGNS[type(sign)], text(one), text(other))
