@@ -8,7 +8,18 @@ import numpy as np
 import pytest
 from mouse import Point, drag, finger, middle
 from playwright.sync_api import Page, expect
-from widget_page import come_back, copied_link, enter, picture, readout, settle
+from widget_page import (
+    FRAME,
+    come_back,
+    copied_link,
+    drawn,
+    enter,
+    film,
+    picture,
+    readout,
+    run_until,
+    settle,
+)
 
 import labkit
 from labkit.interactive import Explorer, icp_explorer
@@ -28,6 +39,14 @@ LISTEN = """() => {
             .observe(node, { childList: true, characterData: true, subtree: true });
 }"""
 
+# A page for which 5 ms pass whenever it looks at its clock.
+SLOW = """() => {
+    let now = performance.now();
+    performance.now = () => (now += 5);
+}"""
+SIZE = {"width": 800, "height": 1400}
+REST = 1000  # ms of a page's clock, after which all is told
+
 
 @pytest.fixture(scope="module")
 def explorer() -> Explorer:
@@ -36,8 +55,7 @@ def explorer() -> Explorer:
 
 @pytest.fixture
 def page(show, explorer: Explorer) -> Page:
-    size = {"width": 800, "height": 1400}
-    return show(explorer, SIGN, viewport=size, reduced_motion="reduce")
+    return show(explorer, SIGN, viewport=SIZE, reduced_motion="reduce")
 
 
 def guess(page: Page) -> list[float]:
@@ -131,24 +149,29 @@ def test_the_scan_is_dragged_turned_and_slid(page):
         assert -8.0 < y < 8.0
 
 
-def test_steps_play_and_pause_and_are_told_in_one_sentence(page):
-    page.emulate_media(reduced_motion="no-preference")
+def test_steps_play_and_pause_and_are_told_in_one_sentence(show, explorer):
+    page = show(explorer, SIGN, viewport=SIZE, by_hand=True)
     shown, spoken = readout(page, "shown"), page.locator(".icp-spoken")
+    page.clock.run_for(REST)
     expect(shown).to_have_text("the guess, iteration 0 of 28")
     expect(spoken).to_contain_text("keep 143 of 180 pairs")
     expect(page.get_by_role("button", name="Start")).to_be_disabled()
     press(page, "Step")
+    page.clock.run_for(REST)
     expect(shown).to_have_text("iteration 1 of 28")
     page.evaluate(LISTEN)
     press(page, "Play")
+    page.clock.run_for(REST)
     expect(shown).not_to_have_text("iteration 1 of 28")
     press(page, "Pause")
+    page.clock.run_for(FRAME)
     paused = shown.inner_text()
-    page.wait_for_timeout(800)
+    page.clock.run_for(REST)
     expect(shown).to_have_text(paused)
     assert page.evaluate("() => window.heard") <= 3  # not one by one what is drawn
     page.emulate_media(reduced_motion="reduce")
     press(page, "Play")
+    page.clock.run_for(REST)
     expect(shown).to_have_text("iteration 28 of 28")
     expect(page.get_by_role("button", name="Step")).to_be_disabled()
     expect(spoken).to_contain_text("28 iterations, converged")
@@ -193,17 +216,18 @@ def test_a_copied_state_is_a_link_to_it(page):
     expect(readout(page, "shown")).to_contain_text("the guess, iteration 0 of")
 
 
-def test_the_basin_is_labkit_s_and_the_page_listens_meanwhile(page, explorer):
+def test_the_basin_is_labkit_s_and_the_page_listens_meanwhile(show, explorer):
     """A start that the map counts as found is found by labkit, and the reverse."""
-    page.emulate_media(reduced_motion="no-preference")
-    choose(page, "Two rooms")
-    without, status = picture(page), page.locator(".icp-basin .icp-status")
+    page = show(explorer, SIGN, viewport=SIZE, by_hand=True)
+    page.evaluate(SLOW)
+    page.get_by_label("scans", exact=True).select_option("Two rooms")
+    page.clock.run_for(FRAME)
+    without, status = drawn(page), page.locator(".icp-basin .icp-status")
     press(page, "Compute the basin", "Stop", "Compute again")
-    expect(status).to_contain_text("guesses end within 0.1 m of the truth")
-    swarm = picture(page)
-    assert swarm != without
-    while picture(page) == swarm:
-        settle(page)  # until it walks
+    run_until(page, ".icp-basin .icp-status", "guesses end within 0.1 m of the truth")
+    walk = film(page, duration=REST)
+    assert without not in walk
+    assert len(set(walk)) > 5
     scene = explorer.scenes["Two rooms"]
     target, found = labkit.Target(scene.target), 0
     x, y, _ = labkit.to_xytheta(scene.T_reference)
@@ -213,6 +237,7 @@ def test_the_basin_is_labkit_s_and_the_page_listens_meanwhile(page, explorer):
             labkit.compose(labkit.invert(scene.T_reference), run.T_target_source)
         )
         found += bool(np.hypot(*error[:2]) <= 0.10 and abs(error[2]) <= np.radians(2.0))
+    page.clock.resume()
     expect(status).to_contain_text(f"{found} of 225 guesses")
     page.get_by_label("overlap ρ").press("ArrowLeft")
     expect(status).to_contain_text("have changed since")

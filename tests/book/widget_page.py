@@ -13,6 +13,7 @@ from ipywidgets.embed import embed_data
 from playwright.sync_api import Browser, Locator, Page, expect
 
 PATIENCE = 1000.0 * float(os.environ.get("LABKIT_PATIENCE", "86400"))  # of a wait [ms]
+FRAME = 20  # ms of a page's clock in which it draws at least once
 KEPT = 500  # ms in which the browser puts away what a page told it to keep
 # Formulas without a drawing, or with one of no size, letters without a shape, pictures that did
 # not come, widgets that drew nothing, and figures without a place, once all have been asked.
@@ -66,8 +67,28 @@ def readout(page: Page, name: str) -> Locator:
 def picture(page: Page, canvas: str = ".icp-plane") -> str:
     """What is drawn, once all that has happened shows in it."""
     settle(page)
-    drawn: str = page.locator(canvas).first.evaluate("canvas => canvas.toDataURL()")
-    return drawn
+    return drawn(page, canvas)
+
+
+def drawn(page: Page, canvas: str = ".icp-plane") -> str:
+    """What is drawn now."""
+    shown: str = page.locator(canvas).first.evaluate("canvas => canvas.toDataURL()")
+    return shown
+
+
+def film(page: Page, duration: int, canvas: str = ".icp-plane") -> list[str]:
+    """What is drawn, frame by frame for so many ms, on a page whose clock moves by hand."""
+    pictures = []
+    for _ in range(duration // FRAME):
+        page.clock.run_for(FRAME)
+        pictures.append(drawn(page, canvas))
+    return pictures
+
+
+def run_until(page: Page, place: str, words: str) -> None:
+    """Move a page's clock by hand until these words stand there."""
+    while words not in page.locator(place).inner_text():
+        page.clock.run_for(FRAME)
 
 
 def enter(page: Page, address: str) -> None:
@@ -93,11 +114,22 @@ def come_back(page: Page) -> None:
 
 @contextmanager
 def opened(
-    browser: Browser, address: str, sign: str = "", own: str = "file:", **options: object
+    browser: Browser,
+    address: str,
+    sign: str = "",
+    own: str = "file:",
+    by_hand: bool = False,
+    **options: object,
 ) -> Iterator[Page]:
-    """A page, once the sign is there; on leaving, it asked for its own alone and nothing failed."""
+    """A page, once the sign is there; on leaving, it asked for its own alone and nothing failed.
+
+    `by_hand`: its clock stands, and moves by `page.clock.run_for` alone, however fast the machine.
+    """
     page = browser.new_page(**options)
     page.set_default_timeout(PATIENCE)
+    if by_hand:
+        page.clock.install(time=0)
+        page.clock.pause_at(1)
     outside: list[str] = []
     complaints: list[str] = []
     known = (own, "data:", "blob:")
@@ -107,7 +139,10 @@ def opened(
     page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
     page.on("pageerror", lambda e: complaints.append(str(e)))
     page.goto(address)
-    if sign:
+    if by_hand:
+        while not page.locator(sign).count():
+            page.clock.run_for(FRAME)
+    elif sign:
         page.locator(sign).first.wait_for()
     else:
         page.wait_for_load_state("networkidle")
