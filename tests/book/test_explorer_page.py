@@ -109,7 +109,7 @@ def test_a_run_tells_its_end_only_once_it_was_played(page):
         press(page, "End")
         expect(readout(page, "your bet")).to_have_text(re.compile(r"0\.4\d m from the end"))
         press(page, "Start")
-    come_back(page)  # the bet is kept
+    come_back(page, kept="bet")
     press(page, "End")
     expect(readout(page, "your bet")).to_have_count(1)
     press(page, "Reset", "End")

@@ -14,7 +14,6 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 PATIENCE = 1000.0 * float(os.environ.get("LABKIT_PATIENCE", "86400"))  # of a wait [ms]
 FRAME = 20  # ms of a page's clock in which it draws at least once
-KEPT = 500  # ms in which the browser puts away what a page told it to keep
 # Formulas without a drawing, or with one of no size, letters without a shape, pictures that did
 # not come, widgets that drew nothing, and figures without a place, once all have been asked.
 UNDRAWN = """async () => {
@@ -106,9 +105,9 @@ def copied_link(page: Page, button: str, where: str) -> str:
     return link
 
 
-def come_back(page: Page) -> None:
-    """Load the page again, as a reader does who comes back to it."""
-    page.wait_for_timeout(KEPT)
+def come_back(page: Page, kept: str = "") -> None:
+    """Load the page again, as a reader does who comes back, once it has kept what is said."""
+    page.wait_for_function("told => JSON.stringify({ ...localStorage }).includes(told)", arg=kept)
     page.reload(wait_until="networkidle")
 
 
