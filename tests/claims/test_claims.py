@@ -8,6 +8,8 @@ from __future__ import annotations
 import numpy as np
 from samples import on_other_samples, run_cells
 
+from labkit.odometry import increments_between
+
 SEEDS = (101, 202, 303, 404)
 PLACES = ("-1.5, 0.8, 1.3", "1.2, 1.0, -0.6", "-0.5, -1.2, 2.5", "2.0, -0.5, 0.0")
 FIRSTS = (600, 1200, 1900, 2600, 3200)
@@ -71,6 +73,9 @@ def test_from_afar_three_remedies_lose_most_and_near_they_equal_the_overlap(samp
     ends = {name: np.median(each) for name, each in near.items()}
     assert abs(ends["all three"] - ends["overlap"]) < 0.003
     assert ends["gate"] > ends["all three"]
+    plain = names["errors_of"]({})
+    assert 0.05 < np.mean(plain > names["driven"]) < 0.35
+    assert np.median(plain) < 0.2
 
 
 # Chapter 4
@@ -87,14 +92,33 @@ def test_the_cost_never_rises_and_the_rmse_of_the_kept_pairs_may(sample):
 # Chapter 5
 
 
-@on_other_samples(edits("FIRST, COUNT = 0", *(f"FIRST, COUNT = {first}" for first in FIRSTS)))
-def test_a_gate_halves_the_drift_of_the_wheels(sample):
-    names = run_cells("05", sample, "ladder-judged", "ladder-drive-2")
-    rungs, truth = names["rungs"], names["drive"].truth
-    by_gate, by_wheels = (
-        names["judge_rung"](rungs[name], truth)[0] for name in ("2 gate", "1 wheels")
+LONG = (f"FIRST, COUNT = {first}, 1000" for first in (0, 1000, 2000, 2800))
+OTHER_RUNGS = {
+    "drive_by(lambda *given: gated_icp(*given, gate=np.inf))": "rungs['1 wheels']",
+    "drive_by(patient_icp)": "rungs['1 wheels']",
+}
+
+
+@on_other_samples([each | OTHER_RUNGS for each in edits("FIRST, COUNT = 0, 200", *LONG)])
+def test_the_gate_lowers_the_drift_on_every_stretch_and_the_other_rungs_on_most(sample):
+    names = run_cells("05", sample, "ladder-drive-2", "ladder-drive-3", "ladder-drive-5")
+    truth = names["drive"].truth
+    stretches = [slice(k, k + 200) for k in range(0, 801, 50)]
+    wheels, gate, huber, lines = (
+        np.array([names["judge_rung"](names["rungs"][rung][k], truth[k])[0] for k in stretches])
+        for rung in ("1 wheels", "2 gate", "3 Huber", "5 lines")
     )
-    assert by_gate < 0.6 * by_wheels
+    assert (gate < 0.6 * wheels).all()
+    assert np.mean(huber < gate) > 0.5
+    assert np.mean(lines < huber) > 0.5
+
+
+@on_other_samples(edits("FIRST, COUNT = 0", *(f"FIRST, COUNT = {first}" for first in FIRSTS)))
+def test_with_lines_most_steps_are_the_same_whichever_wheels_guess(sample):
+    wheels = ({"noise, rng=0)": f"noise, rng={seed})"} for seed in (1, 2))
+    runs = (run_cells("05", sample | other, "ladder-drive-5") for other in wheels)
+    first, second = (increments_between(names["rungs"]["5 lines"])[:, 2] for names in runs)
+    assert np.mean(np.degrees(abs(first - second)) < 0.02) > 0.75
 
 
 @on_other_samples(
