@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from labkit.scan import Scan, as_scan
 from labkit.support.arrays import check_range
+from labkit.support.keywords import guard_keywords
 
 SMALLEST_CELL = 1e-100  # [m]: below it the numbers of the cells overflow
 
@@ -58,6 +59,7 @@ def remove_isolated(scan: Scan | ArrayLike, radius: float) -> Scan:
     return scan.select(neighbors > 1)
 
 
+@guard_keywords
 @dataclass(frozen=True, kw_only=True)
 class Preprocessing:
     """The filters that every scan of a run goes through, in the flow chart's order.

@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 
 from labkit.support.arrays import check_choice, check_count, check_kind, check_range
 from labkit.support.compiled import record
-from labkit.support.errors import InvalidParameterError
+from labkit.support.keywords import check_keywords, guard_keywords
 
 Metric = Literal["point_to_point", "point_to_line"]
 
@@ -18,6 +18,7 @@ def _shown(default: Any, label: str, meaning: str, **unit: str) -> Any:
     return field(default=default, metadata={"label": label, "help": meaning, **unit})
 
 
+@guard_keywords
 @record
 @dataclass(frozen=True)
 class IcpParameters:
@@ -92,13 +93,8 @@ def adjust(parameters: IcpParameters, settings: Mapping[str, Any]) -> IcpParamet
     check_kind(parameters, "parameters", IcpParameters)
     if not settings:
         return parameters
-    names = [each.name for each in fields(IcpParameters)]
-    for name, value in settings.items():
-        if name not in names:
-            raise InvalidParameterError(
-                f"must be one of {', '.join(names)}, got `{name}={value!r:.40}`",
-                parameter="settings",
-            )
+    names = [parameter.name for parameter in fields(IcpParameters)]
+    check_keywords(settings, names, "icp")
     return replace(parameters, **settings)
 
 

@@ -1,5 +1,6 @@
 """Doors: every public function, with every kind of value in every place of its call."""
 
+import dataclasses
 import inspect
 import math
 from functools import partial
@@ -264,16 +265,36 @@ def test_rows_and_transforms_of_the_plane_and_of_space_are_the_same_poses(door):
         (partial(apply, POSE, POINTS), r"poses .* go through `labkit\.from_xytheta`"),
         (partial(from_xytheta, T), "got transforms: .* `labkit.to_xytheta`"),
         (partial(icp, POINTS, POINTS, FAILED), r"NaN, .* failed; print `result\.message`"),
-        (
-            partial(icp, POINTS, POINTS, metrik="x"),
-            r"`settings` must be one of .* `metrik=",
-        ),
     ],
 )
 def test_a_slip_of_students_is_told_the_way_out(call, hint):
     """Degrees, a transposed table, ranges for points, a pose for a transform, a failed match."""
     with pytest.raises(LabkitError, match=hint):
         call()
+
+
+WITH_KEYWORDS = {  # what a caller makes with keywords
+    icp: [field.name for field in dataclasses.fields(IcpParameters)],
+    **{
+        each: list(inspect.signature(each).parameters)
+        for each in (
+            *(IcpParameters, Scan, Target, filters.Preprocessing, evaluation.PoseErrors),
+            *(Lidar, WheelNoise, simulation.World, simulation.MovingObject),
+        )
+    },
+}
+
+
+@pytest.mark.parametrize("call", WITH_KEYWORDS, ids=lambda each: each.__name__)
+def test_a_misspelt_keyword_is_told_the_nearest_one(call):
+    """The law: every class with keywords × every keyword × its last letter lost, or twice."""
+    required = (POINTS, POINTS) if call is icp else ()
+    known = WITH_KEYWORDS[call]
+
+    for name in known:
+        for slip in {name[:-1], name + name[-1]} - {*known, ""}:
+            with pytest.raises(LabkitError, match=rf"`{slip}` .* did you mean `{name}`\?"):
+                call(*required, **{slip: 1})
 
 
 LOG = logs.Log(scans=(OLDER, NEWER), name="two", format="points")

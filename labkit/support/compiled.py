@@ -5,12 +5,14 @@ runs. It returns arrays and numbers to Python, no named tuple: numba makes those
 and an interrupt there ends the process. Python runs the same functions a hundred times slower.
 """
 
+import contextlib
 import functools
+import gc
 import importlib
 import logging
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from types import FunctionType
 from typing import Any, TypeVar
 
@@ -78,7 +80,7 @@ def _call_in_thread(call: Callable[[], Any]) -> Any:
     errors: list[BaseException] = []
 
     def work() -> None:
-        with _one_compilation:
+        with _one_compilation, _collector_paused():
             try:
                 outcome.append(call())
             except BaseException as error:  # for the caller
@@ -90,6 +92,21 @@ def _call_in_thread(call: Callable[[], Any]) -> Any:
     if errors:
         raise errors[0]
     return outcome[0]
+
+
+@contextlib.contextmanager
+def _collector_paused() -> Iterator[None]:
+    """Pause Python's garbage collector, which would look again and again through what numba loads.
+
+    numba makes many objects, and nearly all of them stay.
+    """
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
 
 
 def compiled_signatures() -> dict[str, list[Any]]:
